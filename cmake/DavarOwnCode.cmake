@@ -1,6 +1,6 @@
-# davar_own_code: how davar's own sources are compiled. Private to this build, never passed on to users.
-# No contraction and no x87: a floating-point result must have the same bits on every target. No errno: a square root is
-# one instruction where there is one, with no library behind it.
+# davar_own_code: compiles davar's own sources. Private to this build; users do not inherit it.
+# No contraction and no x87, because floating-point results must have the same bits on every target.
+# No errno, so that a square root is one instruction without a library call, where the target has it.
 include(CheckCSourceCompiles)
 
 add_library(davar_own_code INTERFACE)

@@ -1,12 +1,12 @@
-# unity: the test framework, never part of what is installed. From DAVAR_UNITY_DIR when set (tools/test does), otherwise
-# from upstream.
+# unity: the test framework; it is never installed. Its source is DAVAR_UNITY_DIR if set (tools/test
+# sets it), otherwise upstream.
 set(DAVAR_UNITY_DIR "" CACHE PATH "Folder with unity.c, unity.h and unity_internals.h; empty: fetch Unity")
 
 if(DAVAR_UNITY_DIR)
   set(unity_dir "${DAVAR_UNITY_DIR}")
 else()
   include(FetchContent)
-  # SOURCE_SUBDIR has no CMakeLists.txt: the sources are fetched, Unity's own build is not run.
+  # SOURCE_SUBDIR has no CMakeLists.txt, so the sources are fetched but Unity's own build does not run.
   FetchContent_Declare(unity_upstream GIT_REPOSITORY https://github.com/ThrowTheSwitch/Unity.git GIT_TAG v2.6.0
                        GIT_SHALLOW ON SOURCE_SUBDIR src)
   FetchContent_MakeAvailable(unity_upstream)

@@ -8,7 +8,7 @@ static size_t sample_bytes(const job_file_t *file)
     return (file->job.number == DAVAR_PORT_Q15) ? sizeof(int16_t) : sizeof(int32_t);
 }
 
-/* The samples of one channel lie behind those of the one before. */
+/* Moves the samples of each channel to its place after those of the previous channel. */
 static void spread(job_file_t *file, uint32_t count)
 {
     const size_t bytes = sample_bytes(file);

@@ -18,7 +18,8 @@
 /* Exit status of an image. */
 enum { JOB_DONE = 0, JOB_NO_FILE = 3, JOB_UNKNOWN = 4, JOB_NO_MEMORY = 5, JOB_REFUSED = 6 };
 
-/* Belongs to the caller. `job` is valid after a good job_file_open; the rest is private. */
+/* Belongs to the caller. `job` is valid after job_file_open returned JOB_DONE; the rest is
+ * private. */
 typedef struct {
     davar_job_t job;
     int handle;
@@ -28,11 +29,12 @@ typedef struct {
     uint64_t pool[JOB_FILE_POOL_WORDS];     /* memory of all instances */
 } job_file_t;
 
-/* Opens a job and starts an instance per channel; there must be room for JOB_FILE_CHANNELS, or for as many as the job is known
- * to have. Returns JOB_DONE, or the status to exit with. */
+/* Opens a job and starts one instance per channel. `instances` must have room for JOB_FILE_CHANNELS
+ * elements, or for the channels of a known job. Returns JOB_DONE, or the exit status. */
 int job_file_open(job_file_t *file, const char *path, davar_t *instances);
 
-/* davar_port_t's read with a job_file_t for context: the next block, at most JOB_FILE_BUFFER_WORDS of samples. */
+/* The read function of davar_port_t; its context is a job_file_t. Returns the next block, at most
+ * JOB_FILE_BUFFER_WORDS of samples. */
 davar_port_read_t job_file_read(void *context, davar_port_block_t *block);
 
 #endif

@@ -1,5 +1,5 @@
-/* davar on a bare board - the main job: a job file in, results out, through the same node loop as everywhere.
- * Command line: image JOB RESULTS. Exit status: see job_file.h. */
+/* davar on a bare board - runs a job: a job file in, results out, through the same node loop as
+ * everywhere. Command line: image JOB RESULTS. Exit status: see job_file.h. */
 #include "board.h"
 #include "job_file.h"
 

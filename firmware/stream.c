@@ -1,10 +1,12 @@
-/* davar on a bare board - interrupt use: a timer interrupt pushes one sample of the sensor, the main loop takes results
- * and sends them as SLCAN text over the UART. Nothing waits, every loss is counted.
+/* davar on a bare board - use with interrupts. A timer interrupt pushes one sample of the sensor.
+ * The main loop takes results and sends them as SLCAN text over the UART. Nothing waits, and every
+ * loss is counted.
  *
- *   timer interrupt -> sensor -> davar_push_q15        main loop: davar_take -> davar_fit -> encoder -> SLCAN -> UART
+ *   timer interrupt -> sensor -> davar_push_q15
+ *   main loop: davar_take -> davar_fit -> encoder -> SLCAN -> UART
  *
- * The sensor is a job file of one int16 channel. Command line: image JOB PERIOD_US. The last lines on the console are
- * the counters. Exit status: see job_file.h. */
+ * The sensor is a job file of one int16 channel. Command line: image JOB PERIOD_US. The last lines
+ * on the console are the counters. Exit status: see job_file.h. */
 #include "board.h"
 #include "job_file.h"
 
@@ -16,18 +18,18 @@
 static job_file_t sensor;
 static davar_t davar;
 
-/* --- the interrupt's ---------------------------------------------------------------------------------------------------- */
+/* --- used by the interrupt --- */
 
-static davar_port_block_t block; /* what the sensor holds ready */
+static davar_port_block_t block; /* next samples of the sensor */
 static size_t position;          /* in the block */
 static uint32_t period;          /* ticks of the clock between samples */
 static uint32_t last;            /* when the last sample was due */
 static volatile uint32_t samples;
-static volatile uint32_t
-    overruns; /* samples that came and went while the interrupt could not run */
+/* samples that were replaced before the interrupt could run */
+static volatile uint32_t overruns;
 static volatile bool ended;
 
-/* The next sample of the sensor. */
+/* Reads the next sample of the sensor. */
 static bool sense(int16_t *sample, uint32_t *missing)
 {
     if (position == block.count) {
@@ -44,7 +46,7 @@ static bool sense(int16_t *sample, uint32_t *missing)
     return true;
 }
 
-/* How many samples fell due since the last call beside the present one. */
+/* The number of samples that became due since the last call, without the present one. */
 static uint32_t late(void)
 {
     const uint32_t now = board_clock();
@@ -73,12 +75,12 @@ void board_tick(void)
     samples++;
 }
 
-/* --- the main loop's ---------------------------------------------------------------------------------------------------- */
+/* --- used by the main loop --- */
 
 static davar_result_t result;
 static davar_encoder_t encoder;
 static davar_wire_health_t health;
-static char text[DAVAR_SLCAN_BYTES] = "\r"; /* ends whatever a reader has half read */
+static char text[DAVAR_SLCAN_BYTES] = "\r"; /* ends an incomplete line of the reader */
 static size_t length = 1U;                  /* of the text */
 static size_t written;                      /* characters of it that are in the UART */
 static uint32_t results;
@@ -94,7 +96,7 @@ static void take_health(void)
     health.count[DAVAR_HEALTH_EDGES_LOST] = overruns;
 }
 
-/* Puts what the UART has room for. True while frames of the present result are left. */
+/* Writes as many characters as the UART accepts. True while the result has more frames. */
 static bool transmit(void)
 {
     davar_frame_t frame;
@@ -117,8 +119,8 @@ static void begin(void)
     davar_encoder_begin(&encoder, &result, &health);
 }
 
-/* The main loop of a firmware; here it ends with the recording. It polls, since an emulator that waits for an interrupt
- * (wfi) does not count the time that passes. */
+/* The main loop of a firmware; here it ends with the recording. It polls, because an emulator that
+ * waits for an interrupt (wfi) does not count the elapsed time. */
 static void run(void)
 {
     while (!ended) {
@@ -128,7 +130,7 @@ static void run(void)
     }
 }
 
-/* The interrupt pushes nothing any more: what is left may be flushed. */
+/* The interrupt pushes no more samples, so the remaining results may be flushed. */
 static void finish(void)
 {
     do {

@@ -1,4 +1,5 @@
-/* davar-node - hysteresis of the alarm: rises after unstable for on_s, falls after stable for off_s of signal time. */
+/* davar-node - hysteresis of the alarm. The alarm rises after on_s of unstable signal time and
+ * falls after off_s of stable signal time. */
 #ifndef ALARM_H
 #define ALARM_H
 
@@ -13,7 +14,7 @@ typedef struct {
     bool started;
 } alarm_level_t;
 
-/* Takes one result; returns the level now. */
+/* Processes one result and returns the current level. */
 bool alarm_step(alarm_level_t *alarm, uint64_t epoch, bool unstable);
 
 #endif

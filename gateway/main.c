@@ -1,4 +1,5 @@
-/* davar-node - the Linux gateway: data-ready edge -> count -> library -> frames -> CAN or serial line, alarm to a pin. */
+/* davar-node - the Linux gateway: data-ready edge -> count -> library -> frames -> CAN or serial
+ * line, and an alarm pin. */
 #include "alarm.h"
 #include "davar_node.h"
 #include "gpio.h"
@@ -52,7 +53,8 @@ static void count(gateway_t *gateway, davar_health_item_t item, uint32_t by)
     *counter = (by < UINT32_MAX - *counter) ? *counter + by : UINT32_MAX;
 }
 
-/* One data-ready edge; true without a data-ready line. A lost edge takes its line of a recorded file with it. */
+/* Waits for one data-ready edge. Returns true immediately without a data-ready line. A lost edge
+ * skips its line of a recorded file. */
 static bool wait_edge(gateway_t *gateway)
 {
     uint32_t lost = 0;
@@ -73,7 +75,7 @@ static bool wait_edge(gateway_t *gateway)
     return true;
 }
 
-/* Offers the count to the link, where --raw asks for it. */
+/* Sends the count to the link if --raw is given. */
 static void send_raw(gateway_t *gateway)
 {
     davar_frame_t frame;
@@ -108,7 +110,7 @@ static davar_port_read_t read_sample(void *context, davar_port_block_t *block)
         gateway->owed++;
         count(gateway, DAVAR_HEALTH_SOURCE_FAULTS, 1U);
         return DAVAR_PORT_READ_FAULT;
-    case SOURCE_AGAIN: /* with an edge, this sample is lost: nobody had it ready */
+    case SOURCE_AGAIN: /* with an edge, this sample is lost: the source was not ready */
     default:
         gateway->owed += (gateway->edges != NULL) ? 1U : 0U;
         count(gateway, DAVAR_HEALTH_SOURCE_FAULTS, (gateway->edges != NULL) ? 1U : 0U);
@@ -153,6 +155,15 @@ static davar_port_send_t send_result(void *context, size_t channel, const davar_
     return DAVAR_PORT_SEND_DONE;
 }
 
+/* Puts the option before a message of the port. Returns false. */
+static bool fail_option(const char *option, char *why)
+{
+    char message[WHY_BYTES];
+    (void)snprintf(message, sizeof message, "%s: %s", option, why);
+    memcpy(why, message, sizeof message);
+    return false;
+}
+
 static bool open_pins(gateway_t *gateway, char *why)
 {
     const node_settings_t *settings = &gateway->settings;
@@ -167,8 +178,10 @@ static bool open_pins(gateway_t *gateway, char *why)
     }
     gateway->alarm.on_samples = (uint64_t)(settings->alarm_on_s * settings->config.rate_hz);
     gateway->alarm.off_samples = (uint64_t)(settings->alarm_off_s * settings->config.rate_hz);
-    return ((settings->edges == NULL) || (gateway->edges != NULL)) &&
-           ((settings->alarm == NULL) || (gateway->pin != NULL));
+    if ((settings->edges != NULL) && (gateway->edges == NULL)) {
+        return fail_option("--edges", why);
+    }
+    return (settings->alarm == NULL) || (gateway->pin != NULL) || fail_option("--alarm", why);
 }
 
 static bool open_link(gateway_t *gateway, char *why)
@@ -190,7 +203,7 @@ static bool open_link(gateway_t *gateway, char *why)
     if ((gateway->outbox.link != NULL) && (strcmp(settings->out, "slcan:pty") == 0)) {
         (void)fprintf(stderr, "davar-node: slcan on %s\n", davar_link_name(gateway->outbox.link));
     }
-    return gateway->outbox.link != NULL;
+    return (gateway->outbox.link != NULL) || fail_option("--out", why);
 }
 
 static bool start_library(gateway_t *gateway, char *why)
@@ -222,7 +235,7 @@ static bool start(gateway_t *gateway, char *why)
     return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
 }
 
-/* Sleeps until an edge or a line is there, or a moment has passed. */
+/* Sleeps until an edge or a line is available, or a short time has passed. */
 static void rest(gateway_t *gateway)
 {
     struct pollfd one = {.fd = gateway->source.descriptor, .events = POLLIN};
@@ -234,7 +247,7 @@ static void rest(gateway_t *gateway)
     (void)poll(&one, 1, (gateway->outbox.count > 0U) ? 1 : POLL_MS);
 }
 
-/* Every counter once more, as far as the link takes it in half a second. */
+/* Sends every counter once more, as many as the link accepts in half a second. */
 static void farewell(gateway_t *gateway)
 {
     davar_frame_t rest;
@@ -279,10 +292,10 @@ static void report(const gateway_t *gateway)
         "gaps",           "missing samples", "saturated samples",
         "not finite",     "window restarts", "results missed",
         "frames dropped", "send retries",    "error passive",
-        "bus off",        "link lost",       "link back",
+        "bus off",        "link lost",       "link restored",
         "noise bytes",    "edges lost",      "source faults",
         "alarms",         "window cuts",     "noise alarms",
-        "shocks left out"};
+        "shocks excluded"};
     (void)fprintf(stderr, "davar-node: %llu samples, %llu results",
                   (unsigned long long)gateway->node.counters.samples,
                   (unsigned long long)gateway->node.counters.results);

@@ -1,4 +1,4 @@
-/* davar-node - frames on their way out: a queue in front of the link, so that a slow bus never holds up the samples. */
+/* davar-node - a queue of frames before the link, so that a slow bus never delays the samples. */
 #ifndef OUTBOX_H
 #define OUTBOX_H
 
@@ -13,16 +13,16 @@ typedef struct {
     davar_frame_t frame[OUTBOX_FRAMES];
 } outbox_t;
 
-/* Takes a frame; one that finds no room is dropped and counted. */
+/* Queues a frame. If there is no room, the frame is dropped and counted. */
 void outbox_put(outbox_t *outbox, const davar_frame_t *frame);
 
-/* Takes the frames of the result that the encoder has begun. */
+/* Queues the frames of the result that the encoder has begun. */
 void outbox_put_all(outbox_t *outbox, davar_encoder_t *encoder);
 
-/* Sends what goes now. */
+/* Sends as many frames as the link accepts now. */
 void outbox_flush(outbox_t *outbox);
 
-/* Gives up what is left: dropped and counted. */
+/* Drops and counts the remaining frames. */
 void outbox_drop(outbox_t *outbox);
 
 #endif

@@ -12,61 +12,68 @@
 #define ALARM_S_MAX 1e6
 #define NOT_GIVEN UINT32_MAX
 
-static const char HELP[] =
+static const char *const HELP[] = {
     "usage: davar-node --source SRC --rate HZ --lsb DPS --out LINK [options]\n"
     "\n"
-    "Reads the counts of one gyro axis, follows their Allan variance, sends the results to a CAN "
-    "bus or a serial line\n"
-    "(lib/WIRE.md). One channel: for more axes start one davar-node each, with --channel 0, 1, 2.\n"
+    "Reads the counts of one gyro axis, computes their dynamic Allan variance and sends the\n"
+    "results to a CAN bus or a serial line (lib/WIRE.md). One process handles one channel. For\n"
+    "more axes start one davar-node each, with --channel 0, 1, 2.\n"
     "\n"
-    "  --source SRC      '-', a file or a FIFO with a count per line, or value:PATH, a file that "
-    "is read anew for "
-    "each\n"
-    "                    sample (an IIO in_anglvel_x_raw); value: needs --edges. Lines may begin "
-    "with notes (#) and "
-    "one\n"
-    "                    header; from then on a line that is no whole number is a lost sample: a "
-    "fault, and a gap\n"
-    "  --edges CHIP:LINE take one sample per rising edge of a data-ready line. An edge that was "
-    "lost is a lost "
-    "sample:\n"
-    "                    a gap in the data, and its line of a recorded file is skipped\n"
+    "Source\n"
+    "  --source SRC      '-', a file or a FIFO with one count per line, or value:PATH, a file\n"
+    "                    that is read again for each sample (an IIO in_anglvel_x_raw; needs\n"
+    "                    --edges). Lines may begin with notes (#) and one header. After them, a\n"
+    "                    line that is not a whole number counts as a source fault and as a lost\n"
+    "                    sample, which makes a gap\n"
+    "  --edges CHIP:LINE  read one sample per rising edge of a data-ready line. A lost edge is\n"
+    "                    a lost sample: it makes a gap, and its line of a recorded file is\n"
+    "                    skipped\n"
     "  --rate HZ         sample rate\n"
     "  --lsb DPS         size of a count in deg/s\n"
     "  --bits N          width of a count, 2 to 32 (default 24)\n"
-    "  --policy or|glr   who decides the window's length: the paper's law (default), or a "
-    "likelihood ratio that says\n"
-    "                    when the noise has changed (docs/FIRMWARE.md)\n"
-    "  --false-alarms-per-hour X    --cut-interval S    glr: what you accept while nothing changes "
-    "(0.01, 300)\n"
-    "  --long-cluster N  glr: slow changes too, of N samples: 40, 80, .. 480\n"
-    "  --window-max N    --window-min N    --segment N    --stride K    samples (default 600, 400, "
-    "100, 100; glr: "
-    "6000,\n"
-    "                    20, 0, 100)\n"
-    "  --out LINK        can:IFACE, slcan:PATH (a tty), or slcan:pty, which makes a pty and prints "
-    "its name\n"
-    "  --content WHAT    summary, full (default), intervals or fd\n"
-    "  --raw             frames of the counts too, for davarlab live --raw (bus load: "
-    "lib/WIRE.md)\n"
-    "  --base HEX        CAN identifier of channel 0 (default 5D0);  --channel N  (default 0)\n"
-    "  --baud N          of the serial line (default: as it is)\n"
-    "  --wait            start even when the interface or tty is not there yet\n"
-    "  --alarm CHIP:LINE high while the noise is unstable; glr: for --alarm-off seconds after a "
-    "change\n"
-    "  --alarm-on S      unstable for so long before it rises (default 0);  --alarm-off S  stable "
-    "before it falls (1)\n"
+    "\n"
+    "Window, in samples\n"
+    "  --policy or|glr   rule for the window length: the paper's law (default), or a likelihood\n"
+    "                    ratio test that detects changes of the noise (docs/FIRMWARE.md)\n"
+    "  --window-max N    longest window (default 600; glr: 6000)\n"
+    "  --window-min N    shortest window (default 400; glr: 20)\n"
+    "  --segment N       short segment of the contribution test (default 100; glr: 0)\n"
+    "  --stride K        one result every K samples (default 100)\n"
+    "  --false-alarms-per-hour X  glr: accepted false alarms per hour of unchanged noise\n"
+    "                    (default 0.01)\n"
+    "  --cut-interval S  glr: accepted mean time between false cuts of the window, in seconds\n"
+    "                    (default 300)\n"
+    "  --long-cluster N  glr: also detect slow changes, in clusters of N samples: 40, 80, ...\n"
+    "                    480\n"
+    "\n",
+
+    "Output\n"
+    "  --out LINK        can:IFACE, slcan:PATH (a tty), or slcan:pty, which creates a pty and\n"
+    "                    prints its name\n"
+    "  --content WHAT    frames of a result: summary, full (default), intervals or fd\n"
+    "  --raw             also send frames of the counts, for davarlab live --raw (bus load:\n"
+    "                    lib/WIRE.md)\n"
+    "  --base HEX        CAN identifier of channel 0 (default 5D0)\n"
+    "  --channel N       channel of this process (default 0)\n"
+    "  --baud N          baud rate of the serial line (default: unchanged)\n"
+    "  --wait            start even if the interface or tty does not exist yet\n"
+    "  --alarm CHIP:LINE  output line that is high while the noise is unstable; glr: for\n"
+    "                    --alarm-off seconds after a change\n"
+    "  --alarm-on S      seconds of unstable noise before the line rises (default 0)\n"
+    "  --alarm-off S     seconds of stable noise before the line falls (default 1)\n"
     "  --help\n"
     "\n"
-    "A lost link is waited for; what could not be sent is counted in DAVAR_Health. Ends at the end "
-    "of the source, or "
-    "at\n"
-    "SIGINT or SIGTERM, with every counter sent once more. Exit status: 0 done, 2 bad option or "
-    "source.\n";
+    "If the link is lost, davar-node waits for it to return. DAVAR_Health counts frames that\n"
+    "could not be sent. The program ends at the end of the source or on SIGINT or SIGTERM.\n"
+    "Before it exits, it sends every counter once more.\n"
+    "Exit status: 0 done, 2 bad option or source.\n",
+};
 
 void settings_help(void)
 {
-    (void)fputs(HELP, stdout);
+    for (size_t i = 0; i < sizeof HELP / sizeof HELP[0]; i++) {
+        (void)fputs(HELP[i], stdout);
+    }
 }
 
 typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT, POLICY } kind_t;
@@ -79,7 +86,7 @@ typedef struct {
 
 #define AT(member) offsetof(node_settings_t, member)
 
-/* sample_bits is a byte and is checked by hand. */
+/* sample_bits is a byte and is checked separately. */
 static const entry_t TABLE[] = {
     {"source", TEXT, AT(source)},
     {"out", TEXT, AT(out)},
@@ -175,11 +182,11 @@ static bool apply(node_settings_t *settings, const entry_t *entry, const char *t
 
 static const char *expected(const entry_t *entry)
 {
-    static const char *const WORDS[] = {[REAL] = "a number from 0 on",
-                                        [WHOLE] = "a whole number from 0 on",
+    static const char *const WORDS[] = {[REAL] = "a number of at least 0",
+                                        [WHOLE] = "a whole number of at least 0",
                                         [HEX] = "a hexadecimal number",
                                         [CONTENT] = "summary, full, intervals or fd",
-                                        [POLICY] = "or, or glr"};
+                                        [POLICY] = "or or glr"};
     return (strcmp(entry->name, "bits") == 0) ? "2 to 32" : WORDS[entry->kind];
 }
 
@@ -213,7 +220,8 @@ static bool walk(node_settings_t *settings, int argc, char **argv, char *why, si
     return true;
 }
 
-/* What was not given: a window of the paper's lengths, or for glr a minute at 100 Hz, cut as short as two blocks. */
+/* Sets the defaults of options that were not given: the window lengths of the paper, or for glr a
+ * minute at 100 Hz that can shrink to two blocks. */
 static void fill_window(davar_config_t *config)
 {
     const bool tracks = (config->law == &davar_law_glr_q31);
@@ -237,21 +245,23 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
     const char *missing =
         (settings->source == NULL) ? "source" : ((settings->out == NULL) ? "out" : NULL);
     if (missing != NULL) {
-        (void)snprintf(why, size, "--%s: is needed (see --help)", missing);
+        (void)snprintf(why, size, "--%s: required (see --help)", missing);
         return false;
     }
     if ((strncmp(settings->source, "value:", 6) == 0) && (settings->edges == NULL)) {
-        (void)snprintf(why, size, "--source: value:PATH needs --edges to say when");
+        (void)snprintf(why, size,
+                       "--source: value:PATH needs --edges, which sets the sample times");
         return false;
     }
     if ((settings->base > DAVAR_WIRE_LAST_ID) || (settings->channel > 34U)) {
-        (void)snprintf(why, size, "--%s: beyond 11-bit identifiers",
+        (void)snprintf(why, size, "--%s: exceeds the 11-bit identifiers",
                        (settings->channel > 34U) ? "channel" : "base");
         return false;
     }
     if ((settings->alarm_on_s > 0.0) && (settings->config.law == &davar_law_glr_q31)) {
-        (void)snprintf(why, size,
-                       "--alarm-on: not with --policy glr, whose alarms are over at once");
+        (void)snprintf(
+            why, size,
+            "--alarm-on: cannot be used with --policy glr, because its alarms have no duration");
         return false;
     }
     if ((settings->alarm_on_s > ALARM_S_MAX) || (settings->alarm_off_s > ALARM_S_MAX)) {
@@ -262,7 +272,7 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
     return true;
 }
 
-/* The option that a setting came from. */
+/* The option that caused a status. */
 static const char *option_of(davar_status_t status)
 {
     static const struct {

@@ -1,4 +1,4 @@
-/* davar-node - what the command line says. */
+/* davar-node - the values of the command line. */
 #ifndef NODE_SETTINGS_H
 #define NODE_SETTINGS_H
 
@@ -7,8 +7,8 @@
 typedef struct {
     const char *source;
     const char *out;
-    const char *edges; /* null: samples come as fast as the source gives them */
-    const char *alarm; /* null: none */
+    const char *edges; /* null: samples arrive as fast as the source delivers them */
+    const char *alarm; /* null: no alarm */
     double alarm_on_s;
     double alarm_off_s;
     uint32_t base;

@@ -1,5 +1,5 @@
-/* davar-node - counts from text: a header, then a count a line; of a line with commas the first field counts. A line is read
- * whole or it is a fault. */
+/* davar-node - counts from text: a header, then one count per line. If a line has commas, only its
+ * first field is read. A line is read completely or it is a fault. */
 #include "source.h"
 
 #include <ctype.h>
@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define NUMBER_BYTES 24U /* of a count with a sign, leading spaces and zeros */
+#define NUMBER_BYTES 24U /* of a count with sign, leading spaces and zeros */
 
 bool source_open(source_t *source, const char *where)
 {
@@ -34,7 +34,7 @@ bool source_open(source_t *source, const char *where)
     return fcntl(source->descriptor, F_SETFL, flags | O_NONBLOCK) == 0;
 }
 
-/* A whole number of 32 bits, and nothing but spaces around it, up to the first comma or the end. */
+/* Reads a 32-bit whole number with only spaces around it, up to the first comma or the end. */
 static source_read_t parse(const char *text, size_t length, int32_t *count)
 {
     char number[NUMBER_BYTES + 1U];
@@ -51,7 +51,7 @@ static source_read_t parse(const char *text, size_t length, int32_t *count)
     char *end = NULL;
     errno = 0;
     const long long value = strtoll(number, &end, 10);
-    const char *start = number + strspn(number, " \t"); /* strtoll passes over line ends too */
+    const char *start = number + strspn(number, " \t"); /* strtoll also skips line ends */
     if ((strchr("\r\v\f", *start) != NULL) || (end == number) || (*end != '\0') || (errno != 0) ||
         (value > INT32_MAX) || (value < INT32_MIN)) {
         return SOURCE_FAULT;
@@ -69,7 +69,7 @@ static source_read_t read_value(source_t *source, int32_t *count)
     return parse(source->text, (size_t)got - ((source->text[got - 1] == '\n') ? 1U : 0U), count);
 }
 
-/* The length of the line at the beginning of what is held, without its end; false: no whole line yet. */
+/* The length of the first line in the buffer, without its end. False: no complete line yet. */
 static bool find_line(const source_t *source, size_t *length)
 {
     const char *end = memchr(source->text, '\n', source->held);
@@ -82,7 +82,7 @@ static void drop_line(source_t *source, size_t length)
 {
     const size_t all = (length < source->held) ? length + 1U : length;
     source->too_long =
-        (all == sizeof source->text) && (length == all); /* and its rest is no line */
+        (all == sizeof source->text) && (length == all); /* the remainder is not a line */
     source->held -= all;
     memmove(source->text, source->text + all, source->held);
 }
@@ -105,8 +105,8 @@ static bool is_no_number(const char *text, size_t length)
            ((strncasecmp(text, "nan", 3) == 0) || (strncasecmp(text, "inf", 3) == 0));
 }
 
-/* Empty lines and notes (#), then one line that begins with a letter. Behind it, and behind the first count, every line is a
- * sample. */
+/* Empty lines and notes (#), then one line that begins with a letter. After that line, or after the
+ * first count, every line is a sample. */
 static bool is_header(source_t *source, const char *text, size_t length)
 {
     const size_t bare = length - (((length > 0U) && (text[length - 1U] == '\r')) ? 1U : 0U);
@@ -120,11 +120,11 @@ static bool is_header(source_t *source, const char *text, size_t length)
     return (isalpha((unsigned char)text[0]) != 0) && !is_no_number(text, bare);
 }
 
-/* The line at the beginning of what is held: a sample, a fault, or (AGAIN) none of either. */
+/* Reads the first line in the buffer: a sample, a fault, or (AGAIN) neither. */
 static source_read_t take_line(source_t *source, size_t length, int32_t *count)
 {
     source_read_t answer = SOURCE_AGAIN;
-    const bool rest = source->too_long; /* of a line that was a fault already */
+    const bool rest = source->too_long; /* the rest of a line that already was a fault */
     if (!rest && !is_header(source, source->text, length)) {
         answer = (length < sizeof source->text) ? parse(source->text, length, count) : SOURCE_FAULT;
     }

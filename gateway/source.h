@@ -1,4 +1,5 @@
-/* davar-node - counts, one a sample: lines of a file, a FIFO or standard input, or a value file (IIO) read anew each time. */
+/* davar-node - one count per sample: lines of a file, a FIFO or standard input, or a value file
+ * (IIO) that is read again for each sample. */
 #ifndef SOURCE_H
 #define SOURCE_H
 
@@ -17,17 +18,17 @@ typedef struct {
     int descriptor;
     bool is_value; /* value:PATH */
     bool ended;
-    bool started;  /* the header is behind us */
-    bool too_long; /* what is held goes on a line that found no room */
+    bool started;  /* the header has been read */
+    bool too_long; /* the buffer continues a line that was too long */
     size_t held;   /* bytes in text */
     char text[4096];
 } source_t;
 
-/* "-", PATH, or value:PATH. False: errno says why. */
+/* Opens "-", PATH, or value:PATH. False: see errno. */
 bool source_open(source_t *source, const char *where);
 
-/* The next count. FAULT: a line behind the header that is no whole number of 32 bits (one sample is lost), or a value that
- * cannot be read. */
+/* Reads the next count. FAULT: a line after the header is not a 32-bit whole number (one sample is
+ * lost), or a value cannot be read. */
 source_read_t source_read(source_t *source, int32_t *count);
 
 void source_close(source_t *source);

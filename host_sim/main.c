@@ -1,4 +1,4 @@
-/* davar-sim - recorded data through the library: command line in, exit status out. */
+/* davar-sim - runs recorded data through the library: command line in, exit status out. */
 #include "common/stop.h"
 #include "options/options.h"
 #include "options/usage.h"
@@ -13,7 +13,7 @@
 
 #define EXIT_BAD_INPUT 2
 
-/* A closed standard stream would lend its number to the next file opened. */
+/* If a standard stream is closed, the next file opened would get its descriptor. */
 static bool check_streams(sim_error_t *error)
 {
     if (fcntl(STDOUT_FILENO, F_GETFD) < 0) {

@@ -1,5 +1,5 @@
-/* davar-sim - the stages in the order of the data: settings, recording (pass 1), rate, counts, instances, replay (pass 2).
- * Nothing is printed before all of them have accepted the recording. */
+/* davar-sim - the stages in the order of the data: settings, recording (pass 1), rate, counts,
+ * instances, replay (pass 2). Nothing is printed before all stages have accepted the recording. */
 #include "simulate.h"
 
 #include "common/stop.h"
@@ -12,7 +12,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 
-/* What lives as long as the run. Large and self-referring: allocated once, never moved. */
+/* The state of a run. It is large and points into itself: allocated once, never moved. */
 typedef struct {
     const options_t *options;
     settings_t settings;
@@ -24,12 +24,14 @@ typedef struct {
     replay_t replay;
     davar_node_t node;
     progress_t progress;
-    davar_health_t health; /* of all channels, once they are done */
+    davar_health_t health; /* of all channels, at the end of the run */
 } run_t;
 
 static bool fail_short(const run_t *run, sim_error_t *error)
 {
-    return sim_fail(error, "%s: too short: %" PRIu64 " samples, one epoch needs at least %" PRIu64,
+    return sim_fail(error,
+                    "%s: too short: %" PRIu64 " samples, but one epoch needs at least %" PRIu64
+                    " (see --window-max)",
                     run->options->recording, run->recording.rows,
                     settings_samples_needed(&run->settings.config));
 }
@@ -92,7 +94,7 @@ static bool finish(run_t *run, sim_error_t *error)
     if (run->output.rows == 0U) {
         return fail_short(run, error);
     }
-    report_weather(&run->health);
+    report_counters(&run->health);
     report_coarse(run->output.coarse, run->output.rows);
     return output_finish(&run->output, error);
 }

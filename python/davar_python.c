@@ -1,4 +1,5 @@
-/* davar for Python - settings, counts, instance and columns as in davar-sim's simulate.c; samples and rows are arrays. */
+/* davar for Python - settings, counts, instance and columns as in davar-sim's simulate.c; samples
+ * and rows are arrays. */
 #include "davar_python.h"
 
 #include "davar/davar.h"
@@ -16,7 +17,7 @@
 #define CHUNK 4096U
 #define MODEL_MAX 64U /* cluster sizes of an error model */
 
-/* Large and self-referring: allocated once, never moved. */
+/* Large and points into itself: allocated once, never moved. */
 struct davar_python {
     options_t options;
     settings_t settings;
@@ -27,7 +28,7 @@ struct davar_python {
     davar_model_tau_t model[MODEL_MAX];
     davar_monitor_t monitor;
     davar_misfit_t misfit;
-    size_t model_count; /* 0: no model to compare with */
+    size_t model_count; /* 0: no error model */
     sim_error_t error;
     union {
         int16_t q15[CHUNK];
@@ -113,7 +114,7 @@ bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *ad
     return true;
 }
 
-/* Whether the error model, if there is one, knows a cluster size of the results. */
+/* True if there is no error model, or it has a cluster size of the results. */
 static bool model_fits(davar_python_t *run)
 {
     const davar_config_t *config = &run->engine.config;
@@ -205,7 +206,7 @@ static double number_of(const cell_t *cell)
     }
 }
 
-/* The row of a result that waits, if one does: 1 or 0. */
+/* Writes the row of a waiting result. Returns the number of rows, 0 or 1. */
 static size_t take_row(davar_python_t *run, double *table, size_t capacity, size_t row)
 {
     if (!davar_take(run->engine.instances, &run->result)) {
@@ -226,7 +227,7 @@ static size_t take_row(davar_python_t *run, double *table, size_t capacity, size
     return 1U;
 }
 
-/* One chunk, as far as there is room for rows. Returns the samples that went in. */
+/* Pushes one chunk while there is room for rows. Returns the number of samples consumed. */
 static size_t push_chunk(davar_python_t *run, size_t count, double *table, size_t capacity,
                          size_t *written)
 {

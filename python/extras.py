@@ -1,4 +1,6 @@
-"""The extra lab of the Python distribution: the pins of tools/requirements-lab.txt, for scikit-build-core (pyproject.toml)."""
+"""The extra lab of the Python distribution: reads the pins of tools/requirements-lab.txt for
+scikit-build-core (pyproject.toml).
+"""
 
 from pathlib import Path
 

@@ -1,5 +1,5 @@
-/* davar for Python - the Allan deviation of a whole record: one pass a cluster size over cumulative sums, exact in integers;
- * then the library's fit, as for any window. */
+/* davar for Python - the Allan deviation of a complete record. One pass per cluster size over
+ * cumulative sums, exact in integers. Then the library's fit, as for any window. */
 #include "davar/davar.h"
 #include "davar_python.h"
 
@@ -14,7 +14,7 @@ typedef struct {
     uint64_t count;
 } sum_t;
 
-/* Cumulative sums modulo 2^64, the first 0: their differences are exact as long as they fit. */
+/* Cumulative sums modulo 2^64; the first is 0. Their differences are exact if they fit. */
 static void accumulate(const double *values, size_t count, double centre, double step,
                        uint64_t *total)
 {
@@ -26,8 +26,9 @@ static void accumulate(const double *values, size_t count, double centre, double
     }
 }
 
-/* The squares of all differences of m samples in a run of `length` samples, whose cumulative sums these are. Two sums at a time: an
- * addition of 128 bits need not wait for the one before. */
+/* Adds the squares of all differences of m samples in a run of `length` samples; `total` has its
+ * cumulative sums. It uses two sums at a time, so that a 128-bit addition need not wait for the
+ * previous one. */
 static void add_run(sum_t *sum, const uint64_t *total, size_t length, size_t m)
 {
     if (length < 2U * m) {
@@ -66,7 +67,8 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
     for (size_t t = 0; t < taus; t++) {
         const sum_t sum = squares_of(total, ends, runs, m[t]);
         const double mean =
-            (double)sum.squares / (2.0 * (double)sum.count); /* 0 / 0 is NaN: none */
+            /* without differences 0 / 0 gives NaN */
+            (double)sum.squares / (2.0 * (double)sum.count);
         rows[t] = sqrt(mean) / m[t] * step;
         rows[taus + t] = (double)sum.count;
     }

@@ -1,10 +1,12 @@
-/* Velocity random walk of an accelerometer's three axes, measured while it works.
+/* Velocity random walk of the three axes of an accelerometer, measured while it works.
  *
- * davar does not care what a count is. Tell it m/s^2 per count, and what is called angle random walk, in deg/sqrt(h) of a gyro, is
- * velocity random walk in m/s/sqrt(h); ADEV is in m/s^2.
+ * davar works with any unit. Set unit_per_count to m/s^2 per count. The coefficient called angle
+ * random walk, in deg/sqrt(h) for a gyro, is then velocity random walk in m/s/sqrt(h), and ADEV is
+ * in m/s^2.
  *
- * For your board: call accelerometer_start once, accelerometer_sample from the data-ready interrupt, accelerometer_noise from the main
- * loop; change rate, size of a count and cluster times here. Gravity is a constant and does no harm; motion counts as noise. */
+ * For your board: call accelerometer_start once, accelerometer_sample from the data-ready
+ * interrupt, and accelerometer_noise from the main loop. Change rate, size of a count and cluster
+ * times here. Gravity is a constant and has no effect; motion counts as noise. */
 #include "accelerometer.h"
 
 #include "davar/davar.h"
@@ -13,12 +15,13 @@
 #define MPS2_PER_COUNT (9.80665 / 16384.0) /* +-2 g in 16 bits */
 #define AXES 3
 #define WINDOW 1200U /* samples: 6 s */
-#define STRIDE 200U  /* a result each second */
+#define STRIDE 200U  /* one result per second */
 
 static const uint32_t taus[] = {1, 2, 4, 8, 16, 32};
 #define TAUS (sizeof taus / sizeof taus[0])
 
-/* Of one axis: longest window, 0 (its length is fixed), no segment, stride, longest cluster, how many, gaps. */
+/* Memory for one axis: longest window, 0 (its length is fixed), no segment, stride, longest
+ * cluster, number of clusters, gaps. */
 #define AXIS_BYTES DAVAR_MEMORY_GRID_Q15(WINDOW, 0, 0, STRIDE, 32, TAUS, 4)
 static uint64_t memory[AXES][DAVAR_ROUND8(AXIS_BYTES) / 8];
 static davar_t axes[AXES]; /* x, y, z */

@@ -1,14 +1,19 @@
-/* Bare metal: the DMA writes the sensor's counts into a ring of two halves, its two interrupts push the half that is full, the main loop
- * takes. No copy, no queue, no operating system.
+/* Bare metal: the DMA writes the sensor's counts into a ring of two halves. Its two interrupts push
+ * the full half, and the main loop takes results. There is no copy, no queue and no operating
+ * system.
  *
- *   sensor -> DMA -> [ first half | second half ]       half-transfer, transfer-complete: push        main loop: take, fit
+ *   sensor -> DMA -> [ first half | second half ]
+ *                      half-transfer, transfer-complete: push        main loop: take, fit
  *
- * When both flags are pending, the interrupt came a half too late: the older one is being overwritten. It is left out, counted, and told
- * to davar as a gap; the newer one is whole.
+ * If both flags are pending, the interrupt came half a buffer too late, and the DMA is overwriting
+ * the older half. That half is skipped, counted, and reported to davar as a gap. The newer half is
+ * intact.
  *
- * For your board: call dma_blocks_interrupt from both interrupts (one vector on an STM32: read the flags, clear them, pass them on), and
- * set rate and size of a count. A push of 50 samples takes some 12 000 instructions here (docs/COST.md): choose halves that leave time.
- * The test plays the DMA by a timer's interrupt on an emulated Cortex-M4F: that board has no DMA that a sensor feeds. */
+ * For your board: call dma_blocks_interrupt from both interrupts (on an STM32 they share one
+ * vector: read the flags, clear them, pass them). Set rate and size of a count. A push of 50
+ * samples takes some 12 000 instructions here (docs/COST.md), so choose halves that leave enough
+ * time. The test simulates the DMA with a timer interrupt on an emulated Cortex-M4F, because that
+ * board has no DMA with a sensor. */
 #include "dma_blocks.h"
 
 static const uint32_t taus[] = {1, 2, 4, 8, 16, 32, 64};

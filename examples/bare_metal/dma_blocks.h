@@ -8,17 +8,19 @@
 #define DMA_FIRST 1U /* flags of the interrupt: the first half is full, */
 #define DMA_SECOND 2U
 
-/* Where the circular transfer writes; begins with the first half. */
+/* Target of the circular transfer, which begins with the first half. */
 extern volatile int16_t dma_buffer[2U * DMA_HALF];
 
-/* Before the transfer. DAVAR_OK, or why not (davar_status_text). */
+/* Call it before the transfer. Returns DAVAR_OK, or the cause (davar_status_text). */
 davar_status_t dma_blocks_start(void);
 
-/* From the half-transfer and the transfer-complete interrupt, with the flags that were pending; they are cleared already. */
+/* Call it from the half-transfer and the transfer-complete interrupt with the flags that were
+ * pending. They must be cleared already. */
 void dma_blocks_interrupt(uint32_t flags);
 
-/* From the main loop. False: no new result, and *arw is untouched. True with arw->present: value, low and high (95 %) in deg/sqrt(h).
- * True without: the newest window is not white noise, and `high` is an upper limit. */
+/* Call it from the main loop. False: no new result, and *arw is unchanged. True with arw->present:
+ * value, low and high (95 %) in deg/sqrt(h). True without: the newest window is not white noise,
+ * and `high` is an upper limit. */
 bool dma_blocks_noise(davar_coefficient_t *arw);
 
 /* Halves that were overwritten before their interrupt could run. */

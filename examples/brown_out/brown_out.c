@@ -1,14 +1,17 @@
-/* The state of an instance over a brown-out: what it has learned in minutes is there again when the power is.
+/* Keeps the state of an instance over a brown-out: what it learned in minutes is available again
+ * after power-up.
  *
- *   start:      init, restore the newest whole image, say how many samples were missed
- *   each minute, and when the supply falls: save. The brown-out interrupt only sets a flag; a few ms are enough for the main loop
+ *   start:      init, restore the newest intact image, report how many samples were missed
+ *   each minute, and when the supply falls: save. The brown-out interrupt only sets a flag, and
+ *               the main loop saves within a few ms
  *
- * Two slots are written in turn, the newest last, so that at any moment one of them is whole, wherever the power is cut.
+ * Saves alternate between two slots, so one of them is always intact, whenever the power fails.
  *
- * For your board: fill storage_read and storage_write (FRAM, EEPROM, backup RAM, or flash behind an erase layer), and brown_out_missed from a
- * clock that runs on (RTC). Without one every pause counts as one sample: the window only needs to know that there was a gap.
- * A save needs push and take quiet: call it from the main loop, which takes, with the sample's interrupt masked. Never from an interrupt
- * that a push or a take may be under. */
+ * For your board: fill storage_read and storage_write (FRAM, EEPROM, backup RAM, or flash with an
+ * erase layer). Compute brown_out_missed from a clock that keeps running (RTC). Without such a
+ * clock every pause counts as one sample, because the window only needs a gap. No push or take may
+ * be in progress during a save. Call it from the main loop, which also takes, with the sample
+ * interrupt masked. Never call it from an interrupt that can preempt a push or a take. */
 #include "brown_out.h"
 
 #include "davar/state.h"
@@ -49,12 +52,12 @@ davar_status_t brown_out_start(bool *is_restored)
     if (*is_restored) {
         davar_gap(&gyro, brown_out_missed());
     }
-    return status; /* nothing restored: it begins anew, and that is no fault */
+    return status; /* nothing was restored: it starts from scratch, which is not a fault */
 }
 
 bool brown_out_save(void)
 {
-    return davar_state_save(&gyro, &storage) == DAVAR_OK; /* not: the older image is still there */
+    return davar_state_save(&gyro, &storage) == DAVAR_OK; /* on failure the older image remains */
 }
 
 davar_t *brown_out_gyro(void)

@@ -1,12 +1,15 @@
-/* davar under FreeRTOS: the sensor's interrupt fills blocks and queues them, a task pushes them, takes and reports.
+/* davar under FreeRTOS: the sensor's interrupt fills blocks and queues them. A task pushes them,
+ * takes results and reports.
  *
  *   data-ready interrupt -> block of 20 -> queue -> noise task: gap, push, take, fit -> report
  *
- * Interrupts stay short (a copy), and push and take are in one task, so nothing has to be locked. When the task is late and the queue
- * is full, the block is lost: counted, and told to davar as a gap in front of the next one.
+ * Interrupts stay short (a copy). Push and take are in one task, so no lock is needed. If the task
+ * is late and the queue is full, the block is lost. The loss is counted and reported to davar as a
+ * gap before the next block.
  *
- * For your board: call noise_sample from the data-ready interrupt, noise_start before the scheduler; fill noise_report. The fit needs
- * 2 kB of stack (docs/COST.md), so the task has 4. Give it a priority below that of whatever flies. */
+ * For your board: call noise_sample from the data-ready interrupt, and noise_start before the
+ * scheduler. Fill noise_report. The fit needs 2 kB of stack (docs/COST.md), so the task has 4 kB.
+ * Its priority must be below that of flight-critical tasks. */
 #include "noise_task.h"
 
 #include "FreeRTOS.h"
@@ -18,7 +21,7 @@
 #define STACK_BYTES 4096U
 
 typedef struct {
-    uint32_t missing; /* samples that were lost in front of it */
+    uint32_t missing; /* samples lost before it */
     int16_t count[BLOCK];
 } block_t;
 
@@ -31,7 +34,7 @@ static davar_config_t config;
 static davar_t gyro;
 static QueueHandle_t queue;
 
-/* --- the interrupt's -------------------------------------------------------------------------------------------------- */
+/* --- used by the interrupt --- */
 
 static block_t filling;
 static uint32_t filled;
@@ -60,7 +63,7 @@ uint32_t noise_blocks_lost(void)
     return lost;
 }
 
-/* --- the task's ------------------------------------------------------------------------------------------------------- */
+/* --- used by the task --- */
 
 static void push_and_report(const int16_t *counts, size_t count)
 {

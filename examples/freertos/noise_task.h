@@ -4,16 +4,17 @@
 
 #include "davar/davar.h"
 
-/* Before the scheduler: makes the queue and the task. DAVAR_OK, or why davar refused. */
+/* Call it before the scheduler: creates the queue and the task. Returns DAVAR_OK, or the cause. */
 davar_status_t noise_start(void);
 
-/* From the data-ready interrupt, one sample each. */
+/* Call it from the data-ready interrupt, once per sample. */
 void noise_sample(int16_t count);
 
-/* Blocks that found the queue full. */
+/* Blocks lost because the queue was full. */
 uint32_t noise_blocks_lost(void);
 
-/* Yours, in the task: ARW is result->coefficient[DAVAR_ANGLE_RANDOM_WALK], deg/sqrt(h); value NaN: not resolved. */
+/* Provided by you; runs in the task. ARW is result->coefficient[DAVAR_ANGLE_RANDOM_WALK],
+ * deg/sqrt(h); value NaN: not resolved. */
 void noise_report(const davar_result_t *result);
 
 #endif

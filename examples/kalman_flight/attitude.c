@@ -28,7 +28,7 @@ static void inverse(const matrix_t a, matrix_t out)
             const int u = (i + 1) % 3;
             const int v = (i + 2) % 3;
             out[i][j] = (a[r][u] * a[s][v]) -
-                        (a[r][v] * a[s][u]); /* the cofactor: its sign follows from turning round */
+                        (a[r][v] * a[s][u]); /* the cofactor; the cyclic indices give its sign */
         }
     }
     const double determinant =

@@ -1,5 +1,6 @@
-/* An attitude filter: multiplicative extended Kalman filter of attitude error and gyro bias, in body axes, rad and s.
- * Markley & Crassidis, Fundamentals of Spacecraft Attitude Determination and Control (2014), section 6.2. */
+/* An attitude filter: multiplicative extended Kalman filter of attitude error and gyro bias, in body
+ * axes, rad and s. Markley & Crassidis, Fundamentals of Spacecraft Attitude Determination and
+ * Control (2014), section 6.2. */
 #ifndef ATTITUDE_H
 #define ATTITUDE_H
 
@@ -20,16 +21,16 @@ void quaternion_between(const double a[4], const double b[4], double rotation[3]
 void attitude_start(attitude_t *attitude, const double q[4], double attitude_sigma,
                     double bias_sigma);
 
-/* One sample of the gyro. noise: angle random walk of each axis, rad/sqrt(s): what this example feeds. walk: of the bias,
- * rad/s/sqrt(s). */
+/* Propagates by one gyro sample. noise: angle random walk of each axis, rad/sqrt(s); this example
+ * sets it. walk: of the bias, rad/s/sqrt(s). */
 void attitude_propagate(attitude_t *attitude, const double rate[3], double step_s,
                         const double noise[3], double walk);
 
-/* An attitude that was measured, sigma of each axis in rad. */
+/* Updates with a measured attitude; sigma of each axis in rad. */
 void attitude_update(attitude_t *attitude, const double measured[4], double sigma);
 
-/* The error of attitude, and its square in units of the filter's own covariance: 3 on the average of a filter that is right
- * about itself (NEES). */
+/* The squared attitude error in units of the filter's own covariance (NEES). Its mean is 3 if the
+ * filter is consistent. */
 double attitude_nees(const attitude_t *attitude, const double truth[4], double error[3]);
 
 #endif

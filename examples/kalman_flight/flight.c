@@ -1,9 +1,10 @@
-/* davar example - what the numbers are for: the measured angle random walk sets the gyro noise of an attitude filter while it
- * flies. A simulated flight whose gyro noise triples for three minutes; the same filter with four beliefs about that noise.
+/* davar example - the use of the results: the measured angle random walk sets the gyro noise of an
+ * attitude filter in flight. In the simulated flight the gyro noise triples for three minutes. The
+ * same filter runs with four assumptions about that noise.
  *
  *   flight [--law glr|or|fixed] [--flights N] [--seed S] [--steady] [--csv FILE]
  *
- * Prints rms error of attitude and consistency, a line for each phase and belief. */
+ * Prints the rms attitude error and the consistency, one line for each phase and assumption. */
 #include "attitude.h"
 
 #include <davar/davar.h>
@@ -18,13 +19,14 @@
 #define RATE_HZ 100
 #define SECONDS 660
 #define LSB_DPS 0.005
-#define BENCH 0.3                /* angle random walk at rest, deg/sqrt(h) */
-#define LOUD 3.0                 /* times as much while it vibrates */
-#define TRACKER_DEG 0.05         /* of an attitude measurement, once a second */
-#define BIAS_DPS 0.01            /* at the start, unknown */
-#define BIAS_WALK 1e-5           /* deg/s/sqrt(s) */
-#define MOTION_DPS 0.5           /* slow beside the cluster times, or the motion counts as noise */
-#define RADIAN 0.017453292519943 /* of a degree */
+#define BENCH 0.3        /* angle random walk at rest, deg/sqrt(h) */
+#define LOUD 3.0         /* ratio of the noise while it vibrates */
+#define TRACKER_DEG 0.05 /* of an attitude measurement, once per second */
+#define BIAS_DPS 0.01    /* at the start, unknown */
+#define BIAS_WALK 1e-5   /* deg/s/sqrt(s) */
+/* slow compared with the cluster times; otherwise the motion counts as noise */
+#define MOTION_DPS 0.5
+#define RADIAN 0.017453292519943 /* one degree in rad */
 #define TAUS 4
 
 enum { AS_ON_THE_BENCH, AS_AT_WORST, FED, TRUE, BELIEFS };
@@ -45,7 +47,7 @@ static uint64_t memory[3][65536 / 8];
 static struct {
     double square; /* of the error of attitude, deg^2, sum over flights and axes */
     double nees;   /* sum over flights */
-    double fed;    /* what davar said, deg/sqrt(h), sum over flights and axes */
+    double fed;    /* results of davar, deg/sqrt(h), sum over flights and axes */
 } seen[SECONDS][BELIEFS];
 
 static uint64_t state;
@@ -62,7 +64,7 @@ static double gauss(void)
     return radius * cos(6.283185307179586 * uniform());
 }
 
-/* Truth in deg/sqrt(h). */
+/* True value in deg/sqrt(h). */
 static double arw_at(int second, int steady)
 {
     return (!steady && (second >= phases[1].from) && (second < phases[1].to)) ? LOUD * BENCH
@@ -95,7 +97,8 @@ static void choose_law(const char *law)
     davar_plan_init(&plan, taus, TAUS);
 }
 
-/* What davar says: of white noise its ARW; where something else is in it too, that of one sample's Allan deviation. */
+/* Reads the results of davar: the ARW of white noise, or the Allan deviation of one sample if the
+ * noise has other parts too. */
 static void listen(double arw[3])
 {
     static davar_result_t result;
@@ -130,7 +133,7 @@ static void fly(int steady)
     }
     for (int i = 0; i < 3; i++) {
         if (davar_init_q15(&gyro[i], &config, memory[i], sizeof memory[i]) != DAVAR_OK) {
-            fprintf(stderr, "flight: davar refused its settings\n");
+            fprintf(stderr, "flight: davar rejected its settings\n");
             exit(2);
         }
     }
@@ -188,7 +191,8 @@ static void fly(int steady)
     }
 }
 
-/* A bound of chi-square over its degrees of freedom, 95 % with the other one (Wilson & Hilferty 1931). */
+/* One bound of chi-square over its degrees of freedom; both bounds together cover 95 % (Wilson &
+ * Hilferty 1931). */
 static double bound(double degrees, double sign)
 {
     const double root =

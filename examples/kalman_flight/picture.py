@@ -1,4 +1,4 @@
-"""The picture of docs/FLIGHT.md: picture.py COURSE.csv PICTURE.png, with a Python that has matplotlib."""
+"""Makes the figure of docs/FLIGHT.md: picture.py FLIGHT.csv FIGURE.png. Needs matplotlib."""
 
 import csv
 import sys
@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 COLOURS = {"bench": "tab:red", "worst": "tab:gray", "fed": "tab:blue", "true": "black"}
 WORDS = {"bench": "as on the bench", "worst": "as at worst", "fed": "fed by davar", "true": "truth"}
 PANELS = (
-    ("arw_deg_per_sqrt_h", "ARW believed\n[deg/$\\sqrt{h}$]"),
+    ("arw_deg_per_sqrt_h", "ARW assumed\n[deg/$\\sqrt{h}$]"),
     ("rms_deg", "rms error\n[deg]"),
     ("nees_over_3", "NEES / 3\n(1: consistent)"),
 )

@@ -1,18 +1,23 @@
-/* davar's frames on the chip's own CAN controller: bxCAN, after RM0090 (STM32F405/407/427/429) chapter 32.
+/* Sends davar's frames on the chip's own CAN controller: bxCAN, after RM0090
+ * (STM32F405/407/427/429) chapter 32.
  *
- * Three mailboxes, sent in the order of the requests (TXFP) since the frames of a result follow each other; a bus that went off comes
- * back by itself (ABOM) behind 128 times 11 recessive bits. Nothing waits: what has no room now is for the next turn.
+ * The three mailboxes are sent in the order of the requests (TXFP), because the frames of a result
+ * must stay in order. After bus-off the controller recovers by itself (ABOM) after 128 times 11
+ * recessive bits. Nothing waits: a frame without room is sent at the next call.
  *
- * For your board: clock and pins of the controller on, its base address, and the timing for your clock; at 42 MHz and 500 kbit/s
- * bxcan_timing(6, 11, 2): 14 quanta, sampled at 86 %. No chip has seen this file: its test lays the registers in memory and plays the
- * controller as the manual describes it. */
+ * For your board: enable clock and pins of the controller, and set its base address and the timing
+ * for your clock. At 42 MHz and 500 kbit/s use bxcan_timing(6, 11, 2): 14 quanta, sample point at
+ * 86 %.
+ *
+ * This file has not run on a chip. Its test places the registers in memory and simulates the
+ * controller after the manual. */
 #include "bxcan.h"
 
 #define MCR_INRQ (UINT32_C(1) << 0)
 #define MCR_TXFP (UINT32_C(1) << 2)
 #define MCR_ABOM (UINT32_C(1) << 6)
 #define MSR_INAK (UINT32_C(1) << 0)
-#define TSR_CODE 24U /* the next mailbox that is empty */
+#define TSR_CODE 24U /* the next empty mailbox */
 #define TSR_TME (UINT32_C(7) << 26)
 #define ESR_BOFF (UINT32_C(1) << 2)
 #define TIR_TXRQ (UINT32_C(1) << 0)
@@ -31,7 +36,7 @@ void bxcan_start(bxcan_t *can, bxcan_registers_t *registers, uint32_t timing)
 {
     *can = (bxcan_t){.registers = registers, .timing = timing};
     registers->MCR =
-        MCR_INRQ | MCR_TXFP | MCR_ABOM; /* and out of SLEEP, which is set behind a reset */
+        MCR_INRQ | MCR_TXFP | MCR_ABOM; /* and leaves SLEEP, which is set after a reset */
 }
 
 void bxcan_poll(bxcan_t *can)
@@ -41,7 +46,7 @@ void bxcan_poll(bxcan_t *can)
     const bool asked = (registers->MCR & MCR_INRQ) != 0U;
     if (asked && initialises) {
         registers->BTR = can->timing;
-        registers->MCR = MCR_TXFP | MCR_ABOM; /* it joins behind 11 recessive bits */
+        registers->MCR = MCR_TXFP | MCR_ABOM; /* it joins the bus after 11 recessive bits */
     }
     can->is_running = !asked && !initialises;
     const bool is_off = (registers->ESR & ESR_BOFF) != 0U;

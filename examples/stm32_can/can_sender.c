@@ -1,15 +1,17 @@
-/* From results to frames (lib/WIRE.md), one whenever the controller has room.
+/* Converts results to frames (lib/WIRE.md) and sends one whenever the controller has room.
  *
- *   main loop:  bxcan_poll / fdcan_poll;  can_sender_step;  davar_take -> davar_fit -> can_sender_result
+ *   main loop:  bxcan_poll / fdcan_poll;  can_sender_step;
+ *               davar_take -> davar_fit -> can_sender_result
  *
- * A receiver is there already: `tools/davarlab live can:can0`, or any tool that reads tools/davar.dbc. */
+ * Receivers are available: `tools/davarlab live can:can0`, or any tool that reads
+ * tools/davar.dbc. */
 #include "can_sender.h"
 
 static davar_encoder_t encoder;
-static davar_wire_health_t told;
+static davar_wire_health_t counters;
 static davar_result_t result;
 static davar_frame_t frame;
-static bool holds; /* a frame waits for room */
+static bool holds; /* a frame is waiting for room */
 static can_send_t send;
 static void *controller;
 
@@ -19,7 +21,7 @@ void can_sender_start(const davar_config_t *config, uint8_t session, bool fd, ca
     (void)davar_encoder_init(&encoder, config, DAVAR_WIRE_BASE, 0U,
                              fd ? DAVAR_SEND_FD : (DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS));
     davar_encoder_session(&encoder, session);
-    told = (davar_wire_health_t){{0}};
+    counters = (davar_wire_health_t){{0}};
     holds = false;
     send = how;
     controller = with;
@@ -28,16 +30,16 @@ void can_sender_start(const davar_config_t *config, uint8_t session, bool fd, ca
 void can_sender_result(const davar_result_t *newest, const davar_health_t *health, uint32_t bus_off)
 {
     for (; holds; holds = davar_encoder_next(&encoder, &frame)) {
-        told.count[DAVAR_HEALTH_FRAMES_DROPPED]++;
+        counters.count[DAVAR_HEALTH_FRAMES_DROPPED]++;
     }
-    told.count[DAVAR_HEALTH_GAPS] = health->gaps;
-    told.count[DAVAR_HEALTH_MISSING_SAMPLES] = health->missing;
-    told.count[DAVAR_HEALTH_SATURATED_SAMPLES] = health->saturated;
-    told.count[DAVAR_HEALTH_WINDOW_RESTARTS] = health->restarts;
-    told.count[DAVAR_HEALTH_RESULTS_MISSED] = health->missed;
-    told.count[DAVAR_HEALTH_BUS_OFF] = bus_off;
+    counters.count[DAVAR_HEALTH_GAPS] = health->gaps;
+    counters.count[DAVAR_HEALTH_MISSING_SAMPLES] = health->missing;
+    counters.count[DAVAR_HEALTH_SATURATED_SAMPLES] = health->saturated;
+    counters.count[DAVAR_HEALTH_WINDOW_RESTARTS] = health->restarts;
+    counters.count[DAVAR_HEALTH_RESULTS_MISSED] = health->missed;
+    counters.count[DAVAR_HEALTH_BUS_OFF] = bus_off;
     result = *newest;
-    davar_encoder_begin(&encoder, &result, &told);
+    davar_encoder_begin(&encoder, &result, &counters);
     holds = davar_encoder_next(&encoder, &frame);
 }
 

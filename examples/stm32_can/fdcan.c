@@ -1,13 +1,18 @@
-/* davar's frames on the chip's own CAN controller: FDCAN, after RM0440 (STM32G4) chapter 44; that of the H7 and U5 has more buffers and
- * the same registers for sending, but its message RAM is laid out by the user.
+/* Sends davar's frames on the chip's own CAN controller: FDCAN, after RM0440 (STM32G4) chapter 44.
+ * The FDCAN of the H7 and U5 has more buffers and the same registers for sending, but the user
+ * defines the layout of its message RAM.
  *
- * Three buffers as a FIFO, so that frames leave in order. DAVAR_ResultFd goes out as CAN FD with the faster bit rate for its data, all
- * others as classical frames. Off the bus the controller sets INIT itself; clearing it asks the bus back, behind 128 times 11
- * recessive bits. Nothing waits: what has no room now is for the next turn.
+ * Three buffers work as a FIFO, so frames are sent in order. DAVAR_ResultFd is sent as CAN FD with
+ * the faster bit rate for its data, all others as classical frames. At bus-off the controller sets
+ * INIT itself. Clearing it makes the controller rejoin the bus after 128 times 11 recessive bits.
+ * Nothing waits: a frame without room is sent at the next call.
  *
- * For your board: clock and pins of the controller on, addresses, and the timings for your clock; at 80 MHz fdcan_timing(10, 13, 2) is
- * 500 kbit/s, sampled at 88 %, fdcan_data_timing(2, 15, 4) 2 Mbit/s. No chip has seen this file: its test lays the registers in memory and
- * plays the controller as the manual describes it. */
+ * For your board: enable clock and pins of the controller, and set the addresses and the timings
+ * for your clock. At 80 MHz fdcan_timing(10, 13, 2) is 500 kbit/s with the sample point at 88 %,
+ * and fdcan_data_timing(2, 15, 4) is 2 Mbit/s.
+ *
+ * This file has not run on a chip. Its test places the registers in memory and simulates the
+ * controller after the manual. */
 #include "fdcan.h"
 
 #define CCCR_INIT (UINT32_C(1) << 0)
@@ -56,7 +61,7 @@ void fdcan_poll(fdcan_t *can)
     if ((control & CCCR_INIT) == 0U) {
         can->is_running = true;
     } else if (can->is_running) {
-        can->is_running = false; /* off the bus: ask it back, the settings stand */
+        can->is_running = false; /* bus-off: rejoin the bus; the settings remain */
         registers->CCCR = control & ~CCCR_INIT;
     } else if ((control & CCCR_CCE) == 0U) {
         registers->CCCR = CCCR_INIT | CCCR_CCE;
@@ -65,7 +70,7 @@ void fdcan_poll(fdcan_t *can)
         registers->DBTP = can->data;
         registers->TXBC = 0U; /* a FIFO */
         registers->CCCR = CCCR_INIT | CCCR_CCE | CCCR_FDOE | CCCR_BRSE;
-        registers->CCCR = CCCR_FDOE | CCCR_BRSE; /* it joins behind 11 recessive bits */
+        registers->CCCR = CCCR_FDOE | CCCR_BRSE; /* it joins the bus after 11 recessive bits */
     }
 }
 

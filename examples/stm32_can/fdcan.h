@@ -1,10 +1,10 @@
-/* Sending on the FDCAN of an STM32G4: see fdcan.c. */
+/* Sends on the FDCAN of an STM32G4: see fdcan.c. */
 #ifndef FDCAN_H
 #define FDCAN_H
 
 #include "davar/wire.h"
 
-/* Its registers, RM0440 44.4; those that sending does not need are left unnamed. */
+/* Its registers, RM0440 44.4. Registers that sending does not need have no name. */
 typedef volatile struct {
     uint32_t identity[3];
     uint32_t DBTP; /* 0x00C */
@@ -27,25 +27,28 @@ typedef volatile struct {
 
 typedef struct {
     fdcan_registers_t *registers; /* (fdcan_registers_t *)0x40006400 is FDCAN1 of a G4 */
-    fdcan_buffer_t *buffers;      /* its three: (fdcan_buffer_t *)(0x4000A400 + 0x278) */
+    fdcan_buffer_t *buffers;      /* its three buffers: (fdcan_buffer_t *)(0x4000A400 + 0x278) */
     uint32_t nominal;             /* NBTP, fdcan_timing() */
     uint32_t data;                /* DBTP, fdcan_data_timing() */
     bool is_running;
     bool is_off;
-    uint32_t bus_off; /* times */
+    uint32_t bus_off; /* number of times */
 } fdcan_t;
 
 /* NBTP and DBTP for bits of 1 + segment1 + segment2 quanta of `divider` clocks each. */
 uint32_t fdcan_timing(uint32_t divider, uint32_t segment1, uint32_t segment2);
 uint32_t fdcan_data_timing(uint32_t divider, uint32_t segment1, uint32_t segment2);
 
-/* Asks the controller into its initialisation; fill registers, buffers, nominal and data before. Clock and pins are on already. */
+/* Requests initialisation of the controller. Set registers, buffers, nominal and data before. Clock
+ * and pins must be enabled already. */
 void fdcan_start(fdcan_t *can);
 
-/* Often, from the main loop: ends the initialisation, counts when the bus goes off and asks it back. Never waits. */
+/* Call it often from the main loop: ends the initialisation, counts bus-off events and rejoins the
+ * bus. Never waits. */
 void fdcan_poll(fdcan_t *can);
 
-/* False: no room now, or no bus; try again. Frames leave in the order in which they came; one of 64 bytes as CAN FD. */
+/* False: no room now, or no bus; try again. Frames are sent in the order of the calls, a frame of
+ * 64 bytes as CAN FD. */
 bool fdcan_send(fdcan_t *can, const davar_frame_t *frame);
 
 #endif

@@ -1,4 +1,4 @@
-/* davar-sim - decimal text to double: Clinger's exact case by hand, the rest by strtod. */
+/* davar-sim - converts decimal text to double: Clinger's exact case here, the rest by strtod. */
 #include "common/decimal.h"
 
 #include <float.h>
@@ -9,16 +9,16 @@
 
 #define DIGITS_EXACT 19     /* decimal digits that always fit 64 bits */
 #define POWERS_EXACT 22     /* 10^22 is the largest power of ten that is a double */
-#define EXPONENT_MAX 100000 /* far beyond any double; keeps the sum below from overflowing */
+#define EXPONENT_MAX 100000 /* far above any double; keeps the sum below from overflowing */
 
-/* What the characters say: (-1)^negative * mantissa * 10^exponent. */
+/* The parsed number: (-1)^negative * mantissa * 10^exponent. */
 typedef struct {
     uint64_t mantissa;
-    int digits; /* significant digits seen, leading zeros not counted */
+    int digits; /* significant digits so far, without leading zeros */
     int exponent;
     bool negative;
     bool any_digit;
-    bool capped; /* an exponent was beyond EXPONENT_MAX: `exponent` says nothing */
+    bool capped; /* an exponent was above EXPONENT_MAX, so `exponent` is not valid */
 } parts_t;
 
 static bool is_digit(char c)
@@ -32,7 +32,8 @@ static const char *scan_sign(const char *text, bool *negative)
     return ((*text == '-') || (*text == '+')) ? text + 1 : text;
 }
 
-/* Digits beyond DIGITS_EXACT are counted, not kept: such a number goes to strtod. */
+/* Counts digits after the first DIGITS_EXACT, but does not keep them: strtod converts such a
+ * number. */
 static const char *scan_digits(const char *text, parts_t *parts)
 {
     for (; is_digit(*text); text++) {
@@ -59,7 +60,7 @@ static const char *scan_fraction(const char *text, parts_t *parts)
     return end;
 }
 
-/* An 'e' without digits behind it does not belong to the number: the cursor stays on it. */
+/* An 'e' without digits after it is not part of the number: the cursor stays on it. */
 static const char *scan_exponent(const char *text, parts_t *parts)
 {
     if ((*text != 'e') && (*text != 'E')) {
@@ -81,7 +82,8 @@ static const char *scan_exponent(const char *text, parts_t *parts)
     return digit;
 }
 
-/* Mantissa and power of ten both exact: one rounding, hence the correct one. Not so where doubles are computed wider. */
+/* If mantissa and power of ten are both exact, one rounding gives the correct result. This does not
+ * apply where doubles are computed with extra precision. */
 static bool is_exact_case(const parts_t *parts)
 {
     return (FLT_EVAL_METHOD == 0) && !parts->capped && (parts->digits <= DIGITS_EXACT) &&

@@ -2,7 +2,7 @@
 #ifndef SIM_CLOCK_H
 #define SIM_CLOCK_H
 
-/* Seconds since some moment in the past; never runs backwards. */
+/* Seconds since an arbitrary moment in the past; never runs backwards. */
 double sim_clock_s(void);
 
 #endif

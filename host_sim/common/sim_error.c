@@ -14,7 +14,8 @@ bool sim_fail(sim_error_t *error, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    /* The analyser does not see va_start. NOLINTNEXTLINE(clang-analyzer-valist.Uninitialized) */
+    /* The analyser does not recognise va_start.
+     * NOLINTNEXTLINE(clang-analyzer-valist.Uninitialized) */
     (void)vsnprintf(error->text, sizeof error->text, format, arguments);
     va_end(arguments);
     for (char *c = error->text; *c != '\0'; c++) {

@@ -1,5 +1,7 @@
-/* davar-sim - signals. Hazard: system calls are not restarted, so that one that waits for ever ends too. What does not come back to
- * stop_asked() in time is ended by a timer: of processor time for work that never ends, of the clock for a reader that never reads. */
+/* davar-sim - signals. Hazard: system calls are not restarted, so that a call that waits
+ * indefinitely also ends. If the program does not call stop_requested() in time, one of two
+ * timers ends it. One counts processor time and ends work that never ends. The other counts real
+ * time and ends a wait for a reader that never reads. */
 #include "common/stop.h"
 
 #include <signal.h>
@@ -10,14 +12,14 @@
 static volatile sig_atomic_t caught;
 
 #define WORK_S 1      /* of processor time; a row takes microseconds */
-#define PATIENCE_S 5U /* for a line that is half written */
+#define PATIENCE_S 5U /* of the clock, for a half-written line */
 
 static void note(int number)
 {
     static const struct itimerval limit = {.it_value = {.tv_sec = WORK_S}};
     if (caught != 0) {
         if ((number == SIGALRM) || (number == SIGPROF)) {
-            (void)raise(caught); /* no longer handled: it kills */
+            (void)raise(caught); /* the handler is no longer installed, so this kills the program */
         }
         return;
     }
@@ -42,7 +44,7 @@ void stop_catch(void)
     }
 }
 
-bool stop_asked(sim_error_t *error)
+bool stop_requested(sim_error_t *error)
 {
     return (caught != 0) && !sim_fail(error, "stopped by signal %d", (int)caught);
 }

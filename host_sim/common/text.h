@@ -1,4 +1,4 @@
-/* davar-sim - small questions about text. */
+/* davar-sim - small text functions. */
 #ifndef TEXT_H
 #define TEXT_H
 
@@ -7,13 +7,13 @@
 /* First character that is neither space nor tab. */
 const char *text_skip_blanks(const char *text);
 
-/* True for spaces and tabs only, or nothing. */
+/* True if the text is empty or has only spaces and tabs. */
 bool text_is_blank(const char *text);
 
-/* Cuts spaces and tabs off the end (in place) and returns the first character that is none. */
+/* Removes spaces and tabs at the end (in place) and returns the first character that is neither. */
 char *text_trim(char *text);
 
-/* True when text ends in suffix. */
+/* True if text ends in suffix. */
 bool text_ends_with(const char *text, const char *suffix);
 
 #endif

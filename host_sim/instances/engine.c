@@ -72,7 +72,7 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
         return false;
     }
     davar_plan_init(&engine->plan, engine->config.taus,
-                    engine->config.tau_count); /* the same in all channels */
+                    engine->config.tau_count); /* all channels share it */
     for (size_t c = 0; c < count; c++) {
         engine->channels[c] = (davar_node_channel_t){
             .davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};

@@ -1,4 +1,4 @@
-/* davar-sim - one library instance per channel, all of one configuration. */
+/* davar-sim - one library instance per channel, all with the same configuration. */
 #ifndef ENGINE_H
 #define ENGINE_H
 
@@ -16,16 +16,18 @@ typedef struct {
     davar_node_channel_t *channels;
 } engine_t;
 
-/* Allocates and starts `count` instances. A recording of 16-bit counts runs as q15 unless the library finds its windows
- * too large for that, then as q31 with the same results. `settings` must outlive the engine; do not move the engine.
- * False: refused by the library (the message names the option), or no memory. */
+/* Allocates and starts `count` instances. A recording of 16-bit counts runs as q15. If its windows
+ * are too large for q15, it runs as q31 with the same results. `settings` must outlive the engine;
+ * do not move the engine. False: the library rejects the configuration (the message names the
+ * option), or out of memory. */
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
                   double rate_hz, size_t count, const options_t *options, sim_error_t *error);
 
-/* The weather of one more channel: gaps and missing of one (they are the same in all), the rest summed. */
+/* Adds the counters of one more channel. Gaps and missing samples are the same in all channels and
+ * are not summed. */
 void engine_add_health(davar_health_t *sum, const davar_health_t *one);
 
-/* The weather of all channels. */
+/* Input faults and missed results of all channels. */
 davar_health_t engine_health(const engine_t *engine);
 
 /* Allowed after a failed start. */

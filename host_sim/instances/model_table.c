@@ -1,4 +1,4 @@
-/* davar-sim - error model's table. */
+/* davar-sim - the table of the error model. */
 #include "instances/model_table.h"
 
 #include "common/text.h"
@@ -12,7 +12,7 @@ typedef enum { COLUMN_M = 0, COLUMN_ADEV, COLUMN_TOLERANCE, COLUMN_TAU, COLUMN_C
 
 static const char *const COLUMN[COLUMN_COUNT] = {"m", "adev_dps", "relative_tolerance", "tau_s"};
 
-/* The file while it is read. */
+/* The file and the position of its columns while it is read. */
 typedef struct {
     lines_t lines;
     header_t header;
@@ -46,7 +46,7 @@ static bool refuse(const reader_t *reader, column_t column, const char *what, si
     return row_fail(&reader->lines, COLUMN[column], what, value_of(reader, column), error);
 }
 
-/* A table for another rate would compare other times. */
+/* A table for another rate would compare different times. */
 static bool check_tau(const reader_t *reader, sim_error_t *error)
 {
     if (reader->place[COLUMN_TAU] == HEADER_NONE) {
@@ -54,8 +54,8 @@ static bool check_tau(const reader_t *reader, sim_error_t *error)
     }
     const double tau_s = value_of(reader, COLUMN_M) / reader->rate_hz;
     const bool good = (fabs(value_of(reader, COLUMN_TAU) - tau_s) <= TAU_TOLERANCE * tau_s);
-    return good || refuse(reader, COLUMN_TAU,
-                          "made for another sample rate than that of the recording", error);
+    return good ||
+           refuse(reader, COLUMN_TAU, "made for a different sample rate than the recording", error);
 }
 
 static bool take_row(const reader_t *reader, model_table_t *table, sim_error_t *error)
@@ -95,7 +95,7 @@ static bool read_rows(reader_t *reader, model_table_t *table, sim_error_t *error
         if (status != LINES_LINE) {
             return (status == LINES_END) &&
                    ((table->count > 0U) ||
-                    sim_fail(error, "%s: no cluster size in it", reader->lines.name));
+                    sim_fail(error, "%s: has no cluster sizes", reader->lines.name));
         }
         if (!text_is_blank(text) &&
             (!row_parse(&reader->lines, text, length, &reader->header, reader->value, error) ||

@@ -1,4 +1,5 @@
-/* davar-sim - configuration: defaults follow window_max in the proportions of the paper, 600 : 400 : 100. */
+/* davar-sim - configuration. Defaults follow window_max in the proportions of the paper, 600 : 400
+ * : 100. */
 #include "instances/settings.h"
 
 #include "davar/davar.h"
@@ -30,7 +31,7 @@ static void set_window(davar_config_t *config, const options_t *options)
     config->moments.segment = either(&options->segment, config->moments.segment);
 }
 
-/* glr: 600 blocks, the shortest two, no moments. */
+/* Policy glr: the longest window has 600 blocks, the shortest has two, and there are no moments. */
 static void set_tracking(davar_config_t *config, const options_t *options)
 {
     if (options->policy != DAVAR_POLICY_GLR) {
@@ -52,7 +53,7 @@ static void set_tracking(davar_config_t *config, const options_t *options)
     config->window.grow = either(&options->grow, 1U);
 }
 
-/* A trailing window cannot grow faster than the samples come. */
+/* A trailing window cannot grow faster than samples arrive. */
 static void set_steps(davar_config_t *config, const options_t *options)
 {
     const bool trailing = (options->mode == DAVAR_MODE_TRAILING);
@@ -111,7 +112,8 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     set_bounds(config, options);
     set_tracking(config, options);
     set_taus(settings, options);
-    /* A grid remembers the gaps of the newest window and of the next: one gap in front of each sample at most. */
+    /* A grid stores the gaps of the newest window and of the next one. At most one gap precedes
+     * each sample. */
     config->window.gaps_max = (config->window.longest < (UINT16_MAX / 2U))
                                   ? (uint16_t)(2U * config->window.longest)
                                   : UINT16_MAX;
@@ -128,7 +130,8 @@ static uint8_t widest_count(const options_t *options)
     return (options->lsb > 0.0) ? (uint8_t)options->bits : 32U;
 }
 
-/* Init looks at the configuration before it looks at the memory, so with no memory at all "too small" means accepted. */
+/* davar_init_* checks the configuration before the memory. Without memory, "too small" therefore
+ * means that the configuration is accepted. */
 bool settings_check(const settings_t *settings, const options_t *options, sim_error_t *error)
 {
     davar_t probe;
@@ -142,7 +145,7 @@ bool settings_check(const settings_t *settings, const options_t *options, sim_er
     return accepted || settings_fail(status, options, error);
 }
 
-/* The option that a refusal is about; for the rest no option is to blame. */
+/* The option that caused a status; "internal" if no option did. */
 static const char *option_of(davar_status_t status, const options_t *options)
 {
     static const char *const OPTION[] = {
@@ -182,8 +185,9 @@ bool settings_fail(davar_status_t status, const options_t *options, sim_error_t 
     return sim_fail(error, "%s: %s", option_of(status, options), davar_status_text(status));
 }
 
-/* Centred: the mirrored ends let half a window make the first epoch; trailing, and a law with a queue: the shortest window. Either way the first
- * epoch is the last sample of a stride. */
+/* Centred: half a window gives the first epoch, because the ends are mirrored. Trailing, or a law
+ * with a queue: the shortest window gives it. In both cases the first epoch is the last sample of a
+ * stride. */
 uint64_t settings_samples_needed(const davar_config_t *config)
 {
     const uint64_t stride = config->stride;

@@ -25,8 +25,7 @@ bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine
         return false;
     }
     if (!has_tau(&watch->table, &engine->config)) {
-        return sim_fail(error,
-                        "--model-table: %s: none of its cluster sizes is among those of --taus",
+        return sim_fail(error, "--model-table: %s: it has no cluster size in common with --taus",
                         options->model_table);
     }
     watch->monitor = calloc(engine->count, sizeof *watch->monitor);
@@ -36,13 +35,14 @@ bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine
     for (size_t c = 0; c < engine->count; c++) {
         if (!davar_monitor_init(&watch->monitor[c], watch->table.tau, watch->table.count,
                                 DAVAR_MONITOR_MEMORY)) {
-            return sim_fail(error, "--model-table: %s: refused", options->model_table);
+            return sim_fail(error, "--model-table: %s: not a valid table for the monitor",
+                            options->model_table);
         }
     }
     return true;
 }
 
-const davar_misfit_t *watch_look(watch_t *watch, size_t channel, const davar_result_t *result)
+const davar_misfit_t *watch_compare(watch_t *watch, size_t channel, const davar_result_t *result)
 {
     if (watch->monitor == NULL) {
         return NULL;

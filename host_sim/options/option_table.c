@@ -267,13 +267,13 @@ static bool apply_can_content(options_t *options, const char *text, sim_error_t 
 static bool apply_model_table(options_t *options, const char *text, sim_error_t *error)
 {
     options->model_table = text;
-    return (text[0] != '\0') || sim_fail(error, "--model-table: which file?");
+    return (text[0] != '\0') || sim_fail(error, "--model-table: needs a file name");
 }
 
 static bool apply_device(options_t *options, const char *text, sim_error_t *error)
 {
     options->device = text;
-    return (text[0] != '\0') || sim_fail(error, "--device: which command?");
+    return (text[0] != '\0') || sim_fail(error, "--device: needs a command");
 }
 
 static bool apply_baud(options_t *options, const char *text, sim_error_t *error)

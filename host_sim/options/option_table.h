@@ -1,15 +1,15 @@
-/* davar-sim - the options one by one: name, whether it takes a value, and what the value does. */
+/* davar-sim - the table of options: name, whether it takes a value, and a handler for the value. */
 #ifndef OPTION_TABLE_H
 #define OPTION_TABLE_H
 
 #include "options/options.h"
 
-/* Stores the value of one option; false: refused, the message names the option. */
+/* Stores the value of one option. False: a bad value; the message names the option. */
 typedef bool (*option_apply_t)(options_t *options, const char *text, sim_error_t *error);
 
 typedef struct {
     const char *name;
-    option_apply_t apply; /* null: the option takes no value; options.c knows what it means */
+    option_apply_t apply; /* null: the option takes no value; options.c handles it */
 } option_entry_t;
 
 /* All long options; the last entry has a null name. */

@@ -1,4 +1,4 @@
-/* davar-sim - walks the command line with getopt_long. */
+/* davar-sim - reads the command line with getopt_long. */
 #include "options/options.h"
 
 #include "options/option_table.h"
@@ -9,9 +9,9 @@
 
 #define OPTIONS_MAX 64
 #define ASCII_END 128
-#define CODE_FIRST 256 /* getopt codes of the table entries; below are characters */
+#define CODE_FIRST 256 /* getopt codes of the table entries; smaller codes are characters */
 
-/* What getopt_long wants to know, derived from the table. */
+/* Derives the input of getopt_long from the table. */
 static void fill_long_options(struct option *long_options)
 {
     size_t i = 0;
@@ -49,7 +49,7 @@ static options_status_t apply_entry(options_t *options, const option_entry_t *en
     return entry->apply(options, optarg, error) ? OPTIONS_RUN : OPTIONS_BAD;
 }
 
-/* REC, or one more column behind "--column NAME" once REC is known. */
+/* REC, or after REC one more column of "--column NAME". */
 static bool apply_word(options_t *options, bool after_column, const char *word, sim_error_t *error)
 {
     if (options->recording == NULL) {
@@ -62,7 +62,7 @@ static bool apply_word(options_t *options, bool after_column, const char *word, 
     return sim_fail(error, "unexpected argument '%s' (one recording only; see --help)", word);
 }
 
-/* getopt names an unknown short option by its character and everything else by where it stood. */
+/* getopt identifies an unknown short option by its character and all others by their position. */
 static bool fail_unknown(char **argv, sim_error_t *error)
 {
     if ((optopt > 0) && (optopt < ASCII_END)) {
@@ -71,7 +71,7 @@ static bool fail_unknown(char **argv, sim_error_t *error)
     if (optopt >= CODE_FIRST) {
         return sim_fail(error, "--%s: takes no value", OPTION_TABLE[optopt - CODE_FIRST].name);
     }
-    /* The first byte of a longer character leaves getopt in the middle of its word. */
+    /* After the first byte of a multi-byte character, getopt is still inside that word. */
     const bool inside = (optopt != 0) && (argv[optind] != NULL) && (argv[optind][0] == '-');
     return sim_fail(error, "unknown option '%s' (see --help)",
                     argv[inside ? optind : (optind - 1)]);
@@ -105,7 +105,7 @@ static options_status_t walk(options_t *options, int argc, char **argv, sim_erro
     return status;
 }
 
-/* Words behind "--". */
+/* Words after "--". */
 static options_status_t take_rest(options_t *options, int argc, char **argv, sim_error_t *error)
 {
     for (int i = optind; i < argc; i++) {
@@ -131,16 +131,18 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
         status = take_rest(options, argc, argv, error);
     }
     if ((status == OPTIONS_RUN) && (options->device != NULL) && (options->pace > 0.0)) {
-        (void)sim_fail(error, "--pace: not with --device, which has a clock of its own");
+        (void)sim_fail(error,
+                       "--pace: cannot be used with --device, because a device has its own clock");
         status = OPTIONS_BAD;
     }
     if ((status == OPTIONS_RUN) && options->raw && (options->device != NULL)) {
-        (void)sim_fail(error,
-                       "--raw: not with --device, which takes all samples before the first result");
+        (void)sim_fail(
+            error,
+            "--raw: cannot be used with --device, which reads all samples before its first result");
         status = OPTIONS_BAD;
     }
     if ((status == OPTIONS_RUN) && options->raw && (options->out != OUT_LINK)) {
-        (void)sim_fail(error, "--raw: frames go to --out can:IFACE or slcan:PATH only");
+        (void)sim_fail(error, "--raw: needs --out can:IFACE or slcan:PATH");
         status = OPTIONS_BAD;
     }
     return status;

@@ -1,4 +1,4 @@
-/* davar-sim - what the command line says. Nothing is derived here; see settings.h. */
+/* davar-sim - the values of the command line. Derived values are in settings.h. */
 #ifndef OPTIONS_H
 #define OPTIONS_H
 
@@ -27,18 +27,18 @@ typedef enum {
 } out_t;
 
 typedef enum {
-    SHOW_AUTO = 0, /* when standard error is a terminal and standard output is not */
+    SHOW_AUTO = 0, /* if standard error is a terminal and standard output is not */
     SHOW_ALWAYS,
     SHOW_NEVER,
 } show_t;
 
-/* A whole number that may have been left out. */
+/* A whole number that is optional. */
 typedef struct {
     bool given;
     uint32_t value;
 } optional_u32_t;
 
-/* Two bounds that may have been left out. */
+/* Two bounds that are optional. */
 typedef struct {
     bool given;
     double low;
@@ -77,14 +77,14 @@ typedef struct {
     uint32_t taus[DAVAR_TAUS_MAX]; /* list */
     size_t tau_count;
     out_t out;
-    const char *link;        /* of OUT_LINK: can:IFACE or slcan:PATH */
+    const char *link;        /* for OUT_LINK: can:IFACE or slcan:PATH */
     uint32_t can_base;       /* identifier of channel 0 */
     uint32_t can_content;    /* DAVAR_SEND_* */
-    bool raw;                /* the samples too, as frames */
-    uint32_t baud;           /* of a serial line; 0: as it is */
-    const char *model_table; /* file of the error model's table; null: none */
-    const char *device;      /* command that runs the job on a device; null: here */
-    double pace;             /* times real time; 0: as fast as it goes */
+    bool raw;                /* send frames of the samples too */
+    uint32_t baud;           /* of a serial line; 0: unchanged */
+    const char *model_table; /* file with the table of the error model; null: none */
+    const char *device;      /* command that runs the job on a device; null: run here */
+    double pace;             /* times real time; 0: as fast as possible */
     show_t progress;
     bool details;
 } options_t;
@@ -96,7 +96,8 @@ typedef enum {
     OPTIONS_VERSION,
 } options_status_t;
 
-/* Reads the command line. OPTIONS_BAD: the message names the option. Pointers into argv are kept. */
+/* Reads the command line. OPTIONS_BAD: the message names the option. It keeps pointers into
+ * argv. */
 options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error);
 
 /* Frees what options_parse allocated. */

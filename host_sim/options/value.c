@@ -6,7 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Reads digits at *cursor. False: none, or beyond 32 bits; *overflow tells which. */
+/* Reads digits at *cursor. False: no digits, or *overflow is true and the number exceeds 32
+ * bits. */
 static bool scan_u32(const char **cursor, uint32_t *value, bool *overflow)
 {
     uint64_t sum = 0;

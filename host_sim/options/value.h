@@ -1,4 +1,4 @@
-/* davar-sim - option values: text to number, refused with a message that names the option. */
+/* davar-sim - converts option values from text to numbers. An error message names the option. */
 #ifndef VALUE_H
 #define VALUE_H
 
@@ -10,7 +10,7 @@
 /* A whole number, 0 .. 2^32 - 1, digits only. */
 bool value_u32(const char *option, const char *text, uint32_t *value, sim_error_t *error);
 
-/* A comma list of whole numbers; false also when it is longer than `capacity`. */
+/* A comma-separated list of whole numbers. False also if it is longer than `capacity`. */
 bool value_u32_list(const char *option, const char *text, uint32_t *values, size_t capacity,
                     size_t *count, sim_error_t *error);
 

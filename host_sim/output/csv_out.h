@@ -1,4 +1,4 @@
-/* davar-sim - rows as CSV: a header row, then one row per epoch; an absent value is an empty field. */
+/* davar-sim - CSV: a header row, then one row per epoch. An absent value is an empty field. */
 #ifndef CSV_OUT_H
 #define CSV_OUT_H
 

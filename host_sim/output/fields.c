@@ -1,4 +1,4 @@
-/* davar-sim - output columns, in the order in which they are written. */
+/* davar-sim - output columns, in the order of the output. */
 #include "output/fields.h"
 
 #include <inttypes.h>

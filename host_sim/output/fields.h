@@ -1,4 +1,4 @@
-/* davar-sim - the columns of the output: their names and what they show. One list for every format. */
+/* davar-sim - the output columns: names and values. One list for every format. */
 #ifndef FIELDS_H
 #define FIELDS_H
 
@@ -20,7 +20,7 @@ typedef struct {
     double number;
 } cell_t;
 
-/* What one row is made of. */
+/* The data of one row. */
 typedef struct {
     const davar_result_t *result;
     const davar_misfit_t *misfit; /* null: no model to compare with */
@@ -38,19 +38,20 @@ typedef struct {
     field_t field[FIELDS_MAX];
 } fields_t;
 
-/* What the columns depend on. */
+/* The choice of columns depends on this. */
 typedef struct {
     const uint32_t *taus;
     uint8_t tau_count;
     bool monitored; /* results are compared with an error model */
     bool tracked;   /* policy glr */
-    bool
-        details; /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
+    /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
+    bool details;
 } fields_setup_t;
 
 void fields_make(fields_t *fields, const fields_setup_t *setup);
 
-/* Text of a cell, `%.9g` for numbers; an absent one gives `absent`. `text` holds CELL_TEXT_BYTES. */
+/* Text of a cell, `%.9g` for numbers, or `absent` for an absent value. `text` has
+ * CELL_TEXT_BYTES. */
 #define CELL_TEXT_BYTES 32U
 const char *cell_text(const cell_t *cell, const char *absent, char *text);
 

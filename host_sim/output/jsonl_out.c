@@ -1,7 +1,7 @@
 /* davar-sim - JSON lines. */
 #include "output/jsonl_out.h"
 
-/* Column names hold no control characters but tabs (header.c sees to that). */
+/* header.c rejects control characters in column names, except tabs. */
 static void write_string(rows_out_t *rows, const char *text)
 {
     rows_out_put(rows, "\"");

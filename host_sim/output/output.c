@@ -35,10 +35,10 @@ static void write_csv(output_t *output, size_t channel, const epoch_row_t *row)
 
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
-    const epoch_row_t watched = {plain->result, watch_look(&output->watch, channel, plain->result),
-                                 plain->time_s};
+    const epoch_row_t watched = {
+        plain->result, watch_compare(&output->watch, channel, plain->result), plain->time_s};
     const epoch_row_t *row = &watched;
-    if (stop_asked(error)) {
+    if (stop_requested(error)) {
         return false;
     }
     output->rows++;
@@ -64,8 +64,8 @@ bool output_raw(output_t *output, const raw_run_t *run, sim_error_t *error)
 
 bool output_finish(output_t *output, sim_error_t *error)
 {
-    const bool told = (output->format != OUT_LINK) || wire_out_finish(&output->wire, error);
-    return told && rows_out_take(&output->text, true, error);
+    const bool is_sent = (output->format != OUT_LINK) || wire_out_finish(&output->wire, error);
+    return is_sent && rows_out_take(&output->text, true, error);
 }
 
 void output_close(output_t *output)

@@ -1,4 +1,4 @@
-/* davar-sim - notes and weather. */
+/* davar-sim - notes, and counts of input faults. */
 #include "output/report.h"
 
 #include <float.h>
@@ -13,8 +13,8 @@ static void note_units(const selection_t *selection)
     for (size_t c = 0; c < selection->count; c++) {
         if (selection->unit[c] == UNIT_OTHER) {
             (void)fprintf(stderr,
-                          "davar-sim: note: column %s is no rate in deg/s: read its own unit for "
-                          "deg/s in the results\n",
+                          "davar-sim: note: column %s is not an angular rate: in the results, read "
+                          "deg/s as the column's own unit\n",
                           selection->name[c]);
         }
     }
@@ -23,13 +23,13 @@ static void note_units(const selection_t *selection)
 static void note_scale(const options_t *options, const quantisation_t *quantisation)
 {
     if ((options->arith == ARITH_FIXED) && !(options->lsb > 0.0)) {
-        (void)fprintf(stderr, "davar-sim: note: no --lsb: counts of 2^%d = %.9g are used\n",
+        (void)fprintf(stderr, "davar-sim: note: no --lsb: using counts of 2^%d = %.9g\n",
                       (int)lround(log2(quantisation->unit_per_count)),
                       quantisation->unit_per_count);
     }
 }
 
-/* A large constant offset eats the bits that the noise needs. */
+/* A large constant offset uses up the bits that the noise needs. */
 static void note_coarse(const extent_t *extent, const quantisation_t *quantisation)
 {
     const double largest = fmax(fabs(extent->low), fabs(extent->high));
@@ -39,9 +39,8 @@ static void note_coarse(const extent_t *extent, const quantisation_t *quantisati
     const double span = extent->high - extent->low;
     if ((span > 0.0) && (span < COARSE_LEVELS * resolution) && (span < 0.5 * largest)) {
         (void)fprintf(stderr,
-                      "davar-sim: note: the values differ by %.3g only and the arithmetic resolves "
-                      "%.3g: subtract a"
-                      " constant from the column first\n",
+                      "davar-sim: note: the values differ by only %.3g, and the arithmetic "
+                      "resolves only %.3g: subtract a constant from the column first\n",
                       span, resolution);
     }
 }
@@ -65,7 +64,7 @@ static void note_unused_options(const options_t *options, const selection_t *sel
 {
     const bool is_float = (options->arith == ARITH_FLOAT);
     if (is_float && (options->lsb > 0.0) && !any_counts(selection)) {
-        note_unused("lsb", "--arith float takes the values as they are");
+        note_unused("lsb", "--arith float uses the values unchanged");
     }
     if ((options->bits > 0U) && (is_float || !(options->lsb > 0.0))) {
         note_unused("bits",
@@ -76,10 +75,10 @@ static void note_unused_options(const options_t *options, const selection_t *sel
          options->block.given || options->shock_blocks.given || options->long_cluster.given)) {
         note_unused(
             "false-alarms-per-hour, --cut-interval, --block, --shock-blocks or --long-cluster",
-            "it belongs to --policy glr");
+            "only --policy glr uses it");
     }
     if ((options->full_scale > 0.0) && !is_float) {
-        note_unused("full-scale", "it belongs to --arith float");
+        note_unused("full-scale", "only --arith float uses it");
     }
 }
 
@@ -94,12 +93,10 @@ static void note_timing(const options_t *options, const timing_t *timing)
     if (timing->mean_rate_hz > 0.0) {
         (void)fprintf(stderr, ", %.6g Hz on average", timing->mean_rate_hz);
     }
-    (void)fprintf(
-        stderr,
-        ", %" PRIu64
-        " gaps (%.2g %% of the steps); if the samples are evenly spaced and only their time"
-        " stamps are not, give --rate",
-        timing->gaps, share);
+    (void)fprintf(stderr,
+                  ", %" PRIu64 " gaps (%.2g %% of the steps); if the samples are evenly spaced but "
+                  "their time stamps are not, give --rate",
+                  timing->gaps, share);
     if (timing->mean_rate_hz > 0.0) {
         (void)fprintf(stderr, " %.4g", timing->mean_rate_hz);
     }
@@ -109,7 +106,8 @@ static void note_timing(const options_t *options, const timing_t *timing)
 static void note_contradiction(const timing_t *timing)
 {
     if (timing_is_contradicted(timing)) {
-        (void)fprintf(stderr, "davar-sim: note: --rate %.6g is used; the time stamps say %.6g Hz\n",
+        (void)fprintf(stderr,
+                      "davar-sim: note: using --rate %.6g, but the time stamps give %.6g Hz\n",
                       timing->rate_hz, timing->stamped_hz);
     }
 }
@@ -127,7 +125,7 @@ void report_notes(const options_t *options, const recording_t *recording, const 
     note_contradiction(timing);
 }
 
-void report_weather(const davar_health_t *health)
+void report_counters(const davar_health_t *health)
 {
     if ((health->gaps | health->missing | health->saturated | health->not_finite |
          health->restarts | health->missed) == 0U) {
@@ -146,8 +144,7 @@ void report_coarse(uint64_t coarse, uint64_t rows)
         (void)fprintf(stderr,
                       "davar-sim: note: %" PRIu64 " of %" PRIu64
                       " results: the noise is below half a count, so rounding hides the angle "
-                      "random walk; record with a"
-                      " finer count (--details: its upper limit)\n",
+                      "random walk; record with a finer count (--details shows its upper limit)\n",
                       coarse, rows);
     }
 }

@@ -1,4 +1,4 @@
-/* davar-sim - what the user should know beside the results, on standard error. */
+/* davar-sim - notes to the user on standard error. */
 #ifndef REPORT_H
 #define REPORT_H
 
@@ -6,14 +6,14 @@
 #include "recording/recording.h"
 #include "recording/timing.h"
 
-/* Before the run: choices made for the user, and what looks odd. */
+/* Before the run: choices made for the user, and suspicious input. */
 void report_notes(const options_t *options, const recording_t *recording, const timing_t *timing,
                   const quantisation_t *quantisation);
 
-/* After the run: one line when anything out of the ordinary was counted. */
-void report_weather(const davar_health_t *health);
+/* After the run: one line with the counts of input faults and missed results, if there are any. */
+void report_counters(const davar_health_t *health);
 
-/* After the run: why so many of the results have no coefficients. */
+/* After the run: how many results have no coefficients because the counts are too coarse. */
 void report_coarse(uint64_t coarse, uint64_t rows);
 
 #endif

@@ -1,5 +1,5 @@
-/* davar-sim - whole lines. A write of at most PIPE_BUF bytes goes into a pipe whole or not at all; a signal that is caught does not
- * divide one to a file. */
+/* davar-sim - complete lines. A write of at most PIPE_BUF bytes to a pipe is atomic. A caught
+ * signal does not split a write to a file. */
 #include "output/rows_out.h"
 
 #include "common/stop.h"
@@ -38,7 +38,7 @@ void rows_out_put(rows_out_t *rows, const char *text)
     }
 }
 
-/* Bytes of the lines that go out together: as many as fit PIPE_BUF, one at least. */
+/* Bytes of the lines to write together: as many lines as fit PIPE_BUF, but at least one. */
 static size_t piece(const char *text, size_t left)
 {
     if (left <= PIPE_BUF) {
@@ -53,8 +53,8 @@ static size_t piece(const char *text, size_t left)
     return (end != NULL) ? (size_t)(end - text) + 1U : left;
 }
 
-/* A disk that is full has taken a part of a line: a file's end is moved back in front of it. */
-static void take_back(const char *text, size_t written)
+/* A full disk may have accepted part of a line. This truncates a file to the last complete line. */
+static void drop_partial_line(const char *text, size_t written)
 {
     size_t part = 0;
     while ((part < written) && (text[written - part - 1U] != '\n')) {
@@ -72,13 +72,13 @@ static bool write_piece(const char *text, size_t bytes, sim_error_t *error)
 {
     size_t written = 0;
     while (written < bytes) {
-        if ((written == 0U) && stop_asked(error)) {
+        if ((written == 0U) && stop_requested(error)) {
             return false;
         }
         const ssize_t done = write(STDOUT_FILENO, text + written, bytes - written);
         if ((done < 0) && (errno != EINTR)) {
             const int cause = errno;
-            take_back(text, written);
+            drop_partial_line(text, written);
             return sim_fail(error, "standard output: %s", strerror(cause));
         }
         written += (done > 0) ? (size_t)done : 0U;

@@ -1,4 +1,5 @@
-/* davar-sim - whole lines to standard output: however the program ends, the output ends at the end of a line. */
+/* davar-sim - writes complete lines to standard output. However the program ends, the output ends
+ * with a complete line. */
 #ifndef ROWS_OUT_H
 #define ROWS_OUT_H
 
@@ -6,22 +7,22 @@
 
 #include <stddef.h>
 
-/* Fields are private. All zero: no lines. */
+/* Fields are private. All zero: empty. */
 typedef struct {
     char *text;
     size_t bytes;
     size_t capacity;
-    bool lost; /* there was no memory for a piece of text */
+    bool lost; /* out of memory for some text */
 } rows_out_t;
 
-/* A piece of the line at work. What fails is told by rows_out_take. */
+/* Appends text to the current line. rows_out_take reports errors. */
 void rows_out_put(rows_out_t *rows, const char *text);
 
-/* The line at work is whole; lines are written when they are many, or `now`. False: no memory, standard output takes no
- * more, or a signal asks to stop. */
+/* Ends the current line. Writes the lines if there are many, or if `now` is true. False: out of
+ * memory, standard output accepts no more data, or a signal has arrived. */
 bool rows_out_take(rows_out_t *rows, bool now, sim_error_t *error);
 
-/* What has not been written is lost. */
+/* Discards unwritten lines. */
 void rows_out_close(rows_out_t *rows);
 
 #endif

@@ -1,4 +1,4 @@
-/* davar-sim - frames out. */
+/* davar-sim - sends frames. */
 #include "output/wire_out.h"
 
 #include "common/sim_clock.h"
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 #define WAIT_MS 1U
-#define STUCK_S 10.0 /* a bus without room for so long is broken */
+#define STUCK_S 10.0 /* a bus without room for this long is broken */
 
 static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_t *error)
 {
@@ -26,7 +26,7 @@ static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_
         if (!fits) {
             return sim_fail(
                 error,
-                "--can-base: channel %zu of %zu does not fit into 11-bit identifiers from 0x%X on",
+                "--can-base: channel %zu of %zu does not fit into the 11-bit identifiers from 0x%X",
                 c, wire->engine->count, options->can_base);
         }
         davar_encoder_session(&wire->encoder[c], session);
@@ -56,12 +56,12 @@ bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *e
     return true;
 }
 
-/* True while it makes sense to wait: for ever for a reader, not for ever for a bus. */
+/* True while it makes sense to wait: indefinitely for a reader, at most STUCK_S for a bus. */
 static bool wait_for_room(const wire_out_t *wire, double since_s)
 {
-    const bool nobody_yet = !davar_link_is_up(wire->link);
+    const bool no_reader_yet = !davar_link_is_up(wire->link);
     davar_link_wait(wire->link, WAIT_MS);
-    return nobody_yet || (sim_clock_s() - since_s < STUCK_S);
+    return no_reader_yet || (sim_clock_s() - since_s < STUCK_S);
 }
 
 static bool send_frame(const wire_out_t *wire, const davar_frame_t *frame, sim_error_t *error)
@@ -75,13 +75,14 @@ static bool send_frame(const wire_out_t *wire, const davar_frame_t *frame, sim_e
         if (answer == DAVAR_PORT_SEND_FAULT) {
             return sim_fail(error, "--out: %s: the link is lost", davar_link_name(wire->link));
         }
-        if (stop_asked(error)) {
+        if (stop_requested(error)) {
             return false;
         }
         since_s = davar_link_is_up(wire->link) ? since_s : sim_clock_s();
         if (!wait_for_room(wire, since_s)) {
-            return sim_fail(error, "--out: %s: no room for %g s (does anybody acknowledge?)",
-                            davar_link_name(wire->link), STUCK_S);
+            return sim_fail(
+                error, "--out: %s: no room for %g s; check that another node acknowledges frames",
+                davar_link_name(wire->link), STUCK_S);
         }
     }
 }

@@ -1,4 +1,5 @@
-/* davar-sim - results as frames on a CAN bus or a serial line (lib/WIRE.md), behind the link contract. */
+/* davar-sim - sends results as frames on a CAN bus or a serial line (lib/WIRE.md), through the link
+ * contract. */
 #ifndef WIRE_OUT_H
 #define WIRE_OUT_H
 
@@ -14,28 +15,30 @@ typedef struct {
     davar_wire_health_t health;
 } wire_out_t;
 
-/* Samples without a loss between them, of all channels: samples[c] points to `count` of channel c. */
+/* Samples of all channels without a loss between them: samples[c] points to `count` samples of
+ * channel c. */
 typedef struct {
     const davar_port_samples_t *samples;
     davar_port_number_t number;
-    uint64_t first; /* index of the first, what is lost counted */
+    uint64_t first; /* index of the first sample; lost samples are counted */
     size_t count;
 } raw_run_t;
 
-/* Opens the link of --out. With slcan:pty the name of the pty goes to standard error. */
+/* Opens the link of --out. With slcan:pty it prints the name of the pty on standard error. */
 bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine,
                    sim_error_t *error);
 
-/* Sends the frames of one result, the monitor's too where the row has a misfit; waits while there is no room. False: the link is lost. */
+/* Sends the frames of one result, and of the monitor if the row has a misfit. Waits while there is
+ * no room. False: the link is lost. */
 bool wire_out_result(wire_out_t *wire, size_t channel, const epoch_row_t *row, sim_error_t *error);
 
-/* Sends samples as they are (--raw); waits while there is no room. False: the link is lost. */
+/* Sends unchanged samples (--raw). Waits while there is no room. False: the link is lost. */
 bool wire_out_raw(wire_out_t *wire, const raw_run_t *run, sim_error_t *error);
 
 /* Sends every health counter once more. */
 bool wire_out_finish(wire_out_t *wire, sim_error_t *error);
 
-/* Allowed on one that is all zero, and after a failed open. */
+/* Allowed if all zero, and after a failed open. */
 void wire_out_close(wire_out_t *wire);
 
 #endif

@@ -1,4 +1,4 @@
-/* davar-sim - bytes of a file. gzip is known by its first two bytes, not by the name. */
+/* davar-sim - reads the bytes of a file. The first two bytes identify gzip, not the name. */
 #include "recording/bytes_in.h"
 
 #include <errno.h>
@@ -10,12 +10,12 @@
 #include <unistd.h>
 
 #define BUFFER_BYTES ((size_t)131072U)
-#define GZIP_ONLY (15 + 16) /* window bits, as zlib wants them */
+#define GZIP_ONLY (15 + 16) /* window bits, in the encoding of zlib */
 #define GZIP_FIRST 0x1FU
 #define GZIP_SECOND 0x8BU
 
-/* Recordings shrink to a fifth or a tenth; a sensor that is stuck, to a fiftieth. More than this is not believed: a few bytes
- * could fill the disk. */
+/* A recording shrinks to a fifth or a tenth, and to a fiftieth if the sensor is stuck. A larger
+ * factor is rejected: a few bytes could fill the disk. */
 #define GROWTH_MAX 100U
 #define GROWTH_FREE ((uint64_t)64U * 1024U * 1024U)
 
@@ -31,7 +31,7 @@ static bool is_standard_output(const struct stat *status)
            (output.st_dev == status->st_dev) && (output.st_ino == status->st_ino);
 }
 
-/* /dev/zero has no end, and other devices may act when they are read. */
+/* /dev/zero has no end, and reading other devices may have side effects. */
 static bool is_device(const struct stat *status, int descriptor)
 {
     return (S_ISCHR(status->st_mode) || S_ISBLK(status->st_mode)) && !isatty(descriptor);
@@ -47,14 +47,15 @@ static bool inspect(bytes_in_t *in, const char *name, sim_error_t *error)
         return sim_fail(error, "%s: is a directory, not a recording", name);
     }
     if (is_device(&status, in->descriptor)) {
-        return sim_fail(error, "%s: is a device; a file, a pipe or a terminal is needed", name);
+        return sim_fail(error, "%s: is a device; use a file, a pipe or a terminal", name);
     }
     if (is_standard_output(&status)) {
-        return sim_fail(error, "%s: is standard output too: results would be read as data", name);
+        return sim_fail(error, "%s: is also standard output: results would be read as data", name);
     }
     in->file_bytes = S_ISREG(status.st_mode) ? (uint64_t)status.st_size : 0U;
     in->at_end =
-        S_ISREG(status.st_mode) && (status.st_size == 0); /* a file of /proc would be waited for */
+        /* otherwise a file of /proc would block */
+        S_ISREG(status.st_mode) && (status.st_size == 0);
     return true;
 }
 
@@ -72,7 +73,7 @@ bool bytes_in_open(bytes_in_t *in, const char *name, sim_error_t *error)
     return in->unpacking || sim_fail(error, "%s: out of memory", name);
 }
 
-/* Reads on behind what is left. */
+/* Appends data to the unread bytes. */
 static const char *fill(bytes_in_t *in)
 {
     if (in->left > 0U) {
@@ -98,7 +99,7 @@ static void use(bytes_in_t *in, size_t count)
     in->taken += count;
 }
 
-/* A pipe may bring the first byte alone. */
+/* A pipe may deliver the first byte alone. */
 static const char *recognise(bytes_in_t *in)
 {
     while (!in->at_end && (in->left < 2U)) {
@@ -121,7 +122,8 @@ static size_t copy(bytes_in_t *in, void *to, size_t room)
     return count;
 }
 
-/* Behind a member: another one, zeros to the end (tapes and blocks are filled up so), or damage. */
+/* After a member comes another one, or zeros to the end (padding of tapes and blocks), or
+ * damage. */
 static const char *go_on(bytes_in_t *in)
 {
     if (*in->next == 0U) {
@@ -131,10 +133,10 @@ static const char *go_on(bytes_in_t *in)
         while ((in->left > 0U) && (*in->next == 0U)) {
             use(in, 1U);
         }
-        return (in->left == 0U) ? NULL : "bytes behind the zeros behind the gzip data";
+        return (in->left == 0U) ? NULL : "extra bytes after the zeros that follow the gzip data";
     }
     if ((*in->next != GZIP_FIRST) || (inflateReset(&in->stream) != Z_OK)) {
-        return "bytes behind the gzip data that are not gzip (damaged or appended)";
+        return "bytes after the gzip data that are not gzip (damaged or appended)";
     }
     in->place = BYTES_MEMBER;
     return NULL;
@@ -146,7 +148,7 @@ static const char *corrupt(bytes_in_t *in, int code)
         return "out of memory";
     }
     (void)snprintf(in->why, sizeof in->why, "corrupt gzip data (%s)",
-                   (in->stream.msg != NULL) ? in->stream.msg : "a dictionary is asked for");
+                   (in->stream.msg != NULL) ? in->stream.msg : "it needs a dictionary");
     return in->why;
 }
 
@@ -167,13 +169,13 @@ static const char *unpack(bytes_in_t *in, void *to, size_t room, size_t *got)
     }
     const uint64_t given = in->given + *got;
     if ((given > GROWTH_FREE) && (given / GROWTH_MAX > in->taken)) {
-        return "gzip data of more than 64 MiB and 100 times its size; not a recording (if it is "
-               "one, unpack it first)";
+        return "gzip data that unpacks to more than 64 MiB and 100 times its size is rejected; if "
+               "it is a recording, unpack it first";
     }
     return NULL;
 }
 
-/* One step: more from the file, from the gzip data, or on to the next member. */
+/* One step: reads the file, unpacks data, or begins the next member. */
 static const char *step(bytes_in_t *in, void *to, size_t room, size_t *got)
 {
     if (in->left == 0U) {

@@ -9,7 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Anything but text here means that the file is no recording: say so instead of listing odd names. */
+/* Anything except text means that the file is not a recording. Reports this instead of listing odd
+ * names. */
 static bool check_text(const lines_t *lines, const char *text, size_t length, sim_error_t *error)
 {
     for (size_t i = 0; i < length; i++) {

@@ -13,14 +13,14 @@ typedef struct {
     size_t count;
 } header_t;
 
-/* Skips leading "# key: value" and blank lines and reads the header row. False: no header row, bytes that no text has, an
- * empty or repeated name, or numbers where names should be. */
+/* Skips leading "# key: value" and blank lines and reads the header row. False: no header row,
+ * bytes that are not text, an empty or repeated name, or numbers instead of names. */
 bool header_read(header_t *header, lines_t *lines, sim_error_t *error);
 
-/* Position of the column of that name; HEADER_NONE when there is none. */
+/* Position of the column with that name; HEADER_NONE if there is no such column. */
 size_t header_find(const header_t *header, const char *name);
 
-/* All names, separated by ", ", cut to fit `size` bytes; returns text. */
+/* All names, separated by ", ", cut to fit `size` bytes. Returns text. */
 const char *header_list(const header_t *header, char *text, size_t size);
 
 void header_free(header_t *header);

@@ -35,7 +35,7 @@ static bool read_more(lines_t *lines, sim_error_t *error)
     return true;
 }
 
-/* Moves the unfinished line to the front and reads on behind it. */
+/* Moves the unfinished line to the front and reads more data after it. */
 static bool fill(lines_t *lines, sim_error_t *error)
 {
     const size_t kept = lines->end - lines->begin;
@@ -49,7 +49,7 @@ static bool fill(lines_t *lines, sim_error_t *error)
     return read_more(lines, error);
 }
 
-/* Where the line ends; null while its end has not been read. */
+/* The end of the line; null if it has not been read yet. */
 static char *find_end(lines_t *lines, size_t searched)
 {
     char *from = lines->buffer + lines->begin + searched;

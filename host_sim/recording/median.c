@@ -1,5 +1,6 @@
-/* davar-sim - median by radix selection: the bit patterns of non-negative doubles sort like the doubles.
- * Each pass over the spool fixes the next 16 bits of the element of the wanted rank. */
+/* davar-sim - median by radix selection: the bit patterns of non-negative doubles sort like the
+ * doubles. Each pass over the spool determines the next 16 bits of the element with the wanted
+ * rank. */
 #include "recording/median.h"
 
 #include <stdlib.h>
@@ -10,16 +11,16 @@
 #define KEY_BITS 64U
 #define CHUNK 4096U
 
-/* The element that is looked for, as far as it is known. */
+/* What is known so far about the wanted element. */
 typedef struct {
-    uint64_t prefix; /* known leading bits of its key */
-    unsigned known;  /* how many */
+    uint64_t prefix; /* leading bits of its key */
+    unsigned known;  /* number of known bits */
     uint64_t rank;   /* its rank among the steps that share the prefix */
-    uint64_t same;   /* how many steps share the prefix */
+    uint64_t same;   /* number of steps that share the prefix */
     uint64_t *histogram;
 } search_t;
 
-/* Called for every step; a block of keys at a time. */
+/* Called for blocks of keys until every step was visited. */
 typedef void (*visit_t)(void *context, const uint64_t *keys, size_t count);
 
 static uint64_t key_of(double step)
@@ -68,7 +69,7 @@ static void count_digits(void *context, const uint64_t *keys, size_t count)
     }
 }
 
-/* Finds the digit that holds the rank and descends into it. */
+/* Finds the digit that contains the rank and descends into it. */
 static void narrow(search_t *search)
 {
     uint64_t digit = 0;
@@ -93,7 +94,7 @@ static bool select_key(const spool_t *times, search_t *search, sim_error_t *erro
     return true;
 }
 
-/* Smallest key above `floor`. */
+/* Finds the smallest key above `floor`. */
 typedef struct {
     uint64_t floor;
     uint64_t smallest;
@@ -109,7 +110,7 @@ static void find_successor(void *context, const uint64_t *keys, size_t count)
     }
 }
 
-/* The element behind the one found: its equal, or the next larger one. */
+/* The element after the one found: an equal one, or the next larger one. */
 static bool select_next(const spool_t *times, const search_t *found, uint64_t *next,
                         sim_error_t *error)
 {

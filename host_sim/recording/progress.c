@@ -19,7 +19,7 @@ void progress_start(progress_t *progress, show_t show)
     progress->next_s = sim_clock_s() + INTERVAL_S;
 }
 
-void progress_tell(progress_t *progress, const char *doing, double fraction, uint64_t rows)
+void progress_show(progress_t *progress, const char *doing, double fraction, uint64_t rows)
 {
     if (!progress->shown) {
         return;

@@ -6,7 +6,7 @@
 
 #define BITS_DEFAULT 24U
 #define BITS_WIDE 32
-#define FULL_SCALE_MIN 0x1p-66      /* the library refuses a full scale below 1e-20 */
+#define FULL_SCALE_MIN 0x1p-66      /* the library rejects a full scale below 1e-20 */
 #define COUNT_WIDE_MAX 2147483646.0 /* 2^31 - 1 is the rail, which counts as saturated */
 
 static const char *admit_count(const options_t *options, unit_t unit, double value,
@@ -19,7 +19,7 @@ static const char *admit_count(const options_t *options, unit_t unit, double val
         return "not a whole count";
     }
     if ((count < -limit) || (count > limit - 1.0)) {
-        return "value beyond the count range (--bits, --lsb)";
+        return "value outside the count range (--bits, --lsb)";
     }
     *admitted = count;
     return NULL;
@@ -30,7 +30,7 @@ static const char *admit_rate(const options_t *options, unit_t unit, double valu
     const double rate = value * ((unit == UNIT_COUNTS) ? options->lsb : unit_factor(unit));
     const double limit = (options->arith == ARITH_FLOAT) ? (double)FLT_MAX : DBL_MAX;
     if (fabs(rate) > limit) {
-        return "value beyond the range of the arithmetic (--arith)";
+        return "value outside the range of the arithmetic (--arith)";
     }
     *admitted = rate;
     return NULL;
@@ -59,8 +59,8 @@ static int exponent_above(double value)
     return (fraction > 0.5) ? exponent : exponent - 1;
 }
 
-/* 16 bits do when no count is beyond them or, for a wider sensor, at their rail: there only the narrow type would
- * count saturation. */
+/* 16 bits are enough if no count exceeds them. For a wider sensor no count may be at their rail
+ * either, because only the narrow type would count saturation there. */
 static bool fits_q15(uint32_t bits, const extent_t *extent)
 {
     return (bits <= 16U) || ((extent->low > INT16_MIN) && (extent->high < INT16_MAX));

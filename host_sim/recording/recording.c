@@ -11,7 +11,7 @@
 
 #define PROGRESS_ROWS 16384U
 
-/* Buffers for the row at work. */
+/* Buffers for the current row. */
 typedef struct {
     double value[HEADER_COLUMNS_MAX];
     double admitted[OPTIONS_COLUMNS_MAX];
@@ -51,7 +51,7 @@ static bool admit_samples(recording_t *recording, const options_t *options, cons
     return spool_put(&recording->samples, row->admitted, error);
 }
 
-/* Blank lines may only end a recording: they are remembered until a row follows. */
+/* Blank lines may only end a recording. Their position is kept until a row follows. */
 static bool note_blank(const lines_t *lines, row_buffer_t *row)
 {
     if (row->blank_line == 0U) {
@@ -91,12 +91,12 @@ static bool read_rows(recording_t *recording, const options_t *options, lines_t 
             return false;
         }
         if (recording->rows % PROGRESS_ROWS == 0U) {
-            progress_tell(progress, "reading", lines_fraction(lines), recording->rows);
+            progress_show(progress, "reading", lines_fraction(lines), recording->rows);
         }
         status = lines_next(lines, &text, &length, error);
     }
     if ((status == LINES_END) && (recording->rows == 0U)) {
-        return sim_fail(error, "%s:%" PRIu64 ": no rows behind the header", lines->name,
+        return sim_fail(error, "%s:%" PRIu64 ": no rows after the header", lines->name,
                         lines->number);
     }
     return (status == LINES_END) && spool_flush(&recording->samples, error) &&

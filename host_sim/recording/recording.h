@@ -1,4 +1,4 @@
-/* davar-sim - pass 1: a whole recording read, checked and spooled. */
+/* davar-sim - pass 1: reads, checks and spools the complete recording. */
 #ifndef RECORDING_H
 #define RECORDING_H
 
@@ -15,11 +15,11 @@ typedef struct {
     spool_t times;   /* one time stamp per row, seconds; unused without time_s */
     bool has_time;
     uint64_t rows;
-    extent_t extent; /* of all channels */
+    extent_t extent; /* over all channels */
 } recording_t;
 
-/* Reads and checks every field of every row. False: the message names file, line and column; nothing has been printed.
- * Memory is bounded: samples go to a temporary file. */
+/* Reads and checks every field of every row. False: the message names file, line and column, and
+ * nothing has been printed. Memory is bounded, because samples go to a temporary file. */
 bool recording_load(recording_t *recording, const options_t *options, progress_t *progress,
                     sim_error_t *error);
 

@@ -1,4 +1,4 @@
-/* davar-sim - rows: every field is checked, also those nobody asked for. */
+/* davar-sim - rows. Every field is checked, even in columns that are not processed. */
 #include "recording/row.h"
 
 #include "common/decimal.h"
@@ -67,7 +67,7 @@ static bool fail_long(const lines_t *lines, const header_t *header, const char *
         lines->name, lines->number, header->count + 1U, header->count, found);
 }
 
-/* Reads the field at *cursor and moves behind its spaces, onto a comma or the end. */
+/* Reads the field at *cursor and moves past its spaces to a comma or the end. */
 static bool parse_field(const lines_t *lines, const char **cursor, const char *column,
                         double *value, sim_error_t *error)
 {

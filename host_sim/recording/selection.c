@@ -27,12 +27,12 @@ static bool add_named(selection_t *selection, const header_t *header, const char
     const size_t column = header_find(header, name);
     if (column == HEADER_NONE) {
         char list[LIST_BYTES];
-        return sim_fail(error, "%s: no column '%s' (--column); it has: %s", options->recording,
-                        name, header_list(header, list, sizeof list));
+        return sim_fail(error, "%s: no column '%s' (--column); the columns are: %s",
+                        options->recording, name, header_list(header, list, sizeof list));
     }
     for (size_t c = 0; c < selection->count; c++) {
         if (selection->column[c] == column) {
-            return sim_fail(error, "--column: '%s' named twice", name);
+            return sim_fail(error, "--column: '%s' given twice", name);
         }
     }
     return add(selection, header, column, options, error);
@@ -81,7 +81,7 @@ bool selection_make(selection_t *selection, const header_t *header, const option
         }
     }
     if ((selection->time == HEADER_NONE) && !(options->rate_hz > 0.0)) {
-        return sim_fail(error, "%s: no column time_s and no --rate: the sample rate is unknown",
+        return sim_fail(error, "%s: no column time_s: the sample rate is unknown; give --rate",
                         options->recording);
     }
     return true;

@@ -31,7 +31,7 @@ static bool make_unnamed(spool_t *spool, char *path, sim_error_t *error)
     return (unlink(path) == 0) ? true : fail_file(error, "cannot unlink");
 }
 
-/* A signal may not come while the file has a name, which nobody would remove. */
+/* Signals are blocked while the file has a name; otherwise the file could remain. */
 static bool open_unnamed(spool_t *spool, sim_error_t *error)
 {
     char path[4096];

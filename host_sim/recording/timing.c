@@ -10,7 +10,7 @@
 #define DOUBTFUL_RATE 0.20
 #define DOUBTFUL_GAPS 0.05
 
-/* Rows over time; 0 when no time goes by. */
+/* Rows divided by time; 0 if no time passes. */
 static bool mean_rate(double *rate_hz, const recording_t *recording, sim_error_t *error)
 {
     double first_s = 0.0;
@@ -27,7 +27,8 @@ static bool rate_from_stamps(timing_t *timing, const recording_t *recording,
                              const options_t *options, sim_error_t *error)
 {
     if (recording->rows < 2U) {
-        return sim_fail(error, "%s: one row only: too short to know the rate", options->recording);
+        return sim_fail(error, "%s: only one row: too short to determine the sample rate",
+                        options->recording);
     }
     if (!median_step(&recording->times, &timing->period_s, error) ||
         !mean_rate(&timing->mean_rate_hz, recording, error)) {
@@ -35,7 +36,8 @@ static bool rate_from_stamps(timing_t *timing, const recording_t *recording,
     }
     if (!(timing->period_s > 0.0) || !isfinite(1.0 / timing->period_s)) {
         return sim_fail(error,
-                        "%s: column time_s: zero rate: the median time step is 0; give --rate",
+                        "%s: column time_s: the median time step is 0, so the sample rate is "
+                        "unknown; give --rate",
                         options->recording);
     }
     timing->rate_hz = 1.0 / timing->period_s;

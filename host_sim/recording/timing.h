@@ -1,4 +1,4 @@
-/* davar-sim - sample rate and gaps, from the time stamps or from --rate. */
+/* davar-sim - determines sample rate and gaps from the time stamps or from --rate. */
 #ifndef TIMING_H
 #define TIMING_H
 
@@ -7,25 +7,26 @@
 typedef struct {
     double rate_hz;
     double period_s;
-    double gap_limit_s;  /* a longer step is a gap; infinite: no gaps are looked for */
-    double mean_rate_hz; /* rows over time; 0 when the time stamps do not matter */
-    double stamped_hz; /* with --rate: rows over time all the same, for a note; 0: no time stamps */
-    uint64_t gaps;     /* steps that are gaps */
+    double gap_limit_s;  /* a longer step is a gap; infinite: gaps are not detected */
+    double mean_rate_hz; /* rows divided by time; 0 if the time stamps are not used */
+    double stamped_hz;   /* with --rate: rows divided by time, for a note; 0: no time stamps */
+    uint64_t gaps;       /* steps that are gaps */
     uint64_t steps;
 } timing_t;
 
-/* Without --rate the period is the median time step. False: one row only, a median step of zero, or a spool fault. */
+/* Without --rate the period is the median time step. False: only one row, a median step of zero, or
+ * a spool fault. */
 bool timing_find(timing_t *timing, const recording_t *recording, const options_t *options,
                  sim_error_t *error);
 
-/* Samples that a step of so many seconds leaves out: 0 when it is no gap. */
+/* The number of samples missing in a step of step_s seconds; 0 if the step is not a gap. */
 uint32_t timing_missing(const timing_t *timing, double step_s);
 
-/* True when --rate and the time stamps are more than 20 % apart. */
+/* True if --rate and the time stamps differ by more than 20 %. */
 bool timing_is_contradicted(const timing_t *timing);
 
-/* True when the time stamps do not look like those of evenly spaced samples: median and mean rate more than 20 % apart,
- * or more than 5 % of the steps are gaps. */
+/* True if the samples do not look evenly spaced: median and mean rate differ by more than 20 %, or
+ * more than 5 % of the steps are gaps. */
 bool timing_is_doubtful(const timing_t *timing);
 
 #endif

@@ -39,7 +39,7 @@ static void convert_channel(chunk_t *chunk, const quantisation_t *quantisation,
     }
 }
 
-/* The very first row has none before it. */
+/* The first row has no time stamp before it. */
 static bool find_missing(chunk_t *chunk, const recording_t *recording, const timing_t *timing,
                          size_t newest, sim_error_t *error)
 {

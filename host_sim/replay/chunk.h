@@ -1,4 +1,4 @@
-/* davar-sim - a stretch of the spooled recording in memory, in the number type of the instances. */
+/* davar-sim - part of the spooled recording in memory, in the number type of the instances. */
 #ifndef CHUNK_H
 #define CHUNK_H
 
@@ -19,7 +19,7 @@ typedef union {
 
 typedef struct {
     uint64_t first; /* row of the first sample */
-    size_t count;   /* rows here */
+    size_t count;   /* number of rows */
     chunk_samples_t samples;
     uint32_t *missing; /* per row: samples lost just before it */
     double *record;    /* rows as spooled */
@@ -29,14 +29,14 @@ typedef struct {
 /* Allocates for `channels` channels; the chunk is empty and ends at row 0. */
 bool chunk_open(chunk_t *chunk, size_t channels, sim_error_t *error);
 
-/* Loads the rows behind the present ones; count is 0 at the end of the recording. */
+/* Loads the next rows. count is 0 at the end of the recording. */
 bool chunk_next(chunk_t *chunk, const recording_t *recording, const timing_t *timing,
                 const quantisation_t *quantisation, davar_port_number_t number, sim_error_t *error);
 
-/* Rows from `from` on without a loss between them, >= 1. */
+/* Number of rows from `from` onward without a loss between them, >= 1. */
 size_t chunk_run(const chunk_t *chunk, size_t from);
 
-/* Where the samples of a channel begin, from row `from` of the chunk on. */
+/* The samples of a channel, beginning at row `from` of the chunk. */
 davar_port_samples_t chunk_samples(const chunk_t *chunk, davar_port_number_t number, size_t channel,
                                    size_t from);
 

@@ -1,4 +1,5 @@
-/* davar-sim - a device behind two files. Blocks are small enough for a board with 16 kB of RAM. */
+/* davar-sim - runs a device through two files. Blocks are small enough for a board with 16 kB of
+ * RAM. */
 #include "replay/device.h"
 
 #include "davar_job.h"
@@ -25,7 +26,8 @@ static bool make_places(places_t *places, sim_error_t *error)
         snprintf(places->folder, sizeof places->folder, "%s/davar-device-XXXXXX", spool_folder());
     if ((length < 0) || ((size_t)length >= sizeof places->folder) ||
         (mkdtemp(places->folder) == NULL)) {
-        return sim_fail(error, "--device: no folder for its files in %s (TMPDIR)", spool_folder());
+        return sim_fail(error, "--device: cannot create a folder for its files in %s (TMPDIR)",
+                        spool_folder());
     }
     (void)snprintf(places->job, sizeof places->job, "%s/job", places->folder);
     (void)snprintf(places->results, sizeof places->results, "%s/results", places->folder);
@@ -86,16 +88,16 @@ static bool write_job(const places_t *places, replay_t *replay, const engine_t *
     return state == DAVAR_PORT_READ_END;
 }
 
-/* What the image says in its exit status (firmware/job_file.h). */
+/* The meaning of the image's exit status (firmware/job_file.h). */
 static const char *cause(int status)
 {
     switch (status) {
     case 4:
-        return "the device carries fewer cluster sizes or channels";
+        return "the device supports fewer cluster sizes or channels";
     case 5:
         return "the device has too little memory for this window and these channels";
     case 6:
-        return "the device refused the settings";
+        return "the device rejected the settings";
     default:
         return "the device failed";
     }
@@ -108,8 +110,7 @@ static bool run_device(const char *command, const places_t *places, sim_error_t 
         (int)sizeof line) {
         return sim_fail(error, "--device: the command is too long");
     }
-    const int status =
-        system(line); /* NOLINT(cert-env33-c): a command line is what the option takes */
+    const int status = system(line); /* NOLINT(cert-env33-c): the option takes a command line */
     const int code = ((status != -1) && WIFEXITED(status)) ? WEXITSTATUS(status) : -1;
     return (code == 0) || sim_fail(error, "--device: %s (exit status %d)", cause(code), code);
 }
@@ -118,14 +119,14 @@ typedef struct {
     FILE *file;
     const char *path;
     size_t channels;
-    size_t rest;    /* words of a result behind its head */
-    size_t healths; /* told so far: the last words of a whole file */
+    size_t rest;    /* words of a result after its head */
+    size_t healths; /* health records so far; they are the last words of a complete file */
     davar_health_t health;
 } results_t;
 
 static bool fail_broken(const results_t *results, sim_error_t *error)
 {
-    return sim_fail(error, "%s: the device's results are not whole", results->path);
+    return sim_fail(error, "%s: the device's results are incomplete", results->path);
 }
 
 static bool take_result(results_t *results, const davar_port_t *port, uint64_t *words,
@@ -145,7 +146,7 @@ static bool take_result(results_t *results, const davar_port_t *port, uint64_t *
     return (port == NULL) || (port->send(port->context, channel, &result) == DAVAR_PORT_SEND_DONE);
 }
 
-/* Without a port: is the file whole? */
+/* Reads all results. Without a port it only checks that the file is complete. */
 static bool take_all(results_t *results, const davar_port_t *port, sim_error_t *error)
 {
     uint64_t words[DAVAR_JOB_RESULT_WORDS];
@@ -177,7 +178,7 @@ static bool read_results(const places_t *places, replay_t *replay, const engine_
                          .rest = (6U * (size_t)engine->config.tau_count) +
                                  ((size_t)4U * DAVAR_COEFFICIENT_COUNT)};
     if (results.file == NULL) {
-        return sim_fail(error, "%s: the device left no results", places->results);
+        return sim_fail(error, "%s: the device wrote no results", places->results);
     }
     const davar_port_t port = replay_port(replay);
     const bool good = take_all(&results, NULL, error) && take_all(&results, &port, error);

@@ -1,4 +1,4 @@
-/* davar-sim - epoch times: looked up in the spool, a page at a time. */
+/* davar-sim - epoch times: read from the spool, one page at a time. */
 #include "replay/epoch_time.h"
 
 void epoch_time_open(epoch_time_t *epoch_time, const recording_t *recording, double rate_hz)

@@ -14,10 +14,10 @@ typedef struct {
     double time_s[EPOCH_TIME_CACHE];
 } epoch_time_t;
 
-/* Without time stamps in the recording an epoch is at epoch / rate_hz. */
+/* If the recording has no time stamps, the time of an epoch is epoch / rate_hz. */
 void epoch_time_open(epoch_time_t *epoch_time, const recording_t *recording, double rate_hz);
 
-/* Epochs may be asked for in any order; ascending is fast. `epoch` is a row of the recording. */
+/* Epochs may come in any order; ascending order is fast. `epoch` is a row of the recording. */
 bool epoch_time_find(epoch_time_t *epoch_time, uint64_t epoch, double *time_s, sim_error_t *error);
 
 #endif

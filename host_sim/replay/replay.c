@@ -4,7 +4,7 @@
 #include "common/sim_clock.h"
 #include "common/stop.h"
 
-/* Rows and lost samples before the row that is next. */
+/* Rows and lost samples before the next row. */
 static uint64_t sample_index(const replay_t *replay)
 {
     const chunk_t *chunk = &replay->chunk;
@@ -13,7 +13,8 @@ static uint64_t sample_index(const replay_t *replay)
     return chunk->first + replay->position + replay->lost + missing;
 }
 
-/* How many rows may be handed out now: up to the next loss, and no more than are due. */
+/* The number of rows that may be delivered now: up to the next loss, and only those that are
+ * due. */
 static size_t rows_due(const replay_t *replay)
 {
     const size_t run = chunk_run(&replay->chunk, replay->position);
@@ -53,9 +54,9 @@ static davar_port_read_t read_rows(void *context, davar_port_block_t *block)
 {
     replay_t *replay = context;
     const uint64_t row = replay->chunk.first + replay->position;
-    progress_tell(replay->setup.progress, "running",
+    progress_show(replay->setup.progress, "running",
                   (double)row / (double)replay->setup.recording->rows, row);
-    if (stop_asked(replay->error)) {
+    if (stop_requested(replay->error)) {
         return DAVAR_PORT_READ_FAULT;
     }
     if ((replay->position == replay->chunk.count) && !load(replay)) {

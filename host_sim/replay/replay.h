@@ -1,4 +1,5 @@
-/* davar-sim - pass 2: the port (davar_port.h) that replays a spooled recording and writes results to a stream. */
+/* davar-sim - pass 2: the port (davar_port.h) that replays a spooled recording and writes the
+ * results. */
 #ifndef REPLAY_H
 #define REPLAY_H
 
@@ -9,7 +10,7 @@
 #include "replay/epoch_time.h"
 #include "replay/pace.h"
 
-/* Everything a replay needs; all belongs to the caller and must outlive it. */
+/* Setup of a replay; all of it belongs to the caller and must outlive the replay. */
 typedef struct {
     const recording_t *recording;
     const timing_t *timing;
@@ -17,21 +18,21 @@ typedef struct {
     davar_port_number_t number;
     output_t *output;
     progress_t *progress;
-    double times_real_time; /* 0: as fast as it goes */
+    double times_real_time; /* 0: as fast as possible */
 } replay_setup_t;
 
 typedef struct {
     replay_setup_t setup;
     chunk_t chunk;
-    size_t position; /* rows of the chunk already handed out */
+    size_t position; /* rows of the chunk already delivered */
     uint64_t lost;   /* samples missing so far; they take time too */
     davar_port_samples_t samples[OPTIONS_COLUMNS_MAX];
     epoch_time_t epoch_time;
     pace_t pace;
-    sim_error_t *error; /* says why, once the port reported a fault */
+    sim_error_t *error; /* has the message after the port reported a fault */
 } replay_t;
 
-/* Makes the port ready and starts the clock of the pace. */
+/* Prepares the port and starts the clock of the pace. */
 bool replay_open(replay_t *replay, const replay_setup_t *setup, sim_error_t *error);
 
 /* The port itself; `replay` is its context. */

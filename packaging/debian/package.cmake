@@ -28,8 +28,8 @@ if(DAVAR_BUILD_SIM)
   list(APPEND CPACK_COMPONENTS_ALL tools)
 endif()
 
-# What Debian wants of every package: its licence and its changes, compressed in one way only.
-string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # SOURCE_DATE_EPOCH, when it is set
+# Debian requires the licence and the changes in every package, compressed reproducibly.
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # SOURCE_DATE_EPOCH, if it is set
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
   string(TOUPPER "${component}" upper)
   set(package "${CPACK_DEBIAN_${upper}_PACKAGE_NAME}")

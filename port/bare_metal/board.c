@@ -1,4 +1,4 @@
-/* davar on a bare board - words and figures, the same on every board. */
+/* davar on a bare board - words of the command line and figures, the same on every board. */
 #include "board.h"
 
 size_t board_words(char *text, size_t bytes, char *words[], size_t most)

@@ -1,4 +1,5 @@
-/* davar on a bare board - the characters of Unity, a line at a time to the host's console. */
+/* davar on a bare board - collects Unity's characters and prints them on the host's console line by
+ * line. */
 #include "console.h"
 
 #include "board.h"

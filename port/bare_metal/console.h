@@ -1,4 +1,4 @@
-/* davar on a bare board - where Unity writes; its configuration names these two functions. */
+/* davar on a bare board - Unity's output; its configuration uses these two functions. */
 #ifndef CONSOLE_H
 #define CONSOLE_H
 

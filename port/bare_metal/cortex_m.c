@@ -1,12 +1,12 @@
-/* davar on a bare board - start-up, FPU and SysTick of a Cortex-M. Vector table at the start of flash; nothing but reset,
- * faults and SysTick is used. */
+/* davar on a bare board - start-up, FPU and SysTick of a Cortex-M. The vector table is at the start
+ * of flash. It uses only reset, faults and SysTick. */
 #include "board.h"
 #include "registers.h"
 #include "semihosting.h"
 
 #include <string.h>
 
-/* From cortex_m.ld; only their addresses mean anything. */
+/* From cortex_m.ld; only their addresses have a meaning. */
 extern uint32_t image_data_load;
 extern uint32_t image_data_start;
 extern uint32_t image_data_end;
@@ -56,7 +56,7 @@ void board_tick_every(uint32_t microseconds)
     SYSTICK_CONTROL = 7U; /* processor clock, interrupt */
 }
 
-/* One instruction is 2^8 ns of the emulator's time, one tick 1 / BOARD_CLOCK_PER_US us. */
+/* One instruction takes 2^8 ns of the emulator's time, one tick takes 1 / BOARD_CLOCK_PER_US us. */
 uint32_t board_instructions_since(uint32_t mark)
 {
     const uint64_t ticks = (mark - SYSTICK_VALUE) & SYSTICK_MASK;

@@ -1,4 +1,5 @@
-/* davar on a board with Linux - files, console and the end are the system's. No timer interrupt and no count of instructions. */
+/* davar on a board with Linux - the system provides files, console and exit. There is no timer
+ * interrupt and no instruction counter. */
 #include "board.h"
 
 #include <fcntl.h>
@@ -16,7 +17,7 @@ int board_open(const char *path, bool for_writing)
     return open(path, for_writing ? (O_WRONLY | O_CREAT | O_TRUNC) : O_RDONLY, 0666);
 }
 
-/* A pipe gives, and takes, less than it is asked for. */
+/* A pipe may transfer fewer bytes than requested. */
 size_t board_read(int handle, void *data, size_t bytes)
 {
     size_t moved = 0U;

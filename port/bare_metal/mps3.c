@@ -1,4 +1,5 @@
-/* davar on a bare board - the mps3 boards: the system counter of their SSE-300 as a clock, first UART. */
+/* davar on a bare board - the mps3 boards: the system counter of their SSE-300 as a clock, first
+ * UART. */
 #include "board.h"
 #include "registers.h"
 

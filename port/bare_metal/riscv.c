@@ -1,4 +1,5 @@
-/* davar on a bare board - RISC-V: the counter of retired instructions, semihosting by its magic sequence. */
+/* davar on a bare board - RISC-V: the counter of retired instructions, and semihosting by its magic
+ * sequence. */
 #include "board.h"
 #include "registers.h"
 #include "semihosting.h"
@@ -20,7 +21,7 @@ void board_trap(void);
 
 static uint32_t tick_period;
 
-/* slli x0, ebreak, srai x0 must stand together, uncompressed, in one page. */
+/* slli x0, ebreak, srai x0 must be adjacent, uncompressed, in one page. */
 __attribute__((noinline, aligned(16))) intptr_t semihosting_call(int operation,
                                                                  const void *parameters)
 {
@@ -59,7 +60,7 @@ static void compare_at(uint64_t time)
     REGISTER(MACHINE_TIME_COMPARE + 4U) = (uint32_t)(time >> 32U);
 }
 
-/* The only interrupt is the timer's; a trap that is none ends the image. */
+/* The only interrupt is the timer's. Any other trap ends the image. */
 __attribute__((interrupt, aligned(4))) void board_trap(void)
 {
     static uint64_t due;
@@ -103,7 +104,7 @@ void board_begin(void)
     board_exit(main());
 }
 
-/* The first instructions: there is no stack yet. */
+/* The first instructions. There is no stack yet. */
 __attribute__((naked, section(".vectors"))) void board_reset(void)
 {
     __asm__(".option push\n\t.option norelax\n\tla gp, __global_pointer$\n\t.option pop\n\tla sp, "

@@ -1,4 +1,5 @@
-/* davar on a bare board - files, console and the end through ARM semihosting, which RISC-V has adopted. */
+/* davar on a bare board - files, console and exit through ARM semihosting, which RISC-V has
+ * adopted. */
 #include "semihosting.h"
 #include "board.h"
 

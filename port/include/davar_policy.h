@@ -1,4 +1,5 @@
-/* davar - the window laws by number, for programs whose user chooses one. Whoever includes this links them all. */
+/* davar - the window laws by number, for programs whose user selects one. A file that includes this
+ * header links all laws. */
 #ifndef DAVAR_POLICY_H
 #define DAVAR_POLICY_H
 

@@ -1,10 +1,10 @@
-/* davar - jobs and results as words, one field each. */
+/* davar - converts jobs and results to words and back, one field per word. */
 #include "davar_job.h"
 
 #include <string.h>
 
 #define MAGIC UINT64_C(0x33424F4A52564144) /* "DAVRJOB3" */
-#define HEALTH UINT64_MAX                  /* in the place of a channel */
+#define HEALTH UINT64_MAX                  /* instead of a channel */
 
 static uint64_t bits_of(double value)
 {
@@ -20,7 +20,7 @@ static double double_of(uint64_t bits)
     return value;
 }
 
-/* A field of the configuration as a word, and back. */
+/* Converts a field of the configuration to a word, and back. */
 #define WORD_OF_F64(value) bits_of(value)
 #define WORD_OF_U32(value) (uint64_t)(value)
 #define WORD_OF_U16(value) (uint64_t)(value)
@@ -172,7 +172,7 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result,
     result->change = (davar_change_t){(uint32_t)words[13], double_of(words[14]),
                                       double_of(words[15]), double_of(words[16])};
     result->noise = (davar_noise_t)words[17];
-    result->unit_per_count = 0.0; /* fitted already */
+    result->unit_per_count = 0.0; /* the result is already fitted */
     const uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
         const davar_adev_t tau = {(uint32_t)word[0],  (uint32_t)word[1],  double_of(word[2]),

@@ -1,11 +1,11 @@
-/* davar - a recording's job for a device, and its results, as words that a file or a line can carry.
+/* davar - a recording as a job for a device, and its results, as words for a file or a serial line.
  *
- *   job:      header (DAVAR_JOB_WORDS), then blocks: missing and count (32 bits each), the samples of channel 0, 1, ...;
- *             a block of no samples is the end
- *   results:  DAVAR_JOB_HEAD words, 6 for each cluster size, 4 for each coefficient; after the last result the health of
- *             each channel, DAVAR_JOB_HEAD words: a file without it is not whole
+ * job:      header (DAVAR_JOB_WORDS), then blocks: missing and count (32 bits each), the samples of
+ * channel 0, 1, ...; a block without samples ends the job results:  DAVAR_JOB_HEAD words, 6 for
+ * each cluster size, 4 for each coefficient; after the last result the health of each channel,
+ * DAVAR_JOB_HEAD words. A file without it is incomplete
  *
- * Little endian, doubles as their IEEE bits: a result arrives with the bits it was computed with. */
+ * Little endian. Doubles are sent as their IEEE bits, so results arrive bit for bit. */
 #ifndef DAVAR_JOB_H
 #define DAVAR_JOB_H
 
@@ -25,7 +25,7 @@ extern "C" {
     (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))
 
 typedef struct {
-    davar_config_t config; /* its taus are those below */
+    davar_config_t config; /* its taus point to the member below */
     uint32_t taus[DAVAR_TAUS_MAX];
     davar_port_number_t number;
     uint32_t channels;
@@ -35,22 +35,22 @@ typedef struct {
 void davar_job_encode(const davar_config_t *config, davar_port_number_t number, uint32_t channels,
                       uint64_t words[DAVAR_JOB_WORDS]);
 
-/* False: not a job, or more cluster sizes than this build carries. The job must stay where it is. */
+/* False: not a job, or more cluster sizes than this build supports. The job must not be moved. */
 bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS]);
 
-/* Returns how many words were filled. */
+/* Returns the number of words written. */
 size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
                                uint64_t words[DAVAR_JOB_RESULT_WORDS]);
 
-/* Fills the head that tells the health of a channel. */
+/* Writes the head with the health of a channel. */
 void davar_job_encode_health(size_t channel, const davar_health_t *health,
                              uint64_t head[DAVAR_JOB_HEAD]);
 
-/* True when the head is one of health. */
+/* True if the head is a health record. */
 bool davar_job_decode_health(size_t *channel, davar_health_t *health,
                              const uint64_t head[DAVAR_JOB_HEAD]);
 
-/* Words that follow the head of a result; 0: no head of a result that this build can hold. */
+/* Words that follow the head of a result. 0: not the head of a result that this build supports. */
 size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD]);
 
 void davar_job_decode_result(size_t *channel, davar_result_t *result,

@@ -1,4 +1,4 @@
-/* davar for Linux - gpio through libgpiod 1.x (run in the kernel tests with 1.6.3). */
+/* davar for Linux - gpio through libgpiod 1.x (the kernel tests run it with 1.6.3). */
 #include "gpio.h"
 
 #include <errno.h>
@@ -74,7 +74,7 @@ int gpio_edges_descriptor(const gpio_edges_t *edges)
     return gpiod_line_event_get_fd(edges->line);
 }
 
-/* Whole periods that passed without an edge. */
+/* The number of complete periods without an edge. */
 static uint32_t lost_since(const gpio_edges_t *edges, uint64_t now_ns)
 {
     const uint64_t passed = now_ns - edges->last_ns;

@@ -1,5 +1,5 @@
-/* davar for Linux - gpio through libgpiod 2.x, which passes on the kernel's sequence number of each edge. Compiled
- * against 2.1.3, never run: Debian 12 has 1.6.3 only. */
+/* davar for Linux - gpio through libgpiod 2.x, which reports the kernel's sequence number of each
+ * edge. Compiled against 2.1.3 but never run, because Debian 12 has only 1.6.3. */
 #include "gpio.h"
 
 #include <errno.h>
@@ -24,7 +24,7 @@ struct gpio_output {
     unsigned line;
 };
 
-/* Chip by path, name or number. */
+/* Opens a chip by path, name or number. */
 static struct gpiod_chip *open_chip(const char *name)
 {
     char path[PATH_BYTES];
@@ -84,7 +84,7 @@ static struct gpiod_line_request *request_where(const char *where, bool output, 
 gpio_edges_t *gpio_edges_open(const char *where, uint64_t period_ns, char *why, size_t size)
 {
     unsigned line = 0;
-    (void)period_ns; /* the kernel counts */
+    (void)period_ns; /* the kernel counts lost edges */
     struct gpiod_line_request *request = request_where(where, false, &line, why, size);
     if (request == NULL) {
         return NULL;

@@ -1,4 +1,4 @@
-/* davar for Linux - a link of either kind: opening, losing, reopening, counting. */
+/* davar for Linux - links of both kinds: opening, loss, reopening, counters. */
 #include "link.h"
 
 #include <errno.h>
@@ -30,7 +30,7 @@ void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by)
     link->count[item] += (by < room) ? by : room;
 }
 
-/* But for one that lacks nothing but its end, which is written when the link is back. */
+/* A frame that lacks only its end is not dropped. The end is written when the link is back. */
 void link_give_up(davar_link_t *link)
 {
     link_count(link, DAVAR_HEALTH_FRAMES_DROPPED, (link->pending > 1U) ? 1U : 0U);
@@ -49,7 +49,7 @@ void link_lost(davar_link_t *link)
     link_count(link, DAVAR_HEALTH_LINK_LOST, 1U);
 }
 
-/* Splits can:IFACE and slcan:PATH; null: neither. */
+/* Splits can:IFACE and slcan:PATH. Null: neither. */
 static const char *parse(const char *where, const link_kind_t **kind)
 {
     if (strncmp(where, "can:", 4) == 0) {
@@ -148,7 +148,7 @@ bool davar_link_is_up(const davar_link_t *link)
 
 void davar_link_wait(davar_link_t *link, uint32_t milliseconds)
 {
-    /* A full transmit queue (ENOBUFS) does not show in poll(): sleep a little and try again. */
+    /* poll() does not detect a full transmit queue (ENOBUFS): sleep briefly and try again. */
     const struct timespec nap = {.tv_sec = (time_t)(milliseconds / 1000U),
                                  .tv_nsec = (long)(milliseconds % 1000U) * 1000000L};
     (void)nanosleep(&nap, NULL);

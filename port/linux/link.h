@@ -1,4 +1,4 @@
-/* davar for Linux - what the kinds of link share. */
+/* davar for Linux - the common part of the kinds of link. */
 #ifndef LINUX_LINK_H
 #define LINUX_LINK_H
 
@@ -11,7 +11,7 @@
 /* Functions of one kind of link. */
 typedef struct {
     bool (*open)(davar_link_t *link, char *why,
-                 size_t size); /* false: not there (yet); nothing stays open */
+                 size_t size); /* false: not available (yet); nothing stays open */
     davar_port_send_t (*send)(davar_link_t *link, const davar_frame_t *frame);
     void (*poll)(davar_link_t *link);
     void (*drain)(davar_link_t *link);
@@ -22,16 +22,16 @@ struct davar_link {
     davar_link_options_t options;
     char name[LINK_NAME_BYTES]; /* interface or path */
     int descriptor;             /* -1: lost */
-    bool peer;                  /* pty: somebody has opened it */
+    bool peer;                  /* pty: a peer has opened it */
     bool make_pty;
     bool passive;    /* CAN: error passive now */
     bool off;        /* CAN: bus off now */
-    bool recovering; /* CAN: bus off, and a later state was told */
+    bool recovering; /* CAN: the bus was off, and a later state was reported */
     uint64_t retry_ms;
-    size_t pending; /* tty: characters that a short write left over */
+    size_t pending; /* tty: characters that a short write did not send */
     char text[LINK_TEXT_BYTES];
-    size_t heard; /* tty: characters of the line being received */
-    bool odd;     /* tty: it holds something that is no SLCAN */
+    size_t received; /* tty: characters of the line being received */
+    bool odd;        /* tty: the line is not SLCAN */
     uint32_t count[DAVAR_HEALTH_COUNT];
 };
 
@@ -40,7 +40,7 @@ extern const link_kind_t link_tty;
 
 void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by);
 
-/* The line that is pending will never be whole: its frame is counted as dropped. */
+/* The pending line will never be completed: its frame is counted as dropped. */
 void link_give_up(davar_link_t *link);
 
 /* Closes the descriptor and counts the loss. */

@@ -1,4 +1,4 @@
-/* davar for Linux - SocketCAN. Listens to error frames only. */
+/* davar for Linux - SocketCAN. Receives error frames only. */
 #include "link.h"
 
 #include <errno.h>
@@ -22,13 +22,13 @@ static bool set_options(int descriptor, bool fd)
            (!fd || (setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on) == 0));
 }
 
-/* Binding to an interface that is down succeeds; a frame would vanish, so ask. */
+/* Binding to an interface that is down succeeds, but frames would be lost. This checks it. */
 static bool bind_interface(int descriptor, const davar_link_t *link)
 {
     struct ifreq request = {0};
     struct sockaddr_can address = {.can_family = AF_CAN};
     memcpy(request.ifr_name, link->name,
-           strlen(link->name)); /* shorter than IFNAMSIZ: open_can has checked */
+           strlen(link->name)); /* shorter than IFNAMSIZ, see open_can */
     if (ioctl(descriptor, SIOCGIFINDEX, &request) != 0) {
         return false;
     }
@@ -64,7 +64,8 @@ static bool open_can(davar_link_t *link, char *why, size_t size)
     return true;
 }
 
-/* While the bus is off the kernel takes frames and throws them away: so none is given. */
+/* While the bus is off, the kernel accepts frames and discards them. This therefore sends no frames
+ * then. */
 static davar_port_send_t send_can(davar_link_t *link, const davar_frame_t *frame)
 {
     if (link->off) {
@@ -104,7 +105,7 @@ static void note_error(davar_link_t *link, const struct can_frame *frame)
     }
 }
 
-/* Does the interface carry frames? It does not from bus-off to its restart. */
+/* True if the interface carries frames. From bus-off to restart it does not. */
 static bool has_carrier(const davar_link_t *link)
 {
     char path[sizeof "/sys/class/net//carrier" + LINK_NAME_BYTES];
@@ -135,7 +136,7 @@ static void poll_can(davar_link_t *link)
         }
     }
     if ((got < 0) && (errno != EAGAIN) && (errno != EINTR)) {
-        link_lost(link); /* ENETDOWN, ENODEV: the socket is told once */
+        link_lost(link); /* ENETDOWN, ENODEV: the socket reports this once */
     }
     watch_recovery(link);
 }

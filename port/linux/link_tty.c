@@ -1,4 +1,5 @@
-/* davar for Linux - SLCAN text on a tty, or on a pty of our own. We play the adapter: slcand or python-can is the host. */
+/* davar for Linux - SLCAN text on a tty, or on a pty that we create. We act as the adapter; slcand
+ * or python-can is the host. */
 #include "link.h"
 
 #include "davar_slcan.h"
@@ -55,7 +56,8 @@ static bool make_raw(int descriptor, uint32_t baud)
     return set_speed(&line, baud) && (tcsetattr(descriptor, TCSANOW, &line) == 0);
 }
 
-/* Opening and closing the other side once makes the kernel report "hung up" until a peer is there. */
+/* After the other side was opened and closed once, the kernel reports "hung up" until a peer opens
+ * it. */
 static bool open_pty(davar_link_t *link)
 {
     link->descriptor = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
@@ -82,12 +84,12 @@ static bool open_tty(davar_link_t *link, char *why, size_t size)
         link->descriptor = -1;
         return false;
     }
-    link->text[0] = '\r'; /* ends whatever a lost line began */
+    link->text[0] = '\r'; /* ends an incomplete line of a lost frame */
     link->pending = 1U;
     return true;
 }
 
-/* Writes what is pending; false: nothing more goes now. */
+/* Writes pending characters. False: the tty accepts no more now. */
 static bool push_pending(davar_link_t *link)
 {
     while (link->pending > 0U) {
@@ -110,7 +112,7 @@ static bool hung_up(const davar_link_t *link)
     return (poll(&one, 1, 0) > 0) && ((one.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0);
 }
 
-/* A pty is never closed: its peer comes and goes. */
+/* The pty stays open while peers connect and disconnect. */
 static void watch_peer(davar_link_t *link)
 {
     const bool there = !hung_up(link);
@@ -140,20 +142,20 @@ static davar_port_send_t send_tty(davar_link_t *link, const davar_frame_t *frame
     }
     link->pending = davar_slcan_encode(frame, link->text);
     (void)push_pending(link);
-    return DAVAR_PORT_SEND_DONE; /* or it is given up, and counted */
+    return DAVAR_PORT_SEND_DONE; /* otherwise the frame is dropped and counted */
 }
 
-/* Commands of an SLCAN host (O, C, S6, V, t..., and their answers) are no noise. */
-static void hear(davar_link_t *link, unsigned char byte)
+/* Commands of an SLCAN host (O, C, S6, V, t..., and their answers) do not count as noise. */
+static void receive(davar_link_t *link, unsigned char byte)
 {
     link->odd = link->odd || ((byte != '\r') && (byte != '\n') && !isalnum(byte)) ||
-                (link->heard > LINE_MAX_SLCAN);
+                (link->received > LINE_MAX_SLCAN);
     if (byte != '\r') {
-        link->heard++;
+        link->received++;
         return;
     }
-    link_count(link, DAVAR_HEALTH_NOISE_BYTES, link->odd ? (uint32_t)link->heard : 0U);
-    link->heard = 0;
+    link_count(link, DAVAR_HEALTH_NOISE_BYTES, link->odd ? (uint32_t)link->received : 0U);
+    link->received = 0;
     link->odd = false;
 }
 
@@ -166,7 +168,7 @@ static void poll_tty(davar_link_t *link)
     }
     while ((got = read(link->descriptor, bytes, sizeof bytes)) > 0) {
         for (ssize_t i = 0; i < got; i++) {
-            hear(link, bytes[i]);
+            receive(link, bytes[i]);
         }
     }
     if (!link->make_pty &&
@@ -177,8 +179,8 @@ static void poll_tty(davar_link_t *link)
     }
 }
 
-/* Bytes that the peer of a pty has not read yet, as far as they can be seen: the kernel has more of them underway now and
- * then. 0 on a tty of the machine, which the kernel drains by itself. */
+/* Bytes that the peer of a pty has not read yet. The kernel may hold a few more, which are not
+ * visible. 0 on a real tty, which the kernel drains by itself. */
 static int unread_bytes(const davar_link_t *link)
 {
     int unread = 0;
@@ -190,7 +192,8 @@ static int unread_bytes(const davar_link_t *link)
     return unread;
 }
 
-/* Closing a pty throws away what the peer has not read: waits until it has, while it goes on reading. */
+/* Closing a pty discards bytes that the peer has not read. This waits until the peer has read them,
+ * as long as it makes progress. */
 static void drain_tty(davar_link_t *link)
 {
     const struct timespec nap = {.tv_nsec = DRAIN_STEP_MS * 1000000L};

@@ -1,5 +1,5 @@
-/* davar - the node loop.
- * Channels stay in step by one rule: the channel furthest behind goes next, the lower one first. */
+/* davar - the node loop. One rule keeps channels in step: the channel that is furthest behind is
+ * next, and of equal ones the lower one. */
 #include "davar_node.h"
 
 #include <assert.h>
@@ -26,7 +26,7 @@ static davar_node_state_t fault(const davar_port_t *port, davar_port_fault_t wha
     return DAVAR_NODE_FAULT;
 }
 
-/* Lets every channel start at the beginning of a block of `count` samples. */
+/* Starts every channel at the beginning of a block of `count` samples. */
 static void rewind_channels(davar_node_t *node, size_t count)
 {
     node->block.count = count;
@@ -50,7 +50,7 @@ static davar_node_state_t begin_block(davar_node_t *node, const davar_port_block
     return DAVAR_NODE_RUNNING;
 }
 
-/* The flush is treated as a block without end, of which each flushed result is one "sample". */
+/* The flush is treated as a block without end. Each flushed result counts as one "sample" of it. */
 static davar_node_state_t begin_flush(davar_node_t *node)
 {
     node->ended = true;
@@ -79,7 +79,7 @@ static davar_node_state_t read_block(davar_node_t *node)
     return state;
 }
 
-/* The channel to serve next; channel_count when all have done the whole block. */
+/* The next channel to process; channel_count if all have finished the block. */
 static size_t furthest_behind(const davar_node_t *node)
 {
     size_t behind = node->channel_count;

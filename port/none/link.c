@@ -1,4 +1,4 @@
-/* davar - no link: for systems without SocketCAN and termios. */
+/* davar - no links, for systems without SocketCAN and termios. */
 #include "davar_link.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* davar port template - two halves of a buffer in, no line out yet. */
+/* davar port template - reads a buffer in two halves; sending is for you to add. */
 #include "template_port.h"
 
 static davar_port_read_t read_half(void *context, davar_port_block_t *block)
@@ -16,8 +16,9 @@ static davar_port_read_t read_half(void *context, davar_port_block_t *block)
     return DAVAR_PORT_READ_BLOCK;
 }
 
-/* Here: put the result on the line, or into a queue, and return DAVAR_PORT_SEND_DONE. davar_encoder_begin and
- * davar_encoder_next (davar/wire.h) make CAN frames of it, davar_slcan_encode (port/wire/davar_slcan.h) text for a UART. */
+/* Here: send the result on the line, or queue it, and return DAVAR_PORT_SEND_DONE.
+ * davar_encoder_begin and davar_encoder_next (davar/wire.h) convert it to CAN frames, and
+ * davar_slcan_encode (port/wire/davar_slcan.h) converts those to text for a UART. */
 static davar_port_send_t send_result(void *context, size_t channel, const davar_result_t *result)
 {
     (void)context;

@@ -21,24 +21,24 @@ typedef struct {
     davar_message_t message;
     uint8_t channel;
     uint8_t counter; /**< Counter, 0..15 */
-    uint8_t
-        result; /**< Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
+    /** Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
+    uint8_t result;
     uint8_t session; /**< DAVAR_End, DAVAR_Health, DAVAR_Setup: see davar_encoder_session */
-    uint8_t
-        index; /**< TauIndex; Kind (coefficient, + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex;
-                          Form; ChangeItem; Frames */
+    /** TauIndex; Kind (coefficient, + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex;
+     * Form; ChangeItem; Frames */
+    uint8_t index;
     float value; /**< the float32 of the message; in DAVAR_ResultFd ARW */
-    uint32_t
-        number; /**< Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits),
-                          Digest */
-    int32_t count
-        [2]; /**< DAVAR_Raw: the counts from sample `number` on; two of a pair, one of DAVAR_RAW_COUNT */
+    /** Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits),
+     * Digest */
+    uint32_t number;
+    /** DAVAR_Raw: the counts from sample `number` on; two of a pair, one of DAVAR_RAW_COUNT */
+    int32_t count[2];
     uint32_t window_samples;
     bool unstable;
-    float
-        relative_uncertainty; /**< of ARW or of the Allan deviation: half the 95 % interval over the value */
-    uint8_t
-        worst; /**< DAVAR_Monitor, health: index of the tau that decides it; DAVAR_MONITOR_NO_TAU: none */
+    /** of ARW or of the Allan deviation: half the 95 % interval over the value */
+    float relative_uncertainty;
+    /** DAVAR_Monitor, health: index of the tau that decides it; DAVAR_MONITOR_NO_TAU: none */
+    uint8_t worst;
     float kurtosis;
     float contribution;
     bool alarm; /**< DAVAR_Change: this and the next four as in davar_result_t */
@@ -50,10 +50,10 @@ typedef struct {
     float coefficient[DAVAR_COEFFICIENT_COUNT]; /**< DAVAR_ResultFd */
 } davar_wire_t;
 
-/** Decodes one frame of channel 0 and up at identifier `base`.
- * Rejects values that cannot occur: a deviation or coefficient that is negative, infinite (except an
- * upper limit) or outside DAVAR_WIRE_LEAST .. DAVAR_WIRE_MOST; a rate of 0; a window, stride,
- * cluster size or number of frames of 0.
+/** Decodes one frame of channel 0 and up at identifier `base`. Rejects values that cannot occur: a
+ * deviation or coefficient that is negative, infinite (except an upper limit) or outside
+ * DAVAR_WIRE_LEAST .. DAVAR_WIRE_MOST; a rate of 0; a window, stride, cluster size or number of
+ * frames of 0.
  * @return DAVAR_DECODED if *wire is filled, otherwise the first reason. Cost: O(length). */
 davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_wire_t *wire);
 

@@ -1,5 +1,6 @@
 /** @file
- * davar - frames as SLCAN (Lawicel) text for a serial line: "t5D08", 16 hex digits, carriage return.
+ * davar - frames as SLCAN (Lawicel) text for a serial line: "t5D08", 16 hex digits, carriage
+ * return.
  *
  * slcand, python-can and SavvyCAN read this text unchanged. No heap, no I/O, no state. */
 #ifndef DAVAR_SLCAN_H

@@ -1,4 +1,4 @@
-/* davar - frames to values: the mirror of encode.c, for gateways and other devices. */
+/* davar - decodes frames, the inverse of encode.c, for gateways and other devices. */
 #include "davar_decode.h"
 
 #include "wire/frame_layout.h"
@@ -33,7 +33,7 @@ static float get_scaled(const davar_frame_t *frame, const davar_scaled_t *scaled
     return (raw == (1U << scaled->at.bits) - 1U) ? NAN : (float)raw * scaled->unit;
 }
 
-/* Absent, or a magnitude that a sensor could have. */
+/* Absent, or a plausible magnitude. */
 static bool is_magnitude(float value)
 {
     const bool tiny = (value > 0.0F) && (value < DAVAR_WIRE_LEAST);
@@ -107,7 +107,7 @@ static bool read_index(const davar_frame_t *frame, davar_signal_t at, uint32_t c
     return wire->index < count;
 }
 
-/* False: a level or a gain that cannot be. */
+/* False: an impossible level or gain. */
 static bool read_change(const davar_frame_t *frame, davar_wire_t *wire)
 {
     wire->index = (uint8_t)get(frame, signal_change_item);
@@ -122,7 +122,7 @@ static bool read_change(const davar_frame_t *frame, davar_wire_t *wire)
     return is_magnitude(wire->value);
 }
 
-/* False: a form that no sender means, or an impossible rate. */
+/* False: an undefined form, or an impossible rate. */
 static bool read_raw(const davar_frame_t *frame, davar_wire_t *wire)
 {
     wire->index = (uint8_t)get(frame, signal_form);
@@ -146,7 +146,8 @@ static bool read_end(const davar_frame_t *frame, davar_wire_t *wire)
     return wire->index > 0U;
 }
 
-/* Fills what this message has beside `value` and `number`; false: an index or a value that no sender means. */
+/* Reads the fields of this message except `value` and `number`. False: an undefined index or
+ * value. */
 static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
 {
     bool good = true;
@@ -207,7 +208,7 @@ static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
 davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_wire_t *wire)
 {
     const uint32_t offset =
-        (uint32_t)frame->identifier - base; /* wraps below base: far beyond the last message */
+        (uint32_t)frame->identifier - base; /* wraps if below base, to far above the last message */
     const uint32_t message = offset % DAVAR_WIRE_STEP;
     if ((frame->identifier < base) || (message_length(message) == 0U)) {
         return DAVAR_DECODE_FOREIGN;

@@ -27,7 +27,7 @@ size_t davar_slcan_encode(const davar_frame_t *frame, char *text)
     return at + 1U;
 }
 
-/* Value of a hex digit; 16 and more: it is none. */
+/* Value of a hex digit; 16 or more if it is not one. */
 static uint32_t digit(char c)
 {
     if ((c >= '0') && (c <= '9')) {

@@ -1,4 +1,4 @@
-"""The Allan deviation of a whole record."""
+"""The Allan deviation of a complete record."""
 
 from typing import Literal, NamedTuple
 
@@ -11,18 +11,20 @@ from ._samples import Clock
 from ._types import Array, Floats
 
 SHORTEST, LONGEST = 2, 1 << 31  # samples
-COUNT_BITS = 32  # of a sample in whole steps, where the sums have room for them
+COUNT_BITS = 32  # of a sample in whole steps, if the sums have room for them
 SUM_BITS = 128
 
 
 class Adev(NamedTuple):
-    """Arrays of one length (T), one entry per cluster size. NaN: the record cannot support it."""
+    """Arrays of one length (T), one entry per cluster size. NaN: the record is too short for the
+    value.
+    """
 
     taus_s: Floats  #: averaging times, seconds
     adev: Floats  #: overlapping Allan deviation, unit of x
-    low: Floats  #: 95 % interval, from the degrees of freedom of the noise mix that was found
+    low: Floats  # : 95 % interval, from the degrees of freedom of the fitted noise mix
     high: Floats
-    n: Array  #: differences that the estimate rests on
+    n: Array  # : number of differences in the estimate
 
 
 def adev(
@@ -40,22 +42,29 @@ def adev(
 ) -> Adev:
     """The overlapping Allan deviation of a record, with 95 % intervals.
 
-    x: samples (N) of one axis, as floats, or counts as integers (then lsb is needed). NaN, and what a masked array masks: a sample that is missing.
-    rate_hz: samples per second; may be left out when time_s is given: then the median time step decides.
-    data_type: "freq": x holds rates or fractional frequencies, in any unit. "phase": x holds their integral, in that unit times seconds: an angle in
-        degrees gives deviations in deg/s, a time error in seconds fractional frequencies. Its N - 1 differences times rate_hz are what "freq" takes.
+    x: samples (N) of one axis, as floats, or as integer counts (which need lsb). NaN and masked
+        entries are missing samples.
+    rate_hz: samples per second. Optional with time_s; the default is then the median time step.
+    data_type: "freq": x has rates or fractional frequencies, in any unit. "phase": x has their
+        integral, in that unit times seconds. An angle in degrees gives deviations in deg/s, a time
+        error in seconds gives fractional frequencies. Its N - 1 differences times rate_hz equal the
+        input for "freq".
     Averaging times, one of three:
-        taus: a word: "octave" (1, 2, 4 ... samples, the default), "decade" (1, 2, 4, 10, 20, 40 ...), "all" (every size), "geometric:K" (K sizes, evenly on
-            a log scale); each up to a ninth of the record.
-        taus_s: seconds, ascending, up to half of the record, as AllanTools' taus; each is rounded to a whole number of sample periods.
+        taus: a word: "octave" (1, 2, 4 ... samples, the default), "decade" (1, 2, 4, 10, 20, 40
+            ...), "all" (every size), "geometric:K" (K sizes, evenly on a log scale). All end at a
+            ninth of the record.
+        taus_s: seconds, ascending, up to half of the record, as in AllanTools. Each is rounded to a
+            whole number of sample periods.
         clusters: samples (tau_s * rate_hz), ascending, up to half of the record.
-    gaps: indices of x, each the first sample behind a gap. time_s: time stamps of x, seconds (N), ascending; a step above `gap` periods is a
-        gap. No difference spans a gap.
-    lsb: unit of x per count. Rounding to counts is in the deviations; where the noise is below half a count, their intervals are 0 to infinity.
+    gaps: indices of x: the first sample after each gap. time_s: time stamps of x, seconds (N),
+        ascending; a step longer than `gap` periods is a gap. No difference spans a gap.
+    lsb: unit of x per count. The deviations include the rounding to counts. If the noise is below
+        half a count, the intervals are 0 to infinity.
 
-    Returns (taus_s, adev, low, high, n). The sums are exact in integers: floats are first rounded to 2^-31 or less of the largest distance from
-    their mean (where N m^2 is above 2^64 for the largest size m, as from 10^7 samples on with "octave", to as many bits as 128 of the sum
-    leave). Cost: O(N) for each averaging time. Raises ValueError that names the argument.
+    Returns (taus_s, adev, low, high, n). The sums are exact in integers. Floats are first rounded
+    to 2^-31 or less of the largest distance from their mean. If N m^2 is above 2^64 for the largest
+    size m (from 10^7 samples with "octave"), they are rounded to the bits that a sum of 128 bits
+    leaves. Cost: O(N) per averaging time. Raises ValueError with the argument's name.
     """
     values, counted = _samples.samples(x, lsb)
     clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
@@ -79,7 +88,7 @@ def adev(
         room(there.size, int(sizes[-1])),
     )
     if not np.isfinite(largest) or 0 < largest < 1e-290:
-        raise ValueError("x: too large or too small for a double's range; take another unit")
+        raise ValueError("x: too large or too small for a double's range; use another unit")
     step = (
         finest(largest, min(2.0 ** (COUNT_BITS - 1), most))
         if lsb is None
@@ -88,7 +97,7 @@ def adev(
         else unit
     )
     if largest / step > most:
-        raise ValueError("x: counts too large for exact sums; make x float and leave lsb out")
+        raise ValueError("x: counts too large for exact sums; make x float and omit lsb")
     ends = np.array([*there.starts()[1:], there.size], np.uintp)
     rows = adev_of(values, centre, step, ends, sizes)
     rows[0] *= unit if counted else 1.0
@@ -103,21 +112,27 @@ def adev(
 
 
 def differences(phase: Floats, clock: Clock, factor: float) -> tuple[Floats, Clock]:
-    """Of neighbours, times a factor, and their clock: one across a gap is missing."""
+    """Differences of neighbouring samples times a factor, with their clock. A difference across a
+    gap is missing.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
         found = np.diff(phase) * factor
     if clock.missing is not None:
         found[clock.missing[1:] > 0] = np.nan
     if np.isinf(found).any():
-        raise ValueError("x: too large or too small for a double's range; take another unit")
+        raise ValueError("x: too large or too small for a double's range; use another unit")
     return found, Clock(clock.rate_hz, None, None)
 
 
 def room(count: int, m: int) -> float:
-    """Below which the magnitude of a sample in steps keeps every sum of squares exact: count (2 m)^2 magnitude^2 <= 2^128."""
+    """The limit of a sample's magnitude in steps below which all sums of squares are exact: count
+    (2 m)^2 magnitude^2 <= 2^128.
+    """
     return 2.0 ** ((SUM_BITS - int(np.ceil(np.log2(count * 4.0 * m * m)))) // 2)
 
 
 def finest(largest: float, most: float) -> float:
-    """The finest power of two of which no magnitude up to `largest` holds more than `most`, a power of two too."""
+    """The smallest power of two that divides magnitudes up to `largest` into at most `most` steps
+    (`most` is also a power of two).
+    """
     return float(2.0 ** (np.frexp(largest)[1] - np.log2(most))) if largest > 0 else 1.0

@@ -57,20 +57,20 @@ HEALTH = (
     "alarms",
     "shocks",
 )
-TABLE = 1 << 14  # rows that are asked for at once
+TABLE = 1 << 14  # rows requested per call
 TAUS_MAX = 32
 UINT32_MAX = 0xFFFFFFFF
 
 
 @cache
 def library() -> ctypes.CDLL:
-    """The library beside this file, or the one that DAVAR_LIBRARY names. Raises ImportError."""
+    """Loads the library from this folder, or from DAVAR_LIBRARY. Raises ImportError."""
     path = os.environ.get("DAVAR_LIBRARY") or next(
         map(str, Path(__file__).parent.glob("libdavar_python.*")), ""
     )
     try:
         if not path:
-            raise OSError(f"no libdavar_python beside {__file__}")
+            raise OSError(f"no libdavar_python next to {__file__}")
         found = ctypes.CDLL(path)
     except OSError as why:
         raise ImportError(
@@ -83,7 +83,9 @@ def library() -> ctypes.CDLL:
 
 
 def named(text: str, taus: str = "taus") -> str:
-    """A message of davar-sim with its options as arguments of Python: --window-max -> window_max, --rate -> rate_hz, --taus -> `taus`."""
+    """A message of davar-sim with Python arguments for options: --window-max -> window_max, --rate
+    -> rate_hz, --taus -> `taus`.
+    """
     names = {"rate": "rate_hz", "taus": taus}
     return re.sub(
         r"--([a-z][a-z-]*)", lambda option: names.get(option[1], option[1].replace("-", "_")), text
@@ -91,7 +93,9 @@ def named(text: str, taus: str = "taus") -> str:
 
 
 class Run:
-    """One davar_python_t (davar_python.h). Errors are ValueErrors that name the argument. taus: the name of the one that chose the cluster sizes."""
+    """One davar_python_t (davar_python.h). Errors are ValueErrors with the name of the argument.
+    taus: the argument that set the cluster sizes.
+    """
 
     def __init__(self, options: dict[str, str], taus: str = "taus") -> None:
         self._calls, self._taus = library(), taus
@@ -114,14 +118,16 @@ class Run:
             self._calls.davar_python_free(self._run)
 
     def __reduce__(self) -> str:
-        raise TypeError("davar: what has taken samples in cannot be copied or pickled")
+        raise TypeError("davar: a run with samples cannot be copied or pickled")
 
     def _check(self, good: bool) -> None:
         if not good:
             raise ValueError(self.reason())
 
     def admit(self, values: Floats, counted: bool) -> int | None:
-        """Changes finite float64 values in place to what push takes; the index of one that cannot be taken."""
+        """Converts finite float64 values in place to the input of push. Returns the index of the
+        first bad one.
+        """
         bad = c_size_t()
         good = self._calls.davar_python_admit(
             self._run, counted, values.ctypes.data, len(values), byref(bad)
@@ -132,7 +138,7 @@ class Run:
         return named(self._calls.davar_python_error(self._run).decode(), self._taus)
 
     def model(self, m: npt.NDArray[np.uint32], adev_dps: Floats, tolerance: Floats) -> None:
-        """Compares every result with this table of an error model. Before start."""
+        """Compares every result with this table of an error model. Call it before start."""
         self._check(
             self._calls.davar_python_model(
                 self._run, m.ctypes.data, adev_dps.ctypes.data, tolerance.ctypes.data, len(m)
@@ -150,7 +156,7 @@ class Run:
         self._calls.davar_python_gap(self._run, min(int(missing), UINT32_MAX))
 
     def push(self, values: Floats, stride: int) -> list[Floats]:
-        """Tables (columns, rows) of the epochs that these admitted values complete."""
+        """Yields tables (columns, rows) of the epochs that these admitted values complete."""
         tables, done = [], 0
         while done < len(values):
             rest = values[done:]
@@ -186,7 +192,9 @@ class Run:
 
 
 def taus_of(window: int, wanted: int) -> npt.NDArray[np.uint32]:
-    """Cluster sizes for a record of so many samples: octaves (wanted = 0) or so many on a log scale."""
+    """Cluster sizes for a window: octaves (wanted = 0) or `wanted` sizes on a
+    log scale.
+    """
     found = np.zeros(TAUS_MAX, np.uint32)
     return found[: library().davar_python_taus(window, wanted, found.ctypes.data)]
 
@@ -198,7 +206,9 @@ def adev_of(
     ends: npt.NDArray[np.uintp],
     m: npt.NDArray[np.uint32],
 ) -> Floats:
-    """Rows deviation, number of differences, of values in whole steps from a centre (davar_python_adev)."""
+    """Rows deviation, number of differences, of values in whole steps from a centre
+    (davar_python_adev).
+    """
     rows = np.empty((2, len(m)))
     if not library().davar_python_adev(
         values.ctypes.data,
@@ -218,7 +228,9 @@ def adev_of(
 def limits_of(
     m: npt.NDArray[np.uint32], rows: Floats, count: int, rate_hz: float, unit_per_count: float = 0.0
 ) -> Floats:
-    """Rows low, high of rows of adev_of. More sizes than one fit takes: a frame that spans all of them, with some of the others beside it each time."""
+    """Rows low, high for the rows of adev_of. If there are more sizes than one fit allows, each fit
+    uses a frame that spans all of them and some of the others.
+    """
     limits = np.empty((2, len(m)))
     for some in parts(m):
         sizes, these, found = m[some], np.ascontiguousarray(rows[:, some]), np.empty((2, len(some)))
@@ -237,7 +249,7 @@ def limits_of(
 
 
 def parts(m: npt.NDArray[np.uint32]) -> list[npt.NDArray[np.intp]]:
-    """The places in m of the sizes that are fitted together, at most TAUS_MAX at a time."""
+    """Indices in m of the sizes that are fitted together, at most TAUS_MAX at a time."""
     every = np.arange(len(m))
     if len(m) <= TAUS_MAX:
         return [every]

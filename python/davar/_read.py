@@ -1,4 +1,4 @@
-"""Recordings from files: CSV as davar-sim reads it; other logs by davarlab, where it is installed."""
+"""Recordings from files: CSV as in davar-sim; other logs with davarlab, if it is installed."""
 
 import gzip
 import os
@@ -28,13 +28,15 @@ LOGS = (
 )
 NUMBER = re.compile(
     r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII
-)  # what davar-sim and numpy take, less infinity and NaN
+)  # the intersection of davar-sim and numpy: no infinity and no NaN
 
 
 @dataclass
 class Recording:
-    """columns: name -> samples (N), the name ending in the unit: time_s, gyro_z_dps, temp_degC ... rate_hz: from the median time step; None without
-    time_s. notes: the `# key: value` lines of a CSV, or what the log says of itself. recording["gyro_z_dps"] is a column."""
+    """columns: name -> samples (N). A name ends in the unit: time_s, gyro_z_dps, temp_degC ...
+    rate_hz: from the median time step; None without time_s. notes: the `# key: value` lines of a
+    CSV, or the metadata of the log. recording["gyro_z_dps"] is a column.
+    """
 
     columns: dict[str, Array]
     rate_hz: float | None
@@ -42,7 +44,7 @@ class Recording:
 
     def __getitem__(self, name: str) -> Array:
         if name not in self.columns:
-            raise KeyError(f"no column {name} (there are: {', '.join(self.columns)})")
+            raise KeyError(f"no column {name} (the columns are: {', '.join(self.columns)})")
         return self.columns[name]
 
     @property
@@ -52,11 +54,13 @@ class Recording:
 
 
 def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording:
-    """The recording in a file.
+    """Reads the recording in a file.
 
-    CSV, plain or gzip: optional `# key: value` lines, a header row, then numbers. PX4 ULog, ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and
-    Parquet need the extra lab (pip install "davar[lab]"); sensor: which one, where a log has several. Every sample is as it was measured: time_s shows
-    the gaps. Raises ValueError that names file, line and column, OSError for a file that cannot be read, ImportError without the extra.
+    CSV, plain or gzip: optional `# key: value` lines, a header row, then numbers. PX4 ULog,
+    ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and Parquet need the extra lab (pip install
+    "davar[lab]"). sensor: selects one if a log has several. Samples are unchanged, and time_s shows
+    the gaps. Raises ValueError with file, line and column, OSError if a file cannot be read,
+    ImportError without the extra.
     """
     name = os.fspath(path)
     if os.path.isdir(name):
@@ -64,7 +68,7 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
     found = os.stat(name)
     if not stat.S_ISREG(found.st_mode):
         raise ValueError(f"{name}: not a regular file")
-    if not found.st_size:  # those of /proc, too: reading them may wait
+    if not found.st_size:  # those of /proc too: reading them may block
         raise ValueError(f"{name}: no header row and no samples")
     with open(name, "rb") as file:
         head = file.read(1024)
@@ -76,7 +80,7 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
 def of_log(path: str, sensor: str | None) -> Recording:
     absent = lab.missing()
     if absent:
-        raise ImportError(f"{path}: no CSV; other logs need the extra lab ({lab.said(absent)})")
+        raise ImportError(f"{path}: not CSV; other logs need the extra lab ({lab.said(absent)})")
     from davarlab.errors import BadInput  # type: ignore[import-untyped, unused-ignore]
     from davarlab.logs import door  # type: ignore[import-untyped, unused-ignore]
 
@@ -127,7 +131,7 @@ def of_csv(path: str) -> Recording:
         if not name or names.count(name) > 1:
             raise ValueError(
                 f"{path}:{first + 1}: "
-                + (f"column {name} is there twice" if name else "a column without a name")
+                + (f"column {name} appears twice" if name else "a column without a name")
             )
     while lines and not lines[-1].strip():
         lines.pop()
@@ -142,10 +146,10 @@ def of_csv(path: str) -> Recording:
 
 
 def numbers(lines: list[str], first: int, names: list[str], path: str) -> Array:
-    """(columns, rows) of the lines from `first` on."""
+    """(columns, rows) of the lines from line `first` onward."""
     rows = lines[first:]
     if not rows:
-        raise ValueError(f"{path}:{first}: no rows behind the header")
+        raise ValueError(f"{path}:{first}: no rows after the header")
     try:
         table: Array = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
         good = table.shape == (len(rows), len(names)) and np.isfinite(table).all()
@@ -160,7 +164,7 @@ def numbers(lines: list[str], first: int, names: list[str], path: str) -> Array:
 
 
 def wrong_in(row: str, names: list[str], where: str) -> str | None:
-    """What is wrong with a row; None for nothing."""
+    """The fault in a row, or None."""
     if not row.strip():
         return f"{where}: an empty row between rows"
     fields = row.split(",")

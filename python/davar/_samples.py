@@ -1,14 +1,16 @@
-"""What the user hands in: samples, time stamps and gaps, checked, as runs of samples without a gap inside."""
+"""Checks samples, time stamps and gaps of the user, and splits them into runs without a gap."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.ma as ma  # at once: its lazy import cannot be interrupted by a signal handler that needs it
+
+# imported eagerly: a signal handler that needs it must not interrupt its lazy import
+import numpy.ma as ma
 import numpy.typing as npt
 
 from ._types import Array, Floats
 
-GAP_FACTOR = 1.5  # sample periods, above which a time step is a gap
+GAP_FACTOR = 1.5  # sample periods: a longer time step is a gap
 WHOLE = (
     "window_max",
     "window_min",
@@ -21,11 +23,13 @@ WHOLE = (
     "long_cluster",
     "bits",
 )  # options
-EXACT = 2**52  # up to here a double holds every whole number, and the difference of two
+EXACT = 2**52  # up to here a double represents every whole number, and the difference of two
 
 
 def array_of(name: str, value: npt.ArrayLike) -> Array:
-    """The numbers of an argument as they are: of any shape, masked where they are. Raises ValueError that names it."""
+    """The numbers of an argument, of any shape and with their mask. Raises ValueError with its
+    name.
+    """
     try:
         found = np.asanyarray(value)
     except (TypeError, ValueError, OverflowError) as why:
@@ -38,7 +42,7 @@ def array_of(name: str, value: npt.ArrayLike) -> Array:
 
 
 def unmasked(name: str, value: npt.ArrayLike) -> Array:
-    """As array_of, of an argument that cannot have missing entries."""
+    """Like array_of, for an argument that cannot have missing entries."""
     found = array_of(name, value)
     if ma.is_masked(found):
         raise ValueError(
@@ -48,7 +52,9 @@ def unmasked(name: str, value: npt.ArrayLike) -> Array:
 
 
 def samples(x: npt.ArrayLike, lsb: float | None, one: bool = False) -> tuple[Floats, bool]:
-    """(x as float64, perhaps x itself, NaN where it is masked; whether it holds counts). one: a single sample will do, too."""
+    """(x as float64, possibly x itself, NaN where it is masked; True if it has counts). one: a
+    single sample is accepted too.
+    """
     given = array_of("x", x)
     given = given.reshape(1) if one and given.ndim == 0 else given
     if given.ndim != 1:
@@ -59,21 +65,23 @@ def samples(x: npt.ArrayLike, lsb: float | None, one: bool = False) -> tuple[Flo
     counted = given.dtype.kind in "iu"
     if counted and lsb is None:
         raise ValueError(
-            "lsb: whole numbers are counts and need it (deg/s per count); for rates, make x float"
+            "lsb: needed for whole numbers, which are counts (deg/s per count); for rates, make x float"
         )
     masked = ma.getmaskarray(given) if ma.is_masked(given) else None
     values = np.ascontiguousarray(np.asarray(given), np.float64)
     if masked is not None:
         values = np.where(masked, np.nan, values)
     if given.dtype.kind in "iu" and given.dtype.itemsize > 4 and np.any(np.abs(values) > EXACT):
-        raise ValueError("x: counts above 2^52 are not exact as doubles; take an offset off first")
+        raise ValueError("x: counts above 2^52 are not exact as doubles; subtract an offset first")
     if not finite(values) and np.isinf(values).any():
         raise ValueError(f"x: infinite at sample {int(np.flatnonzero(np.isinf(values))[0])}")
     return values, counted
 
 
 def finite(values: Floats) -> bool:
-    """Surely: one look at the sum (which may overflow: then False)."""
+    """True only if all are finite. It checks just the sum, which may overflow; then the result is
+    False.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
         return bool(np.isfinite(values.sum()))
 
@@ -96,10 +104,10 @@ def stamps(time_s: npt.ArrayLike, count: int) -> Floats:
 
 
 def median_step(time_s: Floats) -> float:
-    """The period, as davar-sim finds it. Raises ValueError."""
+    """The sample period, with davar-sim's rule. Raises ValueError."""
     steps = np.diff(time_s)
     if not len(steps):
-        raise ValueError("time_s: one sample only: too short to know the rate; give rate_hz")
+        raise ValueError("time_s: only one sample: too short to determine the rate; give rate_hz")
     middle = (len(steps) - 1) // 2
     order = np.partition(steps, [middle, min(middle + 1, len(steps) - 1)])
     lower = order[middle]
@@ -110,14 +118,14 @@ def median_step(time_s: Floats) -> float:
 
 
 def lost(time_s: Floats, period_s: float, factor: float) -> Array:
-    """Samples missing in front of each sample by its time stamp."""
+    """The number of samples missing before each sample, from its time stamp."""
     steps = np.diff(time_s, prepend=time_s[:1])
     missing = np.maximum(np.floor(steps / period_s + 0.5) - 1, 1)
     return np.where(steps > factor * period_s, missing, 0).astype(np.int64)
 
 
 def listed(gaps: npt.ArrayLike, count: int) -> Array:
-    """The index list of gaps: each the first sample behind one."""
+    """The index list of gaps: the first sample after each gap."""
     found = unmasked("gaps", gaps)
     if found.shape == (0,):
         return np.zeros(0, np.int64)
@@ -128,13 +136,13 @@ def listed(gaps: npt.ArrayLike, count: int) -> Array:
     wrong = found[(found < 1) | (found >= count)]
     if len(wrong):
         raise ValueError(
-            f"gaps: an index from 1 to {count - 1} expected (the first sample behind the gap), found {int(wrong[0])}"
+            f"gaps: an index from 1 to {count - 1} expected (the first sample after the gap), found {int(wrong[0])}"
         )
     return found.astype(np.int64)
 
 
 class Clock(NamedTuple):
-    """When samples were taken. missing: samples lost in front of each (N), None: none are."""
+    """Times of the samples. missing: samples lost before each (N); None: no losses."""
 
     rate_hz: float
     time_s: Floats | None
@@ -148,14 +156,14 @@ def clock(
     gaps: npt.ArrayLike | None,
     factor: float,
 ) -> Clock:
-    """The Clock that the arguments describe. Raises ValueError."""
+    """The Clock for these arguments. Raises ValueError."""
     found = None if time_s is None else stamps(time_s, count)
     missing = None if gaps is None and found is None else np.zeros(count, np.int64)
     if gaps is not None and missing is not None:
         missing[listed(gaps, count)] = 1
     if found is None or missing is None:
         if rate_hz is None:
-            raise ValueError("rate_hz: needed where there is no time_s")
+            raise ValueError("rate_hz: needed without time_s")
         return Clock(positive("rate_hz", rate_hz), None, missing)
     if not positive("gap", factor) > 1:
         raise ValueError(f"gap: a number above 1 expected, found {factor!r}")
@@ -165,29 +173,30 @@ def clock(
 
 
 class There(NamedTuple):
-    """The samples that are there. size: how many. places: their indices; None: all are there. missing: samples lost in front of each, NaN included;
-    None: none are."""
+    """The present samples. size: their number. places: their indices; None: all are present.
+    missing: samples lost before each, NaN included; None: no losses.
+    """
 
     size: int
     places: Array | None
     missing: Array | None
 
     def of(self, values: Floats) -> Floats:
-        """Their values; of a whole record the values themselves."""
+        """Their values; for a complete record the original array."""
         return values if self.places is None else values[self.places]
 
     def place(self, i: int) -> int:
         return i if self.places is None else int(self.places[i])
 
     def starts(self) -> list[int]:
-        """Of the runs without a gap inside, as numbers of samples that are there: the first is 0."""
+        """Start indices, among the present samples, of the runs without a gap. The first is 0."""
         return (
             [0] if self.missing is None else [0, *(np.flatnonzero(self.missing[1:]) + 1).tolist()]
         )
 
 
 def there(values: Floats, missing: Array | None) -> There:
-    """missing: samples lost in front of each value. A run of NaN is missing samples too."""
+    """missing: samples lost before each value. NaN values count as missing samples too."""
     absent = None if finite(values) else np.isnan(values)
     if absent is None or not absent.any():
         return There(len(values), None, missing)
@@ -205,7 +214,7 @@ def there(values: Floats, missing: Array | None) -> There:
 
 
 def text(name: str, value: Any) -> str:
-    """An option's value as davar-sim takes it. Raises ValueError."""
+    """An option's value as text for davar-sim. Raises ValueError."""
     if isinstance(value, str) or value is True:
         return str(value)
     try:
@@ -218,12 +227,12 @@ def text(name: str, value: Any) -> str:
         raise ValueError(
             said
             if said.startswith(f"{name}: ")
-            else f"{name}: not a value that it takes: {value!r}"
+            else f"{name}: not an accepted value, found {value!r}"
         ) from None
 
 
 def whole(name: str, value: Any) -> int:
-    """A whole number, whatever its type. Raises ValueError."""
+    """A whole number of any type. Raises ValueError."""
     try:
         good = not isinstance(value, bool) and float(value) == int(value)
     except (TypeError, ValueError, OverflowError):

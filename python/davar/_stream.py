@@ -1,4 +1,4 @@
-"""Samples in, epochs out: Stream, and a whole record through one."""
+"""Samples in, epochs out: Stream, and a complete record in one call."""
 
 import threading
 from collections.abc import Iterator
@@ -16,18 +16,26 @@ from ._types import Array, Floats, Pair, Path
 
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
 FLAGS = ("unstable", "alarm", "coarse")
-SCALES = (1e-40, 1e20)  # of rates that the library takes
-BITS = 24  # of a count, unless bits says otherwise
+SCALES = (1e-40, 1e20)  # range of rates that the library accepts
+BITS = 24  # width of a count, unless bits is given
 
 
 class Epochs(dict[str, Array]):
-    """Results over epochs: arrays of one length, by the names of davar-sim's columns, as items and as attributes.
+    """Results over epochs: arrays of one length, named like davar-sim's columns, as items and as
+    attributes.
 
-    epoch (index of a sample in x: the centre of the window, or its newest sample when trailing), time_s, window_samples, kurtosis,
-    contribution, unstable (bool), arw_deg_per_sqrt_h with arw_low_... and arw_high_... (95 %), bi_deg_per_h,
-    rrw_deg_per_h_per_sqrt_h, rr_deg_per_h2, qn_deg; adev_M (deg/s) for each cluster size M. Policy glr: alarm (bool), cut_age_samples,
-    dispersion. details=True: adev_low_M, adev_high_M (95 %), differences_M, gaps_in_window, coarse (bool: the noise is below half a
-    count, so rounding hides the coefficients), arw_upper_... and companions (95 % upper bounds of what is absent). model_table: model_health, model_deviation_M. NaN: a value that the window cannot support.
+    epoch: index of a sample in x: the centre of the window, or its newest sample (trailing).
+    time_s, window_samples, kurtosis, contribution, unstable (bool).
+    arw_deg_per_sqrt_h with arw_low_... and arw_high_... (95 %), bi_deg_per_h,
+    rrw_deg_per_h_per_sqrt_h, rr_deg_per_h2, qn_deg.
+    adev_M (deg/s) for each cluster size M.
+    Policy glr: alarm (bool), cut_age_samples, dispersion.
+    details=True: adev_low_M, adev_high_M (95 %), differences_M, gaps_in_window, coarse (bool: the
+    noise is below half a count, so rounding hides the coefficients), arw_upper_... and similar
+    columns (95 % upper bounds of absent coefficients).
+    model_table: model_health, model_deviation_M.
+
+    NaN: the window cannot support the value.
     pandas.DataFrame(epochs) is a table.
     """
 
@@ -37,7 +45,7 @@ class Epochs(dict[str, Array]):
         try:
             return self[name]
         except KeyError:
-            raise AttributeError(f"no column {name} (there are: {', '.join(self)})") from None
+            raise AttributeError(f"no column {name} (the columns are: {', '.join(self)})") from None
 
     @property
     def clusters(self) -> Array:
@@ -63,7 +71,7 @@ def kind_of(name: str) -> type:
     return np.int64 if name in WHOLE or name.startswith("differences_") else np.float64
 
 
-# What dynamic() and Stream hand on to davar-sim's options as it is, by their common name.
+# Options of dynamic() and Stream that are passed to davar-sim unchanged, by their common name.
 OPTIONS = (
     "lsb",
     "bits",
@@ -89,7 +97,9 @@ OPTIONS = (
 
 
 def run_of(given: dict[str, Any], rate_hz: float) -> Run:
-    """A run with the options among these arguments; None stands for davar-sim's default. Raises ValueError."""
+    """A run with the options among these arguments; None means davar-sim's default. Raises
+    ValueError.
+    """
     options = {
         name: _samples.text(name, given[name]) for name in OPTIONS if given[name] is not None
     }
@@ -104,20 +114,20 @@ def run_of(given: dict[str, Any], rate_hz: float) -> Run:
 
 
 class Feed:
-    """A run that is started, what it has been given, and the rows that wait."""
+    """A started run, the number of its samples, and the waiting rows."""
 
     def __init__(self, run: Run, rate_hz: float, stride: int) -> None:
         self.run, self.rate_hz, self.stride = run, rate_hz, stride
         self.given = 0  # samples, NaN included
-        self.taken = 0  # samples that went in
-        self.ahead = 0  # missing in front of the next one
+        self.taken = 0  # samples pushed
+        self.ahead = 0  # samples missing before the next one
         self.places: list[tuple[int, int]] = [
             (0, 0)
-        ]  # from this sample that went in on, its index is so much larger
+        ]  # (index of a pushed sample, offset of the record's index from there onward)
         self.tables: list[Floats] = []
 
     def push(self, admitted: Floats, there: There, count: int) -> None:
-        """The values that are there, as push takes them, among `count` that were given."""
+        """The present values among `count` samples, as input of push."""
         if not there.size:
             self.ahead += count
         else:
@@ -150,7 +160,7 @@ class Feed:
         self.tables += self.run.flush()
 
     def epochs(self, time_s: Floats | None = None) -> Epochs:
-        """The rows that wait, which are then gone."""
+        """Returns and clears the waiting rows."""
         tables = self.tables or [np.empty((len(self.run.columns), 0))]
         self.tables = []
         found = Epochs(
@@ -167,7 +177,7 @@ class Feed:
 
 
 def admitted(run: Run, values: Floats, there: There, counted: bool) -> Floats:
-    """The values that are there, as push takes them. Raises ValueError that names the sample."""
+    """The present values, as input of push. Raises ValueError with the sample's index."""
     found = values.copy() if there.places is None else there.of(values)
     bad = run.admit(found, counted)
     if bad is not None:
@@ -212,18 +222,23 @@ def dynamic(
 ) -> Epochs:
     """The dynamic Allan variance of a record: davar-sim's numbers, bit for bit.
 
-    x: samples (N) of one axis: rates, deg/s, as floats, or counts as integers (then lsb is needed). NaN, and what a masked array masks: a sample
-        that is missing.
-    rate_hz: samples per second; may be left out when time_s is given: then the median time step decides.
-    time_s: time stamps of x, seconds (N), ascending; a step above `gap` periods is a gap. As davar-sim --gap.
-    gaps: indices of x, each the first sample behind a gap. No difference spans a gap.
-    lsb: deg/s per count. Counts: the exact arithmetic of the device. Floats with lsb are rounded to counts; without, to
-        the finest power of two that holds the record in 32 bits.
-    Averaging times, one of three: taus, a word, "octave" or "geometric:K"; taus_s, seconds, ascending, each rounded to a whole number of sample
-        periods; clusters, samples (tau_s * rate_hz), ascending, as davar-sim --taus N,N,... At most 32, up to half a window.
-    The rest are davar-sim's options with its defaults (davar-sim --help): windows, segment, steps, stride and long_cluster in samples;
-    details: more columns; kurtosis=(K1, K2); contribution=(S1, S2); policy "fixed", "kurtosis", "or", "and", "glr"; mode "centred", "trailing";
-    arith "fixed", "float"; engine "grid", "edges"; model_table: the file of an error model.
+    x: samples (N) of one axis: rates, deg/s, as floats, or integer counts (which need lsb). NaN and
+        masked entries are missing samples.
+    rate_hz: samples per second. Optional with time_s; the default is then the median time step.
+    time_s: time stamps of x, seconds (N), ascending. A step longer than `gap` periods is a gap, as
+        in davar-sim --gap.
+    gaps: indices of x: the first sample after each gap. No difference spans a gap.
+    lsb: deg/s per count. Counts use the exact arithmetic of the device. Floats are rounded to
+        counts of lsb, or by default of the smallest power of two with which the record fits 32
+        bits.
+    Averaging times, one of three: taus, a word, "octave" or "geometric:K"; taus_s, seconds,
+        ascending, each rounded to a whole number of sample periods; clusters, samples (tau_s *
+        rate_hz), ascending, as in davar-sim --taus N,N,... At most 32, up to half a window.
+    The other arguments are davar-sim's options with its defaults (davar-sim --help). Windows,
+        segment, steps, stride and long_cluster are in samples. details: more columns.
+        kurtosis=(K1, K2); contribution=(S1, S2); policy "fixed", "kurtosis", "or", "and", "glr";
+        mode "centred", "trailing"; arith "fixed", "float"; engine "grid", "edges"; model_table: the
+        file of an error model.
 
     Returns Epochs: one entry per epoch in every array. Raises ValueError that names the argument.
     """
@@ -234,12 +249,12 @@ def dynamic(
 
 
 def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, Any]) -> Feed:
-    """All samples through a run of these options, to its end."""
+    """Runs all samples with these options, to the end of the record."""
     run = run_of(given, clock.rate_hz)
     there = _samples.there(values, clock.missing)
     if there.size < max(run.needed, 1):
         raise ValueError(
-            f"x: too short: {there.size} samples, one epoch needs at least {run.needed}"
+            f"x: too short: {there.size} samples, but one epoch needs at least {run.needed}"
         )
     taken = admitted(run, values, there, counted)
     low, high = float(taken.min()), float(taken.max())
@@ -257,12 +272,13 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
 
 
 class Stream:
-    """The dynamic Allan variance of samples as they come, with the memory of its window only.
+    """The dynamic Allan variance of samples as they arrive. Only one window is in memory.
 
-    rate_hz: samples per second. Either lsb (deg/s per count: exact, as on the device; bits 16, 24 or 32, default 24) or full_scale (deg/s:
-    float samples, which saturate beyond it). The other options are those of dynamic(). Any division into pushes gives the same results.
-    Threads may share a stream: one call at a time, the others wait; a block goes in whole. RuntimeError: a call from within another of
-    the same thread (a signal handler).
+    rate_hz: samples per second. Give either lsb (deg/s per count: exact, as on the device; bits 16,
+    24 or 32, default 24) or full_scale (deg/s: float samples, which saturate above it). The other
+    options are those of dynamic(). Results do not depend on how samples are split into pushes.
+    Threads may share a stream. Calls run one at a time, and a block is pushed in one call.
+    RuntimeError: a call inside another call of the same thread (a signal handler).
 
         stream = davar.Stream(100.0, lsb=0.05, stride=100)
         for counts in blocks:
@@ -302,7 +318,7 @@ class Stream:
         given = locals()
         if (lsb is None) == (full_scale is None):
             raise ValueError(
-                "lsb or full_scale: a stream needs one of them, for the range of what will come is not known"
+                "lsb or full_scale: a stream needs one of them, because the range of its samples is not known in advance"
             )
         hz = _samples.positive("rate_hz", rate_hz)
         run = run_of({**given, "arith": "fixed" if full_scale is None else "float"}, hz)
@@ -317,7 +333,7 @@ class Stream:
 
     @contextmanager
     def _alone(self) -> Iterator[Feed]:
-        """One thread at a time, one call at a time."""
+        """Allows one call at a time, from one thread at a time."""
         with self._lock:
             if self._inside:
                 raise RuntimeError(
@@ -330,8 +346,10 @@ class Stream:
                 self._inside = False
 
     def push(self, x: npt.ArrayLike) -> int:
-        """Takes samples in: rates, deg/s, or counts (integers; with lsb), one or an array (n); NaN or masked: a missing one. Returns how many epochs
-        wait in results(). Raises ValueError, and nothing is taken in."""
+        """Pushes samples: rates, deg/s, or counts (integers; with lsb), one or an array (n). NaN or
+        masked: a missing sample. Returns the number of epochs waiting in results(). On ValueError
+        no sample is used.
+        """
         values, counted = _samples.samples(x, self._lsb, one=True)
         there = _samples.there(values, None)
         with self._alone() as feed:
@@ -341,14 +359,16 @@ class Stream:
             return feed.waiting
 
     def gap(self, missing: int = 1) -> None:
-        """Says that so many samples (>= 1) were lost in front of the next one; epoch does not count them."""
+        """Reports `missing` lost samples (>= 1) before the next one. epoch does not count them."""
         if isinstance(missing, bool) or not isinstance(missing, (int, np.integer)) or missing < 1:
-            raise ValueError(f"missing: a whole number from 1 on expected, found {missing!r}")
+            raise ValueError(f"missing: a whole number of at least 1 expected, found {missing!r}")
         with self._alone() as feed:
             feed.ahead += int(missing)
 
     def finish(self) -> int:
-        """The record has ended: completes the epochs up to its mirrored end (mode "centred"). Returns how many epochs wait."""
+        """Ends the record: completes the epochs up to its mirrored end (mode "centred"). Returns
+        the number of waiting epochs.
+        """
         with self._alone() as feed:
             if not self._finished:
                 self._finished = True
@@ -356,12 +376,14 @@ class Stream:
             return feed.waiting
 
     def results(self) -> Epochs:
-        """The epochs completed since the last call, oldest first; they are then gone. epoch counts the samples pushed, from 0."""
+        """Returns and clears the epochs completed since the last call, oldest first. epoch counts
+        the samples pushed, from 0.
+        """
         with self._alone() as feed:
             return feed.epochs()
 
     @property
     def health(self) -> dict[str, int]:
-        """Counters so far: gaps, missing, saturated, restarts (windows thrown away) and others."""
+        """Counters so far: gaps, missing, saturated, restarts (windows discarded) and others."""
         with self._alone() as feed:
             return feed.run.health()

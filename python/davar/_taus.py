@@ -1,4 +1,6 @@
-"""Which averaging times: a word, cluster sizes in samples, or seconds. Their unit is in the argument's name."""
+"""Averaging times: a word, cluster sizes in samples, or seconds. The argument's name gives the
+unit.
+"""
 
 from typing import NamedTuple
 
@@ -13,7 +15,9 @@ WORDS = "'octave', 'decade', 'all' or 'geometric:K'"
 
 
 class Wanted(NamedTuple):
-    """What the caller asked for. name: of the argument that says it. word: of `taus`, or None. sizes: in samples, ascending, where word is None."""
+    """Averaging times of the caller. name: the argument. word: the word of `taus`, or None. sizes:
+    in samples, ascending, if word is None.
+    """
 
     name: str
     word: str | None
@@ -23,7 +27,7 @@ class Wanted(NamedTuple):
 def wanted(
     rate_hz: float, taus: str | None, clusters: npt.ArrayLike | None, taus_s: npt.ArrayLike | None
 ) -> Wanted:
-    """Raises ValueError that names the argument."""
+    """Parses the arguments. Raises ValueError with the argument's name."""
     given = [
         name
         for name, value in (("taus", taus), ("clusters", clusters), ("taus_s", taus_s))
@@ -72,7 +76,7 @@ def in_samples(clusters: npt.ArrayLike) -> list[int]:
 
 
 def in_seconds(taus_s: npt.ArrayLike, rate_hz: float) -> list[int]:
-    """Each rounded to a whole number of samples; those that fall together are one."""
+    """Rounds each to a whole number of samples and merges equal ones."""
     found = numbers("taus_s", taus_s)
     if np.any(np.diff(found) < 0):
         raise ValueError("taus_s: times must ascend")
@@ -85,7 +89,7 @@ def in_seconds(taus_s: npt.ArrayLike, rate_hz: float) -> list[int]:
 
 
 def of_record(what: Wanted, count: int) -> Sizes:
-    """The cluster sizes for a record of so many samples. Raises ValueError."""
+    """The cluster sizes for a record of `count` samples. Raises ValueError."""
     if what.word is not None:
         return of_word(what.word, count)
     if what.sizes[-1] > count // 2:
@@ -99,7 +103,7 @@ def of_word(word: str, count: int) -> Sizes:
     octaves = taus_of(count, 0)
     if word == "octave":
         return octaves
-    largest = count // 9 if count >= 18 else 1  # as the octaves
+    largest = count // 9 if count >= 18 else 1  # the same limit as for octaves
     if word == "all":
         return np.arange(1, largest + 1, dtype=np.uint32)
     if word == "decade":
@@ -117,10 +121,10 @@ def of_word(word: str, count: int) -> Sizes:
 
 
 def option(what: Wanted) -> str:
-    """As davar-sim --taus takes it. Raises ValueError."""
+    """Text for davar-sim --taus. Raises ValueError."""
     if what.word in ("all", "decade"):
         raise ValueError(
-            f"taus: {what.word!r} is for adev(); windows take 'octave', 'geometric:K', or up to {TAUS_MAX} sizes as clusters= or taus_s="
+            f"taus: {what.word!r} works only in adev(); windows accept 'octave', 'geometric:K', or up to {TAUS_MAX} sizes as clusters= or taus_s="
         )
     if len(what.sizes) > TAUS_MAX:
         raise ValueError(

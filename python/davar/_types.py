@@ -1,4 +1,4 @@
-"""Names of types, for the annotations."""
+"""Type names for annotations."""
 
 import os
 from typing import Any

@@ -1,17 +1,19 @@
-"""The program davarlab of this distribution: the workbench, where what it needs is installed."""
+"""The program davarlab of this distribution: starts the workbench if its requirements are
+installed.
+"""
 
 import sys
 from importlib.metadata import PackageNotFoundError, requires, version
 
 
 def wanted(requirement: str) -> str:
-    """The name in a requirement that belongs to the extra lab; "" for another."""
+    """The package name of a requirement of the extra lab; "" for others."""
     name, _, marker = requirement.partition(";")
     return name.split("=")[0].split(">")[0].strip() if "extra" in marker and "lab" in marker else ""
 
 
 def missing() -> list[str]:
-    """What the extra lab names and is not installed."""
+    """Requirements of the extra lab that are not installed."""
     found = []
     for name in filter(None, map(wanted, requires("davar") or [])):
         try:
@@ -22,12 +24,12 @@ def missing() -> list[str]:
 
 
 def said(absent: list[str]) -> str:
-    """What is missing, for a message."""
+    """The message for missing packages."""
     return f'not installed: {", ".join(absent[:3])}{" ..." if absent[3:] else ""}; pip install "davar[lab]"'
 
 
 def main() -> int:
-    """davarlab with the arguments of the command line; its exit status."""
+    """Runs davarlab with the arguments of the command line. Returns its exit status."""
     absent = missing()
     if absent:
         print(f"davarlab: {said(absent)}", file=sys.stderr)

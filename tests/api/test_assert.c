@@ -1,5 +1,5 @@
-/* davar tests - a caller's bug stops at the assertion that names it. Compiled with the library's sources and assertions
- * on, whatever the build. */
+/* davar tests - a caller's bug fails the matching assertion. Compiled with the library's sources
+ * and assertions on, in every build. */
 #include "davar/davar.h"
 #include "unity.h"
 
@@ -18,7 +18,7 @@ static void aborted(int signal_number)
     longjmp(back, 1);
 }
 
-/* True when `statement` runs into an assertion. */
+/* True if `statement` fails an assertion. */
 #define ASSERTS(statement)                                                                         \
     (signal(SIGABRT, aborted), (setjmp(back) != 0) ? true : ((void)(statement), false))
 

@@ -1,4 +1,5 @@
-/* davar tests - the float door: its error bound for ever, its weather, and the same decisions as fixed point. */
+/* davar tests - float input: its error bound over any time, its counters, and the same decisions as
+ * fixed point. */
 #include "davar/davar.h"
 #include "random.h"
 #include "unity.h"
@@ -72,7 +73,8 @@ static void test_the_error_stays_in_its_bound_after_full_scale_bursts(void)
     }
 }
 
-/* The same counts through both doors: the same windows, decisions and deviations, though the mean is 10^4 sigma. */
+/* The same counts as floats and as fixed point give the same windows, decisions and deviations,
+ * although the mean is 10^4 sigma. */
 static void test_float_and_fixed_decide_alike(void)
 {
     davar_t fixed;
@@ -103,7 +105,7 @@ static void test_float_and_fixed_decide_alike(void)
     TEST_ASSERT_GREATER_THAN_UINT32(1000U, shrunk);
 }
 
-/* Noise of 20 quanta far below full scale: its kurtosis is that of the quanta, none of whose bits are dropped. */
+/* Noise of 20 quanta far below full scale keeps the kurtosis of the quanta: no bits are dropped. */
 static void test_a_quiet_sensor_keeps_its_kurtosis(void)
 {
     davar_t fixed;
@@ -127,7 +129,7 @@ static void test_a_quiet_sensor_keeps_its_kurtosis(void)
     }
 }
 
-static void test_not_a_number_and_infinity_are_left_out_as_gaps(void)
+static void test_not_a_number_and_infinity_are_gaps(void)
 {
     davar_t davar;
     config.law = NULL;
@@ -159,18 +161,18 @@ static void test_beyond_full_scale_saturates_and_counts(void)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
     const float rates[5] = {2000.0F, -2000.0F, 2000.5F, -FLT_MAX, 1e-30F};
     davar_push_f32(&davar, rates, 5U);
-    TEST_ASSERT_EQUAL_UINT32(4U, davar_health(&davar).saturated); /* at or beyond */
+    TEST_ASSERT_EQUAL_UINT32(4U, davar_health(&davar).saturated); /* at or above */
     davar.health.saturated = UINT32_MAX - 2U;
     for (uint32_t left = 2U; left > 0U; left--) {
         davar_push_f32(&davar, rates, 1U);
         TEST_ASSERT_EQUAL_UINT32(UINT32_MAX - left + 1U, davar_health(&davar).saturated);
     }
     davar_push_f32(&davar, rates, 1U);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).saturated); /* and stays */
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).saturated); /* and stays there */
 }
 
-/* What is beyond full scale counts as full scale of its own sign. */
-static void test_what_is_beyond_is_full_scale_of_its_sign(void)
+/* A value above full scale counts as full scale with its own sign. */
+static void test_larger_values_are_full_scale_of_their_sign(void)
 {
     static davar_t both[2];
     davar_result_t results[2];
@@ -196,8 +198,8 @@ static void test_what_is_beyond_is_full_scale_of_its_sign(void)
     TEST_ASSERT_GREATER_THAN_UINT32(500U, compared);
 }
 
-/* Every full scale: one count of the door is the rounding, halves away from zero. */
-static void test_rounding_at_the_door(void)
+/* At every full scale, the conversion to counts rounds halves away from zero. */
+static void test_rounding_at_the_input(void)
 {
     static const double scales[] = {1e-20, 1e-11, 0.3, 1.0, 4.0, 2000.0, 1e20};
     static const double expected[] = {0.0, 1.0, 1.0, 2.0};
@@ -221,14 +223,15 @@ static void test_rounding_at_the_door(void)
             const float block[4] = {0.0F, 0.0F, 0.0F, (float)(sign * quanta[i % 4U] * quantum)};
             davar_push_f32(&davar, block, 4U);
             TEST_ASSERT_TRUE(davar_take(&davar, &result));
-            /* three differences, the last one of `expected` quanta: adev = quantum * expected / sqrt 6 */
+            /* three differences, the last one of `expected` quanta: adev = quantum * expected /
+             * sqrt 6 */
             const double adev = quantum * expected[i % 4U] / sqrt(6.0);
             TEST_ASSERT_DOUBLE_WITHIN(1e-12 * quantum, adev, result.tau[0].adev);
         }
     }
 }
 
-/* Noise with bursts beyond full scale, and runs of what is not a number. */
+/* Noise with bursts above full scale, and runs of values that are not numbers. */
 static float rough_sample(random_t *random)
 {
     const uint64_t weather = random_next(random) % 200U;
@@ -236,7 +239,8 @@ static float rough_sample(random_t *random)
     return (weather == 199U) ? NAN : (float)rate;
 }
 
-/* Hands over up to `most` samples; the result that they complete must be that of the other instance. */
+/* Pushes up to `most` samples. The result that they complete must equal that of the other
+ * instance. */
 static void push_like(davar_t *davar, davar_t *other, const float *rates, size_t most)
 {
     davar_result_t expected;
@@ -255,8 +259,9 @@ static void push_like(davar_t *davar, davar_t *other, const float *rates, size_t
     }
 }
 
-/* How many samples come at once changes nothing, in any weather: on grids and without, with restarts (two gaps at most). */
-static void test_samples_that_come_together_are_as_samples_one_by_one(void)
+/* The number of samples per push changes nothing, with any input faults: on grids and without, with
+ * restarts (two gaps at most). */
+static void test_blocks_equal_samples_one_by_one(void)
 {
     static const uint32_t strides[] = {1U, 20U, 100U, 400U};
     random_t random = random_seeded(11U);
@@ -288,7 +293,7 @@ static void test_samples_that_come_together_are_as_samples_one_by_one(void)
         results += davar[0].produced;
     }
     TEST_ASSERT_TRUE((saturated > 500U) && (restarts > 100U) &&
-                     (results > 1000U)); /* something was tried */
+                     (results > 1000U)); /* some results were compared */
 }
 
 int main(void)
@@ -297,10 +302,10 @@ int main(void)
     RUN_TEST(test_the_error_stays_in_its_bound_after_full_scale_bursts);
     RUN_TEST(test_float_and_fixed_decide_alike);
     RUN_TEST(test_a_quiet_sensor_keeps_its_kurtosis);
-    RUN_TEST(test_not_a_number_and_infinity_are_left_out_as_gaps);
+    RUN_TEST(test_not_a_number_and_infinity_are_gaps);
     RUN_TEST(test_beyond_full_scale_saturates_and_counts);
-    RUN_TEST(test_what_is_beyond_is_full_scale_of_its_sign);
-    RUN_TEST(test_rounding_at_the_door);
-    RUN_TEST(test_samples_that_come_together_are_as_samples_one_by_one);
+    RUN_TEST(test_larger_values_are_full_scale_of_their_sign);
+    RUN_TEST(test_rounding_at_the_input);
+    RUN_TEST(test_blocks_equal_samples_one_by_one);
     return UNITY_END();
 }

@@ -1,4 +1,4 @@
-/* davar tests - missing samples: a boundary inside the window, or a window that begins anew. */
+/* davar tests - missing samples: a boundary inside the window, or a restart of the window. */
 #include "stream_fixture.h"
 
 #include <math.h>
@@ -19,8 +19,8 @@ static void test_too_many_gaps_restart_the_window_and_keep_the_count_of_samples(
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).restarts);
     TEST_ASSERT_EQUAL_UINT32(3U, davar_health(&davar).gaps);
     TEST_ASSERT_EQUAL_UINT32(15U, davar_health(&davar).missing);
-    /* The restart came in front of sample 62; the next boundary of the grid is 63, the first window of >= 20 samples
-     * ends with the block 77 .. 83. */
+    /* The restart came before sample 62. The next boundary of the grid is 63, and the first window
+     * of >= 20 samples ends with the block 77 .. 83. */
     uint32_t i = 63U;
     while (feed(i, i + 1U) == 0U) {
         i++;
@@ -54,7 +54,7 @@ static void test_a_restart_at_any_moment_keeps_the_grid_of_epochs(void)
         davar_gap(&davar, 1U);
         uint32_t i = before / 2U + 4U;
         (void)feed(before / 2U + 1U, i);
-        davar_gap(&davar, 1U); /* restarts again, or falls among samples that are left out */
+        davar_gap(&davar, 1U); /* restarts again, or falls among skipped samples */
         while (feed(i, i + 1U) == 0U) {
             i++;
         }
@@ -77,7 +77,7 @@ static void test_a_restart_loses_a_waiting_result_and_counts_it(void)
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).missed);
 }
 
-static void test_the_result_says_how_many_differences_a_gap_left(void)
+static void test_the_result_counts_the_differences_at_a_gap(void)
 {
     config.law = NULL;
     start_q15();
@@ -93,7 +93,7 @@ static void test_the_result_says_how_many_differences_a_gap_left(void)
     }
 }
 
-static void test_gaps_before_the_first_sample_or_twice_in_one_place_are_one_boundary_or_none(void)
+static void test_gaps_at_the_start_or_twice_in_one_place_count_at_most_once(void)
 {
     config.law = NULL;
     start_q15();
@@ -108,9 +108,9 @@ static void test_gaps_before_the_first_sample_or_twice_in_one_place_are_one_boun
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).missing);
 }
 
-#define MIRRORED 40U /* results that a flush may give */
+#define MIRRORED 40U /* largest number of results of a flush */
 
-static void test_a_gap_behind_the_last_sample_is_none(void)
+static void test_a_gap_after_the_last_sample_does_not_count(void)
 {
     static davar_result_t whole[MIRRORED];
     for (uint32_t lost = 0U; lost < 2U; lost++) {
@@ -161,7 +161,8 @@ static bool is_crossed(int32_t begin, int32_t end)
     return false;
 }
 
-/* The result against all differences of its window that cross no gap and no gap's image. */
+/* Compares the result with all differences of its window that span no gap and no mirror image of a
+ * gap. */
 static void compare_with_brute_force(void)
 {
     const int32_t begin = (int32_t)result.epoch - (int32_t)(result.window_samples / 2U);
@@ -220,9 +221,9 @@ int main(void)
     RUN_TEST(test_a_restart_in_centred_mode_continues_the_epochs);
     RUN_TEST(test_a_restart_at_any_moment_keeps_the_grid_of_epochs);
     RUN_TEST(test_a_restart_loses_a_waiting_result_and_counts_it);
-    RUN_TEST(test_the_result_says_how_many_differences_a_gap_left);
-    RUN_TEST(test_gaps_before_the_first_sample_or_twice_in_one_place_are_one_boundary_or_none);
-    RUN_TEST(test_a_gap_behind_the_last_sample_is_none);
+    RUN_TEST(test_the_result_counts_the_differences_at_a_gap);
+    RUN_TEST(test_gaps_at_the_start_or_twice_in_one_place_count_at_most_once);
+    RUN_TEST(test_a_gap_after_the_last_sample_does_not_count);
     RUN_TEST(test_gaps_are_mirrored_at_both_ends_of_the_record);
     return UNITY_END();
 }

@@ -1,4 +1,4 @@
-/* davar tests - what init asks for and refuses. */
+/* davar tests - the requirements and errors of init. */
 #include "stream_fixture.h"
 
 #include <math.h>
@@ -15,7 +15,7 @@ static void refused(davar_status_t expected)
     setUp();
 }
 
-static void test_each_bad_setting_is_refused_with_its_own_code(void)
+static void test_each_bad_setting_is_rejected_with_its_own_code(void)
 {
     static const uint32_t unsorted[2] = {2U, 2U};
     static const uint32_t zero[2] = {0U, 2U};
@@ -31,12 +31,12 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
         TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_f32(&config));
         setUp();
         config.full_scale = 1.0;
-        config.unit_per_count = bad_numbers[i]; /* not asked of floats */
+        config.unit_per_count = bad_numbers[i]; /* not checked for floats */
         TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_f32(&config));
         setUp();
     }
     const double far[] = {0.999e-20,
-                          1.001e20}; /* of float's range, beyond what the quantum allows */
+                          1.001e20}; /* in the range of float, outside the range of the quantum */
     for (unsigned i = 0U; i < 2U; i++) {
         config.full_scale = far[i];
         TEST_ASSERT_EQUAL(DAVAR_ERR_SCALE, davar_init_f32(&davar, &config, memory, sizeof memory));
@@ -84,7 +84,7 @@ static void accepted(void)
     setUp();
 }
 
-/* The last value of each range, and the first beyond it. */
+/* The last value of each range, and the first one outside. */
 static void test_each_range_ends_where_it_says(void)
 {
     static const double ends[2] = {1e-20, 1e20};
@@ -121,7 +121,7 @@ static void test_each_range_ends_where_it_says(void)
     config.stride = config.window.longest, accepted();
 }
 
-static void test_bad_pointers_and_memory_are_refused(void)
+static void test_bad_pointers_and_memory_are_rejected(void)
 {
     TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, davar_init_q15(NULL, &config, memory, sizeof memory));
     TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, davar_init_q15(&davar, &config, NULL, sizeof memory));
@@ -135,7 +135,7 @@ static void test_bad_pointers_and_memory_are_refused(void)
     TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_q31(NULL));
 }
 
-static void test_sums_that_could_overflow_are_refused_and_fit_the_wider_type(void)
+static void test_sums_that_could_overflow_are_rejected_and_fit_the_wider_type(void)
 {
     static const uint32_t wide[2] = {1U, 7000U};
     config.window.longest = 65536U;
@@ -150,7 +150,8 @@ static void test_sums_that_could_overflow_are_refused_and_fit_the_wider_type(voi
     TEST_ASSERT_GREATER_THAN_size_t(2U * 65536U, davar_memory_size_q15(&config));
 }
 
-/* Where a size_t has 32 bits the largest grids cannot be told: they must look too large, never small. */
+/* If size_t has 32 bits, the size of the largest grids does not fit: it must then look too large,
+ * never small. */
 static void test_memory_never_shrinks_as_windows_grow(void)
 {
     static uint32_t many[32];
@@ -181,7 +182,7 @@ static void test_every_status_has_its_own_words(void)
     TEST_ASSERT_EQUAL_STRING("unknown status", davar_status_text((davar_status_t)99));
 }
 
-static void test_the_memory_macros_hold_what_init_asks_for(void)
+static void test_the_memory_macros_are_enough_for_init(void)
 {
     for (uint32_t window = 20U; window <= 600U; window += 2U) {
         for (uint16_t gaps = 0U; gaps < 9U; gaps++) {
@@ -206,8 +207,8 @@ static size_t larger_of(size_t a, size_t b)
     return (a > b) ? a : b;
 }
 
-/* By edges a stride needs what every sample does, and its own samples. */
-static void test_the_memory_macros_hold_a_stride_by_edges(void)
+/* By edges a stride needs the memory of every sample, plus its own samples. */
+static void test_the_memory_macros_include_a_stride_by_edges(void)
 {
     const uint32_t last = 1U << (TAUS - 1U);
     config.engine = DAVAR_ENGINE_EDGES;
@@ -225,7 +226,7 @@ static void test_the_memory_macros_hold_a_stride_by_edges(void)
 }
 
 /* Any residues of both windows and the segment, both modes, with and without an adaptive window. */
-static void test_the_memory_macros_of_a_grid_hold_what_init_asks_for(void)
+static void test_the_memory_macros_of_a_grid_are_enough_for_init(void)
 {
     const uint32_t last = 1U << (TAUS - 1U);
     for (uint32_t i = 0U; i < 60000U; i++) {
@@ -263,7 +264,8 @@ static void test_the_memory_macros_of_a_grid_hold_what_init_asks_for(void)
     }
 }
 
-/* Where the stride divides everything the bound has no record too many (64 bytes), but for the rounding of the fixed part. */
+/* Where the stride divides all lengths, the bound has no unused record (64 bytes), except for the
+ * rounding of the fixed part. */
 static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
 {
     config.window.longest = 600U;
@@ -282,7 +284,7 @@ static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
         DAVAR_MEMORY_GRID_Q15(600U, 400U, 100U, 100U, 8U, TAUS, config.window.gaps_max));
 }
 
-static void test_a_memory_of_exactly_the_asked_size_is_never_left(void)
+static void test_exactly_the_required_memory_is_never_exceeded(void)
 {
     for (uint32_t stride = 1U; stride < 24U; stride++) {
         config.stride = (stride % 12U) + 1U;
@@ -298,7 +300,8 @@ static void test_a_memory_of_exactly_the_asked_size_is_never_left(void)
     }
 }
 
-/* Is a window of 2^w samples and a cluster of m refused, which reach W m^2 = 2^(sum_bits - 2 bits) (2.4), and one of m - 1 not? */
+/* True if a window of 2^w samples and a cluster of m, which reach W m^2 = 2^(sum_bits - 2 bits)
+ * (2.4), are rejected and m - 1 is accepted. */
 static void test_the_last_cluster_that_cannot_overflow(void)
 {
     static uint32_t m;
@@ -333,7 +336,7 @@ static void test_the_last_cluster_that_cannot_overflow(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_f32(&davar, &config, memory, 8U));
 }
 
-/* The macro that takes the settings by name, for what DAVAR_SONG and DAVAR_FIXED configure. */
+/* Checks the macro with named settings, for the configurations of DAVAR_SONG and DAVAR_FIXED. */
 static void check_named(size_t bytes, uint32_t longest, uint32_t shortest, uint32_t stride,
                         const uint32_t *sizes, uint8_t count, int type)
 {
@@ -383,17 +386,17 @@ static void test_the_named_memory_macro_is_enough(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_each_bad_setting_is_refused_with_its_own_code);
+    RUN_TEST(test_each_bad_setting_is_rejected_with_its_own_code);
     RUN_TEST(test_each_range_ends_where_it_says);
-    RUN_TEST(test_bad_pointers_and_memory_are_refused);
-    RUN_TEST(test_sums_that_could_overflow_are_refused_and_fit_the_wider_type);
+    RUN_TEST(test_bad_pointers_and_memory_are_rejected);
+    RUN_TEST(test_sums_that_could_overflow_are_rejected_and_fit_the_wider_type);
     RUN_TEST(test_memory_never_shrinks_as_windows_grow);
     RUN_TEST(test_every_status_has_its_own_words);
-    RUN_TEST(test_the_memory_macros_hold_what_init_asks_for);
-    RUN_TEST(test_the_memory_macros_hold_a_stride_by_edges);
-    RUN_TEST(test_the_memory_macros_of_a_grid_hold_what_init_asks_for);
+    RUN_TEST(test_the_memory_macros_are_enough_for_init);
+    RUN_TEST(test_the_memory_macros_include_a_stride_by_edges);
+    RUN_TEST(test_the_memory_macros_of_a_grid_are_enough_for_init);
     RUN_TEST(test_the_memory_macro_of_a_grid_is_no_more_than_that);
-    RUN_TEST(test_a_memory_of_exactly_the_asked_size_is_never_left);
+    RUN_TEST(test_exactly_the_required_memory_is_never_exceeded);
     RUN_TEST(test_the_last_cluster_that_cannot_overflow);
     RUN_TEST(test_the_named_memory_macro_is_enough);
     return UNITY_END();

@@ -1,4 +1,4 @@
-/* davar tests - several instances side by side, with or without a plan that they share. */
+/* davar tests - several instances in parallel, with or without a shared plan. */
 #include "stream_fixture.h"
 
 #include <string.h>
@@ -21,7 +21,8 @@ static void test_instances_do_not_touch_each_other(void)
     TEST_ASSERT_EQUAL_DOUBLE(alone.kurtosis, result.kurtosis);
 }
 
-/* About normal, and four times as loud in every other 97 samples: the window changes its length. */
+/* About normal, but four times as loud in every other 97 samples, so that the window changes its
+ * length. */
 static int16_t breathing(uint32_t i)
 {
     const int32_t sum =
@@ -38,7 +39,8 @@ static bool take_planned(davar_t *from, davar_plan_t *plan, davar_result_t *to)
     return waits;
 }
 
-/* One plan for instances whose windows and gaps differ, or none at all: the fit is a pure function. */
+/* One plan for instances with different windows and gaps, or no plan: the fit is a pure
+ * function. */
 static void test_results_do_not_depend_on_the_plan(void)
 {
     static uint64_t planned_memory[2][1024];

@@ -1,5 +1,5 @@
-/* davar tests - push from a real asynchronous interrupt (a POSIX timer signal), take from the main loop: every result
- * that comes out is a whole one. */
+/* davar tests - push from a real asynchronous interrupt (a POSIX timer signal), take from the main
+ * loop: every result is consistent. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "davar/davar.h"
@@ -22,8 +22,8 @@ static volatile uint32_t pushed;
 void setUp(void) {}
 void tearDown(void) {}
 
-/* A staircase: in a whole window of a line x = n, D is m^2 for every span, so adev(m) = m / sqrt 2 exactly. The slope
- * changes with time, so sums torn between two samples would show. */
+/* A staircase: in a window on a line x = n, D is m^2 for every span, so adev(m) = m / sqrt 2
+ * exactly. The slope changes with time, so that sums mixed from two samples would show. */
 static int16_t sample_at(uint32_t n)
 {
     return (int16_t)((n / 1000U % 2U != 0U) ? (int16_t)(n % 1000U) : (int16_t)(3U * (n % 1000U)));
@@ -59,9 +59,9 @@ static void start_timer(long microseconds)
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &timer, NULL));
 }
 
-static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
+static void test_results_taken_while_an_interrupt_pushes_are_consistent(void)
 {
-    static davar_config_t config; /* the instance keeps it for the test behind this one */
+    static davar_config_t config; /* the instance keeps it for the next test */
     config = davar_default_config;
     config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1000.0;
@@ -97,10 +97,11 @@ static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
     start_timer(0);
     const davar_health_t health = davar_health(&davar);
     const uint32_t whole_windows = pushed - WINDOW + 1U;
-    TEST_ASSERT_UINT32_WITHIN(1U, whole_windows, results + health.missed); /* one may still wait */
+    TEST_ASSERT_UINT32_WITHIN(1U, whole_windows, results + health.missed); /* one may be waiting */
 }
 
-/* Gaps come, go, and restart the window: the list that take reads gets shorter under its eyes. */
+/* Gaps appear, leave, and restart the window: the list that take reads gets shorter during the
+ * read. */
 static void interrupt_with_gaps(int signal_number)
 {
     (void)signal_number;
@@ -114,7 +115,7 @@ static void test_gaps_in_an_interrupt_tear_no_result(void)
 {
     static uint32_t many[3] = {1U, 2U, 8U};
     static const uint32_t strides[3] = {1U, 5U, 5U};
-    static davar_config_t config; /* the instance keeps it for the test behind this one */
+    static davar_config_t config; /* the instance keeps it for the next test */
     config = davar_default_config;
     config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1000.0;
@@ -156,7 +157,8 @@ static void finish_push(int signal_number)
     davar.sequence = davar.sequence + 1U;
 }
 
-/* A push at work on another core leaves `sequence` odd until it is done: take and health read again until then. */
+/* A push in progress on another core leaves `sequence` odd. take and health re-read until it is
+ * done. */
 static void test_take_and_health_wait_for_a_push_at_work_elsewhere(void)
 {
     struct sigaction action;
@@ -178,7 +180,7 @@ static void test_take_and_health_wait_for_a_push_at_work_elsewhere(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_results_taken_while_an_interrupt_pushes_are_whole);
+    RUN_TEST(test_results_taken_while_an_interrupt_pushes_are_consistent);
     RUN_TEST(test_gaps_in_an_interrupt_tear_no_result);
     RUN_TEST(test_take_and_health_wait_for_a_push_at_work_elsewhere);
     return UNITY_END();

@@ -1,19 +1,20 @@
-/* davar tests - the power goes while a state is saved, into storage that tears the cell it was at, writes its rows in an order of its own, and
- * reads what it had begun to write differently each time. What is restored is the state of this save, whole, or that of the one before. */
+/* davar tests - the power fails while a state is saved. The storage damages the current cell,
+ * writes its rows in any order, and reads half-written cells differently each time. The restored
+ * state is the complete one of this save or of the previous one. */
 #include "state_fixture.h"
 
 #include "random.h"
 
-#define ROW 32U /* bytes that the storage writes at once */
+#define ROW 32U /* bytes that the storage writes together */
 #define ROWS (sizeof cells / ROW)
 #define GOES_ON 60U
 
-static unsigned char before[sizeof cells]; /* what the cells held when the save began */
-static unsigned char meant[sizeof cells];  /* what they would hold, had it ended */
-static bool unsure[sizeof cells];          /* cells that the power left half written */
+static unsigned char before[sizeof cells]; /* the cells' content when the save began */
+static unsigned char meant[sizeof cells];  /* their content after a complete save */
+static bool unsure[sizeof cells];          /* cells that the power failure left half written */
 static random_t chance = {1U};
 
-/* A cell that is unsure reads as it was, as it was meant to be, or as neither, another way each time. */
+/* An unsure cell reads as before, as intended, or as neither, differently each time. */
 static bool read_unsure(void *context, size_t offset, void *data, size_t bytes)
 {
     unsigned char *const to = data;
@@ -28,7 +29,7 @@ static bool read_unsure(void *context, size_t offset, void *data, size_t bytes)
     return true;
 }
 
-/* Saves with power to the end; what it writes is in `meant`, what was there in `before` and in the cells. */
+/* Completes a save. `meant` then has the new content, `before` and the cells the old one. */
 static void begin_save(void)
 {
     memcpy(before, cells, sizeof cells);
@@ -38,7 +39,7 @@ static void begin_save(void)
     memset(unsure, 0, sizeof unsure);
 }
 
-/* An instance that has learned from the first `samples`, and what it says from then on. */
+/* An instance that has learned from the first `samples`, and its later results. */
 static davar_result_t after[2][GOES_ON];
 static bool has[2][GOES_ON];
 static uint32_t produced[2];
@@ -51,7 +52,8 @@ static void listen(unsigned which, uint32_t samples)
     }
 }
 
-/* Two saves, of 100 samples and of 150; then `original` has learned from 200. What an instance says behind 150 and 200 is in `after`. */
+/* Two saves, of 100 samples and of 150; then `original` has learned from 200. `after` has the
+ * results of an instance after 150 and 200. */
 static void learn(void)
 {
     setUp();
@@ -76,7 +78,7 @@ static void learn(void)
     memcpy(cells, before, sizeof cells);
 }
 
-/* Which of the two states goes on as `restored` does, bit for bit: 0 or 1. */
+/* The state with which `restored` continues bit for bit: 0 or 1. */
 static unsigned state_of_restored(void)
 {
     davar_result_t result;
@@ -89,7 +91,7 @@ static unsigned state_of_restored(void)
     return which;
 }
 
-/* The power is back: restores as the cells read now. */
+/* The power is back: restores from the present cells. */
 static unsigned power_up(void)
 {
     init(Q15, &restored, 1U);
@@ -99,7 +101,7 @@ static unsigned power_up(void)
     return state_of_restored();
 }
 
-/* A save behind the cut is whole, whatever the cut has left. */
+/* A save after the failure is intact, whatever the failure left. */
 static void next_save_is_whole(void)
 {
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
@@ -120,7 +122,8 @@ static size_t slot_written(void)
     return (memcmp(before, meant, SLOT) != 0) ? 0U : SLOT;
 }
 
-/* The cell at which the power went, and the rest of its row, hold anything, the same at every reading. From the front, and from the back. */
+/* The cell at which the power failed and the rest of its row hold any content, the same at every
+ * reading. From the front, and from the back. */
 static void test_a_torn_write_at_any_byte(void)
 {
     learn();
@@ -142,8 +145,9 @@ static void test_a_torn_write_at_any_byte(void)
     next_save_is_whole();
 }
 
-/* What came before the cut, or what comes behind it, has reached the cells; the row between them reads another way each time. */
-static void test_readings_that_differ_behind_a_cut_at_any_byte(void)
+/* The cells before the failure, or those after it, have been written. The row between them reads
+ * differently each time. */
+static void test_readings_that_differ_after_a_cut_at_any_byte(void)
 {
     learn();
     const size_t slot = slot_written();
@@ -160,11 +164,12 @@ static void test_readings_that_differ_behind_a_cut_at_any_byte(void)
     }
     TEST_ASSERT_LESS_THAN_UINT(
         bytes / 8U,
-        whole); /* now and then all cells read as they were meant: then it is this save's */
+        whole); /* sometimes all cells read as intended: then it is the state of this save */
     next_save_is_whole();
 }
 
-/* All is written but for one cell, which reads another way each time: whole when it is judged, and damaged when it is loaded. */
+/* All cells but one are written. That one reads differently each time: intact when it is checked,
+ * and damaged when it is loaded. */
 static void test_one_cell_that_is_half_written(void)
 {
     learn();
@@ -181,12 +186,12 @@ static void test_one_cell_that_is_half_written(void)
     next_save_is_whole();
 }
 
-/* Rows reach the cells in any order: of a cut save any of them may be there. */
+/* Rows reach the cells in any order: any subset of an interrupted save may be present. */
 static void test_rows_that_are_written_in_another_order(void)
 {
     learn();
     for (uint32_t trial = 0U; trial < 4000U; trial++) {
-        const uint64_t share = 1U + (trial % 63U); /* of 64 rows, that are written */
+        const uint64_t share = 1U + (trial % 63U); /* written rows, of 64 */
         bool all = true;
         cut_at(0U, 0U);
         for (size_t row = 0U; row < ROWS; row++) {
@@ -201,7 +206,7 @@ static void test_rows_that_are_written_in_another_order(void)
     next_save_is_whole();
 }
 
-/* All but one row, whichever: the header of a new image may be there before the rest of it. */
+/* All rows but any one: the header of a new image may be present before the rest of it. */
 static void test_one_row_that_is_not_written(void)
 {
     learn();
@@ -221,7 +226,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_torn_write_at_any_byte);
-    RUN_TEST(test_readings_that_differ_behind_a_cut_at_any_byte);
+    RUN_TEST(test_readings_that_differ_after_a_cut_at_any_byte);
     RUN_TEST(test_one_cell_that_is_half_written);
     RUN_TEST(test_rows_that_are_written_in_another_order);
     RUN_TEST(test_one_row_that_is_not_written);

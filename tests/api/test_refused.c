@@ -1,6 +1,6 @@
-/* davar tests - where asserts are off a push of another type than the init's, or behind the end of a record, is refused and harms
- * nothing; and a block gives each of its results. Compiled with the library's sources and without asserts, whatever
- * the build. */
+/* davar tests - without asserts, a push of the wrong number type, or after the end of a record, is
+ * rejected and harmless; and a block gives each of its results. Compiled with the library's sources
+ * and without asserts, in every build. */
 #include "davar/state.h"
 #include "stream_fixture.h"
 
@@ -67,7 +67,7 @@ static void push_block(uint32_t type)
     }
 }
 
-/* A whole block, and every result that it completes. */
+/* Pushes a block and takes every result that it completes. */
 static void push_all(uint32_t type)
 {
     for (size_t done = 0U; done < SAMPLES;) {
@@ -79,14 +79,14 @@ static void push_all(uint32_t type)
     }
 }
 
-/* Nothing but the counter of missing samples has changed, by `missing`. */
+/* Only the counter of missing samples has changed, by `missing`. */
 static void assert_only_counted(davar_t as_it_was, uint32_t missing)
 {
     as_it_was.health.missing += missing;
     TEST_ASSERT_EQUAL_MEMORY(&as_it_was, &davar, sizeof davar);
 }
 
-static void test_a_push_of_another_type_is_refused_and_counted(void)
+static void test_a_push_of_another_type_is_rejected_and_counted(void)
 {
     static uint64_t before[sizeof memory / sizeof memory[0]];
     make_samples();
@@ -113,7 +113,7 @@ static void test_a_push_of_another_type_is_refused_and_counted(void)
     }
 }
 
-static void test_a_push_behind_the_end_is_refused_until_the_reset(void)
+static void test_a_push_after_the_end_is_rejected_until_the_reset(void)
 {
     make_samples();
     config.full_scale = 100.0;
@@ -147,8 +147,9 @@ static bool write_cells(void *context, size_t offset, const void *data, size_t b
     return true;
 }
 
-/* What was saved behind the end of its record is restored there: it takes neither samples nor gaps. */
-static void test_behind_a_restored_end_nothing_is_taken(void)
+/* A state saved after the end of its record is restored at that end: it accepts neither samples nor
+ * gaps. */
+static void test_after_a_restored_end_nothing_is_accepted(void)
 {
     const davar_storage_t storage = {read_cells, write_cells, NULL, sizeof cells / 2U};
     make_samples();
@@ -191,7 +192,8 @@ static void test_a_block_gives_every_result(void)
     }
 }
 
-/* The same blocks, of every length, into an instance that is pushed sample by sample and one that is pushed whole. */
+/* The same blocks, of every length, into an instance that is pushed sample by sample and one that
+ * is pushed in blocks. */
 static void test_a_block_leaves_the_newest_result_and_counts_the_others(void)
 {
     static davar_t other;
@@ -229,9 +231,9 @@ static void test_a_block_leaves_the_newest_result_and_counts_the_others(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_push_of_another_type_is_refused_and_counted);
-    RUN_TEST(test_a_push_behind_the_end_is_refused_until_the_reset);
-    RUN_TEST(test_behind_a_restored_end_nothing_is_taken);
+    RUN_TEST(test_a_push_of_another_type_is_rejected_and_counted);
+    RUN_TEST(test_a_push_after_the_end_is_rejected_until_the_reset);
+    RUN_TEST(test_after_a_restored_end_nothing_is_accepted);
     RUN_TEST(test_a_block_gives_every_result);
     RUN_TEST(test_a_block_leaves_the_newest_result_and_counts_the_others);
     return UNITY_END();

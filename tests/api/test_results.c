@@ -1,9 +1,9 @@
-/* davar tests - which results a stream gives, and what is counted beside them. */
+/* davar tests - the results of a stream, and its counters. */
 #include "stream_fixture.h"
 
 #include <math.h>
 
-static void test_results_that_nobody_took_are_counted(void)
+static void test_results_that_were_not_taken_are_counted(void)
 {
     start_q15();
     for (uint32_t i = 0U; i < 30U; i++) { /* centred: the first result comes with sample 20 */
@@ -13,7 +13,7 @@ static void test_results_that_nobody_took_are_counted(void)
     TEST_ASSERT_EQUAL_UINT32(10U, davar_health(&davar).missed);
     TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT64(10U, result.epoch);
-    TEST_ASSERT_FALSE(result.young); /* policy glr alone says so */
+    TEST_ASSERT_FALSE(result.young); /* only policy glr sets it */
     TEST_ASSERT_FALSE(take_fitted(&davar, &result));
 }
 
@@ -49,15 +49,15 @@ static void test_a_block_push_stops_at_each_result(void)
     TEST_ASSERT_EQUAL_size_t(10U, davar_push_until_result_q15(&davar, &block[29], 35U));
 }
 
-static void test_a_push_of_nothing_consumes_nothing(void)
+static void test_an_empty_push_consumes_nothing(void)
 {
     const int16_t sample = 0;
     start_q15();
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_until_result_q15(&davar, &sample, 0U));
-    (void)feed(0U, 60U); /* the window glides now */
+    (void)feed(0U, 60U); /* the window slides now */
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_until_result_q15(&davar, &sample, 0U));
     TEST_ASSERT_FALSE(take_fitted(&davar, &result));
-    config.law = NULL; /* and nothing but that happens */
+    config.law = NULL; /* and only that happens */
     config.moments.segment = 0U;
     start_q15();
     (void)feed(0U, 120U);
@@ -89,7 +89,7 @@ static void test_counters_stay_at_their_largest_value(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).saturated);
 }
 
-static void test_reset_starts_anew(void)
+static void test_reset_starts_from_scratch(void)
 {
     start_q15();
     (void)feed(0U, 70U);
@@ -102,10 +102,10 @@ static void test_reset_starts_anew(void)
     TEST_ASSERT_EQUAL_DOUBLE(first.tau[3].adev, result.tau[3].adev);
 }
 
-static void test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no(void)
+static void test_flush_gives_the_epochs_of_the_mirrored_end_or_returns_false(void)
 {
     start_q15();
-    TEST_ASSERT_FALSE(davar_flush(&davar)); /* nothing there */
+    TEST_ASSERT_FALSE(davar_flush(&davar)); /* no result */
     TEST_ASSERT_EQUAL_UINT32(81U, feed(0U, 100U));
     uint32_t flushed = 0U;
     while (davar_flush(&davar)) {
@@ -114,7 +114,7 @@ static void test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no(void)
     }
     TEST_ASSERT_EQUAL_UINT32(19U, flushed);
     TEST_ASSERT_EQUAL_UINT64(99U, result.epoch);
-    config.stride = 2U; /* on a grid only when asked for */
+    config.stride = 2U; /* a grid only on request */
     start_q15();
     (void)feed(0U, 100U);
     TEST_ASSERT_FALSE(davar_flush(&davar));
@@ -156,7 +156,7 @@ static void test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation(void)
     TEST_ASSERT_EQUAL_UINT32(60U, davar_health(&davar).saturated);
 }
 
-/* Differences of clusters so long that 2 m^2 n is beyond what the quick way holds. */
+/* Differences of clusters so long that 2 m^2 n exceeds the fast path. */
 static void test_the_longest_clusters(void)
 {
     enum { M = 20000 };
@@ -175,7 +175,7 @@ static void test_the_longest_clusters(void)
     }
     TEST_ASSERT_TRUE(davar_take(&davar, &result));
     TEST_ASSERT_EQUAL_UINT32(3U, result.tau[0].differences);
-    const double middle = 7.0 * M; /* the neighbours see one sample of the step less */
+    const double middle = 7.0 * M; /* the neighbours contain one sample less of the step */
     const double sum = middle * middle + 2.0 * (middle - 7.0) * (middle - 7.0);
     const double m = M;
     TEST_ASSERT_EQUAL_DOUBLE(config.unit_per_count * sqrt(sum / (2.0 * m * m * 3.0)),
@@ -188,14 +188,14 @@ static void test_the_longest_clusters(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_results_that_nobody_took_are_counted);
+    RUN_TEST(test_results_that_were_not_taken_are_counted);
     RUN_TEST(test_the_count_of_them_stays_at_its_end);
     RUN_TEST(test_a_block_push_stops_at_each_result);
-    RUN_TEST(test_a_push_of_nothing_consumes_nothing);
+    RUN_TEST(test_an_empty_push_consumes_nothing);
     RUN_TEST(test_saturated_samples_are_counted_and_clamped);
     RUN_TEST(test_counters_stay_at_their_largest_value);
-    RUN_TEST(test_reset_starts_anew);
-    RUN_TEST(test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no);
+    RUN_TEST(test_reset_starts_from_scratch);
+    RUN_TEST(test_flush_gives_the_epochs_of_the_mirrored_end_or_returns_false);
     RUN_TEST(test_moments_can_be_switched_off_with_the_fixed_window);
     RUN_TEST(test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation);
     RUN_TEST(test_the_longest_clusters);

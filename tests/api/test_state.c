@@ -1,11 +1,11 @@
-/* davar tests - a state that is saved and restored goes on bit for bit; a foreign one is refused. */
+/* davar tests - a saved and restored state continues bit for bit; a foreign one is rejected. */
 #include "fitted.h"
 #include "state_fixture.h"
 
 #include <math.h>
 
 #define SAMPLES 700U
-#ifndef CUTS_APART /* an emulated board makes fewer */
+#ifndef CUTS_APART /* an emulated board uses fewer */
 #define CUTS_APART 23U
 #endif
 
@@ -44,7 +44,7 @@ static void survives_anywhere(void)
     }
 }
 
-static void test_a_restored_stream_goes_on_bit_for_bit(void)
+static void test_a_restored_stream_continues_bit_for_bit(void)
 {
     survives_anywhere();
     config.window.mode = DAVAR_MODE_TRAILING;
@@ -54,7 +54,7 @@ static void test_a_restored_stream_goes_on_bit_for_bit(void)
     survives_anywhere();
 }
 
-static void test_a_restored_grid_goes_on_bit_for_bit(void)
+static void test_a_restored_grid_continues_bit_for_bit(void)
 {
     config.stride = 7U;
     survives_anywhere();
@@ -68,7 +68,7 @@ static void test_a_restored_grid_goes_on_bit_for_bit(void)
     survives_anywhere();
 }
 
-/* A waiting result of a grid lies in its records: it can be taken from the restored instance. */
+/* The records of a grid contain its waiting result: the restored instance can take it. */
 static void test_a_waiting_result_survives(void)
 {
     davar_result_t expected = {0};
@@ -88,8 +88,8 @@ static void test_a_waiting_result_survives(void)
     TEST_ASSERT_TRUE(actual.unstable);
 }
 
-/* In the middle of a run of floats that are none: still one gap. */
-static void test_a_gap_that_goes_on_survives(void)
+/* In the middle of a run of floats that are not numbers: still one gap. */
+static void test_a_gap_that_continues_survives(void)
 {
     const float none = NAN;
     init(F32, &original, 0U);
@@ -102,7 +102,7 @@ static void test_a_gap_that_goes_on_survives(void)
     TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&restored).missing);
 }
 
-/* A record that was finished stays finished, and its results go on coming. */
+/* A finished record stays finished, and its results continue. */
 static void test_a_finished_record_survives(void)
 {
     davar_result_t expected;
@@ -134,7 +134,7 @@ static void test_a_finished_record_survives(void)
     TEST_ASSERT_EQUAL_size_t(1U, davar_push_until_result_q15(&restored, &sample, 1U));
 }
 
-static void test_a_refused_image_leaves_the_instance_as_init_made_it(void)
+static void test_a_rejected_image_leaves_the_instance_as_after_init(void)
 {
     init(Q15, &original, 0U);
     init(Q15, &restored, 1U);
@@ -172,13 +172,14 @@ static void test_an_image_of_another_configuration_is_foreign(void)
                                                                           foreign(Q15);
 }
 
-/* Every field of the configuration, one bit another: where init takes that, the image is foreign. */
+/* Every field of the configuration with one bit changed: if init accepts it, the image is
+ * foreign. */
 static const struct {
     const char *name;
     size_t offset;
     size_t bytes;
 } fields[] = {
-/* tests/style/test_config_fields.py: none is missing */
+/* tests/style/test_config_fields.py checks that the list is complete */
 #define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
     {#member, offsetof(davar_config_t, member), sizeof config.member},
 #include "davar/config_fields.inc"
@@ -220,7 +221,7 @@ static void test_one_bit_of_the_configuration_makes_an_image_foreign(void)
     TEST_ASSERT_GREATER_THAN_UINT32(500U, taken);
 }
 
-static void test_storage_that_is_too_small_is_refused(void)
+static void test_storage_that_is_too_small_is_rejected(void)
 {
     init(Q15, &original, 0U);
     storage.slot_bytes = davar_state_bytes(&original) - 1U;
@@ -228,7 +229,7 @@ static void test_storage_that_is_too_small_is_refused(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_state_restore(&original, &storage));
 }
 
-/* The CRC-32 of an image with `bytes` of payload: of its bytes but those of the check itself. */
+/* The CRC-32 of an image with `bytes` of payload: of all its bytes except the check itself. */
 static uint32_t check_of_image(const unsigned char *image, size_t bytes)
 {
     uint32_t crc = 0xFFFFFFFFU;
@@ -241,13 +242,13 @@ static uint32_t check_of_image(const unsigned char *image, size_t bytes)
     return ~crc;
 }
 
-/* An image says which version and how many bytes: both are checked even when the rest happens to agree. */
+/* An image states its version and size. Both are checked even if the rest matches. */
 static void test_an_image_of_another_size_is_foreign(void)
 {
     init(Q15, &original, 0U);
     feed(0U, 100U);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
-    cells[4]--; /* one byte less, and a check that agrees */
+    cells[4]--; /* one byte less, and a matching check */
     const uint32_t check = check_of_image(cells, davar_state_bytes(&original) - 1U - 20U);
     memcpy(&cells[16], &check, sizeof check);
     init(Q15, &restored, 1U);
@@ -263,7 +264,7 @@ static void reverse(unsigned char *word)
     }
 }
 
-/* The header of slot 0 as a machine of the other byte order writes it, and the check that it computes. */
+/* Rewrites the header of slot 0 in the other byte order, with the matching check. */
 static void swap_slot_0(size_t payload)
 {
     for (unsigned field = 0U; field < 4U; field++) {
@@ -274,7 +275,8 @@ static void swap_slot_0(size_t payload)
     reverse(&cells[16]);
 }
 
-/* Even if all else agrees, its numbers mean something else: foreign, never none, and never restored. */
+/* Even if everything else matches, its numbers have another meaning: the image is foreign, not
+ * absent, and never restored. */
 static void test_an_image_of_the_other_byte_order_is_foreign(void)
 {
     init(Q15, &original, 0U);
@@ -290,7 +292,7 @@ static void test_an_image_of_the_other_byte_order_is_foreign(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_NONE, davar_state_restore(&restored, &storage));
     cells[4] = 0U;
     TEST_ASSERT_EQUAL(DAVAR_OK,
-                      davar_state_save(&original, &storage)); /* beside it, and then over it */
+                      davar_state_save(&original, &storage)); /* next to it, and then over it */
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
@@ -299,7 +301,7 @@ static void test_an_image_of_the_other_byte_order_is_foreign(void)
     }
 }
 
-/* Hundreds of saves: the slots take turns, and the newest wins. */
+/* Hundreds of saves: the slots alternate, and the newest image wins. */
 static void test_saves_take_turns(void)
 {
     init(Q15, &original, 0U);
@@ -314,15 +316,15 @@ static void test_saves_take_turns(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);
-    RUN_TEST(test_a_restored_grid_goes_on_bit_for_bit);
+    RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
+    RUN_TEST(test_a_restored_grid_continues_bit_for_bit);
     RUN_TEST(test_a_waiting_result_survives);
-    RUN_TEST(test_a_gap_that_goes_on_survives);
+    RUN_TEST(test_a_gap_that_continues_survives);
     RUN_TEST(test_a_finished_record_survives);
-    RUN_TEST(test_a_refused_image_leaves_the_instance_as_init_made_it);
+    RUN_TEST(test_a_rejected_image_leaves_the_instance_as_after_init);
     RUN_TEST(test_an_image_of_another_configuration_is_foreign);
     RUN_TEST(test_one_bit_of_the_configuration_makes_an_image_foreign);
-    RUN_TEST(test_storage_that_is_too_small_is_refused);
+    RUN_TEST(test_storage_that_is_too_small_is_rejected);
     RUN_TEST(test_an_image_of_another_size_is_foreign);
     RUN_TEST(test_an_image_of_the_other_byte_order_is_foreign);
     RUN_TEST(test_saves_take_turns);

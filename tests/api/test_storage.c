@@ -1,7 +1,8 @@
-/* davar tests - storage that is cut, damaged, unsteady or dead: the state in it is whole, the one before, or none. */
+/* davar tests - storage that is cut, damaged, unsteady or dead: the restored state is complete, the
+ * previous one, or absent. */
 #include "state_fixture.h"
 
-#define HEADER_BYTES 20U /* of an image, in front of its payload */
+#define HEADER_BYTES 20U /* of an image, before its payload */
 
 /* Both slots hold an image: of 100 samples, and, the newer, of 150. */
 static void save_twice(void)
@@ -47,7 +48,7 @@ static void test_a_single_damaged_byte_is_found(void)
     TEST_ASSERT_EQUAL_UINT64(101U - 20U, restored_epoch());
 }
 
-/* The storage may fail at any read: nothing is taken for whole that could not be read to its end. */
+/* The storage may fail at any read: a state that could not be read to its end is never used. */
 static void test_storage_that_fails_at_any_read_is_survived(void)
 {
     init(Q15, &original, 0U);
@@ -71,7 +72,7 @@ static void test_storage_that_fails_at_any_read_is_survived(void)
     TEST_ASSERT_EQUAL_UINT64(101U - 20U, restored_epoch());
 }
 
-/* Storage whose second reading of a byte differs from the first, in one bit. */
+/* A storage whose second reading of a byte differs from the first in one bit. */
 static size_t flip_offset;
 static unsigned char flip_mask;
 static bool flip_seen;
@@ -87,7 +88,7 @@ static bool read_unsteady(void *context, size_t offset, void *data, size_t bytes
     return done;
 }
 
-/* Restores while one bit of the second reading of a slot is turned. */
+/* Restores while one bit of the second reading of a slot is flipped. */
 static davar_status_t restore_unsteadily(size_t offset, unsigned bit)
 {
     flip_offset = offset;
@@ -106,7 +107,7 @@ static void goes_on_as(uint64_t epoch)
     TEST_ASSERT_EQUAL_UINT64(epoch, result.epoch);
 }
 
-/* `restored` just after init, to the byte. */
+/* `restored` just after init, byte for byte. */
 static davar_t fresh;
 static uint64_t fresh_memory[1024];
 
@@ -143,7 +144,7 @@ static void no_second_reading_is_believed(uint32_t stride, unsigned bits_apart)
     }
 }
 
-static void test_a_second_reading_that_differs_is_refused(void)
+static void test_a_second_reading_that_differs_is_rejected(void)
 {
     no_second_reading_is_believed(1U, 1U);
     no_second_reading_is_believed(7U, 13U);
@@ -161,7 +162,7 @@ static void test_the_other_slot_steps_in_for_a_reading_that_differs(void)
     }
 }
 
-/* What restoring says when only the first `count` - 1 reads are done. */
+/* The status of restore if only the first `count` - 1 reads succeed. */
 static davar_status_t status_of_restore(size_t count)
 {
     reads = count;
@@ -169,7 +170,7 @@ static davar_status_t status_of_restore(size_t count)
     return davar_state_restore(&restored, &storage);
 }
 
-/* The second reading fails, wherever: the instance is as init made it. */
+/* The second reading fails anywhere: the instance stays as after init. */
 static void test_a_second_reading_that_fails_leaves_the_instance_as_init_made_it(void)
 {
     init(Q15, &original, 0U);
@@ -182,7 +183,7 @@ static void test_a_second_reading_that_fails_leaves_the_instance_as_init_made_it
     TEST_ASSERT_GREATER_THAN_UINT(8U, n);
 }
 
-/* Flash that lost its power in the middle of a page answers no read of it, for ever. */
+/* Flash that lost its power in the middle of a page never answers a read of that page. */
 static unsigned dead_slot;
 
 static bool read_half_dead(void *context, size_t offset, void *data, size_t bytes)
@@ -206,7 +207,7 @@ static void test_a_slot_that_cannot_be_read_costs_only_itself(void)
     for (unsigned slot = 0U; slot < 2U; slot++) {
         const uint32_t n = 100U + (50U * slot);
         feed(n, n + 50U);
-        dead_slot = 1U - slot; /* the other one is whole */
+        dead_slot = 1U - slot; /* the other one is intact */
         TEST_ASSERT_EQUAL_UINT64(n + 1U - 20U, restored_epoch());
         TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
         TEST_ASSERT_EQUAL_UINT(2U, dead_slot);
@@ -223,7 +224,7 @@ int main(void)
     RUN_TEST(test_power_lost_at_any_byte_of_a_save_leaves_the_image_before);
     RUN_TEST(test_a_single_damaged_byte_is_found);
     RUN_TEST(test_storage_that_fails_at_any_read_is_survived);
-    RUN_TEST(test_a_second_reading_that_differs_is_refused);
+    RUN_TEST(test_a_second_reading_that_differs_is_rejected);
     RUN_TEST(test_the_other_slot_steps_in_for_a_reading_that_differs);
     RUN_TEST(test_a_second_reading_that_fails_leaves_the_instance_as_init_made_it);
     RUN_TEST(test_a_slot_that_cannot_be_read_costs_only_itself);

@@ -1,5 +1,6 @@
-/* davar tests - policy glr from outside: every Allan deviation is that of the samples the result says are in its window; a change is
- * told and the window begins behind it; a shock and a gap belong to no sum. */
+/* davar tests - policy glr from outside. Every Allan deviation is that of the samples in the
+ * result's window. A change is reported and the window begins after it. A shock and a gap are in no
+ * sum. */
 #include "davar/davar.h"
 #include "davar/state.h"
 
@@ -29,7 +30,7 @@ static double uniform(random_t *random)
     return ((double)(random_next(random) >> 11U) / 9007199254740992.0) - 0.5;
 }
 
-/* Sigma 20 counts, from `step` on `ratio` times as much. */
+/* Sigma 20 counts, from `step` onward `ratio` times as much. */
 static void make_stream(uint64_t seed, uint32_t step, double ratio)
 {
     random_t random = random_seeded(seed);
@@ -100,7 +101,8 @@ static size_t push(type_t type, uint32_t n, size_t count)
                          : davar_push_until_result_f32(&davar, rate, most);
 }
 
-/* --- the samples that a result speaks of -------------------------------------------------------------------------- */
+/* --- the samples that a result speaks of
+ * -------------------------------------------------------------------------- */
 
 static bool lost[SAMPLES];   /* in a shock, or left out in front of a gap */
 static bool behind[SAMPLES]; /* a boundary lies in front of this sample */
@@ -113,11 +115,12 @@ static void lose(uint32_t from, uint32_t to)
     behind[to] = true;
 }
 
-/* ADEV of the `length` samples up to `epoch` that were not lost, by its definition; no difference spans a boundary. */
+/* ADEV of the `length` samples up to `epoch` that were not lost, by its definition; no difference
+ * spans a boundary. */
 static double adev_of(uint64_t epoch, uint32_t length, uint32_t m, uint32_t *differences)
 {
     static int16_t window[SAMPLES];
-    static uint32_t runs[SAMPLES]; /* how many boundaries up to each */
+    static uint32_t runs[SAMPLES]; /* number of boundaries up to each sample */
     uint32_t taken = 0U;
     uint32_t run = 0U;
     for (uint32_t i = (uint32_t)epoch + 1U; (i > 0U) && (taken < length); i--) {
@@ -149,7 +152,8 @@ static bool is_lost(uint32_t i)
     return (i < SAMPLES) && lost[i];
 }
 
-/* One past the last sample of the window; centred ones end in front of the newest. Right behind what brought the result. */
+/* One past the last sample of the window; centred windows end before the newest. Valid right after
+ * the sample that completed the result. */
 static uint32_t window_end(void)
 {
     uint32_t end = (uint32_t)(davar.window.origin + davar.window.received);
@@ -178,12 +182,13 @@ typedef struct {
     uint32_t results;
     uint32_t alarms;
     uint32_t alarm_at;
-    uint32_t cut_at;   /* the change, as the alarm tells it */
-    uint32_t shortest; /* window behind the alarm */
+    uint32_t cut_at;   /* the change, from the alarm */
+    uint32_t shortest; /* window after the alarm */
     uint64_t last;     /* epoch */
 } story_t;
 
-/* Pushes samples [from, to), `block` at a time, looks at every result and checks every `every`-th. */
+/* Pushes samples [from, to), `block` at a time, looks at every result and checks every
+ * `every`-th. */
 static story_t run(type_t type, uint32_t from, uint32_t to, uint32_t block, uint32_t every)
 {
     story_t story = {0U, 0U, NO_TIME, NO_TIME, UINT32_MAX, 0U};
@@ -217,9 +222,9 @@ static void nothing_lost(void)
     memset(behind, 0, sizeof behind);
 }
 
-/* --- tests -------------------------------------------------------------------------------------------------------- */
+/* --- tests --- */
 
-/* A step of 1.8 is seen within two seconds, and the window holds nothing older soon. */
+/* A step of 1.8 is detected within two seconds, and soon the window has no older samples. */
 static void check_step(type_t type, uint32_t stride, uint32_t block)
 {
     nothing_lost();
@@ -239,7 +244,7 @@ static void check_step(type_t type, uint32_t stride, uint32_t block)
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(1200U, result.window_samples);
 }
 
-static void test_a_step_is_told_and_the_window_begins_behind_it(void)
+static void test_a_step_is_reported_and_the_window_begins_after_it(void)
 {
     check_step(Q15, 1U, 1U);
     check_step(Q15, 1U, 64U);
@@ -255,8 +260,8 @@ static void test_a_step_is_told_and_the_window_begins_behind_it(void)
     check_step(Q15, 1U, 1U);
 }
 
-/* Samples that come one by one or in blocks: the same results. */
-static void test_how_samples_come_changes_nothing(void)
+/* Samples one by one or in blocks give the same results. */
+static void test_block_lengths_do_not_change_results(void)
 {
     static davar_result_t single[SAMPLES / 10U + 1U];
     uint32_t count = 0U;
@@ -282,7 +287,8 @@ static void test_how_samples_come_changes_nothing(void)
     TEST_ASSERT_UINT32_WITHIN(1U, count, again);
 }
 
-/* A shock of three samples: its block is left out, no alarm, and the epochs go on as the samples came. */
+/* A shock of three samples: its block is excluded, there is no alarm, and the epochs continue with
+ * the samples. */
 static uint32_t latency(void)
 {
     return (config.window.mode == DAVAR_MODE_CENTRED) ? HALF : 0U;
@@ -305,15 +311,15 @@ static void check_shock(type_t type, uint32_t stride)
     TEST_ASSERT_GREATER_THAN_UINT64(5900U - latency(), result.epoch);
 }
 
-static void test_a_shock_is_left_out(void)
+static void test_a_shock_is_excluded(void)
 {
     check_shock(Q15, 1U);
     check_shock(Q15, 10U);
     check_shock(Q31, 1U);
 }
 
-/* Louder for good: what seemed a shock is passed on, and all that waited catches up. */
-static void test_what_was_no_shock_is_passed_on(void)
+/* A lasting change: an assumed shock is accepted, and all waiting samples catch up. */
+static void test_an_assumed_shock_is_accepted_later(void)
 {
     nothing_lost();
     make_stream(5U, STEP, 8.0);
@@ -325,8 +331,8 @@ static void test_what_was_no_shock_is_passed_on(void)
     TEST_ASSERT_GREATER_THAN_UINT64(SAMPLES - 25U, story.last);
 }
 
-/* Blocks that wait may all lie behind the change: it is told before the window has come to it. */
-static void test_a_change_that_is_told_before_the_window_is_there_is_not_old(void)
+/* All waiting blocks may follow the change: it is reported before the window has reached it. */
+static void test_a_change_reported_before_the_window_reaches_it_is_not_old(void)
 {
     static int16_t quiet[SAMPLES];
     uint32_t ahead = 0U;
@@ -362,7 +368,7 @@ static void test_without_shock_blocks_a_shock_is_a_change(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(1U, davar_health(&davar).cuts);
 }
 
-/* What has not been heard is left out with the gap; what has been goes on. */
+/* A gap discards unprocessed samples; all others continue. */
 static void check_gaps(uint32_t stride)
 {
     nothing_lost();
@@ -386,8 +392,8 @@ static void test_gaps(void)
     check_gaps(10U);
 }
 
-/* A gap while a shock is waited for, and one while a shock that was told has not been passed yet. */
-static void test_a_gap_beside_a_shock(void)
+/* A gap during a possible shock, and one while a reported shock has not been passed. */
+static void test_a_gap_near_a_shock(void)
 {
     for (uint32_t at = 3985U; at < 4035U; at++) {
         nothing_lost();
@@ -403,7 +409,8 @@ static void test_a_gap_beside_a_shock(void)
     }
 }
 
-/* A gap completes no result: what was accepted in front of it goes on with the samples behind it, and each result can be taken. */
+/* A gap completes no result. Samples accepted before it continue with the samples after it, and
+ * each result can be taken. */
 static void check_every_result_can_be_taken(davar_mode_t mode, uint32_t stride,
                                             uint32_t shock_blocks)
 {
@@ -422,11 +429,11 @@ static void check_every_result_can_be_taken(davar_mode_t mode, uint32_t stride,
         results += davar_take(&davar, &result) ? 1U : 0U;
     }
     TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
-    /* of 47 samples seven or so are of the block with the gap in it */
+    /* of 47 samples about seven are in the block with the gap */
     TEST_ASSERT_GREATER_THAN_UINT32(SAMPLES / stride * 3U / 5U, results);
 }
 
-static void test_every_result_beside_gaps_can_be_taken(void)
+static void test_every_result_near_gaps_can_be_taken(void)
 {
     for (uint32_t shock_blocks = 0U; shock_blocks <= 2U; shock_blocks++) {
         check_every_result_can_be_taken(DAVAR_MODE_TRAILING, 1U, shock_blocks);
@@ -437,7 +444,7 @@ static void test_every_result_beside_gaps_can_be_taken(void)
     }
 }
 
-/* More gaps than the window can remember: it begins anew, and the detector goes on. */
+/* More gaps than the window can store: it restarts, and the detector continues. */
 static void test_a_restart(void)
 {
     nothing_lost();
@@ -454,7 +461,7 @@ static void test_a_restart(void)
     TEST_ASSERT_GREATER_THAN_UINT32(300U, result.window_samples);
 }
 
-static void test_reset_begins_anew(void)
+static void test_reset_restarts(void)
 {
     nothing_lost();
     init(Q15, 0U);
@@ -467,9 +474,10 @@ static void test_reset_begins_anew(void)
     TEST_ASSERT_EQUAL_MEMORY(expected.tau, result.tau, sizeof expected.tau[0] * TAUS);
 }
 
-/* --- centred ------------------------------------------------------------------------------------------------------ */
+/* --- centred --- */
 
-/* Every result's window is that of its ADEV and holds its epoch; the step parts those in front of it from those behind it. */
+/* Every result's window is that of its ADEV and contains its epoch. The step separates windows
+ * before and after it. */
 static void check_centred(type_t type, uint32_t stride, uint32_t block)
 {
     nothing_lost();
@@ -517,7 +525,7 @@ static void test_a_centred_window_ends_at_the_step(void)
     check_centred(Q31, 30U, 7U);
     check_centred(F32, 60U, 64U);
     check_centred(Q15, 100U, 64U);
-    config.window.shortest = 100U; /* about the step the window takes what there is */
+    config.window.shortest = 100U; /* about the step the window uses the available samples */
     check_centred(Q15, 20U, 64U);
 }
 
@@ -530,7 +538,8 @@ static uint32_t flush_all(void)
     return results;
 }
 
-/* Blocks that waited come on at once; a record that ends within a block; one shorter than half a window; a value at every sample. */
+/* Waiting blocks are accepted together; a record ends within a block; a record is shorter than half
+ * a window; a result at every sample. */
 static void test_centred_windows_where_little_or_much_has_come(void)
 {
     nothing_lost();
@@ -558,12 +567,12 @@ static void test_centred_windows_where_little_or_much_has_come(void)
     init(Q15, 0U);
     const uint32_t results = run(Q15, 0U, 1000U, 64U, 7U).results;
     TEST_ASSERT_UINT32_WITHIN(4U, 1000U - 150U,
-                              results); /* of a block that goes on sample by sample */
+                              results); /* of a block that continues sample by sample */
     TEST_ASSERT_EQUAL_UINT32(1000U, results + flush_all());
     TEST_ASSERT_EQUAL_UINT64(999U, result.epoch);
 }
 
-static void test_centred_windows_beside_shocks_and_gaps(void)
+static void test_centred_windows_near_shocks_and_gaps(void)
 {
     config.window.mode = DAVAR_MODE_CENTRED;
     check_shock(Q15, 10U);
@@ -581,7 +590,7 @@ static void test_centred_windows_beside_shocks_and_gaps(void)
     TEST_ASSERT_EQUAL_UINT64(5999U - HALF, result.epoch);
 }
 
-/* An alarm that nobody took is in the next result that is taken. */
+/* An alarm that was not taken is in the next result that is taken. */
 static void test_an_alarm_waits_to_be_taken(void)
 {
     init(Q15, 0U);
@@ -616,7 +625,7 @@ static bool write_cells(void *context, size_t offset, const void *data, size_t b
     return true;
 }
 
-static void test_a_restored_stream_goes_on_bit_for_bit(void)
+static void test_a_restored_stream_continues_bit_for_bit(void)
 {
     static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
     make_stream(4U, 4300U, 1.6);
@@ -640,7 +649,7 @@ static void test_a_restored_stream_goes_on_bit_for_bit(void)
     }
 }
 
-static void test_kurtosis_is_kept_beside_it_when_asked_for(void)
+static void test_kurtosis_is_kept_on_request(void)
 {
     nothing_lost();
     config.moments.segment = 10U;
@@ -654,7 +663,7 @@ static void test_kurtosis_is_kept_beside_it_when_asked_for(void)
     TEST_ASSERT_TRUE(isnan(result.kurtosis));
 }
 
-/* Counted once, however the samples come. */
+/* Each is counted once, for any block length. */
 static void test_saturated_samples_are_counted_once(void)
 {
     static const type_t types[2] = {Q15, F32};
@@ -673,7 +682,7 @@ static void test_saturated_samples_are_counted_once(void)
     }
 }
 
-/* ... and say so in one result at least, with or without moments. */
+/* ... and at least one result reports it, with or without moments. */
 static void test_a_cut_is_unstable(void)
 {
     for (uint32_t segment = 0U; segment <= 10U; segment += 10U) {
@@ -689,7 +698,8 @@ static void test_a_cut_is_unstable(void)
     }
 }
 
-/* (10.14): the cut is eight blocks old at most, or not reached yet. At every result, for each size of a block. */
+/* (10.14): the cut is at most eight blocks old, or not reached yet. At every result, for each block
+ * size. */
 static void test_young_is_what_was_cut_eight_blocks_ago_at_most(void)
 {
     static const uint32_t blocks[] = {5U, 10U, 25U};
@@ -712,7 +722,7 @@ static void test_young_is_what_was_cut_eight_blocks_ago_at_most(void)
     }
 }
 
-/* No other policy knows a cut. */
+/* No other policy has cuts. */
 static void test_without_a_detector_nothing_is_young(void)
 {
     config.law = NULL;
@@ -737,7 +747,7 @@ static void refused(void)
     setUp();
 }
 
-static void test_what_init_refuses(void)
+static void test_errors_of_init(void)
 {
     config.window.mode = DAVAR_MODE_CENTRED, config.stride = 10U, config.window.longest = 590U,
     refused();
@@ -758,7 +768,7 @@ static void test_what_init_refuses(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE,
                       davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
-    config.engine = DAVAR_ENGINE_EDGES; /* says nothing at stride 1 */
+    config.engine = DAVAR_ENGINE_EDGES; /* no effect at stride 1 */
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
     config.stride = 7U, config.window.shortest = 1192U,
@@ -787,7 +797,7 @@ static void test_what_init_refuses(void)
     }
 }
 
-/* What is begun anew has had no alarm. */
+/* After a reset there has been no alarm. */
 static void test_a_reset_takes_no_alarm_along(void)
 {
     init(Q15, 0U);
@@ -806,34 +816,34 @@ static void test_a_reset_takes_no_alarm_along(void)
         davar_push_q15(&davar, &stream[n], 1U);
     }
     TEST_ASSERT_FALSE(result.alarm);
-    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed); /* nor results that nobody took */
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed); /* nor results that were not taken */
 }
 
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_step_is_told_and_the_window_begins_behind_it);
-    RUN_TEST(test_how_samples_come_changes_nothing);
-    RUN_TEST(test_a_shock_is_left_out);
-    RUN_TEST(test_what_was_no_shock_is_passed_on);
-    RUN_TEST(test_a_change_that_is_told_before_the_window_is_there_is_not_old);
+    RUN_TEST(test_a_step_is_reported_and_the_window_begins_after_it);
+    RUN_TEST(test_block_lengths_do_not_change_results);
+    RUN_TEST(test_a_shock_is_excluded);
+    RUN_TEST(test_an_assumed_shock_is_accepted_later);
+    RUN_TEST(test_a_change_reported_before_the_window_reaches_it_is_not_old);
     RUN_TEST(test_without_shock_blocks_a_shock_is_a_change);
     RUN_TEST(test_gaps);
-    RUN_TEST(test_a_gap_beside_a_shock);
-    RUN_TEST(test_every_result_beside_gaps_can_be_taken);
+    RUN_TEST(test_a_gap_near_a_shock);
+    RUN_TEST(test_every_result_near_gaps_can_be_taken);
     RUN_TEST(test_a_restart);
-    RUN_TEST(test_reset_begins_anew);
+    RUN_TEST(test_reset_restarts);
     RUN_TEST(test_a_centred_window_ends_at_the_step);
     RUN_TEST(test_centred_windows_where_little_or_much_has_come);
-    RUN_TEST(test_centred_windows_beside_shocks_and_gaps);
+    RUN_TEST(test_centred_windows_near_shocks_and_gaps);
     RUN_TEST(test_an_alarm_waits_to_be_taken);
-    RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);
-    RUN_TEST(test_kurtosis_is_kept_beside_it_when_asked_for);
+    RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
+    RUN_TEST(test_kurtosis_is_kept_on_request);
     RUN_TEST(test_saturated_samples_are_counted_once);
     RUN_TEST(test_a_cut_is_unstable);
     RUN_TEST(test_young_is_what_was_cut_eight_blocks_ago_at_most);
     RUN_TEST(test_without_a_detector_nothing_is_young);
-    RUN_TEST(test_what_init_refuses);
+    RUN_TEST(test_errors_of_init);
     RUN_TEST(test_a_reset_takes_no_alarm_along);
     return UNITY_END();
 }

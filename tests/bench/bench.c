@@ -1,5 +1,6 @@
-/* davar-bench - what one sample costs on this machine, side by side with what a user would write instead. Prints one
- * `key value` line per figure (ns per sample unless the key says otherwise), the median of REPEATS runs each. */
+/* davar-bench - the cost of one sample on this machine, compared with code that a user would write
+ * instead. Prints one `key value` line per figure (ns per sample unless the key states otherwise),
+ * the median of REPEATS runs each. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "davar/davar.h"
@@ -21,7 +22,8 @@ static double sink; /* keeps the compiler from dropping work */
 
 static const uint32_t octaves[8] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
 
-/* White noise of 20 counts on a bias, from a linear congruential generator and the sum of 12 uniforms. */
+/* White noise of 20 counts on a bias, from a linear congruential generator and the sum of 12
+ * uniforms. */
 static void make_samples(void)
 {
     uint64_t state = 1U;
@@ -63,13 +65,14 @@ static void *memory_of(size_t bytes)
 {
     void *const memory = malloc(bytes);
     if ((memory == NULL) || (bytes == 0U)) {
-        fprintf(stderr, "davar-bench: no memory, or a configuration was refused\n");
+        fprintf(stderr, "davar-bench: no memory, or init rejected a configuration\n");
         exit(1);
     }
     return memory;
 }
 
-/* Pushes everything, sample by sample, and leaves the results where they are: the cost of having a value at each. */
+/* Pushes everything sample by sample and takes no result: the cost of having a value at each
+ * sample. */
 static double run_q15(const davar_config_t *config)
 {
     davar_t davar;
@@ -102,7 +105,8 @@ static double run_f32(const davar_config_t *config)
     return spent / SAMPLES;
 }
 
-/* Everything, and every result taken: kurtosis, contribution, window law, ADEV, fit and intervals at every epoch. */
+/* Pushes everything and takes every result: kurtosis, contribution, window law, ADEV, fit and
+ * intervals at every epoch. */
 static double run_chain(const davar_config_t *config)
 {
     davar_t davar;
@@ -125,7 +129,8 @@ static double run_chain(const davar_config_t *config)
     return spent / SAMPLES;
 }
 
-/* What a user writes first: the whole window again at every sample, with a cumulative sum to be fair. */
+/* The first version of a user: the complete window again at every sample, with a cumulative sum for
+ * fairness. */
 static double run_brute_force(const davar_config_t *config)
 {
     const size_t window = config->window.longest;
@@ -207,7 +212,7 @@ int main(void)
     const davar_config_t short_window = plain(64U, 6U);
     const davar_config_t long_window = plain(65536U, 6U);
     davar_config_t block64 =
-        plain(600U, 8U); /* newest result of a block only; each push takes what is left */
+        plain(600U, 8U); /* only the newest result of a block; each push consumes the rest */
     block64.stride = 64U;
     figure("block64_8_taus_ns_per_sample", median_of_runs(run_q15, &block64));
     figure("fixed_every_sample_8_taus_ns_per_sample", median_of_runs(run_q15, &every_sample));

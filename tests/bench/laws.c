@@ -1,8 +1,8 @@
-/* davar tests - every window law on the same signals: how far the angle random walk that it gives is from the truth, and how often it
- * alarms. 100 Hz, counts of sigma 20, trailing windows, a result every ten samples. One table row a signal.
+/* davar tests - every window law on the same signals: the error of its angle random walk, and its
+ * rate of alarms. 100 Hz, counts of sigma 20, trailing windows, a result every ten samples. One
+ * table row per signal.
  *
- *   davar-laws [HOURS [SEED]]     HOURS of each signal (default 1)
- */
+ *   davar-laws [HOURS [SEED]]     HOURS of each signal (default 1) */
 #include "davar/davar.h"
 
 #include "random.h"
@@ -35,7 +35,7 @@ static const law_t laws[] = {
 #define LAWS (sizeof laws / sizeof laws[0])
 #define ROWS (LAWS + 1U) /* and an exponential mean */
 
-/* --- signals ------------------------------------------------------------------------------------------------------ */
+/* --- signals --- */
 
 typedef enum { STEADY, STEPS, BURSTS, RAMPS, SINE, SHOCKS, STUCK, LAPLACE, COARSE } kind_t;
 
@@ -67,9 +67,9 @@ static const signal_t signals[] = {
 };
 #define SIGNALS (sizeof signals / sizeof signals[0])
 #define HALF (60U * RATE_HZ) /* of a period: quiet, then changed */
-#define PERIOD (2U * HALF)   /* of everything that comes again */
+#define PERIOD (2U * HALF)   /* of all repeating changes */
 
-/* Sigma over that of quiet. */
+/* Sigma relative to that of the quiet part. */
 static double level_at(const signal_t *signal, uint32_t i)
 {
     const uint32_t phase = i % PERIOD;
@@ -93,7 +93,7 @@ static double level_at(const signal_t *signal, uint32_t i)
     }
 }
 
-/* A sample since the newest change; changes are what a causal law can be late for. */
+/* Samples since the newest change, to which a causal law can only respond late. */
 static uint32_t since_change(const signal_t *signal, uint32_t i)
 {
     const uint32_t phase = i % PERIOD;
@@ -134,7 +134,8 @@ static int16_t sample_at(const signal_t *signal, uint32_t i, random_t *random)
     return held;
 }
 
-/* The white noise that an ideal law would tell: half a count of noise is seen with that of rounding. */
+/* The white noise that an ideal law would report: half a count of noise appears with the noise of
+ * rounding. */
 static double truth_at(const signal_t *signal, uint32_t i)
 {
     const double sigma = (signal->kind == COARSE)
@@ -148,7 +149,7 @@ static bool changes(const signal_t *signal)
     return (signal->kind != STEADY) && (signal->kind != LAPLACE) && (signal->kind != COARSE);
 }
 
-/* Where a window about its epoch can be wrong already. */
+/* Samples until the next change, where a window about its epoch can already be wrong. */
 static uint32_t until_change(const signal_t *signal, uint32_t i)
 {
     const uint32_t phase = i % PERIOD;
@@ -159,7 +160,7 @@ static uint32_t until_change(const signal_t *signal, uint32_t i)
     return (phase < HALF) ? (HALF - phase) : (twice ? (PERIOD - phase) : UINT32_MAX);
 }
 
-/* --- errors ------------------------------------------------------------------------------------------------------- */
+/* --- errors --- */
 
 typedef struct {
     double sum;
@@ -195,7 +196,8 @@ static void judge(errors_t *errors, const signal_t *signal, davar_mode_t mode, u
     }
 }
 
-/* ARW where white noise explains the window, otherwise what its shortest clusters say; an ADEV of 0 is taken as a tenth of a count. */
+/* ARW if white noise explains the window, otherwise the value of its shortest clusters. An ADEV of
+ * 0 counts as a tenth of a count. */
 static double arw_of(davar_plan_t *plan, davar_result_t *result)
 {
     (void)davar_fit_white(plan, RATE_HZ, result);
@@ -231,7 +233,7 @@ static void start(instance_t *instance, const law_t *law, davar_mode_t mode)
     davar_plan_init(&instance->plan, taus, config->tau_count);
     if (davar_init_q15(&instance->davar, config, instance->memory, sizeof instance->memory) !=
         DAVAR_OK) {
-        fprintf(stderr, "davar-laws: %s: refused\n", law->name);
+        fprintf(stderr, "davar-laws: %s: rejected by init\n", law->name);
         exit(1);
     }
 }
@@ -287,7 +289,8 @@ static void pool(errors_t *all, const errors_t *one)
     all->near.count += one->near.count;
 }
 
-/* The mean of squares looks at what has been: it has no centred form. Returns the alarms of glr where nothing changed. */
+/* The mean of squares uses past samples only, so it has no centred form. Returns the alarms of glr
+ * without a change. */
 static uint32_t print_table(davar_mode_t mode, double hours, uint64_t seed)
 {
     const size_t rows = (mode == DAVAR_MODE_CENTRED) ? LAWS : ROWS;

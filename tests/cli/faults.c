@@ -1,7 +1,8 @@
-/* davar tests - loaded in front of the C library (LD_PRELOAD): the n-th call of one function fails, is cut short or comes with a
- * signal. FAULT is "function:kind:n", kind an errno, "short", "torn" (short; the line is full, then gone), "signal<number>",
- * "signal<number>+<number>" (two), "spin<number>" or "pause<number>" (a signal in a call that never returns, at work or waiting); the
- * file FAULT_MARK says that it has happened. */
+/* davar tests - preloaded (LD_PRELOAD) to make the n-th call of one function fail, return short, or
+ * receive a signal. FAULT is "function:kind:n". kind is an errno, "short", "torn" (short because
+ * the disk is full), "signal<number>", "signal<number>+<number>" (two), "spin<number>" or
+ * "pause<number>" (a signal in a call that never returns, while it works or waits). The file
+ * FAULT_MARK exists after the fault has happened. */
 #define _GNU_SOURCE /* NOLINT: for RTLD_NEXT */
 #include <dlfcn.h>
 #include <errno.h>
@@ -40,7 +41,8 @@ static void raise_all(const char *numbers)
     }
 }
 
-/* True when this call of `name` is the one. A signal comes before the call, which then goes on. */
+/* True if this call of `name` is the chosen one. A signal comes before the call, which then
+ * continues. */
 static bool is_the_one(const char *name)
 {
     if ((left == 0) || (strcmp(function, name) != 0)) {
@@ -75,7 +77,7 @@ static bool is_short(void)
     return strcmp(kind, "short") == 0;
 }
 
-/* From here on: for a program that is past its start, by way of ctypes. */
+/* Starts counting now, for a program that is already running and calls this through ctypes. */
 void arm_fault(const char *fault)
 {
     long n = 0;
@@ -93,7 +95,7 @@ __attribute__((constructor)) static void start(void)
     (void)unsetenv("LD_PRELOAD"); /* the device of davar-sim is another program */
 }
 
-/* The next call of the same function is the one, too. */
+/* The next call of the same function fails too. */
 static void next_is(const char *what)
 {
     (void)strncpy(kind, what, sizeof kind - 1U);
@@ -174,7 +176,7 @@ ssize_t pread(int descriptor, void *to, size_t bytes, off_t offset)
     return pread64(descriptor, to, bytes, offset);
 }
 
-/* What only fails. */
+/* Functions that only fail. */
 #define FAILS(type, name, failure, parameters, arguments)                                          \
     type name parameters                                                                           \
     {                                                                                              \
@@ -211,7 +213,7 @@ int unlink(const char *path)
     return is_the_one("unlink") ? -1 : ((unlink_t)real("unlink"))(path);
 }
 
-/* Once per cell of the output. */
+/* Called once per cell of the output. */
 int snprintf(char *text, size_t size, const char *format, ...)
 {
     (void)is_the_one("snprintf");

@@ -1,4 +1,5 @@
-/* What davar_init_q31 says of settings, in davar_status_text's words: the values of the options that test_settings.py names, in its order. */
+/* Prints the status of davar_init_q31 for given settings, as davar_status_text. The arguments are
+ * the values of the options in test_settings.py, in its order. */
 #include "davar/davar.h"
 #include "davar_policy.h"
 

@@ -1,4 +1,6 @@
-"""What every test of davar-sim needs: the program (environment variable DAVAR_SIM), a folder, recordings."""
+"""Base of all tests of davar-sim: the program (environment variable DAVAR_SIM), a folder,
+recordings.
+"""
 
 import csv
 import gzip
@@ -35,7 +37,7 @@ class SimCase(unittest.TestCase):
         self.folder = Path(folder.name)
 
     def write(self, name, content):
-        """Writes text or bytes, compressed when the name ends in .gz, and returns the path."""
+        """Writes text or bytes, compressed if the name ends in .gz, and returns the path."""
         path = self.folder / name
         data = content.encode() if isinstance(content, str) else content
         path.write_bytes(gzip.compress(data) if name.endswith(".gz") else data)
@@ -45,7 +47,7 @@ class SimCase(unittest.TestCase):
         return self.write(name, as_text("time_s,gyro_x_dps", noise_rows(count, **details)))
 
     def sim(self, *arguments, stdin=None, **keywords):
-        """Runs davar-sim; bytes for stdin, text back."""
+        """Runs davar-sim; stdin is bytes, the output is text."""
         done = subprocess.run(
             [PROGRAM, *map(str, arguments)],
             input=stdin,
@@ -65,7 +67,9 @@ class SimCase(unittest.TestCase):
         return list(csv.DictReader(io.StringIO(done.stdout)))
 
     def assert_refused(self, done, *words):
-        """Exit status 2, nothing on standard output, one line on standard error with all the words."""
+        """Exit status 2, nothing on standard output, one line on standard error with all these
+        words.
+        """
         self.assertEqual(2, done.returncode, done.stderr)
         self.assertEqual("", done.stdout)
         self.assertEqual(1, done.stderr.count("\n"), done.stderr)

@@ -1,4 +1,4 @@
-"""Bad options: exit status 2, one line that names the option, nothing on standard output."""
+"""Bad options: exit status 2, one line with the name of the option, nothing on standard output."""
 
 import unittest
 
@@ -76,7 +76,7 @@ REFUSED = {
 
 
 class BadOption(SimCase):
-    def test_a_bad_value_is_refused_and_the_option_named(self):
+    def test_a_bad_value_is_rejected_and_the_option_reported(self):
         path = self.recording()
         for option, values in REFUSED.items():
             for value in values:
@@ -119,7 +119,7 @@ class BadOption(SimCase):
         )
         self.assertGreater(len(rows), 1)
 
-    def test_a_stride_may_be_as_long_as_the_window_and_no_longer(self):
+    def test_a_stride_may_be_at_most_as_long_as_the_window(self):
         path = self.recording(count=700)
         rows = self.results(path, "--window-max", "300", "--stride", "300")
         self.assertEqual(["299", "599"], [row["epoch"] for row in rows])
@@ -132,7 +132,7 @@ class BadOption(SimCase):
             self.sim(path, "--window-max", "702", "--stride", "701"), "at least 701"
         )
 
-    def test_a_stride_of_policy_glr_is_not_served_by_edges(self):
+    def test_engine_edges_has_no_stride_with_policy_glr(self):
         self.assert_refused(
             self.sim(
                 self.recording(count=700), "--policy", "glr", "--stride", "10", "--engine", "edges"

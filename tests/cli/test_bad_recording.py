@@ -1,4 +1,4 @@
-"""Bad recordings: exit status 2, one line that names file, line and column, nothing on standard output."""
+"""Bad recordings: exit status 2, one line with file, line and column, nothing on standard output."""
 
 import gzip
 import os
@@ -50,14 +50,14 @@ class BadRecording(SimCase):
 
     # --- fields
 
-    def test_a_field_that_is_no_finite_number_is_named_with_line_and_column(self):
+    def test_a_bad_number_is_reported_with_line_and_column(self):
         for field, what in BAD_FIELDS.items():
             with self.subTest(field=field):
                 self.refuse(
                     self.text_with(99, 1, field), ":101: column gyro_x_dps: ", what, "found '"
                 )
 
-    def test_fields_of_columns_nobody_asked_for_are_checked_too(self):
+    def test_fields_of_unselected_columns_are_checked_too(self):
         self.refuse(
             self.text_with(99, 2, "warm"), ":101: column temp_degC: not a number, found 'warm'"
         )
@@ -90,7 +90,7 @@ class BadRecording(SimCase):
         rows[50] = rows[50][:2]
         self.refuse(as_text(HEADER, rows), ":52: column temp_degC: row too short", "found 2")
 
-    def test_a_long_row_is_refused(self):
+    def test_a_long_row_is_rejected(self):
         rows = self.rows()
         rows[50] += ["1", "2"]
         self.refuse(as_text(HEADER, rows), ":52: column 4: row too long", "found 5")
@@ -100,42 +100,42 @@ class BadRecording(SimCase):
         rows[50][2] += ","
         self.refuse(as_text(HEADER, rows), ":52: column 4: row too long")
 
-    def test_a_blank_line_between_rows_is_refused_where_it_stands(self):
+    def test_a_blank_line_between_rows_is_rejected_with_its_line(self):
         rows = self.rows()
         lines = as_text(HEADER, rows).split("\n")
         lines.insert(51, "")
         self.refuse("\n".join(lines), ":52: ", "empty row")
 
-    def test_a_comment_between_rows_is_refused(self):
+    def test_a_comment_between_rows_is_rejected(self):
         lines = as_text(HEADER, self.rows()).split("\n")
         lines.insert(51, "# pause")
         self.refuse("\n".join(lines), ":52: column time_s: not a number, found '# pause'")
 
-    def test_a_zero_byte_in_a_row_is_refused(self):
+    def test_a_zero_byte_in_a_row_is_rejected(self):
         rows = self.rows()
         rows[50][2] += "\0garbage"
         self.refuse(as_text(HEADER, rows), ":52: ", "0x00")
 
-    def test_an_endless_line_is_refused(self):
+    def test_an_endless_line_is_rejected(self):
         self.refuse("time_s,gyro_x_dps\n0,1\n" + "1" * 1000000, ":3: ", "line longer")
 
     # --- time
 
-    def test_time_running_backwards_is_refused(self):
+    def test_time_running_backwards_is_rejected(self):
         rows = self.rows()
         rows[60][0] = rows[58][0]
         self.refuse(as_text(HEADER, rows), ":62: column time_s: time runs backwards, found '0.58'")
 
-    def test_time_running_backwards_is_refused_even_when_the_rate_is_given(self):
+    def test_time_running_backwards_is_rejected_even_when_the_rate_is_given(self):
         rows = self.rows()
         rows[60][0] = "-1"
         self.refuse(
             as_text(HEADER, rows), ":62: column time_s", options=("--rate", "100", *SMALL_WINDOW)
         )
 
-    def test_time_that_stands_still_gives_no_rate(self):
+    def test_constant_time_gives_no_rate(self):
         rows = [["7", row[1], row[2]] for row in self.rows()]
-        self.refuse(as_text(HEADER, rows), "column time_s: zero rate", "--rate")
+        self.refuse(as_text(HEADER, rows), "column time_s: the median time step is 0", "--rate")
 
     def test_no_time_and_no_rate(self):
         self.refuse(as_text("gyro_x_dps", [[row[1]] for row in self.rows()]), "time_s", "--rate")
@@ -155,7 +155,7 @@ class BadRecording(SimCase):
             as_text("0.0,1.5,20", self.rows()), ":1: column 1: no header row", "found '0.0'"
         )
 
-    def test_unknown_column_lists_what_there_is(self):
+    def test_unknown_column_lists_the_columns(self):
         path = self.write("rec.csv", as_text(HEADER, self.rows()))
         self.assert_refused(
             self.sim(path, "--column", "gyro_q_dps"),
@@ -181,7 +181,7 @@ class BadRecording(SimCase):
         options = ("--lsb", "0.01", "--bits", "16", *SMALL_WINDOW)
         self.refuse(
             self.text_with(99, 1, "327.68"),
-            ":101: column gyro_x_dps: value beyond the count range",
+            ":101: column gyro_x_dps: value outside the count range",
             "found '327.68'",
             options=options,
         )
@@ -192,7 +192,7 @@ class BadRecording(SimCase):
         self.refuse(self.text_with(99, 1, "83886.08"), ":101: column gyro_x_dps", options=options)
         self.refuse(self.text_with(99, 1, "1e300"), ":101: column gyro_x_dps", options=options)
 
-    def test_counts_that_are_not_whole(self):
+    def test_counts_that_are_not_integers(self):
         rows = self.rows(200)
         counts = [[row[0], str(i)] for i, row in enumerate(rows)]
         counts[77][1] = "12.5"
@@ -251,7 +251,7 @@ class BadRecording(SimCase):
         self.refuse("time_s,gyro_x_dps\n0,1\n".encode("utf-16"), ":1: not a text recording")
         self.refuse(bytes(1000), ":1: not a text recording, found byte 0x00")
 
-    def test_binary_behind_a_good_header(self):
+    def test_binary_after_a_good_header(self):
         self.refuse(HEADER.encode() + b"\n" + bytes(range(256)) * 64, ":2: ")
 
     def test_truncated_gzip(self):
@@ -272,7 +272,7 @@ class BadRecording(SimCase):
                 path.write_bytes(broken)
                 self.assert_refused(self.sim(path), path)
 
-    def test_too_short_says_how_many_samples_are_needed(self):
+    def test_too_short_reports_how_many_samples_are_needed(self):
         path = self.recording(count=29)
         self.assert_refused(self.sim(path, *SMALL_WINDOW), path, "29 samples", "at least 30")
         self.assert_refused(
@@ -285,7 +285,7 @@ class BadRecording(SimCase):
     def test_one_row(self):
         self.refuse("time_s,gyro_x_dps\n0,1\n", "1 samples", "at least 30")
 
-    def test_the_number_of_samples_asked_for_is_enough(self):
+    def test_the_stated_number_of_samples_is_enough(self):
         self.assertEqual(30, len(self.results(self.recording(count=30), *SMALL_WINDOW)))
         self.assertEqual(
             1, len(self.results(self.recording(count=40), *SMALL_WINDOW, "--mode", "trailing"))
@@ -296,7 +296,7 @@ class BadRecording(SimCase):
 
 
 class BadSurroundings(SimCase):
-    """The world around the program fails."""
+    """The system around the program fails."""
 
     def test_no_room_for_the_temporary_file(self):
         environment = dict(os.environ, TMPDIR=str(self.folder / "nowhere"))
@@ -340,7 +340,7 @@ class BadSurroundings(SimCase):
                 )
                 self.assertEqual(2, done.returncode)
                 self.assertEqual(
-                    f"davar-sim: {name}: is standard output too: results would be read as data\n",
+                    f"davar-sim: {name}: is also standard output: results would be read as data\n",
                     done.stderr,
                 )
             self.assertEqual(text, path.read_bytes())
@@ -353,7 +353,7 @@ class BadSurroundings(SimCase):
         self.assertEqual(2, done.returncode)
         self.assertEqual(b"davar-sim: standard output: Bad file descriptor\n", done.stderr)
 
-    def test_a_reader_that_goes_away_ends_the_run_quietly(self):
+    def test_a_disconnected_reader_ends_the_run_quietly(self):
         path = self.recording(count=20000)
         done = subprocess.run(
             ["sh", "-c", '"$0" "$1" --lsb 0.01 | head -n 1', PROGRAM, path],

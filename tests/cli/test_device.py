@@ -1,4 +1,4 @@
-"""davar-sim --device COMMAND: what a device may do wrong (tools/davar-mcu tests what it does right)."""
+"""davar-sim --device COMMAND: faults of a device (tools/davar-mcu tests correct devices)."""
 
 import struct
 import unittest
@@ -23,7 +23,7 @@ def result(channel=0, taus=1):
 
 class Device(SimCase):
     def device(self, results, *options):
-        """Runs davar-sim with a device that answers `results` (bytes; None: nothing)."""
+        """Runs davar-sim with a device that writes `results` (bytes; None: nothing)."""
         recording = self.recording(1000)
         answer = self.folder / "answer"
         command = "true"
@@ -32,7 +32,7 @@ class Device(SimCase):
             command = f"sh -c 'cp {answer} $2' device"
         return self.sim(recording, "--lsb", "0.01", "--taus", "1", *options, "--device", command)
 
-    def test_results_that_are_not_whole_are_refused(self):
+    def test_incomplete_results_are_rejected(self):
         for name, results in {
             "empty": b"",
             "cut in a head": result()[:40],
@@ -50,23 +50,27 @@ class Device(SimCase):
                     self.assertEqual(2, done.returncode, done.stderr)
                     self.assertRegex(
                         done.stderr,
-                        r"^davar-sim: \S+results: the device's results are not whole\n$",
+                        r"^davar-sim: \S+results: the device's results are incomplete\n$",
                     )
 
-    def test_a_device_that_says_nothing_is_named(self):
+    def test_a_device_without_output_is_reported(self):
         done = self.device(None)
         self.assertEqual((2, ""), (done.returncode, done.stdout))
-        self.assertIn("the device left no results", done.stderr)
+        self.assertIn("the device wrote no results", done.stderr)
 
-    def test_the_weather_is_the_device_s(self):
+    def test_the_counters_are_the_device_s(self):
         done = self.device(result() + head(HEALTH, 0, 3, 17, 5))
         self.assertEqual(0, done.returncode, done.stderr)
         self.assertIn("17", done.stderr)
 
-    def test_pace_is_refused(self):
+    def test_pace_is_rejected(self):
         done = self.device(None, "--pace", "100")
         self.assertEqual(
-            (2, "", "davar-sim: --pace: not with --device, which has a clock of its own\n"),
+            (
+                2,
+                "",
+                "davar-sim: --pace: cannot be used with --device, because a device has its own clock\n",
+            ),
             (done.returncode, done.stdout, done.stderr),
         )
 

@@ -1,4 +1,4 @@
-"""How often the window law calls plain white noise unstable: the README's figures."""
+"""How often the window law reports plain white noise as unstable: the figures of the README."""
 
 import unittest
 
@@ -14,13 +14,13 @@ class FalseAlarms(SimCase):
         rows = self.results(self.path, "--lsb", "0.01", *options)
         return sum(row["unstable"] == "1" for row in rows) / len(rows)
 
-    def test_the_paper_s_bounds_misjudge_one_window_in_five(self):
+    def test_the_paper_s_bounds_are_wrong_for_one_window_in_five(self):
         self.assertAlmostEqual(0.19, self.rate(), delta=0.04)
 
-    def test_both_criteria_together_misjudge_few(self):
+    def test_both_criteria_together_have_few_errors(self):
         self.assertAlmostEqual(0.03, self.rate("--policy", "and"), delta=0.015)
 
-    def test_wider_bounds_misjudge_next_to_none(self):
+    def test_wider_bounds_have_almost_no_errors(self):
         self.assertLess(self.rate("--kurtosis", "2:4", "--contribution", "0:0.2"), 0.01)
 
 

@@ -1,5 +1,7 @@
-"""The world fails, or a signal comes, at every call and at every row: one line and exit status 2, or death of that signal;
-the output ends at the end of a line, and nothing stays behind."""
+"""A call fails or a signal arrives, at every call and at every row. The program prints one line and
+exits with status 2, or dies of that signal. The output ends with a complete line, and no temporary
+file remains.
+"""
 
 import errno
 import fcntl
@@ -16,10 +18,10 @@ from test_device import HEALTH, head, result
 
 FAULTS = Path(__file__).parent / "faults.c"
 SANITIZED = b"__asan_init" in Path(PROGRAM).read_bytes()
-STRIDE = 5 if SANITIZED else 1  # where a run takes ten times as long, fewer of them
+STRIDE = 5 if SANITIZED else 1  # fewer faults where a run takes ten times as long
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LSB = ("--lsb", "0.01", *SMALL_WINDOW)
-PACED = ("--pace", "1000000")  # every row is written at once
+PACED = ("--pace", "1000000")  # every row is written immediately
 WIDE = (
     "--details",
     "--out",
@@ -32,7 +34,8 @@ WIDE = (
 class FaultCase(SimCase):
     def setUp(self):
         super().setUp()
-        for number in STOPS:  # whoever started the tests may ignore some, and programs inherit that
+        # the process that started the tests may ignore some, and programs inherit that
+        for number in STOPS:
             self.addCleanup(signal.signal, number, signal.signal(number, signal.SIG_DFL))
         self.interposer = self.folder / "faults.so"
         flags = [] if SANITIZED else ["-DALLOCATIONS"]
@@ -46,7 +49,7 @@ class FaultCase(SimCase):
         self.path = self.recording()
 
     def faulty(self, fault, *arguments, output=None, **keywords):
-        """Runs with a fault; None when the run has ended without it."""
+        """Runs with a fault. Returns None if the run ended without it."""
         self.mark.unlink(missing_ok=True)
         environment = dict(
             os.environ,
@@ -123,7 +126,7 @@ class Calls(FaultCase):
         return *LSB, "--model-table", table
 
     def with_device(self):
-        """A device that answers one result, and that it met nothing."""
+        """A device that writes one result and zero counters."""
         answer = self.folder / "answer"
         answer.write_bytes(result() + head(HEALTH))
         return *LSB, "--taus", "1", "--device", f"sh -c 'cp {answer} $2' device"
@@ -150,7 +153,7 @@ class Calls(FaultCase):
         for function in ("read", "open", "fstat64"):
             self.fails_cleanly(function, errno.EIO, *LSB)
 
-    def test_a_call_that_is_interrupted_or_cut_short_is_gone_on_with(self):
+    def test_an_interrupted_or_short_call_is_continued(self):
         for options in (LSB, (*LSB, *PACED)):
             whole = self.sim(self.path, *options).stdout
             for function in ("read", "write", "pread"):
@@ -163,7 +166,7 @@ class Calls(FaultCase):
 
 class Signals(FaultCase):
     def stops(self, function, steps, options, output=None):
-        """A signal at every `steps`-th call; returns how many came in the middle of the output."""
+        """A signal at every `steps`-th call. Returns how many arrived in the middle of the output."""
         whole = self.sim(self.path, *options).stdout
         middle = 0
         n = 1
@@ -183,7 +186,7 @@ class Signals(FaultCase):
             self.assertGreater(self.stops("write", 5, (*LSB, *PACED), output), 40 // STRIDE)
             self.assertGreater(self.stops("snprintf", 67, (*LSB, *PACED), output), 40 // STRIDE)
 
-    def test_in_a_row_that_nobody_waits_for(self):
+    def test_in_a_row_without_a_reader(self):
         self.path = self.recording(count=2000)
         for output in (None, self.folder / "out.csv"):
             self.assertGreater(self.stops("write", 1, LSB, output), 5 // STRIDE)
@@ -202,7 +205,7 @@ class Signals(FaultCase):
                 self.whole_lines(whole, done.stdout)
                 self.assertGreater(len(done.stdout), 0)
 
-    def test_in_a_line_that_a_pipe_does_not_take_at_once(self):
+    def test_in_a_line_that_a_pipe_takes_in_pieces(self):
         self.path = self.recording(count=80)
         self.assertGreater(self.stops("write", 3, (*LSB, *WIDE)), 5 // STRIDE)
 
@@ -299,7 +302,7 @@ class Signals(FaultCase):
             for limit in (
                 *range(0, 8000, 23 * STRIDE),
                 *range(8000, 8400, STRIDE),
-            ):  # at first the temporary file is what finds no room
+            ):  # at first the temporary file has no room
 
                 def full():
                     signal.signal(signal.SIGXFSZ, signal.SIG_IGN if ignored else signal.SIG_DFL)

@@ -1,4 +1,6 @@
-"""gzip recordings: whatever `gzip -t` does not accept, davar-sim refuses; nothing of a file is left out in silence."""
+"""gzip recordings: davar-sim rejects everything that `gzip -t` rejects. No part of a file is
+skipped silently.
+"""
 
 import gzip
 import random
@@ -12,7 +14,7 @@ OPTIONS = ("--rate", "100", "--lsb", "0.01", "--stride", "20", *SMALL_WINDOW)
 
 
 def member(data, extra=b""):
-    """One gzip member; `extra` goes into its optional field."""
+    """One gzip member; `extra` is its optional field."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
     body = packer.compress(data) + packer.flush()
     field = len(extra).to_bytes(2, "little") + extra if extra else b""
@@ -28,7 +30,7 @@ def member(data, extra=b""):
 
 
 def damaged(data, source):
-    """Damage of a kind that storage and tools do: flipped, cut, inserted, lost, appended, repeated."""
+    """Typical damage of storage and tools: flipped, cut, inserted, lost, appended, repeated bytes."""
     at = source.choice(
         [source.randrange(len(data)), source.randrange(24), len(data) - 1 - source.randrange(24)]
     )
@@ -78,8 +80,8 @@ class Gzip(SimCase):
         whole = b"".join(map(gzip.compress, self.halves))
         for count in (1, 2, 511, 1000000):
             self.accept(whole + bytes(count))
-            self.refuse(whole + bytes(count) + b"\n", "behind the zeros")
-            self.refuse(whole + bytes(count) + whole, "behind the zeros")
+            self.refuse(whole + bytes(count) + b"\n", "after the zeros")
+            self.refuse(whole + bytes(count) + whole, "after the zeros")
 
     def test_a_later_member_whose_magic_is_damaged(self):
         first, second = map(gzip.compress, self.halves)
@@ -104,7 +106,7 @@ class Gzip(SimCase):
                 parts[which][-byte] ^= 0x10
                 self.refuse(b"".join(parts), "corrupt gzip data")
 
-    def test_any_damage_is_refused_when_gzip_refuses_it(self):
+    def test_any_damage_is_rejected_when_gzip_rejects_it(self):
         source = random.Random(1)
         whole = [b"".join(map(gzip.compress, self.halves)), gzip.compress(b"".join(self.halves))]
         accepted = 0
@@ -117,7 +119,7 @@ class Gzip(SimCase):
                     accepted += 1
                 elif not self.gzip_accepts():
                     self.assert_refused(done, self.path)
-        self.assertGreater(accepted, 5)  # the time stamp in a header, zeros behind the end
+        self.assertGreater(accepted, 5)  # the time stamp in a header, zeros after the end
 
     # --- bombs
 
@@ -131,7 +133,7 @@ class Gzip(SimCase):
             + packer.flush()
         )
 
-    def test_a_file_that_unpacks_to_far_more_than_its_size_is_refused(self):
+    def test_a_file_that_unpacks_to_far_more_than_its_size_is_rejected(self):
         zeros = b"0." + b"0" * 60  # fewer rows, so that this takes a second, not a minute
         for head, line in (
             (b"time_s,gyro_x_dps\n", b"0," + zeros + b"\n"),
@@ -146,11 +148,11 @@ class Gzip(SimCase):
                     "unpack it first",
                 )
 
-    def test_a_line_without_an_end_and_columns_without_number_are_refused(self):
+    def test_a_line_without_an_end_and_columns_without_number_are_rejected(self):
         self.refuse(self.bomb(b"gyro_x_dps\n1", b"1"), "line longer than 262144 bytes")
         self.refuse(self.bomb(b"", b"a,"), "line longer than 262144 bytes")
 
-    def test_a_long_recording_of_a_stuck_sensor_is_none(self):
+    def test_a_long_recording_of_a_stuck_sensor_is_not_a_bomb(self):
         rows = b"time_s,gyro_x_dps\n" + b"".join(b"%d,0.%030d\n" % (i, 0) for i in range(1700000))
         self.assertGreater(len(rows), 64 << 20)
         self.path.write_bytes(gzip.compress(rows, 6))

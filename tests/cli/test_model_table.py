@@ -1,4 +1,4 @@
-"""davar-sim --model-table: every result against an error model's table."""
+"""davar-sim --model-table: compares every result with the table of an error model."""
 
 import json
 import math
@@ -38,7 +38,7 @@ class ModelTable(SimCase):
         self.assertGreater(min(self.healths(table(0.4))[0]), 1)
         self.assertGreater(self.healths(table(0.85))[0][-1], 1)
 
-    def test_columns_stand_behind_the_allan_deviations(self):
+    def test_columns_follow_the_allan_deviations(self):
         _, rows = self.healths(table(sizes=(4, 1)), "--details")
         names = list(rows[0])
         at = names.index("adev_4") + 1
@@ -132,7 +132,7 @@ class Refused(SimCase):
             self.sim(self.recording(), *SMALL_WINDOW, "--model-table", path), *words
         )
 
-    def test_bad_tables_are_named_with_line_and_column(self):
+    def test_bad_tables_are_reported_with_line_and_column(self):
         good = table().splitlines()
         for line, words in (
             ("8,0.08,0,0", ("adev_dps", "above 0")),
@@ -150,7 +150,7 @@ class Refused(SimCase):
         ):
             self.refuse("\n".join([*good, line]) + "\n", "model.csv:6", *words)
 
-    def test_other_files_are_refused(self):
+    def test_other_files_are_rejected(self):
         self.refuse("m,adev\n1,2\n", "no column adev_dps", "davarlab export")
         self.refuse(HEAD + "\n", "no cluster size")
         self.refuse("", "model.csv")
@@ -161,7 +161,7 @@ class Refused(SimCase):
         )
         self.assert_refused(self.sim(self.recording(), "--model-table", ""), "--model-table")
 
-    def test_a_table_without_tau_s_is_taken_as_it_is(self):
+    def test_a_table_without_tau_s_is_accepted(self):
         path = self.write("model.csv", "m,adev_dps,relative_tolerance\n\n1,0.3,0.1\n")
         self.assertIn(
             "model_health", self.results(self.recording(), *SMALL_WINDOW, "--model-table", path)[0]

@@ -1,4 +1,4 @@
-"""What davar-sim prints: columns, numbers, formats, pace and the side notes."""
+"""The output of davar-sim: columns, numbers, formats, pace and notes."""
 
 import json
 import math
@@ -26,7 +26,7 @@ LSB = ("--lsb", "0.01")
 
 
 def adev(rates, m):
-    """Overlapping Allan deviation, straight from its definition."""
+    """Overlapping Allan deviation, computed from its definition."""
     means = [sum(rates[i : i + m]) / m for i in range(len(rates) - m + 1)]
     squares = [(means[i + m] - means[i]) ** 2 for i in range(len(means) - m)]
     return math.sqrt(sum(squares) / (2 * len(squares)))
@@ -42,7 +42,7 @@ class Csv(SimCase):
     def header(self, *options):
         return self.sim(self.recording(), *LSB, *options).stdout.split("\n")[0].split(",")
 
-    def test_columns_stand_as_documented(self):
+    def test_columns_are_as_documented(self):
         self.assertEqual([*COLUMNS, "adev_1", "adev_2", "adev_4"], self.header(*SMALL_WINDOW))
         self.assertEqual(
             [*COLUMNS, "adev_1", "adev_3", "adev_9"], self.header(*SMALL_WINDOW, "--taus", "1,3,9")
@@ -143,7 +143,7 @@ class Csv(SimCase):
             )
             self.assertEqual((0, grid.stdout), (edges.returncode, edges.stdout))
 
-    def test_a_trailing_window_is_what_has_arrived_until_it_is_full(self):
+    def test_a_trailing_window_has_all_received_samples_until_it_is_full(self):
         rows = self.results(
             self.recording(), *LSB, *SMALL_WINDOW, "--policy", "fixed", "--mode", "trailing"
         )
@@ -192,8 +192,8 @@ class Arithmetic(SimCase):
                 for name in ("adev_1", "adev_2", "adev_4"):
                     self.assertAlmostEqual(1.0, float(a[name]) / float(b[name]), delta=1e-6)
 
-    def test_the_chosen_count_size_is_said(self):
-        self.assertIn("note: no --lsb: counts of 2^-", self.sim(self.path, *SMALL_WINDOW).stderr)
+    def test_the_chosen_count_size_is_reported(self):
+        self.assertIn("note: no --lsb: using counts of 2^-", self.sim(self.path, *SMALL_WINDOW).stderr)
         self.assertEqual("", self.sim(self.path, *SMALL_WINDOW, *LSB).stderr)
 
     def test_zeros_only(self):
@@ -266,7 +266,7 @@ class Pace(SimCase):
         self.assertEqual(self.timed()[1], rows)
 
     def test_a_factor_shortens_it(self):
-        """A recording of 1000 s: even the busiest machine needs less."""
+        """A recording of 1000 s: even the slowest machine needs less."""
         seconds, rows = self.timed("--pace", "20000", rate_hz=0.1)
         self.assertGreater(seconds, 0.048)
         self.assertLess(seconds, 500)
@@ -283,7 +283,7 @@ class Pace(SimCase):
 
 
 class Progress(SimCase):
-    def test_none_when_nobody_watches(self):
+    def test_no_progress_without_a_terminal(self):
         self.assertEqual("", self.sim(self.recording(), *LSB, *SMALL_WINDOW, "--pace", "2").stderr)
 
     def test_a_line_a_second_when_asked_for(self):

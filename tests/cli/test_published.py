@@ -1,5 +1,6 @@
-"""Published Allan deviations, through the command line. Tests of recordings that may not be shipped are skipped by name
-when the folder of the real recordings (DAVAR_REAL_DATA) is absent."""
+"""Published Allan deviations, through the command line. Tests of recordings that may not be
+distributed are skipped if the folder of the real recordings (DAVAR_REAL_DATA) is absent.
+"""
 
 import csv
 import gzip
@@ -23,7 +24,7 @@ def nine_digits(value):
 
 
 def whole_record(count, *options):
-    """One window over the whole recording: the ordinary overlapping Allan deviation."""
+    """One window over the complete recording: the ordinary overlapping Allan deviation."""
     return (
         "--mode",
         "trailing",
@@ -91,7 +92,9 @@ class Nbs14(SimCase):
 
 
 class Adis16405(SimCase):
-    """One million samples; the published wavelet variances (twice) are overlapping Allan variances, to eleven digits."""
+    """One million samples; the published wavelet variances (twice) are overlapping Allan variances,
+    to eleven digits.
+    """
 
     @needs("adis16405_run1_static.csv.gz")
     def test_gyro_axes_at_every_published_size_to_nine_digits(self):
@@ -124,7 +127,9 @@ class Adis16405(SimCase):
 
 
 class Oscillator(SimCase):
-    """A quartz oscillator against a maser; Stable32's overlapping deviations, five digits. Not a gyro, near 1e-11."""
+    """A quartz oscillator compared with a maser; Stable32's overlapping deviations, five digits.
+    Not a gyro, near 1e-11.
+    """
 
     @needs("ocxo_frequency_stable32.csv.gz")
     def test_stable32_deviations(self):

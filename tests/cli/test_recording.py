@@ -118,7 +118,7 @@ class Columns(SimCase):
         self.assertEqual(0, done.returncode)
         self.assertIn("note: column temp_degC", done.stderr)
 
-    def test_several_columns_come_epoch_by_epoch_in_the_order_named(self):
+    def test_several_columns_come_epoch_by_epoch_in_the_given_order(self):
         wanted = ["gyro_z_dps", "gyro_x_dps", "gyro_y_dps"]
         path = self.three_axes()
         for arguments in (
@@ -172,7 +172,7 @@ class Rate(SimCase):
         path = self.recording(count=200)
         self.assertAlmostEqual(2.0, self.arw(path) / self.arw(path, "--rate", "400"), places=7)
         self.assertIn(
-            "note: --rate 400 is used; the time stamps say 100 Hz",
+            "note: using --rate 400, but the time stamps give 100 Hz",
             self.sim(self.recording(400), "--rate", "400").stderr,
         )
         self.assertNotIn("time stamps", self.sim(self.recording(400), "--rate", "101").stderr)
@@ -208,7 +208,7 @@ class Gaps(SimCase):
         self.assertIn("1 gaps (4 samples missing)", self.gaps(self.with_gap(5.0)).stderr)
         self.assertIn("1 gaps (1 samples missing)", self.gaps(self.with_gap(1.6)).stderr)
 
-    def test_a_slightly_long_step_is_none(self):
+    def test_a_slightly_long_step_is_not_a_gap(self):
         self.assertEqual("", self.gaps(self.with_gap(1.4)).stderr)
 
     def test_the_gap_factor_decides(self):
@@ -222,7 +222,7 @@ class Gaps(SimCase):
             "1 gaps (4 samples missing)", self.gaps(path, "--rate", "100", "--gap", "1.5").stderr
         )
 
-    def test_differences_across_the_gap_are_left_out(self):
+    def test_differences_across_the_gap_are_excluded(self):
         rows = self.results(self.with_gap(5.0), *FIXED_WINDOW, "--details")
         far, near = rows[40], rows[100]
         self.assertEqual(
@@ -233,7 +233,7 @@ class Gaps(SimCase):
             (near["gaps_in_window"], near["differences_1"], near["differences_2"]),
         )
 
-    def test_the_time_of_an_epoch_behind_the_gap_is_its_time_stamp(self):
+    def test_the_time_of_an_epoch_after_the_gap_is_its_time_stamp(self):
         rows = self.results(self.with_gap(5.0), *FIXED_WINDOW)
         self.assertEqual(["0.99", "1.04"], [rows[99]["time_s"], rows[100]["time_s"]])
 

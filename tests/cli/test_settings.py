@@ -1,5 +1,6 @@
-"""Settings that davar-sim refuses are those that davar_init refuses, in the library's own words and by the option's name: no rule is
-the simulator's alone."""
+"""davar-sim rejects a setting exactly if davar_init rejects it. The message has the library's text
+and the name of the option. The simulator adds no rule.
+"""
 
 import os
 import random
@@ -15,7 +16,7 @@ BY_CODE = {"--policy": POLICIES, "--mode": ("trailing", "centred"), "--engine": 
 
 
 def settings(source):
-    """Options, nearly all of which davar-sim would choose otherwise, near the limits of each."""
+    """Options near the limits of each; davar-sim would choose nearly all of them differently."""
     window = source.choice((2, 4, 5, 60, 79, 80, 81, 100, 599, 600, 601, 6000, 7680, 7690))
     block = source.choice((4, 5, 10, 64, 65))
     near = [window - 1, window, window + 1]
@@ -79,7 +80,7 @@ def settings(source):
 
 
 class Settings(SimCase):
-    def test_davar_sim_and_init_refuse_the_same(self):
+    def test_davar_sim_and_init_reject_the_same(self):
         source, recording, refusals = random.Random(31), self.recording(20), set()
         for trial in range(TRIALS):
             options = settings(source)
@@ -97,7 +98,7 @@ class Settings(SimCase):
                 if answer == "ok":
                     self.assertRegex(
                         done.stderr, "samples|windows|epoch|values"
-                    )  # nothing but the recording is too short for it
+                    )  # only the recording is too short for it
                     self.assertNotRegex(done.stderr, "^davar-sim: --")
                 else:
                     refusals.add(answer)

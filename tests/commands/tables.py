@@ -1,11 +1,13 @@
-"""What tests/commands cannot run as it is typed, and what it needs for the rest. Every entry must still stand in a page: test_commands.py fails otherwise."""
+"""Commands that tests/commands cannot run as typed, and the requirements of the others.
+test_commands.py fails if an entry is no longer in a page.
+"""
 
 TESTS_ITSELF = "it would run this test again, and all the others"
 BUS = "needs a CAN bus; tests/kernel runs such commands on a kernel that has one"
 HOURS = "takes hours"
 NETWORK = "fetches from the network"
 
-# The exact text: why not.
+# The exact text: the reason.
 NOT_RUN = {
     "tools/test": TESTS_ITSELF,
     "tools/test --all": TESTS_ITSELF,
@@ -26,7 +28,7 @@ NOT_RUN = {
     "tools/davarlab live can:vcan0 --raw build/raw.csv": BUS,
     "ip link set can0 up type can bitrate 500000 restart-ms 100": "needs a CAN controller",
     "tools/davar-bench --targets": "the same measurement as in tools/davar-bench --json, which runs here",
-    "tools/davar-bench --targets --write": "the same measurement as in tools/davar-bench --json, which runs here; the board of the page is not there",
+    "tools/davar-bench --targets --write": "the same measurement as in tools/davar-bench --json, which runs here; the board of the page is not available",
     "tools/davar-mutants --sample 210": HOURS,
     "tools/davar-mutants --all": HOURS,
     "python3 -B tests/proofs/proving.py push -DPUSHES=24U": "takes many minutes; tests/proofs runs it with narrower bounds",
@@ -54,7 +56,7 @@ NOT_RUN = {
     "vcpkg install davar --overlay-ports=FOLDER": "needs vcpkg; tests/packages/test_vcpkg.py runs the port",
 }
 
-# The exact text: the test that runs it as it stands.
+# The exact text: the test that runs it unchanged.
 RUN_BY = {
     "cmake -S davar -B b -DDAVAR_BUILD_TESTS=OFF -DDAVAR_BUILD_SIM=OFF && cmake --build b && cmake --install b --prefix P": "tests/consumer/test_install.py",
     "cp port/bare_metal/mps2.c port/bare_metal/my_board.c": "tests/target/test_porting.py",
@@ -73,7 +75,7 @@ RUN_BY = {
     "compote component pack": "tests/packages/test_esp_idf.py",
 }
 
-# Programs that go on until they are stopped: what they print when they are ready, and how they are stopped.
+# Programs that run until they are stopped: their output when they are ready, and how to stop them.
 UNTIL_STOPPED = {
     "tools/davarlab open": (r"http://127\.0\.0\.1:\d+/\?token=", "SIGINT"),
     "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found $(tests/fuzz/corpus.py unpack stream)": (
@@ -82,7 +84,8 @@ UNTIL_STOPPED = {
     ),
 }
 
-# A word that a reader replaces: by what here. A placeholder that is a file's name is a file here (test_commands.py, furnish).
+# A word that a reader replaces: its replacement here. A placeholder for a file becomes a file
+# (test_commands.py, furnish).
 REPLACED = {
     "tools/davarlab import LOG --sensor NAME -o REC.csv": {"NAME": "sensor_gyro:0"},
     "tools/davarlab fit LOG --sensor NAME -m MODEL.toml --axes all -o model.toml": {
@@ -91,12 +94,13 @@ REPLACED = {
     "time python3 -B tests/proofs/proving.py NAME": {"NAME": "slcan"},
 }
 
-# Exit statuses other than 0 that are an answer.
+# Exit statuses other than 0 that are valid results.
 STATUS = {
-    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found $(tests/fuzz/corpus.py unpack stream)": 72,  # libFuzzer's, when it is interrupted
+    # the status of libFuzzer after an interrupt
+    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found $(tests/fuzz/corpus.py unpack stream)": 72,
 }
 
-# What a page says in words that must be done before.
+# Preparations that a page describes in text.
 BEFORE = {
     "tools/davar-sim build/rec.csv --window-max 6000 --stride 6000 --policy fixed --mode trailing --model-table build/gyro_model.csv": "tools/davarlab export build/better.toml -o build/gyro_model.csv --window 6000",
 }

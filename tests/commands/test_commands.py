@@ -1,8 +1,9 @@
-"""Every command of the pages and of --help, as it is typed, in a fresh clone.
+"""Runs every command of the pages and of --help, as typed, in a fresh clone.
 
-In the clone are the caches of this checkout (compiled objects, Python environments); whatever is built, is built there. What cannot run here is listed in
-tables.py, by its text and with the reason. A command in running text that lacks its operands (`davarlab live`, `davar-sim --device COMMAND`) is held to
---help: the program, its command and the options must be there.
+The clone has the caches of this checkout (compiled objects, Python environments); everything that
+is built, is built there. tables.py lists commands that cannot run here, by their text and with the
+reason. A command in running text without its operands (`davarlab live`, `davar-sim --device
+COMMAND`) is checked against --help: the program, its command and the options must exist.
 """
 
 import gzip
@@ -25,7 +26,7 @@ import typed  # noqa: E402
 import writing_logs  # noqa: E402
 
 PLACEHOLDER = re.compile(r"\[.*|\w+\]|[A-Z][A-Z_]*(\.\w+)*/?|-.*")
-LONGEST_S = 1800  # after which a command is thought to hang
+LONGEST_S = 1800  # after this time a command counts as hung
 TARGETS = 8
 WORK = """[sensor]
 rate_hz = 200.0
@@ -41,7 +42,7 @@ int main(void) { return (int)davar_health((const davar_t *)0x20000000).gaps; }
 
 
 def fresh_clone(folder):
-    """A clone of this checkout, with what is not committed yet, and its caches."""
+    """A clone of this checkout, with uncommitted changes and the caches."""
     clone = Path(folder) / "davar"
     if (ROOT / ".git").exists():
         subprocess.run(["git", "clone", "--quiet", "--no-hardlinks", ROOT, clone], check=True)
@@ -68,7 +69,9 @@ def recording(rows, columns=("gyro_x_dps", "gyro_y_dps")):
 
 
 def furnish(folder):
-    """The files that the pages call REC, LOG, flight.csv ... Those of a log: a gyro of PX4, named as its first sensor."""
+    """The files that the pages call REC, LOG, flight.csv ... Those for a log are a PX4 log with a
+    gyro as its first sensor.
+    """
     for name in ("flight.csv", "REC.csv", "REC"):
         (folder / name).write_text(recording(7000))
     for name in ("flight.csv.gz", "REC.csv.gz"):
@@ -86,7 +89,9 @@ def furnish(folder):
 
 
 def surroundings(clone, home):
-    """The user's: programs of the packages on the path, a home, a Python environment to install into."""
+    """The user's environment: programs of the packages on the path, a home, a Python environment to
+    install into.
+    """
     home.mkdir()
     subprocess.run([sys.executable, "-m", "venv", home / "python"], check=True)
     path = [
@@ -110,7 +115,7 @@ def surroundings(clone, home):
 
 
 def everything():
-    """Every command, in the order of the pages, each text once: where it stands in a block, if it does."""
+    """Every command, in the order of the pages, each text once; from a block if there is one."""
     found = {}
     for page, text in typed.pages(ROOT).items():
         for one in typed.of_page(page, text):
@@ -121,7 +126,7 @@ def everything():
 
 
 def is_name(one):
-    """Of running text, and nothing behind it that could run: a command of the program, options, placeholders."""
+    """Command in running text without operands: a command of the program, options, placeholders."""
     words = one.text.split()[1:]
     if words and re.fullmatch(r"[a-z]+", words[0]) and re.search(r"davarlab$", one.text.split()[0]):
         words = words[1:]
@@ -175,7 +180,7 @@ class Commands(unittest.TestCase):
         return self.said.read().decode(errors="replace")
 
     def run_typed(self, text, wanted=0):
-        """Runs it to its end; its output."""
+        """Runs it to its end and returns its output."""
         begun = time.monotonic()
         process = self.start(text)
         try:
@@ -211,7 +216,7 @@ class Commands(unittest.TestCase):
                 process.wait()
 
     def typed(self, text):
-        """As a reader would type it: placeholders replaced."""
+        """The command as a reader types it, with placeholders replaced."""
         for word, value in tables.REPLACED.get(text, {}).items():
             text = re.sub(rf"\b{word}\b", value, text)
         return text
@@ -254,7 +259,7 @@ class Commands(unittest.TestCase):
                 self.assertIsNotNone(value, name)
                 self.assertGreaterEqual(value, 0, name)
 
-    def test_c_what_the_recipes_of_the_packages_leave(self):
+    def test_c_the_output_of_the_recipes_of_the_packages(self):
         for pattern in (
             "build/root/include/davar/davar.h",
             "build/root/**/libdavar.a",
@@ -279,12 +284,12 @@ class Commands(unittest.TestCase):
             for one in typed.of_help(f"tools/{path.name}", said):
                 examples += 1
                 if one.text in self.output:
-                    continue  # a page has it, too
+                    continue  # a page has it too
                 with self.subTest(page=one.page, command=one.text):
                     self.run_typed(one.text)
         self.assertGreater(examples, 4)
 
-    def test_e_what_the_pages_name_is_there(self):
+    def test_e_files_in_the_pages_exist(self):
         helps = {}
         for one in filter(is_name, self.known):
             if one.text in tables.NOT_RUN or one.text in tables.RUN_BY:
@@ -302,7 +307,7 @@ class Commands(unittest.TestCase):
                 for option in re.findall(r"(?<![\w-])--[a-z][a-z-]*", one.text):
                     self.assertRegex(helps[key], rf"(?<![\w-]){option}(?![\w-])")
 
-    def test_f_the_tables_hold_nothing_that_is_gone(self):
+    def test_f_the_tables_have_no_removed_entries(self):
         there = {one.text for one in self.known}
         for name in ("NOT_RUN", "RUN_BY", "UNTIL_STOPPED", "REPLACED", "STATUS", "BEFORE"):
             self.assertEqual([], sorted(set(getattr(tables, name)) - there), name)
@@ -314,7 +319,7 @@ class Commands(unittest.TestCase):
             said = (ROOT / test).read_text(encoding="utf-8")
             quoted = ", ".join(
                 f'"{word}"' for word in operands
-            )  # as it stands, or taken from the page
+            )  # unchanged, or taken from the page
             self.assertTrue(
                 str(pages[text]) in said
                 or any(program in line and quoted in line for line in said.splitlines()),
@@ -325,7 +330,7 @@ class Commands(unittest.TestCase):
             for names in re.findall(r"tools/test --only (\S+)", text):
                 self.assertLessEqual(set(names.split(",")), parts, text)
 
-    def test_g_nothing_of_the_clone_has_changed_but_what_was_asked_for(self):
+    def test_g_the_clone_has_only_the_expected_changes(self):
         named = {
             "stream.tar.gz",
             "arw.csv",

@@ -1,7 +1,8 @@
-"""The commands that stand in the pages and in the examples of --help, as they are typed there.
+"""The commands in the pages and in the examples of --help, as typed there.
 
-In a block (fenced or indented) a command is a line that begins with a program, in a block of shell every line; one that ends in a backslash goes
-on. In running text it is code (`like this`) that begins with a program and has words behind it.
+In a block (fenced or indented) a command is a line that begins with a program. In a block of shell
+every line is a command. A line that ends in a backslash continues. In running text a command is
+code (`like this`) that begins with a program and has more words.
 """
 
 import re
@@ -23,7 +24,7 @@ TEXT = ("", "text", *SHELL)
 class Typed(NamedTuple):
     page: str
     text: str
-    block: bool  # of a block; else in running text
+    block: bool  # from a block; otherwise from running text
 
 
 def lines_of(block, every):
@@ -55,7 +56,7 @@ def of_page(page, text):
 
 
 def of_help(name, text):
-    """The examples of a help text: lines that begin with a program, but for the usage."""
+    """The examples of a help text: lines that begin with a program, except the usage."""
     return [
         Typed(f"{name} --help", line.strip(), True)
         for line in text.splitlines()
@@ -64,7 +65,7 @@ def of_help(name, text):
 
 
 def pages(root):
-    """{name: text} of the pages of the tree, but for the list of changes, which is about the past."""
+    """{name: text} of the pages of the tree, except the list of changes, which describes the past."""
     names = subprocess.run(
         ["git", "ls-files", "*.md"], cwd=root, check=True, text=True, stdout=subprocess.PIPE
     ).stdout.split()

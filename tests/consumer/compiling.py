@@ -1,4 +1,4 @@
-"""Compiles C for the tests of this folder: a file at a time, through ccache where tools/test has it."""
+"""Compiles C for the tests of this folder: one file at a time, through ccache if tools/test has it."""
 
 import os
 import subprocess
@@ -28,5 +28,5 @@ def objects(folder, flags, sources, compiler=("gcc",)):
         made.append(Path(folder) / f"{'-'.join(source.parts[-3:])}.o")
         run(
             *LAUNCHER, *compiler, *flags, "-c", source.name, "-o", made[-1], folder=source.parent
-        )  # the folder's name is no part of the object
+        )  # the folder's name does not affect the object
     return made

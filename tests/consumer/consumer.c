@@ -1,4 +1,5 @@
-/* The smallest user of the installed library: a constant rate in, a result without noise out. */
+/* The smallest user of the installed library: pushes a constant rate and expects a result without
+ * noise. */
 #include <davar/davar.h>
 #include <stdio.h>
 

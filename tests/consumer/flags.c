@@ -1,5 +1,6 @@
-/* Streams, fits, limits and frames, chosen so that a compiler that bends floating-point arithmetic changes a bit somewhere; prints a
- * sum over the bits. The program itself computes in integers. */
+/* Streams, fits, limits and frames, chosen so that a compiler that changes floating-point
+ * arithmetic changes at least one bit. Prints a checksum of the bits. The program itself computes
+ * in integers. */
 #include "davar/davar.h"
 #include "davar/monitor.h"
 #include "davar/wire.h"
@@ -29,7 +30,7 @@ static void add_double(double value)
 {
     uint64_t bits;
     memcpy(&bits, &value, sizeof bits);
-    add(((bits << 1U) > (UINT64_C(0x7FF) << 53U)) ? 1U : bits); /* every NaN is one */
+    add(((bits << 1U) > (UINT64_C(0x7FF) << 53U)) ? 1U : bits); /* all NaN are equal */
 }
 
 static double double_of_bits(uint64_t bits)
@@ -57,7 +58,8 @@ static int32_t noise(void)
            510;
 }
 
-/* White noise, then white noise with a walk, then a ramp and quantization beside it: the fit meets every term. */
+/* White noise, then white noise with a random walk, then a ramp and quantization added: the fit
+ * uses every term. */
 static int32_t count_at(uint32_t i)
 {
     static int32_t walk;
@@ -118,7 +120,7 @@ static void take(double rate_hz)
     }
 }
 
-/* A float stream meets NaN, infinity, what is tiny and what saturates. */
+/* A float stream with NaN, infinity, tiny and saturating values. */
 static float rate_at(uint32_t i, int32_t count)
 {
     static const uint32_t special[] = {0x7FC00000U, 0x7F800000U, 0xFF800000U,
@@ -197,7 +199,8 @@ static void run_all(const davar_config_t *base)
     }
 }
 
-/* The limits of the settings, by their bits: just inside and just outside of 1e-50 and 1e50, and not finite. */
+/* The limits of the settings, by their bits: just inside and just outside of 1e-50 and 1e50, and
+ * not finite. */
 static void add_limits(const davar_config_t *base)
 {
     static const uint64_t bits[] = {0x358DEE7A4AD4B81FU, 0x358DEE7A4AD4B81DU, 0x4A511B0EC57E649AU,

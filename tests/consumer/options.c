@@ -1,4 +1,5 @@
-/* One stream through every configuration that a build may leave out: what init says, and a sum over the bits of all results. */
+/* Runs one stream through every configuration that a build can disable. Prints the status of init,
+ * and a checksum of the bits of all results. */
 #include "davar/davar.h"
 
 #include <math.h>

@@ -1,4 +1,6 @@
-"""The library in one file (tools/support/amalgamate.py) compiles everywhere without a warning, and it is the library."""
+"""The library in one file (tools/support/amalgamate.py) compiles everywhere without a warning and
+gives the same results.
+"""
 
 import os
 import shutil
@@ -36,7 +38,7 @@ class OneFile(unittest.TestCase):
         (cls.work / "davar").mkdir()
         for header in (ROOT / "lib/include/davar").glob(
             "*.h"
-        ):  # so that a program that names them gets the one
+        ):  # so that a program that includes them gets the single file
             (cls.work / "davar" / header.name).write_text('#include "../davar.h"\n')
 
     def test_it_compiles_without_a_warning(self):

@@ -1,4 +1,4 @@
-"""Other people's projects can use davar: after an installation, and as a subdirectory."""
+"""Other projects can use davar: after an installation, and as a subdirectory."""
 
 import subprocess
 import tempfile
@@ -10,7 +10,7 @@ ROOT = HERE.parents[1]
 
 
 def run(*command):
-    """Runs a command and returns its output; a failure shows everything it said."""
+    """Runs a command and returns its output; a failure shows all of it."""
     done = subprocess.run(
         [str(word) for word in command], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )

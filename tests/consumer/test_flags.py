@@ -1,4 +1,6 @@
-"""A compiler's flag leaves every bit of the library's results as it is, or the library does not compile under it: a table, one by one."""
+"""A compiler flag leaves every bit of the library's results unchanged, or the library does not
+compile with it. The table lists flags one by one.
+"""
 
 import functools
 import os
@@ -18,12 +20,12 @@ import result_cache  # noqa: E402
 
 PASSED = result_cache.ResultCache(
     ROOT / "build/cache/flags"
-)  # a row is known until the library, the program or the compiler changes
+)  # a row is cached until the library, the program or the compiler changes
 FUSED = re.compile(
     r"\t(vfn?m(add|sub)|fn?m(add|sub)\b|fn?m(add|sub)\.|vfn?m[as])"
 )  # one instruction for a product and a sum
 
-# What a refusal says.
+# Error texts of the library.
 IEEE, NAN, UNSAFE, EXCESS, SINGLE = (
     "without -ffast-math",
     "without -ffinite-math-only",
@@ -114,7 +116,7 @@ SAME = {
         "-O1 -fwrapv",
     ],
 }
-# Machines that fuse by default, of which the instructions alone are looked at.
+# Machines that fuse by default; the tests only check their instructions.
 CROSS = {
     "arm-none-eabi-gcc": [
         "-O2 -mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard",
@@ -126,7 +128,7 @@ CROSS = {
 CARRY = {
     "state/state.c",
     "number/absent.c",
-}  # they move floating-point numbers and compute with none
+}  # they move floating-point numbers without computing
 
 
 def tearDownModule():
@@ -166,7 +168,7 @@ def compiled(compiler, flags, folder):
 
 @functools.cache
 def key_of(compiler):
-    """All that the bits depend on, but the flags."""
+    """Everything that the bits depend on, except the flags."""
     version = (
         run(compiler, "--version")
         + Path("/proc/cpuinfo").read_text().split("flags")[1].split("\n")[0]
@@ -180,12 +182,14 @@ def key_of(compiler):
 
 
 def is_fused(path, objdump="objdump"):
-    """Does the disassembly hold such an instruction?"""
+    """True if the disassembly has such an instruction."""
     return bool(FUSED.search(run(objdump, "-d", "--no-show-raw-insn", path)))
 
 
 def can_run(flags):
-    """A processor without the instructions is no reason to fail: there the disassembly alone is looked at."""
+    """A processor without the instructions is not a failure: the test then checks only the
+    disassembly.
+    """
     known = Path("/proc/cpuinfo").read_text()
     return not ("-mfma" in flags or "v3" in flags) or (" fma " in known and " avx2 " in known)
 
@@ -197,7 +201,7 @@ class Flags(unittest.TestCase):
                 with self.subTest(" ".join(case)):
                     self.assertEqual(*answer)
 
-    def test_a_flag_that_bends_arithmetic_is_refused_by_name(self):
+    def test_a_flag_that_bends_arithmetic_is_rejected_by_name(self):
         def refusal(compiler, flags):
             done = subprocess.run(
                 [compiler, *flags.split(), "-w", "-fsyntax-only", library() / "davar.c"],
@@ -242,7 +246,8 @@ class Flags(unittest.TestCase):
         with tempfile.TemporaryDirectory() as parent:
             objects = compiled("gcc", "-O2", Path(parent) / "objects")
             sums = set()
-            for flags in ([], ["-ffast-math"]):  # linked with it, a program sets the processor so
+            # if it is linked with this flag, a program sets the processor so
+            for flags in ([], ["-ffast-math"]):
                 run("gcc", *objects, *flags, "-o", Path(parent) / "flags", "-lm")
                 sums.add(run(Path(parent) / "flags"))
             self.assertEqual(1, len(sums), sums)

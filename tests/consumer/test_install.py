@@ -1,5 +1,6 @@
-"""The commands of docs/PACKAGES.md for an installation, as they are typed, for this machine and for microcontrollers, two of them in every build type; and a program that
-uses what was installed."""
+"""Runs the installation commands of docs/PACKAGES.md as typed, for this machine and for
+microcontrollers (two of them in every build type), and a program that uses the installed library.
+"""
 
 import re
 import subprocess
@@ -63,7 +64,7 @@ class Install(unittest.TestCase):
                     self.assertRegex(
                         run("user/consumer", folder), r"^davar \d+\.\d+\.\d+ epoch 99 window 60\n$"
                     )
-                if not kind:  # what was installed is fast, without being asked for
+                if not kind:  # the installed library is optimised by default
                     self.assertIn(
                         "CMAKE_BUILD_TYPE:STRING=Release",
                         (Path(folder) / "b/CMakeCache.txt").read_text(),

@@ -1,4 +1,6 @@
-"""What a build leaves out (davar/options.h) is refused by name, all else has the same bits; a wrong combination does not compile."""
+"""A disabled feature (davar/options.h) is rejected with its own error, and all other results have
+the same bits. A wrong combination does not compile.
+"""
 
 import functools
 import subprocess
@@ -22,7 +24,8 @@ FLAGS = [
     "-I",
     ROOT / "lib/src",
 ]
-# What a configuration of options.c needs: the digit's bits are adaptive 1, centred 2, stride 4; 8 and 9 are policy glr, 9 with a stride; e: by edges.
+# Features that a configuration of options.c needs. Bits of the digit: adaptive 1, centred 2, stride
+# 4. 8 and 9 are policy glr, 9 with a stride; e: by edges.
 NEEDS = {
     "LAWS": lambda way: int(way[1]) & 9,
     "CENTRED": lambda way: int(way[1]) & 2,
@@ -35,7 +38,7 @@ LEAN = ("GRID", "LAWS", "CENTRED", "Q31")
 
 @functools.cache
 def ways(*options):
-    """{way: (what init says, the sum over the results)}."""
+    """{configuration: (status of init, checksum of the results)}."""
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "options"
         run(
@@ -53,7 +56,7 @@ def ways(*options):
 
 
 class Options(unittest.TestCase):
-    def test_what_is_left_out_is_refused_and_all_else_has_the_same_bits(self):
+    def test_disabled_features_are_rejected_and_others_have_the_same_bits(self):
         whole = ways()
         self.assertEqual({status for status, _ in whole.values()}, {"ok"})
         self.assertGreater(len({total for _, total in whole.values()}), 15)

@@ -1,4 +1,6 @@
-"""fit, monitor, state and wire each build without the rest of the library: public headers, number/ and their own files are enough."""
+"""fit, monitor, state and wire each build without the rest of the library: they need only public
+headers, number/ and their own files.
+"""
 
 import shutil
 import tempfile
@@ -9,7 +11,7 @@ from compiling import objects
 
 LIB = Path(__file__).resolve().parents[2] / "lib"
 ALONE = ("fit", "monitor", "state", "wire")
-ALSO = {"state": ("core/instance.h",)}  # tests/style says why
+ALSO = {"state": ("core/instance.h",)}  # tests/style has the reason
 
 
 class Rooms(unittest.TestCase):

@@ -1,4 +1,5 @@
-/* davar tests - counts of three axes on standard input, one sample a line: "axis value low high" for every result. */
+/* davar tests - reads counts of three axes on standard input, one sample per line, and prints "axis
+ * value low high" for every result. */
 #include "accelerometer.h"
 
 #include <stdio.h>

@@ -1,5 +1,6 @@
-/* davar tests - the power is cut at every byte of a save. Behind each cut the example must find the older image or the newer one,
- * and from then on give what an instance gives that was never off and heard the same gap. Prints how often it found which. */
+/* davar tests - the power fails at every byte of a save. After each failure the example must find
+ * the older or the newer image, and then give the results of an instance that was never off and
+ * received the same gap. Prints how often it found each. */
 #include "brown_out.h"
 
 #include <stdio.h>
@@ -8,7 +9,7 @@
 
 #define FIRST 700U /* samples before the first save, */
 #define SECOND 800U
-#define REST 900U /* and behind the restart */
+#define REST 900U /* and after the restart */
 #define MISSED 37U
 
 static unsigned char cells[2U * BROWN_OUT_SLOT];
@@ -40,7 +41,7 @@ static int16_t count_at(uint32_t n)
     return (int16_t)((int32_t)((n * 2654435761U) >> 20U) % 301 - 150);
 }
 
-/* Pushes samples [from, to); the sum over the bits of all results. */
+/* Pushes samples [from, to); returns a checksum of the bits of all results. */
 static uint64_t feed(uint32_t from, uint32_t to)
 {
     static davar_result_t result;
@@ -67,7 +68,8 @@ static void require(bool good, const char *what, size_t cut)
     }
 }
 
-/* What follows a restart from an image that was saved behind `saved` samples, by an instance that was never off. */
+/* The checksum after a restart from an image saved after `saved` samples, computed by an instance
+ * that was never off. */
 static uint64_t expected(uint32_t saved)
 {
     bool is_restored = false;
@@ -94,7 +96,7 @@ int main(void)
         (void)feed(0U, FIRST);
         require(brown_out_save(), "not saved", cut);
         (void)feed(FIRST, SECOND);
-        budget = cut; /* the power falls while the second image is written */
+        budget = cut; /* the power fails while the second image is written */
         whole = brown_out_save();
         budget = SIZE_MAX;
         require((brown_out_start(&is_restored) == DAVAR_OK) && is_restored, "nothing restored",

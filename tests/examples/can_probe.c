@@ -1,6 +1,7 @@
-/* davar tests - the drivers of examples/stm32_can over registers in memory. This plays the controller as the reference manuals
- * describe it: mailboxes that empty now and then, a bus that goes off and comes back. Prints every frame that reaches the bus
- * (candump notation), then the counters. can_probe bxcan|fdcan SEED */
+/* davar tests - the drivers of examples/stm32_can with registers in memory. This simulates the
+ * controller after the reference manuals: mailboxes that empty at times, a bus that goes off and
+ * returns. Prints every frame that reaches the bus (candump notation), then the counters. can_probe
+ * bxcan|fdcan SEED */
 #include "bxcan.h"
 #include "can_sender.h"
 #include "fdcan.h"
@@ -30,7 +31,7 @@ static void print(uint32_t identifier, uint32_t length, const volatile uint32_t 
     printf("%s\n", fd ? " fd" : "");
 }
 
-/* --- bxCAN ------------------------------------------------------------------------------------------------------------ */
+/* --- bxCAN --- */
 
 static bxcan_registers_t bx;
 static uint32_t order[3]; /* mailboxes in the order of their requests (TXFP) */
@@ -76,7 +77,7 @@ static void step_bxcan(bool off, bool sends)
     bx.TSR = empty | (next << 24U);
 }
 
-/* --- FDCAN ------------------------------------------------------------------------------------------------------------ */
+/* --- FDCAN --- */
 
 static fdcan_registers_t fd;
 static fdcan_buffer_t buffers[3];
@@ -113,7 +114,7 @@ static void step_fdcan(bool off, bool sends)
         (3U - level) | (get << 8U) | (put << 16U) | ((level == 3U) ? (UINT32_C(1) << 21U) : 0U);
 }
 
-/* ---------------------------------------------------------------------------------------------------------------------- */
+/* --- main --- */
 
 static bxcan_t bxcan;
 static fdcan_t fdcan;
@@ -143,7 +144,7 @@ int main(int argc, char **argv)
         fdcan_start(&fdcan);
         can_sender_start(&config, 9U, true, send_fdcan, &fdcan);
     } else {
-        bx.MCR = 0x00010002U; /* as a reset leaves it: asleep */
+        bx.MCR = 0x00010002U; /* the state after a reset: asleep */
         bxcan_start(&bxcan, &bx, bxcan_timing(6U, 11U, 2U));
         can_sender_start(&config, 9U, false, send_bxcan, &bxcan);
     }

@@ -1,5 +1,6 @@
-/* davar tests - the example under a stub of FreeRTOS: counts on standard input, "lost N" lines let the task sleep through N samples.
- * Prints "value low high" of each result, then what was lost: blocks, and samples that davar was told of. */
+/* davar tests - the example with a stub of FreeRTOS. Reads counts on standard input; "lost N" lines
+ * let the task sleep through N samples. Prints "value low high" of each result, then the losses:
+ * blocks, and samples reported to davar. */
 #include "noise_task.h"
 
 #include "queue.h"
@@ -41,7 +42,8 @@ BaseType_t xQueueSendFromISR(QueueHandle_t queue, const void *item, BaseType_t *
     return pdTRUE;
 }
 
-/* An interrupt for each line of the input, or as many as the task sleeps through; at the end of the input the test ends. */
+/* An interrupt for each line of the input, or for each sample that the task sleeps through. The
+ * test ends with the input. */
 static void interrupts(void)
 {
     char line[64];

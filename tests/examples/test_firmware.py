@@ -1,5 +1,6 @@
-"""The firmware examples: known noise in, the truth within the interval out; power cut at every byte; a queue that is full. Each is
-compiled for a Cortex-M4F too."""
+"""The firmware examples: known noise in, the true value within the interval; a power failure at
+every byte; a full queue. Each is also compiled for a Cortex-M4F.
+"""
 
 import random
 import struct
@@ -85,7 +86,8 @@ class Firmware(unittest.TestCase):
 
     def test_velocity_random_walk_of_three_axes(self):
         program = self.program("accelerometer_probe.c", "accelerometer")
-        # m/s/sqrt(h) of white noise of sigma counts at 200 Hz: sigma 9.80665 / 16384 * sqrt(3600 / 200).
+        # m/s/sqrt(h) of white noise of sigma counts at 200 Hz: sigma 9.80665 / 16384 * sqrt(3600 /
+        # 200).
         sigmas = (6.0, 15.0, 40.0)
         held, asked = [0, 0, 0], [0, 0, 0]
         for seed in range(12):
@@ -107,23 +109,24 @@ class Firmware(unittest.TestCase):
             all(0.91 <= part / count <= 0.985 for part, count in zip(held, asked)), (held, asked)
         )
 
-    def test_the_power_may_be_cut_at_every_byte_of_a_save(self):
+    def test_the_power_may_fail_at_every_byte_of_a_save(self):
         program = self.program("brown_out_probe.c", "brown_out")
         older, newer = map(int, self.answers(program)[0])
-        self.assertGreater(older, 1500)  # an image has so many bytes
+        self.assertGreater(older, 1500)  # number of bytes of an image
         self.assertGreaterEqual(newer, 1)
 
-    def test_a_queue_carries_every_sample_and_counts_what_it_cannot(self):
+    def test_a_queue_carries_or_counts_every_sample(self):
         program = self.program("freertos_probe.c", "freertos", HERE / "freertos_stub")
         noise = random.Random(4)
         counts = [round(noise.gauss(0, 30)) for _ in range(40000)]
         *results, told = self.answers(program, counts)
         self.assertEqual(told, ["lost", "0", "gaps", "0"])
-        self.assertEqual(len(results), 40000 // 100 - 3)  # windows from 400 samples on
+        self.assertEqual(len(results), 40000 // 100 - 3)  # windows from 400 samples onward
         truth = (30**2 + 1 / 12) ** 0.5 * 0.05 * 60 / 200**0.5
         known = [tuple(map(float, one)) for one in results if one[0] != "nan"]
         self.assertGreater(sum(low <= truth <= high for _, low, high in known), 0.85 * len(known))
-        # The task sleeps through 300 samples, 15 blocks, of which the queue holds 4: 11 are lost, in one gap.
+        # The task sleeps through 300 samples, 15 blocks, of which the queue holds 4: 11 are lost,
+        # in one gap.
         *results, told = self.answers(program, [*counts[:20000], "lost 300", *counts[20000:]])
         self.assertEqual(told, ["lost", "11", "gaps", "1"])
         self.assertEqual(len(results), (40000 - 220) // 100 - 3)
@@ -144,7 +147,9 @@ class Firmware(unittest.TestCase):
         ], told.split()
 
     def check_bus(self, frames, told, a_result):
-        """Every frame is whole, in order, and sent once; what the bus lost is what the sender has counted."""
+        """Every frame is intact, in order, and sent once. The sender has counted the losses of the
+        bus.
+        """
         results, dropped = int(told[1]), 0
         for identifier, data, _ in frames:
             self.assertEqual(crc8(identifier.to_bytes(2, "little") + data[1:]), data[0])
@@ -157,7 +162,7 @@ class Firmware(unittest.TestCase):
         self.assertNotIn(0, steps)
         self.assertEqual(sum(steps), results - 1)
         self.assertEqual(len(frames) + dropped, a_result * results)
-        self.assertEqual(told[4], "1")  # the bus went off once, and came back
+        self.assertEqual(told[4], "1")  # the bus went off once, and returned
         self.assertGreater(dropped, 0)
         self.assertLess(dropped, 6 * a_result)
 

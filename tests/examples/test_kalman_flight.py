@@ -1,4 +1,6 @@
-"""The flight of examples/kalman_flight: a filter that is fed is as good as one that knows the truth, whatever the seed."""
+"""The flight of examples/kalman_flight: a filter with davar's noise is as good as one with the true
+noise, for every seed.
+"""
 
 import csv
 import io
@@ -55,7 +57,8 @@ class Flight(unittest.TestCase):
             self.of(0, "loud", "fed"),
         )
         self.assertGreater(bench - fed, 5 * math.hypot(bench_error, fed_error))
-        # Steady state of one axis: random walk of 0.015 deg/sqrt(s), measured to 0.05 deg once a second; a gain for 0.005 deg/sqrt(s).
+        # Steady state of one axis: random walk of 0.015 deg/sqrt(s), measured to 0.05 deg once a
+        # second; a gain for 0.005 deg/sqrt(s).
         for belief, gained, said in (("true", 0.015, fed), ("bench", 0.005, bench)):
             ahead = (gained**2 + math.sqrt(gained**4 + 4 * gained**2 * 0.05**2)) / 2
             k = ahead / (ahead + 0.05**2)
@@ -70,7 +73,7 @@ class Flight(unittest.TestCase):
             truth, truth_error = self.of(1, phase, "true")
             self.assertLess(
                 abs(mean - truth), 0.02, phase
-            )  # the flights are the same: no chance between them
+            )  # the flights are the same, so there is no random difference
             self.assertLess(abs(truth - 1), 4 * truth_error + 0.01, phase)
         self.assertGreater(self.of(1, "loud", "bench")[0], 3)
         self.assertLess(self.of(1, "quiet", "worst")[0], 0.75)
@@ -83,7 +86,7 @@ class Flight(unittest.TestCase):
                     flight[phase, "fed"][0] / flight[phase, "bench"][0], 1.005, (law, phase)
                 )
 
-    def test_the_same_seed_gives_the_same_flight_and_a_wrong_option_is_refused(self):
+    def test_the_same_seed_gives_the_same_flight_and_a_wrong_option_is_rejected(self):
         twice = [run(self.program, "--flights", 2, "--seed", 5).stdout for _ in range(2)]
         self.assertEqual(twice[0], twice[1])
         self.assertNotEqual(twice[0], run(self.program, "--flights", 2, "--seed", 6).stdout)

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""The inputs of the fuzz targets: one archive corpus/TARGET.tar.gz each, unpacked into build/fuzz/corpus/TARGET when used.
+"""The inputs of the fuzz targets: one archive corpus/TARGET.tar.gz each, unpacked into
+build/fuzz/corpus/TARGET for use.
 
-An input whose name is its SHA-1 was found by libFuzzer, which may drop it again when another input covers the same. Any other
-name was given by a person and stays: a first example, or the input that showed a fault. Standard library only.
+An input whose name is its SHA-1 was found by libFuzzer, which may drop it if another input covers
+the same code. Any other name was chosen by a person and stays: a first example, or the input that
+showed a fault. Standard library only.
 """
 
 import argparse
@@ -33,7 +35,9 @@ def unpack(target):
 
 
 def pack(target, folder):
-    """Writes the archive. The same inputs give the same bytes: order, times, owners and modes are fixed."""
+    """Writes the archive. The same inputs give the same bytes: order, times, owners and modes are
+    fixed.
+    """
     inputs = io.BytesIO()
     with tarfile.open(fileobj=inputs, mode="w", format=tarfile.USTAR_FORMAT) as archive:
         for path in sorted(folder.iterdir()):
@@ -54,7 +58,9 @@ def add(target, files):
 
 
 def merge(target, folders):
-    """Packs the fewest inputs of the corpus and these folders that reach what all of them reach (libFuzzer -merge=1)."""
+    """Packs the fewest inputs of the corpus and these folders that reach what all of them reach
+    (libFuzzer -merge=1).
+    """
     folder = unpack(target)
     with tempfile.TemporaryDirectory() as kept:
         for path in folder.iterdir():

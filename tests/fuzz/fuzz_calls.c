@@ -1,5 +1,6 @@
-/* davar tests - chains of public calls: push, gap, take, any fit, monitor, encode, decode, save, restore, flush, reset. What reaches a
- * caller is a number in its range or absent, and every sample and every result is taken or counted. */
+/* davar tests - chains of public calls: push, gap, take, any fit, monitor, encode, decode, save,
+ * restore, flush, reset. Every number that reaches a caller is in its range or absent, and every
+ * sample and every result is used or counted. */
 #include "davar/davar.h"
 #include "davar/monitor.h"
 #include "davar/wire.h"
@@ -17,7 +18,7 @@
 
 typedef enum { Q15 = 0, Q31, F32 } type_t;
 
-/* An instance and what its caller knows of it. */
+/* An instance and its caller's counts. */
 typedef struct {
     davar_t davar;
     uint32_t taken;
@@ -31,7 +32,7 @@ static type_t type;
 static user_t users[2]; /* of the same stream: the second one takes after every result */
 static bool ended;
 static uint64_t pushed;  /* samples since init or reset */
-static uint32_t missing; /* that somebody said were */
+static uint32_t missing; /* reported as missing */
 static davar_plan_t plan;
 static davar_model_tau_t model[5];
 static davar_monitor_t monitor;
@@ -55,7 +56,7 @@ static bool write_cells(void *context, size_t offset, const void *data, size_t b
 
 static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
 
-/* --- what a result may hold ---------------------------------------------------------------------------------------- */
+/* --- valid results --- */
 
 static bool is_number(double value)
 {
@@ -90,7 +91,7 @@ static void check_result(bool is_fitted)
             result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);
 }
 
-/* --- what a monitor and a wire may hold ------------------------------------------------------------------------------ */
+/* --- valid monitors and frames --- */
 
 static void watch(void)
 {
@@ -153,7 +154,7 @@ static void use(const davar_t *davar, bytes_t *bytes)
     }
 }
 
-/* --- samples and results --------------------------------------------------------------------------------------------- */
+/* --- samples and results --- */
 
 static davar_status_t init(unsigned which)
 {
@@ -205,8 +206,8 @@ static void push_whole(davar_t *davar, const block_t *block, size_t count)
     }
 }
 
-/* Time has gone on by every sample that was pushed: the newest result of a trailing window is less than a stride old, and with policy
- * glr less than the samples that may wait. */
+/* Time has advanced by every pushed sample: the newest result of a trailing window is less than a
+ * stride old, and with policy glr less than the samples that may wait. */
 static void check_epoch(void)
 {
     const uint64_t late = ((config.law != NULL) && (config.law->push != NULL))
@@ -227,7 +228,8 @@ static void take_both(bytes_t *bytes, bool first)
     users[1].taken += davar_take(&users[1].davar, &other) ? 1U : 0U;
 }
 
-/* The second user misses nothing; the first has taken, missed, or not yet taken as many results. */
+/* The second user misses nothing. The first has taken, missed or not yet taken the same number of
+ * results. */
 static void check_counts(void)
 {
     const davar_health_t health = davar_health(&users[0].davar);
@@ -240,7 +242,8 @@ static void check_counts(void)
     REQUIRE((health.gaps == other.gaps) && (health.saturated == other.saturated));
 }
 
-/* Noise of some level, with a walk, a line or nothing beside it; constant; or rails. A few bytes for a whole block. */
+/* Noise of some level, with a walk, a line or nothing added; constant values; or rails. A few bytes
+ * define a block. */
 static void fill(block_t *block, bytes_t *bytes, size_t count)
 {
     static const int32_t full = 8388607;
@@ -323,7 +326,7 @@ static void through_the_dark(void)
     REQUIRE(davar_state_restore(&users[0].davar, &storage) == DAVAR_OK);
 }
 
-/* --- a trial --------------------------------------------------------------------------------------------------------- */
+/* --- a trial --- */
 
 static void choose(bytes_t *bytes)
 {

@@ -1,5 +1,6 @@
-/* davar tests - frames and SLCAN text of any bytes: what is decoded is within the ranges that codec.h names, a wrong checksum or
- * length never is, and a frame survives its way through text. */
+/* davar tests - frames and SLCAN text of any bytes. Decoded values are within the ranges of
+ * codec.h, a wrong checksum or length is never accepted, and a frame survives conversion to text
+ * and back. */
 #include "davar_decode.h"
 #include "davar_slcan.h"
 #include "fuzzing.h"
@@ -7,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-/* CRC-8/SAE-J1850 once more, bit by bit. */
+/* CRC-8/SAE-J1850 again, bit by bit. */
 static uint8_t crc_of(const davar_frame_t *frame)
 {
     uint8_t crc = 0xFFU;
@@ -95,7 +96,8 @@ static void check_text(const char *text, size_t size)
 {
     davar_frame_t frame;
     davar_frame_t again;
-    char *const own = malloc(size + 1U); /* as long as said, so that a byte behind it is seen */
+    /* exactly the stated length, so that access to a further byte is detected */
+    char *const own = malloc(size + 1U);
     REQUIRE(own != NULL);
     memcpy(own, text, size);
     char *const exact = realloc(own, (size > 0U) ? size : 1U);

@@ -1,5 +1,6 @@
-/* davar tests - any words as options of davar-sim: refused with one line, or taken: then the library takes the configuration that comes of
- * them, or refuses it with a line that names an option. */
+/* davar tests - any words as options of davar-sim. They are rejected with one line, or accepted.
+ * The library then accepts the resulting configuration, or rejects it with a line that names an
+ * option. */
 #include "davar/davar.h"
 #include "fuzzing.h"
 #include "instances/settings.h"
@@ -40,7 +41,7 @@ static void check_ranges(const options_t *options)
             (options->contribution.low <= options->contribution.high));
 }
 
-/* As far as davar-sim goes before it reads the recording. */
+/* Runs davar-sim up to the point where it reads the recording. */
 static void configure(const options_t *options)
 {
     static settings_t settings;
@@ -79,7 +80,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     words[count] = NULL;
     options_t options;
     sim_error_t error = {{0}};
-    optind = 0; /* getopt begins anew, inside of a word too */
+    optind = 0; /* getopt restarts, even inside a word */
     switch (options_parse(&options, count, words, &error)) {
     case OPTIONS_BAD:
         check_message(&error);

@@ -1,5 +1,6 @@
-/* davar tests - any bytes as a recording of davar-sim, plain or gzip: refused with one line that names the file, or taken: then the rows and
- * their values are those of a reader that splits at commas and asks strtod. */
+/* davar tests - any bytes as a recording of davar-sim, plain or gzip. They are rejected with one
+ * line that names the file, or accepted. The rows and values are then those of a reader that splits
+ * at commas and uses strtod. */
 #define _GNU_SOURCE /* memfd_create */
 #include "fuzzing.h"
 #include "recording/recording.h"
@@ -23,9 +24,9 @@ typedef struct {
     size_t next;
 } expected_t;
 
-/* --- another reader -------------------------------------------------------------------------------------------------- */
+/* --- another reader --- */
 
-/* The next line, its end cut off; null behind the last. */
+/* The next line without its end; null after the last. */
 static char *line_of(expected_t *expected, size_t *length)
 {
     if (expected->next >= expected->length) {
@@ -47,7 +48,7 @@ static bool is_blank(const char *line, size_t length)
     return strspn(line, " \t") == length;
 }
 
-/* The line behind the comments and blank lines that lead. */
+/* The first line after leading comments and blank lines. */
 static char *header_of(expected_t *expected, size_t *length)
 {
     char *line = line_of(expected, length);
@@ -66,7 +67,7 @@ static size_t split(char *line, char *field[])
     return count;
 }
 
-/* A decimal number and nothing else, as CONTRACT has it. */
+/* A decimal number and nothing else, by the format of recordings. */
 static double number_of(const char *field)
 {
     char *end = NULL;
@@ -116,7 +117,7 @@ static void same(const recording_t *recording, expected_t *expected)
     REQUIRE(rows == recording->rows);
 }
 
-/* Two columns, plain numbers: nothing to refuse. */
+/* Two columns of plain numbers: nothing to reject. */
 static bool is_plain(const char *text, size_t length)
 {
     static const char header[] = "time_s,gyro_z_dps\n";
@@ -135,7 +136,7 @@ static bool is_plain(const char *text, size_t length)
     return state == 0U;
 }
 
-/* --- davar-sim's ------------------------------------------------------------------------------------------------------- */
+/* --- davar-sim's reader --- */
 
 static void write_all(int file, const void *data, size_t bytes)
 {

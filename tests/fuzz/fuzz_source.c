@@ -1,5 +1,5 @@
-/* davar tests - counts from text of any bytes: every line behind the header is one sample or one fault, whatever pieces the text
- * comes in. */
+/* davar tests - counts from text of any bytes: every line after the header is one sample or one
+ * fault, however the text is split. */
 #include "fuzzing.h"
 #include "source.h"
 
@@ -18,7 +18,7 @@ typedef struct {
     bool fault[ANSWERS_MAX];
 } answers_t;
 
-/* Reads until the source has nothing at this moment. */
+/* Reads until the source has no more data for now. */
 static source_read_t drain(source_t *source, answers_t *answers)
 {
     for (;;) {
@@ -53,7 +53,7 @@ static void read_all(const uint8_t *text, size_t size, size_t piece, answers_t *
     source_close(&source);
 }
 
-/* Is this line, in front of every sample, no sample? `last`: behind it all lines are. */
+/* True if this line precedes all samples. `last`: all lines after it are samples. */
 static bool is_front(const uint8_t *line, size_t length, bool *last)
 {
     length -= ((length > 0U) && (line[length - 1U] == '\r')) ? 1U : 0U;

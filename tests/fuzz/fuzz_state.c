@@ -1,5 +1,6 @@
-/* davar tests - storage that decays: an image is overwritten with bytes at places the input chooses, and readings differ from one
- * another. What is restored is the image as it was saved, or the instance is as init made it. */
+/* davar tests - decaying storage: an image is overwritten with bytes at places that the input
+ * selects, and readings differ. The restored state is the saved image, or the instance is as after
+ * init. */
 #include "davar/davar.h"
 #include "fuzzing.h"
 #include "small_config.h"
@@ -10,7 +11,7 @@
 #define SLOT 4608U
 
 typedef struct {
-    unsigned from_read; /* holds from this reading on */
+    unsigned from_read; /* applies from this reading onward */
     size_t offset;
     uint8_t flip;
 } damage_t;
@@ -77,7 +78,8 @@ static void alike(davar_t *a, davar_t *b, uint32_t from)
     }
 }
 
-/* Three bytes of place and kind, one of damage; from the second half of the kinds on also a stretch of bytes as they come. */
+/* Three bytes of place and kind, one of damage. The second half of the kinds also overwrites a
+ * range with input bytes. */
 static void choose_damage(bytes_t *bytes)
 {
     damage_count = 0U;

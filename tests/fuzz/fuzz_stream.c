@@ -1,5 +1,6 @@
-/* davar tests - calls of the library against brute force: bytes choose a configuration, then samples in pieces, gaps, results
- * that nobody takes, saves and restores; every result taken is that of the whole record, computed anew. */
+/* davar tests - calls of the library compared with brute force. The bytes select a configuration,
+ * then samples in pieces, gaps, results that are not taken, saves and restores. Every taken result
+ * equals the one computed from the complete record. */
 #include "davar/davar.h"
 #include "davar_policy.h"
 #include "fuzzing.h"
@@ -18,7 +19,7 @@ typedef struct {
     bool is_q31;
     int32_t sample[SAMPLES_MAX];
     bool gap_before[SAMPLES_MAX];
-    uint8_t act[SAMPLES_MAX]; /* behind this sample */
+    uint8_t act[SAMPLES_MAX]; /* after this sample */
     int64_t count;
 } trial_t;
 
@@ -28,7 +29,7 @@ static uint64_t memory[2][MEMORY_WORDS];
 static unsigned char cells[2U * SLOT];
 static davar_t instances[2];
 static unsigned current;
-static unsigned left; /* pushes behind which nobody took */
+static unsigned left; /* pushes without a take since */
 
 static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
 {
@@ -46,7 +47,8 @@ static bool write_cells(void *context, size_t offset, const void *data, size_t b
 
 static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
 
-/* Any configuration that brute force knows; kurtosis limits off the values that rails hit exactly. */
+/* Any configuration that brute force supports; kurtosis limits differ from the values that rails
+ * hit exactly. */
 static void choose_config(trial_t *trial, bytes_t *bytes)
 {
     davar_config_t *const config = &trial->config;
@@ -154,7 +156,7 @@ static void same(const trial_t *trial, const reference_t *reference, const refer
     }
 }
 
-/* Takes what waits; results left before may be gone by now, no others. */
+/* Takes the waiting result. Only earlier results may be missing. */
 static void take(const trial_t *trial, reference_t *reference)
 {
     davar_result_t result;

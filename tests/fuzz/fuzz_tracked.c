@@ -1,7 +1,8 @@
-/* davar tests - policy glr against brute force: bytes choose a configuration, trailing or centred, then stretches of noise of any level,
- * knocks, stuck stretches, gaps, results that nobody takes at once, saves and restores; every result taken is that of the samples that
- * a detector of the test's own has accepted. Where a configuration remembers so few gaps that windows begin anew or shocks are joined,
- * every result is within its bounds. */
+/* davar tests - policy glr compared with brute force. The bytes select a configuration, trailing or
+ * centred, then sections of noise of any level, shocks, stuck values, gaps, delayed takes, saves
+ * and restores. Every taken result is that of the samples accepted by the test's own detector. If a
+ * configuration stores so few gaps that windows restart or shocks are merged, every result is
+ * within its bounds. */
 #include "accepted.h"
 #include "davar/davar.h"
 #include "fuzzing.h"
@@ -68,7 +69,8 @@ static void choose_config(bytes_t *bytes)
     config.law = is_q31 ? &davar_law_glr_q31 : &davar_law_glr_q15;
 }
 
-/* What the bytes behind the first ones choose: larger blocks and strides, other cluster sizes, few gaps, centred windows. */
+/* The bytes after the first ones select larger blocks and strides, other cluster sizes, few gaps,
+ * centred windows. */
 static void choose_more(bytes_t *bytes)
 {
     const uint8_t what = byte(bytes);
@@ -101,7 +103,8 @@ static davar_status_t start(unsigned which)
                   : davar_init_q15(&instances[which], &config, memory[which], sizeof memory[which]);
 }
 
-/* One behind the newest accepted sample of the result's window. Centred windows may end in front of the newest of all. */
+/* One after the newest accepted sample of the result's window. Centred windows may end before the
+ * newest of all. */
 static uint64_t head_of(const davar_result_t *result)
 {
     const davar_window_t *const window = &instances[current].window;
@@ -183,7 +186,7 @@ static void gap(uint32_t missing)
     accepted_gap(&accepted);
 }
 
-/* Noise for many blocks with gaps at random, now and then in every block. */
+/* Noise over many blocks with random gaps, at times in every block. */
 static void run_noise_with_gaps(int32_t level, uint32_t length, bool is_left)
 {
     const uint32_t blocks = 1U + (length % 13U); /* between two gaps, about */
@@ -195,14 +198,14 @@ static void run_noise_with_gaps(int32_t level, uint32_t length, bool is_left)
     }
 }
 
-/* One stretch: what it is, and how long. */
+/* One section: its kind and length. */
 static void run_stretch(bytes_t *bytes)
 {
     const uint8_t what = byte(bytes);
     const uint32_t length = between(bytes, 1U, 120U);
     const bool is_left = (what & 0x80U) != 0U;
     const int32_t level =
-        1 << (((what >> 3U) % 16U) + (is_q31 ? 4U : 0U)); /* up to full scale and beyond */
+        1 << (((what >> 3U) % 16U) + (is_q31 ? 4U : 0U)); /* up to full scale and above */
     switch (what % 8U) {
     case 0U:
         change_over();
@@ -213,7 +216,7 @@ static void run_stretch(bytes_t *bytes)
     case 4U:
         run_noise_with_gaps(level, length, is_left);
         break;
-    case 2U: /* a knock */
+    case 2U: /* a shock */
         for (uint32_t i = 0U; i < (1U + (length % 30U)); i++) {
             push(((i % 2U) != 0U) ? INT32_MAX : INT32_MIN, is_left);
         }

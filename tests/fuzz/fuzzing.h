@@ -1,4 +1,5 @@
-/* davar tests - what the fuzz targets share: bytes taken one after the other, and a check that stops the fuzzer. */
+/* davar tests - shared by the fuzz targets: reading of input bytes, and a check that stops the
+ * fuzzer. */
 #ifndef DAVAR_TESTS_FUZZING_H
 #define DAVAR_TESTS_FUZZING_H
 
@@ -23,7 +24,7 @@ typedef struct {
     const uint8_t *end;
 } bytes_t;
 
-/* The next byte; 0 behind the last. */
+/* The next byte; 0 after the last. */
 static inline uint8_t byte(bytes_t *bytes)
 {
     return (bytes->next < bytes->end) ? *bytes->next++ : 0U;

@@ -1,5 +1,6 @@
-/* davar tests - a time limit for each input of every fuzz target, however it is run: an input that does not end is a finding. A -timeout on
- * the command line comes after this one and wins. Generous: an input takes milliseconds, and the machine may be busy. */
+/* davar tests - a time limit for each input of every fuzz target, however it is run: an input that
+ * does not end is a fault. A -timeout on the command line comes later and overrides it. The limit
+ * is generous: an input takes milliseconds, and the machine may be busy. */
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>

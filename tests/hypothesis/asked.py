@@ -1,4 +1,6 @@
-"""davarlab asked in this process, and the law that every answer keeps: done, or refused in one line that names the file; never half of either."""
+"""Runs davarlab in this process and checks the rule for every command: done, or rejected in one
+line that names the file; never a partial result.
+"""
 
 import resource
 import sys
@@ -12,24 +14,29 @@ sys.path.append(str(ROOT / "tests/lab"))
 
 from asking import run  # noqa: E402  (it also finds davarlab)
 
-ROOM_BYTES = 1 << 30  # that a small file may take beyond what the program has already
+ROOM_BYTES = 1 << 30  # additional memory that a small file may need
 PREFIX = "davarlab: "
 
 
 def bounded():
-    """From here on this process gets ROOM_BYTES more address space, and no more: what a length field in a file says is not believed."""
+    """From now on this process gets ROOM_BYTES more address space and no more, so that a length
+    field in a file cannot allocate more.
+    """
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     limit = pages * resource.getpagesize() + ROOM_BYTES
     resource.setrlimit(resource.RLIMIT_AS, (limit, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
 
 class Lawful(unittest.TestCase):
-    """self.work: a folder of its own for each test; each example empties it."""
+    """self.work: a folder for each test; each example empties it."""
 
     def setUp(self):
         warnings.simplefilter(
-            "ignore", ResourceWarning
-        )  # as outside of unittest: a library that gives up a damaged file leaves it to be collected
+            "ignore",
+            ResourceWarning,
+            # as outside unittest: a library that rejects a damaged file leaves its handle to the
+            # garbage collector
+        )
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.work = Path(folder.name)
@@ -40,8 +47,10 @@ class Lawful(unittest.TestCase):
         return path
 
     def asked(self, output, *arguments, statuses=(0,)):
-        """A command that reads what is in self.work and writes `output` (a path, or None): what it said. The file that it must name when it
-        refuses is its first argument behind the command's name."""
+        """Runs a command that reads files in self.work and writes `output` (a path, or None).
+        Returns its messages. If it rejects a file, it must be the first argument after the
+        command's name.
+        """
         if output is not None:
             output.unlink(missing_ok=True)
         before = {path.name: path.read_bytes() for path in self.work.iterdir() if path.is_file()}

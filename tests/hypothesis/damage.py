@@ -1,5 +1,6 @@
-"""What happens to files: bits that flip, pieces that go missing, come twice or are overwritten, ends that are cut, and numbers of the size of a length
-field set to its extremes."""
+"""Damage to files: bits flip, pieces are lost, repeated or overwritten, ends are cut, and numbers
+of the size of a length field become extreme.
+"""
 
 import struct
 
@@ -19,7 +20,7 @@ EXTREMES = [
 
 @st.composite
 def damaged(draw, data, most=4):
-    """Bytes that were `data` before something happened to them."""
+    """The bytes of `data` after some damage."""
     data = bytearray(data)
     for _ in range(draw(st.integers(1, most))):
         if not data:

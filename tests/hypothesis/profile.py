@@ -1,4 +1,6 @@
-"""How many examples a property gets. In tools/test they are few and the same ones every time; DAVAR_HYPOTHESIS=N gives each N times as many, drawn anew."""
+"""The number of examples of a property. In tools/test there are few, always the same.
+DAVAR_HYPOTHESIS=N gives N times as many, drawn at random.
+"""
 
 import os
 from pathlib import Path
@@ -14,7 +16,7 @@ TIMES = int(os.environ.get("DAVAR_HYPOTHESIS", "1"))
 
 
 def examples(count):
-    """The settings of a property with so many examples in tools/test."""
+    """Settings of a property with this number of examples in tools/test."""
     return settings(
         max_examples=count * TIMES,
         derandomize=TIMES == 1,

@@ -1,4 +1,6 @@
-"""compare, fit, diagnose and improve on recordings and models of any size: an answer with status 0 or 1, or a refusal; never anything else."""
+"""compare, fit, diagnose and improve on recordings and models of any size: a result with status 0
+or 1, or an error; never anything else.
+"""
 
 import unittest
 from profile import examples
@@ -59,7 +61,7 @@ class Analysis(asked.Lawful):
         st.integers(0, 99),
     )
     @examples(30)
-    def test_an_answer_or_a_refusal(
+    def test_a_result_or_an_error(
         self, command, shape, clock, extra, size, rate_hz, count, added, seed
     ):
         rng = np.random.default_rng(seed)
@@ -83,7 +85,7 @@ class Analysis(asked.Lawful):
             models.read(out)
 
     def named(self, done):
-        """The file that a refusal may name: the recording, or the model."""
+        """The file that an error may name: the recording, or the model."""
         return "m.toml" if "m.toml" in done.stderr.rsplit("davarlab: ", 1)[-1] else "r.csv"
 
 

@@ -1,5 +1,6 @@
-"""Other people's logs, damaged: every one is read or refused in one line, and what is read is what was in it; a length that a file claims is not
-believed."""
+"""Damaged logs of other programs: each is read or rejected in one line. Values that are read were
+in the log. A length field in a file is not trusted.
+"""
 
 import csv
 import tempfile
@@ -49,13 +50,13 @@ class Importing(asked.Lawful):
     def imported(self, name, data):
         out = self.work / "out.csv"
         done = self.asked(out, "import", self.file(name, data), "-o", out)
-        if name in ("a.bag", "a.mcap"):  # the readers of others ask for it, and are refused
+        if name in ("a.bag", "a.mcap"):  # the readers of other logs look for it, and are rejected
             self.assertNotIn("memory", done.stderr)
         return done
 
 
 class Logs(Importing):
-    pass  # its tests are put in below, two of each log
+    pass  # its tests are added below, two per log
 
 
 def attack(name):
@@ -68,7 +69,9 @@ def attack(name):
 
 
 def message_ends(name):
-    """Where a message ends, of logs that are a string of messages: nothing in them tells that another one was to follow. By the layouts in writing_logs."""
+    """The message ends of logs that are a sequence of messages: nothing in them shows that another
+    message followed. By the layouts in writing_logs.
+    """
     data = LOGS[name]
     if name == "a.bin":
         return set(range(2 * 89, len(data), 40))
@@ -81,7 +84,9 @@ def message_ends(name):
 
 
 def cut(name):
-    """A log that ends too early is refused, or all of it is there; behind a whole message what came before it."""
+    """A truncated log is rejected, or all of it is read. After a complete message, the content
+    before it is read.
+    """
     ends = message_ends(name)
 
     @given(
@@ -95,9 +100,7 @@ def cut(name):
             rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
         if length not in ends:
             self.assertEqual(len(rows), TRUTH.count)
-        rows = (
-            rows[:-1] if name == "a.log" else rows
-        )  # of a number in text that was cut nothing tells either
+        rows = rows[:-1] if name == "a.log" else rows  # nothing shows that a number in text was cut
         for axis, letter in enumerate("xyz"):
             np.testing.assert_allclose(
                 [float(row[f"gyro_{letter}_dps"]) for row in rows],
@@ -115,7 +118,7 @@ for one in LOGS:
 
 
 class Known(Importing):
-    """What was found once."""
+    """Faults that were found once."""
 
     def test_a_type_that_kills_scipy(self):
         data = LOGS["a5.mat"].replace(b"\x09\0\0\0\xc0\0\0\0", b"\0\0\0\0\xc0\0\0\0", 1)
@@ -158,7 +161,7 @@ class Tables(Importing):
     """Arrays with names, of any names and values."""
 
     def back(self):
-        """The rows of what was imported, with the time as whole nanoseconds."""
+        """The rows of the import, with the time in whole nanoseconds."""
         with open(self.work / "out.csv", encoding="utf-8", newline="") as file:
             rows = list(csv.reader(line for line in file if not line.startswith("#")))
         return rows[0], list(zip(*rows[1:]))

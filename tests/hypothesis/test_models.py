@@ -1,5 +1,6 @@
-"""Models, scenarios, limits and kalibr files: what is taken is what tomllib or yaml reads, what is refused is named with its key; written and read
-again it is the same."""
+"""Models, scenarios, limits and kalibr files: accepted values are those that tomllib or yaml reads.
+A rejected value is reported with its key. Written and read again, a model is the same.
+"""
 
 import math
 import tomllib
@@ -55,7 +56,7 @@ COLUMNS = st.one_of(
 
 
 def toml_of(value):
-    """A value as TOML, as far as TOML has it."""
+    """A value as TOML, if TOML supports it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float) and not math.isfinite(value):
@@ -110,7 +111,7 @@ def terms(draw):
 
 @st.composite
 def entries(draw):
-    """What somebody may have written for an effect: most of it right."""
+    """A user's description of an effect: most of it is correct."""
     term = draw(terms())
     entry = {"kind": term.kind, **term.parameters}
     for _ in range(draw(st.integers(0, 2))):
@@ -139,7 +140,7 @@ TABLES = st.fixed_dictionaries(
 class Models(asked.Lawful):
     @given(st.floats(1e-3, 1e6) | st.none(), COLUMNS, st.lists(terms(), max_size=4))
     @examples(150)
-    def test_what_is_written_is_read(self, rate_hz, column, made):
+    def test_written_files_are_read(self, rate_hz, column, made):
         assume(not any(term.parameters.get("column") == column for term in made))
         assume(
             not rate_hz
@@ -157,7 +158,7 @@ class Models(asked.Lawful):
 
     @given(TABLES)
     @examples(300)
-    def test_what_is_read_is_what_tomllib_reads(self, data):
+    def test_values_equal_those_of_tomllib(self, data):
         path = self.file("m.toml", text_of(data))
         try:
             found = models.read(path)
@@ -196,7 +197,7 @@ class Models(asked.Lawful):
     @example("a." * 1000 + "a = 1", COMMANDS[0])
     @example("a = " + "9" * 10000, COMMANDS[0])
     @examples(200)
-    def test_every_command_takes_it_or_says_why_not(self, text, words):
+    def test_every_command_accepts_it_or_reports_why_not(self, text, words):
         out = self.work / "out.h"
         self.asked(out, words[0], self.file("m.toml", text), *words[1:], "-o", out)
 
@@ -205,7 +206,7 @@ class Models(asked.Lawful):
     def test_scenarios(self, text):
         assume(
             b"duration_s = 30.0\n" in text and b"rate_hz = 50.0\n" in text
-        )  # else it may be a large one
+        )  # otherwise it may be a large one
         self.asked(
             self.work / "out.csv",
             "simulate",

@@ -1,5 +1,6 @@
-"""Units and numbers at the ends of what a double holds: factors against the unit's own name, what is exported against yaml and formulas worked out
-here, what is printed against float()."""
+"""Units and numbers at the limits of a double: factors compared with the unit's name, exports with
+yaml and formulas computed here, printed numbers with float().
+"""
 
 import argparse
 import json
@@ -52,12 +53,12 @@ DOUBLES = st.one_of(
 
 
 def meaning(unit):
-    """A unit in deg, m and s, worked out of its name."""
+    """A unit in deg, m and s, computed from its name."""
     return eval(unit.replace("^", "**"), {"__builtins__": {}}, WORDS)
 
 
 class Units(unittest.TestCase):
-    def test_every_unit_of_a_sheet_is_what_its_name_says(self):
+    def test_every_unit_of_a_sheet_matches_its_name(self):
         for sheet, column in ((kalibr.SHEET, "gyro_z_dps"), (kalibr.ACCEL_SHEET, "accel_z_g")):
             for unit in sheet:
                 term = kalibr.of_sheet([f"3.5{unit}"], column, None).terms[0]
@@ -68,7 +69,7 @@ class Units(unittest.TestCase):
                     msg=unit,
                 )
 
-    def test_every_unit_of_a_model_is_what_its_name_says(self):
+    def test_every_unit_of_a_model_matches_its_name(self):
         asked_of = [
             (effect.kind, one)
             for effect in table.TABLE.values()
@@ -81,7 +82,7 @@ class Units(unittest.TestCase):
                 one.scale / meaning(one.unit), 1, places=12, msg=f"{kind} {one.name}"
             )
 
-    def test_every_unit_of_a_log_is_what_its_name_says(self):
+    def test_every_unit_of_a_log_matches_its_name(self):
         for quantity, base in (("time", "s"), ("gyro", "deg/s"), ("accel", "g")):
             for unit, factor in guess.UNITS[quantity].items():
                 self.assertAlmostEqual(
@@ -98,7 +99,7 @@ def model_of(white, walk, rate_hz, flicker=None):
 
 class Exports(asked.Lawful):
     def exported(self, model, *options):
-        """The text that export writes of a model, None where it refuses."""
+        """The text of an exported model, or None if the export is rejected."""
         path, out = self.work / "m.toml", self.work / "out.h"
         models.write(model, path)
         done = self.asked(out, "export", path, "-o", out, *options)
@@ -165,7 +166,7 @@ class Exports(asked.Lawful):
         DOUBLES,
     )
     @examples(150)
-    def test_no_format_says_what_is_no_number(self, white, walk, rate_hz, form, inflate, seconds):
+    def test_no_format_prints_bad_numbers(self, white, walk, rate_hz, form, inflate, seconds):
         if 0 < inflate < math.inf and 0 < seconds < math.inf:
             self.exported(
                 model_of(white, walk, rate_hz),
@@ -217,7 +218,7 @@ class Imports(asked.Lawful):
 
 
 def close(text, value, relative):
-    """Is a number as text that of a double."""
+    """True if the text of a number gives the same double."""
     if not math.isfinite(value):
         return float(text) == value or value != value and float(text) != float(text)
     return abs(Decimal(text) - Decimal(value)) <= abs(Decimal(value)) * Decimal(relative) + Decimal(
@@ -289,7 +290,7 @@ class Said(unittest.TestCase):
         ),
     )
     @examples(300)
-    def test_options_are_numbers_or_refused(self, text, kind):
+    def test_options_are_numbers_or_rejected(self, text, kind):
         try:
             value = kind(text)
         except (argparse.ArgumentTypeError, ValueError):

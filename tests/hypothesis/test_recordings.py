@@ -1,4 +1,6 @@
-"""Recordings in text: what is read is what csv and Python's own numbers read, or it is refused; written and read again it is the same."""
+"""Recordings in text: the values are those of csv and Python's own numbers, or the file is
+rejected. Written and read again it is the same.
+"""
 
 import csv
 import gzip
@@ -116,7 +118,7 @@ def tables(draw, field=FIELD):
 
 
 def numbers_of(found, name):
-    """What was read, as Decimals: the time with its origin."""
+    """The values read, as Decimals: the time with its origin."""
     origin = found.origin if name == found.time else 0
     return [origin + Decimal(value) for value in found.columns[name].tolist()]
 
@@ -130,7 +132,7 @@ class Read(asked.Lawful):
             return None
 
     def independently(self, data):
-        """(names, columns of Decimals) as csv reads them, None where one is no number."""
+        """(names, columns of Decimals) by csv; None if a field is not a number."""
         try:
             rows = [
                 row
@@ -146,7 +148,7 @@ class Read(asked.Lawful):
 
     @given(tables())
     @examples(400)
-    def test_a_table_is_read_as_csv_reads_it_or_refused(self, made):
+    def test_a_table_is_read_as_csv_reads_it_or_rejected(self, made):
         names, rows = made
         data = ",".join(names) + "\n" + "".join(",".join(row) + "\n" for row in rows)
         found, wanted = self.read(data), self.independently(data)
@@ -159,7 +161,7 @@ class Read(asked.Lawful):
             return
         form = found.time and re.fullmatch(
             r"[0-9]{1,18}|[0-9]{1,10}\.[0-9]{1,9}", rows[0][names.index(found.time)].strip()
-        )  # stamps that are taken exactly
+        )  # stamps that are kept exactly
         for name, column in zip(*wanted):
             for value, exact in zip(numbers_of(found, name), column):
                 if name == found.time:
@@ -177,7 +179,7 @@ class Read(asked.Lawful):
     def test_a_decimal_comma_changes_nothing(self, made):
         names, rows = made
         if len(names) == 1 or not any("." in field for field in rows[0]):
-            return  # by its header and its first row a file is known
+            return  # header and first row identify the file
         text = ";".join(names) + "\n" + "".join(";".join(row) + "\n" for row in rows)
         points, commas = (
             self.read(text, texts.SEPARATORS),
@@ -191,7 +193,7 @@ class Read(asked.Lawful):
     def test_a_point_among_decimal_commas_may_stand_for_thousands(self):
         self.assertIsNone(self.read("time_s;gyro_z_dps\n0,5;1,5\n1,0;1.500\n", texts.SEPARATORS))
 
-    def test_what_is_not_counted_in_64_bits_does_not_come_round_again(self):
+    def test_indices_above_64_bits_do_not_wrap(self):
         for first, second in (
             ("1700000000.000", "20146744073.709551616"),
             ("-8000000000000000000", "8000000000000000000"),
@@ -204,7 +206,7 @@ class Read(asked.Lawful):
                 delta=abs(float(second)) * 1e-15,
             )
 
-    def test_dates_that_are_none_are_named_with_their_line(self):
+    def test_bad_dates_are_reported_with_their_line(self):
         for date in (
             "9999-12-31 23:59:59",
             "2024-13-01 00:00:00",
@@ -218,7 +220,7 @@ class Read(asked.Lawful):
                 with self.assertRaisesRegex(BadInput, r"r.csv:[23]: column time: not a number"):
                     table.read(self.file("r.csv", f"time,gyro_z_dps\n{rows}"), texts.SEPARATORS)
 
-    def test_one_long_line_is_refused_and_not_pondered(self):
+    def test_one_long_line_is_rejected_quickly(self):
         for data in (
             b"a,b\n" + b"," * 3_000_000,
             b"a," * 3_000_000,
@@ -246,7 +248,7 @@ class Read(asked.Lawful):
         )
     )
     @examples(300)
-    def test_any_bytes_are_read_or_refused(self, data):
+    def test_any_bytes_are_read_or_rejected(self, data):
         self.asked(
             self.work / "out.csv", "import", self.file("r.csv", data), "-o", self.work / "out.csv"
         )
@@ -264,7 +266,7 @@ VALUES = st.floats(-1e29, 1e29)
 
 
 class Written(asked.Lawful):
-    """Of a recording that was written, what comes back."""
+    """Writes a recording and reads it back."""
 
     @given(
         st.data(),

@@ -1,5 +1,7 @@
-"""Sessions beside a recording (.davarlab.json), what a fleet keeps, captures of `live --record`: of any bytes, and of right ones with a value
-changed, they are taken or refused; nothing that was there is lost."""
+"""Session files (.davarlab.json), the cache of a fleet, captures of `live --record`: with any
+bytes, and correct ones with a changed value, they are accepted or rejected. Existing data are never
+lost.
+"""
 
 import copy
 import json
@@ -72,7 +74,7 @@ JSON = st.recursive(
 
 
 def places_in(value, way=()):
-    """The ways to every value in a JSON text."""
+    """The paths to every value in a JSON text."""
     yield way
     if isinstance(value, (dict, list)):
         for key in value if isinstance(value, dict) else range(len(value)):
@@ -81,7 +83,7 @@ def places_in(value, way=()):
 
 @st.composite
 def changed(draw, data):
-    """The same data with some values others, or gone."""
+    """The same data with some values changed or removed."""
     data = copy.deepcopy(data)
     for _ in range(draw(st.integers(1, 2))):
         way = draw(st.sampled_from([way for way in places_in(data) if way]))
@@ -96,7 +98,7 @@ def changed(draw, data):
 
 
 def session(path):
-    """A session of two steps and two sights, as the program writes it."""
+    """A session of two steps and two views, as the program writes it."""
     steps = sessions.Steps(path)
     steps.log = {
         "columns": [
@@ -138,7 +140,9 @@ class Sessions(asked.Lawful):
         self.valid = session(self.recording)
 
     def opened(self, text):
-        """What opening the recording gives beside such a session: what the page shows of it, or None where it was refused."""
+        """Opens the recording with such a session: returns the session on the page, or None if it
+        was rejected.
+        """
         written = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
         self.path.write_bytes(written)
         seen = visit.Visit(self.work)
@@ -183,7 +187,7 @@ class Sessions(asked.Lawful):
             )
         )
 
-    def test_what_is_nested_too_deep(self):
+    def test_too_deep_nesting(self):
         for text in (
             "[" * 100_000,
             '{"a":' * 100_000,
@@ -193,7 +197,7 @@ class Sessions(asked.Lawful):
 
 
 class Kept(asked.Lawful):
-    """What a fleet keeps of a unit: of anything else it says that nothing was done."""
+    """The cache entry of a unit. With any other content the unit counts as not done."""
 
     @given(
         st.one_of(
@@ -237,14 +241,14 @@ CAPTURE = (
 
 
 class Captures(asked.Lawful):
-    """`live --record FILE` where FILE is there already."""
+    """`live --record FILE` with an existing FILE."""
 
     @given(
         st.one_of(st.binary(max_size=300), damaged(CAPTURE.encode()), st.just(CAPTURE.encode())),
         st.integers(1, 3),
     )
     @examples(120)
-    def test_what_was_there_stays(self, data, results):
+    def test_existing_files_stay(self, data, results):
         for path in self.work.iterdir():
             path.unlink()
         path = self.file("live.csv", data)

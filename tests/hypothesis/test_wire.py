@@ -1,4 +1,6 @@
-"""The receiver, the recorder of raw samples and the lines of SLCAN against any frames: what is passed on was sent, and the counters add up."""
+"""The receiver, the recorder of raw samples and SLCAN lines with any frames: received values were
+sent, and the counters add up.
+"""
 
 import itertools
 import math
@@ -20,12 +22,12 @@ STRIDE = 100
 
 
 def sealed(identifier, data):
-    """Checksum by the package crccheck: nothing of davarlab's."""
+    """Checksum by the package crccheck, independent of davarlab."""
     return bytes([Crc8SaeJ1850.calc(identifier.to_bytes(2, "little") + data[1:])]) + data[1:]
 
 
 def fnv_1a(identifier, data):
-    """32 bits, over the bytes that the checksum covers: nothing of davarlab's."""
+    """32 bits, over the bytes that the checksum covers, independent of davarlab."""
     value = 0x811C9DC5
     for byte in identifier.to_bytes(2, "little") + data[1:]:
         value = (value ^ byte) * 0x01000193 % 2**32
@@ -34,7 +36,7 @@ def fnv_1a(identifier, data):
 
 @st.composite
 def any_frame(draw):
-    """A frame of any identifier: noise, or with the right checksum and anything in it."""
+    """A frame of any identifier: noise, or any content with the right checksum."""
     identifier = draw(st.one_of(st.integers(0x5D0, 0x5EF), st.integers(0, 0x7FF)))
     data = draw(
         st.one_of(
@@ -47,8 +49,10 @@ def any_frame(draw):
 
 
 def sent(run, results, session):
-    """[frame] of a sender: each result with its State, ARW, two Allan deviations, a Health that tells the session and an End. Every value says of which run and
-    result it is: 1000 run + n, an eighth more for each cluster size."""
+    """[frame] of a sender: each result with its State, ARW, two Allan deviations, a Health with the
+    session and an End. Every value identifies its run and result: 1000 run + n, an eighth more for
+    each cluster size.
+    """
     counters, out = {}, []
 
     def add(identifier, n, rest, own=0):
@@ -62,7 +66,7 @@ def sent(run, results, session):
         for tau in range(2):
             add(0x5D3, n, struct.pack("<Hf", tau, value + tau / 8), tag)
         add(0x5D5, n, struct.pack("<BBI", 0, session, 0), tag)
-        mine = out[-5:-1]  # Health belongs to none
+        mine = out[-5:-1]  # Health belongs to no result
         add(
             0x5DB,
             n,
@@ -74,7 +78,7 @@ def sent(run, results, session):
 
 @st.composite
 def delivered(draw, frames):
-    """What became of frames: [frame], and how many were lost, came twice and in the wrong order."""
+    """The fate of frames: [frame], and how many were lost, repeated and in the wrong order."""
     out, count, at = [], {"lost": 0, "twice": 0, "swapped": 0}, 0
     ways = draw(
         st.lists(
@@ -97,7 +101,7 @@ def delivered(draw, frames):
 
 class Frames(unittest.TestCase):
     def fed(self, frames):
-        """(results, the receiver) behind these frames."""
+        """(results, the receiver) after these frames."""
         receiver, found = wire.Receiver(), []
         for identifier, data in frames:
             result = receiver.push(identifier, data)
@@ -130,7 +134,7 @@ class Frames(unittest.TestCase):
 
     @given(st.data(), st.lists(st.integers(1, 12), min_size=1, max_size=3))
     @examples(300)
-    def test_what_is_passed_on_was_sent(self, data, lengths):
+    def test_received_values_were_sent(self, data, lengths):
         ways = [
             data.draw(delivered(sent(run, results, 7 + run))) for run, results in enumerate(lengths)
         ]
@@ -169,7 +173,7 @@ LINE = st.one_of(
 
 
 class Lines(unittest.TestCase):
-    """SLCAN text, in whatever pieces."""
+    """SLCAN text, split in any way."""
 
     def port(self):
         made = object.__new__(source.SerialPort)
@@ -182,7 +186,7 @@ class Lines(unittest.TestCase):
         st.sampled_from((b"\r", b"\a")),
     )
     @examples(300)
-    def test_frames_are_those_of_whole_lines_whatever_the_pieces(self, lines, pieces, end):
+    def test_frames_do_not_depend_on_how_lines_are_split(self, lines, pieces, end):
         text, wanted, noise = end.join([*lines, b""]), [], 0
         for line in re.split(rb"[\r\a]", text)[:-1]:
             frame = self.independently(line)
@@ -197,7 +201,9 @@ class Lines(unittest.TestCase):
         self.assertEqual((found, port.faults.noise), (wanted, noise))
 
     def independently(self, line):
-        """Of a line `tIIIL` and bytes in hexadecimal, with or without a stamp of two bytes."""
+        """The parts of a line `tIIIL` and bytes in hexadecimal, with or without a stamp of two
+        bytes.
+        """
         try:
             word = line.decode("ascii")
             kind, identifier, length, rest = word[0], word[1:4], word[4], word[5:]

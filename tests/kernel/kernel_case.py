@@ -1,7 +1,9 @@
-"""What every test on a real kernel needs. These tests run as root inside the guest of tools/support/uml/run -T.
+"""Shared by the tests on a real kernel. They run as root inside the guest of tools/support/uml/run
+-T.
 
-Time is virtual there: it stands still while anybody works and jumps to the next timer when all wait. Who sleeps wakes when
-what was going on is done, however slow the machine is; no deadline in here can be missed for want of speed.
+Time is virtual there: it stops while any process works, and jumps to the next timer when all wait.
+A sleeping process therefore wakes when the work is done, however slow the machine is. No deadline
+here can be missed because the machine is slow.
 """
 
 import csv
@@ -44,12 +46,12 @@ def shell(*command):
 
 
 def settle(seconds=0.5):
-    """Until all wait, and what comes within so long has come."""
+    """Waits until all processes wait and data of this time has arrived."""
     time.sleep(seconds)
 
 
 def wait_for(condition, what, seconds=20):
-    """Waits until condition() is true; its value."""
+    """Waits until condition() is true; returns its value."""
     until = time.monotonic() + seconds
     while time.monotonic() < until:
         value = condition()
@@ -69,7 +71,7 @@ def near(a, b, relative=2**-24):
 
 
 class SerialCan:
-    """A real SLCAN interface whose serial line ends here: the test is the adapter."""
+    """A real SLCAN interface whose serial line ends here: the test acts as the adapter."""
 
     def __init__(self):
         self.master, self.slave = pty.openpty()
@@ -83,7 +85,9 @@ class SerialCan:
         os.write(self.master, text)
 
     def hear(self, receiver):
-        """Feeds what has come on the line since the last call to a receiver; slcan sends a frame when the last has been read."""
+        """Feeds new data of the line to a receiver. slcan sends a frame after the last one has been
+        read.
+        """
         while select.select([self.master], [], [], 0.01)[0]:
             self.text += os.read(self.master, 65536)
         *lines, self.text = self.text.split(b"\r")
@@ -96,7 +100,7 @@ class SerialCan:
 
 
 class KernelCase(unittest.TestCase):
-    hang_s = 3600  # then a test ends with the stacks of its threads
+    hang_s = 3600  # after this time a test ends with the stacks of its threads
 
     def setUp(self):
         faulthandler.dump_traceback_later(self.hang_s, exit=True)
@@ -158,12 +162,16 @@ class KernelCase(unittest.TestCase):
         )
 
     def stop(self, node):
-        """Ends a node by SIGTERM; its last line as {name: count}. What it has not read yet stays unread."""
+        """Ends a node with SIGTERM and returns its last line as {name: count}. Its unread input
+        stays unread.
+        """
         node.send_signal(signal.SIGTERM)
         return self.last_words(node)
 
     def last_words(self, node):
-        """Ends the input of a node, which takes what there is and ends; its last line as {name: count}."""
+        """Ends the input of a node, which reads the rest and ends. Returns its last line as {name:
+        count}.
+        """
         if node.stdin:
             node.stdin.close()
             node.stdin = None
@@ -173,7 +181,7 @@ class KernelCase(unittest.TestCase):
         return {word.split(" ", 1)[1]: int(word.split(" ", 1)[0]) for word in words}
 
     def listen(self, interface, patience_s=0.1):
-        """A Receiver fed by a thread; stop_listening() ends it when nothing more comes."""
+        """A Receiver fed by a thread. stop_listening() ends it when no more data arrives."""
         import can
         from davarlab.wire import frames as wire
 
@@ -183,12 +191,10 @@ class KernelCase(unittest.TestCase):
 
         def work():
             message = None
-            while (
-                message or not done.is_set()
-            ):  # what the socket still holds at the end belongs to it
+            while message or not done.is_set():  # also reads the rest in the socket at the end
                 try:
                     message = bus.recv(patience_s)
-                except can.CanError:  # the interface is down; the socket stays good
+                except can.CanError:  # the interface is down; the socket stays valid
                     message = None
                     settle(0.05)
                     continue
@@ -211,7 +217,7 @@ class KernelCase(unittest.TestCase):
         return receiver, stop_listening
 
     def feed(self, node, count, first=0):
-        """Counts that look like noise, the same every time."""
+        """Counts that look like noise, always the same."""
         value = 12345 + first
         for _ in range(count):
             value = (1103515245 * value + 12345) % 2**31

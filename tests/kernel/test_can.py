@@ -1,4 +1,4 @@
-"""SocketCAN: values, and every fault of a bus, on a real kernel."""
+"""SocketCAN on a real kernel: values, and every fault of a bus."""
 
 import subprocess
 import time
@@ -56,7 +56,7 @@ class Values(KernelCase):
         )
         self.assertIn(" 5D8##5", dump.communicate(timeout=20)[0])
 
-    def test_can_fd_on_a_classical_interface_is_refused(self):
+    def test_can_fd_on_a_classical_interface_is_rejected(self):
         interface = self.vcan(mtu=16)
         done = subprocess.run(
             [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"],
@@ -103,7 +103,7 @@ class Link(KernelCase):
             self.refused(SIM, *REPLAY, "--out", "can:can9"),
         )
         self.assertEqual(
-            "davar-node: can:can9: No such device\n",
+            "davar-node: --out: can:can9: No such device\n",
             self.refused(NODE, "--source", "-", "--rate", 100, "--lsb", 1, "--out", "can:can9"),
         )
 
@@ -134,7 +134,7 @@ class Link(KernelCase):
         told = self.last_words(node)
         found = stop_listening()
         health = receiver.channels[0].health
-        self.assertEqual((1, 1), (told["link lost"], told["link back"]))
+        self.assertEqual((1, 1), (told["link lost"], told["link restored"]))
         self.assertGreater(told["frames dropped"], 100)
         self.assertEqual(told["frames dropped"], health["FramesDropped"])
         state = receiver.sequences[0x5D1]
@@ -155,12 +155,12 @@ class Link(KernelCase):
         wait_for(lambda: receiver.faults.good > 50, "frames")
         told = self.last_words(node)
         stop_listening()
-        self.assertEqual(1, told["link back"])
+        self.assertEqual(1, told["link restored"])
         self.assertGreater(told["frames dropped"], 50)
 
 
 class Bus(KernelCase):
-    def test_a_full_transmit_queue_is_waited_for_and_loses_nothing(self):
+    def test_a_full_transmit_queue_loses_no_frame(self):
         import os
 
         from davarlab.wire import frames as wire
@@ -211,7 +211,7 @@ class Bus(KernelCase):
         )
 
     def count_frames(self, line, receiver, seconds=0.5):
-        """How many good frames the line brings in so long."""
+        """How many valid frames the line delivers in this time."""
         before, until = receiver.faults.good, time.monotonic() + seconds
         while time.monotonic() < until:
             line.hear(receiver)
@@ -243,7 +243,7 @@ class Bus(KernelCase):
         )
         line.say(
             b"sa000000\r"
-        )  # the controller is well again; the interface has not been restarted
+        )  # the controller has recovered; the interface has not been restarted
         self.assertEqual(0, self.count_frames(line, receiver))
         shell("ip", "link", "set", line.name, "down")
         settle()
@@ -261,15 +261,17 @@ class Bus(KernelCase):
         node.stdin = None
         self.count_frames(line, receiver, 2)
         told = self.last_words(node)
-        self.assertEqual((1, 1, 1), (told["bus off"], told["link lost"], told["link back"]), told)
+        self.assertEqual(
+            (1, 1, 1), (told["bus off"], told["link lost"], told["link restored"]), told
+        )
         self.assertEqual(7000, told["samples"])
         self.assertEqual(told["frames dropped"], receiver.channels[0].health["FramesDropped"])
         self.assertGreater(told["frames dropped"], 1000)
         self.assertEqual(1, receiver.channels[0].health["BusOff"])
         self.assertEqual(0, receiver.faults.corrupted, receiver.faults)
 
-    def test_a_controller_that_restarts_itself_loses_nothing_that_the_queue_holds(self):
-        """The error frames that a controller with restart-ms gives, from another socket."""
+    def test_a_controller_that_restarts_itself_loses_no_queued_frame(self):
+        """Sends from another socket the error frames of a controller with restart-ms."""
         interface = self.vcan()
         receiver, stop_listening = self.listen(interface)
         node = self.node("--out", f"can:{interface}")
@@ -286,7 +288,7 @@ class Bus(KernelCase):
         wait_for(lambda: receiver.faults.good > before + 100, "frames after the restart")
         told = self.last_words(node)
         results = stop_listening()
-        self.assertEqual((1, 1), (told["bus off"], told["link back"]), told)
+        self.assertEqual((1, 1), (told["bus off"], told["link restored"]), told)
         self.assertNotIn("frames dropped", told)
         self.assertEqual(told["results"], len(results))
         self.assertEqual(0, receiver.faults.total(), receiver.faults)

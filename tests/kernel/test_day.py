@@ -1,7 +1,10 @@
-"""A day of davarlab live: its memory does not grow, each result is recorded once, every counter adds up.
+"""A day of davarlab live: its memory does not grow, each result is recorded once, every counter
+adds up.
 
-DAVAR_DAY=node: davar-node at 50 Hz, a result every 1.2 s (half an hour, by hand), instead of davar-sim, one every two minutes.
-DAVAR_DAY_HZ: samples a second of davar-sim (default 0.1), one result for twelve."""
+DAVAR_DAY=node: uses davar-node at 50 Hz with a result every 1.2 s (half an hour, run manually),
+instead of davar-sim with one every two minutes. DAVAR_DAY_HZ: samples per second of davar-sim
+(default 0.1), one result per twelve samples.
+"""
 
 import csv
 import itertools
@@ -18,14 +21,15 @@ from pathlib import Path
 from kernel_case import NODE, ROOT, SIM, KernelCase, near, settle, wait_for
 from test_readme import listeners
 
-HOURS, RUNS = 24, 12  # the sender is started anew every two hours
-WARM_H = 2  # from here on nothing may grow
-BLOCKS = 100  # of memory that Python may hold more: less than one for six results
+HOURS, RUNS = 24, 12  # the sender is restarted every two hours
+WARM_H = 2  # from here onward nothing may grow
+BLOCKS = 100  # additional memory blocks that Python may hold: less than one per six results
 RSS_KIB = 512
 RATE_HZ = float(os.environ.get("DAVAR_DAY_HZ", "0.1"))
 NODE_HZ, NODE_STRIDE = 50, 60
 
-# davarlab live, and every hour a line on a descriptor: blocks and objects that Python holds, resident memory in KiB, open files.
+# Runs davarlab live, and writes a line to a descriptor every hour: blocks and objects that Python
+# holds, resident memory in KiB, open files.
 LIVE = """
 import argparse, gc, json, os, signal, sys
 from davarlab.wire import live, source
@@ -46,7 +50,7 @@ class Day(KernelCase):
     hang_s = 2 * HOURS * 3600
 
     def live(self, interface, record, poll_s):
-        """Starts it; what it tells by the hour goes to the file `hours`, the results shown to the list `shown`."""
+        """Starts it. Its hourly lines go to the file `hours`, the results to the list `shown`."""
         self.hours, self.shown = self.folder / "hours", []
         options = {
             "source": f"can:{interface}",
@@ -82,7 +86,9 @@ class Day(KernelCase):
         return int(row["stretch"]), int(row["epoch"])
 
     def of_simulator(self, interface):
-        """Runs of davar-sim, half an hour each, and silence between them; the rows that the recording must have for each."""
+        """Runs of davar-sim, half an hour each, with silence between them, and the rows that the
+        recording must have for each.
+        """
         path, value, rate = self.folder / "gyro.csv", 1, RATE_HZ
         with open(path, "w", encoding="ascii") as file:
             file.write("gyro_z_dps\n")
@@ -114,7 +120,7 @@ class Day(KernelCase):
         return [wanted] * RUNS
 
     def of_node(self, interface):
-        """Runs of davar-node, whose counts come by the second."""
+        """Runs of davar-node, whose counts arrive every second."""
         wanted = []
         for run in range(RUNS):
             node = self.start(
@@ -138,7 +144,7 @@ class Day(KernelCase):
             samples = HOURS * 3600 // RUNS * NODE_HZ
             first = (
                 -(-400 // NODE_STRIDE) * NODE_STRIDE - 1
-            )  # its windows are trailing, and told from 400 samples on
+            )  # its windows are trailing, and results begin at 400 samples
             wanted.append([{"epoch": str(epoch)} for epoch in range(first, samples, NODE_STRIDE)])
             self.assertEqual((samples, len(wanted[-1])), (told["samples"], told["results"]))
             self.assertLessEqual(set(told), {"samples", "results", "alarms"}, "nothing is lost")
@@ -159,7 +165,7 @@ class Day(KernelCase):
             )
         warm = list(
             map(max, *hours[WARM_H - 1 : WARM_H + 1])
-        )  # in the middle of a run, and between two
+        )  # in the middle of a run, and between two runs
         for later in hours[WARM_H + 1 :]:
             for what, before, after, most in zip(
                 ("blocks", "objects", "KiB", "open files"),
@@ -169,7 +175,7 @@ class Day(KernelCase):
             ):
                 self.assertLessEqual(after - before, most, (what, hours))
 
-    def test_a_day_of_results_is_recorded_whole_in_memory_that_does_not_grow(self):
+    def test_a_day_of_results_is_recorded_completely_in_constant_memory(self):
         by_node = os.environ.get("DAVAR_DAY") == "node"
         interface, record = self.vcan(), self.folder / "arw.csv"
         live, reader = self.live(interface, record, 0.05 if by_node else 600)
@@ -200,7 +206,8 @@ class Day(KernelCase):
             {"good": sent, "restarts": RUNS - 1},
             {name: count for name, count in counted.items() if count},
         )
-        with open(record, encoding="utf-8") as file:  # the guest has no room for all rows at once
+        # the guest's memory cannot hold all rows together
+        with open(record, encoding="utf-8") as file:
             for row, key, given in itertools.zip_longest(
                 csv.DictReader(file), keys, (one for of in wanted for one in of)
             ):

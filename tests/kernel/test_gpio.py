@@ -92,7 +92,7 @@ class Gpio(KernelCase):
         self.assertEqual(0, receiver.faults.total())
 
     def test_edges_faster_than_anybody_reads_are_a_counted_gap(self):
-        """The kernel keeps 16 edges of a line; the node is stopped for 60 of them."""
+        """The kernel stores 16 edges of a line; the node is stopped for 60 of them."""
         node = self.gateway(self.recording(range(1000)))
         for _ in range(20):
             self.chip.edge()
@@ -189,12 +189,12 @@ class Gpio(KernelCase):
         self.assertEqual(1, done.stderr.count("\n"), done.stderr)
         return done.stderr
 
-    def test_a_chip_or_line_that_does_not_exist_is_named(self):
+    def test_a_chip_or_line_that_does_not_exist_is_reported(self):
         self.assertIn("no gpio chip 'gpiochip77'", self.refused("--edges", "gpiochip77:0"))
         self.assertIn(f"{self.chip.name}:8: ", self.refused("--edges", f"{self.chip.name}:8"))
         self.assertIn("CHIP:LINE expected", self.refused("--alarm", "five"))
 
-    def test_a_busy_line_is_named(self):
+    def test_a_busy_line_is_reported(self):
         holder = self.start("gpiomon", self.chip.name, EDGE)
         settle()
         self.assertIn(

@@ -1,4 +1,6 @@
-"""davarlab live on interfaces and lines that go and come back, that carry noise, and when it is cut itself."""
+"""davarlab live on interfaces and lines that disappear and return, that carry noise, and when it is
+interrupted itself.
+"""
 
 import csv
 import json
@@ -19,7 +21,8 @@ from davarlab import errors  # noqa: E402
 from davarlab.wire import frames as wire  # noqa: E402
 from davarlab.wire import source
 
-# The command behind tools/davarlab live, without the other commands and what they need (test_readme.py runs the whole).
+# The command of tools/davarlab live, without the other commands and their requirements
+# (test_readme.py runs the complete program).
 LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
 RESULTS = len(sim_csv())
 FRAMES = RESULTS * 18 + 19
@@ -50,7 +53,7 @@ class Live(KernelCase):
         subprocess.run([SIM, *REPLAY, "--pace", pace, "--out", out], check=True)
 
     def finish(self, live, how=signal.SIGINT):
-        """Ends it; (results shown, what it said)."""
+        """Ends it and returns (results shown, messages)."""
         settle()
         if live.poll() is None:
             live.send_signal(how)
@@ -61,7 +64,7 @@ class Live(KernelCase):
         with open(path, encoding="utf-8") as file:
             return [int(row["epoch"]) for row in csv.DictReader(file)]
 
-    def test_an_interface_that_goes_down_and_comes_back_and_one_that_is_made_anew(self):
+    def test_an_interface_that_goes_down_and_up_and_one_that_is_recreated(self):
         interface, record = self.vcan(), str(self.folder / "arw.csv")
         live = self.live_on(interface, record=record)
         self.send(f"can:{interface}")
@@ -79,7 +82,7 @@ class Live(KernelCase):
         self.assertEqual((0, 3 * RESULTS), (live.returncode, len(shown)), told)
         self.assertEqual(2, told.count("davarlab live: can:vcan0: lost ("), told)
         self.assertEqual(2, told.count("davarlab live: can:vcan0: back\n"), told)
-        self.assertIn("2 link lost, 2 link back", told)
+        self.assertIn("2 link lost, 2 link restored", told)
         self.assertEqual(3 * RESULTS, len(self.epochs(record)))
         self.assertEqual(
             2,
@@ -92,7 +95,7 @@ class Live(KernelCase):
             keys = [(row["stretch"], row["epoch"]) for row in csv.DictReader(file)]
         self.assertEqual((3, 3 * RESULTS), (len({stretch for stretch, _ in keys}), len(set(keys))))
 
-    def test_a_serial_peer_that_goes_and_comes_back_at_the_same_name(self):
+    def test_a_serial_peer_that_returns_with_the_same_name(self):
         name = self.folder / "board"
 
         def plug():
@@ -114,15 +117,15 @@ class Live(KernelCase):
             ends = plug() if again else ()
         shown, told = self.finish(live)
         self.assertEqual(170 // 18, len(shown), told)
-        self.assertIn("1 incomplete results", told)  # cut in the middle
+        self.assertIn("1 incomplete results", told)  # interrupted in the middle
         self.assertEqual(2, told.count("board: lost (the device is gone)"), told)
         self.assertIn(
             "received: 170 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing,", told
         )
-        self.assertIn("2 link lost, 1 link back", told)
+        self.assertIn("2 link lost, 1 link restored", told)
 
     def text(self):
-        """What davar-sim writes on a serial line, frame by frame."""
+        """The bytes that davar-sim writes on a serial line, frame by frame."""
         ours, its = pty.openpty()
         tty.setraw(its)
         self.start(SIM, *REPLAY, "--out", f"slcan:{os.ttyname(its)}")
@@ -161,14 +164,14 @@ class Live(KernelCase):
         self.assertEqual(0, faults.link_lost)
 
     def test_the_end_of_a_pty_is_the_end(self):
-        """Its name may be somebody else's terminal next time."""
+        """Another process may get this name for its terminal later."""
         sim = self.start(SIM, *REPLAY, "--out", "slcan:pty")
         live = self.live("slcan:" + re.search(r"/dev/pts/\d+", sim.stderr.readline()).group())
         shown, told = live.communicate(timeout=60)
         self.assertEqual((0, RESULTS), (live.returncode, len(shown.splitlines())), told)
-        self.assertIn("1 link lost, 0 link back", told)
+        self.assertIn("1 link lost, 0 link restored", told)
 
-    def test_killed_in_the_middle_it_leaves_a_file_of_whole_rows(self):
+    def test_killed_in_the_middle_it_leaves_complete_rows(self):
         interface, record = self.vcan(), str(self.folder / "arw.csv")
         live = self.live_on(interface, record=record)
         sim = self.start(SIM, *REPLAY, "--pace", "100", "--out", f"can:{interface}")
@@ -182,7 +185,7 @@ class Live(KernelCase):
         with open(record, encoding="utf-8") as file:
             self.assertEqual([*wanted[0]][-7:], file.readline().strip().split(",")[-7:])
 
-    def test_a_source_that_cannot_be_opened_is_named(self):
+    def test_a_source_that_cannot_be_opened_is_reported(self):
         self.vcan(up=False)
         for where, why in {
             "can:vcan9": "can:vcan9: no such interface",

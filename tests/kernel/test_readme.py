@@ -1,5 +1,6 @@
-"""docs/STREAMS.md: its commands run as they stand, each in a terminal of its own, on a kernel that has the bus, the
-pins and the tty that they name. A stand-in for the sensor's driver: the file that davar-node reads."""
+"""docs/STREAMS.md: runs its commands unchanged, each in its own terminal, on a kernel that has the
+bus, the pins and the tty of the page. A file simulates the sensor's driver for davar-node.
+"""
 
 import csv
 import os
@@ -32,7 +33,7 @@ def command(*words):
 
 
 def listeners(interface):
-    """How many sockets receive from an interface."""
+    """The number of sockets that receive from an interface."""
     lists = (
         Path("/proc/net/can/rcvlist_all").read_text()
         + Path("/proc/net/can/rcvlist_fil").read_text()
@@ -43,7 +44,9 @@ def listeners(interface):
 class Readme(KernelCase):
     @classmethod
     def setUpClass(cls):
-        """A driver's file in a place where only a driver can make one, and a tty that is not there."""
+        """A driver's file in a place where only a driver can create one, and a tty that does not
+        exist.
+        """
         value = Path("/run/sensor") / IIO
         value.parent.mkdir(parents=True)
         value.write_text("17\n")
@@ -53,7 +56,7 @@ class Readme(KernelCase):
         cls.addClassCleanup(shell, "umount", "/sys/bus")
 
     def terminal(self, text):
-        """Starts a command; what it prints goes to a file, so that nothing waits for us to read it."""
+        """Starts a command. Its output goes to a file, so that it never waits for a reader."""
         shown, said = (tempfile.TemporaryFile("w+", encoding="utf-8") for _ in range(2))
         process = subprocess.Popen(
             ["bash", "-c", text],
@@ -75,7 +78,7 @@ class Readme(KernelCase):
         return process
 
     def hang_up(self, process):
-        """Control-C; what it printed."""
+        """Sends Control-C and returns the output."""
         os.killpg(process.pid, signal.SIGINT)
         process.wait(timeout=30)
         wait_for(
@@ -116,7 +119,7 @@ class Readme(KernelCase):
         self.check_live(shown, told, results)
 
     def gateway(self, chip):
-        """davar-node with as many edges as make a few results; how many it sent."""
+        """Runs davar-node with enough edges for a few results and returns the number sent."""
         node = self.terminal(command("davar-node"))
         wait_for(lambda: shell("gpioinfo", chip.name).count("davar-node") == 2, "davar-node")
         settle()

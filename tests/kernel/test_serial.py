@@ -1,4 +1,4 @@
-"""SLCAN text on serial lines: a real slcan interface at the other end, and peers that misbehave."""
+"""SLCAN text on serial lines: a real slcan interface at the other end, and misbehaving peers."""
 
 import os
 import re
@@ -11,7 +11,7 @@ from kernel_case import REPLAY, SIM, KernelCase, near, settle, sim_csv, wait_for
 
 
 def take(text, receiver):
-    """Feeds the whole lines of SLCAN text to a receiver; returns the rest."""
+    """Feeds the complete lines of SLCAN text to a receiver; returns the rest."""
     *lines, rest = text.split(b"\r")
     for line in lines:
         if re.fullmatch(rb"t[0-9A-F]{3}8[0-9A-F]{16}", line):
@@ -45,7 +45,7 @@ class Serial(KernelCase):
                 )
 
     def test_a_slow_reader_gets_every_frame(self):
-        """The pty takes some hundred bytes at a time: short writes all along."""
+        """The pty accepts some hundred bytes at a time, so every write is short."""
         sim = self.start(SIM, *REPLAY, "--out", "slcan:pty")
         descriptor = os.open(self.pty_of(sim), os.O_RDWR | os.O_NOCTTY)
         receiver, text = wire.Receiver(), b""
@@ -58,7 +58,7 @@ class Serial(KernelCase):
         self.assertEqual((0, 0), (sim.wait(timeout=10), receiver.faults.total()), receiver.faults)
         self.assertEqual(60 * 18 + 19, receiver.faults.good)
 
-    def test_a_peer_that_goes_and_comes_back(self):
+    def test_a_peer_that_disconnects_and_returns(self):
         node = self.node("--out", "slcan:pty")
         line = self.pty_of(node)
         receiver = wire.Receiver()
@@ -79,7 +79,7 @@ class Serial(KernelCase):
         told = self.last_words(node)
         os.close(second)
         self.assertEqual(
-            (1, 1, 2300), (told["link lost"], told["link back"], told["samples"]), told
+            (1, 1, 2300), (told["link lost"], told["link restored"], told["samples"]), told
         )
         self.assertGreater(told["frames dropped"], 0)
         self.assertGreater(receiver.faults.missing, 0)

@@ -1,4 +1,4 @@
-"""Ten hours at real pace: same values as at full speed, no frame lost."""
+"""Ten hours at real pace: the same values as at full speed, and no lost frame."""
 
 import subprocess
 import time

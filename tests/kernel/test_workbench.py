@@ -1,5 +1,6 @@
-"""The workbench beside a CAN interface: what its page asks for while a sensor sends, and the raw samples that it freezes and diagnoses. The page
-itself, in a browser: tests/workbench/test_live.py."""
+"""The workbench with a CAN interface: the requests of its page while a sensor sends, and the raw
+samples that it freezes and diagnoses. tests/workbench/test_live.py tests the page in a browser.
+"""
 
 import csv
 import json
@@ -34,7 +35,7 @@ class Bench(KernelCase):
         )
 
     def ask(self, what, given=None):
-        """(status, answer) of a question, or of an action with what is given."""
+        """(status, answer) of a GET request, or of an action with these parameters."""
         data = None if given is None else json.dumps(given).encode()
         request = urllib.request.Request(
             f"{self.origin}/api/{what}", data, {"X-Davar-Token": self.token}

@@ -1,8 +1,9 @@
-"""From the interrupt to candump: an emulated Cortex-M4F (firmware/stream.c) sends its results over its UART, a real kernel
-makes a CAN interface of the serial line, candump reads it there, and the decoded values are those of davar-sim's CSV.
+"""From the interrupt to candump. An emulated Cortex-M4F (firmware/stream.c) sends its results over
+its UART. A real kernel makes a CAN interface of the serial line, and candump reads it there. The
+decoded values are those of davar-sim's CSV.
 
-Runs on the host: the board and the kernel (User-Mode Linux) are two processes, joined by the serial line.
-DAVAR_SIM: davar-sim. DAVAR_KERNEL: the kernel.
+Runs on the host: the board and the kernel (User-Mode Linux) are two processes, joined by the serial
+line. DAVAR_SIM: davar-sim. DAVAR_KERNEL: the kernel.
 """
 
 import csv
@@ -35,11 +36,12 @@ JOB = (
     "never",
 )
 SAMPLES, PERIOD_US = 6000, 1000
-HANG_S = 600  # real seconds; quiet machines take ten
-LIKE_16_MHZ = 6  # 2^6 ns an instruction
+HANG_S = 600  # real seconds; idle machines take ten
+LIKE_16_MHZ = 6  # 2^6 ns per instruction
 FRAMES_A_RESULT, FAREWELL = 3 + 7 + 5 + 3, 19  # at the end each counter of davar_health once
-# What somebody with a board on /dev/ttyS0 types; -r: room for the frames that come faster than they are printed. The frame
-# of cansend goes to the board's end of the line: candump listens, the board may start. candump leaves it out, which may hear it or not.
+# The commands of a user with a board on /dev/ttyS0; -r: room for frames that arrive faster than
+# they are printed. The frame of cansend reaches the board's end of the line when candump listens,
+# so that the board may start. candump drops this frame, which it may or may not receive.
 GUEST = """slcand ttyS0 slcan0 || exit
 until ip link set slcan0 up; do sleep 0.1; done 2>/dev/null
 candump -L -r 4000000 -n {} slcan0,7FF~7FF &
@@ -72,8 +74,9 @@ def received(lines):
 
 
 def serial_line():
-    """Two ends of a line that holds all that the board sends. The board's clock does not wait for a reader: a pair of Unix sockets is full
-    after 280 single bytes, TCP joins them."""
+    """Two ends of a line that buffers everything the board sends, because the board's clock does
+    not wait for a reader. A pair of Unix sockets is full after 280 single bytes; TCP joins them.
+    """
     with socket.create_server(("127.0.0.1", 0)) as server:
         one = socket.create_connection(server.getsockname())
         other, _ = server.accept()
@@ -123,7 +126,7 @@ class Board(unittest.TestCase):
         uart.settimeout(None)
 
     def chain(self, frames):
-        """Runs board and kernel; (what the board printed, what candump printed)."""
+        """Runs board and kernel; returns (output of the board, output of candump)."""
         uart, line = serial_line()
         with uart, line:
             command = self.board(uart)

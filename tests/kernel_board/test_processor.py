@@ -1,5 +1,7 @@
-"""The kernel of the kernel tests starts whatever the processor: the state that the host wants back for each process is simulated up to the
-size of the kernel's buffer (AMX: 11008 bytes), and a processor that needs more is reported. Runs on the host. DAVAR_KERNEL: the kernel."""
+"""The kernel of the kernel tests starts on every processor. The state that the host needs for each
+process is simulated up to the size of the kernel's buffer (AMX: 11008 bytes). A processor that
+needs more is reported. Runs on the host. DAVAR_KERNEL: the kernel.
+"""
 
 import os
 import platform
@@ -36,7 +38,7 @@ class Processor(unittest.TestCase):
         )
 
     def guest(self, size):
-        """A command in the guest on a processor whose state takes `size` bytes; 0: on this one."""
+        """Runs a command in the guest on a processor whose state has `size` bytes; 0: on this one."""
         kernel = self.folder / "kernel"
         wide = f"{self.folder}/wide {size} " if size else ""
         kernel.write_text(f'#!/bin/sh\nexec {wide}{KERNEL} "$@"\n')
@@ -53,7 +55,7 @@ class Processor(unittest.TestCase):
         done = self.guest(0)
         self.assertEqual((0, "started\n"), (done.returncode, done.stdout), done.stderr)
 
-    def test_processors_up_to_the_whole_buffer(self):
+    def test_processors_up_to_the_size_of_the_buffer(self):
         for size in (OLD_BUFFER, OLD_BUFFER + 8, AMX, BUFFER - 1):
             with self.subTest(size=size):
                 done = self.guest(size)

@@ -1,6 +1,7 @@
-/* Runs a program as on a processor whose state (XSTATE) takes BYTES: PTRACE_SETREGSET of less is refused, and
- * PTRACE_GETREGSET gives so many. What the real processor lacks reads as zero.
- * usage: wide_processor BYTES PROGRAM [ARGUMENT...]. x86-64 Linux. BYTES: at least the real size, and at most 128 KiB. */
+/* Runs a program as on a processor whose state (XSTATE) has BYTES: PTRACE_SETREGSET with fewer
+ * bytes is rejected, and PTRACE_GETREGSET returns BYTES. Parts that the real processor lacks read
+ * as zero. usage: wide_processor BYTES PROGRAM [ARGUMENT...]. x86-64 Linux. BYTES: at least the
+ * real size, and at most 128 KiB. */
 #define _GNU_SOURCE /* process_vm_readv */
 #include <elf.h>
 #include <errno.h>
@@ -23,7 +24,7 @@
 #define BYTES_MAX 131072
 #define EVENT(status) ((status) >> 16)
 
-/* The calls to look at stop the program; all others cost nothing. */
+/* Only these calls stop the program; all others cost nothing. */
 static void watch_calls(void)
 {
     struct sock_filter filter[] = {
@@ -53,7 +54,8 @@ static void copy(pid_t child, void *ours, unsigned long long theirs, size_t size
     }
 }
 
-/* The kernel has filled what the real processor has: zeros behind it, as far as there is room. */
+/* The kernel has filled the part of the real processor: writes zeros after it while there is
+ * room. */
 static void widen(pid_t child, const struct user_regs_struct *before, struct iovec asked,
                   size_t bytes)
 {

@@ -1,5 +1,6 @@
-/* davar tests - 10^7 samples of bursts, rails, gaps and window changes: every epoch against sums made anew from the
- * record, bit for bit. Sums are 64-bit integers over a cumulative sum, another road than the library's. */
+/* davar tests - 10^7 samples of bursts, rails, gaps and window changes: every epoch is compared
+ * with sums recomputed from the record, bit for bit. These sums are 64-bit integers over a
+ * cumulative sum, a different method than the library's. */
 #include "davar/davar.h"
 #include "random.h"
 #include "unity.h"
@@ -50,7 +51,8 @@ static int16_t next_sample(random_t *random, uint32_t n)
     }
 }
 
-/* Sum of D^2 over [tail, head) and its count, from cumulative sums: D = P[i] - 2 P[i - m] + P[i - 2 m]. */
+/* Sum of D^2 over [tail, head) and its count, from cumulative sums: D = P[i] - 2 P[i - m] + P[i - 2
+ * m]. */
 static uint64_t window_sum(uint64_t tail, uint64_t head, uint32_t m, uint32_t *differences)
 {
     uint64_t sum = 0U;
@@ -110,7 +112,7 @@ static void run_forever(davar_mode_t mode, uint32_t samples)
         shortest = (result.window_samples < shortest) ? result.window_samples : shortest;
         const bool centred = (mode == DAVAR_MODE_CENTRED);
         const uint64_t head = result.epoch + (centred ? (result.window_samples / 2U) : 1U);
-        if (head > result.window_samples) { /* the mirrored start is the property test's */
+        if (head > result.window_samples) { /* the property test covers the mirrored start */
             check(&result, head);
             checked++;
         }

@@ -1,5 +1,6 @@
-/* davar - which mutant runs. Included in front of every source of the build that tools/davar-mutants makes; the sources there hold
- * every mutant of lib/, and the environment says which one acts. */
+/* davar - selects the active mutant. Included before every source of the build of
+ * tools/davar-mutants. The sources there contain every mutant of lib/, and the environment selects
+ * one. */
 #ifndef DAVAR_TESTS_MUTANT_H
 #define DAVAR_TESTS_MUTANT_H
 
@@ -12,7 +13,8 @@ __attribute__((weak)) unsigned davar_mutant; /* 0: none */
 __attribute__((weak)) unsigned char davar_mutants_reached[DAVAR_MUTANTS_MAX];
 __attribute__((weak)) int davar_mutants_told;
 
-/* Does one of the mutants first .. first + count - 1 act? They stand at one place, which has now been reached. */
+/* True if one of the mutants first .. first + count - 1 is active. They share one place, which has
+ * now been reached. */
 #define DAVAR_SITE(first, count)                                                                   \
     (davar_mutants_reached[first] = 1, (davar_mutant - (first)) < (count))
 
@@ -22,7 +24,8 @@ __attribute__((constructor(101))) static void davar_mutant_choose(void)
     davar_mutant = text ? (unsigned)strtoul(text, NULL, 10) : 0U;
 }
 
-/* At the end, on request: a byte for each mutant, 1 at the first one of each place that was reached. */
+/* At the end, on request: a byte for each mutant, 1 at the first one of each place that was
+ * reached. */
 __attribute__((destructor)) static void davar_mutants_tell(void)
 {
     const char *const name = getenv("DAVAR_MUTANTS_REACHED");

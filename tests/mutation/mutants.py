@@ -1,7 +1,9 @@
-"""tools/davar-mutants: builds lib/ with all its mutants, runs the fast suites on a sample of them, and says who survived.
+"""tools/davar-mutants: builds lib/ with all its mutants, runs the fast suites on a sample of them,
+and reports the survivors.
 
-Killed: a suite that passes without the mutant fails, crashes, or takes more than its CPU time (ten times what it takes without, and two
-seconds). Not the clock: a busy machine kills no mutant.
+A mutant is killed if a suite that passes without it fails, crashes, or exceeds its CPU time (ten
+times its time without the mutant, plus two seconds). The limit is CPU time, because a busy machine
+must not kill mutants.
 """
 
 import argparse
@@ -24,16 +26,18 @@ WORK = ROOT / "build/mutants"
 TREE, LISTED = WORK / "tree", ROOT / "tests/mutation/survivors.txt"
 NOT_COPIED = {"build", ".git", "data", "docs"}
 SEED = 16
-# What is asked, in this order: the suites from outside and inside; then what is slower, of the mutants that are left.
+# The suites in this order: from outside and inside; then the slower ones, for the remaining
+# mutants.
 TRIALS = 50  # of tests/property, which are 1500 elsewhere
 FAST, SLOWER = ("unit", "api"), ("tracking", "property")
-FLAGS = "-w -O1 -fwrapv -D_GNU_SOURCE -DFOREVER_SAMPLES=200000U -include {}"  # of tests/tracking, which are 10^7 elsewhere
+# of tests/tracking, which are 10^7 elsewhere
+FLAGS = "-w -O1 -fwrapv -D_GNU_SOURCE -DFOREVER_SAMPLES=200000U -include {}"
 SANITIZERS = " -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer"
 Z_95 = 1.959964
 
 
 def write(path, text):
-    """Only when it differs: make builds again what is newer."""
+    """Writes only if the text differs, because make rebuilds newer files."""
     if not path.exists() or path.read_text() != text:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
@@ -123,7 +127,9 @@ def compile_tree(kind):
 
 
 def build():
-    """Every mutant that compiles, and the sites that no compiler takes, with the compiler's reason."""
+    """Every mutant that compiles, and the sites that no compiler accepts, with the compiler's
+    reason.
+    """
     copy_tree()
     files = schemata.find(ROOT, schemata.compiler_flags(ROOT))
     refused = {}
@@ -138,7 +144,7 @@ def build():
         if not more:
             sys.exit(f"davar-mutants: the build fails:\n{output[-6000:]}")
         refused.update(more)
-    sys.exit("davar-mutants: the build goes on failing")
+    sys.exit("davar-mutants: the build keeps failing")
 
 
 def refused_sites(files, refused, output):
@@ -157,7 +163,7 @@ def refused_sites(files, refused, output):
 
 
 def suites(kind):
-    """{name: program} of the suites asked, by folder."""
+    """{name: program} of the selected suites, by folder."""
     found = {}
     for path in sorted(TREE.glob("tests/*/test_*.c")):
         folder, name = path.parent.name, path.stem
@@ -192,7 +198,7 @@ def execute(program, variables, limit_s=None):
 
 
 class Suite:
-    """A suite, what it takes without a mutant, and the sites that it reaches."""
+    """A suite, its time without a mutant, and the sites that it reaches."""
 
     def __init__(self, name, program):
         self.name, self.program = name, program
@@ -207,7 +213,7 @@ class Suite:
         self.limit_s = math.ceil(10 * self.seconds) + 2
 
     def kills(self, mutant):
-        """How it died, or nothing."""
+        """The cause of death, or an empty text."""
         status, _ = execute(self.program, {"DAVAR_MUTANT": str(mutant.id)}, self.limit_s)
         return (
             ("time" if status in TIMED_OUT else "crash" if status < 0 else "test")
@@ -217,7 +223,9 @@ class Suite:
 
 
 class Listed:
-    """tests/mutation/survivors.txt: `## equivalent: reason` or `## gap: reason`, and below it the mutants."""
+    """Reads tests/mutation/survivors.txt: `## equivalent: reason` or `## gap: reason`, followed by
+    the mutants.
+    """
 
     def __init__(self, path):
         self.reason = {}
@@ -233,13 +241,14 @@ class Listed:
 
 
 def sample(mutants, count, seed):
-    """`count` mutants at random, each as likely as any other; a larger sample holds the smaller one, and a mutant keeps its place as long
-    as its function's text stays."""
+    """`count` mutants at random, all equally likely. A larger sample contains the smaller one, and
+    a mutant keeps its place while the text of its function is unchanged.
+    """
     return sorted(mutants, key=lambda mutant: mutant.draw(seed))[:count]
 
 
 def fate(mutant, asked):
-    """What became of a mutant: (fate, suite)."""
+    """The outcome of a mutant: (fate, suite)."""
     reaching = [suite for suite in asked if suite.reached[mutant.first_id]]
     for suite in reaching:
         how = suite.kills(mutant)
@@ -249,7 +258,7 @@ def fate(mutant, asked):
 
 
 def ask(mutants, asked):
-    """[(mutant, fate, suite)], as many at once as there are cores; a line for each in build/mutants/log.tsv."""
+    """[(mutant, fate, suite)], one process per core; a line for each in build/mutants/log.tsv."""
     results = []
     with (WORK / "log.tsv").open("a") as log, ThreadPoolExecutor(os.cpu_count() or 2) as pool:
         for mutant, (how, suite) in zip(
@@ -264,7 +273,9 @@ def ask(mutants, asked):
 
 
 def prepared(kind, longest_s, names):
-    """The suites of a build that take no longer (and are named, if any are), the quickest first."""
+    """The suites of a build within the time limit (and in the selection, if there is one), the
+    fastest first.
+    """
     found = [
         Suite(name, program) for name, program in suites(kind).items() if not names or name in names
     ]
@@ -286,7 +297,9 @@ def wilson(killed, of):
 
 
 def table(results, listed, key):
-    """A line for each room or kind: mutants, killed, survived, not reached, equivalent, share killed of those that are not."""
+    """A line for each directory or kind: mutants, killed, survived, not reached, equivalent, share
+    killed of those that are not.
+    """
     lines = [
         f"{'':<22}{'mutants':>8}{'killed':>8}{'survived':>9}{'unreached':>10}{'equivalent':>11}{'score':>8}"
     ]
@@ -308,7 +321,7 @@ def table(results, listed, key):
 
 
 def report(results, listed, everything):
-    """Prints what came out; the number of survivors that are not listed."""
+    """Prints the outcome; returns the number of survivors that are not listed."""
     print("\n".join(table(results, listed, lambda mutant: room(mutant.file))), end="\n\n")
     print("\n".join(table(results, listed, lambda mutant: mutant.kind)), end="\n\n")
     by = Counter(how for _, how, _ in results)
@@ -363,7 +376,7 @@ def main():
     for key in stale:
         print(f"listed, but no mutant any more: {key}")
     chosen = [mutant for mutant in mutants if options.only in mutant.key]
-    if options.again:  # who survived by an earlier log
+    if options.again:  # the survivors of an earlier log
         earlier = dict(
             reversed(line.split("\t", 4)[::4])
             for line in Path(options.again).read_text().splitlines()
@@ -395,7 +408,7 @@ def main():
         results = [again.get(result[0].key, result) for result in results]
     unlisted = report(results, listed, len(mutants))
     print(
-        f"{len(chosen)} mutants asked, {unlisted} neither killed nor listed, {len(stale)} listed that are no more"
+        f"{len(chosen)} mutants tested, {unlisted} neither killed nor listed, {len(stale)} listed that no longer exist"
     )
     return 1 if unlisted or stale else 0
 

@@ -1,8 +1,9 @@
-"""Every mutant of lib/ in one build: each place that can be wrong in small ways asks which mutant acts.
+"""Every mutant of lib/ in one build: each place with mutants tests which mutant is active.
 
-`a + b` becomes `(DAVAR_SITE(7, 1) ? a - b : a + b)`. Only one mutant acts at a time, so the mutated branch holds the text as it was
-and the text grows little. Places are found by libclang; what a preprocessor or a constant expression decides (array sizes, case labels,
-static_assert, bodies of macros, instructions of other machines) has no mutants.
+`a + b` becomes `(DAVAR_SITE(7, 1) ? a - b : a + b)`. Only one mutant is active at a time, so the
+mutated branch contains the original text and the text grows little. libclang finds the places. Code
+that the preprocessor or a constant expression decides (array sizes, case labels, static_assert,
+bodies of macros, instructions of other machines) has no mutants.
 """
 
 import hashlib
@@ -50,7 +51,8 @@ CLASSES = {
 }
 SUFFIXES = (".c", ".h", ".inc")  # of the files of lib/ that contain code
 
-# Macros whose use is a constant of the library. What a build chooses (davar/options.h) is none.
+# Macros whose use is a constant of the library. Options of the build (davar/options.h) are not
+# constants of this kind.
 STANDARD = {
     "UINT8_MAX",
     "UINT16_MAX",
@@ -109,14 +111,14 @@ class Mutant:
     kind: str
     before: str
     after: str
-    where: str = ""  # what stands around it: the line
-    number: int = 0  # of several that look the same in a function
+    where: str = ""  # the surrounding line
+    number: int = 0  # of several equal ones in a function
     id: int = 0
     first_id: int = 0  # of the mutants at its place
 
     @property
     def key(self):
-        """Names the mutant as long as its function's text stays."""
+        """Identifies the mutant while the text of its function is unchanged."""
         return self.named(self.after or "nothing")
 
     def named(self, after):
@@ -125,13 +127,13 @@ class Mutant:
         )
 
     def draw(self, seed):
-        """A number by which a sample is drawn: the same whatever else changes."""
+        """A number for sampling, independent of other changes."""
         return hashlib.sha256(f"{seed} {self.named(self.after)}".encode()).hexdigest()
 
 
 @dataclass
 class Site:
-    """A stretch of the text that has mutants; each a pair (Mutant, text in its place)."""
+    """A section of the text with mutants; each is a pair (Mutant, replacement)."""
 
     start: int
     end: int
@@ -171,7 +173,7 @@ class File:
 
 
 class Finder:
-    """Walks one translation unit; what it finds in a file of lib/ is added to that file, once."""
+    """Walks one translation unit; adds its sites in a file of lib/ to that file, once."""
 
     def __init__(self, root, files, macros):
         self.root, self.files, self.macros = root, files, macros
@@ -201,7 +203,9 @@ class Finder:
                 self.table(cursor)
 
     def table(self, cursor):
-        """The numbers of a table beside the functions; or of one in a function that lasts, which may as well be made anew."""
+        """The numbers of a table next to the functions, or of a static one in a function, which may
+        as well be created at each call.
+        """
         start, end = self.span(cursor)
         text = self.file.text[start:end]
         if "{" not in text or not text.startswith("static const "):
@@ -219,7 +223,7 @@ class Finder:
             Kind.CXX_UNARY_EXPR,
             Kind.STATIC_ASSERT,
             Kind.ASM_STMT,
-        ):  # sizeof; what the compiler decides
+        ):  # sizeof; the compiler decides it
             return
         if kind == Kind.VAR_DECL and cursor.storage_class == StorageClass.STATIC:
             return self.lasting(cursor)
@@ -236,7 +240,9 @@ class Finder:
         return None
 
     def lasting(self, cursor):
-        """static const in a function: an array of numbers is made anew at each call (see Text.render)."""
+        """static const in a function: an array of numbers is created at each call (see
+        Text.render).
+        """
         if cursor.type.kind != TypeKind.CONSTANTARRAY or not self.text(cursor).startswith(
             "static const "
         ):
@@ -253,7 +259,7 @@ class Finder:
                                 self.constant(part)
 
     def macro_constant(self, cursor):
-        """A named constant where it is used; True: there is nothing else to find here."""
+        """A named constant where it is used. True: there are no other sites here."""
         if not cursor.kind.is_expression() and cursor.kind != Kind.NULL_STMT:
             return False
         text = self.text(cursor)
@@ -353,7 +359,7 @@ class Finder:
             )
 
     def condition(self, cursor, children):
-        """Negated, unless it is a relation or a junction, which has its own mutants."""
+        """Negated, unless it is a comparison or a conjunction, which has its own mutants."""
         if cursor.kind in (Kind.IF_STMT, Kind.WHILE_STMT, Kind.CONDITIONAL_OPERATOR) and children:
             condition = children[0]
         elif cursor.kind == Kind.DO_STMT and len(children) == 2:
@@ -377,7 +383,7 @@ class Finder:
             self.file.add(span, self.function, "condition", f"!({flat(text)})")
 
     def statement(self, cursor, parent, place):
-        """Left out: a call, an assignment, a step."""
+        """Deleted: a call, an assignment, a step."""
         while cursor.kind == Kind.UNEXPOSED_EXPR and len(list(cursor.get_children())) == 1:
             cursor = next(cursor.get_children())
         span = self.span(cursor)
@@ -413,7 +419,7 @@ class Finder:
 
 
 def find(root, compiler_flags):
-    """{path: File} of lib/, with the sites of every mutant that a compiler could take."""
+    """{path: File} of lib/, with the sites of every mutant that a compiler may accept."""
     names = sorted(
         path
         for folder in ("lib/src", "lib/include")
@@ -442,7 +448,9 @@ def find(root, compiler_flags):
 
 
 def number(files, without=()):
-    """Gives the mutants their numbers, from 1, and returns them; `without`: sites {(file, start, end)} that no compiler takes."""
+    """Numbers the mutants from 1 and returns them; `without`: sites {(file, start, end)} that no
+    compiler accepts.
+    """
     mutants = []
     for name in sorted(files):
         file, same = files[name], Counter()
@@ -504,7 +512,7 @@ def render(file, without=()):
     text = stretch(0, len(file.text), plain)
     if not tables:
         return text
-    # What writes a table's mutant over it before main(), behind the last line of code.
+    # Code that writes a table's mutant over it before main(), after the last line of code.
     extra = []
     for (first, last, name), entries in sorted(tables.items()):
         for site in entries:
@@ -534,7 +542,7 @@ def wrapped(site, text):
 
 
 def compiler_flags(root):
-    """What libclang needs to know of the compiler that builds: where its own headers are."""
+    """The paths of the compiler's own headers, which libclang needs."""
     builtin = subprocess.run(
         ["gcc", "-print-file-name=include"], check=True, text=True, stdout=subprocess.PIPE
     ).stdout.strip()

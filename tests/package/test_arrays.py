@@ -1,4 +1,6 @@
-"""Any kind of array: the numbers are those of the definition over the samples that are there, or one error names the argument."""
+"""Any kind of array: the results match the definition over the present samples, or one error gives
+the argument's name.
+"""
 
 import unittest
 from pathlib import Path
@@ -16,7 +18,7 @@ SIZES = (1, 2, 5)
 
 
 def by_definition(x, m):
-    """Overlapping Allan deviation and how many differences, of the samples one by one; NaN is missing."""
+    """Overlapping Allan deviation and number of differences, sample by sample; NaN is missing."""
     squares = []
     for i in range(len(x) - 2 * m + 1):
         first, second = x[i : i + m], x[i + m : i + 2 * m]
@@ -64,7 +66,7 @@ TYPES = (
 
 @st.composite
 def series(draw):
-    """(what the user hands in, the samples with NaN for the missing ones, lsb or None)."""
+    """(input of the user, the samples with NaN for missing ones, lsb or None)."""
     kind = np.dtype(draw(st.sampled_from(TYPES)))
     whole = draw(
         st.lists(st.integers(0 if kind.kind == "u" else -100, 100), min_size=12, max_size=60)
@@ -88,7 +90,9 @@ def series(draw):
 
 
 class Column:
-    """What numpy sees of a column of pandas, polars, pyarrow or xarray: no array, but something that gives one."""
+    """What numpy gets from a column of pandas, polars, pyarrow or xarray: not an array, but an
+    object that converts to one.
+    """
 
     def __init__(self, values):
         self.values = values
@@ -100,7 +104,7 @@ class Column:
 def series_of_pandas(x):
     try:
         import pandas
-    except ImportError:  # it is none of the pins
+    except ImportError:  # the pins do not include it
         return []
     return [
         pandas.Series(x),
@@ -112,7 +116,7 @@ def series_of_pandas(x):
 class Kinds(unittest.TestCase):
     @settings(max_examples=300, deadline=None, derandomize=True)
     @given(series())
-    def test_numbers_are_those_of_the_samples_that_are_there(self, drawn):
+    def test_values_use_the_present_samples(self, drawn):
         handed, there, lsb = drawn
         wanted = [by_definition(there * (lsb or 1), m) for m in SIZES]
         if np.isfinite(there).sum() < 2 * max(SIZES):
@@ -156,7 +160,7 @@ class Kinds(unittest.TestCase):
             arrays.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=20),
         )
     )
-    def test_whatever_it_is_nothing_is_flattened_and_the_refusal_names_it(self, x):
+    def test_nothing_is_flattened_and_the_error_gives_the_name(self, x):
         for call in (
             lambda: davar.adev(x, RATE_HZ, clusters=[1]),
             lambda: davar.dynamic(x, RATE_HZ, stride=2),
@@ -199,7 +203,7 @@ class Kinds(unittest.TestCase):
 
 
 class Files(unittest.TestCase):
-    """Whatever is in a file: columns of finite numbers, or one error that names it."""
+    """Any content of a file gives columns of finite numbers, or one error with the file's name."""
 
     fields = st.one_of(
         st.floats().map(repr),
@@ -216,7 +220,7 @@ class Files(unittest.TestCase):
                 found = davar.read("rec.csv")
             except ValueError as why:
                 self.assertRegex(str(why), r"^rec\.csv(:\d+)?: ")
-            except ImportError as why:  # no text: another log
+            except ImportError as why:  # not text: another log
                 self.assertTrue(b"\0" in content, why)
             else:
                 self.assertTrue(

@@ -1,4 +1,6 @@
-"""A wrong argument is a ValueError that begins with its name; a wrong file one that names file, line and column."""
+"""A wrong argument is a ValueError that begins with its name. A wrong file gives file, line and
+column.
+"""
 
 import gzip
 import os
@@ -24,7 +26,7 @@ class Arguments(unittest.TestCase):
             self.assertRegex(str(caught.exception), rf"^(\w+ or )?{begins}( or \w+)?: [^\n]+$")
             return str(caught.exception)
 
-    def test_what_all_share(self):
+    def test_common_rules(self):
         for call in (davar.adev, davar.dynamic):
             for rate_hz in (0, -1, np.nan, np.inf, "fast", None):
                 self.refused("rate_hz", call, X, rate_hz)
@@ -222,7 +224,7 @@ class Arguments(unittest.TestCase):
         stream.finish()
         self.refused("x", stream.push, [1.0])
 
-    def test_a_column_that_is_not_there(self):
+    def test_a_missing_column(self):
         with self.assertRaisesRegex(AttributeError, "no column bias .*arw_deg_per_sqrt_h"):
             davar.dynamic(X, 1.0).bias
 
@@ -233,7 +235,7 @@ class Files(unittest.TestCase):
             Path(name).write_bytes(text if isinstance(text, bytes) else text.encode())
             return davar.read(name)
 
-    def test_what_is_there(self):
+    def test_the_contents(self):
         text = (
             "# sensor: it\n# serial: 7\ntime_s,gyro_z_dps\n"
             + "".join(f"{i / 50:.2f},{i}\n" for i in range(10))
@@ -249,14 +251,14 @@ class Files(unittest.TestCase):
             self.assertEqual(made["gyro_z_dps"].tolist(), list(range(10)))
         self.assertIsNone(self.read("gyro_z_dps\n1\n2\n").rate_hz)
 
-    def test_what_is_wrong(self):
+    def test_bad_values(self):
         for text, begins in (
             ("", "rec.csv: no header"),
             ("a_dps\n", "rec.csv:1: no rows"),
             ("a,b\n1,2\n3\n", "rec.csv:3: 1 fields"),
             ("# k: v\na,b\n1,2\n3,x\n", "rec.csv:4: column b: not a finite number, found 'x'"),
             ("a,b\n1,nan\n", "rec.csv:2: column b"),
-            ("a,a\n1,2\n", "rec.csv:1: column a is there twice"),
+            ("a,a\n1,2\n", "rec.csv:1: column a appears twice"),
             ("a,\n1,2\n", "rec.csv:1: a column without"),
             ("a\n1\n\n2\n", "rec.csv:3: an empty row"),
             ("time_s,a\n1,2\n3,4\n2,5\n", "rec.csv:4: column time_s: time runs backwards"),
@@ -271,7 +273,7 @@ class Files(unittest.TestCase):
             davar.read("nowhere.csv")
 
     def test_the_numbers_are_those_of_davar_sim(self):
-        """A field that one of them takes and the other does not."""
+        """A field that only one of them accepts."""
         rows = [f"{i},{i * 7919 % 101}\n" for i in range(700)]
         for field in (
             "1",
@@ -353,7 +355,7 @@ class Files(unittest.TestCase):
     def test_another_log_without_the_extra(self):
         for head in (b"ULog\x01\x12\x35", b"\x93NUMPY\x01\x00", b"PAR1", b"no text \x00\x01"):
             with self.assertRaisesRegex(
-                ImportError, r"^rec.ulg: no CSV; .*pip install \"davar\[lab\]\""
+                ImportError, r"^rec.ulg: not CSV; .*pip install \"davar\[lab\]\""
             ):
                 self.read(head + bytes(40), "rec.ulg")
 

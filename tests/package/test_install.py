@@ -1,4 +1,6 @@
-"""What pip makes of the repository: sdist, wheel, types, and the program davarlab with and without the extra."""
+"""The results of pip for the repository: sdist, wheel, types, and the program davarlab with and
+without the extra.
+"""
 
 import csv
 import importlib.metadata
@@ -42,7 +44,7 @@ class Made(unittest.TestCase):
         self.assertRegex(names[0], rf"^davar-{re.escape(VERSION)}-py3-none-linux_\w+\.whl$")
         self.assertEqual(names[1:], [f"davar-{VERSION}.tar.gz"])
 
-    def test_the_wheel_holds_the_packages_and_nothing_else(self):
+    def test_the_wheel_contains_only_the_packages(self):
         with zipfile.ZipFile(next(DIST.glob("*.whl"))) as wheel:
             names = wheel.namelist()
         self.assertEqual(
@@ -92,7 +94,7 @@ class Installed(unittest.TestCase):
         self.assertEqual(importlib.metadata.version("davar"), VERSION)
 
     def test_types_are_complete(self):
-        """mypy, as a user's project would run it."""
+        """Runs mypy as a user's project would."""
         with tempfile.TemporaryDirectory() as folder:
             use = Path(folder, "use.py")
             use.write_text(
@@ -131,7 +133,7 @@ class Installed(unittest.TestCase):
             )
             self.assertEqual(done.returncode, 0, done.stdout)
 
-    def test_davarlab_without_the_extra_says_so(self):
+    def test_davarlab_without_the_extra_reports_it(self):
         with tempfile.TemporaryDirectory() as folder:
             done = run([Path(sys.executable).with_name("davarlab"), "--help"], folder)
             self.assertEqual((done.returncode, done.stdout), (2, ""))
@@ -141,7 +143,7 @@ class Installed(unittest.TestCase):
 
 
 class WithTheExtra(unittest.TestCase):
-    """In the Python that has the pins: the wheel is put beside them, into a folder of its own."""
+    """In the Python with the pins: installs the wheel into a separate folder."""
 
     @classmethod
     def setUpClass(cls):

@@ -1,4 +1,4 @@
-"""The code of docs/PYTHON.md, run from the top to the bottom as in a notebook."""
+"""Runs the code of docs/PYTHON.md from top to bottom, as in a notebook."""
 
 import contextlib
 import io
@@ -13,7 +13,7 @@ PAGE = together.ROOT / "docs/PYTHON.md"
 
 
 class Page(unittest.TestCase):
-    def test_every_block_runs_and_says_what_it_should(self):
+    def test_every_block_runs_with_the_documented_output(self):
         blocks = re.findall(
             r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
         )

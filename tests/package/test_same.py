@@ -1,4 +1,6 @@
-"""davar.dynamic and davar.Stream give what davar-sim prints, digit by digit, and have its options."""
+"""davar.dynamic and davar.Stream give the output of davar-sim, digit by digit, and have its
+options.
+"""
 
 import inspect
 import os
@@ -147,7 +149,7 @@ class Same(unittest.TestCase):
         x, there = noise(4), np.ones(4000, bool)
         there[[0, 700, 701, 2000, 3999]] = False
         holes = np.where(there, x, np.nan)
-        time_s = np.arange(4000) / 128.0  # a period that a double holds
+        time_s = np.arange(4000) / 128.0  # a double represents this period exactly
         found = davar.dynamic(holes, 128.0, details=True)
         printed = together.simulator(
             together.recording({"time_s": time_s[there], "gyro_z_dps": x[there]}), "--details"
@@ -161,7 +163,9 @@ class Same(unittest.TestCase):
 
 
 class Options(unittest.TestCase):
-    """Every option of davar-sim --help is an argument, or says here why it is none; and the other way round."""
+    """Every option of davar-sim --help is an argument, or is listed here with a reason; and every
+    argument is an option.
+    """
 
     renamed = {"rate": "rate_hz"}
     of_the_program = {
@@ -183,7 +187,7 @@ class Options(unittest.TestCase):
         "gaps",
         "clusters",
         "taus_s",
-    }  # gaps are rows that are not there, clusters a form of --taus
+    }  # gaps are absent rows, clusters a form of --taus
     not_of_a_stream = {"gap": "Stream.gap", "arith": "lsb or full_scale"}
 
     def options(self):
@@ -226,7 +230,7 @@ class Streamed(unittest.TestCase):
         for name, column in whole.items():
             np.testing.assert_array_equal(found[name], column, name)
 
-    def test_in_any_blocks_as_the_whole(self):
+    def test_any_blocks_give_the_results_of_one_call(self):
         counts = np.round(noise(5) / 0.01).astype(np.int16)
         holes = np.round(noise(6) / 0.01)
         holes[[5, 900, 901, 902, 2500]] = np.nan
@@ -256,12 +260,12 @@ class Streamed(unittest.TestCase):
         self.expect(stream.results(), davar.dynamic(counts, RATE_HZ, lsb=0.01, gaps=[1500]))
         self.assertEqual((stream.health["gaps"], stream.health["missing"]), (1, 5))
 
-    def test_a_refused_block_leaves_the_stream_as_it_was(self):
+    def test_a_rejected_block_leaves_the_stream_unchanged(self):
         counts = np.round(noise(11) / 0.01).astype(np.int32)
         stream = davar.Stream(RATE_HZ, lsb=0.01, bits=16)
         stream.push(counts[:2000])
         with self.assertRaisesRegex(
-            ValueError, r"^x: value beyond the count range.* at sample 1, found 40000"
+            ValueError, r"^x: value outside the count range.* at sample 1, found 40000"
         ):
             stream.push([1, 40_000])
         stream.push(counts[2000:])

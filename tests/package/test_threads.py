@@ -1,4 +1,4 @@
-"""One Stream, many threads: no crash, and whatever the order of the blocks, the numbers are those of some order of whole blocks."""
+"""One Stream, many threads: no crash, and the results match some order of complete blocks."""
 
 import copy
 import pickle
@@ -13,7 +13,7 @@ OPTIONS = {"lsb": 0.01, "stride": 10, "policy": "glr", "window_max": 1000, "segm
 
 
 def in_threads(count, work):
-    """Exceptions of work(i), all at once."""
+    """Exceptions of work(i), all run concurrently."""
     raised, ready = [], threading.Barrier(count)
 
     def one(i):
@@ -32,8 +32,8 @@ def in_threads(count, work):
 
 
 class Threads(unittest.TestCase):
-    def test_blocks_go_in_whole_and_each_result_comes_out_once(self):
-        """Every thread pushes copies of the same block, so that all orders are one."""
+    def test_blocks_are_pushed_completely_and_each_result_comes_once(self):
+        """Every thread pushes copies of the same block, so that the order does not matter."""
         block = np.random.default_rng(1).integers(-100, 100, 2000)
         stream, taken, lock = davar.Stream(100.0, **OPTIONS), [], threading.Lock()
 
@@ -58,7 +58,7 @@ class Threads(unittest.TestCase):
     def test_gaps_and_the_end_from_other_threads(self):
         stream = davar.Stream(100.0, full_scale=1.0)
         x = np.random.default_rng(2).normal(0, 0.1, 3000)
-        stream.push(x)  # a gap counts between samples only
+        stream.push(x)  # a gap counts only between samples
         raised = in_threads(
             4, lambda i: [stream.gap(1) if i == 0 else stream.push(x) for _ in range(20)]
         )
@@ -93,8 +93,8 @@ class OneThread(unittest.TestCase):
         self.assertEqual(stream.push(np.arange(1)), 0)
         self.assertEqual(stream._feed.taken, 9)
 
-    def test_a_signal_handler_cannot_come_between(self):
-        """It runs between two steps of a call: its own call is refused or done whole, never half."""
+    def test_a_signal_handler_cannot_interfere(self):
+        """It runs between two steps of a call. Its own call is rejected or done completely."""
         block, said = np.random.default_rng(3).integers(-100, 100, 500), {"done": 0, "refused": 0}
         stream = davar.Stream(100.0, lsb=0.01, stride=10)
 
@@ -123,7 +123,7 @@ class OneThread(unittest.TestCase):
         for name, column in whole.items():
             np.testing.assert_array_equal(found[name], column, name)
 
-    def test_a_copy_is_refused(self):
+    def test_a_copy_is_rejected(self):
         stream = davar.Stream(100.0, lsb=0.01)
         for call in (copy.copy, copy.deepcopy, pickle.dumps):
             with self.assertRaisesRegex(TypeError, "Stream cannot be copied or pickled"):

@@ -1,4 +1,4 @@
-"""davar.adev against published values, AllanTools, and the definition."""
+"""davar.adev compared with published values, AllanTools, and the definition."""
 
 import unittest
 
@@ -7,14 +7,15 @@ import davar
 import numpy as np
 import together
 
-# NIST SP 1065 (Riley 2008), table 31: 1000 points, overlapping Allan deviation at tau 1, 10, 100 s; table 30: 9 points, tau 1, 2 s.
+# NIST SP 1065 (Riley 2008), table 31: 1000 points, overlapping Allan deviation at tau 1, 10, 100 s;
+# table 30: 9 points, tau 1, 2 s.
 POINTS_1000 = {1: "2.922319e-01", 10: "9.159953e-02", 100: "3.241343e-02"}
 POINTS_9 = {1: "91.22945", 2: "85.95287"}
 NINE = np.array([892.0, 809, 823, 798, 671, 644, 883, 903, 677])
 
 
 def by_definition(x, m, gaps=()):
-    """(deviation, differences) of x, of which NaN and no pair of neighbours across a gap may be inside a difference."""
+    """(deviation, differences) of x. No difference may contain NaN or span a gap."""
     squares = []
     for i in range(len(x) - 2 * m + 1):
         part = x[i : i + 2 * m]
@@ -62,7 +63,7 @@ class AllanTools(unittest.TestCase):
                     theirs = allantools.oadev(x, rate=rate_hz, data_type="freq", taus=taus)
                     there = (
                         theirs[0] * rate_hz < 3000 // 9 + 0.5
-                    )  # theirs go on to where one difference is left
+                    )  # AllanTools continues until one difference remains
                     np.testing.assert_allclose(found.taus_s, theirs[0][there], rtol=1e-12)
                     np.testing.assert_allclose(found.adev, theirs[1][there], rtol=2e-8)
                     np.testing.assert_array_equal(found.n, theirs[3][there])
@@ -141,7 +142,7 @@ class Definition(unittest.TestCase):
             given = {"rate_hz": 8.0, "clusters": self.sizes, **options}
             rates = np.diff(phase) * 8.0
             broken = [300, 301] if "gaps" in options else [400] if "time_s" in options else []
-            rates[np.array(broken, int) - 1] = np.nan  # between two samples that are no neighbours
+            rates[np.array(broken, int) - 1] = np.nan  # between two samples that are not neighbours
             wanted = davar.adev(rates, 8.0, clusters=self.sizes)
             self.expect(davar.adev(phase.astype(float), data_type="phase", **given), rates)
             for one, other in zip(
@@ -157,12 +158,12 @@ class Definition(unittest.TestCase):
             davar.adev(holes, 8.0, clusters=self.sizes, data_type="phase"), np.diff(holes) * 8.0
         )
 
-    def test_nothing_but_gaps_leaves_nothing(self):
+    def test_only_gaps_give_no_values(self):
         found = davar.adev(np.arange(6.0), 1.0, clusters=[1, 2], gaps=[1, 2, 3, 4, 5])
         self.assertEqual(found.n.tolist(), [0, 0])
         self.assertTrue(np.isnan(found.adev).all() and np.isnan(found.low).all())
 
-    def test_a_constant_has_none(self):
+    def test_a_constant_has_no_kurtosis(self):
         self.assertEqual(davar.adev(np.full(100, 7.25), 1.0).adev.tolist(), [0.0] * 4)
 
 

@@ -1,4 +1,6 @@
-"""What the tests of the installed package share. They run in the Python that it was installed for, in a folder outside of the checkout."""
+"""Shared by the tests of the installed package. They run in the Python with the installation, in a
+folder outside the checkout.
+"""
 
 import contextlib
 import csv
@@ -24,7 +26,7 @@ WHOLE = (
 
 @contextlib.contextmanager
 def elsewhere():
-    """A folder of its own, as the current one."""
+    """A new folder, as the current one."""
     before = os.getcwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -48,7 +50,7 @@ def simulator(text, *options):
 
 
 def as_text(name, column):
-    """A column of davar.Epochs as davar-sim prints it."""
+    """A column of davar.Epochs in the format of davar-sim."""
     if name in WHOLE or name.startswith("differences_"):
         return [str(int(value)) for value in column]
     digits = 15 if name == "time_s" else 9

@@ -1,4 +1,4 @@
-# Conan: a Cortex-M4 with Debian's compiler. The arch is only a name: Conan knows none of a Cortex-M.
+# Conan: a Cortex-M4 with Debian's compiler. The arch is only a name, because Conan has none for a Cortex-M.
 [settings]
 os=baremetal
 arch=armv7hf

@@ -1,4 +1,6 @@
-"""What the tests of the packages share: the release that tools/test has made, a folder to work in, commands that must succeed."""
+"""Shared by the tests of the packages: the release that tools/test has made, a folder to work in,
+commands that must succeed.
+"""
 
 import os
 import subprocess
@@ -10,13 +12,13 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "tests/packages"
 CONSUMER = ROOT / "tests/consumer/consumer.c"
-SAYS = r"^davar \d+\.\d+\.\d+ epoch 99 window 60\n$"  # of the consumer
+SAYS = r"^davar \d+\.\d+\.\d+ epoch 99 window 60\n$"  # printed by the consumer
 RELEASE = Path(os.environ["DAVAR_RELEASE"])
 TOOLS = Path(sys.executable).parent  # pio, conan, compote
 
 
 def run(*command, folder=None, status=0, **variables):
-    """The output of a command that must end with this status; a failure shows everything it said."""
+    """The output of a command that must end with this status; a failure shows all of it."""
     done = subprocess.run(
         [str(word) for word in command],
         cwd=folder,
@@ -37,7 +39,7 @@ def build(source, binary, *settings):
 
 
 def package(pattern):
-    """The one file of the release with this name."""
+    """The only file of the release with this name."""
     found = list(RELEASE.glob(pattern))
     assert len(found) == 1, f"{pattern}: {found}"
     return found[0]

@@ -1,5 +1,6 @@
-# A platform of PlatformIO that uses Debian's compilers: what its registry would bring, for a machine that cannot reach it. The
-# variable DAVAR_PREFIX says which: empty for this machine, arm-none-eabi- for a Cortex-M4.
+# A platform of PlatformIO that uses Debian's compilers. It replaces the platform of the registry on
+# a machine without network. The variable DAVAR_PREFIX selects the compiler: empty for this machine,
+# arm-none-eabi- for a Cortex-M4.
 import os
 
 from SCons.Script import AlwaysBuild, Default, DefaultEnvironment

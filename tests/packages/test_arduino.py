@@ -1,5 +1,7 @@
-"""The library of Arduino: arduino-builder finds it by <davar.h> and builds the sketches that come with it, for a Cortex-M4 and for this machine,
-where they read simulated sensors (written from the data sheets) through their registers."""
+"""The library of Arduino: arduino-builder finds it by <davar.h> and builds its sketches for a
+Cortex-M4 and for this machine. Here the sketches read simulated sensors (written from the data
+sheets) through their registers.
+"""
 
 import re
 import shutil
@@ -26,7 +28,7 @@ class Arduino(unittest.TestCase):
 
     @classmethod
     def built(cls, sketch, board, status=0):
-        """The program; what arduino-builder said when it must fail."""
+        """The program, or the output of arduino-builder if it must fail."""
         there = cls.work / board / sketch
         there.mkdir(parents=True)
         said = run(
@@ -52,7 +54,7 @@ class Arduino(unittest.TestCase):
         return said if status else there / f"{sketch}.ino.elf"
 
     def rows(self, sketch, *words):
-        """What the sketch prints: the title, the rows."""
+        """The output of the sketch: the title, the rows."""
         lines = subprocess.run(
             [self.work / f"host/{sketch}/{sketch}.ino.elf", *words],
             text=True,
@@ -61,23 +63,23 @@ class Arduino(unittest.TestCase):
         ).stdout.splitlines()
         return lines[0], [list(map(float, line.split(","))) for line in lines[1:]]
 
-    def test_the_sketches_tell_the_noise_of_the_sensor(self):
+    def test_the_sketches_report_the_noise_of_the_sensor(self):
         for sketch, sensor in zip(SKETCHES, ("mpu6050", "lsm6ds")):
             with self.subTest(sketch=sketch):
                 title, rows = self.rows(sketch, sensor, "60")
                 self.assertEqual("window_samples,arw_deg_per_sqrt_h,arw_low,arw_high,gaps", title)
-                self.assertGreaterEqual(len(rows), 53)  # one a second, from the sixth on
+                self.assertGreaterEqual(len(rows), 53)  # one per second, from the sixth onward
                 self.assertEqual({0.0}, {row[4] for row in rows})
                 for window, value, low, high, _ in rows:
                     self.assertIn(window, (600, 624))
                     self.assertLess(
                         abs(value - 0.3), 0.06
-                    )  # four of the deviations that such a window leaves
+                    )  # four standard deviations for such a window
                     self.assertTrue(low < value < high)
                 covered = sum(low <= 0.3 <= high for _, _, low, high, _ in rows) / len(rows)
                 self.assertGreater(
                     covered, 0.6
-                )  # 95 % on the average; neighbours share five sixths of their samples
+                )  # 95 % on average; neighbours share five sixths of their samples
 
     def test_samples_lost_while_the_processor_was_busy_are_a_gap(self):
         for sketch, sensor, short, long in (
@@ -90,7 +92,7 @@ class Arduino(unittest.TestCase):
                 )  # the FIFO holds five seconds
                 self.assertEqual(1, self.rows(sketch, sensor, "40", "12", long)[1][-1][4])
 
-    def test_without_a_sensor_they_say_so(self):
+    def test_without_a_sensor_they_report_it(self):
         for sketch in SKETCHES:
             said = run(self.work / f"host/{sketch}/{sketch}.ino.elf", "none", "3")
             self.assertRegex(said, r"^(no (MPU-6050|LSM6DS) at 0x6\w.*\n)+$")
@@ -101,10 +103,10 @@ class Arduino(unittest.TestCase):
                 "Tag_CPU_arch: v7E-M", run("arm-none-eabi-readelf", "-A", self.built(sketch, "m4"))
             )
 
-    def test_a_board_whose_double_has_32_bits_is_refused(self):
+    def test_a_board_whose_double_has_32_bits_is_rejected(self):
         self.assertIn("davar needs a double of 64 bits", self.built(SKETCHES[0], "avr", status=1))
 
-    def test_the_properties_name_architectures_and_the_header_that_is_there(self):
+    def test_the_properties_list_architectures_and_an_existing_header(self):
         text = (LAYOUT / "library.properties").read_text()
         values = dict(re.findall(r"^(\w+)=(.+)$", text, re.MULTILINE))
         required = {

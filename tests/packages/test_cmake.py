@@ -1,4 +1,6 @@
-"""The source archive: FetchContent takes it by its checksum; what a build leaves out reaches the user through pkg-config."""
+"""The source archive: FetchContent accepts it by its checksum, and the disabled features of a build
+reach the user through pkg-config.
+"""
 
 import re
 import unittest
@@ -21,7 +23,7 @@ class Source(PackageCase):
         )
         self.assertRegex(run(self.work / "user/consumer"), SAYS)
 
-    def test_another_archive_is_refused(self):
+    def test_another_archive_is_rejected(self):
         wrong = run(
             "cmake",
             "-S",
@@ -34,7 +36,7 @@ class Source(PackageCase):
         )
         self.assertRegex(wrong, "(?i)hash mismatch|does not match")
 
-    def test_pkg_config_tells_what_was_left_out_wherever_it_was_put(self):
+    def test_pkg_config_reports_disabled_features_wherever_installed(self):
         build(
             ROOT,
             self.work / "davar",

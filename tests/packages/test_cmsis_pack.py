@@ -1,5 +1,7 @@
-"""The CMSIS-Pack. Its schema (PACK.xsd of Open-CMSIS-Pack) is in no package of Debian, PyPI or npm: the rules of it that the description touches
-are written out here. What the description lists is compiled with the paths that it lists, from the pack as it is handed out."""
+"""The CMSIS-Pack. Its schema (PACK.xsd of Open-CMSIS-Pack) is not in a package of Debian, PyPI or
+npm. This test implements the rules for the elements that the description uses. It compiles the
+listed files with the listed paths, from the finished pack.
+"""
 
 import re
 import unittest
@@ -9,7 +11,8 @@ import zipfile
 from package_case import CONSUMER, ROOT, PackageCase, package, run
 
 PACK = package("*.pack")
-# PACK.xsd: element -> (children that must be there, children that may, attributes that must, attributes that may)
+# PACK.xsd: element -> (required children, optional children, required attributes, optional
+# attributes)
 RULES = {
     "package": (
         {"name", "vendor", "description", "url", "releases"},
@@ -45,7 +48,7 @@ LOCATION = "{http://www.w3.org/2001/XMLSchema-instance}noNamespaceSchemaLocation
 
 
 def wrong(element):
-    """What the schema would say, of an element and all below it."""
+    """The errors that the schema would report, for an element and its descendants."""
     must, may, needed, allowed = RULES.get(element.tag, (set(), set(), set(), set()))
     children, attributes = {child.tag for child in element}, set(element.attrib) - {LOCATION}
     said = [f"{element.tag}: without {name}" for name in (must - children) | (needed - attributes)]
@@ -98,7 +101,7 @@ class CmsisPack(PackageCase):
             f"{vendor}.{name}.{self.tree.find('releases/release').get('version')}.pack", PACK.name
         )
 
-    def test_every_file_is_there_and_every_source_is_listed(self):
+    def test_every_file_exists_and_every_source_is_listed(self):
         for file in self.tree.iter("file"):
             there = self.work / file.get("name")
             self.assertTrue(
@@ -114,7 +117,7 @@ class CmsisPack(PackageCase):
             self.names("source"),
         )
 
-    def test_what_is_listed_compiles_and_links_for_a_cortex_m4(self):
+    def test_the_listed_files_compile_and_link_for_a_cortex_m4(self):
         core = ["-mcpu=cortex-m4", "-mthumb", "-std=c11", "-Os", "-Wall", "-Wextra", "-Werror"]
         paths = [f"-I{self.work / name}" for name in self.names("include")]
         run(

@@ -1,4 +1,6 @@
-"""conan create with its test package, for this machine and for a Cortex-M4; what a build leaves out reaches the user."""
+"""conan create with its test package, for this machine and for a Cortex-M4. The disabled features
+of a build reach the user.
+"""
 
 import os
 import re
@@ -33,7 +35,7 @@ class Conan(PackageCase):
         self.conan("profile", "detect")
 
     def files(self):
-        """Of the tree, but for its build folder and for what Python keeps."""
+        """Files of the tree, except its build folder and Python's caches."""
         every = (path.relative_to(self.tree) for path in self.tree.rglob("*") if path.is_file())
         return {
             path for path in every if path.parts[0] != "build" and "__pycache__" not in path.parts
@@ -64,7 +66,7 @@ class Conan(PackageCase):
         self.assertIn("Tag_CPU_arch: v7E-M", run("arm-none-eabi-readelf", "-A", library))
         self.assertIn("copyright", (library.parent.parent / "licenses/LICENSE").read_text().lower())
 
-    def test_a_recipe_outside_its_tree_says_so(self):
+    def test_a_recipe_outside_its_tree_is_reported(self):
         shutil.copytree(ROOT / "packaging/conan", self.work / "alone/conan")
         said = run(
             TOOLS / "conan",

@@ -1,4 +1,4 @@
-"""The Debian packages: what lintian says, and programs that use what dpkg has installed."""
+"""The Debian packages: no complaint from lintian, and programs that use the installation of dpkg."""
 
 import os
 import re
@@ -16,9 +16,7 @@ class Debian(PackageCase):
         self.root = self.work / "root"
         self.root.mkdir()
         for deb in (LIBRARY, PROGRAMS):
-            if (
-                os.geteuid() == 0
-            ):  # into a root of its own: this machine's packages stay what they are
+            if os.geteuid() == 0:  # into a separate root: this machine's packages stay unchanged
                 (self.root / "var/lib/dpkg/info").mkdir(parents=True, exist_ok=True)
                 (self.root / "var/lib/dpkg/updates").mkdir(exist_ok=True)
                 (self.root / "var/lib/dpkg/status").touch()
@@ -39,7 +37,7 @@ class Debian(PackageCase):
             {"no-manual-page"}, set(re.findall(r"^W: \S+ (\S+)", said, re.MULTILINE))
         )  # davar-sim --help is the manual
 
-    def test_the_control_file_names_what_is_needed(self):
+    def test_the_control_file_lists_the_dependencies(self):
         needs = subprocess.run(
             ["dpkg-deb", "-f", PROGRAMS, "Depends"], text=True, stdout=subprocess.PIPE, check=True
         ).stdout

@@ -1,4 +1,6 @@
-"""The component of ESP-IDF: packed by its manager; its Kconfig read; compiled for RV32 with a stand-in for IDF's CMake function."""
+"""The component of ESP-IDF: its manager packs it, its Kconfig is read, and it is compiled for RV32
+with a stub of IDF's CMake function.
+"""
 
 import json
 import re
@@ -48,7 +50,7 @@ class EspIdf(PackageCase):
         }
         self.assertEqual(set(), ours - names)
 
-    def test_the_manager_refuses_a_wrong_version(self):
+    def test_the_manager_rejects_a_wrong_version(self):
         manifest = self.work / "davar/idf_component.yml"
         manifest.write_text(re.sub(r'version: ".*"', 'version: "one"', manifest.read_text()))
         self.assertIn('Invalid field "version"', self.pack(status=2))

@@ -1,5 +1,7 @@
-"""The library of PlatformIO: pio packs it and refuses what is wrong; pio builds the example that the package brings, here and for a
-Cortex-M4, and what runs here finds the simulated noise and its change."""
+"""The library of PlatformIO: pio packs it and rejects wrong manifests. pio builds the example of
+the package, for this machine and for a Cortex-M4. The program for this machine finds the simulated
+noise and its change.
+"""
 
 import importlib.metadata
 import json
@@ -12,7 +14,7 @@ import unittest
 from package_case import HERE, RELEASE, PackageCase, run
 
 LAYOUT = RELEASE / "layout/platformio"
-# pio asks the network for the list of licences; everything else of it is as it is.
+# pio requests the list of licences from the network; only this is replaced.
 PIO = (
     "import sys; from platformio.package.manifest.schema import ManifestSchema as schema; "
     "schema.load_spdx_licenses = staticmethod(lambda: {'licenses': [{'licenseId': 'MIT'}]}); "
@@ -22,7 +24,7 @@ SCONS = "import sys\nsys.path.insert(0, %r)\nfrom SCons.Script import main\nmain
 
 
 def install(folder, kind, name, version, **more):
-    """What PlatformIO's registry would have put there: a package with its receipt."""
+    """What PlatformIO's registry would install: a package with its receipt."""
     folder.mkdir(parents=True)
     (folder / f"{'platform' if kind == 'platform' else 'package'}.json").write_text(
         json.dumps({"name": name, "version": version, **more})
@@ -55,7 +57,9 @@ class PlatformIO(PackageCase):
         )
 
     def tools(self):
-        """A platform with the name `native`, and scons from PyPI as the package that PlatformIO builds with."""
+        """A platform with the name `native`, and scons from PyPI as the package that PlatformIO
+        builds with.
+        """
         major, minor, patch = importlib.metadata.version("scons").split(".")
         scons = self.core / "packages/tool-scons"
         install(scons, "tool", "tool-scons", f"4.{major}{int(minor):02}{int(patch):02}.0")
@@ -77,7 +81,7 @@ class PlatformIO(PackageCase):
         ours = {path.relative_to(LAYOUT).as_posix() for path in LAYOUT.rglob("*") if path.is_file()}
         self.assertEqual(set(), ours - names)
 
-    def test_pio_refuses_a_wrong_manifest(self):
+    def test_pio_rejects_a_wrong_manifest(self):
         manifest = self.work / "davar/library.json"
         good = manifest.read_text()
         for wrong, why in (

@@ -1,4 +1,6 @@
-"""tools/release: one version number in every package, checksums that hold, the same bytes again, refusals that name the cause."""
+"""tools/release: one version number in every package, correct checksums, the same bytes again,
+errors that give the cause.
+"""
 
 import json
 import re
@@ -24,7 +26,7 @@ def text_of(archive, member):
 
 
 def versions(folder):
-    """{manifest: the version it states}, read from what is handed out."""
+    """{manifest: its version}, read from the finished packages."""
     one = {
         path.name.split("-")[1] if path.name.count("-") > 1 else path.suffix: path
         for path in folder.iterdir()
@@ -84,7 +86,7 @@ class Release(PackageCase):
         run(*command)
         self.assertEqual({"9.8.7"}, set(versions(out).values()))
 
-    def test_the_checksums_hold_and_cover_everything(self):
+    def test_the_checksums_are_right_and_cover_everything(self):
         run("sha256sum", "--check", "--strict", "SHA256SUMS", folder=RELEASE)
         named = {line.split()[1] for line in (RELEASE / "SHA256SUMS").read_text().splitlines()}
         self.assertEqual(
@@ -99,7 +101,7 @@ class Release(PackageCase):
         for line in (self.work / "again/SHA256SUMS").read_text().splitlines():
             self.assertEqual(wanted[line.split()[1]], line.split()[0], line.split()[1])
 
-    def test_a_tree_that_lies_in_another_repository_is_read_whole(self):
+    def test_a_tree_inside_another_repository_is_read_completely(self):
         run("git", "init", "-q", self.work)
         inner = self.work.resolve() / "davar"
         inner.mkdir()
@@ -108,7 +110,7 @@ class Release(PackageCase):
         with mock.patch.object(release, "ROOT", inner):
             self.assertEqual(release.tree(), ["a.c"])
 
-    def test_what_is_refused(self):
+    def test_rejected_calls(self):
         for seconds in ("soon", "-1", "1"):
             self.assertIn(
                 "SOURCE_DATE_EPOCH: ",
@@ -123,7 +125,7 @@ class Release(PackageCase):
                 ),
             )
         self.assertIn(
-            "exists already",
+            "already exists",
             run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work, status=2),
         )
         release.check_changes(

@@ -1,4 +1,6 @@
-"""The port of vcpkg, run with a stand-in for vcpkg's CMake functions; what it installs has the layout that vcpkg asks for."""
+"""The port of vcpkg, run with a stub of vcpkg's CMake functions. The installation has the layout
+that vcpkg requires.
+"""
 
 import json
 import unittest

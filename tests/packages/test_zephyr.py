@@ -1,5 +1,7 @@
-"""The module of Zephyr: kconfiglib, which Zephyr itself uses, reads its Kconfig; the example is built with a stand-in for Zephyr's CMake
-functions and sensor interface, and tells the angle random walk of a simulated gyro."""
+"""The module of Zephyr: kconfiglib, which Zephyr itself uses, reads its Kconfig. The example is
+built with a stub of Zephyr's CMake functions and sensor interface, and reports the angle random
+walk of a simulated gyro.
+"""
 
 import json
 import re
@@ -16,7 +18,7 @@ EXAMPLE = ROOT / "examples/zephyr"
 
 class Zephyr(PackageCase):
     def settings(self, text):
-        """What Kconfig makes of a prj.conf: {symbol: value}. Symbols of Zephyr's own are not there."""
+        """{symbol: value} of Kconfig for a prj.conf. It has no symbols of Zephyr itself."""
         (self.work / "prj.conf").write_text(text)
         config = kconfiglib.Kconfig(str(KCONFIG), warn_to_stderr=False)
         config.load_config(str(self.work / "prj.conf"))
@@ -64,7 +66,7 @@ class Zephyr(PackageCase):
             f"-DSETTINGS={self.work}/settings.cmake",
         )
         said = run(self.work / "build/firmware").splitlines()
-        self.assertGreaterEqual(len(said), 14)  # of 20 s: the window fills in 6
+        self.assertGreaterEqual(len(said), 14)  # of 20 s: the window fills in 6 s
         for line in said[5:]:
             window, value, low, high = map(
                 float,
@@ -75,7 +77,7 @@ class Zephyr(PackageCase):
             self.assertEqual(600, window)
             self.assertLess(
                 abs(value - 0.3), 0.06, line
-            )  # four of the deviations that 600 samples leave
+            )  # four standard deviations for 600 samples
             self.assertLess(low, value)
             self.assertGreater(high, value)
 

@@ -1,4 +1,5 @@
-/* davar tests - the node loop against a port that stutters: results come complete, in order, whatever the port does. */
+/* davar tests - the node loop with a port that stalls and fails: results are complete and in order,
+ * whatever the port does. */
 #include "davar_node.h"
 #include "random.h"
 #include "unity.h"
@@ -12,12 +13,12 @@
 #define RESULTS_MAX (CHANNELS * SAMPLES)
 #define STEPS_MAX 100000U
 
-/* What the port does next time; 0 everywhere is a port that always works. */
+/* The behaviour of the port; all 0 is a port that always works. */
 typedef struct {
     size_t block;        /* longest block */
-    uint32_t read_again; /* every so many reads there is nothing now; 0: never */
-    uint32_t read_fault; /* every so many reads fail */
-    uint32_t send_again; /* every so many sends find no room */
+    uint32_t read_again; /* period, in reads, of "nothing now"; 0: never */
+    uint32_t read_fault; /* period, in reads, of a fault */
+    uint32_t send_again; /* period, in sends, of "no room" */
     uint32_t send_fault; /* this send (from 1) fails */
     size_t gap_at;       /* samples are missing before this one; 0: none */
 } script_t;
@@ -52,7 +53,7 @@ static davar_node_channel_t channel[CHANNELS];
 static davar_config_t config;
 static davar_node_t node;
 static fake_t fake;
-static fake_t plain; /* the run that everything is compared with */
+static fake_t plain; /* the run for comparison */
 static davar_port_t port;
 
 static bool every(uint32_t period, uint32_t count)
@@ -114,7 +115,7 @@ static davar_port_send_t fake_send(void *context, size_t c, const davar_result_t
     return DAVAR_PORT_SEND_DONE;
 }
 
-/* Each look at the clock takes 3 us, and the counter wraps soon. */
+/* Each call of the clock takes 3 us, and the counter wraps soon. */
 static uint32_t fake_now_us(void *context)
 {
     fake_t *self = context;
@@ -145,7 +146,7 @@ static void start(size_t channels, script_t script)
     davar_node_init(&node, channel, channels, &port);
 }
 
-/* Steps until the stream is done; faults are stepped over. */
+/* Steps until the stream is done, past all faults. */
 static void run(void)
 {
     davar_node_state_t state = DAVAR_NODE_RUNNING;
@@ -238,7 +239,7 @@ static void test_block_length_does_not_matter(void)
     }
 }
 
-static void test_nothing_now_is_idle_and_asked_again(void)
+static void test_nothing_now_is_idle_and_retried(void)
 {
     run_plain();
     const script_t script = {.block = 4U, .read_again = 2U, .send_again = 3U};
@@ -255,8 +256,7 @@ static void test_a_busy_bus_stops_reading_and_keeps_the_result(void)
     const script_t script = {.send_again = 1U};
     start(1U, script);
     TEST_ASSERT_EQUAL(DAVAR_NODE_RUNNING, davar_node_step(&node)); /* reads */
-    TEST_ASSERT_EQUAL(DAVAR_NODE_IDLE,
-                      davar_node_step(&node)); /* pushes, offers the first result */
+    TEST_ASSERT_EQUAL(DAVAR_NODE_IDLE, davar_node_step(&node)); /* pushes, sends the first result */
     for (uint32_t i = 0U; i < 10U; i++) {
         TEST_ASSERT_EQUAL(DAVAR_NODE_IDLE, davar_node_step(&node));
     }
@@ -309,7 +309,8 @@ static void test_a_gap_reaches_every_channel(void)
     TEST_ASSERT_EQUAL_UINT32(0U, fake.sent[CHANNELS * 20U].result.gaps_in_window);
 }
 
-/* A float channel that loses samples of its own falls behind; each channel still has all its results in order. */
+/* A float channel with its own lost samples falls behind. Each channel still has all its results in
+ * order. */
 static void test_a_channel_out_of_step_does_not_disturb_the_others(void)
 {
     run_plain();
@@ -339,7 +340,7 @@ static void test_a_grid_and_a_trailing_window_end_properly(void)
     TEST_ASSERT_EQUAL_UINT64(87U, fake.sent[fake.sent_count - 1U].result.epoch);
 }
 
-static void test_done_is_final_and_read_is_left_alone(void)
+static void test_done_is_final_and_read_is_not_called_again(void)
 {
     run_plain();
     const size_t sent = fake.sent_count;
@@ -388,7 +389,7 @@ static void test_a_plan_adds_the_fit(void)
 }
 
 #ifdef NDEBUG
-/* A channel that states another number type than it was started with: its samples are counted as missing. */
+/* A channel with another number type than its instance: its samples are counted as missing. */
 static void test_samples_of_another_type_are_counted_as_missing(void)
 {
     const script_t blocks = {.block = 30U};
@@ -410,7 +411,7 @@ int main(void)
     RUN_TEST(test_every_sample_gets_a_result_in_every_channel_epoch_by_epoch);
     RUN_TEST(test_the_number_types_agree);
     RUN_TEST(test_block_length_does_not_matter);
-    RUN_TEST(test_nothing_now_is_idle_and_asked_again);
+    RUN_TEST(test_nothing_now_is_idle_and_retried);
     RUN_TEST(test_a_busy_bus_stops_reading_and_keeps_the_result);
     RUN_TEST(test_a_read_fault_is_counted_reported_and_stepped_over);
     RUN_TEST(test_a_send_fault_loses_that_result_only);
@@ -418,7 +419,7 @@ int main(void)
     RUN_TEST(test_a_gap_reaches_every_channel);
     RUN_TEST(test_a_channel_out_of_step_does_not_disturb_the_others);
     RUN_TEST(test_a_grid_and_a_trailing_window_end_properly);
-    RUN_TEST(test_done_is_final_and_read_is_left_alone);
+    RUN_TEST(test_done_is_final_and_read_is_not_called_again);
     RUN_TEST(test_counters_and_the_longest_step);
     RUN_TEST(test_a_port_without_clock_and_fault_works);
     return UNITY_END();

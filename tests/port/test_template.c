@@ -1,4 +1,5 @@
-/* davar tests - the port to copy: what its transfer brings reaches the instance, what it overruns is counted. */
+/* davar tests - the port to copy: transferred samples reach the instance, and overruns are
+ * counted. */
 #include "davar_node.h"
 #include "template_port.h"
 #include "unity.h"
@@ -32,7 +33,7 @@ void setUp(void)
 
 void tearDown(void) {}
 
-/* The transfer fills the half whose turn it is, as an interrupt would see it. */
+/* Fills the next half, as an interrupt does. */
 static void transfer(uint32_t half)
 {
     for (uint32_t i = 0U; i < TEMPLATE_PORT_HALF; i++) {
@@ -63,7 +64,7 @@ static void test_every_half_arrives_once_and_in_order(void)
     TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).gaps);
 }
 
-static void test_a_node_too_slow_for_the_transfer_sees_a_gap(void)
+static void test_a_node_too_slow_for_the_transfer_gets_a_gap(void)
 {
     transfer(0U);
     work();
@@ -76,7 +77,7 @@ static void test_a_node_too_slow_for_the_transfer_sees_a_gap(void)
     TEST_ASSERT_EQUAL_UINT32(2U * TEMPLATE_PORT_HALF, davar_health(&davar).missing);
 }
 
-static void test_a_result_waits_until_there_is_a_line(void)
+static void test_a_result_waits_for_the_line(void)
 {
     for (uint32_t half = 0U; half < 5U; half++) {
         transfer(half);
@@ -91,7 +92,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_nothing_comes_before_the_first_half);
     RUN_TEST(test_every_half_arrives_once_and_in_order);
-    RUN_TEST(test_a_node_too_slow_for_the_transfer_sees_a_gap);
-    RUN_TEST(test_a_result_waits_until_there_is_a_line);
+    RUN_TEST(test_a_node_too_slow_for_the_transfer_gets_a_gap);
+    RUN_TEST(test_a_result_waits_for_the_line);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
-/* What a proof says: any value of a range, a statement that must hold, and that the end can be reached. The analyser,
- * Eva of Frama-C, takes each `any` as all values at once. */
+/* The parts of a proof: any value of a range, a statement that must be true, and a check that the
+ * end can be reached. The analyser, Eva of Frama-C, treats each `any` as all values together. */
 #ifndef PROOF_H
 #define PROOF_H
 
@@ -14,10 +14,11 @@
   @ assigns \nothing; */
 void not_proved(void);
 
-/* Nothing that does not hold this for all values passes: the call can be reached, and its contract says it must not be. */
+/* Eva accepts a program only if this is true for all values: otherwise the call can be reached, and
+ * its contract forbids that. */
 #define PROVE(statement) ((statement) ? (void)0 : not_proved())
 
-/* A proof that stops half way has proved nothing: test_proofs.py wants to see that the end is reached. */
+/* A proof that stops half way has proved nothing: test_proofs.py checks that the end is reached. */
 #define PROVED() Frama_C_show_each_proved()
 
 static inline int32_t any_i32(int32_t low, int32_t high)
@@ -37,8 +38,8 @@ static inline uint64_t any_u64(void)
 
 static inline void any_bytes(void *data, size_t bytes)
 {
-    unsigned char *const byte =
-        data; /* one by one: Frama_C_make_unknown would keep what was there as possible */
+    /* one by one: Frama_C_make_unknown would keep the old content as a possibility */
+    unsigned char *const byte = data;
     for (size_t i = 0U; i < bytes; i++) {
         byte[i] = Frama_C_unsigned_char_interval(0U, UCHAR_MAX);
     }

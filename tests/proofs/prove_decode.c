@@ -1,6 +1,6 @@
-/* Statement: davar_decode, of any frame and any base, reads and writes inside its arguments, and nothing overflows; what it
- * decodes has indices that stay inside the tables of davar_decode.h. All 64 data bytes, the length and the identifier are
- * arbitrary. No bound. */
+/* Statement: davar_decode, for any frame and any base, reads and writes inside its arguments, and
+ * nothing overflows. Decoded indices stay inside the tables of davar_decode.h. All 64 data bytes,
+ * the length and the identifier are arbitrary. No bound. */
 #include "davar_decode.h"
 
 #include "proof.h"

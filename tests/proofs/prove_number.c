@@ -1,6 +1,7 @@
-/* Statement: no arithmetic of lib/src/number overflows a signed type, shifts by its width or more, or reads outside a table,
- * of any arguments that its comments allow. By parts, as a Cortex-M0 has it, and in integers, as cores without a double
- * unit have it. No bound: the whole range of each argument, cut into pieces where the code asks for its size. */
+/* Statement: for any arguments that its comments allow, no arithmetic of lib/src/number overflows a
+ * signed type, shifts by its width or more, or reads outside a table. Products are by parts, as on
+ * a Cortex-M0, and doubles in integers, as on cores without a double unit. No bound: the complete
+ * range of each argument, split into pieces where the code tests its size. */
 #include "detector/logarithm.h"
 #include "number/scaled.h"
 

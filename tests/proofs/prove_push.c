@@ -1,8 +1,10 @@
-/* Statement: davar_push_until_result_q15 (WIDE 1: davar_push_until_result_q31) and davar_gap, of any samples, read and write inside the instance, its memory and
- * the samples, and nothing overflows that is signed. Every sample is any of its type. Gaps: any one place among the pushes, any
- * number missing; then two more, each GAP_APART pushes on (gaps_max 2, so the window restarts). Bound: PUSHES pushes from the
- * start, which turns the ring over; window 8, cluster sizes 1, 2 (octaves) or 1, 3; centred and trailing; policy fixed, or with
- * ADAPTIVE 1 the window follows kurtosis and contribution; a result every STRIDE samples, on a grid or with EDGES 1 by edges. */
+/* Statement: davar_push_until_result_q15 (WIDE 1: davar_push_until_result_q31) and davar_gap, for
+ * any samples, read and write inside the instance, its memory and the samples, and nothing signed
+ * overflows. Every sample has any value of its type. Gaps: any one place among the pushes, any
+ * number missing; then two more, each GAP_APART pushes later (gaps_max 2, so the window restarts).
+ * Bound: PUSHES pushes from the start, which turns the ring over; window 8, cluster sizes 1, 2
+ * (octaves) or 1, 3; centred and trailing; policy fixed, or with ADAPTIVE 1 the window follows
+ * kurtosis and contribution; a result every STRIDE samples, on a grid or with EDGES 1 by edges. */
 #include "davar/davar.h"
 
 #include "proof.h"
@@ -10,7 +12,7 @@
 #ifndef PUSHES
 #define PUSHES 14U
 #endif
-#ifndef GAPS /* places of the first gap: in front of push 0 .. GAPS; PUSHES: none */
+#ifndef GAPS /* places of the first gap: before push 0 .. GAPS; PUSHES: no gap */
 #define GAPS PUSHES
 #endif
 #define GAP_APART 3U
@@ -43,7 +45,7 @@ typedef int16_t sample_t;
 #define PUSH davar_push_until_result_q15
 #endif
 
-/* Not a word more. */
+/* Not one word more. */
 #if (STRIDE == 1) || EDGES
 static uint64_t memory[MEMORY(8U + STRIDE - 1U, 3U, 2U, 2U) / 8U];
 #else
@@ -77,7 +79,7 @@ static void stream(davar_mode_t mode, const uint32_t *taus, uint32_t gap)
     config.taus = taus;
     config.tau_count = 2U;
     if (INIT(&davar, &config, memory, sizeof memory) != DAVAR_OK) {
-        return; /* never, as tests/api shows; Eva knows no double by its bits */
+        return; /* never, as tests/api shows; Eva cannot represent a double by its bits */
     }
     for (uint32_t i = 0U; i < PUSHES; i++) {
         if ((i == gap) || (i == gap + GAP_APART) || (i == gap + 2U * GAP_APART)) {

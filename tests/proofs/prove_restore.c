@@ -1,7 +1,8 @@
-/* Statement: davar_state_restore, of any storage at all, reads and writes inside the instance, its memory and its own
- * buffers, and nothing overflows: every reading gives any bytes, others each time, or fails. So no check of a checksum is
- * relied on: what is proved holds for a forged image too. Bound: one configuration of each number type (q15, q31; a value
- * at every sample; window 8, cluster sizes 1 and 2). */
+/* Statement: davar_state_restore, for any storage, reads and writes inside the instance, its memory
+ * and its own buffers, and nothing overflows. Every reading gives any bytes, different each time,
+ * or fails. The proof does not rely on a checksum, so it covers forged images too. Bound: one
+ * configuration of each number type (q15, q31; a value at every sample; window 8, cluster sizes 1
+ * and 2). */
 #include "davar/davar.h"
 
 #include "proof.h"
@@ -48,7 +49,7 @@ void prove(void)
     config.taus = taus;
     config.tau_count = 2U;
     if (INIT(&davar, &config, memory, sizeof memory) != DAVAR_OK) {
-        return; /* never, as tests/api shows; Eva knows no double by its bits */
+        return; /* never, as tests/api shows; Eva cannot represent a double by its bits */
     }
     const size_t slot_bytes = davar_state_bytes(&davar);
     const davar_storage_t storage = {read_anything, write_nothing, NULL, slot_bytes};

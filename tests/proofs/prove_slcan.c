@@ -1,5 +1,6 @@
-/* Statement: davar_slcan_decode, of any text of 0 to TEXT bytes, reads nothing behind it, and nothing overflows; what it
- * accepts has at most 8 bytes. Bound: TEXT; no text that is accepted is longer than 25. */
+/* Statement: davar_slcan_decode, for any text of 0 to TEXT bytes, reads nothing after it, and
+ * nothing overflows. An accepted frame has at most 8 bytes. Bound: TEXT; no accepted text is longer
+ * than 25. */
 #include "davar_slcan.h"
 
 #include "proof.h"
@@ -8,7 +9,7 @@
 #define TEXT 28U
 #endif
 
-/* `fifth`: the byte that tells the length of the data. */
+/* `fifth`: the byte with the length of the data. */
 static void decode(size_t length, char low, char high)
 {
     char text[TEXT + 1U]; /* of which `length` are initialised: reading another is an alarm */
@@ -24,7 +25,7 @@ static void decode(size_t length, char low, char high)
 
 void prove(void)
 {
-    /* Every byte there is: the digits one by one, what is none between them. */
+    /* Every byte value: the digits one by one, ranges for the others. */
     for (size_t length = 0U; length <= TEXT; length++) {
         decode(length, CHAR_MIN, '0' - 1);
         for (char digit = '0'; digit <= '9'; digit++) {

@@ -1,7 +1,8 @@
-/* Statement: one step of the sliding Allan variance of q15, wherever the stream is and whatever came before, overflows
- * nothing that is signed and reads only its span. The samples are any int16, each difference D any value that its
- * definition allows, |D| <= m 65535, the sums of squares any 64 bits: so this holds for the first push and for every
- * one after it. Bound: octaves 1 .. LARGEST and 1, 3, 10, 30 .. LARGEST; init takes no m above 1290 (2.4). */
+/* Statement: one step of the sliding Allan variance of q15, at any position of the stream and after
+ * any history, overflows nothing signed and reads only its span. The samples are any int16, each
+ * difference D any value of its definition, |D| <= m 65535, the sums of squares any 64 bits. The
+ * statement therefore covers the first push and every later one. Bound: octaves 1 .. LARGEST and 1,
+ * 3, 10, 30 .. LARGEST; init accepts no m above 1290 (2.4). */
 #include "pipeline/type_q15.inc"
 
 #include "core/window.h"

@@ -1,6 +1,8 @@
-"""Runs one proof of this folder with Eva, the abstract interpreter of Frama-C, and reads what it says. Standard library only.
+"""Runs one proof of this folder with Eva, the abstract interpreter of Frama-C, and reads its
+output. Standard library only.
 
-By hand: proving.py NAME [-DBOUND=NUMBER ...], from anywhere; prints the alarms, exit status 1 when one is not in alarms.txt.
+Manual use: proving.py NAME [-DBOUND=NUMBER ...], from any folder. It prints the alarms and exits
+with status 1 if one is not in alarms.txt.
 """
 
 import os
@@ -16,7 +18,7 @@ sys.path.insert(0, str(ROOT / "tools/support"))
 import amalgamate  # noqa: E402
 
 MANIFEST = [path.relative_to(ROOT).as_posix() for path in amalgamate.SOURCES]
-# The pipelines: what a stream needs.
+# The pipelines: the sources of a stream.
 STREAM = tuple(
     source
     for source in MANIFEST
@@ -24,7 +26,8 @@ STREAM = tuple(
         ("lib/src/fit/", "lib/src/monitor/", "lib/src/state/", "lib/src/wire/")
     )
 )
-# sources: beside prove_NAME.c; unroll: the most turns of a loop that are followed one by one; more: options.
+# sources: in addition to prove_NAME.c; unroll: the largest number of loop iterations that are
+# followed one by one; more: options.
 Proof = namedtuple("Proof", "sources unroll more", defaults=(300, ()))
 PROOFS = {
     "decode": Proof(
@@ -59,12 +62,12 @@ OPTIONS = (
     "-kernel-warn-key",
     "typing:implicit-conv-void-ptr=inactive",
 )
-# Without code and without a contract: Eva takes it to change nothing, and so it is.
+# Functions without code and without a contract: Eva assumes correctly that they change nothing.
 WITHOUT_CODE = {"atomic_thread_fence"}
 
 
 def alarms_of(output):
-    """(file, what Eva says) of every alarm in its output; the line numbers are left out."""
+    """(file, Eva's message) of every alarm in its output, without line numbers."""
     found = re.findall(
         r"^\[eva:alarm\] (\S+?):\d+: Warning: *\n((?:  .*\n)+)", output, re.MULTILINE
     )
@@ -79,15 +82,18 @@ def listed(name):
         if line and not line.startswith("#")
     ]
     assert all(len(row) == 4 and all(row) for row in rows), (
-        "alarms.txt: proof | file | what Eva says | reason"
+        "alarms.txt: proof | file | Eva's message | reason"
     )
     return {(file, text) for proof, file, text, _ in rows if proof == name}
 
 
 def prove(name, bounds=(), root=ROOT):
-    """Runs prove_NAME.c over the sources below `root`. Returns (alarms, Eva's output); RuntimeError: nothing was proved at all."""
+    """Runs prove_NAME.c with the sources below `root`. Returns (alarms, Eva's output).
+    RuntimeError: nothing was proved.
+    """
     proof = PROOFS[name]
-    # Eva knows no 128-bit integer: the compiler's is hidden, and davar takes its products by parts.
+    # Eva has no 128-bit integer: the compiler's is hidden, and davar computes its products by
+    # parts.
     flags = " ".join(
         ("-Ilib/include", "-Ilib/src", "-Iport/wire", f"-I{HERE}", "-U__SIZEOF_INT128__", *bounds)
     )

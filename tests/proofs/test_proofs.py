@@ -1,5 +1,6 @@
-"""Every proof of this folder leaves the alarms of alarms.txt and no other, and finds a fault that is planted in what it proves. A proof
-is known until the library, this folder or Frama-C change."""
+"""Every proof of this folder gives exactly the alarms of alarms.txt, and detects an injected fault
+in its subject. Results are cached until the library, this folder or Frama-C change.
+"""
 
 import shutil
 import subprocess
@@ -13,7 +14,7 @@ from proving import HERE, ROOT, listed, prove
 sys.path.insert(0, str(ROOT / "tools/support"))
 import result_cache  # noqa: E402
 
-# proof, and which bounds: (file, what stands there, the fault, bounds that are enough to find it)
+# proof, and its bounds: (file, original text, the fault, bounds that are enough to find it)
 EDGES = ("-DSTRIDE=4", "-DEDGES=1")
 PLANTS = {
     "decode": [

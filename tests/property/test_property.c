@@ -1,4 +1,5 @@
-/* davar tests - random configurations and records, every epoch against brute force: integers bit for bit. */
+/* davar tests - random configurations and records. Every epoch is compared with brute force,
+ * integers bit for bit. */
 #include "davar/davar.h"
 #include "davar_policy.h"
 #include "fitted.h"
@@ -77,7 +78,8 @@ static void choose_config(random_t *random, trial_t *trial)
     }
     config->moments.segment = between(random, 1U, config->window.shortest - 1U);
     config->moments.contribution_high = 0.02 * (double)between(random, 1U, 10U);
-    /* Off the round values that rails can hit exactly, where the reference's own rounding would decide. */
+    /* Different from the round values that rails can hit exactly, where the reference's own
+     * rounding would decide. */
     config->moments.kurtosis_high = 2.0137 + (0.2 * (double)between(random, 1U, 10U));
     config->moments.kurtosis_low = 0.0137 + (0.5 * (double)between(random, 0U, 4U));
     config->stride = (random_next(random) % 2U) ? 1U : between(random, 1U, 20U);
@@ -86,7 +88,7 @@ static void choose_config(random_t *random, trial_t *trial)
     config->stride =
         (config->stride < config->window.longest) ? config->stride : config->window.longest;
     config->engine = (random_next(random) % 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_EDGES;
-    /* Those of two windows, and of what lies between them: all there can be. */
+    /* The gaps of two windows and of the samples between them: the maximum. */
     config->window.gaps_max = (uint16_t)((2U * config->window.longest) + config->stride + 2U);
     config->window.mirrored_end = true;
     trial->number = (number_t)(random_next(random) % NUMBER_COUNT);
@@ -94,7 +96,7 @@ static void choose_config(random_t *random, trial_t *trial)
     choose_taus(random, trial);
 }
 
-/* Quiet noise, full-scale bursts, constant rails: whatever a stream can hold. */
+/* Quiet noise, full-scale bursts, constant rails: any content of a stream. */
 static void choose_samples(random_t *random, trial_t *trial)
 {
     const bool widest = (trial->config.sample_bits == 32U);
@@ -215,7 +217,8 @@ static void expect_next(const trial_t *trial, reference_t *reference, const dava
     same_epoch(trial, reference, &epoch, result);
 }
 
-/* A part of the record, and a reset: what comes then must not know of it, in whatever state the instance was. */
+/* Part of the record, and a reset: later results must not depend on it, in any state of the
+ * instance. */
 static void push_and_reset(davar_t *davar, const trial_t *trial)
 {
     davar_result_t result;
@@ -292,7 +295,7 @@ static void test_every_epoch_equals_brute_force_for_random_configurations_and_ch
 #define SMALL_STRIDE 10U
 #define SMALL_COUNT 60
 
-/* Quiet and loud by turns, now and then a gap. */
+/* Quiet and loud sections, at times a gap. */
 static void choose_few_samples(random_t *random, trial_t *trial)
 {
     int32_t loud = 1;
@@ -354,7 +357,7 @@ static void test_every_epoch_equals_brute_force_for_small_configurations_one_by_
     trial.config.unit_per_count = 1.0;
     trial.config.window.gaps_max = (2U * SMALL_WINDOW) + SMALL_STRIDE + 2U;
     trial.config.window.mirrored_end = true;
-    trial.config.moments.contribution_high = 0.16; /* off round values, as in choose_config */
+    trial.config.moments.contribution_high = 0.16; /* not a round value, as in choose_config */
     trial.config.moments.kurtosis_low = 1.5137;
     trial.config.moments.kurtosis_high = 4.0137;
     trial.config.taus = trial.taus;

@@ -1,5 +1,6 @@
-/* davar tests - [SONG18] Table 1: the simulated signal of its section 2.2 (6000 samples at 1 s, white noise, three times
- * the standard deviation in 3000..4000) over many seeds. Prints medians and spreads beside the paper's one run. */
+/* davar tests - [SONG18] Table 1: the simulated signal of its section 2.2 (6000 samples at 1 s,
+ * white noise, three times the standard deviation in 3000..4000) over many seeds. Prints medians
+ * and spreads beside the paper's one run. */
 #include "davar/davar.h"
 #include "fitted.h"
 #include "random.h"
@@ -108,7 +109,8 @@ static double mean_arw(uint32_t from, uint32_t to)
     return sum / count;
 }
 
-/* Where the descent begins that first reaches window_min (the ascent that first reaches window_max). */
+/* Where the first descent that reaches window_min begins (or the first ascent that reaches
+ * window_max). */
 static double shrinks_from(uint32_t from, uint32_t to)
 {
     for (uint32_t n = from; n < to; n++) {
@@ -175,7 +177,7 @@ static spread_t spread_of(double *value)
     return spread;
 }
 
-/* The paper prints ARW in units of its own; its quiet A-DAVAR figure sets the scale for all. */
+/* The paper prints ARW in its own units; its quiet A-DAVAR figure sets the scale for all. */
 static void print_table(void)
 {
     printf("[SONG18] Table 1, %u seeds: median (10 %% .. 90 %%) | the paper's one run\n", SEEDS);
@@ -209,12 +211,14 @@ static void test_nodes_and_arw_of_table_1(void)
         }
     }
     print_table();
-    /* The paper's one run must lie in our 10..90 % range, widened by the paper's own rounding of nodes. */
+    /* The paper's one run must lie in our 10..90 % range, widened by the paper's own rounding of
+     * nodes. */
     for (unsigned f = 0U; f < 4U; f++) {
         TEST_ASSERT_TRUE_MESSAGE(columns[2].paper[f] >= (table[2][f].low - 2.0), figure_name[f]);
         TEST_ASSERT_TRUE_MESSAGE(columns[2].paper[f] <= (table[2][f].high + 2.0), figure_name[f]);
     }
-    /* Known truth: 1/60 deg/sqrt(h), three times that while disturbed, diluted by the quiet part of each window. */
+    /* Known truth: 1/60 deg/sqrt(h), three times that while disturbed, diluted by the quiet part of
+     * each window. */
     for (unsigned c = 0U; c < 3U; c++) {
         TEST_ASSERT_DOUBLE_WITHIN(0.02 / 60.0, 1.0 / 60.0, table[c][NODE_ARW_QUIET].median);
         TEST_ASSERT_TRUE(table[c][NODE_ARW_LOUD].median > (2.4 / 60.0));

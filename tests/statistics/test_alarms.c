@@ -1,5 +1,5 @@
-/* davar tests - false alarms and power of the monitor: noise with a known Allan variance through the whole library, fixed
- * seeds. Prints the table of DESIGN (9.6). */
+/* davar tests - false alarms and power of the monitor: noise with a known Allan variance through
+ * the whole library, fixed seeds. Prints the table of DESIGN (9.6). */
 #include "davar/davar.h"
 #include "davar/monitor.h"
 #include "gyro_noise.h"
@@ -11,10 +11,10 @@
 
 #define WINDOW 600U
 #define WINDOWS 12000U
-#define STRETCH 100U /* windows of one record; the monitor starts anew with each */
+#define STRETCH 100U /* windows of one record; the monitor restarts with each */
 #define SAMPLES ((size_t)STRETCH * WINDOW)
 
-/* What the program does between davar_take and the monitor. */
+/* The step of a program between davar_take and the monitor. */
 typedef enum { FIT_ALL = 0, FIT_WHITE, FIT_NOTHING } fit_t;
 
 typedef struct {
@@ -126,7 +126,8 @@ static void assert_quiet_after(fit_t kind, const char *name, gyro_noise_t noise,
 {
     const scenario_t scenario = {noise, noise, 0.0, stride, kind};
     const alarms_t alarms = run(name, &scenario, WINDOWS);
-    /* 1 % is stated; three standard errors of 12000 windows, of which the slow mean keeps 32 together */
+    /* 1 % is stated; three standard errors of 12000 windows, of which the slow mean keeps 32
+     * together */
     TEST_ASSERT_TRUE(alarms.fast <= 1.0 + 3.0 * 0.1);
     TEST_ASSERT_TRUE(alarms.health <= 1.0 + 3.0 * 0.4);
 }
@@ -136,7 +137,7 @@ static void assert_quiet(const char *name, gyro_noise_t noise, uint32_t stride)
     assert_quiet_after(FIT_ALL, name, noise, stride);
 }
 
-static void test_noise_that_follows_the_model_is_left_alone(void)
+static void test_noise_that_follows_the_model_raises_no_alarm(void)
 {
     assert_quiet("white", (gyro_noise_t){.white = 1.0}, WINDOW);
     assert_quiet("white 1 + BI 0.1", (gyro_noise_t){.white = 1.0, .flicker = 0.1}, WINDOW);
@@ -166,7 +167,7 @@ static void test_the_rate_holds_whatever_fit_ran(void)
                        (gyro_noise_t){.white = 1.0, .quantization = 1.0}, WINDOW);
 }
 
-static void test_a_change_is_seen_whatever_fit_ran(void)
+static void test_a_change_is_detected_whatever_fit_ran(void)
 {
     const gyro_noise_t model = {.white = 1.0};
     const scenario_t louder = {{.white = 1.5}, model, 0.02, WINDOW, FIT_NOTHING};
@@ -175,7 +176,7 @@ static void test_a_change_is_seen_whatever_fit_ran(void)
     TEST_ASSERT_TRUE(run("white 1.5 + RRW 0.3 for white 1, white fit", &drift, 2000U).fast > 99.0);
 }
 
-static void test_a_large_change_is_seen_at_once_and_a_small_one_in_time(void)
+static void test_a_large_change_is_detected_immediately_and_a_small_one_in_time(void)
 {
     const gyro_noise_t model = {.white = 1.0};
     const scenario_t louder = {{.white = 1.5}, model, 0.02, WINDOW, FIT_ALL};
@@ -193,10 +194,10 @@ static void test_a_large_change_is_seen_at_once_and_a_small_one_in_time(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_noise_that_follows_the_model_is_left_alone);
+    RUN_TEST(test_noise_that_follows_the_model_raises_no_alarm);
     RUN_TEST(test_overlapping_windows_alarm_no_more_often);
     RUN_TEST(test_the_rate_holds_whatever_fit_ran);
-    RUN_TEST(test_a_change_is_seen_whatever_fit_ran);
-    RUN_TEST(test_a_large_change_is_seen_at_once_and_a_small_one_in_time);
+    RUN_TEST(test_a_change_is_detected_whatever_fit_ran);
+    RUN_TEST(test_a_large_change_is_detected_immediately_and_a_small_one_in_time);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
-/* davar tests - how often the intervals of davar_fit hold the truth: Monte Carlo over independent windows, fixed seeds.
- * Prints the table of DESIGN (5.12); every figure has a standard error of 0.34 % at 4000 windows. */
+/* davar tests - how often the intervals of davar_fit contain the true value: Monte Carlo over
+ * independent windows, fixed seeds. Prints the table of DESIGN (5.12); every figure has a standard
+ * error of 0.34 % at 4000 windows. */
 #include "davar/fit.h"
 #include "gyro_noise.h"
 #include "unity.h"
@@ -13,16 +14,18 @@ typedef struct {
     gyro_noise_t noise;
     uint32_t window;
     uint32_t tau_last; /* octaves from 1 up to this */
-    unsigned tau_step; /* 0: octaves; else this many geometric steps from 1 to tau_last */
+    unsigned tau_step; /* 0: octaves; otherwise this many geometric steps from 1 to tau_last */
 } scenario_t;
 
 typedef struct {
-    double adev[DAVAR_TAUS_MAX]; /* share of windows whose interval holds the true ADEV */
+    double adev[DAVAR_TAUS_MAX]; /* share of windows whose interval contains the true ADEV */
     double coefficient
-        [DAVAR_COEFFICIENT_COUNT]; /* share whose statement (interval, or upper bound) holds the truth */
+        /* share whose statement (interval, or upper bound) contains the true value */
+        [DAVAR_COEFFICIENT_COUNT];
     double present[DAVAR_COEFFICIENT_COUNT]; /* share that reports the term */
-    double extra;                            /* share that reports any term that is not there */
-    double arw_ratio;                        /* median of high / low: honest must not mean wide */
+    double extra;                            /* share that reports a term that does not exist */
+    /* median of high / low: intervals must not be wide to be correct */
+    double arw_ratio;
 } coverage_t;
 
 static davar_plan_t plan;
@@ -164,7 +167,7 @@ static void run(const char *name, const scenario_t *scenario)
     print(name);
 }
 
-/* Cluster sizes beyond a ninth of the window may be on the safe side. */
+/* Intervals of cluster sizes above a ninth of the window may be too wide. */
 static void assert_adev_honest(double most)
 {
     for (int t = 0; t < result.tau_count; t++) {
@@ -195,7 +198,7 @@ static void check_white(const char *name, uint32_t window, uint32_t tau_last, un
         .noise = {.white = 1.0}, .window = window, .tau_last = tau_last, .tau_step = tau_step};
     run(name, &scenario);
     assert_adev_honest(97.0);
-    assert_arw_honest((window < 100U) ? 98.0 : 97.0); /* three cluster sizes doubt much */
+    assert_arw_honest((window < 100U) ? 98.0 : 97.0); /* three cluster sizes leave much doubt */
     assert_others_true(99.0);
     TEST_ASSERT_TRUE(coverage.extra <= 3.0);
 }
@@ -275,7 +278,8 @@ static void test_a_long_window_with_everything(void)
     check_mixture("white 1 + BI 0.1 + RRW 0.01", &both, 5000, 97.5);
 }
 
-/* White noise far below the rest is hardly resolved: then its statement may be truer than 95 %, never less. */
+/* White noise far below the rest is hardly resolved: its statement may then be true more often than
+ * 95 %, never less. */
 static void test_hardly_resolved_white_noise(void)
 {
     const scenario_t drift = {.noise = {.white = 1.0, .walk = 1.0}, .window = 600, .tau_last = 64};
@@ -289,7 +293,8 @@ static void test_hardly_resolved_white_noise(void)
     TEST_ASSERT_TRUE(coverage.present[DAVAR_ANGLE_RANDOM_WALK] < 2.0);
 }
 
-/* A deterministic ramp scatters less than the noise that its edf stands for: safe, not tight. */
+/* A deterministic ramp scatters less than the noise that its edf represents: the interval is safe,
+ * not tight. */
 static void test_ramp(void)
 {
     const scenario_t scenario = {

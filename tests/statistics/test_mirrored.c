@@ -1,5 +1,6 @@
-/* davar tests - how often the intervals hold the truth near the ends of a record, where a centred window sees part of it
- * twice: Monte Carlo through the whole chain, fixed seeds, standard error 0.4 % at 3000 records. */
+/* davar tests - how often the intervals contain the true value near the ends of a record, where a
+ * centred window contains part of it twice: Monte Carlo through the complete chain, fixed seeds,
+ * standard error 0.4 % at 3000 records. */
 #include "davar/davar.h"
 #include "gyro_noise.h"
 #include "unity.h"
@@ -12,7 +13,7 @@
 #define WINDOW 600U
 #define PLACES 7U
 #define TAUS 7U
-#define COUNT 0.001 /* deg/s: small beside the noise */
+#define COUNT 0.001 /* deg/s: small compared with the noise */
 
 static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U};
 static const uint64_t places[PLACES] = {0U, 50U, 150U, 250U, 300U, 800U, SAMPLES - 1U};
@@ -83,14 +84,15 @@ static void record(random_t *random)
     }
 }
 
-/* 93 to 97 %, and 1.3 standard errors above: the spans over the mirror are a little too small, which errs to the safe side. */
+/* 93 to 97 %, and 1.3 standard errors above: the spans over the mirror are a little too small,
+ * which makes intervals wider. */
 static void honest(unsigned holds)
 {
     TEST_ASSERT_GREATER_OR_EQUAL_UINT(RECORDS * 930U / 1000U, holds);
     TEST_ASSERT_LESS_OR_EQUAL_UINT(RECORDS * 974U / 1000U, holds);
 }
 
-static void test_intervals_near_the_ends_hold_the_truth(void)
+static void test_intervals_near_the_ends_contain_the_truth(void)
 {
     config = davar_default_config;
     config.window.mode = DAVAR_MODE_CENTRED;
@@ -123,6 +125,6 @@ static void test_intervals_near_the_ends_hold_the_truth(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_intervals_near_the_ends_hold_the_truth);
+    RUN_TEST(test_intervals_near_the_ends_contain_the_truth);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
-/* davar tests - noise that is rounded to counts: how often the angle random walk's interval, or its upper limit, holds what was there before
- * rounding. Monte Carlo through the whole library over independent windows, fixed seed. Prints the table of DESIGN (5.15). */
+/* davar tests - noise rounded to counts: how often the interval of the angle random walk, or its
+ * upper limit, contains the value before rounding. Monte Carlo through the complete library over
+ * independent windows, fixed seed. Prints the table of DESIGN (5.15). */
 #include "davar/davar.h"
 #include "random.h"
 #include "unity.h"
@@ -17,10 +18,11 @@ typedef enum {
 } mean_t; /* where the mean lies between two counts */
 
 typedef struct {
-    double held; /* percent of windows whose statement, interval or upper limit, holds the truth */
+    /* percent of windows whose statement, interval or upper limit, contains the true value */
+    double held;
     double intervals; /* percent of windows with an interval */
-    double within;    /* percent of these that hold it */
-    double bias;      /* mean value of these over the truth, less 1, percent */
+    double within;    /* percent of these that contain it */
+    double bias;      /* mean value of these over the true value, less 1, percent */
 } coverage_t;
 
 static uint64_t memory[DAVAR_MEMORY_Q15(WINDOW_MOST, 2048U, 12U, 4U) / 8U];
@@ -127,8 +129,8 @@ static const double sigmas[] = {0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.5,
                                 0.55, 0.6, 0.8, 1.0, 2.0, 5.0,  30.0};
 #define SIGMAS (sizeof sigmas / sizeof sigmas[0])
 
-/* A standard error is 0.6 at 1000 windows and 96 %, 1 at 300. Of few intervals no share is known; what is wrong with them counts in
- * `held`. */
+/* A standard error is 0.6 at 1000 windows and 96 %, 1 at 300. Of few intervals no share can be
+ * estimated; their errors count in `held`. */
 static void check_every_sigma(uint32_t window, mean_t mean, unsigned windows)
 {
     for (size_t i = 0U; i < SIGMAS; i++) {
@@ -171,7 +173,7 @@ static void test_the_fit_of_white_noise_alone(void)
 }
 
 /* Large noise: the same interval as without rounding, less q^2 / 12. */
-static void test_beside_large_noise_rounding_only_takes_its_variance_off(void)
+static void test_with_large_noise_rounding_only_subtracts_its_variance(void)
 {
     uint32_t taus[12];
     const davar_config_t config = config_of(600U, taus);
@@ -195,7 +197,8 @@ static void test_beside_large_noise_rounding_only_takes_its_variance_off(void)
     }
 }
 
-/* A walk of a count and more from sample to sample, with noise too small to be seen beside its rounding. */
+/* A walk of a count and more per sample, with noise too small to be resolved next to its
+ * rounding. */
 static void test_a_walk_that_is_rounded_keeps_its_coefficient(void)
 {
     uint32_t taus[12];
@@ -224,8 +227,8 @@ static void test_a_walk_that_is_rounded_keeps_its_coefficient(void)
     TEST_ASSERT_TRUE(held > 930U);
 }
 
-/* Slow noise of less than a count, which rounding shows as stairs: no number, and the reason. */
-static void test_what_stays_below_half_a_count_has_a_reason_and_a_limit(void)
+/* Slow noise of less than a count, which rounding turns into stairs: no number, but the reason. */
+static void test_noise_below_half_a_count_has_a_reason_and_a_limit(void)
 {
     uint32_t taus[12];
     const davar_config_t config = config_of(600U, taus);
@@ -255,8 +258,8 @@ int main(void)
     RUN_TEST(test_means_where_rounding_is_furthest_from_its_average);
     RUN_TEST(test_long_windows);
     RUN_TEST(test_the_fit_of_white_noise_alone);
-    RUN_TEST(test_beside_large_noise_rounding_only_takes_its_variance_off);
+    RUN_TEST(test_with_large_noise_rounding_only_subtracts_its_variance);
     RUN_TEST(test_a_walk_that_is_rounded_keeps_its_coefficient);
-    RUN_TEST(test_what_stays_below_half_a_count_has_a_reason_and_a_limit);
+    RUN_TEST(test_noise_below_half_a_count_has_a_reason_and_a_limit);
     return UNITY_END();
 }

@@ -1,6 +1,7 @@
-/* davar tests - how often the 95 % interval of the angle random walk holds what it is at the epoch, while policy glr cuts the window:
- * steps of the noise, a result every ten samples, by the time since the step, in windows cut since. Prints the tables of DESIGN
- * (10.14), and (10.15) for centred windows by the time to the nearest step. */
+/* davar tests - how often the 95 % interval of the angle random walk contains the value at the
+ * epoch, while policy glr cuts the window: steps of the noise, a result every ten samples, by the
+ * time since the step, in windows cut since. Prints the tables of DESIGN (10.14), and (10.15) for
+ * centred windows by the time to the nearest step. */
 #include "davar/davar.h"
 #include "davar/fit.h"
 
@@ -20,9 +21,10 @@ static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U, 256U};
 static const uint32_t until[BINS] = {50U,  100U,  200U,
                                      500U, 1500U, 6000U}; /* samples since the step */
 
-/* Results at such a time since the step, whose window was cut behind it (within three blocks); for steps of x1, all. */
+/* Results at this time since the step whose window was cut after it (within three blocks); for
+ * steps of x1, all. */
 typedef struct {
-    uint32_t all; /* of the time, cut or not */
+    uint32_t all; /* results at this time, cut or not */
     uint32_t cut;
     uint32_t offered; /* of them with an interval */
     uint32_t held;
@@ -104,7 +106,8 @@ static void run(double ratio, uint32_t steps, bin_t bins[BINS])
     printf("\n");
 }
 
-/* 600 stretches; a bin of half a second holds 50 results of each, which are hardly apart, so its standard error is about 0.7 %. */
+/* 600 sections. A bin of half a second has 50 results of each, which are strongly correlated, so
+ * its standard error is about 0.7 %. */
 static void check(double ratio, double least_cut)
 {
     bin_t bins[BINS] = {{0U, 0U, 0U, 0U}};
@@ -140,14 +143,15 @@ static void test_a_small_step(void)
     check(1.25, 50.0);
 }
 
-/* --- centred ------------------------------------------------------------------------------------------------------ */
+/* --- centred --- */
 
 #define FARTHEST 5U
 
 static const uint32_t within[FARTHEST] = {50U, 200U, 300U, 500U,
                                           3001U}; /* samples to the nearest step */
 
-/* Farther from a step than half a window the interval holds as it says; nearer it holds, or most results say that they are young. */
+/* Farther from a step than half a window the interval is correct. Nearer, it is correct, or most
+ * results are marked young. */
 static void check_centred(double ratio)
 {
     bin_t bins[FARTHEST] = {{0U, 0U, 0U, 0U}};

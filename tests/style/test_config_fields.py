@@ -1,4 +1,6 @@
-"""The list of configuration fields (davar/config_fields.inc) against the struct, init and the pages that repeat it."""
+"""The list of configuration fields (davar/config_fields.inc) compared with the struct, init and the
+pages that repeat it.
+"""
 
 import re
 import unittest
@@ -19,7 +21,7 @@ def listed():
 
 
 def members(body, prefix=""):
-    """The members that a struct's text declares, those of nested structs with the name before a dot."""
+    """The members that a struct's text declares; nested ones have their struct's name before a dot."""
     body = re.sub(r"/\*.*?\*/", "", body, flags=re.DOTALL)
     found = []
     for nested, name, plain in re.findall(r"struct \{(.*?)\} (\w+);|\b(\w+);", body, re.DOTALL):

@@ -31,7 +31,7 @@ ROOMS = (
 )
 FILES_MAX = 12
 
-# Whatever opens a file by its path: functions of Python and of the readers of logs.
+# Everything that opens a file by its path: functions of Python and of the readers of logs.
 OPENS = re.compile(
     r"(^|\.)(open|read_text|read_bytes|fromfile|loadtxt|genfromtxt|loadmat|memmap|mmap|run_path|File|FileIO|ZipFile|ParquetFile|read_table|DFReader_\w+|AnyReader)$"
     r"|^(np|numpy)\.load$"
@@ -39,7 +39,7 @@ OPENS = re.compile(
 OWN = "a file of this package or of one that it needs"
 BY_THE_DOOR = "logs/door.py has opened it through files.reading to see what it is"
 NEW = "made here, under a name that nothing has"
-# All but files.py: the module, the call, why it may.
+# Exceptions besides files.py: the module, the call, the reason.
 OPENED = {
     ("errors.py", "os.open(os.devnull, os.O_WRONLY)"): "to write",
     (
@@ -93,7 +93,7 @@ def room_of(path):
 
 
 def imported(path):
-    """The files and folders of the package that a module names in an import, wherever it stands."""
+    """The files and folders of the package that a module imports, at any level."""
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))

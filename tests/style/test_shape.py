@@ -1,4 +1,6 @@
-"""The shape of the library in figures: prints one table, and checks those that have a goal. Text of the tree alone; nothing is built."""
+"""The shape of the library in figures: prints one table, and checks the figures with a goal. It
+reads only the text of the tree; nothing is built.
+"""
 
 import re
 import statistics
@@ -9,7 +11,8 @@ from test_style import bare, c_files, functions, includes, listed, resolve, text
 
 DEPTH_MAX = 6
 FOLLOWED_MAX = 5
-# An int16 from davar_push_q15 to the sum of its squared differences: each file, and the function that the one before it calls there.
+# An int16 from davar_push_q15 to the sum of its squared differences: each file, and the function
+# that the previous file calls there.
 FOLLOWED = (
     ("lib/src/pipeline/q15.c", "davar_push_q15"),
     ("lib/src/pipeline/push.inc", "pipeline_push_all"),
@@ -20,7 +23,7 @@ FOLLOWED = (
 
 
 def depth(name, below, way=()):
-    """Files in the longest chain of includes that begins with this one."""
+    """Number of files in the longest chain of includes that begins with this one."""
     assert name not in way, f"{name} includes itself"
     if name not in below:
         own = [
@@ -44,7 +47,7 @@ def comment_share(names):
 
 
 def called_once(names):
-    """(static functions that one place calls, all static functions)."""
+    """(static functions with one call, all static functions)."""
     text = "\n".join(bare(text_of(name)) for name in names)
     static = {
         match

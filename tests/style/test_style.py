@@ -1,6 +1,7 @@
-"""The house rules that a script can check: who includes whom, what lib/ may not call, how long a function is.
+"""The style rules that a script can check: includes, calls that lib/ must not make, function
+length.
 
-Works on the text of the tree alone: nothing is built.
+Reads only the text of the tree; nothing is built.
 """
 
 import re
@@ -13,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 FUNCTION_LINES_MAX = 60
 VERSION_HEADER = "lib/include/davar/version.h"
-# Where an included name is looked for, after the includer's own folder.
+# Folders in which an included name is searched, after the includer's own folder.
 INCLUDE_PATH = (
     "lib/include",
     "lib/src",
@@ -100,7 +101,7 @@ MARKS = tuple(
 
 
 def listed():
-    """The files that are, or would be, committed; names relative to the root."""
+    """The files that are committed or would be; names relative to the root."""
     try:
         done = subprocess.run(
             ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
@@ -122,7 +123,7 @@ def listed():
 
 
 def text_of(name):
-    """The text of a file; empty when it is not text."""
+    """The text of a file; empty if it is not text."""
     try:
         return (ROOT / name).read_text(encoding="utf-8")
     except UnicodeDecodeError:
@@ -142,7 +143,7 @@ def includes(name):
 
 
 def resolve(name, included):
-    """The file of the tree that an include means; None when it is not one of ours."""
+    """The file of the tree that an include means; None if it is not in the tree."""
     for folder in (str(Path(name).parent), *INCLUDE_PATH):
         if (ROOT / folder / included).is_file():
             return f"{folder}/{included}"
@@ -150,7 +151,7 @@ def resolve(name, included):
 
 
 def bare(text):
-    """C text without comments, strings and preprocessor lines, every line kept where it was."""
+    """C text without comments, strings and preprocessor lines; line numbers stay the same."""
 
     def blank(match):
         return "\n" * match.group().count("\n") or " "
@@ -165,7 +166,9 @@ def bare(text):
 
 
 def functions(text):
-    """Yields (line, name, lines) of every function defined: a brace at the outside that follows a parenthesis."""
+    """Yields (line, name, lines) of every function definition: a brace at file level after a
+    parenthesis.
+    """
     text, depth, start = bare(text), 0, None
     for brace in re.finditer(r"[{}]", text):
         at = brace.start()
@@ -189,8 +192,9 @@ def functions(text):
                 start = None
 
 
-# The rooms: which others each may include, besides itself. The entry functions lie beside them. Of lib/src, fit, monitor, state and wire
-# include the public headers and number alone (tests/consumer/test_rooms.py builds each of them without the rest).
+# The rooms: which others each may include, besides itself. The entry functions lie beside them. Of
+# lib/src, fit, monitor, state and wire include the public headers and number alone
+# (tests/consumer/test_rooms.py builds each of them without the rest).
 ROOMS = {
     "lib/src": {
         "number": set(),
@@ -211,7 +215,7 @@ ROOMS = {
         "replay": {"common", "options", "recording", "instances", "output"},
     },
 }
-# A file may include this one header of another room, for the reason given.
+# A file may include this one header of another directory, for the reason given.
 ROOM_EXCEPTIONS = {
     (
         "lib/src/state/state.c",
@@ -222,7 +226,7 @@ ROOM_FILES_MAX = {"lib/src": 12, "host_sim": 24}  # host_sim: a dozen pairs
 
 
 class Rooms(unittest.TestCase):
-    def test_rooms_know_each_other_one_way_and_hold_few_files(self):
+    def test_rooms_import_one_way_and_have_few_files(self):
         for house, rooms in ROOMS.items():
             with self.subTest(house=house):
                 self.check_house(house, rooms)
@@ -329,8 +333,9 @@ class Includes(unittest.TestCase):
         self.assertEqual(cycles, [])
 
 
-# Where loops go over samples and records. A loop without a counter of its own asserts in its body what brings it to its end, of a
-# name in its head or of what is added to one (something that grows or shrinks with every turn), or is listed here with the reason.
+# Loops over samples and records are in these folders. A loop without its own counter asserts in its
+# body that it ends. The assertion uses a name in the loop's head, or of a value added to one (which
+# grows or shrinks with every iteration). Otherwise the loop is listed here with the reason.
 LOOPING = ("lib/src/core/", "lib/src/pipeline/", "lib/src/detector/")
 BOUNDED = {
     (
@@ -372,7 +377,7 @@ BOUNDED = {
 
 
 def closed(text, at, pair):
-    """Where what opens at `at` is closed."""
+    """The position where the bracket at `at` is closed."""
     depth = 0
     for i in range(at, len(text)):
         depth += (text[i] == pair[0]) - (text[i] == pair[1])
@@ -382,7 +387,7 @@ def closed(text, at, pair):
 
 
 def loops_without_counter(text):
-    """Yields (head, body) of each while loop, and of each for loop that leaves its third part empty."""
+    """Yields (head, body) of each while loop, and of each for loop with an empty third part."""
     text = bare(text)
     for loop in re.finditer(r"\b(while|for) \(", text):
         end = closed(text, loop.end() - 1, "()")
@@ -397,7 +402,9 @@ NAME = r"(?<!\w)[A-Za-z_]\w*(?:(?:->|\.)\w+)*\b(?!\()"  # with the members it na
 
 
 def asserts_its_end(head, body):
-    """True when the body asserts something of a name in the head, or of one that a statement of the body adds to it or takes off."""
+    """True if the body asserts something about a name in the head, or about a value that the body
+    adds to it or subtracts from it.
+    """
     names = set(re.findall(NAME, head.split("(", 1)[1]))
     for changed, by in re.findall(rf"({NAME}) [-+]= ([^;]+);", body):
         names |= set(re.findall(NAME, by)) if changed in names else set()
@@ -467,7 +474,7 @@ class Library(unittest.TestCase):
 
 class Tree(unittest.TestCase):
     def test_whoever_selects_c_files_by_suffix_selects_the_pages_too(self):
-        """A tool that lists ".c" and ".h" but not ".inc" skips the pipeline without a word."""
+        """A tool that lists ".c" and ".h" but not ".inc" silently skips the pipeline."""
         wrong = [
             f"{name}: {found}"
             for name in listed()
@@ -496,7 +503,7 @@ class Tree(unittest.TestCase):
             [f"{folder} {name}" for folder, name in there if f"{folder} {name}" not in built], []
         )
 
-    def test_the_version_is_written_once(self):
+    def test_the_version_has_one_definition(self):
         numbers = re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", text_of(VERSION_HEADER))
         self.assertEqual(len(numbers), 3)
         version = re.compile(
@@ -560,7 +567,7 @@ class Tree(unittest.TestCase):
         )
 
     def leads_somewhere(self, page, link):
-        """True if the file of a link exists and, where the link names one, its heading."""
+        """True if the file of a link exists and has the heading of the link, if any."""
         path, _, heading = link.partition("#")
         target = page.parent / path if path else page
         if not heading:

@@ -1,5 +1,5 @@
-/* davar tests - one result, the plan of its cluster sizes, and what Allan variances of an exact mix of noise terms are. Every
- * function is static: each suite uses those that it needs. */
+/* davar tests - one result, the plan of its cluster sizes, and Allan variances of an exact mix of
+ * noise terms. Every function is static: each suite uses those that it needs. */
 #ifndef DAVAR_TESTS_FIT_FIXTURE_H
 #define DAVAR_TESTS_FIT_FIXTURE_H
 

@@ -1,4 +1,4 @@
-/* davar tests - a result with its fit, by a plan that is made for it alone. */
+/* davar tests - a result with its fit, with a plan for it alone. */
 #ifndef DAVAR_TESTS_FITTED_H
 #define DAVAR_TESTS_FITTED_H
 

@@ -1,8 +1,9 @@
 /* davar tests - rate records with a known Allan variance. */
 #include "gyro_noise.h"
 
-/* Gauss-Markov processes of equal variance s^2, a factor of four apart in time constant, add up to flicker with the
- * plateau s^2 (the avar of one, integrated over ln Tc, is s^2 ln 4): flat within 1 % far inside the range. */
+/* Gauss-Markov processes of equal variance s^2, a factor of four apart in time constant, add up to
+ * flicker with the plateau s^2 (the avar of one, integrated over ln Tc, is s^2 ln 4): flat within 1
+ * % far inside the range. */
 #define MARKOV_COUNT 16
 #define MARKOV_FIRST 0.001
 #define MARKOV_RATIO 4.0
@@ -24,7 +25,8 @@ static markov_t markov_process(const gyro_noise_t *noise, int index)
     return markov;
 }
 
-/* Variance of a sample (the mean of the process over it) given the state at its start; the series where it cancels. */
+/* Variance of a sample (the mean of the process over it) given the state at its start; the series
+ * where it cancels. */
 static double markov_sample_variance(const markov_t *markov)
 {
     const double a = 1.0 / markov->time;
@@ -58,7 +60,8 @@ static void add_flicker(const gyro_noise_t *noise, random_t *random, double *rat
     }
 }
 
-/* The Allan variance of a Gauss-Markov process (IEEE Std 952) with (q Tc)^2 = 2 s^2 Tc; the series where it cancels. */
+/* The Allan variance of a Gauss-Markov process (IEEE Std 952) with (q Tc)^2 = 2 s^2 Tc; the series
+ * where it cancels. */
 static double markov_avar(const markov_t *markov, double tau)
 {
     const double x = tau / markov->time;
@@ -77,7 +80,8 @@ static void add_white(const gyro_noise_t *noise, random_t *random, double *rate,
     }
 }
 
-/* The walk goes on between the samples, and a sample is its mean: half the step, and the bridge's own area. */
+/* The walk continues between the samples, and a sample is its mean: half the step, and the bridge's
+ * own area. */
 static void add_drift(const gyro_noise_t *noise, random_t *random, double *rate, size_t count)
 {
     double walk = 0.0;

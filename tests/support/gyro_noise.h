@@ -1,4 +1,5 @@
-/* davar tests - rate records with a known Allan variance: any mix of the five noise terms, in sample units (tau0 = 1 s). */
+/* davar tests - rate records with a known Allan variance: any mix of the five noise terms, in
+ * sample units (tau0 = 1 s). */
 #ifndef DAVAR_TESTS_GYRO_NOISE_H
 #define DAVAR_TESTS_GYRO_NOISE_H
 
@@ -6,9 +7,9 @@
 
 #include <stddef.h>
 
-/* avar(m) = 3 Q^2 / m^2 + N^2 / m + (2 ln2 / pi) B^2 + K^2 m / 3 + R^2 m^2 / 2. Exact but for flicker, a sum of Gauss-Markov
- * processes whose plateau is flat within 2 % from m = 2 on; gyro_noise_avar() is the truth of what gyro_noise_fill()
- * makes, that detail included. */
+/* avar(m) = 3 Q^2 / m^2 + N^2 / m + (2 ln2 / pi) B^2 + K^2 m / 3 + R^2 m^2 / 2. Exact except for
+ * flicker, a sum of Gauss-Markov processes whose plateau is flat within 2 % from m = 2 onward.
+ * gyro_noise_avar() is the true Allan variance of gyro_noise_fill(), including that detail. */
 typedef struct {
     double quantization;
     double white;

@@ -1,4 +1,5 @@
-/* davar tests - a seeded source of random numbers, the same on every machine up to the last bits of libm. */
+/* davar tests - a seeded source of random numbers, the same on every machine up to the last bits of
+ * libm. */
 #ifndef DAVAR_TESTS_RANDOM_H
 #define DAVAR_TESTS_RANDOM_H
 
@@ -19,7 +20,8 @@ static inline uint64_t random_next(random_t *random)
     return z ^ (z >> 31U);
 }
 
-/* The seed is scrambled first: streams of neighbouring seeds would otherwise be one stream, shifted. */
+/* The seed is scrambled first: streams of neighbouring seeds would otherwise be one stream,
+ * shifted. */
 static inline random_t random_seeded(uint64_t seed)
 {
     random_t random = {seed};

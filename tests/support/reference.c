@@ -18,7 +18,7 @@ static int64_t sample_at(const reference_record_t *record, int64_t position)
     return record->sample[reflected(record, position)];
 }
 
-/* Is there a gap between the samples at position - 1 and position? */
+/* True if there is a gap between the samples at position - 1 and position. */
 static bool gap_at(const reference_record_t *record, int64_t position)
 {
     if (record->gap_before == NULL) {

@@ -1,17 +1,18 @@
-/* davar tests - the algorithm by brute force, straight from its definition: the whole record in memory, every window
- * summed anew, ends mirrored by index, moments about the mean in 113-bit floating point. Shares no code with lib/. */
+/* davar tests - the algorithm by brute force, directly from its definition: the complete record in
+ * memory, every window summed again, ends mirrored by index, moments about the mean in 113-bit
+ * floating point. Shares no code with lib/. */
 #ifndef DAVAR_TESTS_REFERENCE_H
 #define DAVAR_TESTS_REFERENCE_H
 
 #include "davar/types.h"
 
-/* Quadruple precision holds every integer sum of the tests exactly. */
+/* Quadruple precision represents every integer sum of the tests exactly. */
 __extension__ typedef __float128 reference_real_t;
 
 typedef struct {
     const int32_t *sample;
-    const bool
-        *gap_before; /* gap_before[i]: samples are missing in front of sample i; may be null */
+    /* gap_before[i]: samples are missing before sample i; may be null */
+    const bool *gap_before;
     int64_t count;
 } reference_record_t;
 
@@ -25,7 +26,8 @@ typedef struct {
     double contribution; /* NaN: undefined */
 } reference_epoch_t;
 
-/* The first epoch of a record; call next until it returns false (no more epochs). `next_length` is kept between. */
+/* The first epoch of a record; call next until it returns false (no more epochs). `next_length` is
+ * kept between calls. */
 typedef struct {
     const davar_config_t *config;
     reference_record_t record;

@@ -1,4 +1,5 @@
-/* davar tests - a configuration whose windows (20 to 40 samples) are short enough to be counted by hand. */
+/* davar tests - a configuration whose windows (20 to 40 samples) are short enough to be counted by
+ * hand. */
 #ifndef DAVAR_TESTS_SMALL_CONFIG_H
 #define DAVAR_TESTS_SMALL_CONFIG_H
 

@@ -1,5 +1,5 @@
-/* davar tests - two instances, one of which is to go on as the other, and the storage between them: two slots in RAM that can lose their
- * power. The suites of state and storage use all of it. */
+/* davar tests - two instances, one of which continues as the other, and the storage between them:
+ * two slots in RAM that can lose power. The suites of state and storage use all of it. */
 #ifndef DAVAR_TESTS_STATE_FIXTURE_H
 #define DAVAR_TESTS_STATE_FIXTURE_H
 
@@ -16,7 +16,7 @@ static davar_config_t config;
 static davar_t original;
 static davar_t restored;
 
-/* Two slots in RAM; the power goes when `budget` bytes have been written, or `reads` reads are done. */
+/* Two slots in RAM. The power fails after `budget` written bytes, or after `reads` reads. */
 static unsigned char cells[2U * SLOT];
 static size_t budget;
 static size_t reads;
@@ -72,7 +72,8 @@ static void init(type_t type, davar_t *davar, unsigned which)
     TEST_ASSERT_EQUAL(DAVAR_OK, status);
 }
 
-/* One sample of a noise that is at times four times as large, with a gap now and then; true: a result was taken. */
+/* One sample of a noise that is at times four times as large, with occasional gaps. True: a result
+ * was taken. */
 static bool step(type_t type, davar_t *davar, uint32_t n, davar_result_t *result)
 {
     const int32_t value = (int32_t)(((n * 2654435761U) >> 20U) % 101U) - 50;
@@ -93,7 +94,7 @@ static bool step(type_t type, davar_t *davar, uint32_t n, davar_result_t *result
     return davar_take(davar, result); /* the fit is a pure function of it */
 }
 
-/* Epoch of the next result of what the storage holds. */
+/* Epoch of the next result from the state in the storage. */
 static uint64_t restored_epoch(void)
 {
     davar_result_t result;

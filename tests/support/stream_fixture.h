@@ -1,5 +1,5 @@
-/* davar tests - one small instance, a stream for it, and its newest result. Every function is static and inline: each suite uses those that it
- * needs. */
+/* davar tests - one small instance, a stream for it, and its newest result. Every function is
+ * static and inline: each suite uses those that it needs. */
 #ifndef DAVAR_TESTS_STREAM_FIXTURE_H
 #define DAVAR_TESTS_STREAM_FIXTURE_H
 
@@ -27,7 +27,7 @@ static inline int16_t ripple(uint32_t i)
     return (int16_t)(((i * 7919U) % 41U) - 20U);
 }
 
-/* Pushes samples from .. to - 1 one by one, takes every result, returns how many there were. */
+/* Pushes samples from .. to - 1 one by one, takes every result, returns their number. */
 static inline uint32_t feed(uint32_t from, uint32_t to)
 {
     uint32_t results = 0U;

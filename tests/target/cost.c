@@ -1,5 +1,6 @@
-/* davar tests - what a sample and a result cost on this target, in instructions (exact under -icount), stack and RAM bytes.
- * One line "name value" per figure; tools/support/targets.py reads them. */
+/* davar tests - the cost of a sample and of a result on this target, in instructions (exact under
+ * -icount), and in bytes of stack and RAM. One line "name value" per figure;
+ * tools/support/targets.py reads them. */
 #include "board.h"
 
 #include "davar/davar.h"
@@ -79,7 +80,7 @@ static void feed(uint32_t count)
     }
 }
 
-/* A result with everything. */
+/* A result with all features. */
 static void take(void)
 {
     if (davar_take(&davar, &result)) {
@@ -88,7 +89,8 @@ static void take(void)
     }
 }
 
-/* Instructions of pushing one sample, call and loop included: mean over three turns of the ring, and the worst. */
+/* Instructions of pushing one sample, including call and loop: the mean over three turns of the
+ * ring, and the worst. */
 static void measure_single(const char *mean_name, const char *worst_name)
 {
     uint32_t total = 0U;
@@ -120,7 +122,7 @@ static void measure_every_sample(void)
     measure_single("every_sample_push_x100", "every_sample_worst_push");
 }
 
-/* Blocks of one stride, as a DMA gives them, and every result taken. */
+/* Blocks of one stride, as from a DMA, with every result taken. */
 static void measure_grid(void)
 {
     start(DAVAR_POLICY_OR, STRIDE);
@@ -154,7 +156,7 @@ static void measure_grid(void)
     measure_single("grid_single_push_x100", NULL);
 }
 
-/* Blocks as a DMA gives them, and nothing taken: instructions. */
+/* Blocks as from a DMA, with no result taken: instructions. */
 static uint32_t push_blocks(uint32_t block, uint32_t rounds)
 {
     uint32_t total = 0U;
@@ -167,7 +169,8 @@ static uint32_t push_blocks(uint32_t block, uint32_t rounds)
     return total;
 }
 
-/* A fixed window in blocks of 64, newest result only; what policy glr adds to blocks, and its worst push. */
+/* A fixed window in blocks of 64, newest result only; the additional cost of policy glr in blocks,
+ * and its worst push. */
 static void measure_blocks(void)
 {
     start(DAVAR_POLICY_FIXED, 64U);
@@ -186,7 +189,8 @@ static void measure_blocks(void)
     glr_block = 10U;
 }
 
-/* A result every few samples, fixed window: what serves it, pushed sample by sample and in blocks of a stride. */
+/* A result every few samples, fixed window: the engine for it, pushed sample by sample and in
+ * blocks of a stride. */
 static void measure_engine(davar_engine_t by, uint32_t stride, const char *const names[4])
 {
     engine = by;
@@ -214,7 +218,7 @@ static void measure_engines(void)
     measure_engine(DAVAR_ENGINE_EDGES, STRIDE, edges_of_60);
 }
 
-/* --- the default: adaptive window, steps of the noise, gaps -------------------------------------------------------------- */
+/* --- the default: adaptive window, steps of the noise, gaps --- */
 
 typedef struct {
     uint32_t pushes;
@@ -223,7 +227,7 @@ typedef struct {
     uint32_t worst_take;
 } rough_t;
 
-/* Noise five times as large for a while, and a gap now and then, near a step too. */
+/* Noise that is at times five times as large, with occasional gaps, also near a step. */
 static void push_roughly(rough_t *rough, uint32_t i)
 {
     const int16_t sample = (int16_t)((((i / 700U) % 2U) == 0U) ? sample_at(i) : (5 * sample_at(i)));
@@ -277,7 +281,7 @@ static void measure_white(void)
     const uint32_t count = 6000U;
     for (uint32_t i = 0U; i < count; i++) {
         int32_t sum = 0;
-        for (unsigned k = 0U; k < 12U; k++) { /* so many that the kurtosis is 2.9 */
+        for (unsigned k = 0U; k < 12U; k++) { /* with this many the kurtosis is 2.9 */
             state = (state * 1664525U) + 1013904223U;
             sum += (int32_t)(state >> 24U) - 128;
         }
@@ -293,7 +297,8 @@ static void measure_white(void)
     board_figure("take_white_mean", adev / count);
 }
 
-/* For scale: the filter that everybody has written, plain and four taps a turn; which is faster depends on the core. */
+/* For comparison: a common filter, plain and with four taps per iteration. Which is faster depends
+ * on the core. */
 static __attribute__((noinline)) int16_t fir_plain(const int16_t *x, const int16_t *h)
 {
     int32_t sum = 0;
@@ -334,9 +339,9 @@ static void measure_fir(void)
     board_figure("fir64_q15_x100", (plain < by_four) ? plain : by_four);
 }
 
-/* --- stack ------------------------------------------------------------------------------------------------------- */
+/* --- stack --- */
 
-#define MARGIN 32U /* words that painting itself needs */
+#define MARGIN 32U /* words that the painting itself needs */
 
 static inline uintptr_t stack_pointer(void)
 {
@@ -357,7 +362,7 @@ static __attribute__((noinline)) void paint(uintptr_t from)
     }
 }
 
-/* Bytes between the caller's stack pointer and the deepest word that is not paint any more. */
+/* Bytes between the caller's stack pointer and the deepest word that was overwritten. */
 static __attribute__((noinline)) uint32_t used(uintptr_t from)
 {
     const volatile uint32_t *const below = (const volatile uint32_t *)from - MARGIN - STACK_WORDS;

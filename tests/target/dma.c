@@ -1,5 +1,7 @@
-/* davar tests - examples/bare_metal on an emulated core. The timer's interrupt plays the DMA: it writes a sample, and where a half is full
- * its interrupt runs, but for one that comes a half too late. Prints results, how many hold the truth, and the halves that were lost. */
+/* davar tests - examples/bare_metal on an emulated core. The timer's interrupt simulates the DMA:
+ * it writes a sample, and after each full half it runs that half's interrupt, except one that comes
+ * half a buffer too late. Prints the results, how many contain the true value, and the lost
+ * halves. */
 #include "board.h"
 #include "dma_blocks.h"
 
@@ -49,7 +51,8 @@ int main(void)
     while (written < SAMPLES) {
         davar_coefficient_t arw;
         if (dma_blocks_noise(&arw) && arw.present) {
-            /* Of counts of 1/64 of the range 64: variance 12 (64^2 - 1) / 12, then 0.05 deg/s, 60 / sqrt(1000). */
+            /* Of counts of 1/64 of the range 64: variance 12 (64^2 - 1) / 12, then 0.05 deg/s, 60 /
+             * sqrt(1000). */
             const double truth = 63.992 * 0.05 * 1.8973666;
             results++;
             held += ((arw.low <= truth) && (truth <= arw.high)) ? 1U : 0U;

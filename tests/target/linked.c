@@ -1,6 +1,7 @@
-/* davar tests - the smallest program for each use of the library, for what it links. WHAT: 0 nothing, 1 Allan deviations,
- * 2 and the angle random walk by a plan of tools/davar-plan, 3 by a plan that it makes, 4 everything but law
- * glr: five terms, gaps, flush, reset, the saved state, the monitor and frames, 5 that with law glr. */
+/* davar tests - the smallest program for each use of the library, to measure the code that it
+ * links. WHAT: 0 nothing; 1 Allan deviations; 2 also the angle random walk with a plan of
+ * tools/davar-plan; 3 with a plan computed at run time; 4 everything except law glr: five terms,
+ * gaps, flush, reset, the saved state, the monitor and frames; 5 also law glr. */
 #include "davar/davar.h"
 #include "davar/wire.h"
 

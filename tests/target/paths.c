@@ -1,5 +1,5 @@
-/* davar tests - links the path of a sample of both number types and the evaluation of a result, for the test that reads the
- * disassembly. It can run, and finds nothing to do. */
+/* davar tests - links the path of a sample of both number types and the evaluation of a result, for
+ * the test that reads the disassembly. It can run, but does nothing. */
 #include "board.h"
 
 #include "davar/davar.h"

@@ -1,4 +1,6 @@
-"""What davar costs on each target stays within 2 % of docs/cost.json; the README shows that file; a sample's path is clean."""
+"""The cost of davar on each target stays within 2 % of docs/cost.json; the README shows that file;
+the path of a sample has no forbidden operation.
+"""
 
 import json
 import re
@@ -34,7 +36,9 @@ class Cost(unittest.TestCase):
                 self.check_floating_point(target, targets.folder(target))
 
     def check_floating_point(self, target, where):
-        """ARW with a plan of the host links no more floating point of the compiler than ADEV: none on a core without a double FPU."""
+        """ARW with a plan of the host links no more floating-point code of the compiler than ADEV:
+        none on a core without a double FPU.
+        """
         names = {}
         for use in ("adev", "adev_arw"):
             found = target_cost.symbols(target, where / f"linked-{target_cost.LINKED[use][0]}.elf")
@@ -59,14 +63,15 @@ class Cost(unittest.TestCase):
             where = targets.build(target)
             with self.subTest(target=target):
                 roots = ("davar_push_q15", "davar_push_q31")
-                # Policy glr: a sample after a gap does what davar_gap does for the other policies; a restart divides.
+                # Policy glr: a sample after a gap does the work of davar_gap in other policies; a
+                # restart divides.
                 self.assertEqual(
                     [],
                     target_cost.offences(target, where / "paths.elf", roots, gaps=("window_gap",)),
                 )
 
-    def test_the_check_of_the_path_finds_what_is_there(self):
-        """The evaluation of a result divides in floating point: the same check must object."""
+    def test_the_check_of_the_path_finds_existing_calls(self):
+        """The evaluation of a result divides in floating point, so the same check must fail for it."""
         for target in targets.BARE:
             where = targets.build(target)
             with self.subTest(target=target):

@@ -1,5 +1,6 @@
-"""davar-sim itself on the boards with Linux: the same bytes as on this machine, results and complaints alike.
-DAVAR_SIM: this machine's davar-sim."""
+"""davar-sim on the boards with Linux: the same bytes as on this machine, both results and error
+messages. DAVAR_SIM: this machine's davar-sim.
+"""
 
 import gzip
 import os
@@ -24,11 +25,13 @@ WRONG = (("--window-max", "0"), ("--policy", "guess"), ("--lsb", "-1"), ("--colu
 
 
 def built(target):
-    """Its davar-sim. Debian has no zlib for every such machine: recordings are plain text there."""
+    """The board's davar-sim. Debian has no zlib for all such machines, so recordings are plain text
+    there.
+    """
     board, where = targets.MACHINES[target], targets.folder(target, "sim")
     library = targets.run(
         [board["toolchain"] + "gcc", "-print-file-name=libm.a"], f"libm.a of {target}"
-    ).strip()  # any: nothing of zlib is called
+    ).strip()  # any: no function of zlib is called
     targets.run(
         [
             "cmake",

@@ -58,7 +58,7 @@ def write_recording(path, samples):
 
 
 def random_job(source):
-    """Options that every target has the memory for."""
+    """Options for which every target has enough memory."""
     longest = 2 * source.randrange(20, 100)
     shortest = 2 * source.randrange(10, longest // 2 + 1)
     taus = sorted(
@@ -110,7 +110,7 @@ class Mcu(unittest.TestCase):
     @classmethod
     @functools.cache
     def simulated(cls, recording, options):
-        """davar-sim's answer, for all targets."""
+        """davar-sim's output, for all targets."""
         return cls.command("davar-sim", recording, *options)
 
     def same(self, target, recording, options):
@@ -122,7 +122,7 @@ class Mcu(unittest.TestCase):
             actual = self.command("davar-mcu", "--target", target, recording, *options)
             self.assertEqual(0, actual[0], actual[2])
             self.assertTrue(expected[1] == actual[1], f"{target}: other bytes than davar-sim's")
-            self.assertEqual(expected[2], actual[2], f"{target}: another weather than davar-sim's")
+            self.assertEqual(expected[2], actual[2], f"{target}: other counters than davar-sim's")
             return True
 
         PASSED.check(
@@ -135,7 +135,9 @@ class Mcu(unittest.TestCase):
     @classmethod
     @functools.cache
     def between(cls, target):
-        """What stands between a recording and its answer: the image, its emulator, davar-sim, which feeds it, and the scripts."""
+        """Everything between a recording and its results: the image, its emulator, davar-sim, which
+        feeds it, and the scripts.
+        """
         targets.build(target, "job", "replay")
         return [
             *targets.identity(target, targets.folder(target, "job") / "replay.elf"),
@@ -156,7 +158,9 @@ class Mcu(unittest.TestCase):
                 self.same(target, self.short, EVERY_SAMPLE)
 
     def test_the_same_bytes_for_random_jobs(self):
-        """davar-sim's results are held to brute force by the property test; here every target is held to davar-sim."""
+        """The property test compares davar-sim's results with brute force; here every target is
+        compared with davar-sim.
+        """
         source = random.Random(20261121)
         for target in targets.MACHINES:
             for _ in range(RANDOM_JOBS):
@@ -171,12 +175,12 @@ class Mcu(unittest.TestCase):
                 actual = self.command("davar-mcu", "--target", "cortex-m3", self.short, *options)
                 self.assertEqual((2, "", expected[2]), actual)
 
-    def test_an_unknown_target_is_named(self):
+    def test_an_unknown_target_is_reported(self):
         status, output, error = self.command("davar-mcu", "--target", "z80", self.short)
         self.assertEqual((2, ""), (status, output))
         self.assertIn("found 'z80'", error)
 
-    def test_what_does_not_fit_the_device_is_said(self):
+    def test_a_job_too_large_for_the_device_is_reported(self):
         status, output, error = self.command(
             "davar-mcu",
             "--target",

@@ -1,4 +1,6 @@
-"""Adding a board as CONTRIBUTING.md says, step by step, in a copy of the tree: nothing else must be touched."""
+"""Adds a board step by step after CONTRIBUTING.md, in a copy of the tree: no other file must
+change.
+"""
 
 import re
 import shutil
@@ -29,7 +31,7 @@ def steps():
 
 
 def copy_of_the_tree(tree):
-    """What git knows or would be told, and nothing that a build has left."""
+    """The files that git has or would add, without build output."""
     listed = subprocess.run(
         ["git", "ls-files", "-z", "-co", "--exclude-standard"],
         cwd=ROOT,

@@ -1,5 +1,6 @@
-"""Interrupt use: a timer interrupt pushes, the main loop takes and sends over the UART (firmware/stream.c).
-DAVAR_SIM: davar-sim."""
+"""Use with interrupts: a timer interrupt pushes, the main loop takes results and sends them over
+the UART (firmware/stream.c). DAVAR_SIM: davar-sim.
+"""
 
 import os
 import pty
@@ -30,15 +31,15 @@ SHORT_WINDOW = ("--policy", "fixed", "--window-max", "300", "--window-min", "300
 SAMPLES = 6000
 EVERY_MS = 1000  # us
 EVERY_100_US = 100
-LIKE_16_MHZ = 6  # 2^6 ns an instruction
+LIKE_16_MHZ = 6  # 2^6 ns per instruction
 OVERLOADED = 8
 RESULTS_MISSED, EDGES_LOST = 5, 13  # items of DAVAR_Health
 HEALTH = "t5D5"
-OF_A_RUN = ("t5D68", "t5DB8")  # DAVAR_Setup and DAVAR_End, which name the sender's run
+OF_A_RUN = ("t5D68", "t5DB8")  # DAVAR_Setup and DAVAR_End, which identify the sender's run
 
 
 def simulated(*options):
-    """What davar-sim writes on a serial line, as lines."""
+    """The text of davar-sim on a serial line, as lines."""
     ours, its = pty.openpty()
     tty.setraw(its)
     sim = subprocess.Popen([SIM, *RECORDING, *options, "--out", f"slcan:{os.ttyname(its)}"])
@@ -54,18 +55,20 @@ def simulated(*options):
 
 
 def told(lines):
-    """Item -> count, as the last frames of DAVAR_Health say."""
+    """Item -> count, from the last frames of DAVAR_Health."""
     frames = [bytes.fromhex(line[5:]) for line in lines if line.startswith(HEALTH)]
     return {frame[2]: int.from_bytes(frame[4:8], "little") for frame in frames}
 
 
 def any_run(line):
-    """A frame without Session and, as it goes into it, Crc where there is one: davar-sim's is another at every start."""
+    """A frame without Session, and without Crc if it covers Session, because davar-sim's session
+    differs at every start.
+    """
     return f"{line[:5]}--{line[7:11]}--{line[13:]}" if line.startswith(OF_A_RUN) else line
 
 
 class Dma(unittest.TestCase):
-    """examples/bare_metal, of which a timer's interrupt plays the DMA."""
+    """examples/bare_metal; a timer interrupt simulates its DMA."""
 
     def test_blocks_of_a_dma_are_pushed_and_one_that_is_late_is_a_gap(self):
         for target in ("cortex-m4f", "rv32imac"):
@@ -81,7 +84,7 @@ class Dma(unittest.TestCase):
                 self.assertEqual(1, told["lost"])
                 self.assertGreater(
                     told["results"], 45, told
-                )  # of 56: the fit may take longer than results do
+                )  # of 56: the fit may take longer than the interval of results
                 self.assertGreater(told["held"], 0.85 * told["results"], told)
 
 

@@ -1,4 +1,6 @@
-"""The Unity suites of lib/ on every target, in the emulator. An image that has passed is known: the same bytes give the same answer."""
+"""The Unity suites of lib/ on every target, in the emulator. The result of a passed image is
+cached, because the same bytes give the same result.
+"""
 
 import re
 import sys
@@ -51,7 +53,7 @@ def tearDownModule():
 
 
 def built(target, kind):
-    """{suite: its image}, as the build lists them: images of suites that are no more are none."""
+    """{suite: its image}, as listed by the build; images of removed suites do not count."""
     where = targets.build(target, kind)
     return {
         suite: where / f"test_{suite}.elf"
@@ -77,8 +79,9 @@ class Suites(unittest.TestCase):
         PASSED.check(result_cache.content_key(*targets.identity(target, image)), passes)
 
     def test_cortex_m3_in_plain_c(self):
-        """Where there are hand-written instructions, their twins in C as well. Images without any are those of test_cortex_m3,
-        byte for byte."""
+        """Where there are hand-written instructions, also their C versions. Images without any
+        equal those of test_cortex_m3, byte for byte.
+        """
         usual, plain = built("cortex-m3", "suites"), built("cortex-m3", "portable")
         self.assertEqual(set(usual), set(plain))
         others = {

@@ -1,4 +1,4 @@
-"""What tools/davar-bench shows of figures, of every program and target, is a page and no traceback."""
+"""tools/davar-bench prints a table of figures for every program and target, and never a traceback."""
 
 import contextlib
 import io

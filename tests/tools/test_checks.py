@@ -1,4 +1,6 @@
-"""tools/test itself: the parts run side by side, each is printed in one piece, and what several need is built once."""
+"""Tests of tools/test: parts run in parallel, each is printed in one piece, and a shared
+requirement is built once.
+"""
 
 import contextlib
 import io
@@ -76,7 +78,7 @@ class Parts(unittest.TestCase):
                 runner.run_parts(parts, times)
             self.assertEqual({"a x", "a y", "a z"}, set(runner.JobTimes(path, {}).measured))
             self.assertEqual("xyz", "".join(sorted(begun)))
-            path.write_text('{"a z": 9, "a')  # cut short: as if there were none
+            path.write_text('{"a z": 9, "a')  # truncated: treated as empty
             self.assertEqual(3, runner.JobTimes(path, {"a y": 3}).expected("a y"))
 
     def test_the_shares_of_a_module_are_its_tests_each_once(self):
@@ -161,7 +163,9 @@ class Parts(unittest.TestCase):
             self.assertEqual(6, len(ran))
 
     def test_the_result_of_a_suite_is_cached_until_its_bytes_change(self):
-        """Four tests of ctest: two that count cases, one that fails and one that reads its environment."""
+        """Four tests of ctest: two that count cases, one that fails and one that reads its
+        environment.
+        """
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
             (root / "build/log").mkdir(parents=True)
@@ -224,7 +228,7 @@ class Parts(unittest.TestCase):
                 [len(Path(root, f"{name}.runs").read_text()) // 2 for name in ("a", "b", "fails")],
             )
 
-    def test_what_two_parts_need_is_made_once_and_its_failure_is_that_of_both(self):
+    def test_a_shared_requirement_is_made_once_and_its_failure_fails_both_parts(self):
         made = []
 
         @runner.once

@@ -1,4 +1,6 @@
-"""tools/davar-plan: what it writes is what davar_plan_init makes, gives the same results, and leaves davar_plan_init unlinked."""
+"""tools/davar-plan: its plan equals that of davar_plan_init, gives the same results, and does not
+link davar_plan_init.
+"""
 
 import subprocess
 import tempfile
@@ -119,7 +121,7 @@ class Plan(unittest.TestCase):
         self.assertEqual(0, done.returncode, done.stdout)
         return self.work / "program"
 
-    def test_it_is_what_the_library_makes_and_gives_the_same_results(self):
+    def test_it_equals_the_plan_of_the_library_and_gives_the_same_results(self):
         for taus in LISTS:
             with self.subTest(taus=taus):
                 done = subprocess.run(
@@ -127,7 +129,7 @@ class Plan(unittest.TestCase):
                 )
                 self.assertEqual((0, "1960 some"), (done.returncode, done.stdout))
 
-    def test_what_makes_a_plan_is_not_linked(self):
+    def test_the_code_that_makes_a_plan_is_not_linked(self):
         def linked(program):
             names = subprocess.run(
                 ["nm", self.compiled(program, "1,2,4")],

@@ -1,4 +1,4 @@
-"""tools/davar-sim is the program itself: same output, same exit status, the caller's own folder."""
+"""tools/davar-sim behaves like the program: same output, same exit status, the caller's folder."""
 
 import subprocess
 import tempfile
@@ -28,7 +28,7 @@ class DavarSim(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue(done.stdout.startswith("epoch,time_s,window_samples,"), done.stdout)
 
-    def test_a_refusal_keeps_its_exit_status_and_leaves_standard_output_empty(self):
+    def test_an_error_keeps_its_exit_status_and_leaves_standard_output_empty(self):
         done = run("no such file.csv", cwd=self.work)
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertIn("no such file.csv", done.stderr)

@@ -1,4 +1,4 @@
-"""The bundled recording is what its script makes, small, and says plainly that it is simulated."""
+"""The bundled recording equals the output of its script, is small, and states that it is simulated."""
 
 import gzip
 import runpy
@@ -15,7 +15,7 @@ class DemoData(unittest.TestCase):
         # The text must agree; how well zlib packs it may differ between versions.
         self.assertEqual(gzip.decompress(BUNDLED.read_bytes()), gzip.decompress(made))
 
-    def test_it_is_small_and_says_that_it_is_simulated(self):
+    def test_it_is_small_and_states_that_it_is_simulated(self):
         self.assertLess(BUNDLED.stat().st_size, 300_000)
         self.assertIn("SIMULATED", gzip.decompress(BUNDLED.read_bytes()).decode().splitlines()[0])
 

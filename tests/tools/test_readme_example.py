@@ -1,4 +1,6 @@
-"""The firmware examples of the README and of docs/FIRMWARE.md compile as they stand, without a warning; the first is short enough to be read."""
+"""The firmware examples of the README and of docs/FIRMWARE.md compile unchanged, without a warning.
+The first is short.
+"""
 
 import random
 import re
@@ -13,7 +15,7 @@ LINES_MAX = 15
 
 
 def examples():
-    """The texts of the ```c blocks; each goes on where the one before ended."""
+    """The texts of the ```c blocks; each continues the one before."""
     text = README.read_text(encoding="utf-8") + (ROOT / "docs/FIRMWARE.md").read_text(
         encoding="utf-8"
     )
@@ -28,7 +30,7 @@ class ReadmeExample(unittest.TestCase):
     def test_the_example_is_short(self):
         self.assertLessEqual(len(examples()[0].splitlines()), LINES_MAX)
 
-    def test_the_first_example_measures_what_it_is_given(self):
+    def test_the_first_example_measures_its_input(self):
         noise = random.Random(1)
         counts = ", ".join(
             str(round(noise.gauss(0, 20))) for _ in range(6000)
@@ -81,7 +83,7 @@ int main(void)
         self.assertGreater(len(found), 80)
         self.assertGreater(sum(low <= 6 <= high for _, low, high in found), 0.85 * len(found))
         widths = sorted((high - low) / 2 / value for value, low, high in found)
-        self.assertAlmostEqual(widths[len(widths) // 2], 0.07, delta=0.01)  # as the README says
+        self.assertAlmostEqual(widths[len(widths) // 2], 0.07, delta=0.01)  # as in the README
 
     def test_the_examples_compile_without_a_warning(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,6 @@
-"""tools/support/setup.sh: what two tools need at the same time is made once; presets that are newer than a build folder are read again."""
+"""tools/support/setup.sh: two tools that need the same thing make it once, and presets newer than a
+build folder are read again.
+"""
 
 import os
 import shutil

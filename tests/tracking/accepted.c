@@ -30,7 +30,8 @@ static void accept(accepted_t *accepted, int32_t sample, uint64_t moment)
     accepted->count++;
 }
 
-/* The waiting samples from the `first` on go over into the record, all in front of them are lost. */
+/* The waiting samples from `first` onward become part of the record; all before them are
+ * dropped. */
 static void accept_waiting(accepted_t *accepted, uint32_t first)
 {
     accepted->is_behind_boundary = accepted->is_behind_boundary || (first > 0U);
@@ -56,7 +57,7 @@ static void hear_block(accepted_t *accepted)
     accepted->cuts += event.is_cut ? 1U : 0U;
     accepted->alarms += event.is_alarm ? 1U : 0U;
     accepted->shocks += (event.dropped > 0U) ? 1U : 0U;
-    if (event.resolved > 0U) { /* all that waits */
+    if (event.resolved > 0U) { /* all waiting samples */
         accept_waiting(accepted, event.dropped * block);
     }
 }
@@ -104,10 +105,10 @@ bool accepted_holds(const accepted_t *accepted, uint64_t tail, uint64_t head, ui
     const uint32_t blocks = 300U / block;
     const uint32_t half = ((blocks < 30U) ? blocks : 30U) * block;
     const uint64_t newest = accepted->moment[(accepted->count - 1U) % ACCEPTED_RING];
-    const bool is_over = (epoch + half) > newest; /* time goes on without samples */
+    const bool is_over = (epoch + half) > newest; /* time continues without samples */
     const uint64_t received = is_over ? (accepted->count + (epoch + half - newest))
                                       : accepted_head(accepted, epoch + half);
-    const uint64_t place = received - half; /* one behind the epoch's */
+    const uint64_t place = received - half; /* one after the epoch's sample */
     return (received > half) && (tail < place) &&
            (place <= (head + (is_over ? (block - 1U) : 0U))) && (head <= accepted->count);
 }
@@ -120,7 +121,7 @@ double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, ui
     *differences = 0U;
     for (uint64_t last = tail + (UINT64_C(2) * m) - 1U; last < head; last++) {
         if (accepted->run[last % ACCEPTED_RING] >=
-            (2U * m)) { /* in front of the first sample the sum is 0, as it was then */
+            (2U * m)) { /* before the first sample the sum is 0, as it was then */
             const uint64_t middle = last + ACCEPTED_RING - m;
             const int64_t d = accepted->phase[last % ACCEPTED_RING] -
                               (2 * accepted->phase[middle % ACCEPTED_RING]) +

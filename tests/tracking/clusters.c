@@ -1,11 +1,13 @@
-/* davar tests - the second channel, which sees clusters of samples change: how often it alarms when nothing has changed, and how late
- * when something has. Sums of a quarter of a cluster are drawn at once, for hours of hundreds of years would be few.
+/* davar tests - the second channel, which detects changes of clusters: how often it alarms without
+ * a change, and its delay after one. Sums of a quarter of a cluster are drawn directly, because
+ * hundreds of years are simulated.
  *
- *   davar-track-clusters alarms KIND SHARE HOURS PER_HOUR [HOP [SEED]]     KIND: white flicker walk; 100 Hz, sigma 20 counts
+ *   davar-track-clusters alarms KIND SHARE HOURS PER_HOUR [HOP [SEED]]
  *   davar-track-clusters delay KIND SHARE RATIO TRIALS PER_HOUR [HOP [SEED]]
  *
- * KIND goes with white noise; at m = 4 HOP samples its Allan deviation is SHARE times that of the white noise, after half an hour
- * RATIO times as much. */
+ * KIND: white flicker walk; 100 Hz, sigma 20 counts. White noise is added to KIND. At m = 4 HOP
+ * samples the Allan deviation of KIND is SHARE times that of the white noise, and after half an
+ * hour RATIO times as much. */
 #include "detector/glr.h"
 
 #include "random.h"
@@ -17,8 +19,8 @@
 #define RATE_HZ 100.0
 #define SIGMA 20.0
 #define MARKOV 14U       /* states of the flicker noise, correlated for 1, 2, 4 .. hops */
-#define QUIET_S 1800.0   /* in front of a change */
-#define PATIENCE_S 600.0 /* behind it */
+#define QUIET_S 1800.0   /* before a change */
+#define PATIENCE_S 600.0 /* after it */
 
 typedef enum { WHITE, FLICKER, WALK } kind_t;
 
@@ -34,7 +36,7 @@ typedef struct {
 static uint32_t hop;
 static uint64_t seed;
 
-/* What is new in it is `gain` times as large; what was lives on. */
+/* The new part is `gain` times as large; the old part remains. */
 static double kind_next(source_t *source, double gain)
 {
     if (source->kind == WHITE) {
@@ -55,7 +57,7 @@ static double kind_next(source_t *source, double gain)
     return sum;
 }
 
-/* The next D, of the hop that comes now. */
+/* The next D, of the present hop. */
 static double next(source_t *source, double white, double share)
 {
     source->sum[source->at % 8U] = (white * sqrt(hop) * random_gauss(&source->random)) +
@@ -68,7 +70,7 @@ static double next(source_t *source, double white, double share)
     return difference;
 }
 
-/* White noise has D^2 = 2 m sigma^2 on the average, and so has the kind. */
+/* White noise has D^2 = 2 m sigma^2 on average, and so has KIND. */
 static source_t source_of(const char *kind)
 {
     source_t source = {.random = random_seeded(seed), .kind = WHITE, .gain = 1.0};

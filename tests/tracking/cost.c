@@ -1,5 +1,6 @@
-/* davar tests - what the detector of changes costs on this target, in instructions (exact under -icount): its mean for a sample, the
- * sums of the block included, and its worst block. One line "name value" per figure. */
+/* davar tests - the cost of the detector of changes on this target, in instructions (exact under
+ * -icount): its mean per sample, including the sums of the block, and its worst block. One line
+ * "name value" per figure. */
 #include "detector/glr.h"
 
 #include "board.h"

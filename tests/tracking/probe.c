@@ -1,6 +1,7 @@
-/* davar tests - the detector of changes as a filter, for tests/tracking/test_reference.py. Input: one line `K SHOCK PER_HOUR`, then
- * one block a line: its samples' sum and sum of squares, or `gap`. Output per block: resolved, dropped, cut, alarm, the place of now,
- * of the cut and of the alarm, f, the gain, then the trailing and the centred window. */
+/* davar tests - the detector of changes as a filter, for tests/tracking/test_reference.py. Input:
+ * one line `K SHOCK PER_HOUR`, then one block per line: its samples' sum and sum of squares, or
+ * `gap`. Output per block: resolved, dropped, cut, alarm, the present place, those of the cut and
+ * of the alarm, f, the gain, then the trailing and the centred window. */
 #include "detector/glr.h"
 
 #include <inttypes.h>

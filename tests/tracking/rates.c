@@ -1,10 +1,13 @@
-/* davar tests - how often the detector of change alarms when nothing has changed, and how late when something has: white and
- * other noise of known kind through lib/src/track.
+/* davar tests - how often the detector of changes alarms without a change, and its delay after one:
+ * white and other noise of known kind through lib/src/track.
  *
- *   davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK [SEED]]     NOISE: gauss laplace ar half student; 100 Hz, sigma 20 counts
- *   davar-track-rates both NOISE HOURS PER_HOUR [BLOCK [SEED]]       the same with the second channel (clusters of 8 BLOCK), through davar.h
- *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK [SEED]]     the noise's sigma is RATIO times as large after two minutes
- */
+ *   davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK [SEED]]
+ *   davar-track-rates both NOISE HOURS PER_HOUR [BLOCK [SEED]]
+ *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK [SEED]]
+ *
+ * NOISE: gauss laplace ar half student; 100 Hz, sigma 20 counts. both: also the second channel
+ * (clusters of 8 BLOCK), through davar.h. delay: after two minutes sigma is RATIO times as
+ * large. */
 #include "davar/davar.h"
 #include "detector/glr.h"
 #include "random.h"
@@ -110,7 +113,7 @@ static int32_t sample_of(double value)
     return (int32_t)((rounded > 32767.0) ? 32767.0 : ((rounded < -32768.0) ? -32768.0 : rounded));
 }
 
-/* True at the end of a block: then there is an event. */
+/* True at the end of a block, which has an event. */
 static bool push(detector_t *detector, double value)
 {
     const int32_t sample = sample_of(value);
@@ -198,7 +201,7 @@ static int ascending(const void *a, const void *b)
     return (difference > 0.0) - (difference < 0.0);
 }
 
-/* Seconds from the step to the alarm; without one: PATIENCE. */
+/* Seconds from the step to the alarm, or PATIENCE without an alarm. */
 static double delay_of(source_t *source, double ratio, double per_hour, uint32_t block)
 {
     static detector_t detector;

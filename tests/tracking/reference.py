@@ -1,7 +1,9 @@
-"""The detector of changes in doubles, straight from the formulas (7.1) to (7.9): slow, and independent of the library's arithmetic.
+"""The detector of changes in doubles, directly from the formulas (7.1) to (7.9): slow, and
+independent of the library's arithmetic.
 
-Every comparison leaves its margin: how far the two sides were apart, in units of the larger rounding that the library may have
-there. Below 1 the library may decide otherwise."""
+Every comparison stores its margin: the distance of the two sides, in units of the larger rounding
+that the library may have there. Below 1 the library may decide differently.
+"""
 
 from math import inf, log, sqrt
 
@@ -11,7 +13,7 @@ CUTS = 5
 
 
 class Window:
-    """A stretch of blocks that are held to be of one variance: where it begins."""
+    """A section of blocks that are treated as having one variance: its beginning."""
 
     def __init__(self):
         self.at = 0

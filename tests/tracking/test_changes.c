@@ -1,5 +1,5 @@
-/* davar tests - what policy glr says of a change: the levels in front of it and behind it, of samples and of clusters; and that what
- * waits at the end of a record goes on. */
+/* davar tests - how policy glr reports a change: the levels before and after it, of samples and of
+ * clusters. Waiting samples at the end of a record are processed. */
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "davar/state.h"
@@ -43,7 +43,8 @@ void setUp(void)
 
 void tearDown(void) {}
 
-/* White noise; from STEP on `ratio` times as loud, or with a random walk of `walk` counts a sample on top. */
+/* White noise; from STEP onward `ratio` times as loud, or with a random walk of `walk` counts per
+ * sample added. */
 static void make_stream(uint64_t seed, double ratio, double walk)
 {
     random_t random = random_seeded(seed);
@@ -104,7 +105,7 @@ static double level_of(uint32_t from, uint32_t to)
     return UNIT * sqrt(squares / ((to - from) * 0.9));
 }
 
-static void test_a_step_tells_both_levels(void)
+static void test_a_step_reports_both_levels(void)
 {
     uint32_t first = 0U;
     make_stream(1U, 2.0, 0.0);
@@ -117,14 +118,14 @@ static void test_a_step_tells_both_levels(void)
     TEST_ASSERT_EQUAL_UINT32(1U, result.change.m);
     TEST_ASSERT_DOUBLE_WITHIN(0.03 * UNIT * SIGMA, UNIT * SIGMA, result.change.older);
     TEST_ASSERT_TRUE(result.change.gain > 14.0);
-    /* the cut is where the alarm was: no other came */
+    /* the cut is at the alarm: there was no other */
     const uint32_t begin = (uint32_t)result.epoch + 1U - result.cut_age_samples;
     TEST_ASSERT_UINT32_WITHIN(20U, STEP, begin);
     const double expected = level_of(begin, STEP + 600U);
     TEST_ASSERT_DOUBLE_WITHIN(1e-8 * expected, expected, result.change.newer);
 }
 
-static void test_other_policies_tell_none(void)
+static void test_other_policies_report_no_change(void)
 {
     uint32_t first = 0U;
     make_stream(1U, 2.0, 0.0);
@@ -136,7 +137,7 @@ static void test_other_policies_tell_none(void)
                      isnan(result.change.gain));
 }
 
-/* Nothing but rounding is left: level 0. And when gaps have eaten all there was, none. */
+/* Only rounding remains: level 0. If gaps have removed all samples, there is no level. */
 static void test_a_sensor_that_is_stuck_has_level_0(void)
 {
     uint32_t first = 0U;
@@ -162,9 +163,10 @@ static void test_a_sensor_that_is_stuck_has_level_0(void)
     TEST_ASSERT_TRUE(result.change.older > 0.9 * UNIT * SIGMA);
 }
 
-/* --- clusters ----------------------------------------------------------------------------------------------------- */
+/* --- clusters --- */
 
-/* A random walk of the rate that no sample shows. Levels are Allan deviations at 80 samples. */
+/* A random walk of the rate that single samples do not show. Levels are Allan deviations at 80
+ * samples. */
 static void check_walk(bool wide)
 {
     uint32_t first = 0U;
@@ -189,7 +191,7 @@ static void check_walk(bool wide)
     config.glr.long_cluster = 0U;
 }
 
-static void test_a_walk_is_seen_by_clusters_alone(void)
+static void test_only_clusters_detect_a_walk(void)
 {
     uint32_t first = 0U;
     check_walk(false);
@@ -199,8 +201,8 @@ static void test_a_walk_is_seen_by_clusters_alone(void)
     TEST_ASSERT_EQUAL_UINT32(0U, run(false, 0U, SAMPLES, &first));
 }
 
-/* Samples tell a step first; the clusters have nothing to add. */
-static void test_a_step_is_told_once(void)
+/* Samples detect a step first; the clusters add nothing. */
+static void test_a_step_is_reported_once(void)
 {
     uint32_t first = 0U;
     make_stream(4U, 2.0, 0.0);
@@ -210,7 +212,8 @@ static void test_a_step_is_told_once(void)
     TEST_ASSERT_EQUAL_UINT32(1U, result.change.m);
 }
 
-/* A shock of two blocks is no change of clusters either, and a jump of the rate beside a gap is not seen at all. */
+/* A shock of two blocks is not a change of clusters either, and a jump of the rate at a gap is not
+ * detected. */
 static void test_clusters_span_neither_shocks_nor_gaps(void)
 {
     uint32_t first = 0U;
@@ -233,8 +236,8 @@ static void test_clusters_span_neither_shocks_nor_gaps(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(1U, run(false, 30000U, SAMPLES, &first));
 }
 
-/* Who does not want them pays nothing, and what does not fit is refused. */
-static void test_clusters_are_there_when_asked_for(void)
+/* A disabled channel costs nothing, and a bad setting is rejected. */
+static void test_clusters_exist_on_request(void)
 {
     const size_t without = davar_memory_size_q15(&config);
     config.glr.long_cluster = 40U;
@@ -265,7 +268,7 @@ static bool write_cells(void *context, size_t offset, const void *data, size_t b
     return true;
 }
 
-static void test_a_restored_stream_tells_the_same(void)
+static void test_a_restored_stream_reports_the_same(void)
 {
     static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
     uint32_t first = 0U;
@@ -289,7 +292,8 @@ static void test_a_restored_stream_tells_the_same(void)
     config.glr.long_cluster = 0U;
 }
 
-/* A window that was cut just now, or that left out most of what is since the cut, was chosen by what is in it (10.14). */
+/* A window that was just cut, or that excluded most samples since the cut, depends on its content
+ * (10.14). */
 static void test_intervals_of_a_chosen_window_are_wider(void)
 {
     static davar_plan_t plan;
@@ -316,9 +320,9 @@ static void test_intervals_of_a_chosen_window_are_wider(void)
     }
 }
 
-/* --- the end of a record ------------------------------------------------------------------------------------------- */
+/* --- the end of a record --- */
 
-/* Every sample has its result in the end, as if more had come. */
+/* Every sample finally has its result, as if more samples had followed. */
 static void check_end(uint32_t stride, uint32_t count)
 {
     uint32_t first = 0U;
@@ -334,7 +338,7 @@ static void check_end(uint32_t stride, uint32_t count)
     TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
 }
 
-static void test_what_waits_at_the_end_goes_on(void)
+static void test_waiting_samples_continue_at_the_end(void)
 {
     for (uint32_t count = 3000U; count < 3025U; count++) {
         check_end(1U, count);
@@ -344,7 +348,7 @@ static void test_what_waits_at_the_end_goes_on(void)
     }
 }
 
-/* ... but for what may be a shock. A saved instance that has ended stays so. */
+/* ... except for a possible shock. A saved instance that has ended stays ended. */
 static void test_a_shock_at_the_end_is_left(void)
 {
     static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
@@ -373,16 +377,16 @@ static void test_a_shock_at_the_end_is_left(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_step_tells_both_levels);
-    RUN_TEST(test_other_policies_tell_none);
+    RUN_TEST(test_a_step_reports_both_levels);
+    RUN_TEST(test_other_policies_report_no_change);
     RUN_TEST(test_a_sensor_that_is_stuck_has_level_0);
-    RUN_TEST(test_a_walk_is_seen_by_clusters_alone);
-    RUN_TEST(test_a_step_is_told_once);
+    RUN_TEST(test_only_clusters_detect_a_walk);
+    RUN_TEST(test_a_step_is_reported_once);
     RUN_TEST(test_clusters_span_neither_shocks_nor_gaps);
-    RUN_TEST(test_clusters_are_there_when_asked_for);
-    RUN_TEST(test_a_restored_stream_tells_the_same);
+    RUN_TEST(test_clusters_exist_on_request);
+    RUN_TEST(test_a_restored_stream_reports_the_same);
     RUN_TEST(test_intervals_of_a_chosen_window_are_wider);
-    RUN_TEST(test_what_waits_at_the_end_goes_on);
+    RUN_TEST(test_waiting_samples_continue_at_the_end);
     RUN_TEST(test_a_shock_at_the_end_is_left);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
-"""What policy glr finds in recordings of a real sensor, both channels at one false alarm in 100 h. Skipped by name when the folder of
-the real recordings (DAVAR_REAL_DATA) is absent."""
+"""Alarms of policy glr in recordings of a real sensor, both channels at one false alarm in 100 h.
+Skipped if the folder of the real recordings (DAVAR_REAL_DATA) is absent.
+"""
 
 import csv
 import io
@@ -17,7 +18,7 @@ def needs(name):
 
 
 def alarms(name):
-    """(axis, time in s, cluster, level before, level behind) of each alarm."""
+    """(axis, time in s, cluster, level before, level after) of each alarm."""
     done = subprocess.run(
         [
             PROGRAM,
@@ -56,7 +57,7 @@ class Adis16405(unittest.TestCase):
     """100 Hz, 2 h 46 min each."""
 
     @needs("adis16405_run1_static.csv.gz")
-    def test_nothing_in_the_static_run(self):
+    def test_no_alarm_in_the_static_run(self):
         self.assertEqual([], alarms("adis16405_run1_static.csv.gz"))
 
     @needs("adis16405_run4_knocks.csv.gz")
@@ -73,7 +74,7 @@ class Adis16405(unittest.TestCase):
             any(time < 120 for time in single) and any(time > 4045 for time in single), found
         )
         self.assertTrue(all(3940 <= time <= 4000 for _, time, m, _, _ in found if m == 80), found)
-        self.assertEqual(2, len(slow), found)  # louder, by about what ADEV(1 s) rose, and back
+        self.assertEqual(2, len(slow), found)  # louder, by about the rise of ADEV(1 s), and back
         self.assertTrue(2 < slow[0][1] < 4 and slow[1][1] < 0.5, found)
 
 

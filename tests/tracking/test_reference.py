@@ -1,4 +1,4 @@
-"""The library's detector decides as the reference in doubles does, on many kinds of signal."""
+"""The library's detector decides like the reference in doubles, on many kinds of signal."""
 
 import math
 import os
@@ -81,7 +81,7 @@ def probe(size, shock, per_hour, stream):
 
 class Reference(unittest.TestCase):
     def decide(self, name, size, shock, seed):
-        """Blocks up to the first decision that rounding may turn, all when there is none; alarms seen."""
+        """Blocks up to the first decision that rounding may change, or all; number of alarms."""
         stream = list(blocks(name, size, seed))
         thresholds, answers = probe(size, shock, 0.1, stream)
         reference, alarms = Detector(size, shock, 0.1), 0

@@ -1,6 +1,7 @@
-/* davar tests - policy glr: the stride says how often results come and nothing else. Streams with steps, shocks and gaps: each result
- * equals that of the same stream with a stride of one block, in window, age of the cut, `young` and every bit of the deviations; and the
- * 95 % interval holds the truth from one second after a change on, whatever the stride. */
+/* davar tests - policy glr: the stride only sets how often results come. Streams with steps, shocks
+ * and gaps: each result equals that of the same stream with a stride of one block, in window, age
+ * of the cut, `young` and every bit of the deviations. The 95 % interval contains the true value
+ * from one second after a change onward, at every stride. */
 #include "davar/davar.h"
 #include "davar/fit.h"
 
@@ -21,9 +22,9 @@ static davar_t davar;
 static davar_result_t result;
 static uint64_t memory[32768];
 static int16_t stream[SAMPLES];
-static bool is_gap[SAMPLES]; /* in front of this sample */
+static bool is_gap[SAMPLES]; /* before this sample */
 
-/* What must not depend on the stride; by epoch. */
+/* Values that must not depend on the stride, by epoch. */
 typedef struct {
     double adev[TAUS];
     uint32_t window;
@@ -54,7 +55,8 @@ void setUp(void)
 
 void tearDown(void) {}
 
-/* Steps of x1 to x3 every few thousand samples, knocks of up to three blocks, gaps, now and then three in a row. */
+/* Steps of x1 to x3 every few thousand samples, shocks of up to three blocks, gaps, sometimes three
+ * in a row. */
 static void make_stream(uint64_t seed, bool has_gaps)
 {
     random_t random = random_seeded(seed);
@@ -109,8 +111,8 @@ static void compare(const row_t *row)
     }
 }
 
-/* Every result of the stream, to be kept or compared; returns how many. Each is taken as late as it can be: a result may come up to
- * three blocks after its samples. */
+/* Stores or compares every result of the stream; returns their number. Each is taken as late as
+ * possible: a result may come up to three blocks after its samples. */
 static uint32_t run(uint32_t stride, bool is_reference)
 {
     const uint32_t late =
@@ -177,7 +179,7 @@ static void test_a_stride_changes_no_result_of_centred_windows(void)
     check_strides(64U, 8000.0, DAVAR_MODE_CENTRED);
 }
 
-/* --- by time since a change ----------------------------------------------------------------------------------------- */
+/* --- by time since a change --- */
 
 #define STRETCH 6007U /* samples from step to step, 1 kHz; no multiple of a stride */
 #define STRETCHES 200U
@@ -195,7 +197,7 @@ static const uint32_t bins[BINS + 1U] = {1000U, 2000U, 3000U, 5000U}; /* samples
 
 typedef struct {
     uint32_t all[BINS];
-    uint32_t held[BINS]; /* the interval holds the truth */
+    uint32_t held[BINS]; /* the interval contains the true value */
     uint32_t late;       /* from 5 s */
     uint32_t young;
 } coverage_t;
@@ -215,7 +217,7 @@ static void check_young(uint64_t cut_at)
 static void judge(davar_plan_t *plan, coverage_t *coverage)
 {
     const double truth =
-        60.0 * sigma_at(result.epoch) / sqrt(config.rate_hz); /* without rounding's */
+        60.0 * sigma_at(result.epoch) / sqrt(config.rate_hz); /* without the variance of rounding */
     davar_fit_white(plan, config.rate_hz, &result);
     const davar_coefficient_t *const arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
     const uint32_t since = (uint32_t)(result.epoch % STRETCH);
@@ -262,7 +264,7 @@ static void check_coverage(uint32_t stride)
     TEST_ASSERT_TRUE(coverage.young <= (0.02 * coverage.late));
 }
 
-static void test_intervals_hold_soon_after_a_change_at_every_stride(void)
+static void test_intervals_are_correct_soon_after_a_change_at_every_stride(void)
 {
     config.window.longest = 6000U;
     config.window.shortest = 20U;
@@ -271,7 +273,8 @@ static void test_intervals_hold_soon_after_a_change_at_every_stride(void)
     }
 }
 
-/* window_min: a window is no shorter, and where the noise has changed since it is longer by less than a block. */
+/* window_min: a window is not shorter, and where the noise has changed since, it is longer by less
+ * than a block. */
 static void check_shortest(uint32_t stride, uint32_t window_min)
 {
     uint32_t shortest = UINT32_MAX;
@@ -309,7 +312,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_stride_changes_no_result);
     RUN_TEST(test_a_stride_changes_no_result_of_centred_windows);
-    RUN_TEST(test_intervals_hold_soon_after_a_change_at_every_stride);
+    RUN_TEST(test_intervals_are_correct_soon_after_a_change_at_every_stride);
     RUN_TEST(test_the_shortest_window_has_its_effect_at_every_stride);
     return UNITY_END();
 }

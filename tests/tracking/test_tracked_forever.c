@@ -1,5 +1,6 @@
-/* davar tests - policy glr over 10^7 samples with steps, shocks, gaps, stuck stretches and rails, saved and restored all the while: every
- * epoch against sums made anew from the record, bit for bit. */
+/* davar tests - policy glr over 10^7 samples with steps, shocks, gaps, stuck values and rails,
+ * saved and restored repeatedly: every epoch is compared with sums recomputed from the record, bit
+ * for bit. */
 #include "accepted.h"
 #include "davar/state.h"
 #include "random.h"
@@ -61,9 +62,10 @@ void setUp(void)
 
 void tearDown(void) {}
 
-/* --- the samples ------------------------------------------------------------------------------------------------------ */
+/* --- the samples --- */
 
-/* Nearly Gaussian; another level every 2000 samples, a knock of 2 to 8 samples every 900 on the average. */
+/* Nearly Gaussian; another level every 2000 samples, a shock of 2 to 8 samples every 900 on
+ * average. */
 static int16_t next_sample(random_t *random, uint32_t n)
 {
     static const int32_t levels[] = {4, 12, 5, 40, 6, 400, 30, 8};
@@ -90,16 +92,18 @@ static int16_t next_sample(random_t *random, uint32_t n)
     }
 }
 
-/* --- the check -------------------------------------------------------------------------------------------------------- */
+/* --- the check --- */
 
-/* One behind the newest accepted sample of the window. Centred windows may end in front of the newest of all. */
+/* One after the newest accepted sample of the window. Centred windows may end before the newest of
+ * all. */
 static uint64_t head_of(const davar_t *davar, const davar_result_t *result)
 {
     return (config.window.mode == DAVAR_MODE_CENTRED) ? (davar->window.received - davar->window.lag)
                                                       : accepted_head(&accepted, result->epoch);
 }
 
-/* `is_cut`: there was one by now. Up to eight blocks behind it, and until the window does not reach it (10.14). */
+/* `is_cut`: there was a cut. Up to eight blocks after it, and until the window does not reach it
+ * (10.14). */
 static void check(const davar_t *davar, const davar_result_t *result)
 {
     const bool is_cut = (davar->health.cuts > 0U);
@@ -139,7 +143,8 @@ static davar_t *change_over(davar_t *davar)
     return &instances[other];
 }
 
-/* Now and then, or soon after the level has changed: while blocks that may have been a shock go on at once. */
+/* At times, or soon after the level has changed: while blocks of a possible shock are accepted
+ * together. */
 static bool has_gap(random_t *random, uint32_t n)
 {
     const bool soon = ((n % 2000U) > 8U) && ((n % 2000U) < 60U);
@@ -168,7 +173,7 @@ static void run_forever(uint32_t stride, uint32_t samples)
         accepted_hear(&accepted, sample);
         davar_push_q15(davar, &sample, 1U);
         const bool is_late =
-            (stride > 1U) && ((n % 4U) != 3U); /* up to three samples behind the epoch */
+            (stride > 1U) && ((n % 4U) != 3U); /* up to three samples after the epoch */
         if (!is_late && davar_take(davar, &result)) {
             check(davar, &result);
             checked++;

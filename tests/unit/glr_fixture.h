@@ -1,5 +1,5 @@
-/* davar tests - a detector of changes and what it hears: blocks of noise, quiet or loud. Every function is inline: each suite uses those
- * that it needs. */
+/* davar tests - a detector of changes and its input: blocks of noise, quiet or loud. Every function
+ * is inline: each suite uses those that it needs. */
 #ifndef DAVAR_TESTS_GLR_FIXTURE_H
 #define DAVAR_TESTS_GLR_FIXTURE_H
 
@@ -64,7 +64,7 @@ static inline void push_quiet(uint32_t blocks)
     }
 }
 
-/* Pushes until an alarm; the blocks that it took, at most `most`. */
+/* Pushes until an alarm; returns the number of blocks, at most `most`. */
 static inline uint32_t blocks_to_alarm(double sigma, uint32_t most)
 {
     for (uint32_t i = 1U; i <= most; i++) {

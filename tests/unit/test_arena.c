@@ -1,4 +1,5 @@
-/* davar tests - memory is handed out without overlap; what a size_t cannot tell looks too large, never small. */
+/* davar tests - memory is allocated without overlap. A size that does not fit a size_t looks too
+ * large, never small. */
 #include "core/arena.h"
 
 #include "unity.h"
@@ -17,7 +18,7 @@ static void test_pieces_follow_one_another_at_multiples_of_eight(void)
     TEST_ASSERT_EQUAL_size_t(24U, arena.used);
 }
 
-static void test_what_cannot_be_told_stays_too_large(void)
+static void test_sizes_that_do_not_fit_stay_too_large(void)
 {
     davar_arena_t arena = {NULL, 0U};
     TEST_ASSERT_NULL(davar_arena_take(&arena, (SIZE_MAX / 3U) + 1U, 3U));
@@ -34,6 +35,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_pieces_follow_one_another_at_multiples_of_eight);
-    RUN_TEST(test_what_cannot_be_told_stays_too_large);
+    RUN_TEST(test_sizes_that_do_not_fit_stay_too_large);
     return UNITY_END();
 }

@@ -1,4 +1,5 @@
-/* davar tests - the wide integers against arithmetic done another way, and both ways to multiply. */
+/* davar tests - the wide integers compared with another method, and both methods of
+ * multiplication. */
 #include "pipeline/type_q31.inc"
 
 #include "davar/davar.h"
@@ -93,7 +94,7 @@ static void same_u128(const wide_t *expected, davar_u128_t actual)
     TEST_ASSERT_EQUAL_UINT64(expected->limb[1], actual.high);
 }
 
-/* Against the 256-bit integers, whose limbs carry in a loop. */
+/* Compared with the 256-bit integers, whose limbs carry in a loop. */
 static void test_sums_of_128_bits_are_those_of_256(void)
 {
     random_t random = random_seeded(3U);
@@ -145,7 +146,7 @@ static wide_t from_i64(int64_t value)
     return wide;
 }
 
-/* Ring laws hold modulo 2^256 for every operand: each ties two ways of computing together. */
+/* Ring laws are valid modulo 2^256 for every operand: each compares two ways of computing. */
 static void test_wide_integers_obey_the_laws_of_a_ring(void)
 {
     random_t random = random_seeded(2U);
@@ -181,7 +182,7 @@ static void test_signed_values_widen_and_multiply(void)
     TEST_ASSERT_EQUAL_UINT64(UINT64_C(1) << 63U, negative.low);
 }
 
-/* The compiler's own 64-bit product is the judge. */
+/* The compiler's own 64-bit product is the reference. */
 static void test_products_of_32_bits_agree_however_they_are_made(void)
 {
     random_t random = random_seeded(4U);
@@ -226,7 +227,7 @@ static void test_small_factors_and_squares_agree_however_they_are_made(void)
                              davar_multiply_by_i16_by_parts(INT32_MAX, INT16_MIN));
 }
 
-/* The 64 leading bits, wherever the leading bit stands. */
+/* The 64 leading bits, wherever they begin. */
 static void test_a_wide_integer_is_cut_to_its_leading_bits(void)
 {
     for (uint32_t top = 0U; top < 256U; top++) {

@@ -1,4 +1,5 @@
-/* davar tests - frames: what tests/wire does not reach without Python, and the refusals. */
+/* davar tests - frames: cases that tests/wire does not reach without Python, and rejected
+ * values. */
 #include "davar/law.h"
 #include "davar_decode.h"
 #include "davar_slcan.h"
@@ -64,7 +65,7 @@ static void test_the_content_decides_how_many_frames_a_result_has(void)
     TEST_ASSERT_EQUAL(6, count_frames(0U, 10U));
 }
 
-/* A frame for each tau, or for each that an FD frame has no room for: it holds eight. */
+/* A frame for each tau, or for each that does not fit an FD frame, which has eight. */
 static void test_every_number_of_taus_has_its_frames(void)
 {
     for (uint8_t count = 1U; count <= 10U; count++) {
@@ -75,8 +76,8 @@ static void test_every_number_of_taus_has_its_frames(void)
     }
 }
 
-/* DAVAR_End is the last frame; its number and digest are those of the frames before it, Health and Setup apart, and no frame of another
- * result can stand in for one of them. */
+/* DAVAR_End is the last frame. Its number and digest are those of the frames before it, without
+ * Health and Setup, and no frame of another result can replace one of them. */
 static void test_the_end_binds_the_frames_of_a_result(void)
 {
     uint32_t sums[2] = {0U, 0U};
@@ -106,7 +107,8 @@ static void test_the_end_binds_the_frames_of_a_result(void)
     TEST_ASSERT_NOT_EQUAL(sums[1], sums[1] - arw[1] + arw[0]);
 }
 
-/* The published values of FNV-1a: "" and "foobar", of which the identifier's bytes are the first two. */
+/* The published values of FNV-1a: "" and "foobar", of which the identifier's bytes are the first
+ * two. */
 static void test_the_digest_is_fnv_1a(void)
 {
     frame = (davar_frame_t){.identifier = 0x6F66U, .length = 5U, .data = {0, 'o', 'b', 'a', 'r'}};
@@ -119,7 +121,7 @@ static void test_an_encoder_without_a_result_has_no_frame(void)
     TEST_ASSERT_FALSE(davar_encoder_next(&encoder, &frame));
 }
 
-static void test_identifiers_beyond_eleven_bits_are_refused(void)
+static void test_identifiers_beyond_eleven_bits_are_rejected(void)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, 0x7F0U, 0U, 0U));
     TEST_ASSERT_FALSE(davar_encoder_init(&encoder, &config, 0x7F1U, 0U, 0U));
@@ -149,7 +151,7 @@ static void test_a_health_counter_that_changed_goes_first(void)
     TEST_ASSERT_EQUAL(DAVAR_HEALTH_BUS_OFF + 1, next_health_item());
 }
 
-static void test_the_farewell_tells_every_counter(void)
+static void test_the_last_frames_send_every_counter(void)
 {
     uint32_t told = 0U;
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 2U, 3U));
@@ -162,7 +164,8 @@ static void test_the_farewell_tells_every_counter(void)
     TEST_ASSERT_EQUAL_HEX32((1U << DAVAR_HEALTH_COUNT) - 1U, told);
 }
 
-/* What the frames of DAVAR_Monitor say: deviation of each tau, then health and the tau that decides it. */
+/* The content of the frames of DAVAR_Monitor: deviation of each tau, then health and the tau that
+ * decides it. */
 static void read_monitor(const davar_misfit_t *misfit, float *deviations, float *number,
                          uint8_t *worst)
 {
@@ -228,7 +231,7 @@ static void seal(void)
     frame.data[0] = davar_frame_crc(&frame);
 }
 
-static void test_what_is_not_a_frame_of_ours_is_named(void)
+static void test_a_foreign_frame_is_reported(void)
 {
     frame = (davar_frame_t){.identifier = 0x5D4U, .length = 8U, .data = {0, 0, 15}};
     seal();
@@ -254,7 +257,7 @@ static void test_what_is_not_a_frame_of_ours_is_named(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
 }
 
-/* What the receiver says of a frame with this float (or count) behind these bytes of its header. */
+/* The receiver's status for a frame with this float (or count) after these bytes of its header. */
 static davar_decode_status_t status_of(uint16_t identifier, uint8_t index, float value)
 {
     frame = (davar_frame_t){.identifier = identifier, .length = 8U, .data = {0, 0, index}};
@@ -263,7 +266,7 @@ static davar_decode_status_t status_of(uint16_t identifier, uint8_t index, float
     return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
 }
 
-static void test_values_that_cannot_be_are_refused_and_absent_ones_are_not(void)
+static void test_impossible_values_are_rejected_and_absent_ones_are_not(void)
 {
     static const uint16_t deviations[] = {0x5D0U, 0x5D3U, 0x5D4U};
     static const float good[] = {0.0F, 1e-29F, 3.0F, 9e29F, NAN};
@@ -278,7 +281,7 @@ static void test_values_that_cannot_be_are_refused_and_absent_ones_are_not(void)
     }
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D4U, 9U, INFINITY));
     TEST_ASSERT_EQUAL(DAVAR_DECODED,
-                      status_of(0x5D4U, 10U, INFINITY)); /* an upper limit may be no limit */
+                      status_of(0x5D4U, 10U, INFINITY)); /* an upper limit may be infinite */
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D4U, 10U, -INFINITY));
     TEST_ASSERT_EQUAL(DAVAR_DECODED,
                       status_of(0x5D7U, 0U, -3.0F)); /* a deviation from the model has a sign */
@@ -286,7 +289,7 @@ static void test_values_that_cannot_be_are_refused_and_absent_ones_are_not(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D7U, DAVAR_MONITOR_HEALTH, -3.0F));
 }
 
-static void test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused(void)
+static void test_a_zero_rate_stride_cluster_or_window_is_rejected(void)
 {
     static const float bad[] = {0.0F, -100.0F, 1e-31F, INFINITY, NAN};
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D6U, DAVAR_SETUP_RATE, 100.0F));
@@ -301,7 +304,8 @@ static void test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused(v
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE,
                       status_of(0x5D6U, DAVAR_SETUP_UNIT + 1U, 1.0F)); /* no such item */
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5DBU, 1U, 0.0F));
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5DBU, 0U, 1.0F)); /* a result has frames */
+    /* a result has at least one frame */
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5DBU, 0U, 1.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D1U, 1U, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D1U, 0U, 0.0F));
 }
@@ -314,7 +318,7 @@ static davar_decode_status_t status_of_fd(void)
     return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
 }
 
-/* Of an FD frame with another float32 at this byte. */
+/* The status of an FD frame with another float32 at this byte. */
 static davar_decode_status_t status_of_fd_with(size_t at, float value)
 {
     (void)status_of_fd();
@@ -338,8 +342,8 @@ static void test_every_value_of_an_fd_frame_is_looked_at(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd());
 }
 
-/* Every session beside every item of either message. */
-static void test_health_setup_and_end_tell_the_session(void)
+/* Every session with every item of either message. */
+static void test_health_setup_and_end_contain_the_session(void)
 {
     for (uint32_t session = 0U; session < 256U; session++) {
         size_t told[DAVAR_MESSAGE_COUNT] = {0};
@@ -375,7 +379,7 @@ static void next_change(davar_change_item_t item)
     TEST_ASSERT_EQUAL_UINT32(512U, wire.change_m);
 }
 
-static void test_a_change_of_the_noise_is_told(void)
+static void test_a_change_of_the_noise_is_reported(void)
 {
     config.law = &davar_law_glr_q15;
     result.alarm = true;
@@ -400,7 +404,7 @@ static void test_a_change_of_the_noise_is_told(void)
     result.cut_age_samples = UINT32_MAX;
     result.alarm = false;
     result.young = true;
-    result.change.gain = -1.0; /* cannot be: absent */
+    result.change.gain = -1.0; /* impossible: absent */
     davar_encoder_begin(&encoder, &result, &health);
     for (uint32_t i = 0U; i < 2U; i++) {
         TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
@@ -413,12 +417,13 @@ static void test_a_change_of_the_noise_is_told(void)
     }
     TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     TEST_ASSERT_TRUE(isnan(wire.value));
-    davar_encoder_finish(&encoder, &health); /* says nothing of changes */
+    davar_encoder_finish(&encoder, &health); /* reports no changes */
     TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
     TEST_ASSERT_EQUAL_HEX16(DAVAR_WIRE_BASE + 5U, frame.identifier);
 }
 
-/* Any bits as a double: half of them of every size and sign, NaN and infinities among them, half near what sensors show. */
+/* Any bits as a double: half of them of every size and sign, including NaN and infinities, half
+ * near the values of sensors. */
 static double any_double(void)
 {
     static uint64_t state = UINT64_C(88172645463325252);
@@ -459,7 +464,7 @@ static bool is_absent_or_not_below_0(const davar_wire_t *one)
     return !has_float || has_sign || !(one->value < 0.0F);
 }
 
-/* Whatever stands in a result, no frame is refused, and absent is all that cannot be. */
+/* Whatever a result contains, no frame is rejected, and impossible values are absent. */
 static void test_a_result_of_garbage_makes_frames_that_every_receiver_takes(void)
 {
     static const uint8_t contents[] = {0U, 7U, 15U, 23U, 31U};
@@ -504,7 +509,7 @@ static void test_slcan_text_goes_there_and_back(void)
     TEST_ASSERT_TRUE(slcan("t5D10"));
 }
 
-static void test_slcan_text_that_is_no_frame_is_refused(void)
+static void test_slcan_text_that_is_no_frame_is_rejected(void)
 {
     static const char *const bad[] = {
         "",      "t5D1",      "T5D10",        "t5G10",         "t5D1x",
@@ -552,11 +557,12 @@ static void test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_ot
     TEST_ASSERT_EQUAL_UINT8(5U, wire.counter);
     TEST_ASSERT_FALSE(davar_encoder_raw(&encoder, 16U, 7, &frame));
     TEST_ASSERT_TRUE(
-        davar_encoder_raw(&encoder, 17U, -32769, &frame)); /* no pair, whichever is the wide one */
+        /* no pair, whichever count is too wide */
+        davar_encoder_raw(&encoder, 17U, -32769, &frame));
     assert_raw(DAVAR_RAW_COUNT, 16U, 7, 0);
 }
 
-static void test_raw_rates_are_float32_and_what_cannot_be_is_refused(void)
+static void test_raw_rates_are_float32_and_impossible_ones_are_rejected(void)
 {
     static const float rates[] = {-2.5F, 0.0F, 1e-40F, 1e31F, -INFINITY, NAN};
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_RAW));
@@ -578,7 +584,7 @@ static void test_raw_rates_are_float32_and_what_cannot_be_is_refused(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, seen());
 }
 
-static void test_the_setup_tells_the_size_of_a_count_when_counts_are_sent(void)
+static void test_the_setup_contains_the_size_of_a_count_when_counts_are_sent(void)
 {
     bool told = false;
     config.unit_per_count = 0.05;
@@ -597,9 +603,10 @@ static void test_the_setup_tells_the_size_of_a_count_when_counts_are_sent(void)
     TEST_ASSERT_TRUE(told);
 }
 
-/* ---- the bits, from the text of tools/davar.dbc: nothing of the codec is asked ---- */
+/* ---- the bits, from the text of tools/davar.dbc, without the codec ---- */
 
-/* Signal `start|length@1+`: bit start + i of the data, counted from the lowest of the first byte, is bit i. */
+/* Signal `start|length@1+`: bit start + i of the data, counted from the lowest of the first byte,
+ * is bit i. */
 static uint32_t bits_at(uint32_t start, uint32_t length)
 {
     uint32_t value = 0U;
@@ -689,7 +696,7 @@ static void test_the_bits_of_coefficients_are_those_of_the_dbc(void)
 static void test_the_bits_of_an_fd_frame_are_those_of_the_dbc(void)
 {
     result.contribution = 0.5;
-    result.epoch = 0x12FF56789AU; /* what is beyond 24 bits is not told, nor put elsewhere */
+    result.epoch = 0x12FF56789AU; /* bits above 24 are not sent, and not stored elsewhere */
     result.coefficient[DAVAR_ANGLE_RANDOM_WALK] =
         (davar_coefficient_t){.value = 2.0, .low = 1.5, .high = 2.25};
     config.tau_count = 8;
@@ -723,11 +730,11 @@ static void test_the_bits_of_health_setup_and_monitor_are_those_of_the_dbc(void)
     config.unit_per_count = 0.25;
     encode_all(DAVAR_SEND_RAW | DAVAR_SEND_MONITOR);
     davar_encoder_monitor(&encoder, &misfit);
-    for (uint32_t i = 0U; i < 7U; i++) { /* one after the other, from the front again */
+    for (uint32_t i = 0U; i < 7U; i++) { /* one after the other, then again from the front */
         const uint32_t item = items[i % 6U];
         davar_encoder_begin(&encoder, &result, &health);
         TEST_ASSERT_TRUE(find_frame(DAVAR_MESSAGE_SETUP));
-        TEST_ASSERT_EQUAL(i, bits_at(12U, 4U)); /* the result it goes with */
+        TEST_ASSERT_EQUAL(i, bits_at(12U, 4U)); /* the result it belongs to */
         TEST_ASSERT_EQUAL(item, bits_at(16U, 8U));
         TEST_ASSERT_EQUAL_HEX8(0xA5U, bits_at(24U, 8U));
         if ((item == 0U) || (item == 2U)) {
@@ -736,7 +743,7 @@ static void test_the_bits_of_health_setup_and_monitor_are_those_of_the_dbc(void)
             TEST_ASSERT_EQUAL((item == 1U) ? 7U : taus[item - 32U], bits_at(32U, 32U));
         }
     }
-    encode_all(0x1FU); /* everything but raw samples: the size of a count is not told */
+    encode_all(0x1FU); /* everything except raw samples: the size of a count is not sent */
     for (uint32_t i = 0U; i < 5U; i++) {
         davar_encoder_begin(&encoder, &result, &health);
         TEST_ASSERT_TRUE(find_frame(DAVAR_MESSAGE_SETUP));
@@ -836,23 +843,23 @@ int main(void)
     RUN_TEST(test_an_encoder_without_a_result_has_no_frame);
     RUN_TEST(test_the_end_binds_the_frames_of_a_result);
     RUN_TEST(test_the_digest_is_fnv_1a);
-    RUN_TEST(test_identifiers_beyond_eleven_bits_are_refused);
+    RUN_TEST(test_identifiers_beyond_eleven_bits_are_rejected);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);
-    RUN_TEST(test_the_farewell_tells_every_counter);
+    RUN_TEST(test_the_last_frames_send_every_counter);
     RUN_TEST(test_a_misfit_goes_over_the_wire_and_only_with_its_content);
     RUN_TEST(test_extreme_values_saturate_and_absent_ones_are_nan);
-    RUN_TEST(test_what_is_not_a_frame_of_ours_is_named);
-    RUN_TEST(test_values_that_cannot_be_are_refused_and_absent_ones_are_not);
-    RUN_TEST(test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused);
+    RUN_TEST(test_a_foreign_frame_is_reported);
+    RUN_TEST(test_impossible_values_are_rejected_and_absent_ones_are_not);
+    RUN_TEST(test_a_zero_rate_stride_cluster_or_window_is_rejected);
     RUN_TEST(test_every_value_of_an_fd_frame_is_looked_at);
-    RUN_TEST(test_health_setup_and_end_tell_the_session);
+    RUN_TEST(test_health_setup_and_end_contain_the_session);
     RUN_TEST(test_a_result_of_garbage_makes_frames_that_every_receiver_takes);
     RUN_TEST(test_slcan_text_goes_there_and_back);
-    RUN_TEST(test_slcan_text_that_is_no_frame_is_refused);
-    RUN_TEST(test_a_change_of_the_noise_is_told);
+    RUN_TEST(test_slcan_text_that_is_no_frame_is_rejected);
+    RUN_TEST(test_a_change_of_the_noise_is_reported);
     RUN_TEST(test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_other);
-    RUN_TEST(test_raw_rates_are_float32_and_what_cannot_be_is_refused);
-    RUN_TEST(test_the_setup_tells_the_size_of_a_count_when_counts_are_sent);
+    RUN_TEST(test_raw_rates_are_float32_and_impossible_ones_are_rejected);
+    RUN_TEST(test_the_setup_contains_the_size_of_a_count_when_counts_are_sent);
     RUN_TEST(test_the_bits_of_a_result_are_those_of_the_dbc);
     RUN_TEST(test_the_bits_of_coefficients_are_those_of_the_dbc);
     RUN_TEST(test_the_bits_of_an_fd_frame_are_those_of_the_dbc);

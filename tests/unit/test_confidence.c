@@ -1,4 +1,5 @@
-/* davar tests - degrees of freedom against exact covariances, chi-square limits against published tables. */
+/* davar tests - degrees of freedom compared with exact covariances, chi-square limits with
+ * published tables. */
 #include "davar/fit.h"
 #include "fit/plan.h"
 #include "unity.h"
@@ -13,8 +14,8 @@ void tearDown(void) {}
 
 /* ---- chi-square ---- */
 
-/* chi2 at 2.5 % and 97.5 %, NIST/SEMATECH e-Handbook of Statistical Methods, 1.3.6.7.4 (three decimals), the first row with
- * the digits of Abramowitz and Stegun, table 26.8. */
+/* chi2 at 2.5 % and 97.5 %, NIST/SEMATECH e-Handbook of Statistical Methods, 1.3.6.7.4 (three
+ * decimals), the first row with the digits of Abramowitz and Stegun, table 26.8. */
 static const struct {
     double edf;
     double low;
@@ -90,7 +91,8 @@ static void test_edf_below_one_counts_as_one_and_huge_edf_closes_the_interval(vo
 
 #define LENGTH 64
 
-/* The kernel of difference p at cluster size m over LENGTH white rate samples: -1 m times, then +1 m times. */
+/* The kernel of difference p at cluster size m over LENGTH white rate samples: -1 m times, then +1
+ * m times. */
 static void kernel(int m, int p, int h[])
 {
     for (int i = 0; i < LENGTH; i++) {
@@ -107,7 +109,8 @@ static int dot(const int a[], const int b[])
     return sum;
 }
 
-/* Sum of the squared covariances of all differences at m_i with all at m_j: half the covariance of the sums of D^2. */
+/* Sum of the squared covariances of all differences at m_i with all at m_j: half the covariance of
+ * the sums of D^2. */
 static double squared_covariances(int m_i, int m_j)
 {
     int sum = 0;
@@ -135,7 +138,7 @@ static void test_white_edf_meets_the_matrix_trace(void)
     }
 }
 
-/* Every lag at which the kernels meet, whatever the window. */
+/* Every lag at which the kernels overlap, whatever the window. */
 static double overlap(int m_short, int m_long)
 {
     int sum = 0;
@@ -165,8 +168,9 @@ static void test_white_correlation_follows_from_the_overlap(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0, davar_noise_correlation(DAVAR_ANGLE_RANDOM_WALK, 5, 5));
 }
 
-/* Generalised autocovariance of the phase, Greenhall and Riley, "Uncertainty of stability variances based on finite
- * differences", PTTI 2003: constants and polynomials that second differences remove are left out. */
+/* Generalised autocovariance of the phase, Greenhall and Riley, "Uncertainty of stability variances
+ * based on finite differences", PTTI 2003: constants and polynomials that second differences remove
+ * are left out. */
 static double phase_covariance(davar_coefficient_kind_t noise, double lag)
 {
     const double t = fabs(lag);
@@ -209,7 +213,8 @@ static double own_covariance(davar_coefficient_kind_t noise, int m, int lag)
     return sum;
 }
 
-/* Variance of an Allan variance, relative to the square of its mean: every lag and its mirror image. */
+/* Variance of an Allan variance, relative to the square of its mean: every lag and its mirror
+ * image. */
 static double relative_variance(davar_coefficient_kind_t noise, int m, int window)
 {
     const int n = window - 2 * m + 1;
@@ -271,7 +276,8 @@ static void test_edf_is_cautious_beyond_and_one_at_the_end(void)
     }
 }
 
-/* The formulas of NIST SP 1065, 5.4.1 (N phase points), for comparison: they agree where both are meant to hold. */
+/* The formulas of NIST SP 1065, 5.4.1 (N phase points), for comparison: they agree where both are
+ * valid. */
 static void test_edf_agrees_with_sp_1065(void)
 {
     const double n = 601.0;
@@ -297,7 +303,8 @@ static double exact_correlation(davar_coefficient_kind_t noise, int m_i, int m_j
     return cross / sqrt(relative_variance(noise, m_i, 2000) * relative_variance(noise, m_j, 2000));
 }
 
-/* The table of (5.3) in long double, for every cluster size and number of differences up to 48, and never below one. */
+/* The table of (5.3) in long double, for every cluster size and number of differences up to 48, and
+ * never below one. */
 static void test_edf_is_the_formula_of_the_table(void)
 {
     for (int m = 1; m <= 48; m++) {

@@ -1,4 +1,5 @@
-/* davar tests - decimal_parse of the simulator: every result has the bits of strtod, whatever path it takes. */
+/* davar tests - decimal_parse of the simulator: every result has the bits of strtod, on every
+ * path. */
 #include "common/decimal.h"
 #include "random.h"
 #include "unity.h"
@@ -124,7 +125,7 @@ static void test_very_long_numbers(void)
     assert_like_strtod(text);
 }
 
-/* 0.000...1e100010: neither half means anything without the other. */
+/* 0.000...1e100010: neither half has a meaning without the other. */
 static void test_a_long_fraction_and_a_large_exponent_together(void)
 {
     static char text[100100];
@@ -136,7 +137,7 @@ static void test_a_long_fraction_and_a_large_exponent_together(void)
     assert_like_strtod(text);
 }
 
-static void test_the_cursor_stops_behind_the_number(void)
+static void test_the_cursor_stops_after_the_number(void)
 {
     static const char *const TEXTS[] = {"1,2", "1 ",   "1.5\r", "1e",      "1e+",
                                         "1.e", "1..2", "1-2",   "1.5e3.7", "7dps"};
@@ -145,7 +146,7 @@ static void test_the_cursor_stops_behind_the_number(void)
     }
 }
 
-static void test_what_is_no_decimal_number_is_refused_and_nothing_is_touched(void)
+static void test_other_texts_than_decimal_numbers_are_rejected_without_effect(void)
 {
     static const char *const TEXTS[] = {"",    "-",   "+",    ".",  "-.", "e5", ".e5",
                                         "nan", "inf", "-inf", " 1", "x",  ",",  "+-1"};
@@ -167,7 +168,7 @@ static void test_hexadecimal_is_read_as_its_leading_zero(void)
     TEST_ASSERT_EQUAL_PTR(text + 1, end);
 }
 
-/* Texts of the kind that recordings hold, and some of no kind. */
+/* Texts like those in recordings, and some that are not. */
 static void random_text(random_t *random, char *text, size_t size)
 {
     const int digits = (int)(random_next(random) % 21U);
@@ -209,8 +210,8 @@ int main(void)
     RUN_TEST(test_the_ends_of_the_range);
     RUN_TEST(test_very_long_numbers);
     RUN_TEST(test_a_long_fraction_and_a_large_exponent_together);
-    RUN_TEST(test_the_cursor_stops_behind_the_number);
-    RUN_TEST(test_what_is_no_decimal_number_is_refused_and_nothing_is_touched);
+    RUN_TEST(test_the_cursor_stops_after_the_number);
+    RUN_TEST(test_other_texts_than_decimal_numbers_are_rejected_without_effect);
     RUN_TEST(test_hexadecimal_is_read_as_its_leading_zero);
     RUN_TEST(test_random_numbers);
     return UNITY_END();

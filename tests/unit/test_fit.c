@@ -1,9 +1,10 @@
-/* davar tests - the coefficient fit: exact models in, the same coefficients out; what a window cannot show stays absent. */
+/* davar tests - the coefficient fit: exact models in, the same coefficients out. Values that a
+ * window cannot show stay absent. */
 #include "davar/fit.h"
 #include "fit_fixture.h"
 #include "random.h"
 
-/* ---- what comes out, in which unit ---- */
+/* ---- results and their units ---- */
 
 static void test_white_noise_is_arw_and_nothing_else(void)
 {
@@ -45,7 +46,7 @@ static void test_every_term_comes_back_in_its_unit(void)
     assert_holds(60.0 * sqrt(tau0), term(DAVAR_ANGLE_RANDOM_WALK));
 }
 
-static void test_three_terms_at_once(void)
+static void test_three_terms_together(void)
 {
     const double mix[] = {30.0, 1.0, 0, 3e-5, 0};
     set_octaves(1000000, 16);
@@ -150,7 +151,7 @@ static void fit_counts(double white, double walk)
     davar_fit(&plan, 1.0, &result);
 }
 
-static void test_rounding_is_taken_off(void)
+static void test_rounding_is_subtracted(void)
 {
     fit_counts(10.0, 0.0);
     assert_holds(60.0 * sqrt(10.0 - (1.0 / 12.0)), term(DAVAR_ANGLE_RANDOM_WALK));
@@ -161,7 +162,7 @@ static void test_rounding_is_taken_off(void)
                               term(DAVAR_ANGLE_RANDOM_WALK)->value);
 }
 
-static void test_what_may_be_chance_near_half_a_count_has_no_lower_limit(void)
+static void test_insignificant_noise_near_half_a_count_has_no_lower_limit(void)
 {
     fit_counts(0.34, 0.0);
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
@@ -180,14 +181,14 @@ static void test_noise_below_half_a_count_is_coarse(void)
 {
     fit_counts(0.2, 0.0);
     assert_coarse();
-    fit_counts(0.1, 0.01); /* a slow walk does not help: it shows as stairs */
+    fit_counts(0.1, 0.01); /* a slow walk does not help: it appears as stairs */
     assert_coarse();
     (void)davar_fit_white(&plan, 1.0, &result);
     TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 30.0, term(DAVAR_ANGLE_RANDOM_WALK)->high);
 }
 
-static void test_a_walk_of_counts_keeps_its_coefficient_beside_hidden_noise(void)
+static void test_a_walk_of_counts_keeps_its_coefficient_with_hidden_noise(void)
 {
     fit_counts(0.1, 1.0);
     TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
@@ -199,7 +200,8 @@ static void test_a_walk_of_counts_keeps_its_coefficient_beside_hidden_noise(void
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 30.0 - 1e-6);
 }
 
-/* White noise, and beside a walk: with a count so fine that it takes nothing off, and where it begins to. */
+/* White noise, and beside a walk: with a count so fine that it takes nothing off, and where it
+ * begins to. */
 static void test_a_fine_count_changes_nothing(void)
 {
     static const double units[] = {1e-300, 1e-30, 1e-9, 1e-6, 2e-5, 4e-5, 1e-4, 1e-3};
@@ -222,7 +224,8 @@ static void test_a_fine_count_changes_nothing(void)
     }
 }
 
-/* A term of 1.5 standard errors is not resolved, yet N may be smaller by it: only the lower limit knows. */
+/* A term of 1.5 standard errors is not resolved, yet N may be smaller by it: only the lower limit
+ * knows. */
 static void test_an_unresolved_term_lowers_the_arw_limit_alone(void)
 {
     const double white[] = {0, 1.0, 0, 0, 0};
@@ -250,7 +253,8 @@ static void test_a_doubt_can_leave_nothing_of_the_arw(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, term(DAVAR_ANGLE_RANDOM_WALK)->low);
 }
 
-/* Every other estimate half as large: no sum of these terms does that, and the interval must say so. */
+/* Every other estimate half as large: no sum of these terms does that, and the interval must say
+ * so. */
 static void test_a_misfit_widens_the_interval(void)
 {
     const double white[] = {0, 1.0, 0, 0, 0};
@@ -268,7 +272,7 @@ static void test_a_misfit_widens_the_interval(void)
 
 /* ---- windows that show little ---- */
 
-static void test_one_tau_gives_arw_and_knows_nothing_of_the_rest(void)
+static void test_one_tau_gives_only_arw(void)
 {
     const uint32_t m[] = {4};
     set_taus(600, m, 1);
@@ -293,7 +297,7 @@ static void test_two_taus_resolve_two_terms_and_no_third(void)
     TEST_ASSERT_TRUE(isinf(term(DAVAR_QUANTIZATION)->high));
 }
 
-static void test_taus_that_are_nearly_equal_tell_no_terms_apart(void)
+static void test_nearly_equal_taus_do_not_separate_terms(void)
 {
     const uint32_t m[] = {1U << 20U, (1U << 20U) + 1U};
     set_taus(1U << 24U, m, 2);
@@ -333,7 +337,7 @@ static void test_some_zero_variances_are_no_trap(void)
     }
 }
 
-static void test_taus_without_differences_are_left_out(void)
+static void test_taus_without_differences_are_skipped(void)
 {
     const double white[] = {0, 1.0, 0, 0, 0};
     set_octaves(20, 7);
@@ -434,7 +438,7 @@ static void test_limits_are_numbers_in_order_whatever_the_list(void)
 }
 
 /* Cluster sizes so alike, or so few, that a variance comes out as nothing or less. */
-static void test_what_cannot_be_told_apart_has_no_bound(void)
+static void test_inseparable_terms_have_no_bound(void)
 {
     static const struct {
         uint32_t window;
@@ -460,8 +464,9 @@ static void test_what_cannot_be_told_apart_has_no_bound(void)
     }
 }
 
-/* No unit is too large or too small, nor an ADEV beside another: one that no float could hold beside the rest is 0. */
-static void test_a_deviation_that_vanishes_beside_the_others_is_none(void)
+/* No unit is too large or too small, nor an ADEV beside another: one that no float could hold
+ * beside the rest is 0. */
+static void test_a_negligible_deviation_is_absent(void)
 {
     static const double tiny[] = {1e-160, 0.0};
     davar_coefficient_t found[2][DAVAR_COEFFICIENT_COUNT];
@@ -489,7 +494,8 @@ static void test_white_noise_of_any_size_is_found(void)
     }
 }
 
-/* White noise alone: the same as davar_fit where it explains all, otherwise an upper limit that the truth is below. */
+/* White noise alone: the same as davar_fit where it explains all, otherwise an upper limit that the
+ * truth is below. */
 static void test_the_fit_of_white_noise_alone(void)
 {
     const double white[] = {0.0, 4.0, 0.0, 0.0, 0.0};
@@ -528,33 +534,33 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_white_noise_is_arw_and_nothing_else);
     RUN_TEST(test_every_term_comes_back_in_its_unit);
-    RUN_TEST(test_three_terms_at_once);
+    RUN_TEST(test_three_terms_together);
     RUN_TEST(test_pure_drift_has_no_arw_but_an_upper_bound);
     RUN_TEST(test_adev_intervals_are_chi_square_with_the_edf_of_the_noise);
     RUN_TEST(test_edf_follows_the_dominant_noise);
     RUN_TEST(test_missing_differences_cost_degrees_of_freedom);
     RUN_TEST(test_edf_is_never_below_one);
-    RUN_TEST(test_rounding_is_taken_off);
-    RUN_TEST(test_what_may_be_chance_near_half_a_count_has_no_lower_limit);
+    RUN_TEST(test_rounding_is_subtracted);
+    RUN_TEST(test_insignificant_noise_near_half_a_count_has_no_lower_limit);
     RUN_TEST(test_noise_below_half_a_count_is_coarse);
-    RUN_TEST(test_a_walk_of_counts_keeps_its_coefficient_beside_hidden_noise);
+    RUN_TEST(test_a_walk_of_counts_keeps_its_coefficient_with_hidden_noise);
     RUN_TEST(test_a_fine_count_changes_nothing);
     RUN_TEST(test_an_unresolved_term_lowers_the_arw_limit_alone);
     RUN_TEST(test_a_doubt_can_leave_nothing_of_the_arw);
     RUN_TEST(test_a_misfit_widens_the_interval);
-    RUN_TEST(test_one_tau_gives_arw_and_knows_nothing_of_the_rest);
+    RUN_TEST(test_one_tau_gives_only_arw);
     RUN_TEST(test_two_taus_resolve_two_terms_and_no_third);
-    RUN_TEST(test_taus_that_are_nearly_equal_tell_no_terms_apart);
+    RUN_TEST(test_nearly_equal_taus_do_not_separate_terms);
     RUN_TEST(test_a_constant_input_bounds_nothing);
     RUN_TEST(test_some_zero_variances_are_no_trap);
-    RUN_TEST(test_taus_without_differences_are_left_out);
+    RUN_TEST(test_taus_without_differences_are_skipped);
     RUN_TEST(test_no_differences_at_all_is_no_knowledge_at_all);
     RUN_TEST(test_no_cluster_sizes_at_all_is_no_knowledge_at_all);
     RUN_TEST(test_the_longest_windows_and_lists_stay_finite);
-    RUN_TEST(test_a_deviation_that_vanishes_beside_the_others_is_none);
+    RUN_TEST(test_a_negligible_deviation_is_absent);
     RUN_TEST(test_white_noise_of_any_size_is_found);
     RUN_TEST(test_limits_are_numbers_in_order_whatever_the_list);
-    RUN_TEST(test_what_cannot_be_told_apart_has_no_bound);
+    RUN_TEST(test_inseparable_terms_have_no_bound);
     RUN_TEST(test_the_fit_of_white_noise_alone);
     return UNITY_END();
 }

@@ -1,10 +1,10 @@
-/* davar tests - the general fit of a mix of noise terms: which terms it takes in, which out, and that it agrees with the short
- * cut for white noise. */
+/* davar tests - the general fit of a mix of noise terms: which terms it includes and excludes, and
+ * that it agrees with the fast path for white noise. */
 #include "fit/mixture.h"
 #include "fit/plan.h"
 #include "fit_fixture.h"
 
-/* The general fit of white noise must judge a further term as the short cut does. */
+/* For white noise, the general fit must evaluate a further term like the fast path. */
 static void test_general_fit_agrees_with_the_short_cut(void)
 {
     const double nearly_white[] = {0.02, 1.0, 0.001, 0, 0};
@@ -26,7 +26,7 @@ static void test_general_fit_agrees_with_the_short_cut(void)
     }
 }
 
-static void test_a_superfluous_term_is_taken_out_again(void)
+static void test_a_superfluous_term_is_removed(void)
 {
     const double walk[] = {0, 0, 0, 1.0, 0};
     set_octaves(600, 7);
@@ -39,8 +39,8 @@ static void test_a_superfluous_term_is_taken_out_again(void)
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_RATE_RANDOM_WALK, model.terms);
 }
 
-/* Beside flicker found first, the white noise of a short window may no longer stand out. */
-static void test_white_noise_that_does_not_stand_out_is_taken_out(void)
+/* With flicker found first, the white noise of a short window may no longer be significant. */
+static void test_insignificant_white_noise_is_removed(void)
 {
     const double flicker[] = {0, 1.0, 0.63, 0, 0};
     set_octaves(90, 4);
@@ -50,7 +50,8 @@ static void test_white_noise_that_does_not_stand_out_is_taken_out(void)
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high > 60.0);
 }
 
-/* An estimate with few degrees of freedom is never far from zero in its own standard errors; without it the rest is. */
+/* An estimate with few degrees of freedom is never far from zero in its own standard errors;
+ * without it the rest is. */
 static void test_an_uncertain_term_that_the_others_cannot_replace_stays(void)
 {
     const double mix[] = {2.1, 1.0, 0, 0.00755579, 0};
@@ -61,7 +62,8 @@ static void test_an_uncertain_term_that_the_others_cannot_replace_stays(void)
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
 }
 
-/* Five terms, each of which rules some octaves: found one after the other, without a suspect to begin with, and exactly. */
+/* Five terms, each of which dominates some octaves: found one after the other, without an initial
+ * guess, and exactly. */
 static void test_all_five_terms_are_found_from_white_noise_alone(void)
 {
     const double mix[] = {300.0, 1.0, 4e-4, 3e-8, 3e-13};
@@ -78,8 +80,8 @@ static void test_all_five_terms_are_found_from_white_noise_alone(void)
     }
 }
 
-/* An exact mix of any of them: beside those that are there, nothing is left for the others. */
-static void test_beside_an_exact_mix_absent_terms_are_nothing(void)
+/* An exact mix of any terms: nothing is left for the absent ones. */
+static void test_in_an_exact_mix_absent_terms_are_zero(void)
 {
     const double all[] = {300.0, 1.0, 4e-4, 3e-8, 3e-13};
     set_octaves(UINT32_C(1) << 24U, 22);
@@ -107,7 +109,8 @@ static void test_beside_an_exact_mix_absent_terms_are_nothing(void)
     }
 }
 
-/* Of one term the degrees of freedom are those of its noise, the lost differences apart, and one at least. */
+/* With one term the degrees of freedom are those of its noise, less the lost differences, and at
+ * least one. */
 static void test_degrees_of_freedom_of_one_term(void)
 {
     uint32_t clamped = 0U;
@@ -135,11 +138,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_general_fit_agrees_with_the_short_cut);
-    RUN_TEST(test_a_superfluous_term_is_taken_out_again);
-    RUN_TEST(test_white_noise_that_does_not_stand_out_is_taken_out);
+    RUN_TEST(test_a_superfluous_term_is_removed);
+    RUN_TEST(test_insignificant_white_noise_is_removed);
     RUN_TEST(test_an_uncertain_term_that_the_others_cannot_replace_stays);
     RUN_TEST(test_all_five_terms_are_found_from_white_noise_alone);
-    RUN_TEST(test_beside_an_exact_mix_absent_terms_are_nothing);
+    RUN_TEST(test_in_an_exact_mix_absent_terms_are_zero);
     RUN_TEST(test_degrees_of_freedom_of_one_term);
     return UNITY_END();
 }

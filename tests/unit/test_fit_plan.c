@@ -1,8 +1,9 @@
-/* davar tests - the plan of a fit: a memo that changes no result, whose standard errors are those of brute force. */
+/* davar tests - the plan of a fit: a cache that changes no result. Its standard errors are those of
+ * brute force. */
 #include "fit/plan.h"
 #include "fit_fixture.h"
 
-/* ---- the plan is a memo ---- */
+/* ---- the plan is a cache ---- */
 
 static void assert_same_as_fresh(const uint32_t *m, uint8_t count)
 {
@@ -36,12 +37,12 @@ static void test_a_used_plan_gives_what_a_fresh_one_gives(void)
         set_model(mix);
         assert_same_as_fresh(m, 5);
         result.tau[0].differences -=
-            (result.tau[0].differences > 3U) ? 3U : 0U; /* a gap, then whole again */
+            (result.tau[0].differences > 3U) ? 3U : 0U; /* a gap, then complete again */
         assert_same_as_fresh(m, 5);
     }
 }
 
-/* ---- the variances of the plan against brute force ---- */
+/* ---- the variances of the plan compared with brute force ---- */
 
 #define LENGTH 64
 
@@ -71,14 +72,14 @@ static double covariance(int m_i, int m_j)
     return squared_covariances(m_i, m_j) / (2.0 * m_i * m_j * n_i * n_j);
 }
 
-/* The weight of one Allan variance in a linear functional of the fit, as the plan has it (test_fit_white.c holds the shares
- * that come of it to the formulas); its variance is what is tested here. */
+/* The weight of one Allan variance in a linear functional of the fit, from the plan
+ * (test_fit_white.c compares the resulting shares with the formulas); this tests its variance. */
 static double weight_of(int kind, int t)
 {
     return (double)plan.functional[kind][t] / DAVAR_FIT_FUNCTIONAL_ONE;
 }
 
-static void test_standard_errors_meet_the_full_covariance(void)
+static void test_standard_errors_match_the_full_covariance(void)
 {
     static const uint32_t m[] = {1, 2, 4, 7};
     const double white[] = {0, 1.0, 0, 0, 0};
@@ -97,8 +98,9 @@ static void test_standard_errors_meet_the_full_covariance(void)
     }
 }
 
-/* (5.9): under white noise the misfit has the mean count - 1 and the variance 2 sum r^2 over all pairs; five of its standard
- * deviations are no misfit. Twice that, since errors are squared as edf (y - 1)^2. */
+/* (5.9): under white noise the misfit has the mean count - 1 and the variance 2 sum r^2 over all
+ * pairs; five of its standard deviations are not a misfit. Twice that, because errors are squared
+ * as edf (y - 1)^2. */
 static void test_the_limit_of_the_misfit_is_five_standard_deviations(void)
 {
     static const uint32_t m[] = {1, 2, 4, 7, 15, 40};
@@ -124,7 +126,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
-    RUN_TEST(test_standard_errors_meet_the_full_covariance);
+    RUN_TEST(test_standard_errors_match_the_full_covariance);
     RUN_TEST(test_the_limit_of_the_misfit_is_five_standard_deviations);
     return UNITY_END();
 }

@@ -1,15 +1,16 @@
-/* davar tests - the short cut of the fit, which is integers, against (5.4) to (5.11) in doubles, over random lists, windows and data. */
+/* davar tests - the fast path of the fit, in integers, compared with (5.4) to (5.11) in doubles,
+ * over random lists, windows and data. */
 #include "davar/fit.h"
 #include "fit/plan.h"
 #include "fit/white.h"
 #include "fit_fixture.h"
 #include "random.h"
 
-#ifndef TRIALS /* an emulated board takes fewer */
+#ifndef TRIALS /* an emulated board runs fewer */
 #define TRIALS 2000U
 #endif
 
-/* What (5.4) to (5.11) say, in units of N^2 per sample where nothing else is said. */
+/* The values of (5.4) to (5.11), in units of N^2 per sample unless stated otherwise. */
 typedef struct {
     int count;
     double m[DAVAR_TAUS_MAX];
@@ -69,7 +70,7 @@ static void expect_data(expected_t *e)
     }
 }
 
-/* Of white noise, between every two cluster sizes. */
+/* For white noise, between every two cluster sizes. */
 static void expect_covariances(expected_t *e)
 {
     for (int i = 0; i < e->count; i++) {
@@ -198,7 +199,7 @@ static double lower_limit(const expected_t *e, bool *is_at_step)
 
 /* ---- data ---- */
 
-/* Ascending: octaves, consecutive, geometric, or anything; from 1 or beyond. */
+/* Ascending: octaves, consecutive, geometric, or random; from 1 or above. */
 static uint8_t any_list(random_t *random, uint32_t window, uint32_t m[])
 {
     const uint64_t kind = random_next(random) % 4U;
@@ -216,7 +217,8 @@ static uint8_t any_list(random_t *random, uint32_t window, uint32_t m[])
     return count;
 }
 
-/* White noise as its Allan variances scatter, one draw for sizes that are nearly the same; drift: some of K or Q beside it. */
+/* White noise with the scatter of Allan variances, one draw for sizes that are nearly equal; drift:
+ * some K or Q added. */
 static void draw(random_t *random, double drift)
 {
     const double size = pow(10.0, (20.0 * random_uniform(random)) - 10.0);
@@ -240,7 +242,7 @@ static bool any_window(random_t *random)
     const uint8_t count = any_list(random, window, m);
     memset(&result, 0, sizeof result);
     if (count < 2U) {
-        return false; /* knows nothing of the rest: test_fit.c */
+        return false; /* the rest is outside this test: test_fit.c */
     }
     set_taus(window, m, count);
     result.mirrored_samples =
@@ -285,7 +287,7 @@ static void assert_reported(const expected_t *e)
     }
 }
 
-/* Of any size, beside a drift far above the white noise too. */
+/* Of any size, also with a drift far above the white noise. */
 static void assert_shares(const expected_t *e, const davar_white_t *white)
 {
     for (int k = 0; k < TERMS; k++) {
@@ -334,10 +336,11 @@ static void test_white_noise_or_not_is_decided_as_in_doubles(void)
         }
     }
     TEST_ASSERT_TRUE((white_noise > (TRIALS / 4U)) &&
-                     (other > (TRIALS / 10U))); /* both were tried */
+                     (other > (TRIALS / 10U))); /* both cases occurred */
 }
 
-/* One Allan variance that no mix of terms makes, ten standard errors off or within reach: the limit of (5.9) is where it says. */
+/* One Allan variance that no mix of terms gives, ten standard errors off or less: the limit of
+ * (5.9) is where the formula puts it. */
 static void test_the_misfit_is_where_the_formula_puts_it(void)
 {
     static const uint32_t m[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U};
@@ -348,7 +351,7 @@ static void test_the_misfit_is_where_the_formula_puts_it(void)
         memset(&result, 0, sizeof result);
         set_taus(600U, m, 7U);
         for (int t = 0; t < 7; t++) {
-            const double sign = (t % 2 == 0) ? 1.0 : -1.0; /* up and down: like no term */
+            const double sign = (t % 2 == 0) ? 1.0 : -1.0; /* alternating: like no term */
             result.tau[t].adev =
                 sqrt((1.0 + (sign * 0.1 * step * sqrt(2.0 * (double)m[t] / 900.0))) / (double)m[t]);
             result.tau[t].adev = (result.tau[t].adev > 0.0) ? result.tau[t].adev : 0.01;
@@ -365,8 +368,8 @@ static void test_the_misfit_is_where_the_formula_puts_it(void)
     TEST_ASSERT_TRUE((kept > 5U) && (kept < 55U));
 }
 
-/* A plan that served another sample rate serves this one. */
-static void test_one_plan_serves_two_rates(void)
+/* A plan used at another sample rate is valid for this one. */
+static void test_one_plan_is_valid_for_two_rates(void)
 {
     const double white[] = {0, 1.0, 0, 0, 0};
     set_octaves(600, 7);
@@ -377,8 +380,8 @@ static void test_one_plan_serves_two_rates(void)
     assert_near(6.0, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-6);
 }
 
-/* One that is 0 beside others stays 0, with its limits. */
-static void test_a_deviation_of_nothing_has_no_limits_beyond_it(void)
+/* A deviation of 0 among others stays 0, with its limits. */
+static void test_a_deviation_of_zero_has_limits_of_zero(void)
 {
     static const uint32_t m[] = {1U, 2U, 4U};
     set_taus(8U, m, 3U);
@@ -389,8 +392,9 @@ static void test_a_deviation_of_nothing_has_no_limits_beyond_it(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[2].high);
 }
 
-/* A plan that is there already gives the same bits, and nothing where the window supports fewer sizes than it has. */
-static void test_a_ready_plan_gives_the_same_or_nothing(void)
+/* A precomputed plan gives the same bits, and nothing if the window supports fewer sizes than it
+ * has. */
+static void test_a_precomputed_plan_gives_the_same_result_or_none(void)
 {
     random_t random = random_seeded(5U);
     unsigned white_noise = 0U;
@@ -415,10 +419,10 @@ static void test_a_ready_plan_gives_the_same_or_nothing(void)
         }
     }
     TEST_ASSERT_TRUE((white_noise > (TRIALS / 4U)) &&
-                     (other > (TRIALS / 10U))); /* both were tried */
+                     (other > (TRIALS / 10U))); /* both cases occurred */
 }
 
-static void test_a_window_without_a_difference_says_nothing(void)
+static void test_a_window_without_a_difference_gives_no_values(void)
 {
     static const uint32_t m[] = {1U, 2U, 4U};
     set_taus(8U, m, 3U);
@@ -439,9 +443,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_white_noise_or_not_is_decided_as_in_doubles);
     RUN_TEST(test_the_misfit_is_where_the_formula_puts_it);
-    RUN_TEST(test_a_ready_plan_gives_the_same_or_nothing);
-    RUN_TEST(test_a_window_without_a_difference_says_nothing);
-    RUN_TEST(test_one_plan_serves_two_rates);
-    RUN_TEST(test_a_deviation_of_nothing_has_no_limits_beyond_it);
+    RUN_TEST(test_a_precomputed_plan_gives_the_same_result_or_none);
+    RUN_TEST(test_a_window_without_a_difference_gives_no_values);
+    RUN_TEST(test_one_plan_is_valid_for_two_rates);
+    RUN_TEST(test_a_deviation_of_zero_has_limits_of_zero);
     return UNITY_END();
 }

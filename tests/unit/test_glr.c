@@ -1,4 +1,5 @@
-/* davar tests - the detector of changes against its law, computed anew at every block from the raw samples. */
+/* davar tests - the detector of changes compared with its law, recomputed at every block from the
+ * raw samples. */
 #include "detector/glr.h"
 #include "detector/scan.h"
 #include "number/real.h"
@@ -12,7 +13,7 @@
 #endif
 #define RAW 1024U
 
-/* ---- the law, anew at every block ---- */
+/* ---- the law, recomputed at every block ---- */
 
 static void law_note(bool is_cut);
 
@@ -96,7 +97,7 @@ static int32_t law_threshold(uint32_t h, uint32_t n)
 
 typedef struct {
     int32_t excess;
-    uint32_t age; /* 0: none exceeds */
+    uint32_t age; /* 0: no split exceeds */
 } law_best_t;
 
 static void law_ask(law_best_t *best, uint32_t begin, uint32_t age, uint32_t h)
@@ -120,7 +121,7 @@ static void law_ask(law_best_t *best, uint32_t begin, uint32_t age, uint32_t h)
     }
 }
 
-/* The age of the split that exceeds by most. No split is spared the logarithms. */
+/* The age of the split with the largest excess. Logarithms are computed for every split. */
 static uint32_t law_scan(uint32_t begin, uint32_t h)
 {
     law_best_t best = {0, 0U};
@@ -211,7 +212,8 @@ static void law_skip(void)
     law_advance(0U);
 }
 
-/* Steps, bursts, ramps, shocks of one to five samples, stretches without noise and at full scale, heavy tails, gaps. */
+/* Steps, bursts, ramps, shocks of one to five samples, sections without noise and at full scale,
+ * heavy tails, gaps. */
 static void make(int16_t *sample)
 {
     static double sigma = 20.0;
@@ -233,17 +235,17 @@ static void make(int16_t *sample)
     }
 }
 
-/* ---- the windows (10.9, 10.10), anew at every block from the raw blocks, in doubles ---- */
+/* ---- the windows (10.9, 10.10), recomputed at every block from the raw blocks, in doubles ---- */
 
 static struct {
-    uint32_t at[GLR_CUTS]; /* the cuts that are remembered, the oldest first */
+    uint32_t at[GLR_CUTS]; /* stored cuts, the oldest first */
     bool counts[GLR_CUTS];
     bool settled[GLR_CUTS];
     uint32_t cuts;
     uint32_t turn;
     uint32_t seen;
     uint32_t compared;
-    uint32_t unsure; /* so close to a threshold that doubles cannot tell */
+    uint32_t unsure; /* too close to a threshold for doubles */
 } past;
 
 /* G of [from, middle) against [middle, to) (10.4), S the sums and N the blocks of both parts. */
@@ -254,7 +256,7 @@ static double gain_of(double s_older, double n_older, double s_newer, double n_n
            (whole - (n_older * log(s_older / n_older)) - (n_newer * log(s_newer / n_newer)));
 }
 
-/* 1: above the limit, -1: below, 0: too close to tell. */
+/* 1: above the limit, -1: below, 0: too close. */
 static int against(double gain, double limit)
 {
     const double hair = 0.02 + (2e-4 * (fabs(gain) + limit));
@@ -272,7 +274,8 @@ static int law_differs(uint32_t from, uint32_t middle, uint32_t to, double limit
                    limit * law.f / 4096.0);
 }
 
-/* The oldest record that is not older than `age`, in the least level whose four records reach so far; not before the bound. */
+/* The oldest record that is not older than `age`, in the lowest level whose four records reach that
+ * far; not before the bound. */
 static uint32_t law_place(uint32_t age, uint32_t bound)
 {
     uint32_t apart = 1U;
@@ -282,7 +285,7 @@ static uint32_t law_place(uint32_t age, uint32_t bound)
     return (age >= (law.now - bound)) ? bound : (((law.now - age) + apart - 1U) / apart) * apart;
 }
 
-/* Where [begin, end) grows to; false: too close to tell. */
+/* The limits to which [begin, end) grows; false: too close. */
 static bool law_grow(uint32_t *begin, uint32_t end, uint32_t bound, double near_limit)
 {
     uint32_t age = law.now - *begin;
@@ -309,14 +312,14 @@ static double recent_bits(uint64_t b)
     return (double)kept;
 }
 
-/* In units that the loudest of some blocks fills 25 bits of, one at least. */
+/* In units with which the loudest of some blocks has 25 bits; at least one. */
 static double in_units(uint64_t b, uint64_t loudest)
 {
     const int below = ilogb((double)loudest) - ilogb((double)b);
     return (below < 25) ? floor(ldexp(recent_bits(b), 24 - ilogb((double)loudest))) : 1.0;
 }
 
-/* Is cut i a step, not part of a ramp (10.10)? 1, -1, or 0: too close to tell. */
+/* Whether cut i is a step, not part of a ramp (10.10): 1, -1, or 0: too close. */
 static int law_is_step(uint32_t i)
 {
     const uint32_t at = past.at[i];
@@ -397,7 +400,7 @@ static void law_note(bool is_cut)
     }
 }
 
-/* [begin, end) of the centred window; false: too close to tell. */
+/* [begin, end) of the centred window; false: too close. */
 static bool law_centred(uint32_t *begin, uint32_t *end)
 {
     const uint32_t centre = law.now - config.half;
@@ -481,7 +484,7 @@ static void compare_with_law(uint32_t block, uint32_t shock, uint32_t longest)
     TEST_ASSERT_GREATER_THAN_UINT32(BLOCKS / 500U, alarms);
 }
 
-static void test_every_decision_is_that_of_the_law_computed_anew(void)
+static void test_every_decision_equals_the_recomputed_law(void)
 {
     compare_with_law(10U, 2U, 6000U);
 }
@@ -496,7 +499,7 @@ static void test_so_it_is_with_other_blocks_shocks_and_windows(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_every_decision_is_that_of_the_law_computed_anew);
+    RUN_TEST(test_every_decision_equals_the_recomputed_law);
     RUN_TEST(test_so_it_is_with_other_blocks_shocks_and_windows);
     return UNITY_END();
 }

@@ -1,11 +1,12 @@
-/* davar tests - what the detector of changes says at a step, a shock, a ramp, a gap, and the windows that follow. */
+/* davar tests - events of the detector of changes at a step, a shock, a ramp, a gap, and the
+ * windows that follow. */
 #include "detector/glr.h"
 
 #include "glr_fixture.h"
 
 #include <string.h>
 
-/* ---- what it says ---- */
+/* ---- events ---- */
 
 static void test_a_step_is_cut_where_it_was_and_its_levels_are_reported(void)
 {
@@ -57,7 +58,7 @@ static void test_a_shock_is_dropped_and_changes_nothing(void)
     TEST_ASSERT_EQUAL_UINT32(300U + 22U + 23U, state.now.at);
 }
 
-static void test_what_goes_on_is_no_shock(void)
+static void test_a_lasting_change_is_not_a_shock(void)
 {
     push_quiet(300U);
     knock(600.0);
@@ -98,7 +99,7 @@ static void test_a_block_ends_a_shock_when_it_is_calm_or_far_below(void)
     TEST_ASSERT_EQUAL(0, event.resolved);
 }
 
-static void test_a_gap_takes_its_time_and_what_waited(void)
+static void test_a_gap_uses_time_and_drops_waiting_samples(void)
 {
     push_quiet(300U);
     knock(600.0);
@@ -132,7 +133,7 @@ static void test_dispersion_is_one_for_gaussian_noise_and_more_for_heavy_tails(v
     TEST_ASSERT_DOUBLE_WITHIN(0.6, 2.4, f_after(true));
 }
 
-/* Levels that jump by 10^6 in sigma at random: f at its end, 14 + 13 / 8. */
+/* Levels that jump by 10^6 in sigma at random: f at its limit, 14 + 13 / 8. */
 static void test_dispersion_has_an_end(void)
 {
     for (uint32_t i = 0U; i < 4000U; i++) {
@@ -174,7 +175,7 @@ static void test_wide_samples_decide_as_narrow_ones_whatever_their_size(void)
     }
 }
 
-static void test_a_state_saved_as_bytes_goes_on_alike(void)
+static void test_a_state_saved_as_bytes_continues_equally(void)
 {
     static unsigned char saved[sizeof(davar_glr_t)];
     static davar_glr_t restored;
@@ -200,7 +201,7 @@ static davar_glr_window_t trailing(void)
     return window;
 }
 
-static void test_a_trailing_window_grows_to_all_that_is_alike_and_begins_anew_at_a_step(void)
+static void test_a_trailing_window_grows_over_similar_blocks_and_restarts_at_a_step(void)
 {
     config.cut = config.alarm; /* no false cuts */
     push_quiet(1U);
@@ -214,8 +215,8 @@ static void test_a_trailing_window_grows_to_all_that_is_alike_and_begins_anew_at
     TEST_ASSERT_UINT32_WITHIN(1U, 601U, state.cut.at);
 }
 
-/* A change that is too small for a cut bars the window's growth before. */
-static void test_a_trailing_window_leaves_out_what_is_not_alike(void)
+/* A change that is too small for a cut already limits the window's growth. */
+static void test_a_trailing_window_excludes_different_blocks(void)
 {
     push_quiet(400U);
     uint32_t shortest = 400U;
@@ -230,7 +231,7 @@ static void test_a_trailing_window_leaves_out_what_is_not_alike(void)
     TEST_ASSERT_LESS_THAN_UINT32(200U, shortest);
 }
 
-static void test_a_trailing_window_can_hold_nothing_but_gaps(void)
+static void test_a_trailing_window_may_have_only_gaps(void)
 {
     skip(100U);
     TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
@@ -285,7 +286,7 @@ static void test_a_cut_in_a_ramp_does_not_count_but_bars_growth(void)
     TEST_ASSERT_GREATER_THAN_UINT32(60U, whole);
 }
 
-/* So many cuts that the oldest are forgotten; then none for so long that all are. */
+/* So many cuts that the oldest are discarded; then no cut for so long that all are. */
 static void test_the_oldest_cut_that_is_remembered_bounds_the_window(void)
 {
     davar_glr_window_t window;
@@ -305,8 +306,8 @@ static void test_the_oldest_cut_that_is_remembered_bounds_the_window(void)
     TEST_ASSERT_EQUAL(1, state.cuts);
 }
 
-/* Between the blocks of 10^6 and those a fifth louder lies a gap; the cut falls into it. */
-static void test_a_cut_beside_a_gap_counts(void)
+/* Between the blocks of 10^6 and those a fifth louder there is a gap; the cut is at the gap. */
+static void test_a_cut_near_a_gap_counts(void)
 {
     davar_glr_wish_t wish = usual;
     wish.block = 25U;
@@ -319,7 +320,7 @@ static void test_a_cut_beside_a_gap_counts(void)
     TEST_ASSERT_BIT_HIGH((int)(state.cuts - 1U), state.counts);
 }
 
-/* A change so small that its cut lies beyond the blocks that are remembered one by one. */
+/* A change so small that its cut is older than the blocks that are stored one by one. */
 static void test_a_cut_that_came_late_counts(void)
 {
     push_blocks(1000000U, 320U);
@@ -345,8 +346,9 @@ static uint32_t heard_between(uint32_t begin, uint32_t end)
     return count;
 }
 
-/* A window [begin, end) about the block that so many accepted ones follow: in the record, not empty, with the blocks it says. Of a
- * beginning that no record holds only the newest blocks are counted one by one. */
+/* A window [begin, end) about the block that is followed by `accepted` accepted ones: within the
+ * record, not empty, with the stated number of blocks. If no record contains its beginning, only
+ * the newest blocks are counted one by one. */
 static void check_centred_window(uint32_t accepted)
 {
     davar_glr_window_t window;
@@ -366,7 +368,8 @@ static void check_centred_window(uint32_t accepted)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(heard_between(from, window.end), window.blocks);
 }
 
-/* Steps and gaps beside one another: where gaps leave few blocks of many, the records that are as old as the window hold none of it. */
+/* Steps and gaps next to each other: where gaps leave few of many blocks, the records as old as the
+ * window contain none of it. */
 static void check_windows_beside_gaps(uint32_t block, uint32_t gaps)
 {
     static const double levels[] = {20.0, 100.0, 20.0, 60.0};
@@ -390,7 +393,7 @@ static void check_windows_beside_gaps(uint32_t block, uint32_t gaps)
     }
 }
 
-static void test_windows_about_a_place_beside_gaps(void)
+static void test_windows_near_gaps(void)
 {
     static const uint32_t blocks[] = {5U, 10U, 25U};
     for (uint32_t i = 0U; i < 3U; i++) {
@@ -416,22 +419,22 @@ int main(void)
     RUN_TEST(test_a_step_is_cut_where_it_was_and_its_levels_are_reported);
     RUN_TEST(test_noise_that_dies_is_a_change_too);
     RUN_TEST(test_a_shock_is_dropped_and_changes_nothing);
-    RUN_TEST(test_what_goes_on_is_no_shock);
+    RUN_TEST(test_a_lasting_change_is_not_a_shock);
     RUN_TEST(test_a_block_ends_a_shock_when_it_is_calm_or_far_below);
-    RUN_TEST(test_a_gap_takes_its_time_and_what_waited);
+    RUN_TEST(test_a_gap_uses_time_and_drops_waiting_samples);
     RUN_TEST(test_dispersion_is_one_for_gaussian_noise_and_more_for_heavy_tails);
     RUN_TEST(test_dispersion_has_an_end);
     RUN_TEST(test_wide_samples_decide_as_narrow_ones_whatever_their_size);
-    RUN_TEST(test_a_state_saved_as_bytes_goes_on_alike);
-    RUN_TEST(test_a_trailing_window_grows_to_all_that_is_alike_and_begins_anew_at_a_step);
-    RUN_TEST(test_a_trailing_window_leaves_out_what_is_not_alike);
-    RUN_TEST(test_a_trailing_window_can_hold_nothing_but_gaps);
+    RUN_TEST(test_a_state_saved_as_bytes_continues_equally);
+    RUN_TEST(test_a_trailing_window_grows_over_similar_blocks_and_restarts_at_a_step);
+    RUN_TEST(test_a_trailing_window_excludes_different_blocks);
+    RUN_TEST(test_a_trailing_window_may_have_only_gaps);
     RUN_TEST(test_a_centred_window_is_cut_by_a_step_on_either_side);
     RUN_TEST(test_a_cut_in_a_ramp_does_not_count_but_bars_growth);
     RUN_TEST(test_the_oldest_cut_that_is_remembered_bounds_the_window);
-    RUN_TEST(test_a_cut_beside_a_gap_counts);
+    RUN_TEST(test_a_cut_near_a_gap_counts);
     RUN_TEST(test_a_cut_that_came_late_counts);
-    RUN_TEST(test_windows_about_a_place_beside_gaps);
+    RUN_TEST(test_windows_near_gaps);
     RUN_TEST(test_a_trailing_detector_remembers_no_cuts);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
-/* davar tests - the numbers of the detector of changes: logarithm, gain, levels, dispersion, thresholds and constants against their formulas,
- * and the counts of its state. */
+/* davar tests - the numbers of the detector of changes: logarithm, gain, levels, dispersion,
+ * thresholds and constants compared with their formulas, and the counts of its state. */
 #include "detector/glr.h"
 #include "detector/scan.h"
 
@@ -42,7 +42,7 @@ static void test_the_gain_is_the_formulas_and_the_bound_never_below(void)
     for (uint32_t i = 0U; i < 20000U; i++) {
         davar_spread_t older = random_spread(1U + (uint32_t)(random_next(&rng) % 500U));
         davar_spread_t sum = random_spread(1U + (uint32_t)(random_next(&rng) % 500U));
-        if ((i % 2U) != 0U) { /* parts that are alike */
+        if ((i % 2U) != 0U) { /* similar parts */
             older.low = (uint64_t)older.blocks << 40U;
             older.high = 0U;
             sum.low = 1U + (uint64_t)(exp(0.3 * random_gauss(&rng)) *
@@ -115,7 +115,8 @@ static void test_the_second_channel_is_as_the_formula_says(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(768.0) + 1.0, config.alarm / 65536.0);
 }
 
-/* (10.6) for every size of a block: rounded down to 16 digits, half of one on the average; a constant that is one digit off shows. */
+/* (10.6) for every block size: rounded down to 16 digits, half a digit on average. A constant that
+ * is one digit off fails. */
 static void test_thresholds_of_every_block_are_the_formulas(void)
 {
     double alarm = 0.0;
@@ -144,7 +145,8 @@ static uint32_t at_least_one(uint32_t count)
     return (count > 0U) ? count : 1U;
 }
 
-/* What glr.h says of each constant, for every size of a block and windows about those that need one level more. */
+/* The constants documented in glr.h, for every block size and windows near those that need one
+ * level more. */
 static void test_constants_of_every_block_are_as_stated(void)
 {
     davar_glr_wish_t wish = usual;
@@ -176,7 +178,7 @@ static void test_constants_of_every_block_are_as_stated(void)
     }
 }
 
-/* ... and of the second channel, whatever was in the memory. */
+/* ... and of the second channel, with any content of the memory. */
 static void test_constants_of_the_second_channel_are_as_stated(void)
 {
     davar_glr_wish_t wish = usual;
@@ -204,8 +206,9 @@ static void is_empty(const davar_spread_t *sum)
     TEST_ASSERT_EQUAL_UINT32(0U, sum->blocks);
 }
 
-/* The state is saved as bytes: nothing of what was in the memory stays (what lies between the fields aside). */
-static void test_a_reset_leaves_nothing_of_what_was(void)
+/* The state is saved as bytes: none of the old content of the memory remains (except between the
+ * fields). */
+static void test_a_reset_clears_everything(void)
 {
     memset(&state, 0xA5, sizeof state);
     davar_glr_reset(&state);
@@ -240,7 +243,8 @@ static uint32_t upper(uint32_t a, uint32_t b)
     return (uint32_t)(((uint64_t)a * b) >> 32U);
 }
 
-/* The formula that logarithm.c states, its tables computed anew: bit for bit, in each of its 32 stretches. */
+/* The formula stated in logarithm.c, its tables recomputed: bit for bit, in each of its 32
+ * intervals. */
 static void test_the_logarithm_is_the_formula_of_its_tables(void)
 {
     for (uint32_t i = 0U; i < 32U; i++) {
@@ -267,7 +271,8 @@ static void test_the_state_is_small(void)
     TEST_ASSERT_LESS_THAN(1024U, sizeof(davar_glr_t));
 }
 
-/* The age at which so many blocks were accepted, counted one by one; dropped ones have an age, too. */
+/* The age at which this many blocks were accepted, counted one by one; dropped ones have an age
+ * too. */
 static void test_an_age_counts_the_accepted_blocks(void)
 {
     for (uint32_t trial = 0U; trial < 200U; trial++) {
@@ -289,7 +294,7 @@ static void test_an_age_counts_the_accepted_blocks(void)
     }
 }
 
-/* 2^32 blocks from the start the count of blocks is 0 again, a place that every power of two divides. */
+/* After 2^32 blocks the count of blocks is 0 again, which every power of two divides. */
 static void test_the_count_of_blocks_wraps(void)
 {
     davar_glr_wish_t wish = usual;
@@ -320,7 +325,8 @@ static void test_a_level_is_the_root_of_the_mean(void)
     }
 }
 
-/* (10.3), each move from where phi was, in doubles: a mean that forgets, of squared steps that weigh nine phi at most. */
+/* (10.3), each move from where phi was, in doubles: a mean that forgets, of squared steps that
+ * weigh nine phi at most. */
 static void test_the_dispersion_moves_as_the_formula_says(void)
 {
     static const uint32_t memories[2] = {11U, 8U};
@@ -360,7 +366,7 @@ int main(void)
     RUN_TEST(test_thresholds_of_every_block_are_the_formulas);
     RUN_TEST(test_constants_of_every_block_are_as_stated);
     RUN_TEST(test_constants_of_the_second_channel_are_as_stated);
-    RUN_TEST(test_a_reset_leaves_nothing_of_what_was);
+    RUN_TEST(test_a_reset_clears_everything);
     RUN_TEST(test_the_logarithm_is_the_formula_of_its_tables);
     RUN_TEST(test_the_state_is_small);
     RUN_TEST(test_a_level_is_the_root_of_the_mean);

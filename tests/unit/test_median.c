@@ -1,4 +1,4 @@
-/* davar tests - the median time step of the simulator against sorting. */
+/* davar tests - the median time step of the simulator compared with sorting. */
 #include "random.h"
 #include "recording/median.h"
 #include "unity.h"
@@ -30,7 +30,7 @@ static int by_size(const void *a, const void *b)
     return (*left > *right) - (*left < *right);
 }
 
-/* Spools the stamps and keeps their steps for the reference. */
+/* Spools the stamps and stores their steps for the reference. */
 static double median_of(const double *stamps, size_t count)
 {
     double median_s = -1.0;
@@ -77,7 +77,7 @@ static void test_equal_steps_and_zero_steps(void)
     assert_exact(stamps, 7U);
 }
 
-/* Chunks of the spool overlap: lengths around theirs are where a step would be lost. */
+/* Chunks of the spool overlap: at lengths near theirs a step could be lost. */
 static void test_random_stamps_of_awkward_lengths(void)
 {
     static const size_t COUNTS[] = {2U, 3U, 4095U, 4096U, 4097U, 8191U, 8192U, 19999U, 20000U};

@@ -1,4 +1,5 @@
-/* davar tests - the monitor: its formula against erfc and known values, which taus are compared, refusals. */
+/* davar tests - the monitor: its formula compared with erfc and known values, the compared taus,
+ * rejected settings. */
 #include "davar/fit.h"
 #include "davar/monitor.h"
 #include "random.h"
@@ -52,7 +53,8 @@ static void test_a_deviation_is_the_normal_score_of_the_variance_ratio(void)
     }
 }
 
-/* Chi-square at 97.5 %, 20 degrees of freedom, is 34.170 (NIST table): 1.96 standard deviations up. */
+/* Chi-square at 97.5 %, 20 degrees of freedom, is 34.170 (NIST table): 1.96 standard deviations
+ * up. */
 static void test_a_deviation_meets_the_published_quantiles(void)
 {
     const davar_model_tau_t model = {1U, 1.0, 0.0};
@@ -68,7 +70,8 @@ static void test_zero_and_huge_deviations_are_finite(void)
     TEST_ASSERT_TRUE(davar_deviation(1e300, 10.0, &table[0]) > 100.0);
 }
 
-/* |deviation| at health 1 must have a tail of 0.5 % over the number of taus, whatever that number is: four digits behind the point. */
+/* deviation| at health 1 must have a tail of 0.5 % over the number of taus, for every number, to
+ * four decimals. */
 static void test_the_limit_is_the_stated_share_for_every_number_of_taus(void)
 {
     davar_model_tau_t one[DAVAR_TAUS_MAX];
@@ -84,7 +87,7 @@ static void test_the_limit_is_the_stated_share_for_every_number_of_taus(void)
     }
 }
 
-static void test_taus_are_matched_by_m_and_absent_ones_named(void)
+static void test_taus_are_matched_by_m_and_absent_ones_reported(void)
 {
     set_tau(1, 3U, 0.7, 40.0);
     result.tau[2].differences = 0U;
@@ -100,7 +103,7 @@ static void test_taus_are_matched_by_m_and_absent_ones_named(void)
     TEST_ASSERT_TRUE(misfit.health < 0.1);
 }
 
-static void test_nothing_to_compare_is_no_health(void)
+static void test_without_comparisons_there_is_no_health(void)
 {
     result.tau_count = 1;
     set_tau(0, 3U, 0.7, 40.0);
@@ -110,7 +113,8 @@ static void test_nothing_to_compare_is_no_health(void)
     TEST_ASSERT_EQUAL(misfit.tau_count, misfit.worst);
 }
 
-/* A result without a fit has no degrees of freedom: the fewest of any noise take their place, and one such window leaves no trace. */
+/* A result without a fit has no degrees of freedom. The fewest of any noise replace them, and one
+ * such window leaves no trace. */
 static void test_a_window_that_no_fit_explains_is_compared_too(void)
 {
     davar_misfit_t unfitted;
@@ -134,8 +138,8 @@ static void test_a_window_that_no_fit_explains_is_compared_too(void)
     TEST_ASSERT_TRUE(isfinite(unfitted.health));
 }
 
-/* An Allan deviation that is none, from whatever source, is not compared. */
-static void test_what_is_no_allan_deviation_is_left_out(void)
+/* A value that is not an Allan deviation, from any source, is not compared. */
+static void test_bad_allan_deviations_are_skipped(void)
 {
     static const double none[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, -1.0};
     for (size_t i = 0U; i < (sizeof none / sizeof none[0]); i++) {
@@ -157,8 +161,9 @@ static void test_the_sign_and_the_worst_tau(void)
     TEST_ASSERT_TRUE(misfit.health > 1.0);
 }
 
-/* (9.3): the largest share of its limit that a deviation takes, of this window, of the mean, and of both; the limit of three taus is
- * the normal quantile of 0.01 / 6, two-sided, its half for this window alone. */
+/* (9.3): the largest share of its limit that a deviation uses, of this window, of the mean, and of
+ * both. The limit of three taus is the normal quantile of 0.01 / 6, two-sided; this window alone
+ * has half of it. */
 static void test_health_is_the_largest_share_of_the_limit(void)
 {
     random_t random = random_seeded(16U);
@@ -197,7 +202,7 @@ static void test_a_tolerance_takes_an_alarm_away(void)
     TEST_ASSERT_TRUE(davar_deviation(1.0, 400.0, &sure) > 2.0 * misfit.tau[1].deviation);
 }
 
-/* Four equal windows one after the other are worth four: their mean deviates twice as much as one. */
+/* Four equal windows in a row count as four: their mean deviates twice as much as one. */
 static void test_the_mean_of_four_windows_deviates_twice_as_much(void)
 {
     set_tau(0, 1U, 1.05, 50.0);
@@ -208,7 +213,7 @@ static void test_the_mean_of_four_windows_deviates_twice_as_much(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2.0 * misfit.tau[0].deviation, misfit.tau[0].mean_deviation);
 }
 
-/* The same result again and again brings nothing new. */
+/* The same result again and again adds no information. */
 static void test_overlap_weighs_as_much_as_it_brings(void)
 {
     set_tau(0, 1U, 1.05, 50.0);
@@ -221,8 +226,8 @@ static void test_overlap_weighs_as_much_as_it_brings(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 2.0, misfit.tau[0].mean_deviation / first);
 }
 
-/* With four windows of memory a change is forgotten in some tens of them. */
-static void test_what_is_over_is_forgotten(void)
+/* With a memory of four windows a change is forgotten after some tens of windows. */
+static void test_past_changes_are_forgotten(void)
 {
     set_tau(0, 1U, 3.0, 50.0);
     davar_monitor_update(&monitor, &result, &misfit);
@@ -251,7 +256,7 @@ static void assert_refused(davar_model_tau_t entry, uint8_t count, double memory
     TEST_ASSERT_FALSE(davar_monitor_init(&monitor, model, count, memory));
 }
 
-static void test_a_table_that_cannot_be_is_refused(void)
+static void test_an_impossible_table_is_rejected(void)
 {
     const double nan = (double)NAN;
     const double inf = (double)INFINITY;
@@ -274,17 +279,17 @@ int main(void)
     RUN_TEST(test_a_deviation_meets_the_published_quantiles);
     RUN_TEST(test_zero_and_huge_deviations_are_finite);
     RUN_TEST(test_the_limit_is_the_stated_share_for_every_number_of_taus);
-    RUN_TEST(test_taus_are_matched_by_m_and_absent_ones_named);
-    RUN_TEST(test_nothing_to_compare_is_no_health);
+    RUN_TEST(test_taus_are_matched_by_m_and_absent_ones_reported);
+    RUN_TEST(test_without_comparisons_there_is_no_health);
     RUN_TEST(test_a_window_that_no_fit_explains_is_compared_too);
-    RUN_TEST(test_what_is_no_allan_deviation_is_left_out);
+    RUN_TEST(test_bad_allan_deviations_are_skipped);
     RUN_TEST(test_the_sign_and_the_worst_tau);
     RUN_TEST(test_health_is_the_largest_share_of_the_limit);
     RUN_TEST(test_a_tolerance_takes_an_alarm_away);
     RUN_TEST(test_the_mean_of_four_windows_deviates_twice_as_much);
     RUN_TEST(test_overlap_weighs_as_much_as_it_brings);
-    RUN_TEST(test_what_is_over_is_forgotten);
+    RUN_TEST(test_past_changes_are_forgotten);
     RUN_TEST(test_a_stream_that_starts_again_is_a_new_window);
-    RUN_TEST(test_a_table_that_cannot_be_is_refused);
+    RUN_TEST(test_an_impossible_table_is_rejected);
     return UNITY_END();
 }

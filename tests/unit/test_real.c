@@ -1,5 +1,5 @@
-/* davar tests - roots, quotients and conversions in integers against those of the compiler and its library, which are
- * correctly rounded: the same bits are expected, on every target. */
+/* davar tests - roots, quotients and conversions in integers compared with those of the compiler
+ * and its library, which are correctly rounded: the same bits are expected, on every target. */
 #include "number/real.h"
 
 #include "random.h"
@@ -29,7 +29,8 @@ static void same_double(double expected, double actual, double a, double b)
     }
 }
 
-/* Of either sign, subnormal and not finite too; half of them with few bits set, or near a power of two. */
+/* Of either sign, subnormal and not finite too; half of them with few bits set, or near a power of
+ * two. */
 static double any_double(random_t *random)
 {
     uint64_t bits = random_next(random);
@@ -100,7 +101,7 @@ static void test_quotients(void)
     }
 }
 
-/* All exponents of a quotient, past both ends of what a double holds. */
+/* All exponents of a quotient, beyond both limits of a double. */
 static void test_quotients_of_every_size(void)
 {
     for (int i = -1074; i < 1024; i += 11) {
@@ -126,7 +127,7 @@ static void test_roots_of_mantissas(void)
     }
 }
 
-/* Known divisors: the ADEV's sums over 2 m^2 n, integers both. */
+/* Known divisors: the ADEV's sums over 2 m^2 n, both integers. */
 static void test_roots_of_quotients(void)
 {
     random_t random = random_seeded(6U);
@@ -162,7 +163,7 @@ static void test_products(void)
         assert_product(a, b);
         same_double(0.0, davar_scale_by_integers(0.0, b), a, b);
     }
-    for (int i = -1022; i < 1024; i += 11) { /* all sizes, to both ends of what is normal */
+    for (int i = -1022; i < 1024; i += 11) { /* all sizes, to both limits of normal numbers */
         for (int j = -1022; j < 1024; j += 13) {
             assert_product(ldexp(1.25, i), ldexp(-1.75, j));
         }

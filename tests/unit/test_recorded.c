@@ -1,6 +1,7 @@
-/* davar tests - every bit as it was when it was recorded here, on every machine. That the values are right is for the other tests to
- * say; that none changes unnoticed, not even the last digit of a table, for this one. A change that is meant renews the number
- * that the failure prints, and stands in CHANGELOG.md. */
+/* davar tests - every bit as recorded here, on every machine. Other tests check that the values are
+ * right. This one checks that none changes unnoticed, not even the last digit of a table. After an
+ * intended change, store the number that the failure prints and describe the change in
+ * CHANGELOG.md. */
 #include "davar/davar.h"
 #include "davar/monitor.h"
 #include "davar_decode.h"
@@ -181,7 +182,7 @@ static davar_t davar;
 static davar_plan_t plan;
 static davar_result_t result;
 
-/* Did nothing speak against white noise? */
+/* Adds whether the result is compatible with white noise. */
 static void add_noise(void)
 {
     add((result.noise != DAVAR_NOISE_MIXED) ? 1U : 0U);
@@ -210,7 +211,8 @@ static void add_result(double rate_hz)
     }
 }
 
-/* Nearly Gaussian noise of 12 counts: loud for a while, a ramp, a line, knocks of a sample and of two blocks, saturation. */
+/* Nearly Gaussian noise of 12 counts: loud for a while, a ramp, a line, shocks of a sample and of
+ * two blocks, saturation. */
 static int32_t sample_at(uint32_t i)
 {
     int32_t value = 0;
@@ -256,11 +258,11 @@ static void run_stream(bool is_wide, const davar_config_t *config)
     add(health.shocks + (health.alarms * 1024U) + (health.cuts * 1048576U));
 }
 
-/* In memory that has been used for something else, and once more behind a reset, with the same bits. */
+/* In memory with old content, and again after a reset, with the same bits. */
 static void run(bool is_wide, const davar_config_t *config)
 {
     for (uint32_t i = 0U; i < (sizeof memory / sizeof memory[0]); i++) {
-        memory[i] = UINT64_C(0x0000002800000028); /* what could pass for a counter */
+        memory[i] = UINT64_C(0x0000002800000028); /* old content that could pass for a counter */
     }
     memset(&davar, 0xA5, sizeof davar);
     const davar_status_t status = is_wide ? davar_init_q31(&davar, config, memory, sizeof memory)
@@ -272,7 +274,7 @@ static void run(bool is_wide, const davar_config_t *config)
     davar_reset(&davar);
     sum = before;
     run_stream(is_wide, config);
-    TEST_ASSERT_TRUE_MESSAGE(sum == first, "other bits behind a reset");
+    TEST_ASSERT_TRUE_MESSAGE(sum == first, "different bits after a reset");
 }
 
 static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32_t stride)
@@ -355,7 +357,7 @@ static const uint32_t octaves[OCTAVES] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U, 2
 #if FLT_EVAL_METHOD == 0 /* a double is one: not on the x87 */
 #define WINDOW 6000U
 
-/* The Allan variance of terms of these sizes, of which `scatter` may be more or less. */
+/* The Allan variance of terms of these sizes, with a random relative error of up to `scatter`. */
 static void make_deviations(const double size[5], double scatter, uint8_t count)
 {
     result = (davar_result_t){.window_samples = WINDOW, .epoch = WINDOW - 1U, .tau_count = count};
@@ -399,8 +401,9 @@ static void test_fits_of_mixtures(void)
     expect(UINT64_C(0xEBF90C5A582A9784));
 }
 
-/* Terms of any size, few cluster sizes, and up to twice or nothing of each variance: what no mixture explains. */
-static void test_fits_of_what_hardly_fits(void)
+/* Terms of any size, few cluster sizes, and each variance from nothing to twice its value: no
+ * mixture explains it. */
+static void test_fits_of_unlikely_deviations(void)
 {
     for (uint32_t i = 0U; i < 800U; i++) {
         const uint8_t count = (uint8_t)(2U + (i % (OCTAVES - 1U)));
@@ -432,7 +435,7 @@ static void test_fits_of_what_hardly_fits(void)
 }
 #endif
 
-/* ---- frames, and what a receiver reads in them ---- */
+/* ---- frames, and the values that a receiver reads ---- */
 
 static void add_float(float value)
 {
@@ -475,14 +478,14 @@ static double random_size(void)
     return 1e-4 + ((double)(random_next(&rng) >> 44U) / 65536.0);
 }
 
-/* Now and then more than any signal holds. */
+/* Sometimes more than any signal can represent. */
 static double random_share(void)
 {
     const double unit = ((random_next(&rng) >> 61U) == 0U) ? 1e-4 : 40.0;
     return random_size() / unit;
 }
 
-/* A result with something in every field that goes out. */
+/* A result with a value in every field that is sent. */
 static void make_result(uint32_t turn)
 {
     result = (davar_result_t){.tau_count = 10U,
@@ -580,7 +583,7 @@ int main(void)
     RUN_TEST(test_frames);
 #if FLT_EVAL_METHOD == 0
     RUN_TEST(test_fits_of_mixtures);
-    RUN_TEST(test_fits_of_what_hardly_fits);
+    RUN_TEST(test_fits_of_unlikely_deviations);
 #endif
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
-/* davar tests - verdicts in 32 bits against kurtosis and contribution in doubles: never wrong, and sure wherever a bound is not
- * hair-close. */
+/* davar tests - decisions in 32 bits compared with kurtosis and contribution in doubles: never
+ * wrong, and certain unless a bound is extremely close. */
 #include "core/song.h"
 #include "pipeline/type_q15.inc"
 
@@ -46,7 +46,7 @@ static davar_central_t any_central(uint32_t size)
     return central;
 }
 
-/* Two sets of samples with a variance; the second of like size as the first, or of another. */
+/* Two sets of samples with a variance; the second of similar size as the first, or of another. */
 static void choose_centrals(void)
 {
     do {
@@ -56,7 +56,7 @@ static void choose_centrals(void)
     } while ((whole.second.mantissa == 0U) || (first.second.mantissa == 0U));
 }
 
-/* Hair-close to the value, or not; true: so far that there is no excuse. */
+/* Extremely close to the value, or not. True: so far that the decision must be certain. */
 static bool choose_bound(double value, double *bound)
 {
     const uint32_t bits = 1U + below(36U);
@@ -90,7 +90,7 @@ static void test_kurtosis_against_one_bound_or_the_other(void)
     }
 }
 
-/* Contributions above 1 may be left to the exact way: y is more than twice x there. */
+/* Contributions above 1 may be left to the exact path: y is more than twice x there. */
 static void test_contribution_against_one_bound_or_the_other(void)
 {
     for (uint32_t i = 0U; i < TRIALS; i++) {
@@ -107,8 +107,8 @@ static void test_contribution_against_one_bound_or_the_other(void)
     }
 }
 
-/* Beside the paper's bounds the exact way has nearly nothing to do. */
-static void test_the_usual_bounds_are_nearly_always_told(void)
+/* With the paper's bounds the exact path is hardly ever needed. */
+static void test_the_usual_bounds_are_nearly_always_decided(void)
 {
     uint32_t unsure = 0U;
     for (uint32_t i = 0U; i < TRIALS; i++) {
@@ -134,6 +134,6 @@ int main(void)
     RUN_TEST(test_kurtosis_against_one_bound_or_the_other);
     RUN_TEST(test_contribution_against_one_bound_or_the_other);
     RUN_TEST(test_bounds_of_no_use_are_left_to_the_exact_way);
-    RUN_TEST(test_the_usual_bounds_are_nearly_always_told);
+    RUN_TEST(test_the_usual_bounds_are_nearly_always_decided);
     return UNITY_END();
 }

@@ -1,4 +1,5 @@
-/* davar tests - runs of int16 samples, as large cores and as small ones take them in, against one sample after the other. */
+/* davar tests - runs of int16 samples, processed as on large cores and as on small ones, compared
+ * with one sample after the other. */
 #include "pipeline/type_q15.inc"
 
 #include "davar/davar.h"
@@ -10,7 +11,7 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-/* Small and large ones, those at the limits of what a small core takes at once among them. */
+/* Small and large ones, including the limits of a small core's fast path. */
 static sample_t any_sample(random_t *random, unsigned bits)
 {
     static const sample_t edges[8] = {INT16_MIN, INT16_MAX, 8191,  8192,
@@ -115,7 +116,7 @@ static void test_squares_of_a_run_are_those_of_its_differences(void)
     }
 }
 
-/* D that stays where the squares of a few just fit 32 bits, or no longer do. */
+/* D with which the squares of a few just fit 32 bits, or no longer do. */
 static void test_squares_at_the_limit_of_32_bits_fit(void)
 {
     static const difference_t limits[] = {16383, 16384,  -16384, -16385,

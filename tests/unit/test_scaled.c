@@ -1,4 +1,5 @@
-/* davar tests - numbers of a mantissa and a power of two against doubles, and white noise at the ends of what a double holds. */
+/* davar tests - numbers of a mantissa and a power of two compared with doubles, and white noise at
+ * the limits of a double. */
 #include "davar/fit.h"
 #include "number/scaled.h"
 #include "random.h"
@@ -85,7 +86,7 @@ static void test_fixed_point(void)
     TEST_ASSERT_EQUAL_HEX32(0U, scaled_to_fixed(scaled_of_u64(0U, 0), 30));
 }
 
-static void test_what_a_double_cannot_hold(void)
+static void test_values_outside_a_double(void)
 {
     const scaled_t large = scaled_of_double(DBL_MAX);
     const scaled_t small = scaled_of_double(DBL_MIN);
@@ -127,7 +128,7 @@ int main(void)
     RUN_TEST(test_products_and_roots);
     RUN_TEST(test_inverses_and_sums);
     RUN_TEST(test_fixed_point);
-    RUN_TEST(test_what_a_double_cannot_hold);
+    RUN_TEST(test_values_outside_a_double);
     RUN_TEST(test_white_noise_near_the_largest_double);
     return UNITY_END();
 }

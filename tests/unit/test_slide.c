@@ -1,5 +1,6 @@
-/* davar tests - the whole window moves by one sample: both ways to compute it (octaves, which share taps and have hand-written
- * instructions on some targets, and any cluster sizes) against the definition of D and of the sum (1.1). */
+/* davar tests - the window moves by one sample: both methods (octaves, which share taps and have
+ * hand-written instructions on some targets, and any cluster sizes) compared with the definition of
+ * D and of the sum (1.1). */
 #include "pipeline/type_q15.inc"
 
 #include "core/window.h"
@@ -36,7 +37,7 @@ static uint32_t below(uint32_t bound)
     return (uint32_t)(random_next(&source) % bound);
 }
 
-/* The difference of the span of 2 m samples from position `first` on. */
+/* The difference of the span of 2 m samples that begins at position `first`. */
 static int32_t difference_at(uint32_t first, uint32_t m)
 {
     int32_t difference = 0;
@@ -46,7 +47,8 @@ static int32_t difference_at(uint32_t first, uint32_t m)
     return difference;
 }
 
-/* What each tau holds when `received` samples are in and the window is where lag and length say. */
+/* The expected state of each tau after `received` samples, for the window given by lag and
+ * length. */
 static tau_t expected_tau(uint32_t received, uint32_t m)
 {
     const uint32_t end = received - lag;
@@ -80,7 +82,8 @@ static int16_t any_sample(bool extreme)
     return (int16_t)((int32_t)below(65536U) - 32768);
 }
 
-/* A window at least as long as the longest span, a ring as long as both edges' taps need, or longer. */
+/* A window at least as long as the longest span, a ring as long as both edges' taps need, or
+ * longer. */
 static void choose_window(uint32_t span)
 {
     const bool extreme = (below(4U) == 0U);
@@ -96,7 +99,7 @@ static void choose_window(uint32_t span)
     }
 }
 
-/* Puts the ring where `received` samples leave it. */
+/* Sets the ring to its state after `received` samples. */
 static void fill_ring(uint32_t received)
 {
     stages.ring.next = below(stages.ring.capacity);
@@ -125,7 +128,8 @@ static void check_taus(uint32_t received)
     }
 }
 
-/* Once round the ring, so that every tap meets its end at both edges; the brute force only now and then. */
+/* Once round the ring, so that every tap passes its end at both edges. Brute force runs only for
+ * some samples. */
 static void slide_round(bool octaves)
 {
     choose_sizes(octaves);
@@ -155,7 +159,7 @@ static void test_any_cluster_sizes_are_the_definition(void)
     }
 }
 
-/* A window of full scale that turns its sign once: the largest D of these cluster sizes. */
+/* A window of full scale that changes its sign once: the largest D of these cluster sizes. */
 static void test_the_largest_differences_fit(void)
 {
     static const int16_t ends[2] = {INT16_MIN, INT16_MAX};

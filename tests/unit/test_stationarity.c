@@ -1,4 +1,4 @@
-/* davar tests - decisions on the bounds themselves, where only exact arithmetic knows the side. */
+/* davar tests - decisions exactly on the bounds, where only exact arithmetic is right. */
 #include "pipeline/type_q15.inc"
 
 #include "davar/davar.h"
@@ -27,7 +27,8 @@ static davar_central_t central_of(const int16_t *sample, uint32_t n)
     return central;
 }
 
-/* Two values, p of n samples the upper one: K = (1 - 3 p q) / (p q) exactly, q = n - p as fractions of n. */
+/* Two values, p of n samples the upper one: K = (1 - 3 p q) / (p q) exactly, q = n - p as fractions
+ * of n. */
 static void test_kurtosis_of_two_values_whatever_their_mean_and_size(void)
 {
     static const int16_t lower[3] = {-32768, 0, 32766};
@@ -45,7 +46,7 @@ static void test_kurtosis_of_two_values_whatever_their_mean_and_size(void)
     }
 }
 
-/* Half and half: K = 1 exactly. On a bound is inside it. */
+/* Half and half: K = 1 exactly. A value on a bound is inside it. */
 static void test_a_value_on_its_bound_is_inside(void)
 {
     const int16_t halves[4] = {-7, 7, -7, 7};
@@ -135,7 +136,8 @@ static void test_without_variance_nothing_is_defined_and_nothing_unstable(void)
     TEST_ASSERT_TRUE(isnan(davar_song_contribution(&none, &some)));
 }
 
-/* The nearest double of K lies within half its last bit: the neighbour above is above K, the one below is below. */
+/* The nearest double of K is within half its last bit: the neighbour above is above K, the one
+ * below is below. */
 static void test_the_next_double_is_on_the_other_side(void)
 {
     int16_t sample[61];

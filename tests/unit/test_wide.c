@@ -1,4 +1,5 @@
-/* davar tests - the moments of the widest counts in the longest window: nothing overflows, whatever the mean. */
+/* davar tests - the moments of the widest counts in the longest window: nothing overflows, for any
+ * mean. */
 #include "pipeline/type_q31.inc"
 
 #include "unity.h"
@@ -36,7 +37,8 @@ static void test_rails_of_32_bits_in_a_window_of_2_to_the_24(void)
     }
 }
 
-/* Sums that run on modulo their widths: the difference of two is that of what lies between. */
+/* Sums continue modulo their widths: the difference of two is the sum of the samples between
+ * them. */
 static void test_sums_between_two_cursors_wrap_unnoticed(void)
 {
     powers_t before = {0};

@@ -1,4 +1,4 @@
-/* davar tests - a stream so long that its 32-bit positions wrap goes on as if nothing had happened. */
+/* davar tests - a stream so long that its 32-bit positions wrap continues correctly. */
 #include "pipeline/type_q15.inc"
 
 #include "core/window.h"
@@ -7,11 +7,12 @@
 
 #include "pipeline/allan.inc"
 
-#include "detector/glr_q15.c" /* its queue is private; the library's own copy is not linked beside this one */
+/* its queue is private; the library's own copy is not linked as well */
+#include "detector/glr_q15.c"
 
 #include <string.h>
 
-static uint32_t fed;    /* samples before time is moved on */
+static uint32_t fed;    /* samples before the time shift */
 static uint32_t length; /* ... and after it */
 
 static const uint32_t taus[3] = {1U, 3U, 8U};
@@ -36,7 +37,7 @@ void setUp(void)
 
 void tearDown(void) {}
 
-/* Moves every position of a track by `offset`, as if that many samples more had gone by. */
+/* Moves every position of a track by `offset`, as if that many more samples had passed. */
 static void shift_records(edge_records_t *records, uint32_t offset, uint32_t count)
 {
     records->due += offset;
@@ -52,7 +53,8 @@ static void shift_place(davar_glr_place_t *place, uint32_t blocks)
     place->at += blocks;
 }
 
-/* So many blocks more have gone by, whole turns of every octave's records, and the running sums are about to wrap too. */
+/* As if this many more blocks had passed: complete turns of every octave's records. The running
+ * sums are about to wrap too. */
 static void shift_detector(davar_glr_t *detector, uint32_t blocks)
 {
     shift_place(&detector->now, blocks);
@@ -185,7 +187,7 @@ static void test_positions_wrap_unnoticed_where_edges_catch_up(void)
     test_positions_wrap_unnoticed_on_a_grid();
 }
 
-static void test_positions_wrap_unnoticed_behind_the_detector(void)
+static void test_positions_wrap_correctly_after_the_detector(void)
 {
     config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
@@ -198,7 +200,8 @@ static void test_positions_wrap_unnoticed_behind_the_detector(void)
     wrapped(333U);
 }
 
-/* Samples, blocks, the running sums and their counts wrap, with windows of many blocks and both channels. */
+/* Samples, blocks, the running sums and their counts wrap, with windows of many blocks and both
+ * channels. */
 static void wrapped_long(uint32_t stride, uint32_t block)
 {
     config.law = &davar_law_glr_q15;
@@ -238,8 +241,9 @@ static void test_positions_wrap_unnoticed_in_centred_windows_of_the_detector(voi
     wrapped(700U);
 }
 
-/* The record ends right at the wrap and anywhere in the half window behind it: the last half window is not lost. */
-static void test_a_record_that_ends_behind_the_wrap_is_flushed(void)
+/* The record ends exactly at the wrap and anywhere in the half window after it: the last half
+ * window is not lost. */
+static void test_a_record_that_ends_after_the_wrap_is_flushed(void)
 {
     for (uint32_t behind = 0U; behind < 35U; behind++) {
         setUp();
@@ -252,8 +256,8 @@ static void test_a_record_that_ends_behind_the_wrap_is_flushed(void)
     }
 }
 
-/* A lone gap, then nothing for 2^31 samples and more, then another: the first must not come back. Time goes by for
- * everything but the boundaries that are still remembered. */
+/* A single gap, then none for 2^31 samples and more, then another: the first must not reappear.
+ * Time advances for everything except the boundaries that are still stored. */
 static void forgotten(uint32_t later)
 {
     davar_t plain;
@@ -308,10 +312,10 @@ int main(void)
     RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
     RUN_TEST(test_positions_wrap_unnoticed_where_edges_catch_up);
-    RUN_TEST(test_positions_wrap_unnoticed_behind_the_detector);
+    RUN_TEST(test_positions_wrap_correctly_after_the_detector);
     RUN_TEST(test_blocks_wrap_unnoticed);
     RUN_TEST(test_positions_wrap_unnoticed_in_centred_windows_of_the_detector);
-    RUN_TEST(test_a_record_that_ends_behind_the_wrap_is_flushed);
+    RUN_TEST(test_a_record_that_ends_after_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);
     return UNITY_END();
 }

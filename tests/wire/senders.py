@@ -1,4 +1,4 @@
-"""Frames of the library's own encoder (wire_probe), and ways to send them wrongly."""
+"""Frames of the library's own encoder (wire_probe), and functions that deliver them wrongly."""
 
 import functools
 import os
@@ -16,14 +16,18 @@ STATE, FD, END = 1, 8, 11
 
 @dataclass(eq=False)
 class Run:
-    """One run of a sender: its results in the order of time, each a list of frames (identifier, data)."""
+    """One run of a sender: its results in the order of time, each a list of frames (identifier,
+    data).
+    """
 
     results: list = field(default_factory=list)
 
 
 @functools.cache
 def run(seed, count, session, stride=100, content=3, first=0, channel=0):
-    """A run whose epochs are first + stride - 1, first + 2 stride - 1, ...; its last result is the farewell."""
+    """A run whose epochs are first + stride - 1, first + 2 stride - 1, ... Its last result holds
+    the final counters.
+    """
     done = subprocess.run(
         [PROBE, "run", *map(str, (seed, count, session, stride, content, first, channel))],
         text=True,

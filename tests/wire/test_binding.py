@@ -1,7 +1,9 @@
-"""Frames of results shuffled, lost, repeated, delayed and damaged, of several channels at once: each row holds the values of exactly one
-sent result, all of them, and what is not a row is counted.
+"""Frames of results shuffled, lost, repeated, delayed and damaged, of several channels together.
+Each row has all values of exactly one sent result. Every result without a row is counted.
 
-DAVAR_WIRE_FAULTS: faults to inject into single frames of whole streams (default 10^6; here a twentieth of them)."""
+DAVAR_WIRE_FAULTS: faults to inject into single frames of complete streams (default 10^6; here a
+twentieth of them).
+"""
 
 import os
 import sys
@@ -17,7 +19,7 @@ from davarlab.wire import frames as wire  # noqa: E402
 FAULTS = int(os.environ.get("DAVAR_WIRE_FAULTS", "1000000")) // 20
 DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 CONTENTS = (0, 3, 7, 8)
-NEAR = 2  # results: whatever the order within so many, nothing is lost
+NEAR = 2  # results: within this distance the order does not matter
 
 
 def plain(value):
@@ -44,7 +46,7 @@ def truth(one):
 
 
 def shown(result):
-    """The values of a row, likewise."""
+    """The values of a row, by the same rule."""
     return {
         **{name: plain(value) for name, value in result.values.items()},
         **{("adev", index): plain(value) for index, value in result.adev.items()},
@@ -60,7 +62,7 @@ def receive(stream):
 
 
 def shuffled(sent, source, span):
-    """Any order within blocks of so many frames."""
+    """Any order within blocks of this many frames."""
     out = []
     for at in range(0, len(sent), span):
         block = sent[at : at + span]
@@ -70,7 +72,7 @@ def shuffled(sent, source, span):
 
 
 def delayed(sent, source, rate, far):
-    """Some frames come up to `far` frames later than they should."""
+    """Delays some frames by up to `far` frames."""
     return [
         frame
         for _, frame in sorted(
@@ -93,7 +95,7 @@ def mixed(streams, source):
 
 
 def damaged(frame, source):
-    """One or two bits, or up to eight in a row behind Crc: what Crc finds in eight bytes."""
+    """One or two bits, or a burst of up to eight after Crc: Crc detects these in eight bytes."""
     identifier, data = frame
     bits = int.from_bytes(data, "big")
     size = 8 * len(data)
@@ -105,7 +107,7 @@ def damaged(frame, source):
 
 class Binding(unittest.TestCase):
     def check(self, runs, found, told=None):
-        """Every row is one sent result, whole; none comes twice, and they come in order."""
+        """Every row is one complete sent result. No row repeats, and rows are in order."""
         said = {channel: truth(one) for channel, one in runs.items()}
         for result in found:
             self.assertEqual(
@@ -120,7 +122,7 @@ class Binding(unittest.TestCase):
             self.assertEqual(sorted(mine), mine, told)
 
     def add_up(self, stream, receiver, found, told=None):
-        """Every frame is counted once, and every result whose State came is a row or counted."""
+        """Every frame is counted once, and every result whose State arrived is a row or counted."""
         faults = receiver.faults
         self.assertEqual(
             len(stream),
@@ -145,7 +147,7 @@ class Binding(unittest.TestCase):
                     seeded("near", content, seed),
                     run(seed, 60, session=7, content=content),
                 )
-                begin = len(one.results[0])  # Sequence has to know what comes first
+                begin = len(one.results[0])  # Sequence must receive the first result
                 sent = frames(one)
                 stream = sent[:begin] + shuffled(sent[begin:], source, NEAR * len(one.results[1]))
                 receiver, found = receive(stream)
@@ -173,7 +175,7 @@ class Binding(unittest.TestCase):
         self.assertGreater(rows, 500)
 
     def test_every_frame_of_a_result_replaced_by_that_of_another(self):
-        """Sixteen results further, where Result is the same: one frame, or all but one."""
+        """Sixteen results later Result is the same: one frame, or all but one."""
         for content in CONTENTS:
             one = run(5, 40, session=7, content=content)
             values = [
@@ -199,7 +201,7 @@ class Binding(unittest.TestCase):
                         self.assertEqual(1, receiver.faults.incomplete_results)
 
     def test_damage_of_a_state_that_passes_crc(self):
-        """Bursts across Crc and byte 1: only the digest sees them."""
+        """Bursts across Crc and byte 1: only the digest detects them."""
         for content in (3, 8):
             one = run(8, 30, session=7, content=content)
             identifier, data = one.results[20][0]

@@ -1,4 +1,6 @@
-"""The C codec against tools/davar.dbc, read by cantools: random values, every message, both directions."""
+"""The C codec compared with tools/davar.dbc, read by cantools: random values, every message, both
+directions.
+"""
 
 import math
 import os
@@ -76,7 +78,7 @@ def results(seed, count, content, channel=0):
 
 
 def possible(message, signals):
-    """May a sender mean these values? By the words of lib/WIRE.md, "Invalid values"."""
+    """True if a sender may send these values, by lib/WIRE.md, "Invalid values"."""
 
     def magnitude(value):
         return math.isnan(value) or value == 0 or 1e-30 <= value <= 1e30
@@ -257,7 +259,7 @@ class Codec(unittest.TestCase):
             channel=5,
         )
 
-    def test_policy_glr_says_what_it_has_found(self):
+    def test_policy_glr_reports_its_changes(self):
         self.check(
             9, 0, ["State", "Stationarity", "Arw", "Change", "Health", "Setup", "End"], channel=8
         )
@@ -292,7 +294,7 @@ class Codec(unittest.TestCase):
     def test_a_result_in_one_fd_frame(self):
         self.check(4, 15, ["ResultFd"] + ["Adev"] * 4 + ["Health", "Setup", "End"])
 
-    def test_a_channel_beyond_the_standard_identifiers_is_refused(self):
+    def test_a_channel_beyond_the_standard_identifiers_is_rejected(self):
         with self.assertRaises(subprocess.CalledProcessError):
             probe("encode", 1, 1, 0, 35)
 
@@ -301,7 +303,7 @@ class Codec(unittest.TestCase):
         for _ in range(6000):
             message = source.choice(DBC.messages)
             raw = bytearray(source.randbytes(message.length))
-            if source.random() < 0.5:  # every float32 a number near 1
+            if source.random() < 0.5:  # float32 numbers near 1
                 for at in range(7, message.length, 4):
                     raw[at], raw[at - 1] = 0x3F, raw[at - 1] & 0x7F | 0x40
             raw[2] = (
@@ -372,7 +374,8 @@ class Codec(unittest.TestCase):
             "Digest": 7,
         }
         coefficient = {name: 13 + index for index, name in enumerate(COEFFICIENTS)}
-        # word: D message channel counter result index value number window unstable relative kurtosis contribution ...
+        # word: D message channel counter result index value number window unstable relative
+        # kurtosis contribution ...
         for name, value in signals.items():
             signal = message.get_signal_by_name(name)
             if name in scaled:
@@ -393,7 +396,7 @@ class Codec(unittest.TestCase):
             elif message.name == "DAVAR_Health" and name not in ("Crc", "Counter", "Result"):
                 self.assertEqual(value, int(word[7]), name)
 
-    def test_damaged_and_foreign_frames_are_named(self):
+    def test_damaged_and_foreign_frames_are_reported(self):
         identifier, data, _ = next(results(6, 1, 0))[1][0]
         good = f"{identifier:03X}#{data.hex()}"
         damaged = f"{identifier:03X}#{bytes([data[0] ^ 1]).hex()}{data[1:].hex()}"

@@ -70,7 +70,7 @@ class Dbc(unittest.TestCase):
                 f"{message.name}_{channel}", found.get_message_by_frame_id(identifier).name
             )
 
-    def test_identifiers_beyond_eleven_bits_are_refused(self):
+    def test_identifiers_beyond_eleven_bits_are_rejected(self):
         with self.assertRaisesRegex(
             errors.BadInput, "--channel: 35 does not fit into 11-bit identifiers from 5D0 on"
         ):

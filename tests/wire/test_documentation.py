@@ -65,7 +65,7 @@ class Documentation(unittest.TestCase):
         }
         self.assertEqual({m.name: (m.frame_id - 0x5D0, m.length) for m in DBC.messages}, documented)
 
-    def test_the_examples_decode_to_what_is_said(self):
+    def test_the_examples_decode_to_the_documented_values(self):
         examples = [row for row in rows(3) if "#" in row[0]]
         self.assertEqual(8, len(examples))
         for candump, slcan, says in examples:
@@ -94,7 +94,7 @@ class Documentation(unittest.TestCase):
         )
         self.assertIn("CRC-8 of D1 05 80 25 80 E7 03 00 00 is CB", TEXT)
 
-    def test_the_frame_of_can_fd_decodes_to_what_is_said(self):
+    def test_the_frame_of_can_fd_decodes_to_the_documented_values(self):
         lines = re.findall(r"^([0-9A-F]{16})  (.*)$", TEXT, re.MULTILINE)
         data = bytes.fromhex("".join(line[0] for line in lines))
         signals = DBC.decode_message(0x5D8, data)

@@ -1,4 +1,6 @@
-"""davarlab live takes no more memory, nor open files, the longer it listens. A day of it by the clock: tests/kernel/test_day.py."""
+"""davarlab live uses no more memory or open files the longer it runs. tests/kernel/test_day.py runs
+it for a day of clock time.
+"""
 
 import argparse
 import contextlib
@@ -21,7 +23,7 @@ from davarlab.wire import live, record
 
 WARM, RESTARTS = 40, 240
 SETUP, HEALTH = 6, 5
-BLOCKS = 60  # of memory that Python may hold more at most; one for each restart is more
+BLOCKS = 60  # additional memory blocks that Python may hold; one per restart is more
 
 
 def held():
@@ -31,14 +33,14 @@ def held():
 
 
 class Sender:
-    """A source of frames in place of an interface."""
+    """A source of frames that replaces an interface."""
 
     def __init__(self, parts):
         self.parts, self.count = parts, 0
         self.blocks, self.files = (
             array("q", bytes(8 * RESTARTS)),
             array("q", bytes(8 * RESTARTS)),
-        )  # held behind each part
+        )  # stored after each part
 
     def __call__(self, name, faults, say):
         return self
@@ -60,7 +62,7 @@ class Growth(unittest.TestCase):
         self.folder = Path(folder.name)
 
     def live(self, parts, **options):
-        """The command, in this process; the Sender, and what it said."""
+        """Runs the command in this process; returns the Sender and the messages."""
         sender = Sender(parts)
         with (
             mock.patch.object(live, "Source", sender),
@@ -121,7 +123,9 @@ class Growth(unittest.TestCase):
             )
 
     def test_without_health_and_setup(self):
-        """Kept out by a filter on the way: DAVAR_End alone says which frames are one result, and of which run."""
+        """A filter on the way removes all other frames: only DAVAR_End shows which frames are one
+        result, and of which run.
+        """
         one = run(1, 900, session=7)
         receiver, found = wire.Receiver(), []
         for frame in (
@@ -136,7 +140,7 @@ class Growth(unittest.TestCase):
         self.assertEqual((0, 7), (receiver.faults.total(), receiver.channels[0].session))
 
     def test_without_the_end_of_any_result(self):
-        """No result is complete, none is held for ever, each is counted."""
+        """No result is complete, none is stored indefinitely, and each is counted."""
         one, receiver = run(1, 900, session=7), wire.Receiver()
         for frame in (frame for result in one.results for frame in result if frame[0] & 15 != END):
             self.assertIsNone(receiver.push(*frame))

@@ -1,5 +1,7 @@
-"""davarlab live on a serial line of which the test is the other end: senders that are restarted, disks that are full, runs that
-follow each other. Interfaces and lines that go and come back: tests/kernel/test_live.py."""
+"""davarlab live on a serial line; the test is the other end. Senders restart, disks are full, and
+runs follow each other. tests/kernel/test_live.py tests interfaces and lines that disappear and
+return.
+"""
 
 import csv
 import json
@@ -20,7 +22,7 @@ sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire  # noqa: E402
 from davarlab.wire import record, source
 
-# The command behind tools/davarlab live, without the other commands and what they need.
+# The command of tools/davarlab live, without the other commands and their requirements.
 LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
 
 
@@ -39,8 +41,10 @@ class Live(unittest.TestCase):
         self.record = self.folder / "arw.csv"
 
     def live(self, sent, limit=None, **options):
-        """Sends frames to davarlab live, then hangs up; (its lines, what it said). Frames of channel MARK come last: when one of
-        their results is shown, everything before them has been read."""
+        """Sends frames to davarlab live, then disconnects. Returns (its lines, its messages).
+        Frames of channel MARK come last: if one of their results is shown, everything before them
+        has been read.
+        """
         ours, its = pty.openpty()
         tty.setraw(its)
         wanted = {
@@ -101,7 +105,7 @@ class Live(unittest.TestCase):
     def keys(self, path=None):
         return [(row["channel"], row["stretch"], row["epoch"]) for row in self.rows(path)]
 
-    def test_a_restart_is_told_and_begins_a_new_stretch(self):
+    def test_a_restart_is_reported_and_begins_a_new_section(self):
         one, two = run(1, 60, session=7), run(2, 60, session=7)
         shown, told = self.live(frames(one) + frames(two))
         self.assertEqual(
@@ -123,7 +127,7 @@ class Live(unittest.TestCase):
         self.assertNotIn("", [row["time_s"] for row in self.rows()])
         self.assertEqual(["adev_1", "adev_2", "adev_4", "adev_8"], [*self.rows()[0]][-4:])
 
-    def test_a_later_run_goes_on_behind_the_earlier_one(self):
+    def test_a_later_run_continues_after_the_earlier_one(self):
         one = run(1, 20, session=7)
         for _ in range(3):
             self.live(frames(one))
@@ -133,13 +137,13 @@ class Live(unittest.TestCase):
         )
         self.assertEqual(1, self.record.read_text().count("epoch"))
 
-    def test_a_row_that_a_power_cut_has_broken_is_taken_away(self):
+    def test_a_row_broken_by_a_power_cut_is_removed(self):
         one = run(1, 20, session=7)
         self.live(frames(one))
         whole = self.record.read_bytes()
         for cut in (len(whole) - 1, len(whole) - 30):
             self.record.write_bytes(whole[:cut])
-            before = len(whole[:cut].splitlines()) - 2  # without header and the broken row
+            before = len(whole[:cut].splitlines()) - 2  # without the header and the broken row
             self.live(frames(one))
             self.assertEqual(before + self.all_shown, len(self.record.read_text().splitlines()) - 1)
             self.assertEqual(len(self.keys()), len(set(self.keys())))
@@ -147,7 +151,7 @@ class Live(unittest.TestCase):
                 self.record.read_bytes().startswith(whole[: whole.rindex(b"\n", 0, -1) + 1])
             )
 
-    def test_what_is_no_recording_of_these_columns_stays_as_it_is(self):
+    def test_a_file_with_other_columns_stays_unchanged(self):
         for there in (b"time_s,gyro_z_dps\n0,1\n0.1,2", b"\x00" * 100, b"channel,epoch\n"):
             self.record.write_bytes(there)
             shown, told = self.live(frames(run(1, 20, session=7)))
@@ -185,7 +189,7 @@ class Live(unittest.TestCase):
         )
         self.assertIn(f"/dev/full: {self.all_shown} results not recorded\n", told)
 
-    def test_a_rate_of_zero_is_refused_and_counted(self):
+    def test_a_rate_of_zero_is_rejected_and_counted(self):
         one = run(1, 20, session=7)
         setup = bytes([0, 0, 0, 7, 0, 0, 0, 0])
         zero = (0x5D6, bytes([wire.crc(0x5D6, setup)]) + setup[1:])
@@ -200,7 +204,7 @@ class Slcan(unittest.TestCase):
         port.faults = wire.Faults()
         return port._frame(line), port.faults.noise  # pylint: disable=protected-access
 
-    def test_what_is_no_standard_frame_is_noise(self):
+    def test_other_frames_than_standard_ones_are_noise(self):
         for line in (
             b"t80001",
             b"tFFF0",
@@ -226,7 +230,7 @@ class Slcan(unittest.TestCase):
 
 
 class Waiting(unittest.TestCase):
-    def test_rows_of_a_new_stretch_wait_for_their_names_and_hold_up_no_others(self):
+    def test_rows_of_a_new_section_wait_for_their_names_and_delay_no_others(self):
         with tempfile.TemporaryDirectory() as folder:
             recorder = record.Recorder(Path(folder) / "x.csv")
             known, unknown = wire.Channel(), wire.Channel(2)

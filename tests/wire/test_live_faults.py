@@ -1,5 +1,7 @@
-"""davarlab live when a call fails, a signal comes or the disk is full, at each place in turn: it ends with status 0, or 2 and one line; what it has recorded is
-whole rows, each of them true and there once; what it has not is counted. And when it is killed at every frame and started again."""
+"""davarlab live when a call fails, a signal arrives or the disk is full, at each place in turn. It
+ends with status 0, or with 2 and one line. The record has complete rows; each is correct and occurs
+once, and missing ones are counted. Also when it is killed at every frame and started again.
+"""
 
 import argparse
 import contextlib
@@ -31,7 +33,8 @@ WATCHED = (live.__file__, wire.__file__, record.__file__, raw_record.__file__)
 LINES_APART = 23
 RESULTS = 20
 
-# Runs davarlab live in a child of its own for every fault: argv: folder, frames as SLCAN text. A line of faults on standard input, an answer on standard output.
+# Runs davarlab live in a child process for every fault. argv: folder, frames as SLCAN text. It
+# reads a line of faults on standard input and writes an answer on standard output.
 DRIVER = """
 import argparse, ctypes, json, os, pty, sys, tty
 from davarlab import errors
@@ -78,7 +81,7 @@ for fault in sys.stdin:
 
 
 class Sender:
-    """A source of frames in place of an interface; at(n) is called in front of the n-th."""
+    """A source of frames that replaces an interface; at(n) is called before the n-th."""
 
     def __init__(self, sent, at=lambda n: None):
         self.sent, self.at = sent, at
@@ -120,7 +123,7 @@ class Case(unittest.TestCase):
             path.unlink()
 
     def live(self, sender, status=0):
-        """The command in this process: the lines that it shows, and what it says."""
+        """Runs the command in this process; returns the lines that it shows, and its messages."""
         out, said = io.StringIO(), io.StringIO()
         with (
             mock.patch.object(live, "Source", sender),
@@ -144,7 +147,7 @@ class Case(unittest.TestCase):
         return out.getvalue().splitlines(), said.getvalue()
 
     def recorded(self):
-        """(rows, samples) that the files hold, header and all; each is whole."""
+        """(rows, samples) in the files, including the header. Each must be complete."""
         found = []
         for path in (self.record, self.raw):
             text = path.read_text() if path.exists() else ""
@@ -155,7 +158,9 @@ class Case(unittest.TestCase):
 
 class Signals(Case):
     def test_at_every_line_of_the_program(self):
-        """What has been taken from the source is shown, recorded, or beyond doubt not: nothing is half done, nothing comes twice."""
+        """Everything read from the source is shown and recorded, or certainly not: nothing is
+        partial, nothing repeats.
+        """
         line = ended = 1
         while ended:
             left = line
@@ -172,7 +177,7 @@ class Signals(Case):
                 return trace
 
             for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-                signal.signal(number, lambda *_: None)  # in front of the first line of live.run
+                signal.signal(number, lambda *_: None)  # before the first line of live.run
             before = sys.gettrace()
             sys.settrace(trace)
             try:
@@ -291,7 +296,9 @@ class Disk(Case):
 
 class Killed(Case):
     def test_at_every_frame_and_started_again(self):
-        """A receiver that is killed has written whole rows; the next one goes on behind them. No row is false, none is there twice."""
+        """A killed receiver has written complete rows, and the next one appends to them. No row is
+        wrong or repeated.
+        """
         sent = frames(run(1, RESULTS, session=7))
         self.live(Sender(sent))
         truth = {row["epoch"]: row for row in self.rows_of(self.record)}
@@ -303,7 +310,7 @@ class Killed(Case):
                 result = receiver.push(*frame)
                 if result:
                     recorder.add(result, result.of)
-            recorder.output.file.close()  # killed: nothing is flushed, nobody says goodbye
+            recorder.output.file.close()  # killed: nothing is flushed or closed
             before = self.record.read_bytes()
             waited = len(recorder.waiting)  # 35 results at most
             self.live(Sender(sent[cut:]))
@@ -401,7 +408,7 @@ class Calls(Case):
         if status == 2:
             self.assertRegex(
                 said, r"davarlab: [^\n]+\n\Z"
-            )  # behind a line that could not be ended, where that is what failed
+            )  # after a line that could not be ended, where that failed
         self.assertEqual([], [row for row in rows if row not in self.wanted])
         self.assertEqual(len(rows), len(set(rows)))
         if status == 0 and len(rows) < len(self.wanted):

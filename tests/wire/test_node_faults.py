@@ -1,5 +1,7 @@
-"""davar-node when a call fails, is interrupted or comes with a signal, each in turn: it says in one line why it does not begin, or it goes on; what
-is lost is counted on one side or the other, and what comes is what a run without a fault sends."""
+"""davar-node when a call fails, is interrupted or receives a signal, each in turn. It reports in
+one line why it does not start, or it continues. Every lost result is counted by the sender or the
+receiver. All others equal those of a run without a fault.
+"""
 
 import contextlib
 import errno
@@ -96,7 +98,7 @@ class Case(unittest.TestCase):
             signal.SIGINT,
             signal.SIGTERM,
             signal.SIGHUP,
-        ):  # whoever started the tests may ignore some
+        ):  # the process that started the tests may ignore some
             self.addCleanup(signal.signal, number, signal.signal(number, signal.SIG_DFL))
         noise = seeded("node faults")
         self.lines = [f"{noise.randrange(-99, 100)}\n" for _ in range(SAMPLES)]
@@ -108,7 +110,7 @@ class Case(unittest.TestCase):
 
     @staticmethod
     def frames(told):
-        """How many frames a run has for its link."""
+        """The number of frames that a run sends to its link."""
         return A_RESULT * told["results"] + AT_THE_END
 
     def environment(self, fault):
@@ -121,8 +123,10 @@ class Case(unittest.TestCase):
         )
 
     def node(self, fault, pause_s=0):
-        """Runs it on a serial line that the test reads: (exit status, what it said, the bytes on the line); None: it ended without the fault.
-        pause_s: so long nothing comes in the middle of its input; a link that was lost is tried again after 0.1 s."""
+        """Runs it on a serial line that the test reads: (exit status, messages, the bytes on the
+        line). None: it ended without the fault. pause_s: length of a pause in the middle of its
+        input; a lost link is retried after 0.1 s.
+        """
         ours, its = pty.openpty()
         tty.setraw(its)
         process = subprocess.Popen(
@@ -169,7 +173,9 @@ class Case(unittest.TestCase):
 
     @staticmethod
     def heard(done):
-        """What a run that has ended told in its last line, the receiver of its frames, and the results."""
+        """The counters in the last line of a finished run, the receiver of its frames, and the
+        results.
+        """
         _, said, sent = done
         told = {
             word.split(" ", 1)[1]: int(word.split(" ", 1)[0])
@@ -190,7 +196,7 @@ class Case(unittest.TestCase):
         self.assertGreater(n, 1, (function, kind))
 
     def is_refusal(self, done):
-        """Exit status 2, one line that says why, and no frame."""
+        """Exit status 2, one line with the cause, and no frame."""
         status, said, sent = done
         if status != 2:
             return False
@@ -199,7 +205,9 @@ class Case(unittest.TestCase):
         return True
 
     def adds_up(self, done):
-        """It went to its end: every result that came is true, and every frame that did not is counted. Returns what it told."""
+        """It ran to its end: every received result is correct, and every missing frame is counted.
+        Returns its counters.
+        """
         self.assertEqual(0, done[0], done[1])
         told, receiver, found = self.heard(done)
         self.assertEqual(SAMPLES, told["samples"])
@@ -241,14 +249,14 @@ class Calls(Case):
                         refused += 1
                     else:
                         gone_on += 1
-                        back += self.adds_up(done).get("link back", 0)
+                        back += self.adds_up(done).get("link restored", 0)
             print(
                 f"{function}: {refused} refused, {gone_on} gone on with, {back} times the link came back",
                 flush=True,
             )
             self.assertGreater(refused + gone_on, 0)
 
-    def test_a_call_that_is_interrupted_or_cut_short_is_gone_on_with(self):
+    def test_an_interrupted_or_short_call_is_continued(self):
         for function, kind in GOES_ON:
             for n, done in self.every(function, kind):
                 with self.subTest(function=function, kind=kind, n=n):
@@ -280,7 +288,9 @@ class Calls(Case):
 
 class Signals(Case):
     def test_at_every_frame(self):
-        """SIGINT and SIGTERM: all counters once more, and status 0; SIGHUP ends it where it stands. Lines are whole."""
+        """SIGINT and SIGTERM: all counters once more, and status 0. SIGHUP ends it immediately.
+        Lines are complete.
+        """
         n = 1
         while True:
             number = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[n % 3]

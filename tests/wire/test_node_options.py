@@ -1,5 +1,6 @@
-"""davar-node: bad options give one line that names the option, exit status 2, and nothing on standard output. Lines and
-chips that do not exist or are busy: tests/kernel/test_gpio.py."""
+"""davar-node: a bad option gives one line with its name, exit status 2, and nothing on standard
+output. tests/kernel/test_gpio.py tests lines and chips that do not exist or are busy.
+"""
 
 import os
 import subprocess
@@ -25,10 +26,10 @@ REFUSED = {
     "--source": ["/nonexistent", "/", "", "value:/etc/hostname"],
 }
 LINKS = {
-    "can:": "can:IFACE or slcan:PATH expected, found 'can:'",
-    "lin:0": "can:IFACE or slcan:PATH expected",
-    "slcan:/nonexistent": "slcan:/nonexistent: No such file or directory",
-    "slcan:/dev/null": "slcan:/dev/null: ",
+    "can:": "--out: can:IFACE or slcan:PATH expected, found 'can:'",
+    "lin:0": "--out: can:IFACE or slcan:PATH expected",
+    "slcan:/nonexistent": "--out: slcan:/nonexistent: No such file or directory",
+    "slcan:/dev/null": "--out: slcan:/dev/null: ",
     "can:a_name_that_is_too_long": "no interface has such a long name",
 }
 
@@ -51,7 +52,7 @@ class BadOptions(unittest.TestCase):
         self.assertRegex(done.stderr, r"\Adavar-node: [^\n]+\n\Z")
         self.assertIn(wanted, done.stderr)
 
-    def test_a_bad_value_is_refused_and_its_option_named(self):
+    def test_a_bad_value_is_rejected_and_its_option_reported(self):
         for option, values in REFUSED.items():
             for value in values:
                 with self.subTest(option=option, value=value):
@@ -66,16 +67,16 @@ class BadOptions(unittest.TestCase):
         self.refused("unknown option '-x'", *GOOD, "-x")
         self.refused("unexpected argument 'more'", *GOOD, "more")
 
-    def test_what_must_be_said(self):
-        self.refused("--source: is needed")
-        self.refused("--out: is needed", "--source", "-")
+    def test_required_notes(self):
+        self.refused("--source: required")
+        self.refused("--out: required", "--source", "-")
         self.refused("--rate: ", "--source", "-", "--out", "slcan:pty", "--lsb", "1")
         self.refused("--lsb: ", "--source", "-", "--out", "slcan:pty", "--rate", "1")
 
     def test_a_link_that_cannot_be(self):
         for out, why in LINKS.items():
             self.refused(why, *GOOD, "--out", out)
-        self.refused("a serial line carries no CAN FD frames", *GOOD, "--content", "fd")
+        self.refused("--out: slcan:pty: a serial line carries no CAN FD frames", *GOOD, "--content", "fd")
         self.refused(
             "channel 1 does not fit into 11-bit identifiers",
             *GOOD,
@@ -85,15 +86,15 @@ class BadOptions(unittest.TestCase):
             "1",
         )
 
-    def test_a_pin_that_is_none(self):
+    def test_a_bad_pin(self):
         for option in ("--edges", "--alarm"):
-            self.refused("CHIP:LINE expected, found 'five'", *GOOD, option, "five")
+            self.refused(f"{option}: CHIP:LINE expected, found 'five'", *GOOD, option, "five")
 
-    def test_help_says_that_there_is_one_channel(self):
+    def test_help_states_that_a_process_has_one_channel(self):
         done = node("--help")
         self.assertEqual((0, ""), (done.returncode, done.stderr))
-        self.assertIn("One channel", done.stdout)
-        self.assertEqual([], [line for line in done.stdout.splitlines() if len(line) > 120])
+        self.assertIn("One process handles one channel", done.stdout)
+        self.assertEqual([], [line for line in done.stdout.splitlines() if len(line) > 100])
 
 
 if __name__ == "__main__":

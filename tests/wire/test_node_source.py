@@ -1,4 +1,6 @@
-"""davar-node's source: a line is read whole, or it is a fault and a gap of one sample. None vanishes."""
+"""davar-node's source: a line is read completely, or it is a fault and a gap of one sample. No line
+disappears.
+"""
 
 import os
 import random
@@ -11,7 +13,9 @@ WHOLE = re.compile(rb"[ \t]*[+-]?[0-9]+[ \t\r]*")
 
 
 def node(text):
-    """What its last line says: {name: count}. Standard input is a pipe, fed at once."""
+    """The counters in its last line: {name: count}. Standard input is a pipe that is filled
+    immediately.
+    """
     done = subprocess.run(
         [NODE, "--source", "-", "--rate", "100", "--lsb", "0.01", "--out", "slcan:pty"],
         input=text,
@@ -37,7 +41,7 @@ class Source(unittest.TestCase):
         told = self.check(lines, 900)
         self.assertEqual((100, 100), (told["gaps"], told["missing samples"]))
 
-    def test_what_is_no_whole_number_of_32_bits_is_a_fault(self):
+    def test_a_value_that_is_not_a_32_bit_integer_is_a_fault(self):
         bad = [
             b"",
             b" ",
@@ -91,7 +95,7 @@ class Source(unittest.TestCase):
         self.check([b"1", *bad, b"2"], 2)
         self.check(good, len(good))
 
-    def test_a_header_is_passed_over_once_and_only_at_the_beginning(self):
+    def test_one_header_is_skipped_and_only_at_the_beginning(self):
         lines = [b"1", b"2"]
         for header in (
             b"",

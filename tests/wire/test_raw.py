@@ -1,4 +1,6 @@
-"""Raw samples on the wire: what a sender read is what the recording holds, whatever is lost, swapped, repeated or restarted between them."""
+"""Raw samples on the wire: the recording has the samples that a sender read, whatever is lost,
+swapped, repeated or restarted between them.
+"""
 
 import csv
 import os
@@ -47,8 +49,9 @@ def counts(source, number, first=0, width=16, gaps=0.02):
 
 
 def stream(samples, session=7, stride=100, channel=0, what="raw", first=0):
-    """Frames as a sender sends them: a result when its newest sample has gone. Epochs count the samples that there were, from `first`; their indices
-    also those that were lost."""
+    """Frames in the order of a sender: a result follows its newest sample. Epochs count the
+    received samples from `first`; sample indices also count the lost ones.
+    """
     raw, sent, gone = encoded(samples, channel, what), [], 0
     number = len(samples) // stride + 1
     for n, burst in enumerate(
@@ -62,12 +65,12 @@ def stream(samples, session=7, stride=100, channel=0, what="raw", first=0):
 
 
 def held_by(frame):
-    """How many samples a frame has."""
+    """The number of samples in a frame."""
     return 2 if frame[1][1] >> 4 & 3 == 0 else 1
 
 
 def received(sent):
-    """(what a receiver passes on, {(channel, stretch): {index: deg/s}}, its faults)."""
+    """(samples from a receiver, {(channel, section): {index: deg/s}}, its faults)."""
     receiver, found = wire.Receiver(), {}
     for identifier, data in sent:
         receiver.push(identifier, data)
@@ -80,7 +83,7 @@ def received(sent):
 
 
 def programs_samples(command, text):
-    """What a program sends over a pty of its own, given text on standard input: as received()."""
+    """The output of a program on its own pty, with text on standard input: as received()."""
     sender = subprocess.Popen(
         [*command, "--raw", "--out", "slcan:pty"],
         stdin=subprocess.PIPE,
@@ -124,7 +127,7 @@ class Raw(unittest.TestCase):
             self.assert_samples(samples, found[0, 1])
             self.assertEqual(faults.total(), 0, faults)
 
-    def test_losses_of_the_sensor_that_add_up_beyond_what_the_index_holds(self):
+    def test_losses_of_the_sensor_that_exceed_the_index_range(self):
         source, samples, index = seeded("losses"), [], 0
         for n in range(20000):
             index += 1 + (9000 if n % 400 == 399 else 0)
@@ -134,7 +137,7 @@ class Raw(unittest.TestCase):
         self.assert_samples(samples, found[0, 1])
         self.assertEqual(faults.total(), 0, faults)
 
-    def test_a_silence_longer_than_the_index_holds(self):
+    def test_a_silence_longer_than_the_index_range(self):
         samples = counts(seeded("silence"), 300000, gaps=0)
         sent = stream(samples, stride=5000)
         found, faults = received(
@@ -172,7 +175,7 @@ class Raw(unittest.TestCase):
         self.assertEqual(1000, len(encoded([(2 * n, 1) for n in range(1000)])))
         self.assertEqual(2, len(encoded([(n, n) for n in range(3)])))
 
-    def test_rates_arrive_as_float32_and_what_is_no_number_is_left_out(self):
+    def test_rates_arrive_as_float32_without_bad_numbers(self):
         values = [0.1, -2.5, float("nan"), float("inf"), 1e-40, 1e35, -0.0, 3.0]
         found, faults = received(stream([(n, values[n % 8]) for n in range(400)], what="rates"))
         self.assertEqual(faults.total(), 0, faults)
@@ -180,7 +183,7 @@ class Raw(unittest.TestCase):
         for index, value in found[0, 1].items():
             self.assertAlmostEqual(value, values[index % 8] if index % 8 != 4 else 0.0, delta=1e-7)
 
-    def test_what_a_bad_line_does_loses_samples_and_changes_none(self):
+    def test_a_bad_line_loses_samples_and_changes_none(self):
         for seed in range(30):
             source = seeded("bad line", seed)
             samples = counts(source, 4000, source.choice((0, 0, 260000)), 16, 0.005)
@@ -249,12 +252,12 @@ class Raw(unittest.TestCase):
                     wanted, [(row["time_s"], row["gyro_" + "xy"[channel] + "_dps"]) for row in rows]
                 )
 
-    def test_the_gateway_and_the_simulator_send_what_they_read(self):
+    def test_the_gateway_and_the_simulator_send_their_input(self):
         source = seeded("programs")
         lines = [
             str(source.randrange(-33000, 33000)) if source.random() > 0.01 else "nan"
             for _ in range(500)
-        ]  # as many as the gateway's queue holds
+        ]  # the capacity of the gateway's queue
         wanted = [(n, int(line)) for n, line in enumerate(lines) if line != "nan"]
         found, faults = programs_samples(
             [
@@ -303,14 +306,14 @@ class Raw(unittest.TestCase):
                     )
             self.assertEqual(faults.total(), 0, faults)
 
-    def test_raw_without_a_link_is_refused(self):
+    def test_raw_without_a_link_is_rejected(self):
         done = subprocess.run(
             [SIM, ROOT / "data/demo_disturbance.csv.gz", "--raw"], capture_output=True, text=True
         )
         self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertIn("--raw: frames go to --out can:IFACE or slcan:PATH only", done.stderr)
+        self.assertIn("--raw: needs --out can:IFACE or slcan:PATH", done.stderr)
 
-    def test_a_folder_that_is_not_there_is_refused(self):
+    def test_a_missing_folder_is_rejected(self):
         with self.assertRaisesRegex(
             errors.BadInput, "--raw: /nonexistent/raw.csv: No such file or directory"
         ):

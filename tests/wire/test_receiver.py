@@ -1,6 +1,6 @@
-"""The receiver against injected faults: every one is noticed and named, and what cannot be noticed is stated.
+"""The receiver with injected faults: each is detected and reported. Undetectable ones are listed.
 
-DAVAR_WIRE_FAULTS: how many faults to inject (default 10^6).
+DAVAR_WIRE_FAULTS: number of faults to inject (default 10^6).
 """
 
 import itertools
@@ -31,20 +31,21 @@ def state(n, stride=100):
 
 
 def passes(pattern):
-    """Does a frame with these bits flipped pass the Crc? It is linear, so one frame stands for all. Bit 63 is the first of
-    the data on the wire; the identifier stands above."""
+    """True if a frame with these bits flipped passes the Crc. The Crc is linear, so one frame
+    represents all. Bit 63 is the first of the data on the wire; the identifier is above it.
+    """
     identifier, data = pattern >> 64, (pattern % 2**64).to_bytes(8, "big")
     return data[0] == wire.crc(identifier, data) ^ wire.crc(0, bytes(8))
 
 
-# Bursts of up to eight bits that touch Crc, and what is behind it.
+# Bursts of up to eight bits that include bits of Crc and of the bytes after it.
 ASTRIDE = sorted(
     {pattern << at for at in range(49, 56) for pattern in range(1, 256) if pattern << at >= 2**56}
 )
 
 
 class Stream:
-    """Frames of DAVAR_Arw with a running number inside, so that no two within reach are alike."""
+    """Frames of DAVAR_Arw with a running number inside, so that close frames differ."""
 
     def __init__(self, receiver):
         self.receiver, self.n = receiver, 0
@@ -58,8 +59,9 @@ class Stream:
             assert self.receiver.check(ARW, self.next()) == "good"
 
     def corrupted(self, source):
-        """One or two bits anywhere, or anything within eight bits in a row behind the Crc: what it guarantees to catch.
-        Bits in the order of the wire: byte 0 first, most significant bit first."""
+        """One or two bits anywhere, or a burst within eight bits after the Crc: faults that it
+        always detects. Bits are in the order of the wire: byte 0 first, most significant bit first.
+        """
         frame = int.from_bytes(self.next(), "big")
         if source.random() < 0.5:
             frame ^= 1 << source.randrange(64)
@@ -70,7 +72,7 @@ class Stream:
 
 
 class Faults(unittest.TestCase):
-    def test_every_injected_fault_is_caught_and_named(self):
+    def test_every_injected_fault_is_detected_and_reported(self):
         source, receiver = random.Random(1), wire.Receiver()
         stream = Stream(receiver)
         stream.good(20)
@@ -86,7 +88,7 @@ class Faults(unittest.TestCase):
                     struct.pack("<HI", stream.n & 0xFFFF, stream.n & 0xFFFFFFFF),
                     stream.n,
                 )
-                if damaged == intact:  # the same bit twice: no fault
+                if damaged == intact:  # the same bit twice: not a fault
                     stream.n = before
                     stream.good()
                 else:
@@ -133,7 +135,7 @@ class Faults(unittest.TestCase):
         behind_crc = [pattern << at for at in range(49) for pattern in range(1, 256)]
         self.assertEqual([], [hex(one) for one in behind_crc if passes(one)])
 
-    def test_what_passes_the_crc_is_what_the_documentation_says(self):
+    def test_faults_that_pass_the_crc_are_as_documented(self):
         found = [one for one in ASTRIDE if passes(one)]
         of_counter = [one for one in found if one >> 48 & 0x0F]
         three = list(itertools.combinations(range(64), 3))
@@ -144,7 +146,7 @@ class Faults(unittest.TestCase):
         self.assertEqual((5, 3), (len(found), len(of_counter)))
         self.assertIn(f"{passed} of {len(three)} errors of three bits", WIRE_MD)
 
-    def test_what_passes_in_a_frame_of_64_bytes_is_what_the_documentation_says(self):
+    def test_undetected_faults_in_a_frame_of_64_bytes_are_as_documented(self):
         alone = []
         for bit in range(512):
             data = bytearray(64)
@@ -155,7 +157,7 @@ class Faults(unittest.TestCase):
         passed = sum(a == b for a, b in pairs)
         self.assertIn(f"{passed} of {len(pairs)} errors of two bits", WIRE_MD)
 
-    def test_a_burst_that_passes_the_crc_is_seen_by_counter_or_result(self):
+    def test_a_burst_that_passes_the_crc_is_detected_by_counter_or_result(self):
         for pattern in filter(passes, ASTRIDE):
             receiver = wire.Receiver()
             for n in range(20):
@@ -168,7 +170,7 @@ class Faults(unittest.TestCase):
 
     def test_a_frame_of_no_result_is_counted(self):
         receiver = wire.Receiver()
-        receiver.push(ARW, sealed(ARW, 0, bytes(6), 3))  # from before we listened
+        receiver.push(ARW, sealed(ARW, 0, bytes(6), 3))  # from before the receiver started
         receiver.push(STATE, state(0))
         receiver.push(ARW, sealed(ARW, 1, bytes(6), 1))
         receiver.finish()

@@ -1,4 +1,6 @@
-"""The recorder of davarlab live: rows as they come, memory that does not grow, columns with names."""
+"""The recorder of davarlab live: rows are written on arrival, memory does not grow, columns have
+names.
+"""
 
 import csv
 import sys
@@ -80,7 +82,7 @@ class Record(unittest.TestCase):
         self.assertEqual(10000, len(self.rows()))
         self.assertIn("adev_tau2", self.rows()[0])
 
-    def test_what_finds_no_column_is_counted(self):
+    def test_values_without_a_column_are_counted(self):
         recorder = self.recorder()
         recorder.add(result(0), known(1, 2, 4))
         recorder.add(result(0, channel=1), known(1, 3, 5))
@@ -88,13 +90,13 @@ class Record(unittest.TestCase):
         first, second = self.rows()
         self.assertEqual(("1", "0.001", ""), (second["channel"], first["adev_2"], second["adev_2"]))
 
-    def test_an_end_before_the_names_writes_what_is_known(self):
+    def test_an_end_before_the_names_writes_the_known_columns(self):
         recorder = self.recorder()
         recorder.add(result(5), wire.Channel())
         recorder.close()
         self.assertEqual(["5"], [row["epoch"] for row in self.rows()])
 
-    def test_a_file_that_cannot_be_written_is_named(self):
+    def test_a_file_that_cannot_be_written_is_reported(self):
         with self.assertRaisesRegex(
             errors.BadInput, "^--record: /nowhere/x.csv: No such file or directory$"
         ):

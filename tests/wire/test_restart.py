@@ -1,7 +1,8 @@
-"""True frames, wrongly delivered: senders restarted at any frame, frames lost, repeated and swapped. Whatever comes, each result
-that the receiver passes on is one that was sent, none comes twice, and what is lost is counted.
+"""Correct frames, wrongly delivered: senders restart at any frame, and frames are lost, repeated
+and swapped. Each result from the receiver was sent, none repeats, and losses are counted.
 
-DAVAR_WIRE_STREAMS: how many random streams (default 60)."""
+DAVAR_WIRE_STREAMS: number of random streams (default 60).
+"""
 
 import functools
 import os
@@ -21,7 +22,9 @@ CONTENTS = (0, 3, 7, 8)
 
 
 def meaning(frame):
-    """{name: value} of a frame, straight from the DBC; multiplexed values carry their index in their name."""
+    """{name: value} of a frame, straight from the DBC; multiplexed values carry their index in
+    their name.
+    """
     signals = DBC.decode_message(frame[0], frame[1])
     index = signals.get("TauIndex", "") if "AdevDps" in signals else ""
     return {f"{name}{index}": str(value) for name, value in signals.items()}
@@ -29,7 +32,7 @@ def meaning(frame):
 
 @functools.cache
 def truth(one):
-    """What a run says: {epoch: {name: {values}}}; ARW has two places."""
+    """The values of a run: {epoch: {name: {values}}}; ARW occurs in two places."""
     said = {}
     for result in one.results[:-1]:
         of = {}
@@ -44,7 +47,7 @@ NAMES = {column: name for name, column in wire.COLUMNS.items()}
 
 
 def is_true(result, said):
-    """Is every value of a result one that the run has said of this epoch?"""
+    """True if the run sent every value of this result for this epoch."""
     of = said.get(result.epoch)
     if of is None:
         return False
@@ -72,7 +75,7 @@ def receive(stream):
 
 class Restart(unittest.TestCase):
     def check(self, runs, found, told=None):
-        """Each stretch is of one run, in the order of time, and no epoch comes twice."""
+        """Each section is of one run, in the order of time, and no epoch repeats."""
         keys = [(result.channel, result.stretch, result.epoch) for result in found]
         self.assertEqual(sorted(set(keys)), keys, told)
         said, at = [truth(one) for one in runs], 0
@@ -92,15 +95,15 @@ class Restart(unittest.TestCase):
             (120, 1, 0), (len(found), receiver.faults.restarts, receiver.faults.total())
         )
 
-    def test_a_sender_that_tells_no_session_is_known_by_its_epoch(self):
+    def test_a_sender_without_session_is_identified_by_its_epoch(self):
         for first, second in ((60, 60), (3, 60), (1, 2), (17, 40)):
             runs = [run(1, first, session=0), run(2, second, session=0)]
             receiver, found = receive(frames(runs[0]) + frames(runs[1]))
             self.check(runs, found)
             self.assertEqual((first + second, 1), (len(found), receiver.faults.restarts))
 
-    def test_a_sender_whose_epoch_goes_on_is_known_by_its_session(self):
-        """A saved state restored, or a restart that nobody heard for long."""
+    def test_a_sender_whose_epoch_continues_is_identified_by_its_session(self):
+        """A restored state, or a restart after a long silence."""
         runs = [run(1, 20, session=7), run(2, 20, session=8, first=2000)]
         receiver, found = receive(frames(runs[0]) + frames(runs[1]))
         self.check(runs, found)
@@ -125,7 +128,7 @@ class Restart(unittest.TestCase):
                 )
 
     def test_a_restart_at_every_frame(self):
-        """Nothing is lost but what was not sent: each whole result comes, whole."""
+        """Only results that were not sent are lost: each complete result arrives complete."""
         for sessions in ((7, 9), (0, 0)):
             for content in CONTENTS:
                 runs = [
@@ -142,7 +145,7 @@ class Restart(unittest.TestCase):
 
     @staticmethod
     def whole(one, cut):
-        """How many results of a run are within its first frames."""
+        """The number of results within the first frames of a run."""
         count = 0
         for result in one.results[:-1]:
             cut -= len(result)
@@ -167,7 +170,7 @@ class Restart(unittest.TestCase):
                     content,
                     source.choice((0, 0, 5000)),
                 )
-                begin = sum(map(len, one.results[:3]))  # session and stride have been told
+                begin = sum(map(len, one.results[:3]))  # session and stride have been sent
                 end = source.choice(
                     (len(frames(one)), source.randrange(begin, len(frames(one)) + 1))
                 )
@@ -181,7 +184,7 @@ class Restart(unittest.TestCase):
                 self.assertGreaterEqual(receiver.faults.restarts, len(runs) - 1)
 
     def test_losses_are_counted(self):
-        """Up to 15 frames of an identifier in a row: exactly, results too."""
+        """Up to 15 frames of an identifier in a row: counted exactly, results too."""
         for seed in range(STREAMS):
             source = seeded("losses", seed)
             one = run(source.randrange(10**6), 60, session=5, content=source.choice(CONTENTS))
@@ -235,7 +238,7 @@ class Restart(unittest.TestCase):
 
 
 class Damage(unittest.TestCase):
-    def test_values_that_cannot_be_are_refused_and_counted(self):
+    def test_impossible_values_are_rejected_and_counted(self):
         def sealed(identifier, payload):
             return bytes([wire.crc(identifier, b"\0" + payload)]) + payload
 
@@ -262,8 +265,10 @@ class Damage(unittest.TestCase):
                     (hex(identifier), value),
                 )
 
-    def test_what_three_to_six_bit_errors_bring_past_the_crc_is_in_range(self):
-        """Python's receiver and the device's decoder refuse the same, and no number gets through that no sensor shows."""
+    def test_values_of_three_to_six_bit_errors_that_pass_the_crc_are_in_range(self):
+        """Python's receiver and the device's decoder reject the same frames, and no impossible
+        number passes.
+        """
         source, one = seeded("bits"), run(8, 20, session=3)
         receiver, passed = wire.Receiver(), 0
         for _ in range(100):

@@ -1,8 +1,10 @@
-/* davar tests - the codec as a filter, for a test in Python that holds it against tools/davar.dbc.
+/* davar tests - the codec as a filter, for a Python test that compares it with tools/davar.dbc.
+ *
  *   wire_probe encode SEED RESULTS CONTENT CHANNEL   random results: their values, then their frames
- *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender, with its farewell
- *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): their frames
- *   wire_probe decode                                frames on standard input (candump notation): their values */
+ *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender to its end
+ *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): frames
+ *   wire_probe decode                                frames on standard input (candump): their
+ * values */
 #include "davar/law.h"
 #include "davar_decode.h"
 #include "davar_slcan.h"
@@ -15,11 +17,11 @@
 #define SESSION 165U
 
 static const uint32_t taus[12] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4294967295U};
-/* Channels from 8 on have policy glr. */
+/* Channels from 8 onward have policy glr. */
 static davar_config_t config = {
     .rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = 12};
 
-/* Any magnitude that a sensor could show, now and then absent, zero or beyond every range. */
+/* Any magnitude that a sensor could have; sometimes absent, zero or out of range. */
 static double any(random_t *random)
 {
     const uint64_t choice = random_next(random) % 20U;
@@ -151,7 +153,7 @@ static void print_all(davar_encoder_t *encoder)
     }
 }
 
-/* Values that may be, epochs of a sender that begins behind sample `first`. */
+/* Valid values, epochs of a sender that begins after sample `first`. */
 static int run(char **argv)
 {
     static const uint32_t few[4] = {1, 2, 4, 8};

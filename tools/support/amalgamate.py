@@ -1,10 +1,10 @@
-"""One davar.c and one davar.h out of lib/, for projects that would rather carry two files than a folder.
+"""Makes one davar.c and one davar.h from lib/, for projects that prefer two files to a folder.
 
     python3 tools/support/amalgamate.py FOLDER     writes FOLDER/davar.h and FOLDER/davar.c
 
-lib/CMakeLists.txt is the manifest: it lists the sources. The .inc pages are compiled once per number type, each time with
-different types behind the same names. In one file each of those names gets its type as a suffix: tau_t becomes tau_t_q15 and
-tau_t_q31. Standard library only.
+lib/CMakeLists.txt is the manifest: it lists the sources. The .inc files are compiled once per
+number type, each time with different types for the same names. In one file each of those names gets
+its type as a suffix: tau_t becomes tau_t_q15 and tau_t_q31. Standard library only.
 """
 
 import re
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 LIB = Path(__file__).resolve().parents[2] / "lib"
-FIELDS = LIB / "include/davar/config_fields.inc"  # a list, expanded wherever it is included
+FIELDS = LIB / "include/davar/config_fields.inc"  # a list, expanded at each include
 TYPES = ("q15", "q31")
 INCLUDE = re.compile(r'^#include "(.+)"\n', re.MULTILINE)
 APART = re.compile(
@@ -22,7 +22,7 @@ MANIFEST = (LIB / "CMakeLists.txt").read_text()
 
 
 def listed(call):
-    """The paths that the calls of the manifest list which begin so."""
+    """The paths in the manifest's calls that begin with this text."""
     return [
         LIB / name
         for names in re.findall(rf"^{call}\b([^)]*)\)", MANIFEST, re.MULTILINE)
@@ -42,7 +42,7 @@ def find(name):
 
 
 def needed(path):
-    """The files of the project that a file includes, as it names them."""
+    """The project files that a file includes, by their names in the include."""
     return [find(name) for name in INCLUDE.findall(path.read_text())]
 
 
@@ -83,7 +83,9 @@ def names(text):
 
 
 def typed(text, found, tags, number):
-    """The text with the number type behind each of those names; members of structs keep theirs."""
+    """The text with the number type appended to each of those names; members of structs keep their
+    names.
+    """
     pattern = re.compile(
         rf"{APART.pattern}|(?<![.>])\b(?:{'|'.join(sorted(found))})\b"
         rf"|(?<=struct )(?:{'|'.join(sorted(tags)) or '$^'})\b",
@@ -96,7 +98,7 @@ def typed(text, found, tags, number):
 
 
 def flat(path, seen, change=lambda path, text: text):
-    """A file without its guard, what it includes of the project in its place, each file but once."""
+    """A file without its guard, with the project's includes expanded, each file only once."""
     if path in seen:
         return ""
     if path != FIELDS:
@@ -118,7 +120,9 @@ def header(seen):
 
 
 def typed_once(start, number, seen):
-    """What one source compiles with its number type, whose name is put behind each name. `seen` takes the files that both share."""
+    """The files that one source compiles with its number type, with the type appended to each name.
+    `seen` collects the files that both types share.
+    """
     own = PER_TYPE & all_needed(start)
     found, tags = (set().union(*each) for each in zip(*(names(path.read_text()) for path in own)))
     text = flat(
@@ -129,7 +133,7 @@ def typed_once(start, number, seen):
 
 
 def source(seen):
-    """davar.c: the pipelines one after the other, then the rest."""
+    """davar.c: one pipeline after the other, then the rest."""
     text = "".join(
         typed_once(start, number, seen) for number, starts in STARTS.items() for start in starts
     )

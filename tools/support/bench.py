@@ -1,6 +1,8 @@
-"""The figures of tools/davar-bench: the library (a C program), davar-sim on a long recording, and AllanTools.
+"""The figures of tools/davar-bench: the library (a C program), davar-sim on a long recording, and
+AllanTools.
 
-Called by tools/davar-bench, which has built everything. Standard library, and AllanTools where it is installed.
+tools/davar-bench builds everything and calls this. It needs the standard library; AllanTools is
+optional.
 """
 
 import argparse
@@ -35,7 +37,7 @@ def library_figures():
 
 
 def recording():
-    """White noise of 0.2 deg/s on a bias, 100 Hz: written once."""
+    """White noise of 0.2 deg/s on a bias, at 100 Hz. The file is written once."""
     path = WORK / f"white-{ROWS}.csv"
     if not path.exists():
         WORK.mkdir(parents=True, exist_ok=True)
@@ -51,7 +53,7 @@ def recording():
 
 
 def simulator_samples_per_s(runs=3):
-    """CSV in, CSV out every 100th, fixed arithmetic; the median of a few runs."""
+    """CSV in, CSV out for every 100th sample, fixed arithmetic; the median of a few runs."""
     path, spent = recording(), []
     command = [
         PROGRAMS / "host_sim/davar-sim",
@@ -72,7 +74,9 @@ def simulator_samples_per_s(runs=3):
 
 
 def allantools_ns_per_sample():
-    """A value at every sample is one call per sample, on the window that ends there. None where it is not installed."""
+    """One value per sample is one call per sample, on the window that ends there. None if
+    AllanTools is not installed.
+    """
     try:
         import allantools
     except ImportError:
@@ -89,7 +93,7 @@ def allantools_ns_per_sample():
 
 
 def python_figures():
-    """Of bench_python.py, in this same Python. None where AllanTools is not installed."""
+    """The figures of bench_python.py, in this Python. None if AllanTools is not installed."""
     environment = {
         **os.environ,
         "PYTHONPATH": str(ROOT / "python"),
@@ -104,7 +108,7 @@ def python_figures():
     )
     if done.returncode:
         print(
-            f"davar-bench: the Python package could not be measured: {(done.stderr.splitlines() or ['no reason'])[-1]}",
+            f"davar-bench: cannot measure the Python package: {(done.stderr.splitlines() or ['no reason'])[-1]}",
             file=sys.stderr,
         )
         return None
@@ -138,7 +142,7 @@ def show(figures):
     print(
         f"{'davar, blocks of 64, newest only':<38}{figures['block64_8_taus_ns_per_sample']:>14,.1f}"
     )
-    print("\nThe whole chain: kurtosis, contribution, window law, deviations, fit, intervals")
+    print("\nThe complete chain: kurtosis, contribution, window law, deviations, fit, intervals")
     print(
         f"{'a result at every sample':<38}{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}"
     )

@@ -1,6 +1,8 @@
-"""davar's Python package beside AllanTools, both from numpy arrays, one thread: nanoseconds and their ratio, in one run.
+"""Compares davar's Python package with AllanTools, both with numpy arrays in one thread:
+nanoseconds and their ratio, in one run.
 
-Called by bench.py in build/venv-bench, with PYTHONPATH and DAVAR_LIBRARY set; prints one JSON object.
+bench.py calls it in build/venv-bench, with PYTHONPATH and DAVAR_LIBRARY set. Prints one JSON
+object.
 """
 
 import json
@@ -31,7 +33,7 @@ def seconds(work, repeats):
 
 
 def record(x):
-    """The Allan deviation of a whole record at octave taus."""
+    """The Allan deviation of a complete record at octave taus."""
     taus_s = davar.adev(x, RATE_HZ).taus_s
     ours = seconds(lambda i: davar.adev(x, RATE_HZ), REPEATS)
     theirs = seconds(
@@ -41,7 +43,9 @@ def record(x):
 
 
 def windows(x, window, stride):
-    """An epoch every `stride` samples: deviations and coefficients with their intervals, against AllanTools' deviations of each window."""
+    """An epoch every `stride` samples: deviations and coefficients with their intervals, compared
+    with AllanTools' deviations of each window.
+    """
     options = {
         "policy": "fixed",
         "mode": "trailing",

@@ -1,4 +1,6 @@
-"""Builds the C code of davar in each way and runs its suites: ctest, coverage, fuzz targets and mutants. Standard library only."""
+"""Builds the C code of davar in each way and runs its suites: ctest, coverage, fuzz targets and
+mutants. Standard library only.
+"""
 
 import json
 import os
@@ -17,12 +19,13 @@ import mcdc_report
 import result_cache
 from runner import BUILD, JOBS, LOGS, ROOT, Broken, Tally, once, run, tool
 
-# ctest labels that a kind of build leaves out. Tests labelled `long` measure statistics or count to 10^7; their results cannot
-# depend on the kind of build.
+# ctest labels that a kind of build excludes. Tests labelled `long` measure statistics or count to
+# 10^7; their results cannot depend on the kind of build.
 LEFT_OUT = {"debug": "long", "sanitize": "long", "coverage": "long", "m32": "long", "mcdc": "long"}
 TURN = defaultdict(threading.Lock)  # one build at a time in each folder
 
-# Target of tests/fuzz: (runs, longest input). A number of runs rather than of seconds: the inputs tried must not depend on the machine.
+# Target of tests/fuzz: (runs, longest input). The limit is a number of runs, not of seconds,
+# because the inputs tried must not depend on the machine.
 FUZZ = {
     "stream": (600, 400),
     "tracked": (1500, 160),
@@ -36,7 +39,9 @@ FUZZ = {
 
 
 def use_ccache(variables):
-    """Lets every build by CMake share its objects through ccache, also those in temporary copies of the tree."""
+    """Lets every build by CMake share its objects through ccache, also those in temporary copies of
+    the tree.
+    """
     if not shutil.which("ccache"):
         return
     variables.setdefault("CMAKE_C_COMPILER_LAUNCHER", "ccache")
@@ -44,7 +49,7 @@ def use_ccache(variables):
     variables.setdefault("CCACHE_MAXSIZE", "1G")
     if not ROOT.is_relative_to(
         tempfile.gettempdir()
-    ):  # temporary copies differ in the names of their folders only
+    ):  # temporary copies differ only in the names of their folders
         variables.setdefault("CCACHE_BASEDIR", os.path.realpath(tempfile.gettempdir()))
 
 
@@ -77,7 +82,7 @@ def build(preset, target="all"):
 
 
 def program(name, preset):
-    """The path of a program, which is built alone."""
+    """The path of a program. Builds only this program."""
     build(preset, Path(name).name)
     return str(BUILD / preset / name)
 
@@ -100,7 +105,9 @@ def unity_tally(name, output, status):
 
 
 def cache_keys(preset, chosen):
-    """{test: key of its program}, for tests that read nothing: their results depend on their own bytes and the C library's."""
+    """{test: key of its program}, for tests that read nothing: their results depend on their own
+    bytes and the C library's.
+    """
     if "DAVAR_TEST_SEED" in os.environ:
         return {}
     listed = subprocess.run(
@@ -122,7 +129,9 @@ def cache_keys(preset, chosen):
 
 
 def ctest(preset, variables=None):
-    """Runs the suites of a build, except those with a cached result. Builds that measure coverage run them all."""
+    """Runs the suites of a build, except those with a cached result. Builds that measure coverage
+    run them all.
+    """
     build(preset)
     chosen = ["--label-exclude", LEFT_OUT[preset]] if preset in LEFT_OUT else []
     cache, tally = result_cache.ResultCache(BUILD / "cache/ctest"), Tally()
@@ -173,7 +182,7 @@ def checked(tally, summary, missing):
 
 
 def coverage():
-    """Each line and branch of lib/ must have run, except the named exceptions."""
+    """Every line and branch of lib/ must have run, except the listed exceptions."""
     for old in (BUILD / "coverage").rglob("*.gcda"):
         old.unlink()
     tally = ctest("coverage")
@@ -201,7 +210,9 @@ def coverage():
 
 
 def mcdc():
-    """Each condition of lib/ must have decided the outcome of its decision alone, except the named exceptions."""
+    """Every condition of lib/ must have decided the outcome of its decision alone, except the
+    listed exceptions.
+    """
     profiles = BUILD / "mcdc/profiles"
     shutil.rmtree(profiles, ignore_errors=True)
     tally = ctest("mcdc", {"LLVM_PROFILE_FILE": str(profiles / "%p.profraw")})
@@ -240,7 +251,9 @@ def mcdc():
 
 
 def fuzz(name):
-    """Runs one target on its corpus, then a fixed number of times from a seed. A failure leaves its input in build/log."""
+    """Runs one target on its corpus, then a fixed number of times from a seed. A failure leaves its
+    input in build/log.
+    """
     runs, longest = FUZZ[name]
     target, corpus = program(f"tests/fuzz/fuzz_{name}", "fuzz"), BUILD / f"fuzz/corpus/{name}"
     must_run(
@@ -269,7 +282,7 @@ def fuzz(name):
 
 
 def sources(*suffixes):
-    """Files with these suffixes in all folders with C code, relative to the root."""
+    """All files with these suffixes in folders with C code, relative to the root."""
     folders = ("lib", "port", "host_sim", "gateway", "examples", "python", "tests")
     return sorted(
         str(path.relative_to(ROOT))
@@ -280,8 +293,10 @@ def sources(*suffixes):
 
 
 def mutants(python):
-    """Sixty small faults in lib/, the same every time: a suite must find each of them, or a list must name it with a reason. The
-    result is cached until a source, a build file or the compiler changes. python() returns the Python to run this with."""
+    """Sixty small faults in lib/, the same every time. A suite must find each of them, or a list
+    must contain it with a reason. The result is cached until a source, a build file or the compiler
+    changes. python() returns the Python for this.
+    """
     command = ["tests/mutation/mutants.py", "--sample", "60", "--longest", "5", "--unlisted"]
     cache = result_cache.ResultCache(BUILD / "cache/mutants")
     compiler = subprocess.run(
@@ -302,7 +317,9 @@ def mutants(python):
         return tally
     status, output = run([python(), "-B", *command], "mutants.log")
     done = re.search(
-        r"^(\d+) mutants asked, (\d+) neither killed nor listed, (\d+) listed", output, re.MULTILINE
+        r"^(\d+) mutants tested, (\d+) neither killed nor listed, (\d+) listed",
+        output,
+        re.MULTILINE,
     )
     if not done:
         raise Broken(output)

@@ -1,4 +1,5 @@
-"""The parts of tools/test: what each runs, in which gear, and which Debian packages it needs. Called by tools/test.
+"""The parts of tools/test: what each runs, in which gear, and which Debian packages it needs.
+Called by tools/test.
 
 Standard library only.
 """
@@ -56,8 +57,10 @@ FUZZER = ("clang-14", "libclang-rt-14-dev")
 
 @dataclass(frozen=True)
 class Part:
-    """`quick` says what `tools/test` runs of this part: everything (True), nothing (False) or these modules of its suite. "MODULE:WORD"
-    means those cases of a module whose name contains WORD. `tools/test --all` and `--only` run every job."""
+    """`quick` selects the tests that `tools/test` runs of this part: all (True), none (False) or
+    these modules of its suite. "MODULE:WORD" means the cases of a module whose name contains WORD.
+    `tools/test --all` and `--only` run every job.
+    """
 
     what: str
     jobs: list
@@ -66,7 +69,7 @@ class Part:
     quick_packages: tuple | None = None  # if the quick gear needs fewer
 
     def gear(self):
-        """In which gear the part runs, for --list."""
+        """The gears in which the part runs, for --list."""
         return {True: "quick", False: "all"}.get(self.quick, "partly")
 
     def jobs_in(self, quick):
@@ -87,7 +90,9 @@ PARTS = {
     "debug": Part(
         "unit, property and published tests, assertions on", [partial(ctest, "debug")], quick=True
     ),
-    "release": Part("the same and the long ones, as shipped", [partial(ctest, "release")]),
+    "release": Part(
+        "the same and the long tests, in the release build", [partial(ctest, "release")]
+    ),
     "sanitize": Part(
         "the same under address and undefined-behaviour sanitizers", [partial(ctest, "sanitize")]
     ),
@@ -95,20 +100,20 @@ PARTS = {
         "the same as a 32-bit program", [partial(ctest, "m32")], packages=("gcc-12-multilib",)
     ),  # gcc-multilib conflicts with the cross compilers for Linux
     "coverage": Part(
-        "the same; every line and branch of lib/ must have run", [coverage], packages=("gcovr",)
+        "the same; checks that every line and branch of lib/ ran", [coverage], packages=("gcovr",)
     ),
     "mcdc": Part(
-        "the same, quick ones; every condition of lib/ must have decided an outcome alone (MC/DC)",
+        "the quick ones; checks that every condition of lib/ decided an outcome alone (MC/DC)",
         [mcdc],
         packages=("clang-19", "llvm-19", "libclang-rt-19-dev"),
     ),
     "proofs": Part(
-        "statements of tests/proofs, proved by Eva of Frama-C for all inputs",
+        "proofs for all inputs of the statements in tests/proofs, by Eva of Frama-C",
         suite("proofs"),
         packages=("frama-c-base",),
     ),
     "cli": Part(
-        "davar-sim through its command line",
+        "davar-sim, through its command line",
         [
             *suite("cli", setting=partial(simulator, "release")),
             partial(
@@ -146,12 +151,12 @@ PARTS = {
         ),
     ),
     "commands": Part(
-        "every command of the pages and of --help, as typed, in a fresh clone",
+        "every command in the pages and in --help, as typed, in a fresh clone",
         suite("commands", setting=commands),
         packages=("git", "dpkg-dev", *VENV, *FUZZER, "frama-c-base", *BOARDS),
     ),
     "wire": Part(
-        "frames against davar.dbc, read by cantools; the receiver against a million faults",
+        "frames compared with davar.dbc by cantools; the receiver with a million faults",
         suite("wire", setting=wire),
         packages=VENV,
         quick=(
@@ -165,7 +170,7 @@ PARTS = {
         ),
     ),
     "kernel": Part(
-        "CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included",
+        "CAN, serial lines and gpio, with faults, on a User-Mode Linux kernel (built once, in minutes)",
         suite("kernel", setting=guest) + suite("kernel", "kernel_board", board),
         packages=(
             "linux-source-6.1",
@@ -182,10 +187,10 @@ PARTS = {
         ),
     ),
     "lab": Part(
-        "tools/davarlab on recordings with known truth",
+        "tools/davarlab on recordings with a known model",
         suite("lab", setting=lab),
         packages=VENV,
-        # many cases in a short time, then the whole way from a recording to an adequate model
+        # many cases in a short time, then the complete way from a recording to an adequate model
         quick=(
             "test_bad_input.py",
             "test_brute_force.py",
@@ -199,7 +204,7 @@ PARTS = {
         ),
     ),
     "hypothesis": Part(
-        "what davarlab reads, damaged and made up, against other readers",
+        "damaged and generated input of davarlab, compared with other readers",
         suite("hypothesis", setting=hypothesis),
         packages=VENV,
     ),
@@ -210,7 +215,7 @@ PARTS = {
         quick=("test_tutorial.py:test_a_first_visit",),
     ),
     "package": Part(
-        "the Python package as pip installs it, outside of the checkout",
+        "the Python package, installed by pip outside the checkout",
         suite("package", setting=package),
         packages=VENV,
     ),
@@ -232,12 +237,12 @@ PARTS = {
         packages=FUZZER,
     ),
     "mutants": Part(
-        "small faults in lib/, sixty of them, each found by a fast suite",
+        "sixty small faults injected into lib/; a fast suite must find each",
         [partial(mutants, mutants_python)],
         packages=VENV,
     ),
     "consumer": Part(
-        "find_package and add_subdirectory from outside",
+        "find_package and add_subdirectory in another project",
         suite("consumer"),
         packages=("clang-14", *BOARDS),
     ),
@@ -245,12 +250,12 @@ PARTS = {
         "the examples that run on this machine", suite("examples"), packages=ONE_BOARD[:2]
     ),
     "packages": Part(
-        "every package of tools/release with the tool of its ecosystem",
+        "every package of tools/release, installed by the tool of its ecosystem",
         suite("packages", setting=packages),
         packages=("dpkg-dev", "lintian", "arduino-builder", "g++", *VENV, *BOARDS),
     ),
     "style": Part(
-        "the house rules: includes, no heap, function length, one version",
+        "style rules: includes, no heap, function length, one version",
         suite("style"),
         quick=True,
     ),
@@ -263,8 +268,8 @@ PARTS = {
     "cppcheck": Part("cppcheck", [cppcheck], quick=True, packages=("cppcheck",)),
     "shell": Part("shellcheck", [shell], quick=True, packages=("shellcheck",)),
 }
-# Seconds of the long jobs on a quiet core, for a tree without measured times: the longest start first, and the short ones fill
-# what is left at the end.
+# Seconds of the long jobs on an idle core, for a tree without measured times. The longest jobs
+# start first, and the short ones fill the rest.
 TYPICAL = {
     "commands": 250,
     "coverage": 150,
@@ -303,7 +308,9 @@ TYPICAL = {
 
 
 def chosen(options):
-    """{part: its jobs} and the Debian packages that they need; the quick gear is what neither --all nor --only asks for."""
+    """{part: its jobs} and the Debian packages that they need. Without --all and --only it is the
+    quick gear.
+    """
     quick = not options.all and not options.only
     names = [name for name in options.only.split(",") if name] or list(PARTS)
     if unknown := [name for name in names if name not in PARTS]:

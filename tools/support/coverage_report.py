@@ -1,4 +1,6 @@
-"""Which lines and branches of lib/ did not run, from gcovr's JSON, less the named exceptions."""
+"""Lists lines and branches of lib/ that did not run, from gcovr's JSON, without the listed
+exceptions.
+"""
 
 import json
 from pathlib import Path
@@ -16,7 +18,7 @@ def read_exceptions(path):
 
 
 def gaps(line):
-    """What is missing on one line of the report, in words; empty when nothing is."""
+    """The missing coverage of one line of the report, as text; empty if complete."""
     if line["count"] == 0:
         return "never ran"
     untaken = sum(branch["count"] == 0 for branch in line["branches"])
@@ -38,7 +40,7 @@ def missing(report, exceptions_path):
             if why and (entry["file"], text) not in excepted:
                 found.append(f"{entry['file']}:{line['line_number']}: {why}: {text}")
     if not lines:
-        found.append("the report names no line of lib/")
+        found.append("the report has no line of lib/")
     return (
         f"lib/: {lines} lines, {branches} branches, {len(found)} lines with something missing",
         found,

@@ -1,4 +1,6 @@
-"""The picture of tools/demo: rate, window length, ARW with its interval and the truth, what a control loop sees, DAVAR surface."""
+"""The plot of tools/demo: rate, window length, ARW with its interval and the true value, results
+for a control loop, DAVAR surface.
+"""
 
 import matplotlib
 
@@ -15,7 +17,7 @@ def column_of(rows, name):
 
 
 def extremes(time, rate, stretches):
-    """The smallest and the largest sample of each stretch of a recording, in the order of time."""
+    """The smallest and the largest sample of each section of a recording, in the order of time."""
     length = len(rate) // stretches
     rows = rate[: stretches * length].reshape(stretches, length)
     starts = np.arange(stretches) * length
@@ -24,7 +26,7 @@ def extremes(time, rate, stretches):
 
 
 def draw_rate(axes, points, column):
-    """Dots; of a long recording the band between its extremes, so that no knock gets lost."""
+    """Plots dots, or the band between the extremes of a long recording, so that no shock is lost."""
     time, rate = np.array(points).T
     if len(rate) > 50_000:
         axes.plot(*extremes(time, rate, 5000), color="0.25", linewidth=0.5, rasterized=True)
@@ -100,7 +102,9 @@ def draw_arw(axes, time, rows, truth):
 
 
 def draw_laws(axes, laws, truth):
-    """Trailing windows: each value of what was there by then. laws: the results of the paper's law and of the likelihood ratio."""
+    """Plots trailing windows, which use past samples only. laws: the results of the paper's law and
+    of the likelihood ratio.
+    """
     paper, glr = laws
     for rows, name, colour in ((paper, "paper's law", "tab:gray"), (glr, "glr", "tab:orange")):
         axes.plot(

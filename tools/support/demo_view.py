@@ -1,4 +1,4 @@
-"""What tools/demo shows of a run of davar-sim: a digest for the terminal and a picture."""
+"""Shows a run of davar-sim for tools/demo: a summary for the terminal and a plot."""
 
 import csv
 import gzip
@@ -16,7 +16,7 @@ def open_text(path):
 
 
 def read_notes(path):
-    """The `# key: value` lines in front of a recording."""
+    """The `# key: value` lines at the start of a recording."""
     notes = {}
     with open_text(path) as file:
         for line in file:
@@ -28,7 +28,9 @@ def read_notes(path):
 
 
 def stride_for(path):
-    """Every sample of a short recording, about RESULTS of a long one. A file that cannot be read: davar-sim will say."""
+    """The stride: every sample of a short recording, about RESULTS of a long one. If a file cannot
+    be read, davar-sim reports it.
+    """
     try:
         with open_text(path) as file:
             return max(1, sum(1 for _ in file) // RESULTS)
@@ -41,7 +43,7 @@ def number(text):
 
 
 def read_results(path):
-    """The rows of davar-sim as dictionaries; of several channels, the first."""
+    """The rows of davar-sim as dictionaries; only the first of several channels."""
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
     if rows and "channel" in rows[0]:
@@ -72,7 +74,7 @@ def print_digest(rows, notes, recording):
 
 
 def read_truth(notes):
-    """Steps (start_s, ARW) of a simulated recording, or nothing."""
+    """Steps (start_s, ARW) of a simulated recording, or an empty list."""
     text = notes.get("truth_arw_deg_per_sqrt_h", "")
     return [tuple(float(part) for part in step.split(":")) for step in text.split(",") if step]
 
@@ -110,7 +112,7 @@ def main():
     recording, results, picture, *laws = sys.argv[2:]
     notes, rows = read_notes(recording), read_results(results)
     if not rows:
-        sys.exit(f"demo: {recording}: too short for a result")
+        sys.exit(f"demo: {recording}: too short for one result")
     print_digest(rows, notes, recording)
     import demo_picture  # heavy; not needed for the stride
 
@@ -125,7 +127,7 @@ def main():
         read_truth(notes),
         [read_results(law) for law in laws],
     )
-    print(f"stream:  {results}\npicture: {picture}")
+    print(f"stream:  {results}\nplot:    {picture}")
 
 
 if __name__ == "__main__":

@@ -29,7 +29,9 @@ def tidy_entries():
 
 
 def clang_tidy(share, shares):
-    """Checks each source whose content, headers, settings or command line have changed since it last passed."""
+    """Checks each source whose content, headers, settings or command line have changed since it
+    last passed.
+    """
     version, entries = tidy_entries()
     cache, tally = result_cache.ResultCache(BUILD / "cache/tidy"), Tally()
     for source in sorted(set(entries).intersection(sources(".c")))[share::shares]:

@@ -1,4 +1,6 @@
-"""Which conditions of lib/ never turned their decision alone (MC/DC), from llvm-cov's JSON, less the named exceptions."""
+"""Lists conditions of lib/ that never decided an outcome alone (MC/DC), from llvm-cov's JSON,
+without the listed exceptions.
+"""
 
 import json
 from collections import Counter
@@ -6,8 +8,9 @@ from pathlib import Path
 
 
 def decisions(report, root):
-    """{(file below root, first line, column, last line, column): [condition covered?, ...]} of lib/. A header's decision is
-    covered where any of the sources that include it covers it."""
+    """{(file below root, first line, column, last line, column): [condition covered?, ...]} of
+    lib/. A header's decision is covered if any source that includes it covers it.
+    """
     found = {}
     for entry in json.loads(report)["data"][0]["files"]:
         name = Path(entry["filename"])
@@ -21,7 +24,7 @@ def decisions(report, root):
 
 
 def text_of(key, root):
-    """The decision as it stands in the source, in one line."""
+    """The source text of the decision, in one line."""
     name, first, column, last, end = key
     lines = (root / name).read_text().splitlines()[first - 1 : last]
     lines[-1] = lines[-1][: end - 1]
@@ -30,7 +33,9 @@ def text_of(key, root):
 
 
 def read_exceptions(path):
-    """Lines `file | decision | C1 C3 .. | reason`; # starts a comment. Returns a Counter of (file, decision, condition)."""
+    """Lines `file | decision | C1 C3 .. | reason`; # starts a comment. Returns a Counter of (file,
+    decision, condition).
+    """
     exceptions = Counter()
     for line in path.read_text().splitlines():
         if line and not line.startswith("#"):
@@ -43,7 +48,9 @@ def read_exceptions(path):
 
 
 def missing(report, root, exceptions_path):
-    """Returns (summary line, list of what is wrong: a condition that is missing, an exception that is not)."""
+    """Returns (summary line, list of faults: a condition that is not covered, an exception that is
+    not needed).
+    """
     found, uncovered, count = decisions(report, root), Counter(), 0
     for key, conditions in found.items():
         count += len(conditions)
@@ -58,11 +65,11 @@ def missing(report, root, exceptions_path):
         for name, text, number in sorted((uncovered - excepted).elements())
     ]
     wrong += [
-        f"{name}: {number} is covered, take out its exception: {text}"
+        f"{name}: {number} is covered; remove its exception: {text}"
         for name, text, number in sorted((excepted - uncovered).elements())
     ]
     if not found:
-        wrong.append("the report names no decision of lib/")
+        wrong.append("the report has no decision of lib/")
     covered = count - uncovered.total()
     return (
         f"lib/: MC/DC of {covered} of {count} conditions, {len(found)} decisions; {excepted.total()} named exceptions",

@@ -1,4 +1,6 @@
-"""Runs the Python suites of tests/ and makes the environments that they need. Standard library only."""
+"""Runs the Python suites of tests/ and makes the environments that they need. Standard library
+only.
+"""
 
 import atexit
 import os
@@ -22,8 +24,10 @@ def plain():
 
 
 def suite(part, folder=None, setting=plain, shared=None):
-    """The unittest modules of tests/<folder>, a job each, or as many jobs as `shared` {module: jobs} gives. setting() builds what
-    they need and returns (the command line of a Python, variables for its environment)."""
+    """The unittest modules of tests/<folder>, one job each, or several jobs as given by `shared`
+    {module: jobs}. setting() builds their requirements and returns (the command line of a Python,
+    variables for its environment).
+    """
     folder, shared = f"tests/{folder or part}", shared or {}
     return [
         partial(python_module, part, folder, path.name, setting, share)
@@ -92,8 +96,10 @@ def wire_python():
 
 
 def lab():
-    """The lab's own Python, for modules that import the lab. Also builds what the commands in tools/ build on their first use,
-    because all modules would otherwise find it missing at the same time."""
+    """The lab's own Python, for modules that import the lab. Also builds what the commands in
+    tools/ build on their first use, because all modules would otherwise find it missing at the same
+    time.
+    """
     python = set_up(
         "build tools && build tools davar_lab && python_environment venv-lab tools/requirements-lab.txt",
         "tools.log",
@@ -106,7 +112,7 @@ def lab():
 
 
 def hypothesis():
-    """The lab's Python with Hypothesis beside it."""
+    """The lab's Python with Hypothesis added."""
     extra = set_up(
         "python_environment venv-hypothesis tools/support/requirements-hypothesis.txt",
         "hypothesis-python.log",
@@ -139,8 +145,9 @@ def wire():
 
 @once
 def package():
-    """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python outside of the checkout, together with
-    AllanTools and Hypothesis."""
+    """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python
+    outside the checkout, together with AllanTools and Hypothesis.
+    """
     maker = set_up(
         "build tools davar-sim && python_environment venv-package tools/support/requirements-package.txt",
         "package-python.log",
@@ -175,7 +182,9 @@ def package():
 
 @once
 def commands():
-    """Makes what the commands of the pages make on their first use. The clone that they run in shares it."""
+    """Makes everything that the commands of the pages make on their first use. The clone in which
+    they run shares it.
+    """
     set_up(
         "python_environment venv tools/requirements.txt && python_environment venv-bench tools/requirements-bench.txt && "
         "python_environment venv-packages tools/support/requirements-packages.txt",
@@ -210,7 +219,7 @@ def linux():
 
 def guest():
     """A User-Mode Linux kernel in virtual time."""
-    lab()  # what the guest itself makes is lost when it ends
+    lab()  # files that the guest makes are lost when it ends
     command, variables = wire()
     variables["PATH"] = f"{Path(command[0]).parent}:{os.environ['PATH']}"
     variables["DAVAR_SEEN"] = os.environ.get("DAVAR_SEEN", "")

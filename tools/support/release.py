@@ -1,7 +1,9 @@
-"""Makes every package of davar from the tree, with one version number, and SHA256SUMS over all of them.
+"""Makes every package of davar from the tree, with one version number, and SHA256SUMS over all of
+them.
 
-A package is a layout: files of packaging/NAME (in those ending in .in, @VERSION@ and the like are filled) and folders of the tree,
-packed. Nothing is downloaded, and the same commit gives the same bytes. docs/PACKAGES.md says what each is for. Standard library only.
+A package is a layout: files of packaging/NAME and folders of the tree, packed. Files that end in
+.in have @VERSION@ and similar names replaced. Nothing is downloaded, and the same commit gives the
+same bytes. docs/PACKAGES.md describes the use of each package. Standard library only.
 """
 
 import argparse
@@ -20,9 +22,10 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-FIRST_DAY = 315532800  # 1980-01-01, the first that a zip file can tell
+FIRST_DAY = 315532800  # 1980-01-01, the first date that a zip file supports
 SOURCES = {"include": "lib/include", "src": "lib/src"}
-# Folder (or file) of the package -> of the tree. The manifests of packaging/NAME come on top, with licence and README.
+# Folder (or file) of the package -> of the tree. The manifests of packaging/NAME are added, with
+# licence and README.
 LAYOUTS = {
     "platformio": {**SOURCES, "examples/arw": "examples/platformio"},
     "arduino": {"src": "lib/src", "src/davar": "lib/include/davar", "examples": "examples/arduino"},
@@ -33,11 +36,11 @@ LAYOUTS = {
 
 
 class Refused(Exception):
-    """The tree is not ready for a release; the text states what to fix."""
+    """The tree is not ready for a release; the text states the fix."""
 
 
 def version():
-    """MAJOR.MINOR.PATCH, from the one header in which it is written."""
+    """MAJOR.MINOR.PATCH, from the header that defines it."""
     header = (ROOT / "lib/include/davar/version.h").read_text(encoding="utf-8")
     return ".".join(
         re.search(rf"#define DAVAR_VERSION_{part} (\d+)", header)[1]
@@ -46,7 +49,9 @@ def version():
 
 
 def project():
-    """Address, maintainer and licence of every package, from the project table of pyproject.toml, by their names in the manifests."""
+    """Address, maintainer and licence of every package, from the project table of pyproject.toml,
+    by their names in the manifests.
+    """
     table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     author = table["authors"][0]
     return {
@@ -58,7 +63,9 @@ def project():
 
 
 def check_changes(changes, number, draft):
-    """CHANGELOG.md must have a dated section of this version, in the form of Keep a Changelog; for a draft, [Unreleased] is enough."""
+    """CHANGELOG.md must have a dated section of this version, in the form of Keep a Changelog; for
+    a draft, [Unreleased] is enough.
+    """
     wanted = [rf"\[{re.escape(number)}\] - \d{{4}}-\d\d-\d\d"] + (
         [r"\[Unreleased\]"] if draft else []
     )
@@ -74,7 +81,7 @@ def check_changes(changes, number, draft):
 
 
 def git(*words):
-    """What git says. Raises OSError without git, CalledProcessError outside of a repository."""
+    """The output of git. Raises OSError without git, CalledProcessError outside a repository."""
     return subprocess.run(
         ["git", *words],
         cwd=ROOT,
@@ -89,7 +96,7 @@ def tree():
     """The files of the tree that are, or would be, committed; names relative to the root."""
     try:
         if Path(git("rev-parse", "--show-toplevel").strip()) != ROOT:
-            raise FileNotFoundError  # somebody else's repository
+            raise FileNotFoundError  # another repository
         names = git("ls-files", "-z", "--cached", "--others", "--exclude-standard").split("\0")
     except (OSError, subprocess.CalledProcessError):  # an unpacked archive
         below = (path.relative_to(ROOT) for path in ROOT.rglob("*"))
@@ -102,12 +109,14 @@ def tree():
 
 
 def moment():
-    """Seconds since 1970 that stand in the archives: of the newest commit, so that the same commit gives the same bytes."""
+    """The time in the archives, in seconds since 1970: that of the newest commit, so that the same
+    commit gives the same bytes.
+    """
     said = os.environ.get("SOURCE_DATE_EPOCH")
     if said:
         if not (said.isascii() and said.isdigit() and int(said) >= FIRST_DAY):
             raise Refused(
-                f"SOURCE_DATE_EPOCH: seconds from {FIRST_DAY} on expected, found {said!r}"
+                f"SOURCE_DATE_EPOCH: at least {FIRST_DAY} seconds expected, found {said!r}"
             )
         return int(said)
     try:
@@ -131,7 +140,7 @@ def copy(source, target):
 
 
 def file_list():
-    """The lines of a .pdsc that name every source."""
+    """The lines of a .pdsc that list every source."""
     names = sorted(
         path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib/src").rglob("*.c")
     )
@@ -159,7 +168,7 @@ def lay_out(name, folder, values):
                 )
             else:
                 copy(path, target)
-    if name == "arduino":  # its finder of libraries looks in src alone, not below
+    if name == "arduino":  # Arduino's library finder searches only src, not its subfolders
         (folder / "src/davar.h").write_text('#include "davar/davar.h"\n', encoding="utf-8")
 
 
@@ -171,7 +180,7 @@ def members(folder):
 
 
 def write_tar(target, files, seconds):
-    """A .tar.gz of [(name, path)] that says nothing of who made it, and when."""
+    """A .tar.gz of [(name, path)] without an author or a time of creation."""
     raw = io.BytesIO()
     with tarfile.open(fileobj=raw, mode="w", format=tarfile.PAX_FORMAT) as archive:
         for name, path in files:
@@ -264,7 +273,7 @@ def make(out, number, debian):
             out / f"davar-amalgamation-{number}.zip", members(layout / "amalgamation"), seconds
         )
     else:
-        print("left out: the amalgamation (tools/support/amalgamate.py is not there)")
+        print("skipped: the amalgamation (tools/support/amalgamate.py does not exist)")
     if debian:
         make_debian(out, out / "layout/debian-build", seconds)
         shutil.rmtree(out / "layout/debian-build")
@@ -284,7 +293,7 @@ def main():
         "--out",
         type=Path,
         metavar="FOLDER",
-        help="new folder for them (default: build/release-VERSION, replaced)",
+        help="new folder for the packages (default: build/release-VERSION, which is replaced)",
     )
     parser.add_argument(
         "--draft",
@@ -292,7 +301,7 @@ def main():
         help="accept a CHANGELOG.md that has only an Unreleased section",
     )
     parser.add_argument(
-        "--no-deb", action="store_true", help="without the Debian packages, which must be compiled"
+        "--no-deb", action="store_true", help="skip the Debian packages, which must be compiled"
     )
     options = parser.parse_args()
     number = version()
@@ -300,13 +309,13 @@ def main():
     try:
         check_changes((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), number, options.draft)
         if options.out and out.exists():
-            raise Refused(f"--out {out}: exists already; choose a new folder")
+            raise Refused(f"--out: {out} already exists; choose a new folder")
         shutil.rmtree(out, ignore_errors=True)
         out.mkdir(parents=True)
         try:
             packages = make(out.resolve(), number, not options.no_deb)
         except BaseException:
-            shutil.rmtree(out, ignore_errors=True)  # half a release is none
+            shutil.rmtree(out, ignore_errors=True)  # an incomplete release must not remain
             raise
     except (Refused, OSError) as why:
         print(f"tools/release: {why}", file=sys.stderr)

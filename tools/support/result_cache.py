@@ -1,4 +1,6 @@
-"""A cache of test results: what passed is skipped until something that it reads has changed. Standard library only."""
+"""A cache of test results: a passed check is skipped until something that it reads has changed.
+Standard library only.
+"""
 
 import hashlib
 import os
@@ -8,14 +10,16 @@ from pathlib import Path
 
 
 class ResultCache:
-    """Results of checks, one file each. The key of a result is a hash of everything that the check reads, so the result cannot
-    differ. Only passes are stored. With DAVAR_AGAIN in the environment (tools/test --again) nothing is found."""
+    """Results of checks, one file each. The key of a result is a hash of everything that the check
+    reads, so the result cannot differ. Only passes are stored. With DAVAR_AGAIN in the environment
+    (tools/test --again) no result is found.
+    """
 
     def __init__(self, folder):
         self.folder, self.hits = Path(folder), 0
 
     def cases(self, key):
-        """How many cases passed with this key; 0 if none is stored."""
+        """The number of cases that passed with this key; 0 if none is stored."""
         stamp = self.folder / key
         if os.environ.get("DAVAR_AGAIN") or not stamp.exists():
             return 0
@@ -37,7 +41,7 @@ class ResultCache:
 
 
 def content_key(*parts):
-    """SHA-256 of texts and of the files (Path) among them, names included."""
+    """SHA-256 of texts and of the files (Path) among them, including their names."""
     digest = hashlib.sha256()
     for part in parts:
         data = part.read_bytes() if isinstance(part, Path) else str(part).encode()
@@ -46,7 +50,9 @@ def content_key(*parts):
 
 
 def compiled_from(entry):
-    """Every file that one entry of compile_commands.json reads: the source and its headers, those of the system too."""
+    """Every file that one entry of compile_commands.json reads: the source and its headers,
+    including system headers.
+    """
     words = shlex.split(entry["command"])
     at = words.index("-o")
     command = [*words[:at], *words[at + 2 :], "-M", "-MT", "x"]

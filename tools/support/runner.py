@@ -1,4 +1,6 @@
-"""Runs the jobs of tools/test side by side, counts their results and prints each part in one piece. Standard library only."""
+"""Runs the jobs of tools/test in parallel, counts their results and prints each part in one piece.
+Standard library only.
+"""
 
 import json
 import os
@@ -65,7 +67,7 @@ def run(command, log, env=None):
 
 
 def tool(*command, log=None):
-    """Runs an outside tool as one test, which passes if the tool succeeds."""
+    """Runs an external tool as one test, which passes if the tool succeeds."""
     if not shutil.which(command[0]):
         raise Broken(f"{command[0]} is not installed")
     status, output = run(list(command), log or f"{Path(command[0]).name}.log")
@@ -73,8 +75,9 @@ def tool(*command, log=None):
 
 
 def once(work):
-    """`work`, done once for each argument. A second caller waits for the first and gets its result or its failure. While it waits,
-    another job runs in its place."""
+    """`work`, done once for each argument. A second caller waits for the first and gets its result
+    or its failure. While it waits, another job runs.
+    """
     done, lock = {}, threading.Lock()
 
     def result(*key):
@@ -98,7 +101,9 @@ def once(work):
 
 
 class JobTimes:
-    """How long each job took the last time. For a new job: the entry of `typical` for its name, or else for its part."""
+    """The duration of each job in the last run. For a new job: the entry of `typical` for its name,
+    or for its part.
+    """
 
     def __init__(self, path, typical):
         self.path, self.typical = Path(path), typical
@@ -142,7 +147,9 @@ def attempt(job):
 
 
 def show(name, results):
-    """Prints one part: a line with its counts and the seconds of all its jobs, then what a person must read. Returns its tally."""
+    """Prints one part: a line with its counts and the seconds of all its jobs, then the lines for
+    the user. Returns its tally.
+    """
     tally = Tally()
     for one, _ in results:
         tally.add(one)
@@ -155,7 +162,9 @@ def show(name, results):
 
 
 def run_parts(parts, times=None):
-    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last job is done."""
+    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last
+    job is done.
+    """
     total, taken = Tally(), {}
     jobs = [
         (times.expected(named(part, job)) if times else 0, part, number)

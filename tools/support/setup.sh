@@ -1,6 +1,6 @@
 # shellcheck shell=bash
-# Sourced by the tools: what a machine must have before anything can be built, and quiet ways to build it.
-# On a machine that has everything, nothing here prints or downloads.
+# Sourced by the tools: installs the packages that a build needs, and builds quietly.
+# On a complete machine it prints and downloads nothing.
 
 unset CDPATH
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -14,7 +14,7 @@ die() {
 
 note() { printf '%s: %s\n' "${0##*/}" "$*" >&2; }
 
-# quietly LOG COMMAND...: all output to build/log/LOG; shown only when the command fails.
+# quietly LOG COMMAND...: writes all output to build/log/LOG and shows it only if the command fails.
 quietly() {
     local log=$logs/$1
     shift
@@ -26,7 +26,7 @@ quietly() {
 compiles() { echo 'int main(void) { return 0; }' | gcc "$@" -x c -o /dev/null - >/dev/null 2>&1; }
 includes() { gcc -fsyntax-only -include "$1" -x c /dev/null >/dev/null 2>&1; }
 
-# have PACKAGE: does the machine already have what this Debian package brings, from wherever?
+# have PACKAGE: true if the machine has the contents of this Debian package, from any source.
 have() {
     case $1 in
     libc6-dev) compiles -include stdio.h ;;
@@ -59,13 +59,14 @@ have() {
     esac
 }
 
-# What the emulated boards need, bare ones and those with Linux.
+# Packages for the emulated boards, bare ones and those with Linux.
 export target_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf
     picolibc-riscv64-unknown-elf qemu-system-misc gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-riscv64-linux-gnu
     libc6-dev-riscv64-cross qemu-user)
 
-# need PACKAGE...: installs what is missing, or names it. DAVAR_SEEN: what tools/test has seen to already, so that each of the
-# thousand commands of a test run need not look again.
+# need PACKAGE...: installs missing packages, or lists them and exits. DAVAR_SEEN: packages that
+# tools/test has already checked, so that the thousand commands of a test run do not check them
+# again.
 need() {
     local package missing=()
     for package; do
@@ -73,7 +74,7 @@ need() {
     done
     ((${#missing[@]})) || return 0
     if ((EUID != 0)) || ! command -v apt-get >/dev/null; then
-        die "missing: ${missing[*]} (Debian packages; install them, or run this as root on Debian)"
+        die "missing Debian packages: ${missing[*]} (install them, or run this as root on Debian)"
     fi
     note "installing ${missing[*]}"
     quietly apt-update.log apt-get update -q || die "apt-get update failed"
@@ -81,8 +82,9 @@ need() {
         apt-get install -qy --no-install-recommends "${missing[@]}" || die "could not install ${missing[*]}"
 }
 
-# build PRESET [TARGET]: configures (once, and when the top CMakeLists.txt or the presets are newer: they may bring a target
-# that make does not know) and builds; output only when it fails. Two at once take turns.
+# build PRESET [TARGET]: configures and builds, and prints output only on failure. It configures
+# once, and again if the top CMakeLists.txt or the presets are newer, because they may add a target.
+# Concurrent calls run one after the other.
 build() {
     (
         cd "$root" || exit
@@ -101,14 +103,14 @@ make_python_environment() {
         cp "$2" "$1/requirements.txt"
 }
 
-# python_environment NAME REQUIREMENTS: prints the Python of build/NAME, made when missing or when the pins have changed. Two at
-# once take turns.
+# python_environment NAME REQUIREMENTS: prints the Python of build/NAME. Makes the environment if it
+# is missing or the pins have changed. Concurrent calls run one after the other.
 python_environment() {
     local folder=$root/build/$1
     if ! cmp -s "$2" "$folder/requirements.txt"; then
         (
             ! command -v flock >/dev/null || flock 9
-            cmp -s "$2" "$folder/requirements.txt" && exit # made meanwhile
+            cmp -s "$2" "$folder/requirements.txt" && exit # another call made it
             note "making build/$1 (once)"
             quietly "$1.log" make_python_environment "$folder" "$2" 9>&-
         ) 9>"$logs/$1.lock" || return 1

@@ -1,13 +1,14 @@
-"""Runs every n-th test of a unittest module, so that several processes share a long one: share.py 2/11 FOLDER PATTERN
+"""Runs every n-th test of a unittest module, so that several processes share a long one: share.py
+2/11 FOLDER PATTERN
 
-All shares together run every test once, whatever tests there are. Standard library only.
+All shares together run every test exactly once. Standard library only.
 """
 
 import os
 import sys
 import unittest
 
-sys.path[0] = os.getcwd()  # as for python -m unittest, and not the folder of this file
+sys.path[0] = os.getcwd()  # as for python -m unittest, instead of the folder of this file
 
 
 def tests_of(suite):

@@ -1,10 +1,12 @@
-"""What davar costs on each emulated bare board: instructions, flash, RAM, stack; and what its code is made of.
+"""Measures the cost of davar on each emulated bare board: instructions, flash, RAM, stack, and the
+composition of its code.
 
     python3 tools/support/target_cost.py            measures all bare boards and prints the tables
-    python3 tools/support/target_cost.py --write    also updates docs/cost.json and the tables of the pages
-    python3 tools/support/target_cost.py --pages    updates the tables of the pages from docs/cost.json, without measuring
+    python3 tools/support/target_cost.py --write    also updates docs/cost.json and the tables
+    python3 tools/support/target_cost.py --pages    updates the tables without measuring
 
-Called by tools/davar-bench. Standard library only.
+--write and --pages write the tables of the pages from docs/cost.json. Called by tools/davar-bench.
+Standard library only.
 """
 
 import argparse
@@ -46,7 +48,9 @@ def tool(target, name, *arguments):
 
 
 def symbols(target, path):
-    """Name -> bytes of the code and constants in an image or an object; of several names for one place, the first."""
+    """Name -> bytes of the code and constants in an image or an object. If several names share an
+    address, the first one.
+    """
     found, places = {}, set()
     for line in tool(target, "nm", "-S", "--defined-only", path).splitlines():
         fields = line.split()
@@ -60,7 +64,7 @@ def symbols(target, path):
 
 
 def sources(target, where):
-    """Symbol -> source file of lib/ that it comes from."""
+    """Symbol -> source file of lib/ that defines it."""
     rooms = where / "davar/lib/CMakeFiles"
     lines = tool(
         target, "nm", "-A", "--defined-only", *sorted(rooms.glob("davar_*.dir/src/**/*.obj"))
@@ -75,7 +79,7 @@ def sources(target, where):
 
 
 def compiled(target, where, flags, files):
-    """Objects of these sources in a folder of these flags."""
+    """Objects of these sources in a folder for these flags."""
     folder = where / "linked" / hashlib.sha256(" ".join(map(str, flags)).encode()).hexdigest()[:12]
     folder.mkdir(parents=True, exist_ok=True)
     launcher = os.environ.get("CMAKE_C_COMPILER_LAUNCHER", "").split()
@@ -98,7 +102,9 @@ def compiled(target, where, flags, files):
 
 
 def linked_bytes(target, where, what, options):
-    """Text and data of a program of tests/target/linked.c at -Os, with all that the compiler adds."""
+    """Text and data of a program of tests/target/linked.c at -Os, with everything that the compiler
+    adds.
+    """
     lib, plan = targets.ROOT / "lib", where / "linked_plan.c"
     made = next(
         line
@@ -144,7 +150,7 @@ def linked_bytes(target, where, what, options):
 
 
 def linked(target, where):
-    """What each use of the library links, a program that does nothing taken off."""
+    """The bytes that each use of the library links, without those of an empty program."""
     nothing = linked_bytes(target, where, 0, LEAN)
     return {
         f"linked_{name}_bytes": linked_bytes(target, where, *how) - nothing
@@ -153,7 +159,9 @@ def linked(target, where):
 
 
 def flash(target, where):
-    """Bytes that a q15 application links: the path of a sample, the evaluation of a result, the compiler's soft float."""
+    """Bytes that a q15 application links: the path of a sample, the evaluation of a result, the
+    compiler's soft float.
+    """
     home = sources(target, where)
     own = {
         name
@@ -232,17 +240,18 @@ def measure_all():
     return {target: measure(target) for target in targets.BARE}
 
 
-# --- what the path of a sample is made of ------------------------------------------------------------------------------
+# --- instructions in the path of a sample ---
 
-# Moving a double through a floating-point register is no arithmetic: a compiler for a Cortex-M7 likes to, a call on RV64 passes
-# it there. Nor are the integer vectors of a Cortex-M55.
+# Moving a double through a floating-point register is not arithmetic: a compiler for a Cortex-M7
+# often does it, and a call on RV64 passes it there. The integer vectors of a Cortex-M55 are not
+# arithmetic of this kind either.
 FORBIDDEN = re.compile(
     r"^(udiv|sdiv|(div|rem)u?w?|v(?!mov)\S*\.[fF](16|32|64)\S*|f(add|sub|mul|div|sqrt|cvt|n?madd|n?msub)\S*)$"
 )
 
 
 def disassembly(target, image):
-    """Function -> (instructions, functions it goes to)."""
+    """Function -> (instructions, functions that it calls or jumps to)."""
     code, name, popped = {}, None, None
     for line in tool(target, "objdump", "-d", "--no-show-raw-insn", image).splitlines():
         head = re.match(r"^[0-9a-f]+ <(.+)>:$", line)
@@ -256,14 +265,14 @@ def disassembly(target, image):
             if not operation.startswith(("j", "c.j")):
                 operands = operands.split(" # ")[
                     0
-                ]  # a RISC-V's constant that happens to be an address
+                ]  # a constant of RISC-V that happens to be an address
             code[name][0].add(
                 operation.split(".")[0] if not operation.startswith("v") else operation
             )
             alone = re.fullmatch(r"{(r\d+)}", operands.strip())
             popped = (
                 alone.group(1) if operation == "pop" and alone else popped
-            )  # how a Cortex-M0 returns
+            )  # a return of the Cortex-M0
             returns = operands.strip() in ("lr", "ra", popped)
             to_register = not re.search(r"<.+>", operands) and not returns
             if operation in ("bx", "blx", "jr", "c.jr", "jalr", "c.jalr") and to_register:
@@ -274,12 +283,13 @@ def disassembly(target, image):
 
 
 def offences(target, image, roots, gaps=()):
-    """What a sample's path contains and must not: divisions, floating point, functions that are not davar's. gaps: functions that deal
-    with a gap, once for each, and are no part of it."""
+    """Faults in the path of a sample: divisions, floating point, functions that are not davar's.
+    gaps: functions that handle a gap, once per gap; they are not part of the path.
+    """
     code, home = disassembly(target, image), sources(target, Path(image).parent)
     seen, found, wanted = (
         set(gaps),
-        [f"{target}: {name} is not there" for name in gaps if name not in code],
+        [f"{target}: {name} does not exist" for name in gaps if name not in code],
         list(roots),
     )
     while wanted:
@@ -291,7 +301,7 @@ def offences(target, image, roots, gaps=()):
             re.sub(r"\.(isra|part|constprop|cold)\.\d+|\.cold", "", name) not in home
             and name not in home
         ):
-            found.append(f"{target}: {name} is not davar's own")
+            found.append(f"{target}: {name} is not a function of davar")
             continue
         operations, goals = code[name]
         found += [
@@ -303,14 +313,14 @@ def offences(target, image, roots, gaps=()):
     return found
 
 
-# --- the tables of the pages -------------------------------------------------------------------------------------------
+# --- the tables of the pages ---
 
 
 class Table(NamedTuple):
-    """One question of a page: a row for each core, a column for each (title, figure)."""
+    """One table of a page: one row per core, one column for each (title, figure)."""
 
     page: Path
-    name: str  # in the marks that enclose it on the page
+    name: str  # in the markers around it on the page
     columns: tuple
     cores: tuple = ()  # all if empty
 
@@ -323,7 +333,7 @@ class Table(NamedTuple):
 
 
 class Engines(NamedTuple):
-    """Strides and engines, on one core: a row for each pair."""
+    """Strides and engines on one core: one row per pair."""
 
     page: Path
     name: str
@@ -452,7 +462,7 @@ def markdown(titles, rows):
 
 
 def enclosed(table, figures):
-    """The table between its marks, as it stands on its page."""
+    """The table between its markers, as on its page."""
     return f"<!-- {table.name}: made by tools/davar-bench -->\n{table.text(figures)}\n<!-- end of {table.name} -->"
 
 
@@ -466,7 +476,7 @@ def render(figures):
 
 
 def printed(figures):
-    """Every table with its name, for a terminal."""
+    """All tables with their names, for a terminal."""
     return "\n\n".join(f"{table.name}\n{table.text(figures)}" for table in TABLES)
 
 

@@ -11,14 +11,14 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 MACHINES = json.loads(
     (ROOT / "port/bare_metal/boards.json").read_text(encoding="ascii")
-)  # a board is one entry there
+)  # each entry is a board
 BARE = [
     target for target, board in MACHINES.items() if board["core"] != "linux"
-]  # they count instructions, have a timer interrupt and a UART
+]  # these count instructions and have a timer interrupt and a UART
 
 
 class TargetError(Exception):
-    """A build or a run that failed; the text says which and shows its output."""
+    """A build or a run that failed. The text gives the command and its output."""
 
 
 def folder(target, kind="target"):
@@ -26,7 +26,9 @@ def folder(target, kind="target"):
 
 
 def taus_max(target, kind):
-    """Cluster sizes that a result carries: what is measured has eight; other images as many as the RAM allows."""
+    """Cluster sizes of a result: eight for measurements; as many as the RAM allows for other
+    images.
+    """
     return 8 if kind == "target" or MACHINES[target]["small"] else 32
 
 
@@ -46,13 +48,15 @@ def run(command, what, **settings):
 
 
 def build(target, kind="target", image=None):
-    """Configures and builds the images of a target (or one of them): "target" to measure, "job" for davar-mcu, "suites" with
-    Unity (needs DAVAR_UNITY_DIR), "portable" likewise without hand-written instructions. Returns the folder."""
+    """Configures and builds the images of a target (or one of them): "target" to measure, "job" for
+    davar-mcu, "suites" with Unity (needs DAVAR_UNITY_DIR), "portable" the same without hand-written
+    instructions. Returns the folder.
+    """
     toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target]['core']}.cmake"
     where = folder(target, kind)
     where.mkdir(parents=True, exist_ok=True)
     with open(where / "lock", "w", encoding="ascii") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # two at once take turns
+        fcntl.flock(lock, fcntl.LOCK_EX)  # concurrent builds run one after the other
         command = [
             "cmake",
             "-S",
@@ -69,7 +73,7 @@ def build(target, kind="target", image=None):
         asked, stamp = (
             "\n".join([*command, json.dumps(MACHINES[target])]),
             where / "configured",
-        )  # make sees to what changes in the CMake files
+        )  # make handles changes of the CMake files
         if not stamp.exists() or stamp.read_text(encoding="utf-8") != asked:
             run(command, f"configuring {target}")
             stamp.write_text(asked, encoding="utf-8")
@@ -93,8 +97,10 @@ def counting_shift(target):
 
 
 def command(target, image, arguments="", shift=None, serial="null"):
-    """The emulator's command line. Of a bare board, shift: an instruction takes 2^shift ns of the board's time, exactly (none:
-    as it comes); serial: where the UART ends (null, pty, file:PATH)."""
+    """The emulator's command line. Bare board: with shift, an instruction takes exactly 2^shift ns
+    of the board's time (None: not exact); serial is the destination of the UART (null, pty,
+    file:PATH).
+    """
     if target not in BARE:
         return [*MACHINES[target]["emulator"].split(), str(image), *arguments.split()]
     icount = ["-icount", f"shift={shift}"] if shift is not None else []
@@ -118,7 +124,7 @@ def command(target, image, arguments="", shift=None, serial="null"):
 
 
 def execute(target, image, arguments="", shift=None, serial="null", timeout=1200):
-    """Runs one image (a path) on a target and returns (exit status, what it printed)."""
+    """Runs one image (a path) on a target and returns (exit status, output)."""
     done = subprocess.run(
         command(target, image, arguments, shift, serial),
         text=True,
@@ -134,16 +140,18 @@ def execute(target, image, arguments="", shift=None, serial="null", timeout=1200
 
 @functools.cache
 def emulator_version(target):
-    return run([MACHINES[target]["emulator"].split()[0], "--version"], "asking the emulator")
+    return run([MACHINES[target]["emulator"].split()[0], "--version"], "querying the emulator")
 
 
 def identity(target, image):
-    """All that the answer of an image without input depends on: its bytes and who runs them (result_cache.content_key)."""
+    """Everything that the result of an image without input depends on: its bytes and the emulator
+    (result_cache.content_key).
+    """
     return [emulator_version(target), *command(target, "image"), Path(image)]
 
 
 def main(arguments):
-    """targets.py list | build TARGET | run TARGET JOB RESULTS: what tools/davar-mcu calls."""
+    """targets.py list | build TARGET | run TARGET JOB RESULTS: the interface for tools/davar-mcu."""
     if arguments == ["list"]:
         print(*MACHINES)
         return 0

@@ -1,6 +1,8 @@
-"""The tutorial of docs/WORKBENCH.md: its commands, what it shows of their output, and the pictures of its report and of the workbench.
+"""The tutorial of docs/WORKBENCH.md: runs its commands, checks the output shown there, and makes
+the figures of its report and of the workbench.
 
-build/venv-browser/bin/python tools/support/tutorial.py    runs it, writes docs/lab_report.png, docs/lab_map.png and docs/workbench.png
+build/venv-browser/bin/python tools/support/tutorial.py
+    runs it, writes docs/lab_report.png, docs/lab_map.png and docs/workbench.png
 """
 
 import io
@@ -15,7 +17,7 @@ HEADING = "## Tutorial in five commands"
 
 
 def section():
-    """The part of the page that tells the story."""
+    """The part of the page with the tutorial."""
     return (
         (ROOT / "docs/WORKBENCH.md")
         .read_text(encoding="utf-8")
@@ -25,7 +27,7 @@ def section():
 
 
 def block(language):
-    """The text of its one fenced block of this language."""
+    """The text of the only fenced block in this language."""
     found = re.findall(rf"^```{language}\n(.*?)^```$", section(), re.DOTALL | re.MULTILINE)
     assert len(found) == 1, f"docs/WORKBENCH.md, {HEADING}: {len(found)} blocks ```{language}"
     return found[0]
@@ -36,7 +38,9 @@ def commands():
 
 
 def run(command, folder):
-    """Runs a command of the tutorial in a folder where build/ may be written; returns what it printed."""
+    """Runs a command of the tutorial in a folder where build/ may be written; returns what it
+    printed.
+    """
     (folder / "build").mkdir(exist_ok=True)
     words = [str(ROOT / word) if word.startswith(("tools/", "data/")) else word for word in command]
     done = subprocess.run(
@@ -49,7 +53,7 @@ def run(command, folder):
 
 
 def packed(png):
-    """The same picture in a palette: a third of the bytes."""
+    """Reduces an image to a palette, which saves two thirds of the bytes."""
     from PIL import Image
 
     data = io.BytesIO()
@@ -90,7 +94,7 @@ def main():
         page.goto(server.stdout.readline().strip())
         page.click("#tutorial")
         page.wait_for_selector("button.candidate")
-        page.wait_for_selector("#axes .main-svg")  # the last of the charts
+        page.wait_for_selector("#axes .main-svg")  # the last chart
         page.mouse.move(0, 0)
         (ROOT / "docs/workbench.png").write_bytes(packed(page.screenshot()))
         browser.close()

@@ -1,11 +1,12 @@
-# shellcheck shell=bash disable=SC2034,SC2154 # names shared with the script that sources this and with setup.sh
-# Sourced by tools/test after setup.sh: a local copy of the test framework Unity, without a visit to its own site.
-# Debian carries it inside the source of ntpsec. apt checks the archive's signature and SHA-256; the unpacked files are
-# checked against their recorded SHA-256 at every later use.
+# shellcheck shell=bash disable=SC2034,SC2154 # names shared with setup.sh and the sourcing script
+# Sourced by tools/test after setup.sh: makes a local copy of the test framework Unity. The copy comes
+# from Debian's source of ntpsec, not from Unity's site. apt checks the archive's signature and
+# SHA-256. Every later use checks the unpacked files against their recorded SHA-256.
 
 unity_packages=(ca-certificates tar xz-utils)
 
-# The deb-src twin of the Debian main archive in this machine's own sources (the security archive may lag), in $1.
+# Writes to $1 the deb-src line of this machine's Debian main archive (the security archive may
+# lag).
 write_source_list() {
     apt-get indextargets --format "\$(REPO_URI) \$(RELEASE) \$(COMPONENT)" "Created-By: Packages" "Origin: Debian" "Label: Debian" |
         sort -u | sed 's/^/deb-src /' >"$1"
@@ -25,7 +26,8 @@ unity_source() {
     apt-get "${options[@]}" update && apt-get "${options[@]}" source --download-only ntpsec
 }
 
-# unity_unpack FOLDER: takes Unity's files out of the archive in the current folder into FOLDER/<version of ntpsec>.
+# unity_unpack FOLDER: unpacks Unity's files from the archive in the current folder to
+# FOLDER/<version of ntpsec>.
 unity_unpack() {
     local archive version folder
     archive=$(echo ntpsec_*.orig.tar.*z)
@@ -45,7 +47,8 @@ unity_download() {
     return $status
 }
 
-# unity_folder: prints the folder of an intact copy; nothing (and CMake will fetch it) on a machine without apt-get.
+# unity_folder: prints the folder of an intact copy. Without apt-get it prints nothing, and CMake
+# fetches Unity.
 unity_folder() {
     local cache=$root/build/cache/unity sums
     if [[ -n ${DAVAR_UNITY_DIR:-} ]]; then

@@ -1,22 +1,26 @@
-/* davar example - the angle random walk of the z axis of an LSM6DS, once a second, as CSV on the serial port.
+/* davar example - the angle random walk of the z axis of an LSM6DS, once per second, as CSV on the
+ * serial port.
  *
- * For the LSM6DS3, LSM6DS3TR-C, LSM6DSL, LSM6DSO and LSM6DSOX, whose registers are the same as far as they are used here (so not
- * their FIFOs). Wiring: SDA, SCL, 3.3 V, ground; SA0 low (address 0x6A) or high (0x6B). The sketch polls; when it comes too late
- * for a sample, its clock says so, and the loss is counted as a gap.
+ * For the LSM6DS3, LSM6DS3TR-C, LSM6DSL, LSM6DSO and LSM6DSOX. The registers used here are equal in
+ * all of them (their FIFOs are not). Wiring: SDA, SCL, 3.3 V, ground; SA0 low (address 0x6A) or
+ * high (0x6B). The sketch polls the sensor. If it polls too late for a sample, its clock shows
+ * this, and the loss is counted as a gap.
  *
- * Registers: STMicroelectronics, data sheets DS12140 (LSM6DSO) and DocID026899 (LSM6DS3), "Register description".
+ * Registers: STMicroelectronics, data sheets DS12140 (LSM6DSO) and DocID026899 (LSM6DS3), "Register
+ * description".
  *
- * A board with a double of 64 bits is needed: any 32-bit one, not an Uno or Mega with an AVR. */
+ * The board needs a 64-bit double: any 32-bit board, but not an Uno or Mega with an AVR. */
 #include <Wire.h>
 #include <davar.h>
 
-const uint8_t WHO_AM_I =
-    0x0F; /* 0x69 LSM6DS3, 0x6A LSM6DSL and LSM6DS3TR-C, 0x6C LSM6DSO and LSM6DSOX */
+/* 0x69 LSM6DS3, 0x6A LSM6DSL and LSM6DS3TR-C, 0x6C LSM6DSO and LSM6DSOX */
+const uint8_t WHO_AM_I = 0x0F;
 const uint8_t CTRL2_G = 0x11; /* ODR_G 0100: 104 Hz; FS_G 00: +-250 deg/s, 8.75 mdeg/s per count */
-const uint8_t CTRL3_C =
-    0x12; /* bit 6, BDU: the two bytes of a value are of one sample; bit 2, IF_INC: reading goes on */
-const uint8_t STATUS_REG =
-    0x1E; /* bit 1, GDA: a gyro sample waits; reading its high byte clears the bit */
+/* bit 6, BDU: the two bytes of a value are from one sample; bit 2, IF_INC: the register address
+ * increments while reading */
+const uint8_t CTRL3_C = 0x12;
+/* bit 1, GDA: a gyro sample is waiting; reading its high byte clears the bit */
+const uint8_t STATUS_REG = 0x1E;
 const uint8_t OUTZ_L_G = 0x26; /* low byte, then high byte */
 
 const double RATE_HZ = 104.0;
@@ -70,7 +74,7 @@ static davar_status_t start_davar()
     config.rate_hz = RATE_HZ;
     config.unit_per_count = 0.00875;
     config.policy = DAVAR_POLICY_FIXED;
-    config.stride = 104; /* a result every second */
+    config.stride = 104; /* one result per second */
     config.window.longest = 624;
     config.window.shortest = 624;
     config.moments.segment = 0;
@@ -117,7 +121,7 @@ void setup()
     }
     write_register(CTRL3_C, 0x44);
     write_register(CTRL2_G, 0x40);
-    delay(100); /* the gyro starts; the first samples are not good */
+    delay(100); /* the gyro starts; its first samples are not valid */
     (void)request(OUTZ_L_G, 2);
     last_us = micros();
     Serial.println("window_samples,arw_deg_per_sqrt_h,arw_low,arw_high,gaps");

@@ -1,13 +1,15 @@
-/* davar example - the angle random walk of the z axis of an MPU-6050, once a second, as CSV on the serial port.
+/* davar example - the angle random walk of the z axis of an MPU-6050, once per second, as CSV on
+ * the serial port.
  *
- * Wiring: SDA, SCL, 3.3 V, ground; AD0 low (address 0x68). The sensor samples by its own clock and its FIFO keeps 512 samples,
- * so that none is lost while the sketch does something else for less than five seconds; more is counted as a gap.
+ * Wiring: SDA, SCL, 3.3 V, ground; AD0 low (address 0x68). The sensor samples on its own clock and
+ * its FIFO holds 512 samples. No sample is lost if the sketch is busy for less than five seconds. A
+ * longer pause is counted as a gap.
  *
- * Registers: InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, revision 4.2, whose numbers stand
- * beside the names. Typical noise: 0.005 deg/s/sqrt(Hz) (product specification PS-MPU-6000A-00, section 6.1), which is
- * 0.3 deg/sqrt(h).
+ * Registers: InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00,
+ * revision 4.2. Its register numbers are in the comments. Typical noise: 0.005 deg/s/sqrt(Hz)
+ * (product specification PS-MPU-6000A-00, section 6.1), which is 0.3 deg/sqrt(h).
  *
- * A board with a double of 64 bits is needed: any 32-bit one, not an Uno or Mega with an AVR. */
+ * The board needs a 64-bit double: any 32-bit board, but not an Uno or Mega with an AVR. */
 #include <Wire.h>
 #include <davar.h>
 
@@ -19,7 +21,7 @@ const uint8_t FIFO_EN = 0x23;     /* 35: bit 4: the gyro's z axis */
 const uint8_t INT_STATUS = 0x3A;  /* 58: bit 4: the FIFO has overflowed; reading clears it */
 const uint8_t USER_CTRL = 0x6A;   /* 106: bit 6: FIFO on, bit 2: empty it (while it is off) */
 const uint8_t PWR_MGMT_1 =
-    0x6B; /* 107: bit 6: asleep (so after power-up); CLKSEL 1: clock of the gyro */
+    0x6B; /* 107: bit 6: sleep (set after power-up); CLKSEL 1: clock of the gyro */
 const uint8_t FIFO_COUNT_H = 0x72; /* 114: bytes in the FIFO, two registers */
 const uint8_t FIFO_R_W = 0x74;     /* 116 */
 const uint8_t WHO_AM_I = 0x75;     /* 117: 0x68 */
@@ -42,7 +44,7 @@ static void write_register(uint8_t address, uint8_t value)
     Wire.endTransmission();
 }
 
-/* Asks for `count` bytes, at most 32, from a register on; how many came. */
+/* Requests `count` bytes, at most 32, beginning at a register. Returns the number received. */
 static uint8_t request(uint8_t address, uint8_t count)
 {
     Wire.beginTransmission(SENSOR);
@@ -87,7 +89,7 @@ static davar_status_t start_davar()
     config.rate_hz = RATE_HZ;
     config.unit_per_count = 1.0 / 131.0;
     config.policy = DAVAR_POLICY_FIXED;
-    config.stride = 100; /* a result every second */
+    config.stride = 100; /* one result per second */
     config.window.longest = 600;
     config.window.shortest = 600;
     config.moments.segment = 0;
@@ -139,9 +141,9 @@ void setup()
 void loop()
 {
     if (read_register(INT_STATUS) &
-        0x10) { /* what is in it no longer begins with a sample's first byte */
+        0x10) { /* its content no longer begins with the first byte of a sample */
         empty_fifo();
-        davar_gap(&gyro_z, 1); /* how many were lost, nobody knows */
+        davar_gap(&gyro_z, 1); /* the number of lost samples is unknown */
         return;
     }
     if (request(FIFO_COUNT_H, 2) != 2) {

@@ -1,5 +1,6 @@
-/* davar example - a simulated gyro, 100 samples a second: white noise with an angle random walk of 0.3 deg/sqrt(h), three
- * times that from the 60th second on. Prints what davar makes of it, once a second, and when it tells the change. */
+/* davar example - a simulated gyro at 100 samples per second. It has white noise with an angle
+ * random walk of 0.3 deg/sqrt(h), and three times that from the 60th second onward. Prints the
+ * results of davar once per second, and the time when it reports the change. */
 #include <davar/davar.h>
 #include <math.h>
 #include <stdio.h>

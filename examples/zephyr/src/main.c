@@ -1,5 +1,6 @@
-/* davar example - the angle random walk of a gyro's z axis, once a second, from the data-ready trigger of any gyro that Zephyr
- * has a driver for. The trigger's thread pushes, main takes: the two that an instance allows. */
+/* davar example - the angle random walk of a gyro's z axis, once per second, for any gyro with a
+ * Zephyr driver and a data-ready trigger. The trigger's thread pushes and main takes, as an
+ * instance allows. */
 #include <davar/davar.h>
 #include <zephyr/device.h>
 #include <zephyr/drivers/sensor.h>

@@ -1,4 +1,4 @@
-# The source lies beside this file: tools/release puts it there.
+# tools/release puts the source archive in the folder of this file.
 vcpkg_extract_source_archive(SOURCE_PATH ARCHIVE "${CURRENT_PORT_DIR}/davar-${VERSION}.tar.gz")
 vcpkg_cmake_configure(SOURCE_PATH "${SOURCE_PATH}" OPTIONS -DDAVAR_BUILD_SIM=OFF -DDAVAR_BUILD_TESTS=OFF)
 vcpkg_cmake_install()

@@ -1,4 +1,5 @@
-# board_field(<variable> <field>): of the board that DAVAR_TARGET names, from boards.json, the one place that lists them.
+# board_field(<variable> <field>): a field of the board DAVAR_TARGET in boards.json, the only list of
+# boards.
 file(READ "${CMAKE_CURRENT_LIST_DIR}/../boards.json" boards)
 function(board_field variable field)
   string(JSON value ERROR_VARIABLE missing GET "${boards}" "${DAVAR_TARGET}" "${field}")

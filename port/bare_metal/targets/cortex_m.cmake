@@ -1,4 +1,4 @@
-# Toolchain of the Cortex-M targets; DAVAR_TARGET says which.
+# Toolchain of the Cortex-M targets; DAVAR_TARGET selects one.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR arm)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)

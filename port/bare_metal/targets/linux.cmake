@@ -1,4 +1,5 @@
-# Toolchain of the targets with Linux; DAVAR_TARGET says which. Static programs: the emulator needs none of the target's libraries.
+# Toolchain of the targets with Linux; DAVAR_TARGET selects one. Programs are static, so the emulator
+# needs no libraries of the target.
 set(CMAKE_SYSTEM_NAME Linux)
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES DAVAR_TARGET)
 include("${CMAKE_CURRENT_LIST_DIR}/board.cmake")

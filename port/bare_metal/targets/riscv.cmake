@@ -1,4 +1,4 @@
-# Toolchain of the RISC-V targets; DAVAR_TARGET says which.
+# Toolchain of the RISC-V targets; DAVAR_TARGET selects one.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR riscv)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)

@@ -1,5 +1,6 @@
-/* davar tests - the few names of FreeRTOS that the example calls, by its documentation (v10 and v11): the kernel is in no package
- * registry that the tests reach. One task; whoever waits for a queue runs the interrupts until an item comes. */
+/* davar tests - the few names of FreeRTOS that the example uses, after its documentation (v10 and
+ * v11). The package registries of the tests do not have the kernel. There is one task; a wait for a
+ * queue runs the interrupts until an item arrives. */
 #ifndef STUB_FREERTOS_H
 #define STUB_FREERTOS_H
 

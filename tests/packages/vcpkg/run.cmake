@@ -1,5 +1,6 @@
-# Stands in for vcpkg, which cannot be had here: the functions that the port calls, as its documentation describes them, in script mode.
-# PORT is the port's folder, VERSION that of its manifest; what is installed comes to PACKAGES.
+# Stands in for vcpkg, which is not available here: the functions that the port calls, after its
+# documentation, in script mode. PORT is the port's folder, VERSION the version in its manifest. The
+# installation goes to PACKAGES.
 set(CURRENT_PORT_DIR "${PORT}")
 set(CURRENT_PACKAGES_DIR "${PACKAGES}")
 

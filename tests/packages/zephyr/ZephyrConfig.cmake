@@ -1,5 +1,5 @@
-# Stands in for Zephyr's build, which cannot be had here: the functions that a module and an application call, as its
-# documentation describes them. MODULE is davar's root, SETTINGS what Kconfig has decided.
+# Stands in for Zephyr's build, which is not available here: the functions that a module and an
+# application call, after its documentation. MODULE is davar's root, SETTINGS the output of Kconfig.
 enable_language(C)
 include("${SETTINGS}")
 add_library(zephyr_interface INTERFACE)

@@ -1,5 +1,6 @@
-/* A gyro behind Zephyr's sensor interface, and time that passes in k_sleep: white noise with ARW 0.3 deg/sqrt(h) at the rate that
- * was asked for, which is sigma = 0.3 / 60 * sqrt(rate) deg/s. Ends after 20 s. */
+/* A gyro with Zephyr's sensor interface, and time that passes in k_sleep: white noise with ARW 0.3
+ * deg/sqrt(h) at the requested rate, which is sigma = 0.3 / 60 * sqrt(rate) deg/s. Ends after 20
+ * s. */
 #include <math.h>
 #include <stdlib.h>
 #include <zephyr/drivers/sensor.h>

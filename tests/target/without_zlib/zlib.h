@@ -1,4 +1,5 @@
-/* davar tests - what davar-sim needs of zlib, for a machine whose zlib Debian does not bring: nothing can be unpacked. */
+/* davar tests - the part of zlib that davar-sim uses, for a machine without zlib in Debian: it
+ * cannot unpack anything. */
 #ifndef ZLIB_H
 #define ZLIB_H
 

@@ -1,4 +1,4 @@
-/* Stands in for Zephyr's kernel: sleeping lets the gyro's samples arrive. */
+/* Stands in for Zephyr's kernel: samples of the gyro arrive during sleep. */
 #ifndef STUB_KERNEL_H
 #define STUB_KERNEL_H
 typedef struct {

@@ -1,4 +1,5 @@
-/* Stands in for Zephyr's sensor interface: names, types and meanings of its documentation, as far as the example uses them. */
+/* Stands in for Zephyr's sensor interface: the names, types and meanings of its documentation that
+ * the example uses. */
 #ifndef STUB_SENSOR_H
 #define STUB_SENSOR_H
 #include <stdint.h>

@@ -1,4 +1,5 @@
-/* A small Arduino core: as much of the interface as sketches of davar use. Time passes with the I2C bytes and in delay. */
+/* A small Arduino core: the part of the interface that davar's sketches use. Time passes with the
+ * I2C bytes and in delay. */
 #ifndef ARDUINO_H
 #define ARDUINO_H
 

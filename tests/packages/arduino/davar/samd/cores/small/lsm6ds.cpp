@@ -1,4 +1,5 @@
-/* An LSM6DSO as its data sheet describes it: off after power-up, data rate, full scale, a sample that is overwritten when nobody reads it. */
+/* Simulates an LSM6DSO after its data sheet: off after power-up, data rate, full scale, a sample
+ * that is overwritten if it is not read. */
 #include "sensor.h"
 #include <string.h>
 

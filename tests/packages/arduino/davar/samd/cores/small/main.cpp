@@ -1,5 +1,5 @@
-/* Time, serial port, I2C and main of the small core. argv: sensor (mpu6050, lsm6ds, none), seconds to run; then, if wished, the second
- * at which the processor is busy, and for how many. */
+/* Time, serial port, I2C and main of the small core. argv: sensor (mpu6050, lsm6ds, none), seconds
+ * to run; optionally the second at which the processor is busy, and for how long. */
 #include "Arduino.h"
 #include "Wire.h"
 #include "sensor.h"

@@ -1,4 +1,5 @@
-/* An MPU-6050 as RM-MPU-6000A-00 (revision 4.2) describes it: sleep, sample rate, full scale, FIFO of 1024 bytes with overflow. */
+/* Simulates an MPU-6050 after RM-MPU-6000A-00 (revision 4.2): sleep, sample rate, full scale, FIFO
+ * of 1024 bytes with overflow. */
 #include "sensor.h"
 #include <math.h>
 #include <string.h>
@@ -31,7 +32,7 @@ class Mpu6050 : public Sensor {
             value_[address] = 0;
             return value;
         case 0x72:
-            latched_ = count_; /* both bytes are of the time at which the high one is read */
+            latched_ = count_; /* both bytes belong to the time at which the high one is read */
             return (uint8_t)(latched_ >> 8);
         case 0x73:
             return (uint8_t)latched_;

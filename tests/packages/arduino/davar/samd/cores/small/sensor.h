@@ -1,4 +1,5 @@
-/* A gyro on the I2C bus: white noise with ARW 0.3 deg/sqrt(h) about 1.5 deg/s, behind the registers of a chip. */
+/* A gyro on the I2C bus: white noise with ARW 0.3 deg/sqrt(h) about 1.5 deg/s, in the registers of
+ * a chip. */
 #ifndef SENSOR_H
 #define SENSOR_H
 
@@ -9,7 +10,7 @@ class Sensor {
     virtual bool answers(uint8_t address) = 0;
     virtual uint8_t read(uint8_t address) = 0;
     virtual void write(uint8_t address, uint8_t value) = 0;
-    virtual bool stays(uint8_t address) = 0; /* reading goes on with the same register */
+    virtual bool stays(uint8_t address) = 0; /* true if the register address does not increment */
     virtual void pass(uint64_t now_us) = 0;  /* up to this time */
 };
 Sensor *mpu6050();
