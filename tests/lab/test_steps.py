@@ -2,12 +2,13 @@
 
 import unittest
 
+import benchmark_effects
 import numpy as np
 from davarlab import model, simulate
 from davarlab.candidates import intermittent, steps
 from davarlab.data import signals
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import benchmark, improve
+from davarlab.diagnosis import improve
 from davarlab.errors import BadInput
 from scipy import stats
 
@@ -130,7 +131,7 @@ class Lines(unittest.TestCase):
 
     def test_a_weak_one_is_named_where_the_sizes_of_the_file_are_the_true_ones(self):
         """The likeliest sizes of the given effects may do a little worse on the Allan deviation than the true ones: then those stay."""
-        found = benchmark.one(("intermittent_line", ["intermittent_line"], "visible", 7002))
+        found = benchmark_effects.one(("intermittent_line", ["intermittent_line"], "visible", 7002))
         self.assertEqual(
             (found["verdict"], found["added"]), ("intermittent_line", ["intermittent_line"])
         )

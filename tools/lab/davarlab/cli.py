@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import importlib
 import json
 import sys
 import warnings
@@ -9,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import arithmetic, axes, files, kalibr, option_types, simulate
+from . import arithmetic, axes, files, kalibr, option_types, places, simulate
 from . import model as models
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve
@@ -406,8 +407,16 @@ def run_import(options):
     return 0
 
 
+def from_tests(name):
+    """A module of tests/lab: what it measures is the search itself, so it is no part of the package."""
+    folder = str(places.tests())
+    if folder not in sys.path:
+        sys.path.append(folder)
+    return importlib.import_module(name)
+
+
 def run_benchmark(options):
-    from .diagnosis import benchmark
+    benchmark = from_tests("benchmark_effects")
 
     result = benchmark.run(
         range(options.first_seed, options.first_seed + options.seeds),
@@ -450,7 +459,7 @@ def run_dbc(options):
 
 
 def run_nulls(options):
-    from .diagnosis import nulls
+    nulls = from_tests("nulls")
 
     result = nulls.run(
         options.recordings,
@@ -768,6 +777,9 @@ COMMANDS = {
             ),
         ],
     ),
+}
+# They run modules of tests/lab, which only a checkout of the repository has.
+MEASURING = {
     "benchmark": (
         run_benchmark,
         "measures how often the verdict is right",
@@ -793,6 +805,8 @@ COMMANDS = {
         ],
     ),
 }
+if places.tests():
+    COMMANDS |= MEASURING
 
 
 class Parser(argparse.ArgumentParser):

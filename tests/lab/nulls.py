@@ -5,16 +5,16 @@ Parametric bootstrap: the benchmark's clean recordings (noise and bias instabili
 
 from multiprocessing import Pool
 
+import benchmark_effects
 import numpy as np
+from davarlab import simulate
+from davarlab.candidates import candidate, columns
+from davarlab.data.recording import MINIMUM_SAMPLES
+from davarlab.diagnosis import search
+from davarlab.diagnosis import state as state_of
+from davarlab.errors import BadInput
+from davarlab.model import Model, Term
 from scipy import stats
-
-from .. import simulate
-from ..candidates import candidate, columns
-from ..data.recording import MINIMUM_SAMPLES
-from ..errors import BadInput
-from ..model import Model, Term
-from . import benchmark, search
-from . import state as state_of
 
 LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
 TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tries is read from
@@ -30,12 +30,14 @@ def one(job):
     ]
     recording = simulate.make(
         base,
-        benchmark.RATE_HZ,
-        benchmark.COLUMN,
+        benchmark_effects.RATE_HZ,
+        benchmark_effects.COLUMN,
         seed=int(rng.integers(1 << 31)),
         duration_s=seconds,
     )
-    state = state_of.start(recording, Model(benchmark.RATE_HZ, benchmark.COLUMN, base))
+    state = state_of.start(
+        recording, Model(benchmark_effects.RATE_HZ, benchmark_effects.COLUMN, base)
+    )
     gains = {c.kind: max(c.gain, 0.0) for c in reversed(search.ranking(state))} if tried else {}
     if tried:
         gains["sinusoid"] -= np.log(recording.samples)  # its own law: p = TRIALS n exp(-gain)
@@ -55,9 +57,9 @@ def tries(kind, gains):
 
 
 def run(count, first, seconds, tried, jobs, progress):
-    if seconds * benchmark.RATE_HZ < MINIMUM_SAMPLES:
+    if seconds * benchmark_effects.RATE_HZ < MINIMUM_SAMPLES:
         raise BadInput(
-            f"--seconds: {seconds:g}; at least {MINIMUM_SAMPLES / benchmark.RATE_HZ:g} are needed"
+            f"--seconds: {seconds:g}; at least {MINIMUM_SAMPLES / benchmark_effects.RATE_HZ:g} are needed"
         )
     rows = []
     with Pool(min(jobs, count)) as pool:

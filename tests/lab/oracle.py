@@ -1,11 +1,10 @@
 """How much of a hidden effect a recording can show at all: the gain of an oracle that knows noise and shape (DESIGN 4)."""
 
 import numpy as np
+from davarlab import simulate
+from davarlab.data import signals
+from davarlab.effects import table
 from scipy import stats
-
-from .. import simulate
-from ..data import signals
-from ..effects import table
 
 FALSE_ALARM = (
     0.01  # of the one test that an oracle makes, as of all tests together that a search makes
