@@ -10,9 +10,9 @@ from types import SimpleNamespace
 
 import asked
 from damage import damaged
+from davarfleet import store
 from davarlab import model as models
 from davarlab.errors import BadInput
-from davarlab.fleet import store
 from davarlab.wire import record
 from davarlab.workbench import steps as sessions
 from davarlab.workbench import visit

@@ -442,7 +442,7 @@ def run_open(options):
 
 
 def run_fleet(options):
-    from .fleet import command  # Dask is needed here only
+    from davarfleet import command  # Dask is needed here only
 
     return command.run(options, progress, emit)
 

@@ -12,10 +12,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from davarlab import model as models
+from davarlab.errors import BadInput
 from scipy import stats
-
-from .. import model as models
-from ..errors import BadInput
 
 Z = float(stats.norm.ppf(0.975))
 AT_LIMIT = 0.025

@@ -6,12 +6,12 @@ from functools import cache
 from pathlib import Path
 
 import jinja2
+from davarlab import files
+from davarlab.effects import table
+from davarlab.report import page as pages
+from davarlab.report import words
 from markupsafe import Markup
 
-from .. import files
-from ..effects import table
-from ..report import page as pages
-from ..report import words
 from . import limits as limits_of
 from . import pictures, population, sources
 

@@ -8,11 +8,12 @@ import signal
 import time
 import zlib
 
-from .. import files
-from .. import model as models
-from ..errors import BadInput
-from ..logs import door
-from ..report import contents, values
+from davarlab import files
+from davarlab import model as models
+from davarlab.errors import BadInput
+from davarlab.logs import door
+from davarlab.report import contents, values
+
 from . import cluster, limits, population, sources, store
 from . import job as jobs
 

@@ -3,9 +3,9 @@
 import functools
 
 import numpy as np
+from davarlab.effects import table
 from scipy import stats
 
-from ..effects import table
 from . import limits
 
 OUTLIER = 0.01  # share of groups (a coefficient in a batch) of normal values in which one is called an outlier
