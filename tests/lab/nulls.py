@@ -1,4 +1,4 @@
-"""What chance alone does on recordings of an accepted model: gains of the candidates, the TRIALS that they come to (DESIGN 4), and how
+"""What chance alone does on recordings of an accepted model: gains of the candidates, the tries (thresholds.TRIES) that they come to (DESIGN 4), and how
 often a true model is called inadequate (DESIGN 7).
 
 Parametric bootstrap: the benchmark's clean recordings (noise and bias instability drawn per seed, decoy columns), every candidate tried."""
@@ -8,12 +8,12 @@ from multiprocessing import Pool
 import benchmark_effects
 import numpy as np
 from davarlab import simulate
-from davarlab.candidates import candidate, columns
 from davarlab.data.recording import MINIMUM_SAMPLES
 from davarlab.diagnosis import search
 from davarlab.diagnosis import state as state_of
 from davarlab.errors import BadInput
 from davarlab.model import Model, Term
+from davarlab.thresholds import TRIES
 from scipy import stats
 
 LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
@@ -78,7 +78,7 @@ def summary(rows):
         found[kind] = {
             "trials": c,
             "standard_error": error,
-            "in_use": (candidate.TRIALS | columns.TRIALS).get(kind, candidate.OWN_TRIALS),
+            "in_use": (TRIES.of_kind | TRIES.of_column).get(kind, TRIES.of_own_effect),
             "gain_95": float(np.quantile(gains, 0.95)),
             "gain_99": float(np.quantile(gains, 0.99)),
             "largest": float(gains.max()),

@@ -13,6 +13,7 @@ ROOMS = (
     "errors",
     "places",
     "arithmetic",
+    "thresholds",
     "files",
     "option_types",
     "data",

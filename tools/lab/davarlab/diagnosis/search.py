@@ -9,21 +9,13 @@ from ..effects import columns as columns_of
 from ..effects import table
 from ..inference import changes, modulation
 from ..inference.parts import Part
+from ..thresholds import CHANCE, SEARCH
 from .state import errors_of, joined, judged, redrawn, with_parts
 
-FAMILY_WISE = 0.01
-STEPS_MAX = 24
-SLACK = 0.02  # of the floor, by which a likelier term may leave the error higher
 EARNING = {
     "noise_step",
     "bias_step",
 }  # of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as much
-AT_ONCE = 0.01  # of the record
-BANDS = 8  # from here on each one must lower the error, or it is the last
-PUT_OFF = 0.5  # of the gain that is taken, below which what is costly to seek waits for its turn
-HOPELESS = np.log(0.2)  # chance of a gain, from which a candidate is put off
-CLOSE = 3.0  # log-likelihood units within which a recording cannot tell two effects
-CERTAIN = 50.0  # log-likelihood units from which a part stays, whatever the filters do
 
 
 def shock_candidate(state):
@@ -53,7 +45,7 @@ def ranking(state, skip=(), only=None, progress=lambda kind, found: None):
 
 def significant(found):
     """Is the best of the candidates more than chance, as many as are tried."""
-    return bool(found) and found[0].log_p + np.log(len(table.TABLE)) < np.log(FAMILY_WISE)
+    return bool(found) and found[0].log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)
 
 
 def retold(state, given):
@@ -75,11 +67,11 @@ def pruned(state, given):
     """Terms that a later one has made needless go (a random walk that was a ramp); those of the given model stay."""
     for part in state.parts[given:-1]:
         rest = [other for other in state.parts if other is not part]
-        loss = CERTAIN if part.role == "events" else loss_without(state, rest, part)
-        if loss < CERTAIN and part.role == "spectrum":
+        loss = SEARCH.certain if part.role == "events" else loss_without(state, rest, part)
+        if loss < SEARCH.certain and part.role == "spectrum":
             rest = filters.responding(state.bench, rest)
             loss = loss_without(state, rest, part)
-        if loss < CLOSE:
+        if loss < CHANCE.tell_apart:
             return pruned(with_parts(state, rest), given)
     return state
 
@@ -106,7 +98,7 @@ class Search:
         self.hopeless, self.only, self.bands, self.undecided, self.set_aside = (
             set(),
             None,
-            BANDS,
+            SEARCH.bands_free,
             [],
             set(),
         )
@@ -193,12 +185,17 @@ class Search:
             self.idle.setdefault(candidate.kind, []).append((self.state, candidate.part))
             self.hopeless, self.only = self.hopeless | {candidate.kind}, None
             return
-        if after.model_kinds.count("narrow_band") > BANDS - 1 and candidate.kind == "narrow_band":
+        if (
+            after.model_kinds.count("narrow_band") > SEARCH.bands_free - 1
+            and candidate.kind == "narrow_band"
+        ):
             self.bands = after.model_kinds.count("narrow_band") + self.lower(after)
         known = [one.kind for one in self.alternatives]
         self.alternatives += [one for one in self.undecided or [] if one.kind not in known]
         self.hopeless |= {
-            one.kind for one in self.last if one.log_p > HOPELESS or waits(one, candidate)
+            one.kind
+            for one in self.last
+            if one.log_p > np.log(SEARCH.put_off_chance) or waits(one, candidate)
         }
         self.only = self.beside(candidate)
         self.state, self.given = after, given
@@ -206,13 +203,17 @@ class Search:
     def lower(self, after):
         """Does the error fall by more than the slack."""
         error, floor = errors_of(after)
-        return error < errors_of(self.state)[0] - SLACK * floor
+        return error < errors_of(self.state)[0] - SEARCH.slack * floor
 
     def beside(self, taken):
         """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it is asked among them while it gains as much."""
         kind, near = (
             taken.kind,
-            {one.kind for one in self.last if not self.only or one.gain > PUT_OFF * taken.gain},
+            {
+                one.kind
+                for one in self.last
+                if not self.only or one.gain > SEARCH.waiting_share * taken.gain
+            },
         )
         if kind == "narrow_band":
             return {kind} | (
@@ -220,7 +221,7 @@ class Search:
             )
         if kind in filters.MEMORY and self.only:
             return self.only - filters.MEMORY
-        return {kind} if kind in candidates.REPEATED else None
+        return {kind} if kind in SEARCH.most_of else None
 
     def step(self):
         """One candidate further, or one way to look less; False: nothing is left."""
@@ -261,12 +262,12 @@ def earning(part, rest):
         or part.kind == "intermittent_line"
         and "narrow_band" in rest.model_kinds
         or part.kind == "warm_up"
-        and part.shape["time_constant_s"] < AT_ONCE * span_s
+        and part.shape["time_constant_s"] < SEARCH.over_at_once * span_s
     )
 
 
 def waits(one, taken):
-    return one.kind == "intermittent_line" and one.gain < PUT_OFF * taken.gain
+    return one.kind == "intermittent_line" and one.gain < SEARCH.waiting_share * taken.gain
 
 
 def close_ones(found):
@@ -276,7 +277,7 @@ def close_ones(found):
     return [
         identifiable.Alternative(c.kind, table.find(c.kind).confirm)
         for c in found[1:]
-        if c.kind != found[0].kind and c.log_p - found[0].log_p < CLOSE and c.gain > 0
+        if c.kind != found[0].kind and c.log_p - found[0].log_p < CHANCE.tell_apart and c.gain > 0
     ]
 
 
@@ -284,7 +285,7 @@ def forward(state, given, progress, draft=False):
     """Candidates beyond chance one after the other, the likeliest first. What chance explains beside one state is not tried beside the
     next ones, until nothing else is left (a draft of the spectrum does not ask again); lines are taken one after the other."""
     way = Search(state, given, draft)
-    for _ in range(STEPS_MAX):
+    for _ in range(SEARCH.steps_most):
         progress(
             f"looking for lines beside {len(way.state.parts)} effects"
             if way.only
@@ -304,7 +305,7 @@ def useful(state, given):
         without = errors_of(rest)[0]
         if (
             part.role != "events"
-            and error > without + (-SLACK if earning(part, rest) else SLACK) * floor
+            and error > without + (-SEARCH.slack if earning(part, rest) else SEARCH.slack) * floor
             and not certain(state, part, rest, error, floor)
         ):
             state, useless, error = rest, [part, *useless], without
@@ -319,7 +320,7 @@ def certain(state, part, rest, error, floor):
     return (
         error <= floor
         and not earning(part, rest)
-        and loss_without(state, rest.parts, part) > CERTAIN
+        and loss_without(state, rest.parts, part) > SEARCH.certain
     )
 
 

@@ -12,11 +12,8 @@ from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
 from ..inference.parts import Bench, as_spectra, part_of
+from ..thresholds import SEARCH, START
 from . import cells, judge
-
-LEAST_S = 4  # of a recording
-MOVING = 0.02  # of the samples, that must differ from the one before
-FAR = 1e-9  # p of its spectrum, below which a model is no guess of what is missing
 
 
 @dataclass
@@ -52,9 +49,9 @@ class State:
 
 def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
-    if recording.samples < LEAST_S * recording.rate_hz:
+    if recording.samples < START.least_s * recording.rate_hz:
         raise BadInput(
-            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s; at least {LEAST_S} are needed: slow noise is told from what a second holds"
+            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s; at least {START.least_s} are needed: slow noise is told from what a second holds"
         )
     progress("reading the spectrum")
     key = ("observations", model.column)
@@ -76,7 +73,7 @@ def start(recording, model, progress=lambda text: None):
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
     first = fitted(recording, model, drawn, known, seen)
     # The ripple of the first level is chance and would confirm itself; so would a model that is far from the record.
-    return redrawn(first, model) if spectrum_p(first) > FAR else first
+    return redrawn(first, model) if spectrum_p(first) > START.far_p else first
 
 
 def spectrum_p(state):
@@ -116,7 +113,7 @@ def check_alive(recording, model, y):
             f"{recording.name}: column {model.column}: {len(y)} samples are left when motion, repeats and clipped ones are left out; "
             f"at least {MINIMUM_SAMPLES} are needed"
         )
-    if np.mean(np.diff(y) != 0) < MOVING:
+    if np.mean(np.diff(y) != 0) < START.moving_share:
         raise BadInput(
             f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with"
         )
@@ -238,15 +235,15 @@ def joined(state, part, replaces=None):
     others."""
     parts = [other for other in state.parts if other is not replaces] + [part]
     bench = state.bench.resolving(parts)
-    if part.kind not in candidates.REPEATED:
+    if part.kind not in SEARCH.most_of:
         parts = filters.responding(bench, parts)
     if part.kind != "telegraph_noise":
-        alone = part.kind in candidates.REPEATED
+        alone = part.kind in SEARCH.most_of
         parts = refine.refined(
             bench,
             parts,
             refine.sweeps_for(parts, part.kind),
-            {one.kind for one in parts} - set(candidates.REPEATED) | {part.kind},
+            {one.kind for one in parts} - set(SEARCH.most_of) | {part.kind},
             only_last=alone,
         )
     parts = modulation.regrown(bench, parts, bench.fit(parts))
@@ -255,7 +252,7 @@ def joined(state, part, replaces=None):
     if part.role != "mean":
         return state
     return cleaned_again(
-        state if state.known is None or part.kind in candidates.REPEATED else refilled(state)
+        state if state.known is None or part.kind in SEARCH.most_of else refilled(state)
     )
 
 
