@@ -32,6 +32,7 @@ ROOMS = (
     "cli",
 )
 FILES_MAX = 12
+SEARCHING = ("diagnosis/state.py", "diagnosis/search.py")  # what they hold is frozen
 COMMAND_FLEET = ("cli.py", "run_fleet")  # the one place of davarlab that imports davarfleet
 
 # Whatever opens a file by its path: functions of Python and of the readers of logs.
@@ -86,7 +87,10 @@ OPENED = {
         "open(self.path, encoding='utf-8', errors='replace')",
     ): "only where it is a regular file",
 }
-VISIT = ("visit.open", "self.open")  # in workbench/: Visit.open, which reads through the door
+OPENING = (
+    "visit.intake.open",
+    "self.open",
+)  # in workbench/: Intake.open, which reads through the door
 
 
 def room_of(path):
@@ -159,6 +163,16 @@ class TestRooms(unittest.TestCase):
             for function in functions_that_import(path, "davarfleet")
         ]
         self.assertEqual(found, [COMMAND_FLEET])
+
+    def test_the_search_never_changes_a_state(self):
+        for name in SEARCHING:
+            for node in ast.walk(ast.parse((LAB / name).read_text())):
+                if isinstance(node, ast.ClassDef):
+                    self.assertIn("frozen=True", ast.unparse(node.decorator_list[0]), node.name)
+                targets = node.targets if isinstance(node, ast.Assign) else []
+                self.assertFalse(
+                    [one for one in targets if isinstance(one, ast.Attribute)], ast.unparse(node)
+                )
 
     def test_nothing_is_opened_by_its_path_but_through_files(self):
         found = set()

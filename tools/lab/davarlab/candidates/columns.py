@@ -111,18 +111,18 @@ def best_of(bench, parts, fit, tried, names):
         return None
     scan = Scan(bench, parts, fit.level, fit.coefficients, names)
     part = max(tried, key=scan.gain)
-    full = bench.fit(parts + [part], near=fit.level)
+    full = bench.fit([*parts, part], near=fit.level)
     scan = Scan(
         bench,
         parts,
         full.level,
-        bench.coefficients_of(bench.all_keys(parts), parts + [part], full),
+        bench.coefficients_of(bench.all_keys(parts), [*parts, part], full),
         names,
     )
     second = max(tried, key=scan.gain)
     second = max([second] + finer(second, bench.recording), key=scan.gain)
     if second.key != part.key:
-        other = bench.fit(parts + [second], near=full.level)
+        other = bench.fit([*parts, second], near=full.level)
         part, full, loser = (
             (second, other, part)
             if other.log_likelihood > full.log_likelihood
@@ -137,7 +137,7 @@ def at_once_unless(bench, parts, part, full):
     if part.kind == "temperature" or not part.shape.get("lag_s"):
         return part, full
     prompt = part.moved("lag_s", 0.0)
-    other = bench.fit(parts + [prompt], near=full.level)
+    other = bench.fit([*parts, prompt], near=full.level)
     return (
         (prompt, other)
         if other.log_likelihood > full.log_likelihood - CHANCE.tell_apart
@@ -220,7 +220,7 @@ def in_the_noise(bench, parts, blocks):
     relative, gain = modulation.best_growth(parts, bench.recording, blocks)
     part = Part("temperature_noise", {"relative_per_degC": relative})
     variance = changes.fit(
-        blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks)
+        blocks, modulation.variance_shapes([*parts, part], bench.recording, blocks)
     )[1]
     return judged(
         Candidate(
@@ -246,7 +246,7 @@ def following(bench, parts, fit, gyro):
         ]
         part, full = best_of(bench, parts, fit, tried, (name,))
         at_once = tried[0]
-        other = full if part.key == at_once.key else bench.fit(parts + [at_once], near=fit.level)
+        other = full if part.key == at_once.key else bench.fit([*parts, at_once], near=fit.level)
         part, full = (
             (at_once, other)
             if other.log_likelihood

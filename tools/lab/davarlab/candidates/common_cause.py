@@ -56,7 +56,7 @@ def band_places(f):
 
 def in_bands(bench, parts, part):
     """(from, to, coefficient, standard error, share of real motion) per band; the noise is whitened, and measured in the band itself."""
-    fit, data = bench.fit(parts + [part]), bench.data
+    fit, data = bench.fit([*parts, part]), bench.data
     name = column_of(part)
     x = bench.recording.column(name) if name else bench.courses(part)[0]
     floor = sensor_noise(x, data.rate_hz) if name and name.startswith(("accel_", "gyro_")) else 0.0
@@ -64,7 +64,7 @@ def in_bands(bench, parts, part):
     keys = bench.all_keys(parts)
     c, rest = (
         signals.transform(x - x.mean())[1 : used + 1],
-        data.without(bench.coefficients_of(keys, parts + [part], fit), keys)[:used],
+        data.without(bench.coefficients_of(keys, [*parts, part], fit), keys)[:used],
     )
     level, found = np.interp(np.log(data.f[:used]), np.log(data.f_bin), fit.level), []
     for low, high, place in band_places(data.f[:used]):

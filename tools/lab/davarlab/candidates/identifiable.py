@@ -109,7 +109,7 @@ class Bed:
         self.refine_lag()
         self.in_model = any(part.kind == "temperature" for part in parts)
         at_once = Part("temperature", {"lag_s": 0.0})
-        self.base = parts if self.in_model else parts + [at_once]
+        self.base = parts if self.in_model else [*parts, at_once]
         self.base_fit = bench.fit(self.base)
         self.step = self.base_fit.log_likelihood - self.fit.log_likelihood
         self.plain = (
@@ -128,8 +128,8 @@ class Bed:
         late = self.found.get("temperature")
         if late and late.part.shape["lag_s"]:
             rest = [part for part in self.parts if part is not late.replaces]
-            late.part = refine.refined(self.bench, rest + [late.part], only=("temperature",))[-1]
-            late.gain = self.bench.fit(rest + [late.part]).log_likelihood - self.fit.log_likelihood
+            late.part = refine.refined(self.bench, [*rest, late.part], only=("temperature",))[-1]
+            late.gain = self.bench.fit([*rest, late.part]).log_likelihood - self.fit.log_likelihood
 
     def over_base(self, candidate):
         return candidate.gain - self.step

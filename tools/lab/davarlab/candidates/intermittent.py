@@ -105,7 +105,7 @@ def search(bench, parts, fit):
         },
     )
     noise = max((float(np.sum(w[low:high] ** 2)) - 2 * gain) / (high - low), 1.0)
-    gain = (bench.fit(parts + [part]).log_likelihood - fit.log_likelihood) / noise
+    gain = (bench.fit([*parts, part]).log_likelihood - fit.log_likelihood) / noise
     bench.forget(part)
     return (
         part,

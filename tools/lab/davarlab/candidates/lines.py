@@ -28,8 +28,8 @@ def sharp(bench, parts, fit):
     )
     if peak < np.log(len(w)):  # chance, as nearly every time
         return Candidate("sinusoid", part, peak, log_tail_of_line(part.kind, peak, len(w)))
-    part = refine.refined(bench, parts + [part], only=("sinusoid",))[-1]
-    gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
+    part = refine.refined(bench, [*parts, part], only=("sinusoid",))[-1]
+    gain = bench.fit([*parts, part]).log_likelihood - fit.log_likelihood
     bench.forget(part)
     return Candidate("sinusoid", part, gain, log_tail_of_line(part.kind, gain, len(w)))
 
@@ -100,9 +100,9 @@ def wide(bench, parts, fit, scatter_of):
                 "narrow_band", part, crude, log_tail_of_line(part.kind, crude, len(bench.y))
             )
             continue
-        fine = bench.resolving(parts + [part])
-        part = refine.refined(fine, parts + [part], only_last=True)[-1]
-        before, after = fine.fit(parts), fine.fit(parts + [part])
+        fine = bench.resolving([*parts, part])
+        part = refine.refined(fine, [*parts, part], only_last=True)[-1]
+        before, after = fine.fit(parts), fine.fit([*parts, part])
         gain, scatter = after.log_likelihood - before.log_likelihood, scatter_of(fine, before)
         if scatter is not None:
             gain = modulation.discounted(gain, before.level, after.level, fine.data.counts, scatter)

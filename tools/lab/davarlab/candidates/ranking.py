@@ -52,15 +52,15 @@ def available(effect, recording):
 
 def robust_gain(bench, parts, part):
     """The gain with the scatter of the products themselves: vibration must not pass for correlation with vibration."""
-    full = bench.fit(parts + [part])
+    full = bench.fit([*parts, part])
     white = np.sqrt(bench.data.at_ordinates(full.level))
     column = np.zeros(len(white) + 1)
     known = bench.data.columns[bench.keys(part)[0]][0]
     column[1 : len(known) + 1] = known / white[: len(known)]
     x = signals.inverse(column)
-    spread = np.sum((x * bench.residual(parts + [part], full)) ** 2)
+    spread = np.sum((x * bench.residual([*parts, part], full)) ** 2)
     return float(
-        (bench.coefficients_of(bench.keys(part)[:1], parts + [part], full)[0] * np.sum(x**2)) ** 2
+        (bench.coefficients_of(bench.keys(part)[:1], [*parts, part], full)[0] * np.sum(x**2)) ** 2
         / max(spread, 1e-300)
         / 2
     )
@@ -101,7 +101,7 @@ def stationary(bench, parts, fit, effect, scatter=None):
     robust = effect.role == "mean" and "accel" in effect.needs
     best = None
     for part in screened(bench, parts, fit, effect):
-        full = bench.fit(parts + [part], near=fit.level)
+        full = bench.fit([*parts, part], near=fit.level)
         gain = full.log_likelihood - fit.log_likelihood
         if scatter is not None and part.role != "mean":
             gain = modulation.discounted(gain, fit.level, full.level, bench.data.counts, scatter)
@@ -112,9 +112,9 @@ def stationary(bench, parts, fit, effect, scatter=None):
     if (
         best and effect.kind not in table.BUILT_IN and best.gain > SEARCH.crude_gain
     ):  # of its grid nobody knows how fine it is
-        best.part = refine.refined(bench, parts + [best.part], only_last=True)[-1]
+        best.part = refine.refined(bench, [*parts, best.part], only_last=True)[-1]
         best.gain = max(
-            best.gain, bench.fit(parts + [best.part]).log_likelihood - fit.log_likelihood
+            best.gain, bench.fit([*parts, best.part]).log_likelihood - fit.log_likelihood
         )
     if best:
         best.log_p = log_chance(effect.kind, best.gain)
@@ -158,7 +158,7 @@ def noise_step(bench, parts, blocks):
     low, high, _, _ = changes.best_interval(blocks, variance)
     part = Part("noise_step", {"start_s": low * blocks.period_s, "stop_s": high * blocks.period_s})
     gain = (
-        changes.fit(blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks))[2]
+        changes.fit(blocks, modulation.variance_shapes([*parts, part], bench.recording, blocks))[2]
         - before
     )
     shaken = [part.kind for part in parts if part.role == "variance"]
@@ -192,7 +192,7 @@ def with_states(bench, parts, fit, found):
 
 def decode_states(bench, parts, telegraph):
     """Two levels against a continuum beside the other parts; decoded when the levels can be seen (6.2) (6.3)."""
-    trial = refine.refined(bench, parts + [telegraph.part], only=("telegraph_noise",))
+    trial = refine.refined(bench, [*parts, telegraph.part], only=("telegraph_noise",))
     joint = bench.fit(trial)
     telegraph.part = trial[-1]
     rest = bench.y - bench.y.mean() - bench.mean_course(trial, joint)
@@ -231,7 +231,7 @@ def best_levels(bench, parts, rest, start):
         found = states.fit_levels(rest, bench.recording.rate_hz, *start, levels)
         part, divergence, doubt = decoded_part(bench, rest, found, start[2], levels)
         bound = lower_bound(bench, parts, part, divergence, doubt)
-        calm = rest - slow_noise(bench, parts + [part], bench.fit(parts + [part]))
+        calm = rest - slow_noise(bench, [*parts, part], bench.fit([*parts, part]))
         bench.forget(part)
         again = states.fit_levels(calm, bench.recording.rate_hz, *start, levels)
         other, divergence, doubt = decoded_part(bench, calm, again, start[2], levels)
@@ -248,8 +248,8 @@ def best_levels(bench, parts, rest, start):
 
 def lower_bound(bench, parts, part, divergence, doubt):
     """Of the likelihood of levels beside other parts (6.3)."""
-    fit = bench.fit(parts + [part])
-    amplitude = bench.coefficients_of(bench.keys(part), parts + [part], fit)[0] / (
+    fit = bench.fit([*parts, part])
+    amplitude = bench.coefficients_of(bench.keys(part), [*parts, part], fit)[0] / (
         bench.data.scale(bench.keys(part)[0]) or np.inf
     )
     return float(fit.log_likelihood - amplitude**2 * doubt - divergence)
@@ -280,9 +280,9 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
     """The gain of two levels over a continuum where the flicker of the other parts hides them: that flicker is estimated beside the
     decoded course, taken out, and the course decoded again (6.3). Returns (gain, decoded part)."""
     rate, best = bench.recording.rate_hz, (-np.inf, part)
-    fit = bench.fit(parts + [part])
+    fit = bench.fit([*parts, part])
     for _ in range(LEVELS.flicker_rounds):
-        slow = slow_noise(bench, parts + [part], fit)
+        slow = slow_noise(bench, [*parts, part], fit)
         dwell = part.shape["mean_dwell_s"]
         bench.forget(part)
         white = white_beside(bench, fit, dwell)
@@ -296,7 +296,7 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
         found = states.fit_levels(rest - slow, rate, *start, white, levels)
         level, dwell = found[1:3]
         part, divergence, doubt = decoded_part(bench, rest - slow, found, white, levels)
-        fit = bench.fit(parts + [part])
+        fit = bench.fit([*parts, part])
         gain = lower_bound(bench, parts, part, divergence, doubt) - continuum
         best = max(best, (float(gain), part), key=lambda pair: pair[0])
     return best
@@ -346,7 +346,7 @@ def second_warm_up(bench, parts, fit):
     """A warm-up with another constant; the first was the mean of both while it was alone."""
     found = stationary(bench, parts, fit, table.find("warm_up"))
     if found.gain > SEARCH.crude_gain:
-        trial = refine.refined(bench, parts + [found.part], FIT.rounds_of_two, only=("warm_up",))
+        trial = refine.refined(bench, [*parts, found.part], FIT.rounds_of_two, only=("warm_up",))
         gain = bench.fit(trial).log_likelihood - fit.log_likelihood
         found = Candidate("warm_up", trial[-1], gain, log_chance("warm_up", gain))
     return found

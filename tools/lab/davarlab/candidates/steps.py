@@ -54,6 +54,6 @@ def search(bench, parts, fit):
         score[np.abs(bench.recording.time_s[1:] - known) * bench.recording.rate_hz < STEP.edge] = 0
     place = int(np.argmax(score))
     part = Part("bias_step", {"time_s": float(bench.recording.time_s[place + 1])})
-    gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
+    gain = bench.fit([*parts, part]).log_likelihood - fit.log_likelihood
     bench.forget(part)
     return part, gain, log_chance(float(np.sqrt(max(2 * gain, 0.0))), same, len(c) + 1)

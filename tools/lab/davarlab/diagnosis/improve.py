@@ -143,7 +143,7 @@ def fit_around(state, model, held):
         replace(
             state,
             bench=around.resolving(parts),
-            parts=parts,
+            parts=tuple(parts),
             fit=around.resolving(parts).fit(parts),
             blocks=None,
         ),

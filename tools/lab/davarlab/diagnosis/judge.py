@@ -9,7 +9,7 @@ from ..thresholds import CHANCE, JUDGE
 from .cells import error_of, floor_of
 
 
-@dataclass
+@dataclass(frozen=True)
 class Judgement:
     """adequacy: "statistical", "practical" or "no"; largest: the largest proven deviation {percent, tau_s, start_s, stop_s}, None when none is
     proven; shown_to_tau_s: up to which tau the record shows 5 %, 0: none; doubted: is the recording itself implausible, so that nothing is adequate."""

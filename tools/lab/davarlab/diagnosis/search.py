@@ -1,5 +1,9 @@
 """Forward selection by likelihood, then only what lowers the error (DESIGN 4)."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
 import numpy as np
 
 from ..candidates import columns, doubts, filters, identifiable
@@ -10,7 +14,7 @@ from ..effects import table
 from ..inference import changes, modulation
 from ..inference.parts import Part
 from ..thresholds import CHANCE, SEARCH
-from .state import errors_of, joined, judged, redrawn, with_parts
+from .state import State, errors_of, joined, judged, redrawn, with_parts
 
 EARNING = {
     "noise_step",
@@ -58,7 +62,7 @@ def retold(state, given):
             found = Candidate(start.kind, start, 0.0, -1e9)
             candidates.decode_states(state.bench, rest, found)
             if found.part.form == "decoded" and not doubts.of_motion(state.seen, found.part):
-                parts = rest[:-1] + [found.part, fresh]
+                parts = [*rest[:-1], found.part, fresh]
                 return with_parts(state, parts)
     return state
 
@@ -89,65 +93,86 @@ def loss_without(state, rest, part):
     return with_it - without
 
 
-class Search:
-    """The way forward: the state reached, how many of its first parts are the given ones, and what was learned on the way."""
+def nothing():
+    """An empty mapping, for a field."""
+    return field(default_factory=lambda: MappingProxyType({}))
 
-    def __init__(self, state, given, draft=False):
-        self.begin, self.state, self.given, self.draft = state, state, given, draft
-        self.first, self.last, self.alternatives, self.doubtful = None, [], [], {}
-        self.hopeless, self.only, self.bands, self.undecided, self.set_aside = (
-            set(),
-            None,
-            SEARCH.bands_free,
-            [],
-            set(),
-        )
-        self.question, self.skipped, self.answer = (None, None), set(), []
-        self.waves = []  # Hz, of courses that repeat and are no sine wave
-        self.idle = {}  # kinds that left the error where it was: the states and parts
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What was asked of a state: of all kinds or `only` some, but for those skipped; and the candidates."""
+
+    state: State
+    only: frozenset | None
+    skipped: frozenset
+    found: tuple
+
+    def answers(self, state, only, skip):
+        return self.state is state and self.only == only and self.skipped <= skip
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The way forward: the state reached, how many of its first parts are the given ones, and what was learned on the way.
+    Each step returns another one."""
+
+    begin: State
+    state: State
+    given: int
+    draft: bool = False
+    first: tuple = ()  # candidates beside the first state
+    last: tuple = ()  # and beside this one
+    alternatives: tuple = ()
+    doubtful: Mapping = nothing()  # kind -> why it is not what it seems
+    hopeless: frozenset = frozenset()  # kinds that seemed to be chance
+    only: frozenset | None = None  # kinds that are asked now
+    bands: int = SEARCH.bands_free
+    undecided: tuple | None = ()
+    set_aside: frozenset = frozenset()  # source() of what is not what it seems
+    waves: tuple = ()  # Hz, of courses that repeat and are no sine wave
+    idle: Mapping = nothing()  # kinds that left the error where it was: (state, part)
+    asked: Asked | None = None
 
     def ranked(self):
-        """Candidates beside the state as they are to be taken; those that are not what they seem are left out."""
-        found = self.answered()
+        """(the search, candidates beside its state as they are to be taken); those that are not what they seem are left out."""
+        asked = self.answered()
+        found, undecided = self.allowed(asked), self.undecided
         if not self.only:
-            found, self.undecided = identifiable.settled(found, self.state.bench, self.state.parts)
-        first, found = (
-            found[:1],
-            [
-                one
-                for one in found
-                if source(one.part) not in self.set_aside
-                and not any(
-                    doubts.times_of(self.state.bench, wave, one.part) for wave in self.waves
-                )
-            ],
-        )
+            found, undecided = identifiable.settled(found, self.state.bench, self.state.parts)
+        first, found = found[:1], [one for one in found if self.stands(one)]
         if first != found[:1]:  # what the one set aside could not be told from
-            self.undecided = None
-        if self.undecided is None and self.state is self.begin and not self.only:
-            self.undecided = close_ones(found)
-        self.first, self.last = self.first or found, found
-        return found
+            undecided = None
+        if undecided is None and self.state is self.begin and not self.only:
+            undecided = close_ones(found)
+        return replace(
+            self,
+            asked=asked,
+            undecided=None if undecided is None else tuple(undecided),
+            first=self.first or tuple(found),
+            last=tuple(found),
+        ), found
+
+    def stands(self, candidate):
+        """Is a candidate neither set aside nor a harmonic of a wave."""
+        return source(candidate.part) not in self.set_aside and not any(
+            doubts.times_of(self.state.bench, wave, candidate.part) for wave in self.waves
+        )
+
+    def skip(self):
+        """Kinds that are not asked."""
+        columnless = {kind for kind, column in self.set_aside if column is None}
+        return self.hopeless | columnless | self.aside()
 
     def answered(self):
         """All candidates; those beside the same state are not asked for twice because some of them are put aside."""
-        skip = (
-            self.hopeless
-            | {kind for kind, column in self.set_aside if column is None}
-            | self.aside()
-        )
-        question = (self.state, self.only)
-        if (
-            question[0] is not self.question[0]
-            or question[1] != self.question[1]
-            or not self.skipped <= skip
-        ):
-            self.question, self.skipped, self.answer = (
-                question,
-                skip,
-                ranking(self.state, skip, self.only),
-            )
-        return [one for one in self.answer if one.kind not in skip]
+        skip = self.skip()
+        if self.asked and self.asked.answers(self.state, self.only, skip):
+            return self.asked
+        return Asked(self.state, self.only, skip, tuple(ranking(self.state, skip, self.only)))
+
+    def allowed(self, asked):
+        skip = self.skip()
+        return [one for one in asked.found if one.kind not in skip]
 
     def aside(self):
         """Kinds that left the error where it was, twice; further bands, which would only follow what the model lacks elsewhere."""
@@ -161,44 +186,66 @@ class Search:
         )
 
     def questioned(self, candidate):
-        """Is the candidate what it seems; if not, it is put aside and why is kept."""
+        """(the search, is the candidate what it seems); if not, it is put aside and why is kept."""
         part = candidate.part
         why = doubts.doubt(self.state.bench, self.state.seen, self.state.parts, candidate)
-        if why:
-            wave = doubts.wave_of(self.state.bench, [*self.state.parts, part])
-            if wave and doubts.times_of(self.state.bench, wave, part):
-                self.waves.append(wave)
-                self.state = without_wave(self.state, self.given, wave)
-            else:
-                self.set_aside.add(source(part))
-            self.doubtful[part.kind] = "; ".join(
-                filter(None, [self.doubtful.get(part.kind), about(part) + why])
+        if not why:
+            return self, True
+        said = "; ".join(filter(None, [self.doubtful.get(part.kind), about(part) + why]))
+        wave = doubts.wave_of(self.state.bench, [*self.state.parts, part])
+        if wave and doubts.times_of(self.state.bench, wave, part):
+            way = replace(
+                self,
+                waves=(*self.waves, wave),
+                state=without_wave(self.state, self.given, wave),
             )
-        return not why
+        else:
+            way = replace(self, set_aside=self.set_aside | {source(part)})
+        return replace(way, doubtful=MappingProxyType({**self.doubtful, part.kind: said})), False
 
     def take(self, candidate):
+        """The search with the candidate in its model, or with it as one that leaves the error where it was."""
         given = self.given - any(
             part is candidate.replaces for part in self.state.parts[: self.given]
         )
         after = pruned(retold(joined(self.state, candidate.part, candidate.replaces), given), given)
         if earning(candidate.part, self.state) and not self.lower(after):
-            self.idle.setdefault(candidate.kind, []).append((self.state, candidate.part))
-            self.hopeless, self.only = self.hopeless | {candidate.kind}, None
-            return
-        if (
-            after.model_kinds.count("narrow_band") > SEARCH.bands_free - 1
-            and candidate.kind == "narrow_band"
-        ):
-            self.bands = after.model_kinds.count("narrow_band") + self.lower(after)
+            return self.without_use(candidate)
         known = [one.kind for one in self.alternatives]
-        self.alternatives += [one for one in self.undecided or [] if one.kind not in known]
-        self.hopeless |= {
+        put_off = {
             one.kind
             for one in self.last
             if one.log_p > np.log(SEARCH.put_off_chance) or waits(one, candidate)
         }
-        self.only = self.beside(candidate)
-        self.state, self.given = after, given
+        return replace(
+            self,
+            bands=self.bands_with(candidate, after),
+            alternatives=(
+                *self.alternatives,
+                *(one for one in self.undecided or () if one.kind not in known),
+            ),
+            hopeless=self.hopeless | put_off,
+            only=self.beside(candidate),
+            state=after,
+            given=given,
+        )
+
+    def without_use(self, candidate):
+        """The search that knows a candidate which leaves the error where it was."""
+        tries = (*self.idle.get(candidate.kind, ()), (self.state, candidate.part))
+        return replace(
+            self,
+            idle=MappingProxyType({**self.idle, candidate.kind: tries}),
+            hopeless=self.hopeless | {candidate.kind},
+            only=None,
+        )
+
+    def bands_with(self, candidate, after):
+        """How many lines with a width may be sought, once a candidate has joined."""
+        count = after.model_kinds.count("narrow_band")
+        if candidate.kind != "narrow_band" or count <= SEARCH.bands_free - 1:
+            return self.bands
+        return count + self.lower(after)
 
     def lower(self, after):
         """Does the error fall by more than the slack."""
@@ -216,27 +263,25 @@ class Search:
             },
         )
         if kind == "narrow_band":
-            return {kind} | (
+            return frozenset({kind}) | (
                 filters.MEMORY & near if not filters.MEMORY & set(self.state.model_kinds) else set()
             )
         if kind in filters.MEMORY and self.only:
             return self.only - filters.MEMORY
-        return {kind} if kind in SEARCH.most_of else None
+        return frozenset({kind}) if kind in SEARCH.most_of else None
 
     def step(self):
-        """One candidate further, or one way to look less; False: nothing is left."""
-        found = self.ranked()
+        """(the search one candidate further, or looking less, is anything left)."""
+        way, found = self.ranked()
         if significant(found):
-            if self.questioned(found[0]):
-                self.take(found[0])
-            return True
-        if (
-            self.only or self.hopeless and not self.draft
-        ):  # what seemed to be chance beside fewer terms is asked once more
-            self.hopeless = self.hopeless if self.only else set()
-            self.only = None
-            return True
-        return False
+            way, sound = way.questioned(found[0])
+            return (way.take(found[0]) if sound else way), True
+        if way.only:
+            return replace(way, only=None), True
+        if way.hopeless and not way.draft:
+            # what seemed to be chance beside fewer terms is asked once more
+            return replace(way, hopeless=frozenset()), True
+        return way, False
 
 
 def without_wave(state, given, base_hz):
@@ -284,14 +329,15 @@ def close_ones(found):
 def forward(state, given, progress, draft=False):
     """Candidates beyond chance one after the other, the likeliest first. What chance explains beside one state is not tried beside the
     next ones, until nothing else is left (a draft of the spectrum does not ask again); lines are taken one after the other."""
-    way = Search(state, given, draft)
+    way = Search(state, state, given, draft)
     for _ in range(SEARCH.steps_most):
         progress(
             f"looking for lines beside {len(way.state.parts)} effects"
             if way.only
             else f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects beside {', '.join(way.state.model_kinds)}"
         )
-        if not way.step():
+        way, more = way.step()
+        if not more:
             break
     return way
 
@@ -329,7 +375,7 @@ def path(state, given, by_weight):
     matters most first."""
     for added in (state.parts[given:], by_weight):
         states = [
-            with_parts(state, state.parts[:given] + added[:count])
+            with_parts(state, [*state.parts[:given], *added[:count]])
             for count in range(len(added) + 1)
         ]
         errors = [errors_of(one)[0] for one in states]

@@ -9,7 +9,7 @@ from ..data import signals
 from ..thresholds import JUDGE
 
 
-@dataclass
+@dataclass(frozen=True)
 class Adequacy:
     """p of the whole, the p-values of the tests by name, and the cells (bands x times) as normal scores."""
 

@@ -73,7 +73,7 @@ def line_frequency(bench, parts, index):
 
 def line_refined(bench, parts, index):
     moved = parts[index].moved("frequency_hz", line_frequency(bench, parts, index))
-    trial = parts[:index] + [moved] + parts[index + 1 :]
+    trial = [*parts[:index], moved, *parts[index + 1 :]]
     better = bench.fit(trial).log_likelihood > bench.fit(parts).log_likelihood
     bench.forget(parts[index] if better else moved)
     return trial if better else parts
@@ -91,7 +91,7 @@ def refine_one(bench, parts, index, name):
 
     def loss(x):
         moved = at(x)
-        trial = parts[:index] + [moved] + parts[index + 1 :]
+        trial = [*parts[:index], moved, *parts[index + 1 :]]
         value = -bench.fit(trial).log_likelihood
         if moved.effect.regressor:
             bench.forget(moved)
@@ -106,7 +106,7 @@ def refine_one(bench, parts, index, name):
     if best.fun >= -bench.fit(parts).log_likelihood:
         return parts
     bench.forget(part)
-    return parts[:index] + [at(best.x)] + parts[index + 1 :]
+    return [*parts[:index], at(best.x), *parts[index + 1 :]]
 
 
 def sweeps_for(parts, kind):
