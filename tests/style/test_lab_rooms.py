@@ -185,7 +185,7 @@ class TestRooms(unittest.TestCase):
                 if (
                     OPENS.search(function)
                     and name != "files.py"
-                    and not (name.startswith("workbench/") and function in VISIT)
+                    and not (name.startswith("workbench/") and function in OPENING)
                 ):
                     found.add((name, ast.unparse(call)))
         self.assertEqual(sorted(found - set(OPENED)), [], "use files.reading")
