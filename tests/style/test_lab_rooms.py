@@ -29,11 +29,12 @@ ROOMS = (
     "report",
     "wire",
     "workbench",
+    "commands",
     "cli",
 )
 FILES_MAX = 12
 SEARCHING = ("diagnosis/state.py", "diagnosis/search.py")  # what they hold is frozen
-COMMAND_FLEET = ("cli.py", "run_fleet")  # the one place of davarlab that imports davarfleet
+COMMAND_FLEET = ("commands/logs.py", "run_fleet")  # the one place of davarlab that imports davarfleet
 
 # Whatever opens a file by its path: functions of Python and of the readers of logs.
 OPENS = re.compile(
