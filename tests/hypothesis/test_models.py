@@ -9,11 +9,11 @@ from profile import examples
 
 import asked
 from damage import damaged
+from davarfleet import limits
 from davarlab import kalibr
 from davarlab import model as models
 from davarlab.effects import table
 from davarlab.errors import BadInput
-from davarlab.fleet import limits
 from davarlab.report import parameters
 from hypothesis import assume, example, given
 from hypothesis import strategies as st

@@ -12,12 +12,12 @@ from types import SimpleNamespace
 
 import asked
 from damage import damaged
+from davarfleet import store
 from davarlab import model as models
 from davarlab.errors import BadInput
-from davarlab.fleet import store
 from davarlab.wire import record
 from davarlab.workbench import steps as sessions
-from davarlab.workbench import visit
+from davarlab.workbench.visit import visit
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -147,8 +147,8 @@ class Sessions(asked.Lawful):
         self.path.write_bytes(written)
         seen = visit.Visit(self.work)
         try:
-            seen.open(str(self.recording))
-            seen.step()
+            seen.intake.open(str(self.recording))
+            seen.stepping.step()
             return seen.everything()
         except BadInput as why:
             self.assertLess(len(str(why)), 2000)

@@ -4,12 +4,13 @@ import itertools
 import unittest
 
 import numpy as np
+import oracle
 from davarlab import model, simulate
 from davarlab.candidates import candidate
 from davarlab.candidates import ranking as candidates
 from davarlab.data import signals
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import diagnose, oracle
+from davarlab.diagnosis import diagnose
 from davarlab.diagnosis import state as state_of
 from davarlab.effects import table
 from davarlab.inference import estimate, refine, states

@@ -9,9 +9,9 @@ from asking import ROOT  # before numpy: it says how many threads
 from scipy import stats
 
 assert ROOT
+from davarfleet import limits, population  # noqa: E402
 from davarlab import simulate  # noqa: E402
 from davarlab.diagnosis import improve  # noqa: E402
-from davarlab.fleet import limits, population  # noqa: E402
 from davarlab.model import Model, Term  # noqa: E402
 
 N = "angle_random_walk.coefficient_deg_per_sqrt_h"

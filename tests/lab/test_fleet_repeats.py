@@ -178,7 +178,7 @@ class Repeated(unittest.TestCase):
     def test_other_processors_say_the_same_in_nine_digits(self):
         """Their last digits are not the same: a product and a sum in one step round once. A log-likelihood of some 10 000 units has nine digits to 1e-5."""
         code = (
-            "import json, sys\nfrom davarlab.fleet import job\n"
+            "import json, sys\nfrom davarfleet import job\n"
             "print(json.dumps([job.measured(job.Job(path, open(sys.argv[1]).read(), chance=True))['rows'] for path in sys.argv[2:]]))"
         )
         others = cores()

@@ -18,12 +18,13 @@ from pathlib import Path
 import numpy as np
 import plotly
 from asking import ROOT
-from davarlab.workbench import schema, server, visit
+from davarlab.workbench import schema, server
+from davarlab.workbench.visit import visit
 from websockets.sync.client import connect
 
 LIMIT_S = 300  # behind which a server hangs; a busy machine is no fault
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "tools/lab")}
-QUERIES = set(visit.Visit(Path(".")).questions) | set(visit.Visit(Path(".")).looks)
+QUERIES = {name for name, (kind, _) in visit.CALLS.items() if kind != visit.ACTION}
 WRONG = (
     None,
     True,
@@ -172,7 +173,7 @@ class Requests(unittest.TestCase):
         there = visit.Visit(self.folder)
         self.assertEqual(
             set(schema.REQUESTS),
-            set(there.questions) | set(there.looks) | set(there.actions) | {"drop"},
+            set(there.calls) | {"drop"},
         )
 
     def test_a_field_of_the_wrong_type_is_named(self):

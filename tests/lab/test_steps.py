@@ -2,13 +2,15 @@
 
 import unittest
 
+import benchmark_effects
 import numpy as np
 from davarlab import model, simulate
 from davarlab.candidates import intermittent, steps
 from davarlab.data import signals
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import benchmark, improve
+from davarlab.diagnosis import improve
 from davarlab.errors import BadInput
+from davarlab.thresholds import LINE, STEP, TRIES
 from scipy import stats
 
 RATE, COUNT = 50.0, 100000
@@ -59,7 +61,7 @@ class Search(unittest.TestCase):
             for seed in range(200):
                 c = np.random.default_rng([2, seed]).standard_normal(n - 1) * np.sqrt(level)
                 score = np.abs(steps.scores(c, level, same))
-                score[: steps.EDGE] = score[-steps.EDGE :] = 0
+                score[: STEP.edge] = score[-STEP.edge :] = 0
                 hits += steps.log_chance(float(score.max()), same, n) < np.log(0.05)
             self.assertLess(hits, stats.binom.ppf(0.999, 200, 0.05), tilt)
 
@@ -68,10 +70,10 @@ class Search(unittest.TestCase):
         for seed in range(60):
             w = np.random.default_rng([3, seed]).standard_normal(n)
             _, nu, low, high = intermittent.strongest(w)
-            for _ in range(intermittent.ROUNDS):
+            for _ in range(LINE.visit_rounds):
                 gain, low, high = intermittent.best_interval(w, nu)
                 nu = intermittent.best_frequency(w, nu, low, high)
-            hits += np.log(intermittent.TRIALS * n * gain**2) - gain < np.log(0.05)
+            hits += np.log(TRIES.of_visit * n * gain**2) - gain < np.log(0.05)
         self.assertLess(hits, stats.binom.ppf(0.999, 60, 0.05))
 
 
@@ -130,7 +132,7 @@ class Lines(unittest.TestCase):
 
     def test_a_weak_one_is_named_where_the_sizes_of_the_file_are_the_true_ones(self):
         """The likeliest sizes of the given effects may do a little worse on the Allan deviation than the true ones: then those stay."""
-        found = benchmark.one(("intermittent_line", ["intermittent_line"], "visible", 7002))
+        found = benchmark_effects.one(("intermittent_line", ["intermittent_line"], "visible", 7002))
         self.assertEqual(
             (found["verdict"], found["added"]), ("intermittent_line", ["intermittent_line"])
         )

@@ -49,7 +49,7 @@ class Made(unittest.TestCase):
             names = wheel.namelist()
         self.assertEqual(
             {name.split("/")[0] for name in names},
-            {"davar", "davarlab", f"davar-{VERSION}.dist-info"},
+            {"davar", "davarlab", "davarfleet", f"davar-{VERSION}.dist-info"},
         )
         for name in (
             "davar/py.typed",
@@ -57,6 +57,7 @@ class Made(unittest.TestCase):
             "davarlab/shared/libdavar_lab.so",
             "davarlab/shared/davar.dbc",
             "davarlab/report/page.html",
+            "davarfleet/page.html",
         ):
             self.assertIn(name, names)
         self.assertTrue(any(name.endswith("licenses/LICENSE") for name in names))

@@ -1,16 +1,19 @@
-"""The rooms of davarlab: imports run one way down the list, and a room has at most a dozen files."""
+"""The rooms of davarlab: imports run one way down the list, and a room has at most a dozen files. davarfleet, beside it, is a room too."""
 
 import ast
+import os
 import re
 import unittest
 from pathlib import Path
 
 LAB = Path(__file__).resolve().parents[2] / "tools/lab/davarlab"
+FLEET = LAB.with_name("davarfleet")
 # From the data to the door; a module may import from its own room and from those before it.
 ROOMS = (
     "errors",
     "places",
     "arithmetic",
+    "thresholds",
     "files",
     "option_types",
     "data",
@@ -26,10 +29,12 @@ ROOMS = (
     "report",
     "wire",
     "workbench",
-    "fleet",
+    "commands",
     "cli",
 )
 FILES_MAX = 12
+SEARCHING = ("diagnosis/state.py", "diagnosis/search.py")  # what they hold is frozen
+COMMAND_FLEET = ("commands/logs.py", "run_fleet")  # the one place of davarlab that imports davarfleet
 
 # Everything that opens a file by its path: functions of Python and of the readers of logs.
 OPENS = re.compile(
@@ -43,7 +48,7 @@ NEW = "made here, under a name that nothing has"
 OPENED = {
     ("errors.py", "os.open(os.devnull, os.O_WRONLY)"): "to write",
     (
-        "fleet/page.py",
+        "../davarfleet/page.py",
         "(Path(pages.__file__).parent / 'style.css').read_text(encoding='utf-8')",
     ): OWN,
     ("report/page.py", "(HERE / 'style.css').read_text(encoding='utf-8')"): OWN,
@@ -83,7 +88,10 @@ OPENED = {
         "open(self.path, encoding='utf-8', errors='replace')",
     ): "only where it is a regular file",
 }
-VISIT = ("visit.open", "self.open")  # in workbench/: Visit.open, which reads through the door
+OPENING = (
+    "visit.intake.open",
+    "self.open",
+)  # in workbench/: Intake.open, which reads through the door
 
 
 def room_of(path):
@@ -105,25 +113,72 @@ def imported(path):
                     yield found
 
 
+def name_of(path):
+    """Of a module, from davarlab on."""
+    return Path(os.path.relpath(path, LAB)).as_posix()
+
+
+def functions_that_import(path, package):
+    """Names of the functions of a module that import the package; None stands for the module itself."""
+    tree = ast.parse(path.read_text())
+    inside = {
+        node: function.name
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef)
+        for node in ast.walk(function)
+    }
+    for node in ast.walk(tree):
+        names = (
+            [alias.name for alias in node.names]
+            if isinstance(node, ast.Import)
+            else [node.module or ""]
+            if isinstance(node, ast.ImportFrom) and not node.level
+            else []
+        )
+        if package in {name.partition(".")[0] for name in names}:
+            yield inside.get(node)
+
+
 class TestRooms(unittest.TestCase):
-    def modules(self):
+    def modules(self, *packages):
         return sorted(
-            path for path in LAB.rglob("*.py") if path.name not in ("__init__.py", "__main__.py")
+            path
+            for package in packages
+            for path in package.rglob("*.py")
+            if path.name not in ("__init__.py", "__main__.py")
         )
 
     def test_imports_run_one_way(self):
         wrong = [
             f"{path.relative_to(LAB)} imports {other.relative_to(LAB)}"
-            for path in self.modules()
+            for path in self.modules(LAB)
             for other in imported(path)
             if room_of(other) > room_of(path)
         ]
         self.assertEqual(wrong, [])
 
+    def test_davarlab_imports_davarfleet_in_its_command_alone(self):
+        found = [
+            (name_of(path), function)
+            for path in self.modules(LAB)
+            for function in functions_that_import(path, "davarfleet")
+        ]
+        self.assertEqual(found, [COMMAND_FLEET])
+
+    def test_the_search_never_changes_a_state(self):
+        for name in SEARCHING:
+            for node in ast.walk(ast.parse((LAB / name).read_text())):
+                if isinstance(node, ast.ClassDef):
+                    self.assertIn("frozen=True", ast.unparse(node.decorator_list[0]), node.name)
+                targets = node.targets if isinstance(node, ast.Assign) else []
+                self.assertFalse(
+                    [one for one in targets if isinstance(one, ast.Attribute)], ast.unparse(node)
+                )
+
     def test_nothing_is_opened_by_its_path_but_through_files(self):
         found = set()
-        for path in self.modules():
-            name = path.relative_to(LAB).as_posix()
+        for path in self.modules(LAB, FLEET):
+            name = name_of(path)
             for call in (
                 node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)
             ):
@@ -131,14 +186,14 @@ class TestRooms(unittest.TestCase):
                 if (
                     OPENS.search(function)
                     and name != "files.py"
-                    and not (name.startswith("workbench/") and function in VISIT)
+                    and not (name.startswith("workbench/") and function in OPENING)
                 ):
                     found.add((name, ast.unparse(call)))
         self.assertEqual(sorted(found - set(OPENED)), [], "use files.reading")
         self.assertEqual(sorted(set(OPENED) - found), [], "no longer there")
 
     def test_a_room_has_at_most_a_dozen_files(self):
-        for room in {path.parent for path in self.modules()}:
+        for room in {path.parent for path in self.modules(LAB, FLEET)}:
             self.assertLessEqual(
                 len([path for path in room.glob("*.py") if path.name != "__init__.py"]),
                 FILES_MAX,

@@ -11,21 +11,9 @@ from ..data.recording import Recording
 from ..effects import columns, table
 from ..inference import changes, modulation
 from ..inference.parts import Part
+from ..thresholds import CHANCE, COLUMN, TRIES
 from .candidate import Candidate, log_tail
 from .ranking import shapes_of
-
-SLOW_MOST = 16384  # samples of the recording of block means
-FINER = np.exp2(np.arange(-6, 7) / 8)  # about the best shape of the first round
-CLOSE = 3.0  # log-likelihood units for which an effect takes the place of another rather than stand beside it
-# As candidates.TRIALS, per case: alone, or where the temperature is in the model already.
-TRIALS = {
-    "temperature": 3.2,
-    "temperature beside": 5.1,
-    "temperature_squared": 5.5,
-    "temperature_hysteresis": 3.5,
-    "temperature_noise": 1.4,
-    "follows": 4.4,
-}  # per column
 
 
 def block_means(x, length):
@@ -35,7 +23,7 @@ def block_means(x, length):
 
 def block_length(samples):
     """Samples per mean; of a few lengths the first that makes a fast transform."""
-    least = -(-samples // SLOW_MOST)
+    least = -(-samples // COLUMN.means_most)
     return next(
         (
             length
@@ -108,7 +96,7 @@ def finer(part, recording):
     return (
         [
             part.moved(name, part.shape[name] * step)
-            for step in FINER
+            for step in np.exp2(np.arange(-6, 7) / 8)
             if name != "lag_s" or part.shape[name] * step <= limit
         ]
         if name
@@ -123,18 +111,18 @@ def best_of(bench, parts, fit, tried, names):
         return None
     scan = Scan(bench, parts, fit.level, fit.coefficients, names)
     part = max(tried, key=scan.gain)
-    full = bench.fit(parts + [part], near=fit.level)
+    full = bench.fit([*parts, part], near=fit.level)
     scan = Scan(
         bench,
         parts,
         full.level,
-        bench.coefficients_of(bench.all_keys(parts), parts + [part], full),
+        bench.coefficients_of(bench.all_keys(parts), [*parts, part], full),
         names,
     )
     second = max(tried, key=scan.gain)
     second = max([second] + finer(second, bench.recording), key=scan.gain)
     if second.key != part.key:
-        other = bench.fit(parts + [second], near=full.level)
+        other = bench.fit([*parts, second], near=full.level)
         part, full, loser = (
             (second, other, part)
             if other.log_likelihood > full.log_likelihood
@@ -145,12 +133,16 @@ def best_of(bench, parts, fit, tried, names):
 
 
 def at_once_unless(bench, parts, part, full):
-    """(part, fit) without its lag, unless that is worth CLOSE. How late the temperature itself is felt, identifiable.py weighs."""
+    """(part, fit) without its lag, unless the recording can tell it. How late the temperature itself is felt, identifiable.py weighs."""
     if part.kind == "temperature" or not part.shape.get("lag_s"):
         return part, full
     prompt = part.moved("lag_s", 0.0)
-    other = bench.fit(parts + [prompt], near=full.level)
-    return (prompt, other) if other.log_likelihood > full.log_likelihood - CLOSE else (part, full)
+    other = bench.fit([*parts, prompt], near=full.level)
+    return (
+        (prompt, other)
+        if other.log_likelihood > full.log_likelihood - CHANCE.tell_apart
+        else (part, full)
+    )
 
 
 def thermal(bench, parts, fit, kind, shapes=None):
@@ -203,20 +195,22 @@ def on_temperature(bench, parts, fit):
     kinds, plain = [part.kind for part in parts], plain_temperature(parts)
     if plain:
         yield judged(
-            replacing(bench, parts, fit, "temperature", plain), TRIALS["temperature beside"]
+            replacing(bench, parts, fit, "temperature", plain),
+            TRIES.of_column["temperature beside"],
         )
     elif "temperature" not in kinds:
-        yield judged(thermal(bench, parts, fit, "temperature"), TRIALS["temperature"])
+        yield judged(thermal(bench, parts, fit, "temperature"), TRIES.of_column["temperature"])
     if "temperature_squared" not in kinds:
         yield judged(
-            thermal(bench, parts, fit, "temperature_squared"), TRIALS["temperature_squared"]
+            thermal(bench, parts, fit, "temperature_squared"),
+            TRIES.of_column["temperature_squared"],
         )
     if "temperature_hysteresis" not in kinds:
         beside = thermal(bench, parts, fit, "temperature_hysteresis")
         instead = plain and replacing(bench, parts, fit, "temperature_hysteresis", plain)
         yield judged(
-            instead if instead and instead.gain > beside.gain - CLOSE else beside,
-            TRIALS["temperature_hysteresis"],
+            instead if instead and instead.gain > beside.gain - CHANCE.tell_apart else beside,
+            TRIES.of_column["temperature_hysteresis"],
         )
 
 
@@ -226,13 +220,13 @@ def in_the_noise(bench, parts, blocks):
     relative, gain = modulation.best_growth(parts, bench.recording, blocks)
     part = Part("temperature_noise", {"relative_per_degC": relative})
     variance = changes.fit(
-        blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks)
+        blocks, modulation.variance_shapes([*parts, part], bench.recording, blocks)
     )[1]
     return judged(
         Candidate(
             part.kind, part, gain / changes.restless(blocks.energy / variance, blocks.length), 0.0
         ),
-        TRIALS["temperature_noise"],
+        TRIES.of_column["temperature_noise"],
     )
 
 
@@ -252,14 +246,15 @@ def following(bench, parts, fit, gyro):
         ]
         part, full = best_of(bench, parts, fit, tried, (name,))
         at_once = tried[0]
-        other = full if part.key == at_once.key else bench.fit(parts + [at_once], near=fit.level)
+        other = full if part.key == at_once.key else bench.fit([*parts, at_once], near=fit.level)
         part, full = (
             (at_once, other)
-            if other.log_likelihood > full.log_likelihood - (CLOSE if part.shape["lag_s"] else 0.0)
+            if other.log_likelihood
+            > full.log_likelihood - (CHANCE.tell_apart if part.shape["lag_s"] else 0.0)
             else (part, full)
         )
         one = Candidate("follows", part, full.log_likelihood - fit.log_likelihood, 0.0)
-        found.append(judged(one, TRIALS["follows"] * len(names)))
+        found.append(judged(one, TRIES.of_column["follows"] * len(names)))
     return sorted(found, key=lambda one: one.log_p - 1e-9 * one.gain)
 
 

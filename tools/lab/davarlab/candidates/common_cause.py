@@ -7,24 +7,8 @@ import numpy as np
 
 from ..data import signals
 from ..effects import columns
+from ..thresholds import CAUSE
 from .columns import coarse
-
-# Hz. Above, the paths of both sensors (delays, filters) differ, and a true coefficient need not be one number.
-EDGES = (0.0, 0.002, 0.01, 0.05, 0.25, 0.5, 2.5)
-WORKED_OUT_HZ = 0.05  # up to here a course worked out of a column (a square of vibration, a slope) has no scatter of its own to speak of
-ORDINATES_LEAST = 8  # in a band; one with fewer goes with the next
-SEEN, APART, FACTOR = (
-    3.0,
-    3.5,
-    2.0,
-)  # standard errors of one band and of a difference; ratio of coefficients
-TURNING_HZ, TURNING = (
-    0.05,
-    0.75,
-)  # from where on, and from which share of real motion on, another axis of the gyro counts as turned
-SHARE_LEAST = 0.1  # of real motion in an accelerometer's power, below which its noise is not divided out further
-SLOW_HZ, COHERENT, ALIKE = 0.01, 0.4, 1.5
-QUIET = 0.05  # of the seconds, whose noise is taken for the sensor's own
 
 
 @dataclass
@@ -56,15 +40,15 @@ def sensor_noise(x, rate_hz):
     length = max(64, int(rate_hz))
     count = len(x) // length
     steps = np.diff(x[: count * length].reshape(count, length), axis=1)
-    return float(np.quantile((steps**2).mean(axis=1), QUIET)) / 2
+    return float(np.quantile((steps**2).mean(axis=1), CAUSE.quiet_share)) / 2
 
 
 def band_places(f):
     """(from, to, slice of the ordinates) of every band with enough ordinates."""
-    found, low, first = [], EDGES[0], 0
-    for high in EDGES[1:]:
+    found, low, first = [], CAUSE.edges_hz[0], 0
+    for high in CAUSE.edges_hz[1:]:
         last = int(np.searchsorted(f, high))
-        if last - first >= ORDINATES_LEAST and high <= f[-1] * 1.01:
+        if last - first >= CAUSE.ordinates_least and high <= f[-1] * 1.01:
             found.append((low, high, slice(first, last)))
             low, first = high, last
     return found
@@ -72,15 +56,15 @@ def band_places(f):
 
 def in_bands(bench, parts, part):
     """(from, to, coefficient, standard error, share of real motion) per band; the noise is whitened, and measured in the band itself."""
-    fit, data = bench.fit(parts + [part]), bench.data
+    fit, data = bench.fit([*parts, part]), bench.data
     name = column_of(part)
     x = bench.recording.column(name) if name else bench.courses(part)[0]
     floor = sensor_noise(x, data.rate_hz) if name and name.startswith(("accel_", "gyro_")) else 0.0
-    used = int(np.searchsorted(data.f, EDGES[-1] if name else WORKED_OUT_HZ))
+    used = int(np.searchsorted(data.f, CAUSE.edges_hz[-1] if name else CAUSE.worked_out_hz))
     keys = bench.all_keys(parts)
     c, rest = (
         signals.transform(x - x.mean())[1 : used + 1],
-        data.without(bench.coefficients_of(keys, parts + [part], fit), keys)[:used],
+        data.without(bench.coefficients_of(keys, [*parts, part], fit), keys)[:used],
     )
     level, found = np.interp(np.log(data.f[:used]), np.log(data.f_bin), fit.level), []
     for low, high, place in band_places(data.f[:used]):
@@ -91,7 +75,7 @@ def in_bands(bench, parts, part):
         scatter = np.sum((rest[place] - beta * c[place]) ** 2 / level[place]) / (
             place.stop - place.start - 1
         )
-        share = max(SHARE_LEAST, 1 - floor / float(np.mean(c[place] ** 2)))
+        share = max(CAUSE.motion_least, 1 - floor / float(np.mean(c[place] ** 2)))
         found.append((low, high, beta, float(np.sqrt(scatter / power)), share))
     return found
 
@@ -109,17 +93,19 @@ def mean_of(found):
 def contradict(one, other):
     """Two bands (coefficient, error): is one seen, are they apart, and by more than chance and dilution explain."""
     (a, error_a), (b, error_b) = one, other
-    if max(abs(a) / error_a, abs(b) / error_b) <= SEEN or abs(a - b) <= APART * np.hypot(
-        error_a, error_b
-    ):
+    if max(abs(a) / error_a, abs(b) / error_b) <= CAUSE.band_seen or abs(
+        a - b
+    ) <= CAUSE.bands_apart * np.hypot(error_a, error_b):
         return False
-    return a * b <= 0 or max(abs(a), abs(b)) > FACTOR * min(abs(a), abs(b))
+    return a * b <= 0 or max(abs(a), abs(b)) > CAUSE.bands_ratio * min(abs(a), abs(b))
 
 
 def agree(one, other):
     (a, error_a), (b, error_b) = one, other
     return (
-        min(abs(a) / error_a, abs(b) / error_b) > SEEN and a * b > 0 and not contradict(one, other)
+        min(abs(a) / error_a, abs(b) / error_b) > CAUSE.band_seen
+        and a * b > 0
+        and not contradict(one, other)
     )
 
 
@@ -151,7 +137,9 @@ def judge(bench, parts, part):
 def is_turned(part, band):
     """Is the part on another axis of the gyro that is turned, in a band of in_bands()."""
     return (
-        (column_of(part) or "").startswith("gyro_") and band[0] >= TURNING_HZ and band[4] > TURNING
+        (column_of(part) or "").startswith("gyro_")
+        and band[0] >= CAUSE.turned_hz
+        and band[4] > CAUSE.turned_share
     )
 
 
@@ -164,7 +152,8 @@ def unseen(part, found, confirmed):
     seen = [
         band
         for band in found
-        if abs(band[2]) > SEEN * band[3] and (is_turned(part, band) or not name.startswith("gyro_"))
+        if abs(band[2]) > CAUSE.band_seen * band[3]
+        and (is_turned(part, band) or not name.startswith("gyro_"))
     ]
     return (
         ""
@@ -220,16 +209,16 @@ def same_on_all(bench, parts, part):
         for axis in "xyz"
     ]
     sizes = [abs(beta) for _, _, beta, _, _ in best]
-    return all(abs(beta) > SEEN * error for _, _, beta, error, _ in best) and max(
+    return all(abs(beta) > CAUSE.band_seen * error for _, _, beta, error, _ in best) and max(
         sizes
-    ) < ALIKE * min(sizes)
+    ) < CAUSE.axes_ratio * min(sizes)
 
 
 def flattened(x, rate_hz):
     """The slow ordinates with a power law of frequency taken out."""
     c = signals.transform(x - x.mean())[1:]
     f = signals.frequencies(len(x), rate_hz)
-    c, f = c[f < SLOW_HZ], f[f < SLOW_HZ]
+    c, f = c[f < CAUSE.slow_hz], f[f < CAUSE.slow_hz]
     if len(c) < 20 or not np.any(c):
         return None
     slope, level = np.polyfit(np.log(f), np.log(np.maximum(c**2, 1e-300)), 1)
@@ -237,7 +226,7 @@ def flattened(x, rate_hz):
 
 
 def slow_coherence(recording, a, b):
-    """Correlation of two columns below SLOW_HZ, each octave with its own weight; and its standard error."""
+    """Correlation of two columns below CAUSE.slow_hz, each octave with its own weight; and its standard error."""
     small = coarse(recording, (a, b))
     one, other = (flattened(small.columns[name], small.rate_hz) for name in (a, b))
     if one is None or other is None:
@@ -247,7 +236,7 @@ def slow_coherence(recording, a, b):
 
 def together(recording, a, b):
     r, error = slow_coherence(recording, a, b)
-    return abs(r) > max(COHERENT, APART * error)
+    return abs(r) > max(CAUSE.coherent, CAUSE.bands_apart * error)
 
 
 def several_axes(recording, column):
@@ -268,4 +257,4 @@ def several_axes(recording, column):
     if not shared:
         return ""
     said = " and ".join(f"{name} (r = {r:.2f})" for name, r in shared)
-    return f"{said} drift{'s' if len(shared) == 1 else ''} together with {column} below {SLOW_HZ:g} Hz: a common cause that was not logged"
+    return f"{said} drift{'s' if len(shared) == 1 else ''} together with {column} below {CAUSE.slow_hz:g} Hz: a common cause that was not logged"

@@ -1,15 +1,11 @@
 """Why a candidate beyond chance is not what it seems: motion, a software that subtracts the bias, a wave, a common cause (DESIGN 4)."""
 
 from ..data import recording as recordings
+from ..thresholds import DOUBT, LINE
 from . import common_cause
 
 SUDDEN = ("shocks", "noise_step", "bias_step", "telegraph_noise")
-MOVED = 0.01  # of the samples that true motion takes, from where on what is left of it in the others passes for an effect
-LEAK, LEAK_AT_REST = 0.1, 0.3  # of another axis at most; data sheets say 0.01 to 0.05
 LINES = ("sinusoid", "narrow_band", "intermittent_line")
-SLOWEST_HZ = 0.1  # of what turns: harmonics of anything slower are no lines
-HARMONICS = 3  # lines, from which on they are one
-NEAR = 0.1  # of the slowest line, that a line must be surer of its place than to be its harmonic
 
 
 def doubt(bench, seen, parts, candidate):
@@ -24,7 +20,7 @@ def doubt(bench, seen, parts, candidate):
 
 def was_moved(seen):
     """Is so much of the record true motion that what is left of it passes for an effect."""
-    return share_of_motion(seen) > MOVED
+    return share_of_motion(seen) > DOUBT.moved_share
 
 
 def share_of_motion(seen):
@@ -48,7 +44,7 @@ def of_rotation(seen, part, coefficient):
     leak = coefficient / next(
         (factor for unit, factor in recordings.TO_DPS.items() if column.endswith("_" + unit)), 1.0
     )
-    if abs(leak) < (LEAK if was_moved(seen) else LEAK_AT_REST):
+    if abs(leak) < (DOUBT.leak_moved if was_moved(seen) else DOUBT.leak_at_rest):
         return ""
     return (
         f"{leak:.2g} of {column} is more than an axis leaks into another: the sensor turns about an axis between them, or both share a "
@@ -75,7 +71,7 @@ def times_of(bench, base_hz, part):
     doubt_hz = (1 + times) * bench.recording.rate_hz / len(bench.y) / 4
     return (
         times
-        if doubt_hz < NEAR * base_hz
+        if doubt_hz < LINE.wave_near * base_hz
         and abs(part.shape["frequency_hz"] - times * base_hz) < doubt_hz
         else 0
     )
@@ -84,12 +80,12 @@ def times_of(bench, base_hz, part):
 def wave_of(bench, parts):
     """Frequency of a course that repeats and is no sine wave, of which the lines among the parts are harmonics; None without one."""
     base = min(
-        (part.shape["frequency_hz"] for part in parts if part.kind in LINES), default=SLOWEST_HZ
+        (part.shape["frequency_hz"] for part in parts if part.kind in LINES), default=LINE.wave_hz
     )
     found = (
-        {times_of(bench, base, part) for part in parts} - {0} if 0 < base < SLOWEST_HZ else set()
+        {times_of(bench, base, part) for part in parts} - {0} if 0 < base < LINE.wave_hz else set()
     )
-    return base if len(found) >= HARMONICS else None
+    return base if len(found) >= LINE.wave_harmonics else None
 
 
 def of_one_wave(bench, parts, part):

@@ -6,13 +6,10 @@ import numpy as np
 
 from ..inference import refine
 from ..inference.whittle import generalised_least_squares
+from ..thresholds import CHANCE, SEARCH
 from .candidate import Candidate, log_chance
 
 MEMORY = {"low_pass", "moving_average"}
-APART = 2.33  # standard deviations of a gain over a rival, by which it is one (1 %)
-CRUDE = (
-    6.0  # log-likelihood units of the best of a grid, from which a filter is worth a closer look
-)
 
 
 def worth(bench, parts):
@@ -40,7 +37,7 @@ def responding(bench, parts):
             others = [replace(one, form=form) for one in unsaid(part) for form in part.effect.forms]
             trials = [
                 refine.refined(
-                    bench, parts[:index] + [other] + parts[index + 1 :], only=(part.kind,)
+                    bench, [*parts[:index], other, *parts[index + 1 :]], only=(part.kind,)
                 )
                 for other in others
             ]
@@ -50,10 +47,10 @@ def responding(bench, parts):
 
 def candidate(bench, parts, fit, crude):
     """A filter that gained on its grid, in its best response and at its best shape."""
-    if crude.gain < CRUDE:
+    if crude.gain < SEARCH.crude_gain:
         return crude
-    part = responding(bench, parts + [crude.part])[-1]
-    gain = worth(bench, parts + [part]) - fit.log_likelihood
+    part = responding(bench, [*parts, crude.part])[-1]
+    gain = worth(bench, [*parts, part]) - fit.log_likelihood
     return Candidate(part.kind, part, gain, log_chance(part.kind, gain))
 
 
@@ -76,6 +73,6 @@ def simpler_memory(bench, parts, found):
         or min(mean.gain, low.gain - mean.gain) < 0
     ):
         return
-    gains = terms_per_bin(bench, parts + [low.part]) - terms_per_bin(bench, parts + [mean.part])
-    if gains.sum() < APART * np.sqrt(gains @ gains):
+    gains = terms_per_bin(bench, [*parts, low.part]) - terms_per_bin(bench, [*parts, mean.part])
+    if gains.sum() < CHANCE.apart_sigmas * np.sqrt(gains @ gains):
         low.log_p = max(low.log_p, min(0.0, mean.log_p + 1e-6))

@@ -8,7 +8,7 @@ import numpy as np
 from ..effects import table
 from ..inference import modulation, refine
 from ..inference.parts import Part
-from . import candidate as candidate_of
+from ..thresholds import CHANCE, COLUMN, TRIES
 from . import columns
 from . import ranking as candidates
 from .candidate import Candidate, log_tail
@@ -16,14 +16,11 @@ from .candidate import Candidate, log_tail
 NOISE = ("rate_random_walk", "gauss_markov")
 COURSES = ("rate_ramp", "warm_up")
 HEAT = ("temperature", "temperature_squared", "temperature_hysteresis", "temperature_rate")
-CLOSE = 3.0  # log-likelihood units within which a recording cannot tell two effects
-LAG_LEAST = 8.0  # gain of a lag over the temperature felt at once, below which a random walk does as well (REALITY: prototype)
-CHANCE = 0.01
 TRIALS = {
-    "temperature": columns.TRIALS["temperature beside"],
-    "temperature_squared": columns.TRIALS["temperature_squared"],
-    "temperature_hysteresis": columns.TRIALS["temperature_hysteresis"],
-    "temperature_rate": candidate_of.TRIALS["temperature_rate"],
+    "temperature": TRIES.of_column["temperature beside"],
+    "temperature_squared": TRIES.of_column["temperature_squared"],
+    "temperature_hysteresis": TRIES.of_column["temperature_hysteresis"],
+    "temperature_rate": TRIES.of_kind["temperature_rate"],
 }
 NAMES = {
     "temperature": "temperature lag",
@@ -81,7 +78,7 @@ class Rival:
     @property
     def score(self):
         """A second term must be worth as much as tells two effects."""
-        return self.gain - (0.0 if self.whole else CLOSE)
+        return self.gain - (0.0 if self.whole else CHANCE.tell_apart)
 
 
 def alternative(named, other):
@@ -112,7 +109,7 @@ class Bed:
         self.refine_lag()
         self.in_model = any(part.kind == "temperature" for part in parts)
         at_once = Part("temperature", {"lag_s": 0.0})
-        self.base = parts if self.in_model else parts + [at_once]
+        self.base = parts if self.in_model else [*parts, at_once]
         self.base_fit = bench.fit(self.base)
         self.step = self.base_fit.log_likelihood - self.fit.log_likelihood
         self.plain = (
@@ -122,7 +119,7 @@ class Bed:
                 "temperature",
                 at_once,
                 self.step,
-                log_tail(self.step, columns.TRIALS["temperature"]),
+                log_tail(self.step, TRIES.of_column["temperature"]),
             )
         )
 
@@ -131,8 +128,8 @@ class Bed:
         late = self.found.get("temperature")
         if late and late.part.shape["lag_s"]:
             rest = [part for part in self.parts if part is not late.replaces]
-            late.part = refine.refined(self.bench, rest + [late.part], only=("temperature",))[-1]
-            late.gain = self.bench.fit(rest + [late.part]).log_likelihood - self.fit.log_likelihood
+            late.part = refine.refined(self.bench, [*rest, late.part], only=("temperature",))[-1]
+            late.gain = self.bench.fit([*rest, late.part]).log_likelihood - self.fit.log_likelihood
 
     def over_base(self, candidate):
         return candidate.gain - self.step
@@ -159,7 +156,7 @@ class Bed:
         return Rival(kind, best.gain, first, self.in_model)
 
     def rivals(self):
-        """One per kind, the simpler one unless the other gains CLOSE more."""
+        """One per kind, the simpler one unless the other gains CHANCE.tell_apart more."""
         kinds = [part.kind for part in self.parts]
         for kind in HEAT + NOISE + COURSES:
             if kind in kinds and not (kind == "temperature" and kind in self.found):
@@ -171,7 +168,11 @@ class Bed:
                 continue
             full = self.beside(kind)
             if simple or full:
-                yield full if not simple or full and full.gain > simple.gain + CLOSE else simple
+                yield (
+                    full
+                    if not simple or full and full.gain > simple.gain + CHANCE.tell_apart
+                    else simple
+                )
 
 
 def moving(recording):
@@ -179,17 +180,17 @@ def moving(recording):
 
 
 def likeliest_heat(rivals):
-    """Where one of the ways to feel heat is beyond chance, the likeliest; of those CLOSE to it a lag, or else what needs no second term."""
+    """Where one of the ways to feel heat is beyond chance, the likeliest; of those that the recording cannot tell from it a lag, or else what needs no second term."""
     heat = [rival for rival in rivals if rival.kind in HEAT]
     best = max((rival.score for rival in heat if beyond_chance(rival)), default=np.inf)
-    near = [rival for rival in heat if rival.score > best - CLOSE]
+    near = [rival for rival in heat if rival.score > best - CHANCE.tell_apart]
     return max(
         near, key=lambda rival: (rival.kind == "temperature", rival.whole, rival.gain), default=None
     )
 
 
 def beyond_chance(rival):
-    return log_tail(rival.gain, TRIALS[rival.kind]) < np.log(CHANCE)
+    return log_tail(rival.gain, TRIALS[rival.kind]) < np.log(CHANCE.family_wise)
 
 
 def at_stake(found, bed):
@@ -197,7 +198,7 @@ def at_stake(found, bed):
     ways = [candidate.log_p for candidate in found if candidate.kind in HEAT] + (
         [bed.plain.log_p] if bed.plain else []
     )
-    return bed.in_model or min(ways, default=0.0) + np.log(len(found)) < np.log(CHANCE)
+    return bed.in_model or min(ways, default=0.0) + np.log(len(found)) < np.log(CHANCE.family_wise)
 
 
 def at_once(found, bed):
@@ -248,16 +249,16 @@ def settled(found, bench, parts):
     )
     if heat is None:
         return outdone(found, bed), None
-    if other and other.score > heat.score + CLOSE:
+    if other and other.score > heat.score + CHANCE.tell_apart:
         return outdone(found, bed), None
     if other and other.score > heat.score:
         return outdone(found, bed), [alternative(other.kind, heat.kind)]
     named = [
         rival.kind
         for rival in rivals
-        if rival is not heat and abs(rival.gain - heat.gain) < CLOSE and rival.gain > 0
+        if rival is not heat and abs(rival.gain - heat.gain) < CHANCE.tell_apart and rival.gain > 0
     ]
-    if heat.gain < LAG_LEAST and not set(named) & set(NOISE):
+    if heat.gain < COLUMN.lag_least and not set(named) & set(NOISE):
         named.append("rate_random_walk")
     return first(found, heat.first), [alternative(heat.kind, kind) for kind in named]
 
@@ -269,7 +270,8 @@ def noise_of_heat(found, bench, parts):
         (
             c
             for c in found
-            if c.kind == "temperature_noise" and c.log_p + np.log(len(found)) < np.log(CHANCE)
+            if c.kind == "temperature_noise"
+            and c.log_p + np.log(len(found)) < np.log(CHANCE.family_wise)
         ),
         None,
     )
@@ -277,7 +279,7 @@ def noise_of_heat(found, bench, parts):
         return found, None
     blocks = bench.blocks(parts, bench.fit(parts))
     whole = modulation.best_growth(parts, bench.recording, blocks)[1]
-    return (first(found, heat), []) if whole > found[0].gain + CLOSE else (found, None)
+    return (first(found, heat), []) if whole > found[0].gain + CHANCE.tell_apart else (found, None)
 
 
 def outdone(found, bed):

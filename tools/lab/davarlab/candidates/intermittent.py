@@ -4,26 +4,16 @@ import numpy as np
 from scipy import fft
 
 from ..inference.parts import Part
-
-WINDOWS = (4, 12, 36, 108, 324)  # to the record, half overlapping
-SHORTEST = 128  # samples of a window
-MARKS = 240
-TURNS = 8  # periods that an interval must hold
-MOST = 0.85  # of the record, from which a line is there all the time
-ROUNDS = 3
-# The tail of the largest gain in white noise is TRIALS n gain^2 exp(-gain), each end of the interval being a gain's worth of tries;
-# measured on 150 records of 20 000 and 60 of 100 000 samples: 1.6 and 3.4 at the largest 5 %.
-TRIALS = 4.0
-WITHIN = 3.0  # half widths of a narrow band, within which a line that comes and goes is that band, wandering
+from ..thresholds import LINE, TRIES
 
 
 def strongest(w, bands=()):
     """(gain, frequency over rate, first, last) of the best window of any length, without those that hold most of the record, and outside the
     bands (low, high)."""
     best, w = (-np.inf, 0.0, 0, 0), w.astype(np.float32)
-    for count in WINDOWS:
+    for count in LINE.visit_windows:
         length = len(w) // count
-        if length < SHORTEST:
+        if length < LINE.visit_least:
             break
         points = fft.next_fast_len(2 * length, real=True)
         nu, starts = (
@@ -36,7 +26,7 @@ def strongest(w, bands=()):
                 np.abs(fft.rfft(w[chunk[:, None] + np.arange(length)], points, axis=1)) ** 2
                 / length
             )
-            power[:, : 2 * TURNS] = power[:, -2:] = 0
+            power[:, : 2 * LINE.visit_turns] = power[:, -2:] = 0
             power[:, known] = 0
             row, column = np.unravel_index(np.argmax(power), power.shape)
             best = max(
@@ -53,13 +43,13 @@ def strongest(w, bands=()):
 
 def best_interval(w, nu):
     """(gain, first, last) of the likeliest interval of a line of that frequency."""
-    edges = np.linspace(0, len(w), MARKS + 1).astype(int)
+    edges = np.linspace(0, len(w), LINE.visit_marks + 1).astype(int)
     turned = w * np.exp(-2j * np.pi * nu * np.arange(len(w)))
     total = np.concatenate([[0], np.cumsum(np.add.reduceat(turned, edges[:-1]))])
     first, last = np.triu_indices(len(edges), 1)
     length = edges[last] - edges[first]
     gain = np.where(
-        (length * nu >= TURNS) & (length < MOST * len(w)),
+        (length * nu >= LINE.visit_turns) & (length < LINE.visit_most * len(w)),
         np.abs(total[last] - total[first]) ** 2 / length,
         0,
     )
@@ -67,16 +57,18 @@ def best_interval(w, nu):
     low, high = edges[first[best]], edges[last[best]]
     fine = np.concatenate([[0], np.cumsum(turned)])
     for _ in range(2):
-        low, high = sharpened(fine, low, high, len(w) // MARKS)
+        low, high = sharpened(fine, low, high, len(w) // LINE.visit_marks)
     return float(np.abs(fine[high] - fine[low]) ** 2 / (high - low)), int(low), int(high)
 
 
 def sharpened(total, low, high, reach):
     """Both ends, each moved by no more than `reach`."""
-    starts = np.arange(max(0, low - reach), min(high - SHORTEST, low + reach) + 1)
+    starts = np.arange(max(0, low - reach), min(high - LINE.visit_least, low + reach) + 1)
     if len(starts):
         low = starts[np.argmax(np.abs(total[high] - total[starts]) ** 2 / (high - starts))]
-    stops = np.arange(max(low + SHORTEST, high - reach), min(len(total) - 1, high + reach) + 1)
+    stops = np.arange(
+        max(low + LINE.visit_least, high - reach), min(len(total) - 1, high + reach) + 1
+    )
     if len(stops):
         high = stops[np.argmax(np.abs(total[stops] - total[low]) ** 2 / (stops - low))]
     return low, high
@@ -96,9 +88,9 @@ def search(bench, parts, fit):
     """(part, gain, log p) of the likeliest such line; the gain is held against the noise of its own interval."""
     w, rate = bench.residual(parts, fit), bench.recording.rate_hz
     bands = [part.shape for part in parts if part.kind == "narrow_band"]
-    reach = [(band["frequency_hz"], WITHIN * band["half_width_hz"]) for band in bands]
+    reach = [(band["frequency_hz"], LINE.within_band * band["half_width_hz"]) for band in bands]
     gain, nu, low, high = strongest(w, [((f - off) / rate, (f + off) / rate) for f, off in reach])
-    for _ in range(ROUNDS if gain > 0 else 0):
+    for _ in range(LINE.visit_rounds if gain > 0 else 0):
         gain, low, high = best_interval(w, nu)
         nu = best_frequency(w, nu, low, high)
     if gain <= 0 or not low < high:
@@ -113,6 +105,10 @@ def search(bench, parts, fit):
         },
     )
     noise = max((float(np.sum(w[low:high] ** 2)) - 2 * gain) / (high - low), 1.0)
-    gain = (bench.fit(parts + [part]).log_likelihood - fit.log_likelihood) / noise
+    gain = (bench.fit([*parts, part]).log_likelihood - fit.log_likelihood) / noise
     bench.forget(part)
-    return part, gain, min(0.0, float(np.log(TRIALS * len(w) * max(gain, 1) ** 2) - max(gain, 0)))
+    return (
+        part,
+        gain,
+        min(0.0, float(np.log(TRIES.of_visit * len(w) * max(gain, 1) ** 2) - max(gain, 0))),
+    )

@@ -5,17 +5,8 @@ from scipy import fft
 
 from ..inference import modulation, refine
 from ..inference.parts import Part
+from ..thresholds import LINE
 from .candidate import Candidate, log_tail_of_line
-
-APART, APART_BINS = (
-    0.1,
-    20,
-)  # of a line's frequency, and half bins: how far another one is a line of its own
-LOWEST = 30  # ordinates: what is slower has no spectrum of its own in the record
-WIDEST = 0.03  # of the sample rate: what is wider is no line
-NARROWEST = 1.5  # ordinates: what is narrower is sharp
-HOPEFUL = 8.0  # log-likelihood units of a crude box, from which a place is worth a closer look
-TRIED = 2  # of the strongest places, refined
 
 
 def sharp(bench, parts, fit):
@@ -27,7 +18,7 @@ def sharp(bench, parts, fit):
     power[-4:] = 0
     spacing = bench.recording.rate_hz / (2 * len(w))
     for known in [part.shape["frequency_hz"] for part in parts if part.kind == "sinusoid"]:
-        reach = APART * known + APART_BINS * spacing
+        reach = LINE.apart * known + LINE.apart_bins * spacing
         power[
             max(0, int(np.ceil((known - reach) / spacing))) : int((known + reach) / spacing) + 1
         ] = 0
@@ -37,8 +28,8 @@ def sharp(bench, parts, fit):
     )
     if peak < np.log(len(w)):  # chance, as nearly every time
         return Candidate("sinusoid", part, peak, log_tail_of_line(part.kind, peak, len(w)))
-    part = refine.refined(bench, parts + [part], only=("sinusoid",))[-1]
-    gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
+    part = refine.refined(bench, [*parts, part], only=("sinusoid",))[-1]
+    gain = bench.fit([*parts, part]).log_likelihood - fit.log_likelihood
     bench.forget(part)
     return Candidate("sinusoid", part, gain, log_tail_of_line(part.kind, gain, len(w)))
 
@@ -58,7 +49,7 @@ def gain_of(width, ratio):
 def places(energy):
     """(centre, half width, gain) in ordinates of the strongest boxes, best first, none within another."""
     found, width = [], 4
-    while width <= 4 * WIDEST * len(energy):
+    while width <= 4 * LINE.widest * len(energy):
         gain, starts = excess(energy, width)
         best = int(np.argmax(gain)) if len(gain) else 0
         if len(gain) and gain[best] > 0:
@@ -69,7 +60,7 @@ def places(energy):
     for place in found:
         if all(abs(place[0] - other[0]) > 2 * (place[1] + other[1]) for other in kept):
             kept.append(place)
-    return kept[:TRIED]
+    return kept[: LINE.places_refined]
 
 
 def wide_at(bench, parts, fit, f_hz):
@@ -77,7 +68,7 @@ def wide_at(bench, parts, fit, f_hz):
     energy, scale = bench.whitened(parts, fit) ** 2, bench.recording.rate_hz / (2 * len(bench.y))
     centre = f_hz / scale
     widths = np.unique(
-        np.geomspace(4, max(4, min(centre, 4 * WIDEST * len(energy))), 40).astype(int)
+        np.geomspace(4, max(4, min(centre, 4 * LINE.widest * len(energy))), 40).astype(int)
     )
     gains = [
         gain_of(width, energy[max(0, int(centre - width / 2)) : int(centre + width / 2) + 1].mean())
@@ -94,22 +85,24 @@ def wide(bench, parts, fit, scatter_of):
     """The line with a width that gains most; None where nothing stands out. scatter_of: (bench, fit) -> of neighbouring ordinates,
     where the white level changes."""
     energy = bench.whitened(parts, fit) ** 2
-    energy[:LOWEST] = 1.0
+    energy[: LINE.lowest] = 1.0
     scale, best = bench.recording.rate_hz / (2 * len(bench.y)), None
     for centre, half_width, crude in places(energy):
-        width = min(max(half_width, NARROWEST), WIDEST * 2 * len(bench.y), refine.TURNING * centre)
+        width = min(
+            max(half_width, LINE.narrowest), LINE.widest * 2 * len(bench.y), LINE.turning * centre
+        )
         part = Part(
             "narrow_band",
             {"frequency_hz": float(centre * scale), "half_width_hz": float(width * scale)},
         )
-        if crude < HOPEFUL:
+        if crude < LINE.hopeful:
             best = best or Candidate(
                 "narrow_band", part, crude, log_tail_of_line(part.kind, crude, len(bench.y))
             )
             continue
-        fine = bench.resolving(parts + [part])
-        part = refine.refined(fine, parts + [part], only_last=True)[-1]
-        before, after = fine.fit(parts), fine.fit(parts + [part])
+        fine = bench.resolving([*parts, part])
+        part = refine.refined(fine, [*parts, part], only_last=True)[-1]
+        before, after = fine.fit(parts), fine.fit([*parts, part])
         gain, scatter = after.log_likelihood - before.log_likelihood, scatter_of(fine, before)
         if scatter is not None:
             gain = modulation.discounted(gain, before.level, after.level, fine.data.counts, scatter)

@@ -8,23 +8,11 @@ from ..effects.columns import SOUGHT_TOGETHER
 from ..inference import changes, modulation, refine, states
 from ..inference.parts import Part, as_spectra
 from ..inference.whittle import generalised_least_squares, score_of_column, score_of_row
+from ..thresholds import CHANCE, FIT, LEVELS, SEARCH
 from . import filters, intermittent, lines, steps
 from .candidate import Candidate, log_chance
 
-HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that (than a filter, since
-# levels are sought in white noise, or a logged column: as much)
 LORENTZIAN = ("telegraph_noise", "gauss_markov")
-SCREENED = 4  # shapes of an effect that are fitted
-SEEN = 8.0  # log-likelihood units from which two levels count as seen
-FLICKER_ROUNDS = 3
-ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
-REPEATED = {
-    "sinusoid": 4,
-    "narrow_band": 16,
-    "intermittent_line": 4,
-    "bias_step": 4,
-}  # effects of which a sensor may have more than one
-CONSTANTS = 2  # that a warm-up may have: of the chip and of the case
 SEARCHES = {"bias_step": steps.search, "intermittent_line": intermittent.search}
 SIMPLER = (
     "rate_random_walk",
@@ -34,7 +22,6 @@ SIMPLER = (
     "temperature",
     "telegraph_noise",
 )  # than a step
-BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
 BENDS = (
     ("rate_ramp", "warm_up"),
     ("rate_random_walk", "gauss_markov"),
@@ -65,15 +52,15 @@ def available(effect, recording):
 
 def robust_gain(bench, parts, part):
     """The gain with the scatter of the products themselves: vibration must not pass for correlation with vibration."""
-    full = bench.fit(parts + [part])
+    full = bench.fit([*parts, part])
     white = np.sqrt(bench.data.at_ordinates(full.level))
     column = np.zeros(len(white) + 1)
     known = bench.data.columns[bench.keys(part)[0]][0]
     column[1 : len(known) + 1] = known / white[: len(known)]
     x = signals.inverse(column)
-    spread = np.sum((x * bench.residual(parts + [part], full)) ** 2)
+    spread = np.sum((x * bench.residual([*parts, part], full)) ** 2)
     return float(
-        (bench.coefficients_of(bench.keys(part)[:1], parts + [part], full)[0] * np.sum(x**2)) ** 2
+        (bench.coefficients_of(bench.keys(part)[:1], [*parts, part], full)[0] * np.sum(x**2)) ** 2
         / max(spread, 1e-300)
         / 2
     )
@@ -87,7 +74,7 @@ def screened(bench, parts, fit, effect):
         for shape in shapes_of(effect, bench.recording)
         for form in forms
     ]
-    if effect.role == "filter" or len(found) <= SCREENED:
+    if effect.role == "filter" or len(found) <= SEARCH.shapes_fitted:
         return found
     if effect.role == "mean":
         keys = bench.all_keys(parts)
@@ -101,7 +88,7 @@ def screened(bench, parts, fit, effect):
             score_of_row(bench.data, rows, residual, fit.level, bench.row(part, gain))
             for part in found
         ]
-    best = np.argsort(scores)[::-1][:SCREENED]
+    best = np.argsort(scores)[::-1][: SEARCH.shapes_fitted]
     for index in (
         set(range(len(found))) - set(best) if effect.role == "mean" and not effect.slow else ()
     ):
@@ -114,20 +101,20 @@ def stationary(bench, parts, fit, effect, scatter=None):
     robust = effect.role == "mean" and "accel" in effect.needs
     best = None
     for part in screened(bench, parts, fit, effect):
-        full = bench.fit(parts + [part], near=fit.level)
+        full = bench.fit([*parts, part], near=fit.level)
         gain = full.log_likelihood - fit.log_likelihood
         if scatter is not None and part.role != "mean":
             gain = modulation.discounted(gain, fit.level, full.level, bench.data.counts, scatter)
-        if robust and gain > max(ROBUST_FROM, best.gain if best else 0.0):
+        if robust and gain > max(SEARCH.robust_from, best.gain if best else 0.0):
             gain = min(gain, robust_gain(bench, parts, part))
         if best is None or gain > best.gain:
             best = Candidate(effect.kind, part, gain, 0.0)
     if (
-        best and effect.kind not in table.BUILT_IN and best.gain > filters.CRUDE
+        best and effect.kind not in table.BUILT_IN and best.gain > SEARCH.crude_gain
     ):  # of its grid nobody knows how fine it is
-        best.part = refine.refined(bench, parts + [best.part], only_last=True)[-1]
+        best.part = refine.refined(bench, [*parts, best.part], only_last=True)[-1]
         best.gain = max(
-            best.gain, bench.fit(parts + [best.part]).log_likelihood - fit.log_likelihood
+            best.gain, bench.fit([*parts, best.part]).log_likelihood - fit.log_likelihood
         )
     if best:
         best.log_p = log_chance(effect.kind, best.gain)
@@ -171,7 +158,7 @@ def noise_step(bench, parts, blocks):
     low, high, _, _ = changes.best_interval(blocks, variance)
     part = Part("noise_step", {"start_s": low * blocks.period_s, "stop_s": high * blocks.period_s})
     gain = (
-        changes.fit(blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks))[2]
+        changes.fit(blocks, modulation.variance_shapes([*parts, part], bench.recording, blocks))[2]
         - before
     )
     shaken = [part.kind for part in parts if part.role == "variance"]
@@ -192,7 +179,8 @@ def with_states(bench, parts, fit, found):
     telegraph = next((c for c in found if c.kind == "telegraph_noise"), None)
     best = max(
         (
-            c.gain * (1.0 if c.part.role == "filter" or c.kind in SOUGHT_TOGETHER else HOPELESS)
+            c.gain
+            * (1.0 if c.part.role == "filter" or c.kind in SOUGHT_TOGETHER else LEVELS.looked_for)
             for c in found
             if c.kind not in LORENTZIAN
         ),
@@ -204,7 +192,7 @@ def with_states(bench, parts, fit, found):
 
 def decode_states(bench, parts, telegraph):
     """Two levels against a continuum beside the other parts; decoded when the levels can be seen (6.2) (6.3)."""
-    trial = refine.refined(bench, parts + [telegraph.part], only=("telegraph_noise",))
+    trial = refine.refined(bench, [*parts, telegraph.part], only=("telegraph_noise",))
     joint = bench.fit(trial)
     telegraph.part = trial[-1]
     rest = bench.y - bench.y.mean() - bench.mean_course(trial, joint)
@@ -218,18 +206,20 @@ def decode_states(bench, parts, telegraph):
     )
     likelihood, level, dwell, _, part = best_levels(bench, parts, rest, start)
     more = likelihood - states.fit_continuum(rest, bench.recording.rate_hz, *start)
-    if more <= SEEN and states.many_switches(dwell, rest, bench.recording.rate_hz):
+    if more <= LEVELS.seen and states.many_switches(dwell, rest, bench.recording.rate_hz):
         beside, better = beside_flicker(
             bench, parts, part, rest, level, start[2], joint.log_likelihood
         )
-        more, part = (beside, better) if beside > SEEN else (more, part)
+        more, part = (beside, better) if beside > LEVELS.seen else (more, part)
     if not states.many_switches(part.shape["mean_dwell_s"], rest, bench.recording.rate_hz):
         more = min(more, 0.0)
-    if more > SEEN and not states.like_chance(bench.decoded[part.key], int(part.shape["levels"])):
+    if more > LEVELS.seen and not states.like_chance(
+        bench.decoded[part.key], int(part.shape["levels"])
+    ):
         more = -more  # a single step or a clock: two levels, but not telegraph noise
     telegraph.gain += more
     telegraph.log_p = min(0.0, telegraph.log_p - more)
-    if more > SEEN:
+    if more > LEVELS.seen:
         telegraph.part = part
 
 
@@ -237,11 +227,11 @@ def best_levels(bench, parts, rest, start):
     """(likelihood in white noise, amplitude, dwell, decoded part) of as many levels as the record is likeliest with beside the other parts,
     by the lower bound of (6.3): in white noise further levels would follow the flicker. So each number is fitted once more without it."""
     best, most = None, -np.inf
-    for levels in range(2, states.LEVELS_MAX + 1):
+    for levels in range(2, LEVELS.most + 1):
         found = states.fit_levels(rest, bench.recording.rate_hz, *start, levels)
         part, divergence, doubt = decoded_part(bench, rest, found, start[2], levels)
         bound = lower_bound(bench, parts, part, divergence, doubt)
-        calm = rest - slow_noise(bench, parts + [part], bench.fit(parts + [part]))
+        calm = rest - slow_noise(bench, [*parts, part], bench.fit([*parts, part]))
         bench.forget(part)
         again = states.fit_levels(calm, bench.recording.rate_hz, *start, levels)
         other, divergence, doubt = decoded_part(bench, calm, again, start[2], levels)
@@ -249,7 +239,7 @@ def best_levels(bench, parts, rest, start):
         bench.forget(other)
         if beside > bound:
             found, part, bound = (found[0], *again[1:]), other, beside
-        if bound > most + (states.MORE_LEVELS if best else 0):
+        if bound > most + (LEVELS.one_more if best else 0):
             best, most = (*found, part), bound
         elif levels > 3:
             break
@@ -258,8 +248,8 @@ def best_levels(bench, parts, rest, start):
 
 def lower_bound(bench, parts, part, divergence, doubt):
     """Of the likelihood of levels beside other parts (6.3)."""
-    fit = bench.fit(parts + [part])
-    amplitude = bench.coefficients_of(bench.keys(part), parts + [part], fit)[0] / (
+    fit = bench.fit([*parts, part])
+    amplitude = bench.coefficients_of(bench.keys(part), [*parts, part], fit)[0] / (
         bench.data.scale(bench.keys(part)[0]) or np.inf
     )
     return float(fit.log_likelihood - amplitude**2 * doubt - divergence)
@@ -268,7 +258,7 @@ def lower_bound(bench, parts, part, divergence, doubt):
 def white_beside(bench, fit, dwell_s):
     """The noise that levels of this dwell are seen against, as that of single samples: its density where blocks of a small part of a dwell
     see it, not at the end of the spectrum, which the sensor's own low-pass may have emptied."""
-    f = min(states.BLOCKS_PER_DWELL / (2 * dwell_s), bench.data.f_bin[-1])
+    f = min(LEVELS.blocks_per_dwell / (2 * dwell_s), bench.data.f_bin[-1])
     return float(
         np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz)
     )
@@ -290,9 +280,9 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
     """The gain of two levels over a continuum where the flicker of the other parts hides them: that flicker is estimated beside the
     decoded course, taken out, and the course decoded again (6.3). Returns (gain, decoded part)."""
     rate, best = bench.recording.rate_hz, (-np.inf, part)
-    fit = bench.fit(parts + [part])
-    for _ in range(FLICKER_ROUNDS):
-        slow = slow_noise(bench, parts + [part], fit)
+    fit = bench.fit([*parts, part])
+    for _ in range(LEVELS.flicker_rounds):
+        slow = slow_noise(bench, [*parts, part], fit)
         dwell = part.shape["mean_dwell_s"]
         bench.forget(part)
         white = white_beside(bench, fit, dwell)
@@ -306,7 +296,7 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
         found = states.fit_levels(rest - slow, rate, *start, white, levels)
         level, dwell = found[1:3]
         part, divergence, doubt = decoded_part(bench, rest - slow, found, white, levels)
-        fit = bench.fit(parts + [part])
+        fit = bench.fit([*parts, part])
         gain = lower_bound(bench, parts, part, divergence, doubt) - continuum
         best = max(best, (float(gain), part), key=lambda pair: pair[0])
     return best
@@ -328,7 +318,7 @@ def simplest_first(found):
         if (
             straight in by_kind
             and bent in by_kind
-            and by_kind[bent].gain - by_kind[straight].gain < BEND
+            and by_kind[bent].gain - by_kind[straight].gain < CHANCE.bend
         ):
             by_kind[bent].log_p = max(by_kind[bent].log_p, min(0.0, by_kind[straight].log_p + 1e-6))
     own = max(
@@ -337,7 +327,9 @@ def simplest_first(found):
         default=None,
     )
     if (
-        own and own.log_p < 0 and own.gain > max(candidate.gain for candidate in found) - BEND
+        own
+        and own.log_p < 0
+        and own.gain > max(candidate.gain for candidate in found) - CHANCE.bend
     ):  # somebody knows his sensor
         own.log_p = min(own.log_p, min(candidate.log_p for candidate in found) - 1e-6)
     single = by_kind.get("bias_step")
@@ -346,15 +338,15 @@ def simplest_first(found):
         key=lambda candidate: candidate.gain,
         default=None,
     )
-    if single and rival and single.gain - rival.gain < BEND:
+    if single and rival and single.gain - rival.gain < CHANCE.bend:
         single.log_p = max(single.log_p, min(0.0, rival.log_p + 1e-6))
 
 
 def second_warm_up(bench, parts, fit):
     """A warm-up with another constant; the first was the mean of both while it was alone."""
     found = stationary(bench, parts, fit, table.find("warm_up"))
-    if found.gain > filters.CRUDE:
-        trial = refine.refined(bench, parts + [found.part], refine.TURNS_OF_TWO, only=("warm_up",))
+    if found.gain > SEARCH.crude_gain:
+        trial = refine.refined(bench, [*parts, found.part], FIT.rounds_of_two, only=("warm_up",))
         gain = bench.fit(trial).log_likelihood - fit.log_likelihood
         found = Candidate("warm_up", trial[-1], gain, log_chance("warm_up", gain))
     return found
@@ -373,7 +365,7 @@ def ranked(bench, parts, fit, skip=(), more=(), progress=lambda kind, found: Non
     what was found so far, and may raise."""
     blocks = bench.blocks(parts, fit)
     kinds = [part.kind for part in parts]
-    most = {**REPEATED, "warm_up": CONSTANTS}
+    most = {**SEARCH.most_of, "warm_up": SEARCH.warm_ups_most}
     have, found = {kind for kind in kinds if kinds.count(kind) >= most.get(kind, 1)} | set(skip), []
     scatter = scatter_of(bench, parts, fit, blocks)
     have |= {"vibration_noise", "noise_step"} if bench.counts and bench.counts.unsteady else set()

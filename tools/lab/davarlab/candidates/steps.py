@@ -4,9 +4,7 @@ import numpy as np
 from scipy import fft, stats
 
 from ..inference.parts import Part
-
-MARKS = 1200
-EDGE = 16  # samples between two steps; these, and this many marks' worth of the ends is not asked: a step there is a wild sample
+from ..thresholds import STEP
 
 
 def residual_over_level(bench, parts, level):
@@ -35,7 +33,7 @@ def scores(c, level, same):
 
 def log_chance(peak, same, n):
     """Of a peak that high anywhere: crossings of a Gaussian process from mark to mark, smooth or rough, whichever are more."""
-    marks = np.unique(np.linspace(0, n, MARKS + 1).astype(int)[1:-1])
+    marks = np.unique(np.linspace(0, n, STEP.marks + 1).astype(int)[1:-1])
     norm = 0.5 * (same[0] - same[2 * marks])
     inner = 0.5 * (same[np.diff(marks)] - same[marks[1:] + marks[:-1]])
     apart = np.maximum(1 - inner / np.sqrt(norm[1:] * norm[:-1]), 0)
@@ -48,14 +46,14 @@ def search(bench, parts, fit):
     c, level = residual_over_level(bench, parts, fit)
     same = alike(level)
     score = np.abs(scores(c, level, same))
-    edge = max(EDGE, len(score) // MARKS)
+    edge = max(STEP.edge, len(score) // STEP.marks)
     score[:edge] = score[-edge:] = 0
     for known in [
         part.shape["time_s"] for part in parts if part.kind == "bias_step"
     ]:  # two at one instant are one
-        score[np.abs(bench.recording.time_s[1:] - known) * bench.recording.rate_hz < EDGE] = 0
+        score[np.abs(bench.recording.time_s[1:] - known) * bench.recording.rate_hz < STEP.edge] = 0
     place = int(np.argmax(score))
     part = Part("bias_step", {"time_s": float(bench.recording.time_s[place + 1])})
-    gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
+    gain = bench.fit([*parts, part]).log_likelihood - fit.log_likelihood
     bench.forget(part)
     return part, gain, log_chance(float(np.sqrt(max(2 * gain, 0.0))), same, len(c) + 1)

@@ -11,7 +11,7 @@ THRESHOLD = 5.6
 REACH = 4
 
 
-@dataclass
+@dataclass(frozen=True)
 class Shocks:
     count: int
     amplitude_dps: float

@@ -7,11 +7,7 @@ from scipy import special
 
 from ..inference import adequacy, allan
 from ..inference.parts import spectrum_of
-
-WINDOWS = (1, 4, 16)
-SHORT = 64  # windows whose shortest averaging time alone is asked: noise that breathes faster than a sixteenth of the record (7.2)
-VALID = 0.1  # share of the differences, below which a window says nothing of an averaging time
-COURSE = 2.0  # turns that a line's phase must be lost in, in a window: a narrower one is a course, no noise (8.4)
+from ..thresholds import JUDGE
 
 
 @dataclass
@@ -29,7 +25,9 @@ class Cell:
 
 
 def narrow(part, window_s):
-    return part.kind == "narrow_band" and part.shape["half_width_hz"] * window_s < COURSE
+    return (
+        part.kind == "narrow_band" and part.shape["half_width_hz"] * window_s < JUDGE.course_turns
+    )
 
 
 class Expectation:
@@ -83,14 +81,14 @@ class Expectation:
 
 def cells_of(state, y, relative=None):
     """Cells of the record and of its quarters and sixteenths; `relative`: the white level per sample over its mean, None: constant."""
-    return cells_in(state, y, relative, WINDOWS, None)
+    return cells_in(state, y, relative, JUDGE.cell_windows, None)
 
 
 def short_cells(state, y, relative=None):
     return (
         []
         if state.bench.counts and state.bench.counts.unsteady
-        else cells_in(state, y, relative, (SHORT,), 1)
+        else cells_in(state, y, relative, (JUDGE.short_windows,), 1)
     )
 
 
@@ -132,7 +130,7 @@ def cells_in(state, y, relative, windows, most):
             found += [
                 cell
                 for cell, part in zip(rows, valid[row])
-                if part > VALID and (state.known is None or cell.freedom > 1)
+                if part > JUDGE.valid_share and (state.known is None or cell.freedom > 1)
             ]
     return found
 

@@ -112,7 +112,7 @@ def as_given(state, model):
         level,
         np.zeros((0, 0)),
     )
-    return replace(state, bench=bench, parts=given, fit=fit)
+    return replace(state, bench=bench, parts=tuple(given), fit=fit)
 
 
 def whiter(model, part, state):
@@ -200,11 +200,10 @@ def given_p_value(fitted, state):
 
 def given(fitted, model):
     """The state of the model with the parameters of the file, judged (7.4)."""
-    state = as_given(fitted, model)
-    state.adequacy, variance = fitted.adequacy, state_of.relative_variance(state)
-    state.cells, short = state_of.cells_of(state, variance)
-    state.judgement = judge.judged(state.cells, short, given_p_value(fitted, state), state.doubted)
-    return state
+    state = replace(as_given(fitted, model), adequacy=fitted.adequacy)
+    found, short = state_of.cells_of(state, state_of.relative_variance(state))
+    judgement = judge.judged(found, short, given_p_value(fitted, state), state.doubted)
+    return replace(state, cells=tuple(found), judgement=judgement)
 
 
 def compare(recording, model, progress=lambda text: None, fitted=None):

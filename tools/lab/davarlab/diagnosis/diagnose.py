@@ -35,5 +35,12 @@ def diagnose(recording, model, progress=lambda text: None):
         else next((c.kind for c in way.first if c.kind in added), added[0] if added else "none")
     )
     return Diagnosis(
-        verdict, way.first, way.alternatives, added, states, way.last, useless, way.doubtful
+        verdict,
+        list(way.first),
+        list(way.alternatives),
+        added,
+        states,
+        list(way.last),
+        useless,
+        dict(way.doubtful),
     )

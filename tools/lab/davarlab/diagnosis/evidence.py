@@ -4,15 +4,15 @@ import numpy as np
 
 from ..candidates import common_cause
 from ..effects import table
+from ..thresholds import CHANCE
 
 WANDER = {"rate_random_walk", "gauss_markov", "rate_ramp", "warm_up"}
-CLEARLY = 1.25  # times its floor, from which an error is more than a true model's
 
 
 def share(after, base):
     """Percent of the avoidable error that an effect alone takes from the refitted model `base`; None when `after` was not worked
     out (NaN), or when there is nothing to take: an error as of a true model."""
-    if after != after or base.error < CLEARLY * base.error_floor:
+    if after != after or base.error < CHANCE.above_floor * base.error_floor:
         return None
     return 100 * min(1.0, max(0.0, (base.error - after) / (base.error - base.error_floor)))
 

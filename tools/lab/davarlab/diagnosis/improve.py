@@ -8,7 +8,8 @@ from ..data import signals
 from ..inference import estimate, refine
 from ..inference.parts import as_spectra
 from ..model import Model, Term
-from . import compare, diagnose, evidence, judge, search
+from ..thresholds import CHANCE, SEARCH
+from . import compare, diagnose, evidence, judge
 from . import state as state_of
 
 
@@ -142,7 +143,7 @@ def fit_around(state, model, held):
         replace(
             state,
             bench=around.resolving(parts),
-            parts=parts,
+            parts=tuple(parts),
             fit=around.resolving(parts).fit(parts),
             blocks=None,
         ),
@@ -260,7 +261,7 @@ def by_chance(last, given):
     """Has the error risen by no more than chance, while the record contradicts the given model and not the last one."""
     return (
         last.adequacy == "statistical" != given.adequacy
-        and last.error <= given.error + search.SLACK * last.floor
+        and last.error <= given.error + SEARCH.slack * last.floor
     )
 
 
@@ -291,7 +292,7 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
         if (
             held_out
             and step.error_held_out > steps[-1].error_held_out
-            and step.error_held_out > judge.CLEARLY * step.error_floor_held_out
+            and step.error_held_out > CHANCE.above_floor * step.error_floor_held_out
         ):
             break
         steps.append(step)

@@ -5,15 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special, stats
 
+from ..thresholds import CHANCE, JUDGE
 from .cells import error_of, floor_of
 
-ADEQUATE = 0.01
-TOLERANCE = 1.05  # factor of the Allan deviation that matters to nobody
-FAMILY_WISE = 0.01
-CLEARLY = 1.25  # times its floor: 99.5 % of true models are below
 
-
-@dataclass
+@dataclass(frozen=True)
 class Judgement:
     """adequacy: "statistical", "practical" or "no"; largest: the largest proven deviation {percent, tau_s, start_s, stop_s}, None when none is
     proven; shown_to_tau_s: up to which tau the record shows 5 %, 0: none; doubted: is the recording itself implausible, so that nothing is adequate."""
@@ -36,7 +32,10 @@ def proven(cells):
     (7.2)."""
     if not cells:
         return np.zeros(0)
-    freedom, tail = np.array([cell.freedom for cell in cells]), FAMILY_WISE / (2 * len(cells))
+    freedom, tail = (
+        np.array([cell.freedom for cell in cells]),
+        CHANCE.family_wise / (2 * len(cells)),
+    )
     ratio = np.log([max(cell.ratio, 1e-9) for cell in cells])
     low = ratio - 0.5 * np.log(stats.chi2.isf(tail, freedom) / freedom)
     high = ratio - 0.5 * np.log(np.maximum(stats.chi2.ppf(tail, freedom), 1e-300) / freedom)
@@ -66,7 +65,9 @@ def shown_to(cells):
     shown = 0.0
     for cell in (cell for cell in cells if cell.stop_s - cell.start_s == longest):
         spread = np.sqrt(special.polygamma(1, cell.freedom / 2)) / 2
-        if abs(np.log(max(cell.ratio, 1e-9))) + 1.645 * spread > np.log(TOLERANCE):
+        if abs(np.log(max(cell.ratio, 1e-9))) + JUDGE.one_sided_95 * spread > np.log(
+            JUDGE.tolerance
+        ):
             break
         shown = cell.tau_s
     return float(shown)
@@ -76,14 +77,14 @@ def judged(cells, short, p_value, doubted=False):
     """short: cells of short windows, which no error counts; p_value: of the residual (inference/adequacy.py); doubted: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
-    small = not error > CLEARLY * floor
+    small = not error > CHANCE.above_floor * floor
     word = (
         "no"
         if doubted
         else "statistical"
-        if small and off == 0 and p_value >= ADEQUATE
+        if small and off == 0 and p_value >= CHANCE.adequate_p
         else "practical"
-        if small and abs(off) <= np.log(TOLERANCE)
+        if small and abs(off) <= np.log(JUDGE.tolerance)
         else "no"
     )
     return Judgement(word, error, floor, p_value, largest, shown_to(cells), doubted)

@@ -1,5 +1,9 @@
 """Forward selection by likelihood, then only what lowers the error (DESIGN 4)."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
 import numpy as np
 
 from ..candidates import columns, doubts, filters, identifiable
@@ -9,21 +13,13 @@ from ..effects import columns as columns_of
 from ..effects import table
 from ..inference import changes, modulation
 from ..inference.parts import Part
-from .state import errors_of, joined, judged, redrawn, with_parts
+from ..thresholds import CHANCE, SEARCH
+from .state import State, errors_of, joined, judged, redrawn, with_parts
 
-FAMILY_WISE = 0.01
-STEPS_MAX = 24
-SLACK = 0.02  # of the floor, by which a likelier term may leave the error higher
 EARNING = {
     "noise_step",
     "bias_step",
 }  # of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as much
-AT_ONCE = 0.01  # of the record
-BANDS = 8  # from here on each one must lower the error, or it is the last
-PUT_OFF = 0.5  # of the gain that is taken, below which what is costly to seek waits for its turn
-HOPELESS = np.log(0.2)  # chance of a gain, from which a candidate is put off
-CLOSE = 3.0  # log-likelihood units within which a recording cannot tell two effects
-CERTAIN = 50.0  # log-likelihood units from which a part stays, whatever the filters do
 
 
 def shock_candidate(state):
@@ -53,7 +49,7 @@ def ranking(state, skip=(), only=None, progress=lambda kind, found: None):
 
 def significant(found):
     """Is the best of the candidates more than chance, as many as are tried."""
-    return bool(found) and found[0].log_p + np.log(len(table.TABLE)) < np.log(FAMILY_WISE)
+    return bool(found) and found[0].log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)
 
 
 def retold(state, given):
@@ -66,7 +62,7 @@ def retold(state, given):
             found = Candidate(start.kind, start, 0.0, -1e9)
             candidates.decode_states(state.bench, rest, found)
             if found.part.form == "decoded" and not doubts.of_motion(state.seen, found.part):
-                parts = rest[:-1] + [found.part, fresh]
+                parts = [*rest[:-1], found.part, fresh]
                 return with_parts(state, parts)
     return state
 
@@ -75,11 +71,11 @@ def pruned(state, given):
     """Terms that a later one has made needless go (a random walk that was a ramp); those of the given model stay."""
     for part in state.parts[given:-1]:
         rest = [other for other in state.parts if other is not part]
-        loss = CERTAIN if part.role == "events" else loss_without(state, rest, part)
-        if loss < CERTAIN and part.role == "spectrum":
+        loss = SEARCH.certain if part.role == "events" else loss_without(state, rest, part)
+        if loss < SEARCH.certain and part.role == "spectrum":
             rest = filters.responding(state.bench, rest)
             loss = loss_without(state, rest, part)
-        if loss < CLOSE:
+        if loss < CHANCE.tell_apart:
             return pruned(with_parts(state, rest), given)
     return state
 
@@ -97,65 +93,86 @@ def loss_without(state, rest, part):
     return with_it - without
 
 
-class Search:
-    """The way forward: the state reached, how many of its first parts are the given ones, and what was learned on the way."""
+def nothing():
+    """An empty mapping, for a field."""
+    return field(default_factory=lambda: MappingProxyType({}))
 
-    def __init__(self, state, given, draft=False):
-        self.begin, self.state, self.given, self.draft = state, state, given, draft
-        self.first, self.last, self.alternatives, self.doubtful = None, [], [], {}
-        self.hopeless, self.only, self.bands, self.undecided, self.set_aside = (
-            set(),
-            None,
-            BANDS,
-            [],
-            set(),
-        )
-        self.question, self.skipped, self.answer = (None, None), set(), []
-        self.waves = []  # Hz, of courses that repeat and are no sine wave
-        self.idle = {}  # kinds that left the error where it was: the states and parts
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What was asked of a state: of all kinds or `only` some, but for those skipped; and the candidates."""
+
+    state: State
+    only: frozenset | None
+    skipped: frozenset
+    found: tuple
+
+    def answers(self, state, only, skip):
+        return self.state is state and self.only == only and self.skipped <= skip
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The way forward: the state reached, how many of its first parts are the given ones, and what was learned on the way.
+    Each step returns another one."""
+
+    begin: State
+    state: State
+    given: int
+    draft: bool = False
+    first: tuple = ()  # candidates beside the first state
+    last: tuple = ()  # and beside this one
+    alternatives: tuple = ()
+    doubtful: Mapping = nothing()  # kind -> why it is not what it seems
+    hopeless: frozenset = frozenset()  # kinds that seemed to be chance
+    only: frozenset | None = None  # kinds that are asked now
+    bands: int = SEARCH.bands_free
+    undecided: tuple | None = ()
+    set_aside: frozenset = frozenset()  # source() of what is not what it seems
+    waves: tuple = ()  # Hz, of courses that repeat and are no sine wave
+    idle: Mapping = nothing()  # kinds that left the error where it was: (state, part)
+    asked: Asked | None = None
 
     def ranked(self):
-        """Candidates beside the state as they are to be taken; those that are not what they seem are left out."""
-        found = self.answered()
+        """(the search, candidates beside its state as they are to be taken); those that are not what they seem are left out."""
+        asked = self.answered()
+        found, undecided = self.allowed(asked), self.undecided
         if not self.only:
-            found, self.undecided = identifiable.settled(found, self.state.bench, self.state.parts)
-        first, found = (
-            found[:1],
-            [
-                one
-                for one in found
-                if source(one.part) not in self.set_aside
-                and not any(
-                    doubts.times_of(self.state.bench, wave, one.part) for wave in self.waves
-                )
-            ],
-        )
+            found, undecided = identifiable.settled(found, self.state.bench, self.state.parts)
+        first, found = found[:1], [one for one in found if self.stands(one)]
         if first != found[:1]:  # what the one set aside could not be told from
-            self.undecided = None
-        if self.undecided is None and self.state is self.begin and not self.only:
-            self.undecided = close_ones(found)
-        self.first, self.last = self.first or found, found
-        return found
+            undecided = None
+        if undecided is None and self.state is self.begin and not self.only:
+            undecided = close_ones(found)
+        return replace(
+            self,
+            asked=asked,
+            undecided=None if undecided is None else tuple(undecided),
+            first=self.first or tuple(found),
+            last=tuple(found),
+        ), found
+
+    def stands(self, candidate):
+        """Is a candidate neither set aside nor a harmonic of a wave."""
+        return source(candidate.part) not in self.set_aside and not any(
+            doubts.times_of(self.state.bench, wave, candidate.part) for wave in self.waves
+        )
+
+    def skip(self):
+        """Kinds that are not asked."""
+        columnless = {kind for kind, column in self.set_aside if column is None}
+        return self.hopeless | columnless | self.aside()
 
     def answered(self):
         """All candidates; those beside the same state are not asked for twice because some of them are put aside."""
-        skip = (
-            self.hopeless
-            | {kind for kind, column in self.set_aside if column is None}
-            | self.aside()
-        )
-        question = (self.state, self.only)
-        if (
-            question[0] is not self.question[0]
-            or question[1] != self.question[1]
-            or not self.skipped <= skip
-        ):
-            self.question, self.skipped, self.answer = (
-                question,
-                skip,
-                ranking(self.state, skip, self.only),
-            )
-        return [one for one in self.answer if one.kind not in skip]
+        skip = self.skip()
+        if self.asked and self.asked.answers(self.state, self.only, skip):
+            return self.asked
+        return Asked(self.state, self.only, skip, tuple(ranking(self.state, skip, self.only)))
+
+    def allowed(self, asked):
+        skip = self.skip()
+        return [one for one in asked.found if one.kind not in skip]
 
     def aside(self):
         """Kinds that left the error where it was, twice; further bands, which would only follow what the model lacks elsewhere."""
@@ -169,73 +186,102 @@ class Search:
         )
 
     def questioned(self, candidate):
-        """Is the candidate what it seems; if not, it is put aside and why is kept."""
+        """(the search, is the candidate what it seems); if not, it is put aside and why is kept."""
         part = candidate.part
         why = doubts.doubt(self.state.bench, self.state.seen, self.state.parts, candidate)
-        if why:
-            wave = doubts.wave_of(self.state.bench, [*self.state.parts, part])
-            if wave and doubts.times_of(self.state.bench, wave, part):
-                self.waves.append(wave)
-                self.state = without_wave(self.state, self.given, wave)
-            else:
-                self.set_aside.add(source(part))
-            self.doubtful[part.kind] = "; ".join(
-                filter(None, [self.doubtful.get(part.kind), about(part) + why])
+        if not why:
+            return self, True
+        said = "; ".join(filter(None, [self.doubtful.get(part.kind), about(part) + why]))
+        wave = doubts.wave_of(self.state.bench, [*self.state.parts, part])
+        if wave and doubts.times_of(self.state.bench, wave, part):
+            way = replace(
+                self,
+                waves=(*self.waves, wave),
+                state=without_wave(self.state, self.given, wave),
             )
-        return not why
+        else:
+            way = replace(self, set_aside=self.set_aside | {source(part)})
+        return replace(way, doubtful=MappingProxyType({**self.doubtful, part.kind: said})), False
 
     def take(self, candidate):
+        """The search with the candidate in its model, or with it as one that leaves the error where it was."""
         given = self.given - any(
             part is candidate.replaces for part in self.state.parts[: self.given]
         )
         after = pruned(retold(joined(self.state, candidate.part, candidate.replaces), given), given)
         if earning(candidate.part, self.state) and not self.lower(after):
-            self.idle.setdefault(candidate.kind, []).append((self.state, candidate.part))
-            self.hopeless, self.only = self.hopeless | {candidate.kind}, None
-            return
-        if after.model_kinds.count("narrow_band") > BANDS - 1 and candidate.kind == "narrow_band":
-            self.bands = after.model_kinds.count("narrow_band") + self.lower(after)
+            return self.without_use(candidate)
         known = [one.kind for one in self.alternatives]
-        self.alternatives += [one for one in self.undecided or [] if one.kind not in known]
-        self.hopeless |= {
-            one.kind for one in self.last if one.log_p > HOPELESS or waits(one, candidate)
+        put_off = {
+            one.kind
+            for one in self.last
+            if one.log_p > np.log(SEARCH.put_off_chance) or waits(one, candidate)
         }
-        self.only = self.beside(candidate)
-        self.state, self.given = after, given
+        return replace(
+            self,
+            bands=self.bands_with(candidate, after),
+            alternatives=(
+                *self.alternatives,
+                *(one for one in self.undecided or () if one.kind not in known),
+            ),
+            hopeless=self.hopeless | put_off,
+            only=self.beside(candidate),
+            state=after,
+            given=given,
+        )
+
+    def without_use(self, candidate):
+        """The search that knows a candidate which leaves the error where it was."""
+        tries = (*self.idle.get(candidate.kind, ()), (self.state, candidate.part))
+        return replace(
+            self,
+            idle=MappingProxyType({**self.idle, candidate.kind: tries}),
+            hopeless=self.hopeless | {candidate.kind},
+            only=None,
+        )
+
+    def bands_with(self, candidate, after):
+        """How many lines with a width may be sought, once a candidate has joined."""
+        count = after.model_kinds.count("narrow_band")
+        if candidate.kind != "narrow_band" or count <= SEARCH.bands_free - 1:
+            return self.bands
+        return count + self.lower(after)
 
     def lower(self, after):
         """Does the error fall by more than the slack."""
         error, floor = errors_of(after)
-        return error < errors_of(self.state)[0] - SLACK * floor
+        return error < errors_of(self.state)[0] - SEARCH.slack * floor
 
     def beside(self, taken):
         """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it is asked among them while it gains as much."""
         kind, near = (
             taken.kind,
-            {one.kind for one in self.last if not self.only or one.gain > PUT_OFF * taken.gain},
+            {
+                one.kind
+                for one in self.last
+                if not self.only or one.gain > SEARCH.waiting_share * taken.gain
+            },
         )
         if kind == "narrow_band":
-            return {kind} | (
+            return frozenset({kind}) | (
                 filters.MEMORY & near if not filters.MEMORY & set(self.state.model_kinds) else set()
             )
         if kind in filters.MEMORY and self.only:
             return self.only - filters.MEMORY
-        return {kind} if kind in candidates.REPEATED else None
+        return frozenset({kind}) if kind in SEARCH.most_of else None
 
     def step(self):
-        """One candidate further, or one way to look less; False: nothing is left."""
-        found = self.ranked()
+        """(the search one candidate further, or looking less, is anything left)."""
+        way, found = self.ranked()
         if significant(found):
-            if self.questioned(found[0]):
-                self.take(found[0])
-            return True
-        if (
-            self.only or self.hopeless and not self.draft
-        ):  # what seemed to be chance beside fewer terms is asked once more
-            self.hopeless = self.hopeless if self.only else set()
-            self.only = None
-            return True
-        return False
+            way, sound = way.questioned(found[0])
+            return (way.take(found[0]) if sound else way), True
+        if way.only:
+            return replace(way, only=None), True
+        if way.hopeless and not way.draft:
+            # what seemed to be chance beside fewer terms is asked once more
+            return replace(way, hopeless=frozenset()), True
+        return way, False
 
 
 def without_wave(state, given, base_hz):
@@ -261,12 +307,12 @@ def earning(part, rest):
         or part.kind == "intermittent_line"
         and "narrow_band" in rest.model_kinds
         or part.kind == "warm_up"
-        and part.shape["time_constant_s"] < AT_ONCE * span_s
+        and part.shape["time_constant_s"] < SEARCH.over_at_once * span_s
     )
 
 
 def waits(one, taken):
-    return one.kind == "intermittent_line" and one.gain < PUT_OFF * taken.gain
+    return one.kind == "intermittent_line" and one.gain < SEARCH.waiting_share * taken.gain
 
 
 def close_ones(found):
@@ -276,21 +322,22 @@ def close_ones(found):
     return [
         identifiable.Alternative(c.kind, table.find(c.kind).confirm)
         for c in found[1:]
-        if c.kind != found[0].kind and c.log_p - found[0].log_p < CLOSE and c.gain > 0
+        if c.kind != found[0].kind and c.log_p - found[0].log_p < CHANCE.tell_apart and c.gain > 0
     ]
 
 
 def forward(state, given, progress, draft=False):
     """Candidates beyond chance one after the other, the likeliest first. What chance explains beside one state is not tried beside the
     next ones, until nothing else is left (a draft of the spectrum does not ask again); lines are taken one after the other."""
-    way = Search(state, given, draft)
-    for _ in range(STEPS_MAX):
+    way = Search(state, state, given, draft)
+    for _ in range(SEARCH.steps_most):
         progress(
             f"looking for lines beside {len(way.state.parts)} effects"
             if way.only
             else f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects beside {', '.join(way.state.model_kinds)}"
         )
-        if not way.step():
+        way, more = way.step()
+        if not more:
             break
     return way
 
@@ -304,7 +351,7 @@ def useful(state, given):
         without = errors_of(rest)[0]
         if (
             part.role != "events"
-            and error > without + (-SLACK if earning(part, rest) else SLACK) * floor
+            and error > without + (-SEARCH.slack if earning(part, rest) else SEARCH.slack) * floor
             and not certain(state, part, rest, error, floor)
         ):
             state, useless, error = rest, [part, *useless], without
@@ -319,7 +366,7 @@ def certain(state, part, rest, error, floor):
     return (
         error <= floor
         and not earning(part, rest)
-        and loss_without(state, rest.parts, part) > CERTAIN
+        and loss_without(state, rest.parts, part) > SEARCH.certain
     )
 
 
@@ -328,7 +375,7 @@ def path(state, given, by_weight):
     matters most first."""
     for added in (state.parts[given:], by_weight):
         states = [
-            with_parts(state, state.parts[:given] + added[:count])
+            with_parts(state, [*state.parts[:given], *added[:count]])
             for count in range(len(added) + 1)
         ]
         errors = [errors_of(one)[0] for one in states]

@@ -1,6 +1,6 @@
 """A model at its best on one recording, and before the judge."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,28 +12,25 @@ from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
 from ..inference.parts import Bench, as_spectra, part_of
+from ..thresholds import SEARCH, START
 from . import cells, judge
 
-LEAST_S = 4  # of a recording
-MOVING = 0.02  # of the samples, that must differ from the one before
-FAR = 1e-9  # p of its spectrum, below which a model is no guess of what is missing
 
-
-@dataclass
+@dataclass(frozen=True, eq=False)
 class State:
-    """A model at its best on one recording. known: True where a sample was measured and may be used, None: everywhere; the others are drawn.
+    """A model at its best on one recording; what changes it returns another. known: True where a sample was measured and may be used, None: everywhere; the others are drawn.
     seen: the observations on the recording."""
 
     bench: Bench
-    parts: list
+    parts: tuple
     fit: object
     shocks: object
     blocks: object = None
     adequacy: object = None
-    cells: list = None
+    cells: tuple = ()
     judgement: object = None
     known: object = None
-    seen: list = field(default_factory=list)
+    seen: tuple = ()
 
     @property
     def doubted(self):
@@ -52,9 +49,9 @@ class State:
 
 def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
-    if recording.samples < LEAST_S * recording.rate_hz:
+    if recording.samples < START.least_s * recording.rate_hz:
         raise BadInput(
-            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s; at least {LEAST_S} are needed: slow noise is told from what a second holds"
+            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s; at least {START.least_s} are needed: slow noise is told from what a second holds"
         )
     progress("reading the spectrum")
     key = ("observations", model.column)
@@ -76,7 +73,7 @@ def start(recording, model, progress=lambda text: None):
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
     first = fitted(recording, model, drawn, known, seen)
     # The ripple of the first level is chance and would confirm itself; so would a model that is far from the record.
-    return redrawn(first, model) if spectrum_p(first) > FAR else first
+    return redrawn(first, model) if spectrum_p(first) > START.far_p else first
 
 
 def spectrum_p(state):
@@ -116,7 +113,7 @@ def check_alive(recording, model, y):
             f"{recording.name}: column {model.column}: {len(y)} samples are left when motion, repeats and clipped ones are left out; "
             f"at least {MINIMUM_SAMPLES} are needed"
         )
-    if np.mean(np.diff(y) != 0) < MOVING:
+    if np.mean(np.diff(y) != 0) < START.moving_share:
         raise BadInput(
             f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with"
         )
@@ -138,7 +135,7 @@ def fitted(recording, model, y, known, seen):
     parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
     parts = with_decoded_states(bench, parts)
     parts = modulation.regrown(bench, parts, bench.fit(parts))
-    state = State(bench, parts, bench.fit(parts), shocks, known=known, seen=seen)
+    state = State(bench, tuple(parts), bench.fit(parts), shocks, known=known, seen=tuple(seen))
     return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
 
 
@@ -149,7 +146,7 @@ def with_forms(bench, parts):
             replace(one, form=form) for one in filters.unsaid(part) for form in part.effect.forms
         ]
         trials = [parts] + [
-            parts[:index] + [other] + parts[index + 1 :] for other in others if other != part
+            [*parts[:index], other, *parts[index + 1 :]] for other in others if other != part
         ]
         if len(trials) > 1:
             parts = max(trials, key=lambda trial: filters.worth(bench, trial))
@@ -160,10 +157,10 @@ def with_decoded_states(bench, parts):
     """Telegraph noise of the given model as its decoded course, when its levels can be seen."""
     for index, part in enumerate(parts):
         if part.kind == "telegraph_noise":
-            trial = parts[:index] + parts[index + 1 :]
+            trial = [*parts[:index], *parts[index + 1 :]]
             found = candidates.Candidate(part.kind, part, 0.0, -1e9)
             candidates.decode_states(bench, trial, found)
-            parts = parts[:index] + [found.part] + parts[index + 1 :]
+            parts = [*parts[:index], found.part, *parts[index + 1 :]]
     return parts
 
 
@@ -182,8 +179,8 @@ def relative_variance(state):
 
 def judged(state, quick=False):
     """The state with its adequacy, cells and judgement; `quick`: without the tests in time, for a step on the way."""
-    variance, state.blocks = relative_variance(state), state.bench.blocks(state.parts, state.fit)
-    data = state.bench.data
+    variance, data = relative_variance(state), state.bench.data
+    blocks = state.bench.blocks(state.parts, state.fit)
     c = state.bench.whitened(state.parts, state.fit)
     free = len(state.fit.sizes) + len(state.fit.coefficients)
     extra = {}
@@ -199,10 +196,10 @@ def judged(state, quick=False):
         extra["spectrum"] = max(
             adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free)
         )
-    state.adequacy = adequacy.judge(c, free, extra, quick, state.bench.counts)
-    state.cells, short = cells_of(state, variance)
-    state.judgement = judge.judged(state.cells, short, state.adequacy.p_value, state.doubted)
-    return state
+    left = adequacy.judge(c, free, extra, quick, state.bench.counts)
+    found, short = cells_of(state, variance)
+    judgement = judge.judged(found, short, left.p_value, state.doubted)
+    return replace(state, blocks=blocks, adequacy=left, cells=tuple(found), judgement=judgement)
 
 
 def cells_of(state, variance):
@@ -226,7 +223,7 @@ def cleaned_again(state):
     course = state.bench.mean_course(state.parts, state.fit)
     reach = state.bench.counts.reach_dps if state.bench.counts else 0.0
     shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz, reach)
-    shocks.clean, shocks.raw = shocks.clean + course, state.shocks.raw
+    shocks = replace(shocks, clean=shocks.clean + course, raw=state.shocks.raw)
     if np.array_equal(shocks.clean, state.shocks.clean):
         return state
     bench = state.bench.with_gyro(shocks.clean)
@@ -236,26 +233,26 @@ def cleaned_again(state):
 def joined(state, part, replaces=None):
     """The model with one more part, or with one in the place of another, its shape at its best; unless it is a line also those of the
     others."""
-    parts = [other for other in state.parts if other is not replaces] + [part]
+    parts = [*(other for other in state.parts if other is not replaces), part]
     bench = state.bench.resolving(parts)
-    if part.kind not in candidates.REPEATED:
+    if part.kind not in SEARCH.most_of:
         parts = filters.responding(bench, parts)
     if part.kind != "telegraph_noise":
-        alone = part.kind in candidates.REPEATED
+        alone = part.kind in SEARCH.most_of
         parts = refine.refined(
             bench,
             parts,
             refine.sweeps_for(parts, part.kind),
-            {one.kind for one in parts} - set(candidates.REPEATED) | {part.kind},
+            {one.kind for one in parts} - set(SEARCH.most_of) | {part.kind},
             only_last=alone,
         )
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
-    state = replace(state, bench=bench, parts=parts, fit=bench.fit(parts))
+    state = replace(state, bench=bench, parts=tuple(parts), fit=bench.fit(parts))
     if part.role != "mean":
         return state
     return cleaned_again(
-        state if state.known is None or part.kind in candidates.REPEATED else refilled(state)
+        state if state.known is None or part.kind in SEARCH.most_of else refilled(state)
     )
 
 
@@ -266,4 +263,4 @@ def refilled(state):
 
 def with_parts(state, parts):
     """Other parts on the same bench."""
-    return replace(state, parts=parts, fit=state.bench.fit(parts))
+    return replace(state, parts=tuple(parts), fit=state.bench.fit(parts))

@@ -6,15 +6,10 @@ import numpy as np
 from scipy import ndimage, stats
 
 from ..data import signals
-
-BANDS = 14
-TIMES = 24
-NARROW = 401  # ordinates
-# How many independent tests the list of judge() amounts to: measured on recordings of true models (`tools/davarlab nulls`).
-INDEPENDENT = 3
+from ..thresholds import JUDGE
 
 
-@dataclass
+@dataclass(frozen=True)
 class Adequacy:
     """p of the whole, the p-values of the tests by name, and the cells (bands x times) as normal scores."""
 
@@ -40,30 +35,45 @@ def spectrum_score(c, free):
 def cells_of(c, kurtosis=0.0):
     """Energies of octave bands in equal stretches of time, as normal scores after each band's own mean is taken out.
     kurtosis: excess of the samples; energy in a share of the band scatters by that share of it more."""
-    edges = np.unique(np.round(np.geomspace(len(c) / 2 ** (BANDS - 1), len(c), BANDS)).astype(int))
-    edges = edges[edges > 12 * TIMES]
-    edges = np.concatenate([[min(12 * TIMES, len(c) // 4)], edges])
+    edges = np.unique(
+        np.round(
+            np.geomspace(len(c) / 2 ** (JUDGE.octave_bands - 1), len(c), JUDGE.octave_bands)
+        ).astype(int)
+    )
+    edges = edges[edges > 12 * JUDGE.time_stretches]
+    edges = np.concatenate([[min(12 * JUDGE.time_stretches, len(c) // 4)], edges])
     rows = []
     for low, high in zip(edges[:-1], edges[1:]):
-        if high - low < 8 * TIMES:
+        if high - low < 8 * JUDGE.time_stretches:
             continue
         part = np.zeros(
             high + 1
         )  # no more ordinates than the band needs: its course at a lower rate
         part[low + 1 :] = c[low:high]
         x = signals.inverse(part)
-        length = len(x) // TIMES
-        energy = (x[: length * TIMES].reshape(TIMES, length) ** 2).sum(axis=1)
-        freedom = (high - low) / TIMES / (1 + kurtosis / 2 * (high - low) / len(c))
+        length = len(x) // JUDGE.time_stretches
+        energy = (
+            x[: length * JUDGE.time_stretches].reshape(JUDGE.time_stretches, length) ** 2
+        ).sum(axis=1)
+        freedom = (high - low) / JUDGE.time_stretches / (1 + kurtosis / 2 * (high - low) / len(c))
         rows.append(normal_score(energy / energy.mean(), freedom))
-    return np.array(rows).reshape(-1, TIMES)
+    return np.array(rows).reshape(-1, JUDGE.time_stretches)
 
 
 def narrow_p(c):
     """The strongest of the narrow bands, half overlapping."""
-    mean = ndimage.uniform_filter1d(c**2, NARROW)[NARROW // 2 : -(NARROW // 2) : 100]
+    mean = ndimage.uniform_filter1d(c**2, JUDGE.narrow_ordinates)[
+        JUDGE.narrow_ordinates // 2 : -(JUDGE.narrow_ordinates // 2) : 100
+    ]
     return (
-        float(min(1.0, 0.8 * len(mean) * stats.chi2.sf(NARROW * mean.max(), NARROW)))
+        float(
+            min(
+                1.0,
+                0.8
+                * len(mean)
+                * stats.chi2.sf(JUDGE.narrow_ordinates * mean.max(), JUDGE.narrow_ordinates),
+            )
+        )
         if len(mean)
         else 1.0
     )
@@ -73,12 +83,18 @@ def judge(c, free, extra=None, quick=False, counts=None):
     """c: whitened residual ordinates; free: fitted parameters; extra: further p-values by name; `quick`: without the cells in time;
     counts (data/counts.py): what they do to single samples is known, and some tests fail by it."""
     tests = {"spectrum": spectrum_score(c, free), "narrow band": narrow_p(c)}
-    cells = np.zeros((0, TIMES)) if quick else cells_of(c, counts.kurtosis if counts else 0.0)
+    cells = (
+        np.zeros((0, JUDGE.time_stretches))
+        if quick
+        else cells_of(c, counts.kurtosis if counts else 0.0)
+    )
     if cells.size:  # a short record has none
         tests["time and frequency"] = float(
-            stats.chi2.sf(np.sum(cells**2) * TIMES / (TIMES - 1), cells.size)
+            stats.chi2.sf(
+                np.sum(cells**2) * JUDGE.time_stretches / (JUDGE.time_stretches - 1), cells.size
+            )
         )
         tests["largest cell"] = float(min(1.0, cells.size * 2 * stats.norm.sf(np.abs(cells).max())))
     tests.update(extra or {})
     tests = {name: p for name, p in tests.items() if counts is None or name not in counts.suspends}
-    return Adequacy(float(1 - (1 - min(tests.values())) ** INDEPENDENT), tests, cells)
+    return Adequacy(float(1 - (1 - min(tests.values())) ** JUDGE.independent_tests), tests, cells)

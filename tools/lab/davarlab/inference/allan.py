@@ -8,8 +8,7 @@ import numpy as np
 
 from .. import places
 from ..errors import BadInput
-
-TAUS_MAX = 24
+from ..thresholds import JUDGE
 
 
 @cache
@@ -41,7 +40,7 @@ def library():
 
 def octaves(window):
     """1, 2, 4 ... <= window / 9."""
-    return [2**i for i in range(TAUS_MAX) if 9 * 2**i <= window]
+    return [2**i for i in range(JUDGE.cluster_octaves) if 9 * 2**i <= window]
 
 
 def windows(y, window, taus, known=None):
@@ -119,10 +118,6 @@ def expected(power, taus):
     return np.array([power @ response(int(m)) for m in taus])
 
 
-LONG = 64  # cluster sizes in a window, from which its length does not bear on how differences go together
-FINE = 16  # lags of a cluster size
-
-
 def unit(power):
     """The same shape with 1 as its largest value, for the square of a faint one would be 0; silence counts as white."""
     peak = power.max()
@@ -133,11 +128,11 @@ def freedom(spectrum, power, m, window, rate_hz):
     """Degrees of freedom of the overlapping estimate of noise with this spectrum (`power`: on the grid): M R0^2 / sum (1 - |k|/M) R_k^2, R the
     autocovariance of the M = window - 2 m + 1 differences (8.3)."""
     count = window - 2 * m + 1
-    if count > LONG * m:  # Parseval
+    if count > JUDGE.parseval_clusters * m:  # Parseval
         width = grid()[1]
         power = unit(power * response(m) / width)
         return float(2 * count * (power @ width) ** 2 / (power**2 @ width))
-    step = max(1, m // FINE)
+    step = max(1, m // JUDGE.lags_per_cluster)
     lags = -(-count // step)
     points = 1 << (2 * lags).bit_length()
     nu = np.arange(points + 1) / (2 * points * step)

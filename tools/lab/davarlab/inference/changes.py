@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize, special
 
-STRETCHES = 24
-FEW = 3  # blocks that a touch takes
+from ..thresholds import CHANGE
 
 
 @dataclass
@@ -48,13 +47,13 @@ def log_likelihood(blocks, variance):
 
 
 def steady_gain(blocks, before, after):
-    """Gain in likelihood from one variance to another without the FEW blocks that tell most for it: a touch is no vibration."""
+    """Gain in likelihood from one variance to another without the few blocks (CHANGE.touch_blocks) that tell most for it: a touch is no vibration."""
     each = (
         0.5
         * blocks.freedom
         * (np.log(before / after) + blocks.energy / before - blocks.energy / after)
     )
-    return float(np.sort(each)[:-FEW].sum())
+    return float(np.sort(each)[: -CHANGE.touch_blocks].sum())
 
 
 def fit(blocks, shapes):
@@ -118,7 +117,7 @@ def excess_scatter(blocks, variance, share):
 
 def restless(energy, length):
     """How much more than chance the level of the noise moves between stretches; at least 1."""
-    count = min(STRETCHES, len(energy))
+    count = min(CHANGE.restless_stretches, len(energy))
     edges = np.linspace(0, len(energy), count + 1).astype(int)
     sizes = np.diff(edges)
     means = np.add.reduceat(energy, edges[:-1]) / sizes

@@ -5,17 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, stats
 
+from ..thresholds import CHANCE, FIT
 from . import changes, modulation
 from .refine import numeric_shapes, turns
 from .whittle import size_covariance
-
-Z = float(stats.norm.ppf(0.975))
-CHANGE_DOUBT = 11.03  # of the place of a change in white noise (the largest value of a two-sided random walk with drift), 95 %
-
-
-VAGUE = np.log(
-    10.0
-)  # reach of a 95 % interval of a logarithm, from which the record does not determine the parameter
 
 
 @dataclass
@@ -115,8 +108,14 @@ def shape_step(bench, part):
 
 
 def interval(value, error, relative):
-    value, reach = float(value), Z * error
-    if not np.isfinite(value) or not np.isfinite(reach) or reach <= 0 or relative and reach > VAGUE:
+    value, reach = float(value), CHANCE.normal_95 * error
+    if (
+        not np.isfinite(value)
+        or not np.isfinite(reach)
+        or reach <= 0
+        or relative
+        and reach > np.log(FIT.vague_factor)
+    ):
         return Estimate(value, undetermined=True)
     if relative:
         return Estimate(
@@ -139,7 +138,7 @@ def spectrum_estimate(scale, size, error, bound):
     """`bound`: standard error of the size itself, for one that is fitted as nothing."""
     if size <= 0:
         return (
-            Estimate(0.0, 0.0, float(np.sqrt(Z * bound)) / scale)
+            Estimate(0.0, 0.0, float(np.sqrt(CHANCE.normal_95 * bound)) / scale)
             if np.isfinite(bound)
             else Estimate(0.0, undetermined=True)
         )
@@ -235,7 +234,7 @@ def instant(bench, time_s, power, level, frequency=None):
         noise = np.interp(np.log(frequency or 0.5 / reach), np.log(bench.data.f_bin), level)
         reach = max(
             1 / bench.recording.rate_hz,
-            float(CHANGE_DOUBT * noise / max(power, 1e-300) / bench.recording.rate_hz),
+            float(FIT.change_doubt * noise / max(power, 1e-300) / bench.recording.rate_hz),
         )
     return Estimate(
         time_s,
@@ -289,7 +288,7 @@ def dynamic_estimates(bench, parts, fit, blocks):
             found[kind] = {
                 "coefficient_dps_per_g": interval(np.sqrt(size * white), error / size / 2, True)
                 if size > 0
-                else Estimate(0.0, 0.0, float(np.sqrt(Z * error * white)))
+                else Estimate(0.0, 0.0, float(np.sqrt(CHANCE.normal_95 * error * white)))
             }
         if kind == "noise_step":
             ratio = np.sqrt(1 + size / sizes[0])

@@ -3,11 +3,7 @@
 import numpy as np
 
 from ..data import signals
-
-ITERATIONS_MAX = 120
-LAGS = 8  # of the record, the longest lag whose products are looked at
-FLOOR = 0.05  # of the median level, for where products of few samples say less than nothing
-CLOSE = 3e-2  # of the first residual, at which the solution is taken
+from ..thresholds import FIT
 
 
 def first_level(y, known):
@@ -16,7 +12,7 @@ def first_level(y, known):
     count = len(y)
     values = np.where(known, y - y[known].mean(), 0.0)
     products, pairs = (
-        np.fft.irfft(np.abs(np.fft.rfft(x, 2 * count)) ** 2)[: count // LAGS]
+        np.fft.irfft(np.abs(np.fft.rfft(x, 2 * count)) ** 2)[: count // FIT.level_lags]
         for x in (values, known.astype(float))
     )
     lags = len(products)
@@ -29,7 +25,7 @@ def first_level(y, known):
     level = np.add.reduceat(spectrum, edges[:-1]) / width
     usual = np.median(level)  # below 0 where few pairs of samples are known of a walk
     return np.repeat(
-        np.maximum(level, FLOOR * (usual if usual > 0 else np.abs(level).mean())), width
+        np.maximum(level, FIT.level_floor * (usual if usual > 0 else np.abs(level).mean())), width
     )
 
 
@@ -65,14 +61,14 @@ def solved(right, missing, level):
     shaped = within(rest, missing, level)
     direction, size = shaped.copy(), rest @ shaped
     first = size
-    for _ in range(ITERATIONS_MAX):
+    for _ in range(FIT.draw_iterations):
         ahead = within(direction, missing, 1 / level)
         step = size / (direction @ ahead)
         x += step * direction
         rest -= step * ahead
         shaped = within(rest, missing, level)
         size, before = rest @ shaped, size
-        if size <= CLOSE**2 * first:
+        if size <= FIT.draw_residual**2 * first:
             break
         direction = shaped + size / before * direction
     return x

@@ -6,11 +6,8 @@ from scipy import optimize
 from ..data import signals
 from ..effects import columns
 from ..effects.changes import vibration_square
+from ..thresholds import CHANGE
 from . import changes
-
-CROWDED = 16  # pieces of the record, in which noise is loud or not
-GROUPS = 8
-GROWTH_MOST = 3.5  # logarithm of the largest ratio of white noise over the range of the temperature
 
 
 def variance_shapes(parts, recording, blocks):
@@ -72,7 +69,7 @@ def best_growth(parts, recording, blocks):
             2
         ]
 
-    reach = GROWTH_MOST / np.ptp(warm)
+    reach = CHANGE.growth_most / np.ptp(warm)
     tried = np.linspace(-reach, reach, 17)
     best = int(np.argmin([loss(relative) for relative in tried]))
     found = optimize.minimize_scalar(
@@ -122,7 +119,7 @@ def local(variance, share, mean):
 def levelled(c, variance, share):
     """Whitened ordinates with the change of the white level divided out, in each frequency as far as it is white."""
     mean, out = share.mean(), np.zeros_like(c)
-    groups = np.minimum((share * GROUPS).astype(int), GROUPS - 1)
+    groups = np.minimum((share * CHANGE.share_groups).astype(int), CHANGE.share_groups - 1)
     for group in np.unique(groups):
         chosen = groups == group
         x = signals.in_time(np.where(chosen, c, 0.0))
@@ -147,7 +144,9 @@ def crowding(bench, share, variance):
     mean = float(np.sum(share * bench.data.counts) / np.sum(bench.data.counts))
     loudest = max(
         np.mean(piece)
-        for piece in np.array_split(variance / variance.mean(), min(CROWDED, len(variance)))
+        for piece in np.array_split(
+            variance / variance.mean(), min(CHANGE.crowded_pieces, len(variance))
+        )
     )
     return local(loudest, share, mean)
 

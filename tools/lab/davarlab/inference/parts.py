@@ -7,14 +7,9 @@ import numpy as np
 from ..data import counts as counted
 from ..data import signals
 from ..effects import table
+from ..thresholds import FIT
 from . import changes
 from .whittle import Data, maximise
-
-SLOW_S, SLOW_LEAST = (
-    0.5,
-    10000,
-)  # a slow course: what moves in half a second, and at least so many means
-SLOW_TURN = 0.01  # of a turn in that time: a line as slow as that is a slow course
 
 
 @dataclass(frozen=True)
@@ -283,10 +278,10 @@ class Bench:
 
     def together(self, part):
         """Samples of which the course of a part need only know the mean (1.4)."""
-        turn = part.shape["frequency_hz"] * SLOW_S if part.kind == "sinusoid" else np.inf
-        if part.form == "decoded" or not (part.effect.slow or turn < SLOW_TURN):
+        turn = part.shape["frequency_hz"] * FIT.slow_s if part.kind == "sinusoid" else np.inf
+        if part.form == "decoded" or not (part.effect.slow or turn < FIT.slow_turn):
             return 1
-        return max(1, min(int(SLOW_S * self.data.rate_hz), self.data.samples // SLOW_LEAST))
+        return max(1, min(int(FIT.slow_s * self.data.rate_hz), self.data.samples // FIT.slow_means))
 
     def whitened(self, parts, fit):
         """Ordinates of the residual, unit variance when the model is true."""

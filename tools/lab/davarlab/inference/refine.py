@@ -4,13 +4,7 @@ import numpy as np
 from scipy import optimize
 
 from ..data import signals
-
-TURNS_LEAST = 40  # in the record: from here on the noise is white across the lobe of a line
-PIECES = 1000
-TURNS_OF_TWO = 8
-TURNING = (
-    1 / 6
-)  # of the frequency of a line with a width, its half width at most: it turns about once before it forgets its phase
+from ..thresholds import FIT, LINE
 
 
 def numeric_shapes(part):
@@ -39,7 +33,7 @@ def bounds(bench, part, name):
     """Where a shape makes sense on this recording: (least, most)."""
     rate, samples = bench.data.rate_hz, bench.data.samples
     widest = (
-        min(0.03 * rate, TURNING * part.shape["frequency_hz"])
+        min(0.03 * rate, LINE.turning * part.shape["frequency_hz"])
         if part.kind == "narrow_band"
         else np.inf
     )
@@ -64,7 +58,7 @@ def line_frequency(bench, parts, index):
     coefficients[[keys.index(key) for key in bench.keys(part)]] = 0.0
     w = signals.in_time(bench.data.whitened(fit.level, coefficients, keys))
     time = bench.recording.time_s
-    starts = np.linspace(0, len(w), PIECES, endpoint=False).astype(int)
+    starts = np.linspace(0, len(w), LINE.pieces, endpoint=False).astype(int)
     turned = np.add.reduceat(w * np.exp(-2j * np.pi * part.shape["frequency_hz"] * time), starts)
     middle = np.add.reduceat(time, starts) / np.diff(np.append(starts, len(w)))
     reach = 0.5 * bench.recording.rate_hz / len(w)
@@ -79,7 +73,7 @@ def line_frequency(bench, parts, index):
 
 def line_refined(bench, parts, index):
     moved = parts[index].moved("frequency_hz", line_frequency(bench, parts, index))
-    trial = parts[:index] + [moved] + parts[index + 1 :]
+    trial = [*parts[:index], moved, *parts[index + 1 :]]
     better = bench.fit(trial).log_likelihood > bench.fit(parts).log_likelihood
     bench.forget(parts[index] if better else moved)
     return trial if better else parts
@@ -87,7 +81,7 @@ def line_refined(bench, parts, index):
 
 def refine_one(bench, parts, index, name):
     part = parts[index]
-    if part.kind == "sinusoid" and turns(bench, part) > TURNS_LEAST:
+    if part.kind == "sinusoid" and turns(bench, part) > LINE.white_turns:
         return line_refined(bench, parts, index)
     centre, width = part.shape[name], half_width(bench, part, name)
     least, most = bounds(bench, part, name)
@@ -97,7 +91,7 @@ def refine_one(bench, parts, index, name):
 
     def loss(x):
         moved = at(x)
-        trial = parts[:index] + [moved] + parts[index + 1 :]
+        trial = [*parts[:index], moved, *parts[index + 1 :]]
         value = -bench.fit(trial).log_likelihood
         if moved.effect.regressor:
             bench.forget(moved)
@@ -112,12 +106,16 @@ def refine_one(bench, parts, index, name):
     if best.fun >= -bench.fit(parts).log_likelihood:
         return parts
     bench.forget(part)
-    return parts[:index] + [at(best.x)] + parts[index + 1 :]
+    return [*parts[:index], at(best.x), *parts[index + 1 :]]
 
 
 def sweeps_for(parts, kind):
     """Two of a kind give way to each other in turns, each by little."""
-    return TURNS_OF_TWO if kind == "warm_up" and sum(part.kind == kind for part in parts) > 1 else 1
+    return (
+        FIT.rounds_of_two
+        if kind == "warm_up" and sum(part.kind == kind for part in parts) > 1
+        else 1
+    )
 
 
 def refined(bench, parts, sweeps=1, only=None, only_last=False):

@@ -5,16 +5,7 @@ from math import exp, log, pi, sqrt
 import numpy as np
 from scipy import optimize, signal
 
-BLOCKS_MAX = 40000
-BLOCKS_PER_DWELL = (
-    48  # with 8 the dwell came out a fifth too long: switches within a block are lost
-)
-LEVELS_MAX = 5
-MORE_LEVELS = 5.0  # log-likelihood units that one more level must gain: half the logarithm of the number of blocks (BIC)
-LEAST = 8  # blocks, however far a search for the dwell strays
-SWITCHES_LEAST = 5
-ALIKE = 1.15  # dwells within this factor are alike: 5 % of exponential ones at most
-SEARCH = {"maxfev": 120, "xatol": 1e-2, "fatol": 0.05}
+from ..thresholds import LEVELS
 
 
 def averaged(x, block):
@@ -99,7 +90,8 @@ def bounded(logarithms):
 def blocks_for(x, rate_hz, dwell_s):
     """Means of x over a small part of the dwell, and the length of a block in samples."""
     block = min(
-        max(1, int(max(dwell_s / BLOCKS_PER_DWELL * rate_hz, len(x) / BLOCKS_MAX))), len(x) // LEAST
+        max(1, int(max(dwell_s / LEVELS.blocks_per_dwell * rate_hz, len(x) / LEVELS.blocks_most))),
+        len(x) // LEVELS.blocks_least,
     )
     values = averaged(x, block)
     return values - values.mean(), block
@@ -127,7 +119,9 @@ def fit_levels(x, rate_hz, std, dwell_s, white, levels=2):
         for size in (-0.4, 0.0, 0.4)
         for off in (0.0, -0.5, 0.5, -1.0, 1.0)
     ]
-    found = optimize.minimize(loss, min(starts, key=loss), method="Nelder-Mead", options=SEARCH)
+    found = optimize.minimize(
+        loss, min(starts, key=loss), method="Nelder-Mead", options=LEVELS.simplex
+    )
     level, _, dwell = bounded(found.x[:3])
     return (
         -found.fun,
@@ -147,7 +141,10 @@ def fit_continuum(x, rate_hz, std, dwell_s, white):
         return -gauss_markov_log_likelihood(values, size, spread, exp(-2 * period / dwell))
 
     return -optimize.minimize(
-        loss, [log(std), log(noise * 1.1), log(dwell_s)], method="Nelder-Mead", options=SEARCH
+        loss,
+        [log(std), log(noise * 1.1), log(dwell_s)],
+        method="Nelder-Mead",
+        options=LEVELS.simplex,
     ).fun
 
 
@@ -183,7 +180,9 @@ def smoothed(values, level, noise, stay, levels=2):
 def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
     """Of x around the middle of its levels: posterior mean of the state (places()) at every sample; its divergence from what the chain says
     beforehand; the sum of its variance / (2 noise^2), what doubt about the state costs per squared amplitude (6.3); and its mean square."""
-    block = min(max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEAST)
+    block = min(
+        max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEVELS.blocks_least
+    )
     values = averaged(x, block)
     noise = max(white / sqrt(block / rate_hz), 1e-9)
     stay = staying(block / rate_hz, dwell_s, levels)
@@ -208,8 +207,8 @@ def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
 
 
 def many_switches(dwell_s, x, rate_hz):
-    """Can a record of this length show chance at work: SWITCHES_LEAST dwells, each of some samples."""
-    return 4 / rate_hz < dwell_s < len(x) / rate_hz / SWITCHES_LEAST
+    """Can a record of this length show chance at work: some dwells (LEVELS.switches_least), each of some samples."""
+    return 4 / rate_hz < dwell_s < len(x) / rate_hz / LEVELS.switches_least
 
 
 def like_chance(path, levels=2):
@@ -218,10 +217,12 @@ def like_chance(path, levels=2):
     level = np.clip(np.round((levels - 1 - path) / 2), 0, levels - 1).astype(int)
     sure = np.flatnonzero(np.abs(path - places(levels)[level]) < 0.5)
     switches = sure[1:][np.diff(level[sure]) != 0]
-    if len(switches) < SWITCHES_LEAST:
+    if len(switches) < LEVELS.switches_least:
         return False
     dwells = np.sort(np.diff(switches))
-    alike = np.searchsorted(dwells, ALIKE * dwells, side="right") - np.arange(len(dwells))
+    alike = np.searchsorted(dwells, LEVELS.alike_dwells * dwells, side="right") - np.arange(
+        len(dwells)
+    )
     if alike.max() > max(3, 0.4 * len(dwells)):
         return False
     return len(dwells) < 7 or float(np.std(dwells) / np.mean(dwells)) > 0.4

@@ -7,14 +7,7 @@ import numpy as np
 from scipy import linalg, optimize
 
 from ..data import signals
-
-ITERATIONS = 60
-HALVINGS = 12
-SCORED, FLAT = (
-    2,
-    0.3,
-)  # steps of Fisher scoring before those of Newton; least curvature of a bin then, over the expected one
-WELL_POSED = 1e-5  # least pivot of a Cholesky factor of rows with unit norm
+from ..thresholds import FIT
 
 
 @dataclass
@@ -185,7 +178,7 @@ def solved(matrix, right):
         return None
     return (
         linalg.cho_solve(factor, right, check_finite=False)
-        if factor[0].diagonal().min() > WELL_POSED
+        if factor[0].diagonal().min() > FIT.pivot_least
         else None
     )
 
@@ -241,20 +234,20 @@ def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
             1e-12 * level.max(),
         )
     sizes, before = None, -np.inf
-    for turn in range(ITERATIONS):
+    for turn in range(FIT.iterations):
         beta, covariance, residual, leverage = known.at(level)
         free = np.maximum(counts - leverage, 1e-3 * counts) if restricted else counts
         seen, weight = residual / free, counts / (2 * level**2)
-        if turn < SCORED:
+        if turn < FIT.scored:
             step = non_negative_step(shapes, seen - fixed, weight)
         else:  # (3.1)
-            curved = np.maximum(2 * seen / level - 1, FLAT)
+            curved = np.maximum(2 * seen / level - 1, FIT.curvature_least)
             step = non_negative_step(
                 shapes, shapes.T @ sizes + (seen - level) / curved, weight * curved
             )
         before_step = log_likelihood(data, seen * counts, level) if turn else -np.inf
         for _ in range(
-            HALVINGS
+            FIT.halvings
         ):  # where one ordinate holds nearly all the energy, whole steps go to and fro
             level = np.maximum(shapes.T @ step + fixed, least)
             if log_likelihood(data, seen * counts, level) >= before_step - 1e-9 * abs(before_step):

@@ -12,8 +12,9 @@ from pathlib import Path
 
 from .. import files, places
 from .. import model as models
-from ..diagnosis import contributions, evidence, improve, judge, search
+from ..diagnosis import contributions, evidence, improve
 from ..effects import table
+from ..thresholds import CHANCE
 from . import pictures, words
 
 VERSION_HEADER = places.shared("lib/include/davar/version.h")
@@ -128,7 +129,7 @@ def candidate_rows(found):
     fitted = dict(zip(found.model.kinds, found.estimates))
     for index, candidate in enumerate(found.candidates):
         kind, after = candidate.kind, remaining.get(candidate.kind)
-        joined, lasting = kind in added, after is not None and after * count < search.FAMILY_WISE
+        joined, lasting = kind in added, after is not None and after * count < CHANCE.family_wise
         if joined or lasting or candidate.parameters and candidate.p_value < 0.05:
             weight = words.evidence(
                 candidate.p_value,
@@ -151,7 +152,7 @@ def candidate_rows(found):
                 }
             )
         else:
-            (imitators if candidate.p_value * count < search.FAMILY_WISE else chance).append(
+            (imitators if candidate.p_value * count < CHANCE.family_wise else chance).append(
                 words.name(kind)
             )
     return shown, imitators, chance
@@ -240,7 +241,7 @@ def of_improvement(run, found):
         "improvement": words.improvement(found),
         "next": words.what_next(found, run),
         "p_value_after": found.judgement.p_value,
-        "adequate_at": judge.ADEQUATE,
+        "adequate_at": CHANCE.adequate_p,
         "candidates": shown,
         "imitators": imitators,
         "chance_kinds": chance,

@@ -6,12 +6,9 @@ from collections import Counter
 import numpy as np
 
 from ..data import plausible
-from ..diagnosis.judge import ADEQUATE
-from ..diagnosis.search import FAMILY_WISE
 from ..effects import table
-from ..inference.adequacy import INDEPENDENT
+from ..thresholds import CHANCE, JUDGE
 
-HELD_OUT_CLEARLY = 1.5  # the same of parameters that were fitted on another recording
 TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -90,7 +87,7 @@ def chance(p):
 
 def evidence(before, after, count, added, alternative=False):
     """How to take one of `count` candidates: its p-value beside the model as given and beside the final one."""
-    likely = before * count < FAMILY_WISE
+    likely = before * count < CHANCE.family_wise
     if added:
         return (
             "beyond doubt"
@@ -99,7 +96,7 @@ def evidence(before, after, count, added, alternative=False):
             if likely
             else "only beside the others"
         )
-    if after is not None and after * count < FAMILY_WISE:
+    if after is not None and after * count < CHANCE.family_wise:
         return "strong"
     if likely:
         return "cannot be told from it" if alternative else "imitates what was added"
@@ -227,7 +224,7 @@ def failed_tests(tests):
     bad = [
         TESTS.get(what, what)
         for p, what in sorted((p, what) for what, p in tests.items())
-        if p * INDEPENDENT < ADEQUATE
+        if p * JUDGE.independent_tests < CHANCE.adequate_p
     ]
     return "; ".join(bad) or None
 
@@ -266,7 +263,7 @@ def verdict_held_out(found):
     sizes = f"its error there is {error:.3f}, and a true model would give about {floor:.3f}"
     return (
         f"The final model does not explain the held-out recording: {sizes}."
-        if error > HELD_OUT_CLEARLY * floor
+        if error > CHANCE.held_out_above_floor * floor
         else f"The final model holds on the held-out recording: {sizes}."
     )
 

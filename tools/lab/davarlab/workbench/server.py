@@ -27,7 +27,8 @@ from .. import files
 from ..errors import BadInput, internal_error
 from ..report import values
 from . import schema
-from .visit import Stale, Visit
+from .visit.stepping import Stale
+from .visit.visit import ACTION, LOOK, QUESTION, Call, Visit
 
 PAGE = Path(__file__).resolve().parent / "page"
 SERVED = {
@@ -121,9 +122,7 @@ class Server:
         )
 
     async def ask(self, request):
-        what = request.path_params["what"]
-        table = self.visit.looks if what in self.visit.looks else self.visit.questions
-        return await self.answer(request, table, query=self.query(request))
+        return await self.answer(request, (LOOK, QUESTION), query=self.query(request))
 
     async def do(self, request):
         if not self.allowed(request):
@@ -138,7 +137,7 @@ class Server:
                 },
                 400,
             )
-        return await self.answer(request, self.visit.actions, text)
+        return await self.answer(request, (ACTION,), text)
 
     @staticmethod
     def query(request):
@@ -173,28 +172,30 @@ class Server:
             return JSONResponse({"error": str(why)}, 400)
         except ClientDisconnect:
             return JSONResponse({"error": "what was dropped did not come whole"}, 400)
-        taken = self.visit.hold_out if given.get("purpose") == "held-out" else self.visit.open
-        return await self.computed({"drop": partial(taken, str(dropped.path))}, "drop", {})
+        held_out = given.get("purpose") == "held-out"
+        taken = self.visit.hold.hold_out if held_out else self.visit.intake.open
+        return await self.computed(Call(ACTION, partial(taken, str(dropped.path))), "drop", {})
 
-    async def answer(self, request, table, text=None, query=None):
-        """Runs one of the functions of a table on what was given with the request, in JSON or in the query, once it is what schema.py says."""
+    async def answer(self, request, kinds, text=None, query=None):
+        """Runs a call of the visit, of one of these kinds, on what was given with the request, in JSON or in the query, once it is what schema.py says."""
         what = request.path_params["what"]
         if not self.allowed(request):
             return PlainTextResponse("no token", 403)
-        if what not in table:
+        call = self.visit.calls.get(what)
+        if call is None or call.kind not in kinds:
             return JSONResponse({"error": f"nothing is called {what}"}, 404)
         try:
             given = schema.request(what, text, query)
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 400)
-        return await self.computed(table, what, given)
+        return await self.computed(call, what, given)
 
-    async def computed(self, table, what, given):
-        """The answer of a function of a table, from the worker."""
+    async def computed(self, call, what, given):
+        """The answer of a call, from the worker."""
         try:
             found = await self.loop.run_in_executor(
-                self.reader if table is self.visit.looks else self.worker,
-                self.begun(table, what, given),
+                self.reader if call.kind == LOOK else self.worker,
+                self.begun(call, what, given),
             )
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 409 if isinstance(why, Stale) else 400)
@@ -212,20 +213,20 @@ class Server:
             with files.WRITING:
                 os._exit(0)
 
-    def begun(self, table, what, given):
-        """The call; one that a person is waiting for waits in sight until it begins, for a ranking gives way to it."""
+    def begun(self, call, what, given):
+        """What the worker runs; one that a person is waiting for waits in sight until it begins, for a ranking gives way to it."""
 
-        def call():
-            self.waiting.discard(call)
-            self.computing.add(call)
+        def work():
+            self.waiting.discard(work)
+            self.computing.add(work)
             try:
-                return table[what](**given)
+                return call.run(**given)
             finally:
-                self.computing.discard(call)
+                self.computing.discard(work)
 
-        if what in ("preview", "report") or table not in (self.visit.questions, self.visit.looks):
-            self.waiting.add(call)
-        return call
+        if what in ("preview", "report") or call.kind == ACTION:
+            self.waiting.add(work)
+        return work
 
     def fault(self, why):
         """What nobody foresaw: said, and the visit goes on."""
@@ -277,7 +278,7 @@ def run(options):
     token = secrets.token_urlsafe(16)
     visit = Visit(Path.cwd())
     if options.recording:
-        visit.open(options.recording, options.model, options.sensor)
+        visit.intake.open(options.recording, options.model, options.sensor)
     elif options.model or options.sensor:
         raise BadInput(("-m" if options.model else "--sensor") + " needs a recording")
     server = Server(visit, token)

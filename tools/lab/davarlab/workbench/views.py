@@ -9,6 +9,7 @@ from ..effects import table
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
 from ..report import values, words
+from ..thresholds import CHANCE
 
 LINES = 400  # points of a spectrum
 ENVELOPE = 1200  # of a record
@@ -180,7 +181,7 @@ def candidates(ranked):
             "name": words.name(c.kind),
             "gain": c.gain,
             "log_p": c.log_p,
-            "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(search.FAMILY_WISE)),
+            "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)),
             "alike": c.kind in alike,
             "why": evidence.why(c, None),
             "confirm": table.find(c.kind).confirm,

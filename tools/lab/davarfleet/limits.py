@@ -12,14 +12,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from davarlab import model as models
+from davarlab.errors import BadInput
+from davarlab.thresholds import CHANCE
 from scipy import stats
 
-from .. import model as models
-from ..errors import BadInput
-
-Z = float(stats.norm.ppf(0.975))
 AT_LIMIT = 0.025
-ADEQUATE_BY_CHANCE = 0.01  # share of true models that the judge refuses
 CAUGHT = 0.95
 
 
@@ -115,8 +113,10 @@ def relative(value, low, high):
 def error_of(value, low, high):
     """(standard error, is it of the logarithm) of an estimate."""
     if relative(value, low, high):
-        return math.log(high / low) / (2 * Z), True
-    return (high - low) / (2 * Z) if low < value else (high - value) / Z, False
+        return math.log(high / low) / (2 * CHANCE.normal_95), True
+    return (high - low) / (2 * CHANCE.normal_95) if low < value else (
+        high - value
+    ) / CHANCE.normal_95, False
 
 
 def beyond(limit, value, low, high):

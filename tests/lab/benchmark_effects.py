@@ -7,11 +7,11 @@ import time
 from multiprocessing import Pool
 
 import numpy as np
-
-from .. import simulate
-from ..errors import BadInput
-from ..model import Model, Term
-from . import diagnose, improve, oracle
+import oracle
+from davarlab import simulate
+from davarlab.diagnosis import diagnose, improve
+from davarlab.errors import BadInput
+from davarlab.model import Model, Term
 
 RATE_HZ, COLUMN = 50.0, "gyro_z_dps"
 HARD = 0.4

@@ -3,10 +3,10 @@
 from datetime import UTC, datetime
 
 import numpy as np
+from davarlab.effects import table
+from davarlab.report import pictures, words
+from davarlab.report.plot import plt
 
-from ..effects import table
-from ..report import pictures, words
-from ..report.plot import plt
 from . import population
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#999999")

@@ -5,7 +5,7 @@ import os
 import tempfile
 from pathlib import Path, PurePosixPath
 
-from ..errors import BadInput
+from davarlab.errors import BadInput
 
 GLOB = set("*?[")
 TELLS = (

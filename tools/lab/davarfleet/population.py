@@ -3,13 +3,13 @@
 import functools
 
 import numpy as np
+from davarlab.effects import table
+from davarlab.thresholds import CHANCE
 from scipy import stats
 
-from ..effects import table
 from . import limits
 
 OUTLIER = 0.01  # share of groups (a coefficient in a batch) of normal values in which one is called an outlier
-FAMILY_WISE = 0.01  # of all trends together; of all hidden effects of all batches together
 CAPPED = (
     0.99  # quantile of the gains of batch and chance together, above which a gain counts no more
 )
@@ -218,7 +218,7 @@ def hidden(rows, axis, batch, chance, seed=0):
 
 
 def hidden_effects(rows):
-    """Of all axes and batches, most certain first; `found`: beyond FAMILY_WISE over all of them, or named; `named`: see name_one()."""
+    """Of all axes and batches, most certain first; `found`: beyond CHANCE.family_wise over all of them, or named; `named`: see name_one()."""
     out = []
     parts = [
         (axis, batch, part)
@@ -230,7 +230,9 @@ def hidden_effects(rows):
         tested = sorted(hidden(part, axis, batch, chance), key=lambda one: -one["deviations"])
         for one in tested:
             one["p_value"] = min(1.0, one["p_value"] * len(parts))
-            one.update(found=one["p_value"] < FAMILY_WISE, named=False, tied=[], alternatives=[])
+            one.update(
+                found=one["p_value"] < CHANCE.family_wise, named=False, tied=[], alternatives=[]
+            )
         if any(one["found"] for one in tested):
             name_one([one for one in tested if one["p_value"] < NEAR], part, chance)
         out += tested
@@ -263,7 +265,7 @@ def of(rows):
     ]
     trends = [one for one in trends if one]
     for one in trends:
-        one["found"] = one["p_value"] * len(trends) < FAMILY_WISE
+        one["found"] = one["p_value"] * len(trends) < CHANCE.family_wise
     batches = [
         one
         for axis, part, names in by_axis
@@ -271,7 +273,7 @@ def of(rows):
         if (one := compared(part, axis, name))
     ]
     for one in batches:
-        one["found"] = one["p_value"] * len(batches) < FAMILY_WISE
+        one["found"] = one["p_value"] * len(batches) < CHANCE.family_wise
     return {
         "coefficients": [one for one in found if one],
         "trends": trends,

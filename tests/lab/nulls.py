@@ -1,20 +1,20 @@
-"""What chance alone does on recordings of an accepted model: gains of the candidates, the TRIALS that they come to (DESIGN 4), and how
+"""What chance alone does on recordings of an accepted model: gains of the candidates, the tries (thresholds.TRIES) that they come to (DESIGN 4), and how
 often a true model is called inadequate (DESIGN 7).
 
 Parametric bootstrap: the benchmark's clean recordings (noise and bias instability drawn per seed, decoy columns), every candidate tried."""
 
 from multiprocessing import Pool
 
+import benchmark_effects
 import numpy as np
+from davarlab import simulate
+from davarlab.data.recording import MINIMUM_SAMPLES
+from davarlab.diagnosis import search
+from davarlab.diagnosis import state as state_of
+from davarlab.errors import BadInput
+from davarlab.model import Model, Term
+from davarlab.thresholds import TRIES
 from scipy import stats
-
-from .. import simulate
-from ..candidates import candidate, columns
-from ..data.recording import MINIMUM_SAMPLES
-from ..errors import BadInput
-from ..model import Model, Term
-from . import benchmark, search
-from . import state as state_of
 
 LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
 TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tries is read from
@@ -30,12 +30,14 @@ def one(job):
     ]
     recording = simulate.make(
         base,
-        benchmark.RATE_HZ,
-        benchmark.COLUMN,
+        benchmark_effects.RATE_HZ,
+        benchmark_effects.COLUMN,
         seed=int(rng.integers(1 << 31)),
         duration_s=seconds,
     )
-    state = state_of.start(recording, Model(benchmark.RATE_HZ, benchmark.COLUMN, base))
+    state = state_of.start(
+        recording, Model(benchmark_effects.RATE_HZ, benchmark_effects.COLUMN, base)
+    )
     gains = {c.kind: max(c.gain, 0.0) for c in reversed(search.ranking(state))} if tried else {}
     if tried:
         gains["sinusoid"] -= np.log(recording.samples)  # its own law: p = TRIALS n exp(-gain)
@@ -55,9 +57,9 @@ def tries(kind, gains):
 
 
 def run(count, first, seconds, tried, jobs, progress):
-    if seconds * benchmark.RATE_HZ < MINIMUM_SAMPLES:
+    if seconds * benchmark_effects.RATE_HZ < MINIMUM_SAMPLES:
         raise BadInput(
-            f"--seconds: {seconds:g}; at least {MINIMUM_SAMPLES / benchmark.RATE_HZ:g} are needed"
+            f"--seconds: {seconds:g}; at least {MINIMUM_SAMPLES / benchmark_effects.RATE_HZ:g} are needed"
         )
     rows = []
     with Pool(min(jobs, count)) as pool:
@@ -76,7 +78,7 @@ def summary(rows):
         found[kind] = {
             "trials": c,
             "standard_error": error,
-            "in_use": (candidate.TRIALS | columns.TRIALS).get(kind, candidate.OWN_TRIALS),
+            "in_use": (TRIES.of_kind | TRIES.of_column).get(kind, TRIES.of_own_effect),
             "gain_95": float(np.quantile(gains, 0.95)),
             "gain_99": float(np.quantile(gains, 0.99)),
             "largest": float(gains.max()),

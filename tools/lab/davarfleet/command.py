@@ -8,11 +8,13 @@ import signal
 import time
 import zlib
 
-from .. import files
-from .. import model as models
-from ..errors import BadInput
-from ..logs import door
-from ..report import contents, values
+from davarlab import files
+from davarlab import model as models
+from davarlab.errors import BadInput
+from davarlab.logs import door
+from davarlab.report import contents, values
+from davarlab.thresholds import CHANCE
+
 from . import cluster, limits, population, sources, store
 from . import job as jobs
 
@@ -154,7 +156,7 @@ def judge(test, rows, path):
         "at_limit": test.at_limit,
         "adequate": test.adequate,
         "stated": stated,
-        "typical_unit": sum(typical) + (limits.ADEQUATE_BY_CHANCE if test.adequate else 0.0),
+        "typical_unit": sum(typical) + (CHANCE.adequate_p if test.adequate else 0.0),
         **{
             word: sum(row["limits"] == word for row in rows)
             for word in ("pass", "fail", "no result")

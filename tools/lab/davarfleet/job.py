@@ -5,15 +5,15 @@ import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from davarlab import arithmetic, axes, simulate
+from davarlab import model as models
+from davarlab.data import recording as recordings
+from davarlab.diagnosis import diagnose, improve, search
+from davarlab.diagnosis import state as state_of
+from davarlab.effects import own, table
+from davarlab.errors import BadInput
+from davarlab.logs import door
 
-from .. import arithmetic, axes, simulate
-from .. import model as models
-from ..data import recording as recordings
-from ..diagnosis import diagnose, improve, search
-from ..diagnosis import state as state_of
-from ..effects import own, table
-from ..errors import BadInput
-from ..logs import door
 from . import sources
 
 DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from somewhere else

@@ -1,22 +1,16 @@
 """What a page may ask of the recording on the desk alone: it needs no fit, and waits for none."""
 
-from .. import model as models
-from ..effects import table
-from ..errors import BadInput
-from . import views
+from ... import model as models
+from ...effects import table
+from ...errors import BadInput
+from .. import views
 
 
 class Looks:
-    """table: name -> function of plain values that returns plain values."""
+    """Of a visit."""
 
     def __init__(self, visit):
         self.visit = visit
-        self.table = {
-            "stretch": self.stretch,
-            "spectrogram": self.spectrogram,
-            "axes": self.axes,
-            "sheet": self.sheet,
-        }
 
     def stretch(self, start_s, stop_s):
         start, stop, desk = start_s, stop_s, self.there()

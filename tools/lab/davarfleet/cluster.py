@@ -6,7 +6,8 @@ import signal
 import threading
 import warnings
 
-from ..errors import BadInput
+from davarlab.errors import BadInput
+
 from . import job as jobs
 
 WAIT_S = 30  # for a scheduler to answer
@@ -71,7 +72,7 @@ def remote(distributed, address):
 
 
 def version():
-    from ..report import contents
+    from davarlab.report import contents
 
     return contents.versions()["davar"]
 

@@ -6,12 +6,13 @@ from functools import cache
 from pathlib import Path
 
 import jinja2
+from davarlab import files
+from davarlab.effects import table
+from davarlab.report import page as pages
+from davarlab.report import words
+from davarlab.thresholds import CHANCE
 from markupsafe import Markup
 
-from .. import files
-from ..effects import table
-from ..report import page as pages
-from ..report import words
 from . import limits as limits_of
 from . import pictures, population, sources
 
@@ -168,7 +169,7 @@ def contents_of(options, rows, found):
         "skip": len(sources.shared_folder([row["file"] for row in rows])),
         "made": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         "outlier_share": population.OUTLIER,
-        "family_wise": population.FAMILY_WISE,
+        "family_wise": CHANCE.family_wise,
         "distributions": pictures.distributions(good, names, read) if names else None,
         "many_axes": len({row["axis"] for row in good}) > 1,
         "gains": pictures.gains(found["hidden"]) if found["hidden"] else None,

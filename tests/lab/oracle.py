@@ -1,16 +1,14 @@
 """How much of a hidden effect a recording can show at all: the gain of an oracle that knows noise and shape (DESIGN 4)."""
 
 import numpy as np
+from davarlab import simulate
+from davarlab.data import signals
+from davarlab.effects import table
+from davarlab.thresholds import CHANCE
 from scipy import stats
 
-from .. import simulate
-from ..data import signals
-from ..effects import table
-
-FALSE_ALARM = (
-    0.01  # of the one test that an oracle makes, as of all tests together that a search makes
-)
-CALLABLE = stats.chi2.isf(FALSE_ALARM, 1) / 2  # gain from which that test calls it
+# Gain from which the one test that an oracle makes calls it: by chance as often as all tests of a search together.
+CALLABLE = stats.chi2.isf(CHANCE.family_wise, 1) / 2
 
 
 def spectrum_of(terms, recording):

@@ -4,8 +4,8 @@ import hashlib
 import json
 from pathlib import Path
 
-from .. import files
-from ..errors import BadInput
+from davarlab import files
+from davarlab.errors import BadInput
 
 TABLE_VERSION = 2  # of the columns of the table and of the files beside it
 PER_PARAMETER = ("", ".low", ".high")

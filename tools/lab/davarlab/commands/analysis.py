@@ -1,0 +1,221 @@
+"""fit, compare, diagnose, improve and plot: a model against a recording."""
+
+from .. import axes, files
+from .. import model as models
+from ..diagnosis import compare, evidence, improve
+from ..diagnosis import state as state_of
+from ..errors import BadInput
+from ..report import terminal, values
+from .shared import (
+    AXES,
+    HELD_OUT,
+    LOG,
+    MODEL,
+    OUT,
+    OUT_MAYBE,
+    REC,
+    REPORT,
+    emit,
+    given_model,
+    progress,
+    recorded,
+)
+
+DETAIL = 3  # candidates that are described in full
+
+
+def load(options):
+    """(recording, model) for the analysis; an accelerometer's as axes.py has it."""
+    given = given_model(options)
+    recording, model = axes.for_analysis(recorded(options, options.recording), given)
+    models.check_fits(model, recording, options.model)
+    if options.command != "fit":
+        models.check_noise(model, options.model)
+    return recording, model
+
+
+def load_held_out(options, model):
+    if not options.held_out:
+        return None
+    held_out, model = axes.for_analysis(recorded(options, options.held_out), given_model(options))
+    models.check_fits(model, held_out, options.model)
+    return held_out
+
+
+def column_of(options):
+    return given_model(options).column
+
+
+def output_of(options):
+    """Where the model of this axis goes."""
+    return options.output and (
+        str(axes.file_of(options.output, options.axis))
+        if getattr(options, "axis", None)
+        else options.output
+    )
+
+
+def each_axis(one):
+    """A command on the axis of the model, or on all that --axes names: one(options) -> axes.Found with the text of one axis."""
+
+    def run(options):
+        if not options.axes:
+            found, text = one(options)
+            emit(
+                options,
+                axes.plain_in_units(found.data, found.column),
+                axes.in_units(text, found.column),
+            )
+            return found.status
+        if getattr(options, "report", None):
+            raise BadInput("--report: a page is of one axis (leave --axes out)")
+        columns = axes.columns_of(recorded(options, options.recording), options.axes)
+        if options.__dict__.get("output"):
+            files.check_outputs(
+                [axes.file_of(options.output, column) for column in columns], [options.recording]
+            )
+        found = []
+        for options.axis in columns:
+            progress(f"axis {options.axis}")
+            found.append(one(options)[0])
+        emit(
+            options,
+            {"axes": {one.column: axes.plain_in_units(one.data, one.column) for one in found}},
+            axes.text(found),
+        )
+        return max(one.status for one in found)
+
+    return run
+
+
+def fit_one(options):
+    recording, model = load(options)
+    state, fitted, entries = improve.fit(recording, model, progress)
+    column, output = column_of(options), output_of(options)
+    if output:
+        models.write(axes.called(fitted, column), output)
+    data = {
+        "effects": values.fitted(fitted, entries),
+        "model": output,
+        **values.judgement(state.judgement),
+        "observations": values.observations(state.seen),
+        "intervals_hold": state.judgement.adequate,
+    }
+    return axes.Found(column, 0, data, fitted, entries), terminal.fit(
+        fitted, entries, state.judgement, state.seen
+    )
+
+
+def report(options, recording, model, found, state=None):
+    """Writes the page of --report: of a comparison (state: the model refitted) or of an improvement."""
+    if not options.report:
+        return
+    from ..report import contents, page  # the pictures take a second to load
+
+    progress("drawing the report")
+    named = {
+        "recording": options.recording,
+        "model": options.model,
+        "held-out recording": getattr(options, "held_out", None),
+    }
+    run = contents.Run(
+        options.typed,
+        recording,
+        model,
+        {role: path for role, path in named.items() if path},
+        [word for path in options.effects for word in ("--effects", path)]
+        + (["--rate", f"{options.rate:g}"] if options.rate else []),
+        getattr(options, "output", None),
+    )
+    page.write(
+        contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found),
+        options.report,
+    )
+
+
+def compare_one(options):
+    recording, model = load(options)
+    state = state_of.judged(state_of.start(recording, model, progress))
+    found = compare.compare(recording, model, progress, state)
+    report(options, recording, model, found, state)
+    return (
+        axes.Found(
+            column_of(options),
+            0 if found.adequate else 1,
+            values.comparison(found),
+            model,
+            improve.as_it_is(model),
+        ),
+        terminal.comparison(found, evidence.notes(recording, model)),
+    )
+
+
+def diagnose_one(options):
+    recording, model = load(options)
+    held_out = load_held_out(options, model)
+    found = improve.improve(recording, model, held_out, progress, DETAIL)
+    report(options, recording, model, found)
+    return axes.Found(
+        column_of(options), 0, values.diagnosis(found), found.model, found.estimates
+    ), terminal.diagnosis(found)
+
+
+def improve_one(options):
+    recording, model = load(options)
+    held_out = load_held_out(options, model)
+    found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
+    column, output = column_of(options), output_of(options)
+    if output:
+        models.write(axes.called(found.model, column), output)
+    report(options, recording, model, found)
+    return (
+        axes.Found(
+            column,
+            0 if found.judgement.adequate else 1,
+            values.improvement(found, output),
+            found.model,
+            found.estimates,
+        ),
+        terminal.improvement(found),
+    )
+
+
+def run_plot(options):
+    files.check_ending(options.output, (".png", ".pdf", ".svg"))
+    from ..report import plot
+
+    recording, model = load(options)
+    found = compare.compare(recording, model, progress)
+    plot.draw(found, options.output)
+    emit(options, {"picture": options.output}, options.output)
+    return 0
+
+
+# command: (function, what it does, arguments)
+COMMANDS = {
+    "fit": (
+        each_axis(fit_one),
+        "fits the parameters, with 95 %% intervals",
+        [REC, MODEL, OUT_MAYBE, AXES, *LOG],
+    ),
+    "compare": (
+        each_axis(compare_one),
+        "model against measurement: where it fails and by how much",
+        [REC, MODEL, REPORT, AXES, *LOG],
+    ),
+    "diagnose": (
+        each_axis(diagnose_one),
+        "which physical effect is missing",
+        [REC, MODEL, HELD_OUT, REPORT, AXES, *LOG],
+    ),
+    "improve": (
+        each_axis(improve_one),
+        "adds what is missing until the model is adequate",
+        [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG],
+    ),
+    "plot": (
+        run_plot,
+        "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)",
+        [REC, MODEL, OUT, *LOG],
+    ),
+}

@@ -1,0 +1,233 @@
+"""simulate, add, effects, export and sheet: models, and what is made of them."""
+
+import contextlib
+
+from .. import files, kalibr, option_types, simulate
+from .. import model as models
+from ..data import recording as recordings
+from ..effects import table
+from ..errors import BadInput
+from ..report import parameters
+from .shared import OUT, RATE, argument, emit, progress
+
+PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
+
+
+def run_simulate(options):
+    recording = simulate.from_scenario(options.scenario, progress)
+    recordings.write(recording, options.output)
+    emit(
+        options,
+        {"recording": options.output, "samples": recording.samples, "rate_hz": recording.rate_hz},
+        f"{options.output}: {recording.samples} samples at {recording.rate_hz:g} Hz",
+    )
+    return 0
+
+
+def start_value(effect, parameter, rate_hz):
+    """Where nobody says: the default, the middle of the grid for an hour's recording, the first word, a thousandth."""
+    if parameter.default is not None:
+        return parameter.default
+    if parameter.text:
+        return ""
+    hour = recordings.Recording({"time_s": range(int(3600 * rate_hz))}, rate_hz)
+    with contextlib.suppress(BadInput, LookupError):
+        values = list(effect.grid[parameter.name](hour))
+        return values[len(values) // 2] if parameter.values else float(values[len(values) // 2])
+    return (
+        parameter.values[0] if parameter.values else min(max(1e-3, parameter.low), parameter.high)
+    )
+
+
+def run_add(options):
+    model, effect = models.read(options.model), table.find(options.kind)
+    values = {p.name: start_value(effect, p, model.rate_hz or 50.0) for p in effect.parameters}
+    assumed = dict(values)
+    named = [p.name for p in effect.parameters if p.values or p.text]
+    for pair in options.parameters:
+        name, equals, value = pair.partition("=")
+        if not equals or name not in values:
+            raise BadInput(f"{pair}: {effect.kind} has the parameters {', '.join(values)}")
+        try:
+            values[name] = value if name in named else float(value)
+        except ValueError:
+            raise BadInput(f"{pair}: not a number") from None
+        assumed.pop(name, None)
+    model.terms.append(models.checked_term({"kind": options.kind, **values}, options.kind))
+    models.check_lines(model.terms, model.rate_hz, options.model)
+    models.write(model, options.output)
+    tell_assumed(effect, assumed)
+    emit(
+        options,
+        {"model": options.output, "effects": model.kinds},
+        f"{options.output}: {', '.join(model.kinds)}",
+    )
+    return 0
+
+
+def tell_assumed(effect, assumed):
+    """Sizes are found by fit from any start; shapes only from near by."""
+    shapes = [
+        name
+        for name in effect.shape_names
+        if name in assumed and next(p for p in effect.parameters if p.name == name).default is None
+    ]
+    if assumed:
+        said = ", ".join(
+            f"{name} = {value if isinstance(value, str) else format(value, '.6g')}"
+            for name, value in assumed.items()
+        )
+        progress(
+            f"{effect.kind}: assumed as a start for fit: {said}"
+            + (
+                f"; fit moves {', '.join(shapes)} little or not: give NAME=VALUE, or let improve find it"
+                if shapes
+                else ""
+            )
+        )
+
+
+def run_effects(options):
+    rows = [
+        {
+            "kind": e.kind,
+            "physics": e.physics,
+            "signature": e.signature,
+            "confirm": e.confirm,
+            "role": e.role,
+            "parameters": [
+                {"name": p.name, "unit": p.unit, "low": p.low, "high": p.high} for p in e.parameters
+            ],
+        }
+        for e in table.TABLE.values()
+    ]
+    text = "\n".join(
+        f"{r['kind']}: {r['physics']}\n  Allan deviation: {r['signature']}\n  confirm: {r['confirm']}\n"
+        + "\n".join(
+            f"  {p['name']}" + (f" [{p['unit']}]" if p["unit"] else "") for p in r["parameters"]
+        )
+        for r in rows
+    )
+    emit(options, {"effects": rows}, text)
+    return 0
+
+
+def run_export(options):
+    given = [(path, models.read(path)) for path in options.models]
+    if options.to:
+        made = parameters.text(options.to, given, options.inflate, options.bias_time)
+        files.write_whole(options.output, made.encode())
+        emit(options, {"file": options.output, "format": options.to}, f"{made}{options.output}")
+        return 0
+    from ..report import export
+
+    files.check_ending(options.output, (".h", ".csv"))
+    if len(given) > 1:
+        raise BadInput(
+            "export: a table for the device is of one model (--to FORMAT takes one for each axis)"
+        )
+    table = export.table_of(given[0][1], options.window, options.tolerance, options.models[0])
+    files.write_whole(options.output, export.text(table, options.output).encode())
+    emit(options, {"table": options.output}, options.output)
+    return 0
+
+
+def run_sheet(options):
+    if bool(options.kalibr) == bool(options.numbers):
+        raise BadInput("sheet: numbers with their units, or --kalibr imu.yaml")
+    made = (
+        kalibr.of_file(options.kalibr, options.column, options.rate)
+        if options.kalibr
+        else kalibr.of_sheet(options.numbers, options.column, options.rate)
+    )
+    models.write(made, options.output)
+    emit(
+        options,
+        {"model": options.output, "effects": made.kinds},
+        f"{options.output}: {', '.join(made.kinds)}",
+    )
+    return 0
+
+
+# command: (function, what it does, arguments)
+COMMANDS = {
+    "simulate": (
+        run_simulate,
+        "makes a recording from listed effects",
+        [argument("scenario"), OUT],
+    ),
+    "add": (
+        run_add,
+        "adds an effect to a model",
+        [
+            argument("model"),
+            argument("kind"),
+            argument("parameters", nargs="*", help="NAME=VALUE"),
+            OUT,
+        ],
+    ),
+    "effects": (run_effects, "lists every effect", []),
+    "export": (
+        run_export,
+        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or models as parameters of another program",
+        [
+            argument("models", nargs="+", metavar="model", help="one; with --to one for each axis"),
+            argument(
+                "-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to any name"
+            ),
+            argument(
+                "--to",
+                choices=tuple(PARAMETER_FILES),
+                help="; ".join(f"{name}: {what}" for name, what in PARAMETER_FILES.items()),
+            ),
+            argument(
+                "--inflate",
+                type=option_types.positive,
+                default=1.0,
+                metavar="X",
+                help="noise times X (the file says why, and why not)",
+            ),
+            argument(
+                "--bias-time",
+                type=option_types.positive,
+                default=300.0,
+                metavar="SECONDS",
+                help="a model without a walk of the bias gets the one that does the same in this time (default 300)",
+            ),
+            argument(
+                "--window",
+                type=option_types.whole,
+                default=6000,
+                help="samples of the device's window (default 6000)",
+            ),
+            argument(
+                "--tolerance",
+                type=float,
+                default=0.02,
+                help="how far the model itself may be off: one standard deviation of its Allan "
+                "deviation, relative (default 0.02)",
+            ),
+        ],
+    ),
+    "sheet": (
+        run_sheet,
+        "makes a model of a data sheet's numbers, or of a kalibr file, to compare with",
+        [
+            argument(
+                "numbers",
+                nargs="*",
+                metavar="NUMBER",
+                help="each with its unit: 0.005deg/s/sqrt(Hz) 10deg/h; an accelerometer's: 100ug/sqrt(Hz) 40ug. A bias instability is taken for "
+                " the coefficient B of IEEE 952; where a sheet means the lowest point of the Allan deviation, divide by 0.664",
+            ),
+            argument("--kalibr", metavar="IMU.yaml"),
+            argument(
+                "--column",
+                default="gyro_z_dps",
+                help="of the recording it is for (default gyro_z_dps)",
+            ),
+            OUT,
+            RATE,
+        ],
+    ),
+}

@@ -1,0 +1,590 @@
+"""The numbers that decide, in one frozen table: one name, one meaning, a unit and a source each.
+
+A source is a chapter or formula of tools/lab/DESIGN.md, or a measurement. "choice" marks a number
+that was set by judgement. The benchmarks of docs/lab_benchmark.md were measured with it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from scipy import stats
+
+
+def of(value, unit, source, meaning):
+    """A field of the table. `meaning` continues "value, unit". Mappings are read-only."""
+    said = {"unit": unit, "source": source, "meaning": meaning}
+    if isinstance(value, dict):
+        value = MappingProxyType(value)
+    return field(default_factory=lambda: value, metadata=said)
+
+
+@dataclass(frozen=True)
+class Chance:
+    """Chance, and when two models are one: for search, judge, report and davarfleet."""
+
+    family_wise: float = of(
+        0.01,
+        "chance",
+        "DESIGN 4.1, 7.2",
+        "that any of the tests of one decision is beyond its bound by chance",
+    )
+    adequate_p: float = of(
+        0.01,
+        "chance",
+        "DESIGN 7",
+        "p of the residual, from which a model is statistically adequate",
+    )
+    tell_apart: float = of(
+        3.0, "log-likelihood", "DESIGN 4", "within which a recording cannot tell two models"
+    )
+    bend: float = of(
+        3.3,
+        "log-likelihood",
+        "half of the 99 % point of one chi-square (DESIGN 4)",
+        "that an effect gains over a simpler one nested in it",
+    )
+    apart_sigmas: float = of(
+        2.33,
+        "standard deviations",
+        "Vuong's test at 1 % (DESIGN 4)",
+        "of a gain over a rival, by which it is one",
+    )
+    above_floor: float = of(
+        1.25,
+        "times the floor",
+        "99.5 % of true models are below (DESIGN 7)",
+        "from which an error is more than a true model's",
+    )
+    held_out_above_floor: float = of(
+        1.5,
+        "times the floor",
+        "choice",
+        "the same for parameters that were fitted on another recording",
+    )
+    normal_95: float = of(
+        float(stats.norm.ppf(0.975)),
+        "standard errors",
+        "95 % of a normal distribution",
+        "half width of every interval",
+    )
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Is a model adequate (diagnosis/judge.py, cells.py, inference/adequacy.py)."""
+
+    tolerance: float = of(
+        1.05,
+        "ratio of Allan deviations",
+        "DESIGN 7",
+        "that matters to nobody: practically adequate",
+    )
+    one_sided_95: float = of(
+        1.645,
+        "standard errors",
+        "95 % of a normal distribution, one side (DESIGN 7.3)",
+        "up to which the record shows the tolerance",
+    )
+    independent_tests: int = of(
+        3,
+        "tests",
+        "measured: davarlab nulls --adequacy-only (DESIGN 7.1)",
+        "that the list of tests of the residual amounts to",
+    )
+    octave_bands: int = of(14, "bands", "choice", "of the cells in time and frequency, at most")
+    time_stretches: int = of(
+        24, "stretches", "DESIGN 7.1", "of the record, of the cells in time and frequency"
+    )
+    narrow_ordinates: int = of(401, "ordinates", "DESIGN 7.1", "of a narrow band")
+    cell_windows: tuple = of(
+        (1, 4, 16), "parts of the record", "DESIGN 8", "windows of the Allan map"
+    )
+    short_windows: int = of(
+        64,
+        "parts of the record",
+        "DESIGN 7.2",
+        "windows whose shortest averaging time alone is tested: noise that breathes "
+        "faster than a sixteenth of the record",
+    )
+    valid_share: float = of(
+        0.1,
+        "share of the differences",
+        "choice",
+        "in known samples, above which a window has an averaging time",
+    )
+    course_turns: float = of(
+        2.0,
+        "turns",
+        "DESIGN 8.4",
+        "in a window, below which a line with a width is a course and no noise",
+    )
+    cluster_octaves: int = of(24, "octaves", "choice", "of cluster sizes, at most")
+    parseval_clusters: int = of(
+        64,
+        "cluster sizes",
+        "DESIGN 8.3",
+        "in a window, from which its length does not bear on how differences go together",
+    )
+    lags_per_cluster: int = of(16, "lags", "DESIGN 8.3", "of a cluster size, in a shorter window")
+
+
+@dataclass(frozen=True)
+class Start:
+    """May a recording be analysed at all (diagnosis/state.py)."""
+
+    least_s: int = of(
+        4, "s", "choice", "length of a recording: slow noise is told from what a second holds"
+    )
+    moving_share: float = of(
+        0.02, "share of the samples", "choice", "that differs from the sample before"
+    )
+    far_p: float = of(
+        1e-9,
+        "chance",
+        "choice (DESIGN 12.2)",
+        "p of the spectrum, below which a model is no guess of what is missing",
+    )
+
+
+@dataclass(frozen=True)
+class Search:
+    """The way from the given model to the last (diagnosis/search.py)."""
+
+    steps_most: int = of(24, "steps", "choice", "of a search")
+    slack: float = of(
+        0.02, "of the floor", "DESIGN 4", "by which a likelier term may leave the error higher"
+    )
+    over_at_once: float = of(
+        0.01,
+        "of the record",
+        "DESIGN 4",
+        "time constant of a warm-up below which it must lower the error",
+    )
+    bands_free: int = of(
+        8,
+        "lines with a width",
+        "DESIGN 4",
+        "from here on each one must lower the error, or it is the last",
+    )
+    waiting_share: float = of(
+        0.5,
+        "of the gain that is taken",
+        "DESIGN 4",
+        "below which what is costly to seek waits for its turn",
+    )
+    put_off_chance: float = of(
+        0.2, "chance", "choice", "of a gain, from which a candidate is put off"
+    )
+    certain: float = of(
+        50.0, "log-likelihood", "DESIGN 4", "from which a part stays, whatever the filters do"
+    )
+    most_of: Mapping = of(
+        {"sinusoid": 4, "narrow_band": 16, "intermittent_line": 4, "bias_step": 4},
+        "effects",
+        "DESIGN 4",
+        "that a sensor may have of a kind, where more than one",
+    )
+    warm_ups_most: int = of(
+        2, "effects", "choice", "warm-ups of a sensor: of the chip and of the case"
+    )
+    shapes_fitted: int = of(
+        4, "shapes", "DESIGN 4", "of an effect that are fitted, the best by their score"
+    )
+    robust_from: float = of(
+        3.0,
+        "log-likelihood",
+        "choice (DESIGN 4)",
+        "from which the scatter of the products themselves is measured",
+    )
+    crude_gain: float = of(
+        6.0,
+        "log-likelihood",
+        "choice",
+        "of the best of a grid, from which a filter or a second warm-up is worth a closer look",
+    )
+
+
+@dataclass(frozen=True)
+class Tries:
+    """Independent tries that a free shape amounts to: C of DESIGN 4.1, by davarlab nulls."""
+
+    of_kind: Mapping = of(
+        {
+            "quantization": 0.66,
+            "angle_random_walk": 0.5,
+            "bias_instability": 1.0,
+            "rate_random_walk": 0.35,
+            "gauss_markov": 3.7,
+            "telegraph_noise": 3.7,
+            "low_pass": 1.0,
+            "moving_average": 1.0,
+            "high_pass": 3.0,
+            "warm_up": 2.1,
+            "rate_ramp": 0.83,
+            "sinusoid": 3.1,
+            "temperature_rate": 1.8,
+            "g_sensitivity": 4.8,
+            "vibration_rectification": 8.0,
+            "vibration_noise": 2.8,
+            "noise_step": 1.1e4,
+        },
+        "tries",
+        "measured on 240 recordings of 2 h, rounded up in the second digit; not "
+        "measured: angle_random_walk and bias_instability (in every model there), "
+        "filters (no gain by chance: a bound)",
+        "of a kind; of a line per sample",
+    )
+    of_own_effect: float = of(3.0, "tries", "choice", "of an effect of one's own")
+    of_band: float = of(
+        150.0,
+        "tries",
+        "measured as of_kind",
+        "of a line with a width: tries (n / band_samples)^band_growth exp(-gain)",
+    )
+    band_samples: float = of(1e4, "samples", "measured as of_kind", "that of_band is for")
+    band_growth: float = of(
+        0.4,
+        "exponent",
+        "measured as of_kind",
+        "with which the tries of a line with a width grow with the samples",
+    )
+    of_column: Mapping = of(
+        {
+            "temperature": 3.2,
+            "temperature beside": 5.1,
+            "temperature_squared": 5.5,
+            "temperature_hysteresis": 3.5,
+            "temperature_noise": 1.4,
+            "follows": 4.4,
+        },
+        "tries",
+        "null recordings; follows, per column: 240 clean recordings of 20 minutes (DESIGN 4)",
+        "of an effect on a column: alone, or where the temperature is in the model already",
+    )
+    of_visit: float = of(
+        4.0,
+        "tries per sample",
+        "measured on 150 records of 20 000 and 60 of 100 000 samples: 1.6 and 3.4 at "
+        "the largest 5 % (DESIGN 15.2)",
+        "of a line that comes and goes: tries n gain^2 exp(-gain), each end of the "
+        "interval being a gain's worth of tries",
+    )
+
+
+@dataclass(frozen=True)
+class Line:
+    """Lines: candidates/lines.py, intermittent.py, doubts.py, inference/refine.py."""
+
+    apart: float = of(
+        0.1,
+        "of its frequency",
+        "DESIGN 4",
+        "how far from a sharp line another one is a line of its own, with apart_bins",
+    )
+    apart_bins: int = of(20, "half bins", "choice", "added to apart")
+    lowest: int = of(
+        30, "ordinates", "choice", "below which the record has no spectrum of a line's own"
+    )
+    widest: float = of(0.03, "of the sample rate", "choice", "half width above which it is no line")
+    narrowest: float = of(1.5, "ordinates", "choice", "half width below which it is sharp")
+    turning: float = of(
+        1 / 6,
+        "of its frequency",
+        "DESIGN 4",
+        "half width at most: it turns about once before it forgets its phase",
+    )
+    hopeful: float = of(
+        8.0, "log-likelihood", "choice", "of a crude box, from which a place is worth a closer look"
+    )
+    places_refined: int = of(2, "places", "choice", "the strongest, which are refined")
+    white_turns: int = of(
+        40,
+        "turns in the record",
+        "choice",
+        "from which the noise is white across the lobe of a line",
+    )
+    pieces: int = of(1000, "pieces", "choice", "of the record, in which a line's phase is followed")
+    visit_windows: tuple = of(
+        (4, 12, 36, 108, 324),
+        "parts of the record",
+        "DESIGN 15.2",
+        "half overlapping windows of short-time spectra",
+    )
+    visit_least: int = of(128, "samples", "choice", "of a window, and of a visit")
+    visit_marks: int = of(
+        240, "marks", "DESIGN 15.2", "of the record, among which start and stop are sought first"
+    )
+    visit_turns: int = of(8, "periods", "choice", "that an interval must hold")
+    visit_most: float = of(
+        0.85, "of the record", "DESIGN 15.2", "from which a line is there all the time"
+    )
+    visit_rounds: int = of(3, "rounds", "DESIGN 15.2", "of ends and frequency in turn")
+    within_band: float = of(
+        3.0,
+        "half widths",
+        "choice",
+        "of a line with a width, within which one that comes and goes is that band, wandering",
+    )
+    wave_hz: float = of(
+        0.1,
+        "Hz",
+        "DESIGN 4",
+        "below which lines may be harmonics of one wave: those of anything slower are no lines",
+    )
+    wave_harmonics: int = of(3, "lines", "DESIGN 4", "from which on they are one wave")
+    wave_near: float = of(
+        0.1,
+        "of the slowest line",
+        "choice",
+        "that a line must be surer of its place than to be its harmonic",
+    )
+
+
+@dataclass(frozen=True)
+class Step:
+    """Steps of the bias (candidates/steps.py)."""
+
+    marks: int = of(
+        1200, "marks", "DESIGN 15.1", "of the record, between which crossings are counted"
+    )
+    edge: int = of(
+        16,
+        "samples",
+        "choice",
+        "between two steps; these, and one mark's worth, are left out at the ends: a "
+        "step there is a wild sample",
+    )
+
+
+@dataclass(frozen=True)
+class Levels:
+    """A few levels or a continuum (inference/states.py, candidates/ranking.py)."""
+
+    seen: float = of(8.0, "log-likelihood", "DESIGN 6.2", "from which two levels count as seen")
+    looked_for: float = of(
+        0.25,
+        "of the gain of another effect",
+        "DESIGN 6.2",
+        "that two levels must explain to be looked for (of a filter or a logged column: as much)",
+    )
+    one_more: float = of(
+        5.0,
+        "log-likelihood",
+        "DESIGN 6.4: half the logarithm of the number of blocks (BIC)",
+        "that one more level must gain",
+    )
+    most: int = of(5, "levels", "DESIGN 6.4", "that are tried")
+    flicker_rounds: int = of(3, "rounds", "DESIGN 6.3", "of flicker and levels in turn")
+    blocks_most: int = of(40000, "blocks", "choice", "of a record")
+    blocks_per_dwell: int = of(
+        48, "blocks", "DESIGN 6.2: with 8 the dwell came out a fifth too long", "of a dwell"
+    )
+    blocks_least: int = of(8, "blocks", "choice", "however far a search for the dwell strays")
+    switches_least: int = of(5, "switches", "DESIGN 6.2", "of telegraph noise in a record")
+    alike_dwells: float = of(
+        1.15,
+        "ratio",
+        "5 % of exponential ones at most (DESIGN 6.2)",
+        "within which dwells are alike",
+    )
+    simplex: Mapping = of(
+        {"maxfev": 120, "xatol": 1e-2, "fatol": 0.05},
+        "options of Nelder-Mead",
+        "choice",
+        "where the search for the dwell ends",
+    )
+
+
+@dataclass(frozen=True)
+class Column:
+    """Effects on logged columns (candidates/columns.py, identifiable.py)."""
+
+    means_most: int = of(
+        16384, "block means", "DESIGN 4", "of the recording that shapes are scanned on"
+    )
+    lag_least: float = of(
+        8.0,
+        "log-likelihood",
+        "DESIGN 4 (a prototype on real recordings)",
+        "of a lag over the temperature felt at once, below which a random walk does as well",
+    )
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One coefficient, or a cause that was not logged (candidates/common_cause.py)."""
+
+    edges_hz: tuple = of(
+        (0.0, 0.002, 0.01, 0.05, 0.25, 0.5, 2.5),
+        "Hz",
+        "DESIGN 4",
+        "of the bands; above, delays and filters differ, and a true coefficient need "
+        "not be one number",
+    )
+    worked_out_hz: float = of(
+        0.05,
+        "Hz",
+        "DESIGN 4",
+        "up to here a course worked out of a column has no scatter of its own to speak of",
+    )
+    ordinates_least: int = of(
+        8, "ordinates", "choice", "of a band; one with fewer goes with the next"
+    )
+    band_seen: float = of(
+        3.0, "standard errors", "DESIGN 4", "from which a band shows a coefficient"
+    )
+    bands_apart: float = of(
+        3.5, "standard errors", "DESIGN 4", "of a difference, from which two bands are apart"
+    )
+    bands_ratio: float = of(
+        2.0, "ratio", "DESIGN 4", "of coefficients, from which two bands contradict each other"
+    )
+    turned_hz: float = of(
+        0.05, "Hz", "DESIGN 4", "from where on another axis of the gyro may count as turned"
+    )
+    turned_share: float = of(
+        0.75,
+        "of its power",
+        "DESIGN 4",
+        "no noise of its own, from which another axis of the gyro counts as turned",
+    )
+    motion_least: float = of(
+        0.1,
+        "of an accelerometer's power",
+        "choice",
+        "real motion, below which its noise is not divided out further",
+    )
+    slow_hz: float = of(0.01, "Hz", "DESIGN 4", "below which axes are compared")
+    coherent: float = of(
+        0.4, "|r|", "DESIGN 4", "from which axes move as one, with bands_apart standard errors"
+    )
+    axes_ratio: float = of(
+        1.5, "ratio", "DESIGN 4", "within which the coefficients of three axes are the same"
+    )
+    quiet_share: float = of(
+        0.05, "of the seconds", "choice", "whose noise is taken for the sensor's own"
+    )
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """What a candidate may be instead (candidates/doubts.py)."""
+
+    moved_share: float = of(
+        0.01,
+        "share of the samples",
+        "DESIGN 4",
+        "that true motion takes, from where on what is left of it passes for an effect",
+    )
+    leak_moved: float = of(
+        0.1,
+        "of another axis",
+        "DESIGN 4; data sheets have 0.01 to 0.05",
+        "coefficient above which it is a turn, where the recording moved",
+    )
+    leak_at_rest: float = of(0.3, "of another axis", "DESIGN 4", "the same at rest")
+
+
+@dataclass(frozen=True)
+class Change:
+    """White noise that changes (inference/changes.py, modulation.py)."""
+
+    restless_stretches: int = of(
+        24, "stretches", "DESIGN 4", "of the record, whose levels are compared"
+    )
+    touch_blocks: int = of(
+        3, "blocks", "DESIGN 4", "that a touch takes: left out of the gain of vibration"
+    )
+    crowded_pieces: int = of(
+        16, "pieces", "DESIGN 5.3", "of the record, in which noise is loud or not"
+    )
+    share_groups: int = of(8, "groups", "DESIGN 5.2", "of the share of white noise")
+    growth_most: float = of(
+        3.5,
+        "logarithm",
+        "choice",
+        "of the largest ratio of white noise over the range of the temperature",
+    )
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Fits: inference/whittle.py, parts.py, refine.py, estimate.py, gaps.py."""
+
+    iterations: int = of(60, "iterations", "choice", "of a fit of sizes")
+    halvings: int = of(12, "halvings", "choice", "of a step that does not gain")
+    scored: int = of(2, "iterations", "DESIGN 3.1", "of Fisher scoring before those of Newton")
+    curvature_least: float = of(
+        0.3, "of the expected curvature", "DESIGN 3.1", "of a bin in a step of Newton"
+    )
+    pivot_least: float = of(
+        1e-5, "rows of unit norm", "choice", "pivot of a Cholesky factor that is well posed"
+    )
+    slow_s: float = of(0.5, "s", "DESIGN 1.4", "in which a slow course does not move")
+    slow_means: int = of(
+        10000, "means", "choice", "of a record, at least, that a slow course is transformed of"
+    )
+    slow_turn: float = of(
+        0.01, "turns", "DESIGN 1.4", "in slow_s, below which a line is a slow course"
+    )
+    rounds_of_two: int = of(8, "rounds", "choice", "of the shapes of two warm-ups")
+    change_doubt: float = of(
+        11.03,
+        "noise over power, samples",
+        "DESIGN 15: largest value of a two-sided random walk with drift, 95 %",
+        "of the place of a change in white noise",
+    )
+    vague_factor: float = of(
+        10.0,
+        "ratio",
+        "choice",
+        "reach of a 95 % interval, from which the record does not determine a parameter",
+    )
+    draw_iterations: int = of(
+        120,
+        "iterations",
+        "choice (DESIGN 12.1: 3 to 40 are usual)",
+        "of conjugate gradients for missing samples, at most",
+    )
+    draw_residual: float = of(
+        3e-2, "of the first residual", "choice", "at which the missing samples are taken"
+    )
+    level_lags: int = of(
+        8,
+        "parts of the record",
+        "DESIGN 12.2",
+        "the longest lag whose products are looked at: one of these parts",
+    )
+    level_floor: float = of(
+        0.05, "of the median level", "choice", "where products of few samples say less than nothing"
+    )
+
+
+CHANCE = Chance()
+JUDGE = Judge()
+START = Start()
+SEARCH = Search()
+TRIES = Tries()
+LINE = Line()
+STEP = Step()
+LEVELS = Levels()
+COLUMN = Column()
+CAUSE = Cause()
+DOUBT = Doubt()
+CHANGE = Change()
+FIT = Fit()
+TABLE = {
+    "CHANCE": CHANCE,
+    "JUDGE": JUDGE,
+    "START": START,
+    "SEARCH": SEARCH,
+    "TRIES": TRIES,
+    "LINE": LINE,
+    "STEP": STEP,
+    "LEVELS": LEVELS,
+    "COLUMN": COLUMN,
+    "CAUSE": CAUSE,
+    "DOUBT": DOUBT,
+    "CHANGE": CHANGE,
+    "FIT": FIT,
+}

@@ -1,0 +1,43 @@
+"""A second recording of the sensor, on which every step of a visit is judged and none is fitted."""
+
+from ...data import plausible
+from ...errors import BadInput
+
+
+class HoldOut:
+    """Of a visit."""
+
+    def __init__(self, visit):
+        self.visit = visit
+
+    def hold_out(self, path):
+        """A second recording of the same sensor: every step is judged on it too, and fitted on the first one only."""
+        self.visit.stepping.here()
+        held = self.beside(path, self.visit.steps, self.visit.desk.column)
+        self.visit.steps.hold_out(path)
+        self.visit.held, self.visit.not_held = held, ""
+        return self.visit.changed()
+
+    def beside(self, path, steps, column):
+        """A recording to hold out. Raises BadInput where it has not the gyro column."""
+        held = self.visit.intake.as_named(path, steps)
+        held.rate_dps(column)
+        doubts = plausible.of(held, [column])
+        if doubts:
+            raise BadInput(f"{path}: doubtful: {'; '.join(doubts)}")
+        return held
+
+    def let_go(self):
+        """No recording is held out any more."""
+        self.visit.stepping.here()
+        self.visit.steps.hold_out(None)
+        self.visit.held, self.visit.not_held = None, ""
+        return self.visit.changed()
+
+    def held_out(self, number=None):
+        """The error of a step on the recording that is held out, and its floor; None without one."""
+        step = self.visit.stepping.here(number)
+        error, floor = self.visit.desk.held_out(
+            step.text, self.visit.stepping.outcome(step).model, self.visit.held
+        )
+        return {"number": step.number, "error": error, "floor": floor}

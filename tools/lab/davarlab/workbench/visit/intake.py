@@ -1,0 +1,183 @@
+"""What comes onto the desk: a log is looked at, its columns named, its plausibility checked; then it is a recording."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ... import model as models
+from ...data import guess, plausible
+from ...errors import BadInput
+from .. import desk as desks
+from ..steps import Sight, Steps
+
+
+@dataclass
+class Waiting:
+    """A log that waits to be read. shown: what the page shows of it; guesses: for its columns, none while the sensor is to be chosen."""
+
+    path: Path
+    shown: dict
+    guesses: list = field(default_factory=list)
+    sensor: str | None = None
+    model: str | None = None  # a model file to look at, once the sensor is known
+
+
+class Intake:
+    """Of a visit."""
+
+    def __init__(self, visit):
+        self.visit = visit
+
+    def open(self, path, model=None, sensor=None):
+        """A recording by its path. Which sensor is meant, and columns that are not called as davarlab calls them, are asked about first."""
+        steps = Steps.beside(path, sensor)
+        if steps.log is None and not sensor:
+            gyros = desks.gyros_in(path)
+            if gyros:
+                return self.ask_about(
+                    Waiting(
+                        Path(path),
+                        {
+                            "path": str(path),
+                            "sensors": [{"name": one.name, "said": one.said} for one in gyros],
+                        },
+                        model=model,
+                    )
+                )
+        if steps.log is None and not model:
+            guesses, shown = desks.preview(path, sensor)
+            if any(one.column != one.name or one.factor != 1 for one in guesses) or not {
+                "gyro",
+                "time",
+            } <= {one.quantity for one in guesses}:
+                return self.ask_about(Waiting(Path(path), shown, guesses, sensor))
+        if steps.log is None and sensor:
+            steps.log = {"columns": [], "rate_hz": None, "sensor": sensor}
+        return self.begin(path, steps, model)
+
+    def ask_about(self, waiting):
+        self.visit.desk, self.visit.steps, self.visit.log = None, None, waiting
+        return self.visit.changed()
+
+    def waits(self):
+        if not self.visit.log:
+            raise BadInput("no log waits to be read")
+        return self.visit.log
+
+    def sensor(self, name):
+        """One of the sensors of the log that waits."""
+        return self.open(str(self.waits().path), self.visit.log.model, name)
+
+    def begin(self, path, steps, model=None):
+        """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a model file to look at."""
+        recording = self.as_named(path, steps)
+        gyros = desks.gyro_columns(recording)
+        if not gyros:
+            raise BadInput(
+                f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for an accelerometer: tools/davarlab fit --axes accel)"
+            )
+        doubts = plausible.of(recording)
+        if doubts:
+            return self.ask_about(self.doubted(path, steps, doubts, model))
+        given = model and models.read(model)
+        if given:
+            models.check_fits(given, recording, model)
+            models.check_noise(given, model)
+        sight = Sight(given.column) if given else steps.sight or Sight(gyros[-1])
+        held, self.visit.not_held = None, ""
+        if steps.held_out:
+            try:
+                held = self.visit.hold.beside(steps.held_out, steps, sight.column)
+            except BadInput as why:
+                steps.held_out, self.visit.not_held = None, f"not held out any more: {why}"
+        self.look_at(recording, steps, sight, given)
+        self.visit.held = held
+        return self.visit.changed()
+
+    @staticmethod
+    def doubted(path, steps, doubts, model):
+        """A recording whose rate, units or levels are implausible waits until somebody corrects or confirms them."""
+        log = steps.log or {}
+        guesses, shown = desks.preview(
+            path, log.get("sensor"), [guess.Guess(**one) for one in log.get("columns", [])]
+        )
+        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, log.get("sensor"), model)
+
+    def look_at(self, recording, steps, sight, given=None):
+        """A sight of the recording, with a first step where there is none. It is on the desk when all of it is there."""
+        desk, before = desks.Desk(recording, sight), steps.sight
+        steps.sight = sight
+        try:
+            if given or not steps.steps:
+                model = given or desk.first_model()
+                outcome = desk.of(models.text_of(model), given is None, self.visit.progress)
+                took = (
+                    "the model as given"
+                    if given
+                    else "a first model: white noise and bias instability"
+                )
+                self.visit.stepping.grown(
+                    steps, desk, took, outcome, fitted=given is None, root=True
+                )
+            else:
+                steps.save()
+        except BaseException:
+            steps.sight = before
+            raise
+        self.visit.desk, self.visit.steps, self.visit.log = desk, steps, None
+
+    def sight(self, column=None, alone=(), cut=()):
+        """Another sight of the same recording: a gyro column, a stretch alone, all but what was cut out; each has steps of its own."""
+        self.visit.stepping.here()
+        span, column = (
+            self.visit.desk.whole.samples / self.visit.desk.whole.rate_hz,
+            column or self.visit.desk.column,
+        )
+        if column not in self.visit.desk.gyros:
+            raise BadInput(f"{column}: not a gyro column of this recording")
+        edges = [tuple(pair) for pair in ([alone] if alone else []) + list(cut)]
+        for pair in edges:
+            if not 0 <= pair[0] < pair[1] <= span * 1.001:
+                raise BadInput(
+                    f"{pair}: not a stretch of this recording, in seconds from 0 to {span:g}"
+                )
+        self.look_at(
+            self.visit.desk.whole,
+            self.visit.steps,
+            Sight(column, edges[0] if alone else (), () if alone else tuple(sorted(edges))),
+        )
+        return self.visit.changed()
+
+    def read(self, columns, rate_hz=None, as_recorded=False):
+        """The log as its columns were named by whoever looked at them: dicts of guess.Guess; as_recorded: what was doubted is right."""
+        path, guesses = self.waits().path, self.visit.log.guesses
+        if [one["name"] for one in columns] != [one.name for one in guesses]:
+            raise BadInput(
+                f"{path}: each of its {len(guesses)} columns must be named, in their order"
+            )
+        steps = Steps.beside(path, self.visit.log.sensor)
+        steps.log = {
+            "columns": columns,
+            "rate_hz": rate_hz,
+            "sensor": self.visit.log.sensor,
+            "as_recorded": as_recorded,
+        }
+        return self.begin(path, steps, self.visit.log.model)
+
+    def tutorial(self):
+        """The bundled sensor, opened like any recording."""
+        return self.open(str(self.visit.arrivals.tutorial(self.visit.progress)))
+
+    def freeze(self, channel):
+        """The raw samples of a channel that have come so far, opened as a recording; more may come meanwhile."""
+        return self.open(str(self.visit.ears.freeze(channel)))
+
+    def as_named(self, path, steps):
+        """A recording whose columns are those that the session's log was read with."""
+        log = steps.log or {}
+        return desks.read(
+            path,
+            [guess.Guess(**one) for one in log.get("columns", [])],
+            log.get("rate_hz"),
+            log.get("sensor"),
+            log.get("as_recorded", False),
+        )
