@@ -109,7 +109,7 @@ class Verdicts(unittest.TestCase):
         said = terminal.verdict(
             result("unknown", given=comparison(0.0, tests={"narrow band": 1e-9, "spectrum": 0.5}))
         )
-        self.assertIn("What fails: a narrow band with too much power.", said)
+        self.assertIn("The failed checks detect: a narrow band with too much power.", said)
 
     def test_a_held_out_recording_that_is_not_explained_is_said(self):
         for error, sentence in (
@@ -176,9 +176,9 @@ class Sentences(unittest.TestCase):
             return evidence.why(Candidate("warm_up", Part("warm_up"), gain, log_p), None)
 
         for gain in (-604.1, -0.04):
-            self.assertTrue(said(gain, 0.0).startswith("no gain in likelihood; "))
-        self.assertIn("more than 1e300", said(4000.0, -4000.0))
-        self.assertIn("once in 1e+10)", said(25.0, -10 * np.log(10)))
+            self.assertTrue(said(gain, 0.0).startswith("no likelihood gain. "))
+        self.assertIn("(p < 1e-300)", said(4000.0, -4000.0))
+        self.assertIn("(p = 1e-10)", said(25.0, -10 * np.log(10)))
         self.assertNotIn("%", said(25.0, -20.0))
 
     def test_an_interval_shows_its_ends(self):
@@ -207,7 +207,7 @@ class Notes(unittest.TestCase):
                 Recording({"gyro_z_dps": self.noise, "temp_degC": temperature}, 50.0), MODEL
             )
             self.assertEqual(
-                [note for note in notes if "temp_degC did not move: temperature, " in note] == [],
+                [note for note in notes if "temp_degC is constant: temperature, " in note] == [],
                 moving,
             )
 

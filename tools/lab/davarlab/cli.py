@@ -1,4 +1,4 @@
-"""The command line: one function per command; results to standard output, progress to standard error."""
+"""The command line: one function per command. Results go to standard output, progress to standard error."""
 
 import argparse
 import contextlib
@@ -31,7 +31,7 @@ def emit(options, data, text):
 
 
 def log_options(options):
-    """How a log is to be read, from the command line."""
+    """The options for reading a log, from the command line."""
     return door.Options(
         options.rate,
         options.sensor,
@@ -45,7 +45,7 @@ def log_options(options):
 
 
 def given_model(options, path=None):
-    """The model of -m: a model file, or a kalibr imu.yaml, which is one of every axis."""
+    """The model of -m: a model file, or a kalibr imu.yaml, which applies to every axis."""
     path = path or options.model
     if str(path).endswith((".yaml", ".yml")):
         return kalibr.of_file(path, getattr(options, "axis", None) or "gyro_z_dps")
@@ -54,19 +54,19 @@ def given_model(options, path=None):
 
 
 def recorded(options, path):
-    """A recording, read once for all axes."""
+    """A recording, cached so that all axes share it."""
     kept = options.__dict__.setdefault("recordings", {})
     if path not in kept:
         kept[path] = door.read(path, log_options(options), progress)
         if len(kept[path].gaps):
             progress(
-                f"{len(kept[path].gaps)} gaps: {(~kept[path].known).sum()} samples of the even grid are missing"
+                f"{len(kept[path].gaps)} gaps with {(~kept[path].known).sum()} missing samples"
             )
     return kept[path]
 
 
 def load(options):
-    """(recording, model) for the analysis; an accelerometer's as axes.py has it."""
+    """(recording, model) for the analysis. axes.py converts those of an accelerometer."""
     given = given_model(options)
     recording, model = axes.for_analysis(recorded(options, options.recording), given)
     models.check_fits(model, recording, options.model)
@@ -88,7 +88,7 @@ def column_of(options):
 
 
 def output_of(options):
-    """Where the model of this axis goes."""
+    """The output file for the model of this axis."""
     return options.output and (
         str(axes.file_of(options.output, options.axis))
         if getattr(options, "axis", None)
@@ -97,7 +97,7 @@ def output_of(options):
 
 
 def each_axis(one):
-    """A command on the axis of the model, or on all that --axes names: one(options) -> axes.Found with the text of one axis."""
+    """A command on the axis of the model, or on all axes of --axes. one(options) -> axes.Found and the text of one axis."""
 
     def run(options):
         if not options.axes:
@@ -109,7 +109,7 @@ def each_axis(one):
             )
             return found.status
         if getattr(options, "report", None):
-            raise BadInput("--report: a page is of one axis (leave --axes out)")
+            raise BadInput("--report works for one axis only: remove --axes")
         columns = axes.columns_of(recorded(options, options.recording), options.axes)
         if options.__dict__.get("output"):
             files.check_outputs(
@@ -159,7 +159,7 @@ def fit_one(options):
 
 
 def report(options, recording, model, found, state=None):
-    """Writes the page of --report: of a comparison (state: the model refitted) or of an improvement."""
+    """Writes the page of --report for a comparison (state: the refitted model) or an improvement."""
     if not options.report:
         return
     from .report import contents, page  # the pictures take a second to load
@@ -233,7 +233,8 @@ def improve_one(options):
 
 
 def start_value(effect, parameter, rate_hz):
-    """Where nobody says: the default, the middle of the grid for an hour's recording, the first word, a thousandth."""
+    """The start value of a parameter that the user did not give: its default, otherwise the middle of its grid for a one-hour
+    recording, its first word, or 0.001."""
     if parameter.default is not None:
         return parameter.default
     if parameter.text:
@@ -255,7 +256,7 @@ def run_add(options):
     for pair in options.parameters:
         name, equals, value = pair.partition("=")
         if not equals or name not in values:
-            raise BadInput(f"{pair}: {effect.kind} has the parameters {', '.join(values)}")
+            raise BadInput(f"{pair}: unknown parameter. {effect.kind} has: {', '.join(values)}")
         try:
             values[name] = value if name in named else float(value)
         except ValueError:
@@ -274,7 +275,7 @@ def run_add(options):
 
 
 def tell_assumed(effect, assumed):
-    """Sizes are found by fit from any start; shapes only from near by."""
+    """Reports assumed start values. fit finds sizes from any start, but shapes only from a close one."""
     shapes = [
         name
         for name in effect.shape_names
@@ -286,9 +287,9 @@ def tell_assumed(effect, assumed):
             for name, value in assumed.items()
         )
         progress(
-            f"{effect.kind}: assumed as a start for fit: {said}"
+            f"{effect.kind}: assumed start values for fit: {said}"
             + (
-                f"; fit moves {', '.join(shapes)} little or not: give NAME=VALUE, or let improve find it"
+                f". fit changes {', '.join(shapes)} little or not at all: set NAME=VALUE, or use improve to find it"
                 if shapes
                 else ""
             )
@@ -343,7 +344,7 @@ def run_export(options):
     files.check_ending(options.output, (".h", ".csv"))
     if len(given) > 1:
         raise BadInput(
-            "export: a table for the device is of one model (--to FORMAT takes one for each axis)"
+            "export: the table for the device takes one model (--to FORMAT takes one model per axis)"
         )
     table = export.table_of(given[0][1], options.window, options.tolerance, options.models[0])
     files.write_whole(options.output, export.text(table, options.output).encode())
@@ -353,7 +354,7 @@ def run_export(options):
 
 def run_sheet(options):
     if bool(options.kalibr) == bool(options.numbers):
-        raise BadInput("sheet: numbers with their units, or --kalibr imu.yaml")
+        raise BadInput("sheet: give either numbers with their units, or --kalibr imu.yaml")
     made = (
         kalibr.of_file(options.kalibr, options.column, options.rate)
         if options.kalibr
@@ -384,7 +385,7 @@ def run_import(options):
         )
         return 0
     if not options.output:
-        raise BadInput("import: -o REC.csv is missing (or --list)")
+        raise BadInput("import: -o REC.csv or --list is missing")
     found = door.samples(options.log, how)
     count, columns = len(next(iter(found.columns.values()))), list(found.columns)
     rate = door.write(found, options.output, options.rate, options.log)
@@ -470,39 +471,39 @@ def argument(*names, **settings):
 
 REC = argument(
     "recording",
-    help=f"CSV, or a log of PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet; at least {recordings.MINIMUM_SAMPLES} samples",
+    help=f"CSV, or a PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet log, with at least {recordings.MINIMUM_SAMPLES} samples",
 )
 MODEL = argument("-m", "--model", required=True, help="model file (TOML), or a kalibr imu.yaml")
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
 HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
 REPORT = argument(
-    "--report", metavar="R.html", help="one page with pictures that opens in any browser"
+    "--report", metavar="R.html", help="write a page with plots that opens in any browser"
 )
 BASE = argument(
     "--base",
     type=option_types.identifier,
     default=0x5D0,
     metavar="HEX",
-    help="identifier of channel 0 (default 5D0)",
+    help="CAN identifier of channel 0 (default 5D0)",
 )
 RATE = argument(
     "--rate",
     type=option_types.positive,
     metavar="HZ",
-    help="samples per second, when the recording has no time_s (which decides)",
+    help="samples per second of a recording without time_s",
 )
 
 AXES = argument(
     "--axes",
     metavar="AXES",
-    help="gyro, accel, all, or columns, comma-separated, instead of the column of the model: one table, "
-    "and one model file for each axis (OUT_gyro_x.toml)",
+    help="process several axes instead of the column of the model: gyro, accel, all, or columns separated by commas. "
+    "Prints one table and writes one model file per axis (OUT_gyro_x.toml)",
 )
 SENSOR = argument(
     "--sensor",
     metavar="NAME",
-    help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)",
+    help="sensor, topic or instance to read from a log (davarlab import LOG --list lists them)",
 )
 LOG = [
     RATE,
@@ -512,8 +513,8 @@ LOG = [
         action="append",
         default=[],
         metavar="NAME=UNIT",
-        help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
-        "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s",
+        help="unit of a column, or of all gyro, accel, temp or time columns, instead of the guessed one: rad/s, "
+        "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number, the factor to deg/s, g, degC or s",
     ),
     argument(
         "--as-recorded",
@@ -525,12 +526,12 @@ LOG = [
         action="append",
         default=[],
         metavar="PATH",
-        help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them",
+        help="message types that the ROS 2 bag does not contain: PACKAGE/msg/NAME.msg, or a folder of them",
     ),
     argument(
         "--names",
         metavar="A,B,..",
-        help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..",
+        help="column names for a NumPy array without names: time,gyro_x,gyro_y,gyro_z,temp ..",
     ),
 ]
 
@@ -540,7 +541,7 @@ PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
 COMMANDS = {
     "simulate": (
         run_simulate,
-        "makes a recording from listed effects",
+        "simulates a recording from listed effects",
         [argument("scenario"), OUT],
     ),
     "fit": (
@@ -550,17 +551,17 @@ COMMANDS = {
     ),
     "compare": (
         each_axis(compare_one),
-        "model against measurement: where it fails and by how much",
+        "compares model and measurement: where the model fails, and by how much",
         [REC, MODEL, REPORT, AXES, *LOG],
     ),
     "diagnose": (
         each_axis(diagnose_one),
-        "which physical effect is missing",
+        "finds the missing physical effect",
         [REC, MODEL, HELD_OUT, REPORT, AXES, *LOG],
     ),
     "improve": (
         each_axis(improve_one),
-        "adds what is missing until the model is adequate",
+        "adds missing effects until the model is adequate",
         [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG],
     ),
     "add": (
@@ -575,9 +576,9 @@ COMMANDS = {
     ),
     "open": (
         run_open,
-        "the workbench in a browser; without a recording it offers the tutorial's, and a place to drop one",
+        "opens the workbench in a browser; without a recording, it offers a tutorial and accepts a dropped file",
         [
-            argument("recording", nargs="?", help="any log, columns of any name"),
+            argument("recording", nargs="?", help="any log, with any column names"),
             argument("-m", "--model", help="model file (TOML)"),
             SENSOR,
             argument(
@@ -585,7 +586,7 @@ COMMANDS = {
                 type=option_types.port,
                 default=0,
                 metavar="N",
-                help="default: any that is free",
+                help="default: any free port",
             ),
             argument("--no-browser", action="store_true", help="only print the address"),
         ],
@@ -593,16 +594,18 @@ COMMANDS = {
     "effects": (run_effects, "lists every effect", []),
     "plot": (
         run_plot,
-        "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)",
+        "plots Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)",
         [REC, MODEL, OUT, *LOG],
     ),
     "export": (
         run_export,
-        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or models as parameters of another program",
+        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or as parameters of another program",
         [
-            argument("models", nargs="+", metavar="model", help="one; with --to one for each axis"),
             argument(
-                "-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to any name"
+                "models", nargs="+", metavar="model", help="one model; with --to, one model per axis"
+            ),
+            argument(
+                "-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to, any name"
             ),
             argument(
                 "--to",
@@ -614,46 +617,48 @@ COMMANDS = {
                 type=option_types.positive,
                 default=1.0,
                 metavar="X",
-                help="noise times X (the file says why, and why not)",
+                help="multiply the noise by X (the written file explains when this is useful)",
             ),
             argument(
                 "--bias-time",
                 type=option_types.positive,
                 default=300.0,
                 metavar="SECONDS",
-                help="a model without a walk of the bias gets the one that does the same in this time (default 300)",
+                help="averaging time T of the conversion from bias instability to bias random walk, for a model without random walk "
+                "(default 300)",
             ),
             argument(
                 "--window",
                 type=option_types.whole,
                 default=6000,
-                help="samples of the device's window (default 6000)",
+                help="window of the device in samples (default 6000)",
             ),
             argument(
                 "--tolerance",
                 type=float,
                 default=0.02,
-                help="how far the model itself may be off: one standard deviation of its Allan "
-                "deviation, relative (default 0.02)",
+                help="uncertainty of the model: the relative standard deviation of its Allan deviation "
+                "(default 0.02)",
             ),
         ],
     ),
     "sheet": (
         run_sheet,
-        "makes a model of a data sheet's numbers, or of a kalibr file, to compare with",
+        "makes a model from data sheet numbers or a kalibr file",
         [
             argument(
                 "numbers",
                 nargs="*",
                 metavar="NUMBER",
-                help="each with its unit: 0.005deg/s/sqrt(Hz) 10deg/h; an accelerometer's: 100ug/sqrt(Hz) 40ug. A bias instability is taken for "
-                " the coefficient B of IEEE 952; where a sheet means the lowest point of the Allan deviation, divide by 0.664",
+                help="number with its unit, for example 0.005deg/s/sqrt(Hz) 10deg/h, or for an accelerometer 100ug/sqrt(Hz) 40ug. "
+                "Bias instability is the coefficient B of IEEE 952. If the data sheet gives the minimum of the Allan deviation, "
+                "divide it by 0.664",
             ),
             argument("--kalibr", metavar="IMU.yaml"),
             argument(
                 "--column",
                 default="gyro_z_dps",
-                help="of the recording it is for (default gyro_z_dps)",
+                help="column of the recording that the model describes (default gyro_z_dps)",
             ),
             OUT,
             RATE,
@@ -661,51 +666,51 @@ COMMANDS = {
     ),
     "import": (
         run_import,
-        "makes a recording of another log",
+        "converts another log to a recording",
         [
             argument(
                 "log",
-                help="PX4 ULog, ArduPilot DataFlash, ROS 1 and 2 bags, MCAP, MATLAB, NumPy, Parquet, CSV of any kind",
+                help="PX4 ULog, ArduPilot DataFlash, ROS 1 or 2 bag, MCAP, MATLAB, NumPy, Parquet or any CSV",
             ),
             OUT_MAYBE,
             *LOG,
-            argument("--list", action="store_true", help="the sensors in it"),
+            argument("--list", action="store_true", help="only list the sensors in the log"),
             argument("--rename", action="append", default=[], help="OLD=NEW"),
             argument("--scale", action="append", default=[], help="NAME=FACTOR"),
         ],
     ),
     "live": (
         run_live,
-        "checks, shows and records the stream of a CAN or serial source; waits for one that is lost",
+        "checks, shows and records the stream of a CAN or serial source, and reconnects to a lost one",
         [
             argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
             argument(
                 "--record",
                 metavar="FILE.csv",
-                help="also write the results there, as they come; a file that is there "
-                "is continued with a new stretch, or, when it has other columns, FILE-2.csv is written",
+                help="write the results to this file as they arrive. An existing file is appended to; "
+                "if it has other columns, FILE-2.csv is written instead",
             ),
             argument(
                 "--raw",
                 metavar="REC.csv",
-                help="also write the raw samples there, a recording for every other command (the sender needs "
-                "--raw too); one for each channel and restart: REC-2.csv ...",
+                help="write the raw samples as a recording for the other commands (the sender also needs --raw), "
+                "with one file per channel and restart: REC-2.csv ...",
             ),
             argument(
-                "--count", type=option_types.whole, metavar="N", help="stop after so many results"
+                "--count", type=option_types.whole, metavar="N", help="stop after N results"
             ),
             argument(
                 "--idle",
                 type=option_types.positive,
                 metavar="SECONDS",
-                help="stop when nothing has come for so long",
+                help="stop when nothing has arrived for this time",
             ),
             BASE,
         ],
     ),
     "fleet": (
         run_fleet,
-        "many recordings against one model: a table, and a page of the population",
+        "compares many recordings with one model: a table and a page on the population",
         [
             argument(
                 "files",
@@ -720,34 +725,34 @@ COMMANDS = {
                 dest="folder",
                 required=True,
                 metavar="OUT/",
-                help="fleet.parquet, fleet.html, fleet.json and what is done so far; "
-                "the same command goes on from there",
+                help="folder for fleet.parquet, fleet.html, fleet.json and finished work; "
+                "the same command continues an interrupted run",
             ),
             argument(
                 "--batch",
                 metavar="REGEX",
-                help="the batch of a recording: what this finds in its path (its first group)",
+                help="regular expression whose first group, found in the path, is the batch of a recording",
             ),
-            argument("--limits", metavar="L.toml", help="pass or fail of each unit"),
+            argument("--limits", metavar="L.toml", help="limits that decide pass or fail of each unit"),
             argument(
                 "--scheduler",
                 metavar="ADDRESS",
-                help="of a Dask cluster with this davarlab on its workers (tcp://HOST:8786)",
+                help="scheduler of a Dask cluster with this davarlab on its workers (tcp://HOST:8786)",
             ),
             argument(
                 "--workers",
                 type=option_types.whole,
                 default=2,
                 metavar="N",
-                help="processes of this machine (default 2)",
+                help="processes on this machine (default 2)",
             ),
             argument(
                 "--chance",
                 type=option_types.natural,
                 default=200,
                 metavar="N",
-                help="of so many units (default 200) also a recording is drawn where nothing "
-                "is missing, to know what chance gives; 0: no effects of whole batches",
+                help="number of units (default 200) for which a recording of the fitted model is also simulated, as the null "
+                "distribution; 0: do not test whole batches for effects",
             ),
             AXES,
             *LOG,
@@ -764,7 +769,7 @@ COMMANDS = {
                 type=option_types.channel,
                 action="append",
                 metavar="N",
-                help="default 0; may be given more than once",
+                help="default 0; may be repeated",
             ),
         ],
     ),
@@ -775,13 +780,13 @@ COMMANDS = {
             argument("--seeds", type=option_types.whole, default=20),
             argument("--first-seed", type=option_types.natural, default=0),
             argument("--size", choices=("visible", "hard"), default="visible"),
-            argument("--only", help="scenarios, comma-separated"),
+            argument("--only", help="scenarios, separated by commas"),
             argument("--jobs", type=option_types.whole, default=2),
         ],
     ),
     "nulls": (
         run_nulls,
-        "measures what chance gives each candidate, by parametric bootstrap",
+        "measures the null distribution of each candidate, by parametric bootstrap",
         [
             argument("--recordings", type=option_types.whole, default=300),
             argument("--first-seed", type=option_types.natural, default=0),
@@ -796,7 +801,7 @@ COMMANDS = {
 
 
 class Parser(argparse.ArgumentParser):
-    """Errors of the command line in the form of all others."""
+    """Reports command line errors in the same form as other errors."""
 
     def error(self, message):
         raise BadInput(f"{message} (see --help)")
@@ -804,7 +809,8 @@ class Parser(argparse.ArgumentParser):
 
 def parser():
     top = Parser(
-        prog="davarlab", description="Model against measurement: find the missing effect, add it."
+        prog="davarlab",
+        description="Compare a gyro error model with a recording, find the missing effect and add it.",
     )
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (_, what, arguments) in COMMANDS.items():
@@ -812,20 +818,20 @@ def parser():
         for names, settings in arguments:
             command.add_argument(*names, **settings)
         command.add_argument(
-            "--json", action="store_true", help="one JSON object on standard output"
+            "--json", action="store_true", help="print one JSON object on standard output"
         )
         command.add_argument(
             "--effects",
             action="append",
             default=[],
             metavar="FILE.py",
-            help="more effects: Python code, which is run as it is; give only files that you trust",
+            help="Python file with more effects. It runs with your rights: load only files that you trust",
         )
     return top
 
 
 def check_files(options):
-    """What is to be written can be, and is not what is read; a model may take the place of the one that it came from."""
+    """Checks that every output can be written and is not an input. A model may overwrite the model that it came from."""
     given = {
         name: getattr(options, name, None)
         for name in (
@@ -852,7 +858,7 @@ def check_files(options):
 
 
 def main(arguments):
-    """Exit status 0: done, 1: model not adequate, 2: bad input, 3: a fault of this program, 130: Ctrl-C."""
+    """Exit status 0: done, 1: model not adequate, 2: bad input, 3: internal error, 130: Ctrl-C."""
     arithmetic.on_one_thread()
     try:
         options = parser().parse_args(arguments)
@@ -863,7 +869,7 @@ def main(arguments):
         with (
             np.errstate(all="ignore"),
             warnings.catch_warnings(),
-        ):  # what is no number is said where it is looked at
+        ):  # NaN is reported where it is checked
             warnings.simplefilter("ignore", RuntimeWarning)
             return COMMANDS[options.command][0](options)
     except BadInput as why:
@@ -873,9 +879,9 @@ def main(arguments):
         print("davarlab: stopped", file=sys.stderr)
         return 130
     except MemoryError:
-        print("davarlab: not enough memory for that much data", file=sys.stderr)
+        print("davarlab: not enough memory for this amount of data", file=sys.stderr)
         return 2
-    except BrokenPipeError:  # the reader had enough (| head)
+    except BrokenPipeError:  # the reader closed the pipe (| head)
         return 0
     except OSError as why:
         return outside_error(why)
