@@ -81,13 +81,13 @@ class Live(KernelCase):
         shown, told = self.finish(live)
         self.assertEqual((0, 3 * RESULTS), (live.returncode, len(shown)), told)
         self.assertEqual(2, told.count("davarlab live: can:vcan0: lost ("), told)
-        self.assertEqual(2, told.count("davarlab live: can:vcan0: back\n"), told)
-        self.assertIn("2 link lost, 2 link restored", told)
+        self.assertEqual(2, told.count("davarlab live: can:vcan0: reconnected\n"), told)
+        self.assertIn("2 link lost, 2 link back", told)
         self.assertEqual(3 * RESULTS, len(self.epochs(record)))
         self.assertEqual(
             2,
             told.count(
-                "channel 0: the sender has been restarted: a new stretch begins with epoch 99\n"
+                "channel 0: the sender has been restarted: a new section begins with epoch 99\n"
             ),
             told,
         )

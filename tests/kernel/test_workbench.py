@@ -52,7 +52,7 @@ class Bench(KernelCase):
         self.assertEqual(self.ask("listen", {"source": f"can:{interface}"})[0], 200)
         wait_for(lambda: listeners(interface) == 1, "the workbench", 60)
         status, answer = self.ask("freeze", {"channel": 0})
-        self.assertEqual((status, "no raw samples have come" in answer["error"]), (400, True))
+        self.assertEqual((status, "no raw samples received" in answer["error"]), (400, True))
         subprocess.run(
             [SIM, *REPLAY, "--raw", "--pace", "200", "--out", f"can:{interface}"], check=True
         )

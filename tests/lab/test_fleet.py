@@ -149,7 +149,7 @@ class Population(Made):
     def test_a_file_that_cannot_be_used_is_a_row_with_its_reason(self):
         rows = [row for row in table(self.out) if row["failed"]]
         self.assertEqual([Path(row["file"]).name for row in rows], ["A_9998.parquet", "B_9999.csv"])
-        self.assertIn("damaged, or no Parquet", rows[0]["failed"])
+        self.assertIn("damaged, or not Parquet", rows[0]["failed"])
         self.assertEqual({row["verdict"] for row in rows}, {None})
         self.assertEqual(len(table(self.out)), UNITS + 2)
 

@@ -206,7 +206,7 @@ class Pages(unittest.TestCase):
             ["none", "temperature", "temperature"],
         )
         self.assertIn("Nothing is missing", self.pages["clean"].verdict)
-        self.assertIn("not adequate", self.pages["compare"].verdict)
+        self.assertIn("does not fit", self.pages["compare"].verdict)
         estimate = self.json["warm"]["fitted"][2]["parameters"]["coefficient_dps_per_degC"]
         for name in ("warm", "improve"):
             self.assertIn("The model lacks temperature", self.pages[name].verdict)

@@ -82,7 +82,7 @@ def result(verdict="none", added=(), steps=(), refitted=None, given=None):
 class Verdicts(unittest.TestCase):
     def test_sizes_that_are_off_are_said_and_shown(self):
         found = result(refitted=step(0.031, 0.2))
-        self.assertIn("the sizes in the model file are off", terminal.verdict(found))
+        self.assertIn("the values in the model file are off", terminal.verdict(found))
         self.assertNotIn("Nothing is missing", terminal.verdict(found))
         self.assertRegex(terminal.steps(found), r"\(refitted\) +0\.0310 .* 0\.2$")
 
@@ -109,12 +109,12 @@ class Verdicts(unittest.TestCase):
         said = terminal.verdict(
             result("unknown", given=comparison(0.0, tests={"narrow band": 1e-9, "spectrum": 0.5}))
         )
-        self.assertIn("What fails: a narrow band with too much power.", said)
+        self.assertIn("The failed checks detect: a narrow band with too much power.", said)
 
     def test_a_held_out_recording_that_is_not_explained_is_said(self):
         for error, sentence in (
-            (0.2, "does not explain the held-out recording"),
-            (0.033, "holds on the held-out recording"),
+            (0.2, "does not fit the held-out recording"),
+            (0.033, "also fits the held-out recording"),
         ):
             found = result(steps=[step(0.03, 0.5, outside=error)], given=comparison(0.5))
             self.assertIn(sentence, terminal.verdict(found))
@@ -141,15 +141,26 @@ class Sentences(unittest.TestCase):
             comparison(0.0, [cell(0.08, 1.01, 3.5), cell(1.28, 1.2, 26.0), cell(655.0, 3.8, 10.3)])
         )
         self.assertIn(
-            "off between 1.28 and 655 s, farthest at 655 s (3.8 times the model's, +10", said
+            "deviates from the model between 1.28 and 655 s (11 min). "
+            "The largest deviation is at 655 s (11 min): 3.8 times the model, +10",
+            said,
         )
 
     def test_the_judge_has_one_sentence_for_each_word(self):
-        off = {"percent": 12.0, "tau_s": 2.0, "start_s": 0.0, "stop_s": 600.0}
+        off = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 600.0}
+        below = {**off, "percent": -50.0, "ratio": 0.4, "tau_s": 7200.0}
         for word, largest, sentence in (
             ("statistical", None, "statistically adequate"),
-            ("practical", None, "practically adequate within 5 %"),
-            ("no", off, "12 % above the model's at 2 s, from 0 to 600 s"),
+            ("practical", None, "practically adequate: it fits within 5 %"),
+            ("practical", {**off, "percent": -3.0}, "3 % below the model at 2 s, from 0 to 600 s"),
+            (
+                "no",
+                off,
+                "The model does not fit. At 2 s, from 0 to 600 s of the recording, its Allan deviation is "
+                "too low by a factor of 1.5 (at least 1.12 with 99 % confidence).",
+            ),
+            ("no", below, "At 7200 s (2 h), from 0 to 600 s of the recording, its Allan deviation is too high"),
+            ("no", below, "by a factor of 2.5 (at least 2 with 99 % confidence)"),
             ("no", None, "4.33 times that of a true model"),
         ):
             self.assertIn(sentence, words.adequacy(Judgement(word, 0.13, 0.03, 0.2, largest, 1.0)))
@@ -165,9 +176,9 @@ class Sentences(unittest.TestCase):
             return evidence.why(Candidate("warm_up", Part("warm_up"), gain, log_p), None)
 
         for gain in (-604.1, -0.04):
-            self.assertTrue(said(gain, 0.0).startswith("no gain in likelihood; "))
-        self.assertIn("more than 1e300", said(4000.0, -4000.0))
-        self.assertIn("once in 1e+10)", said(25.0, -10 * np.log(10)))
+            self.assertTrue(said(gain, 0.0).startswith("no likelihood gain. "))
+        self.assertIn("(p < 1e-300)", said(4000.0, -4000.0))
+        self.assertIn("(p = 1e-10)", said(25.0, -10 * np.log(10)))
         self.assertNotIn("%", said(25.0, -20.0))
 
     def test_an_interval_shows_its_ends(self):
@@ -196,7 +207,7 @@ class Notes(unittest.TestCase):
                 Recording({"gyro_z_dps": self.noise, "temp_degC": temperature}, 50.0), MODEL
             )
             self.assertEqual(
-                [note for note in notes if "temp_degC did not move: temperature, " in note] == [],
+                [note for note in notes if "temp_degC is constant: temperature, " in note] == [],
                 moving,
             )
 

@@ -111,7 +111,7 @@ class Live(unittest.TestCase):
         self.assertEqual(
             1,
             told.count(
-                "davarlab live: channel 0: the sender has been restarted: a new stretch begins with epoch 99\n"
+                "davarlab live: channel 0: the sender has been restarted: a new section begins with epoch 99\n"
             ),
         )
         self.assertIn(" 0 orphaned,", told)
@@ -156,7 +156,7 @@ class Live(unittest.TestCase):
             self.record.write_bytes(there)
             shown, told = self.live(frames(run(1, 20, session=7)))
             self.assertEqual((20, there), (len(shown), self.record.read_bytes()))
-            self.assertIn("arw.csv: is there with other columns: recording to ", told)
+            self.assertIn("arw.csv: exists with other columns. Recording to ", told)
         self.assertEqual(60, len(set(self.keys(self.folder / "arw-2.csv"))))
 
     def test_a_full_disk_costs_rows_and_not_the_view(self):
@@ -166,7 +166,7 @@ class Live(unittest.TestCase):
             shown, told = self.live(frames(one), limit)
             self.assertEqual(60, len(shown))
             self.assertEqual(
-                1, told.count("File too large: results are shown, and not recorded\n"), told
+                1, told.count("File too large: results are shown, but not recorded\n"), told
             )
             text = self.record.read_text()
             self.assertTrue(text == "" or text.endswith("\n"))
@@ -185,7 +185,7 @@ class Live(unittest.TestCase):
         shown, told = self.live(frames(run(1, 20, session=7)), record="/dev/full")
         self.assertEqual(20, len(shown))
         self.assertIn(
-            "/dev/full: No space left on device: results are shown, and not recorded\n", told
+            "/dev/full: No space left on device: results are shown, but not recorded\n", told
         )
         self.assertIn(f"/dev/full: {self.all_shown} results not recorded\n", told)
 

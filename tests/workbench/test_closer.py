@@ -80,7 +80,7 @@ class Sights(Visiting):
         )
         elsewhere = self.open(recording)
         self.assertEqual(elsewhere.act("sight")[0], 200)
-        self.assertIn("somebody else", bench.act("refit")[1]["error"])
+        self.assertIn("another process", bench.act("refit")[1]["error"])
         self.assertEqual(elsewhere.act("sight", alone=[100.0, 400.0])[0], 200)
         bench.stop(), elsewhere.stop()
         again = self.open(recording)

@@ -149,7 +149,7 @@ class Live(Visiting):
         page.click("#listen")
         expect(page.locator("#live-epoch")).to_be_visible()
         page.click("#freeze")
-        expect(page.locator("#freeze")).to_have_text("Go on")
+        expect(page.locator("#freeze")).to_have_text("Resume")
         frozen = page.inner_text("#live-epoch")
         for _ in range(2):  # more came to this page
             before = page.get_attribute("#live", "data-count")

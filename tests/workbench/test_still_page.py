@@ -46,7 +46,7 @@ class StillPage(Visiting):
             ("--held-out", self.folder / "other.csv", "-o", self.folder / "better.toml"),
         )
         for command, recording, options, words in (
-            ("compare", warm, (), "not adequate"),
+            ("compare", warm, (), "does not fit"),
             ("diagnose", self.folder / "clean.csv", (), "Nothing is missing"),
             ("diagnose", warm, (), "The model lacks temperature"),
             ("improve", warm, held_out, "The model lacks temperature"),

@@ -16,7 +16,7 @@ class Tutorial(Visiting):
         page.click("#tutorial")
         page.wait_for_selector("#error-value")
         before = error(page)
-        self.assertRegex(page.inner_text("#said"), "not adequate")
+        self.assertRegex(page.inner_text("#said"), "does not fit")
         ranked(page, "sinusoid")
         page.keyboard.press("w")
         expect(page.locator("#cell-said")).to_contain_text("proven")

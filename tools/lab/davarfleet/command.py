@@ -78,7 +78,7 @@ def undone(work, kept, version, progress):
         marker = store.marker(sources.identity(job.address), job, version)
         if not store.done(kept.kept(job.address), marker, job.chance):
             found.append((job, marker))
-    progress(f"{len(work)} recordings, {len(work) - len(found)} are done, {len(found)} to do")
+    progress(f"{len(work)} recordings: {len(work) - len(found)} finished, {len(found)} remaining")
     return found
 
 
@@ -122,7 +122,7 @@ def advance(options, todo, kept, version, progress):
                 told = time.monotonic()
                 left = (len(todo) - count["recordings"]) * count["wall_s"] / count["recordings"]
                 progress(
-                    f"{count['recordings']} of {len(todo)}, {count['recordings'] / count['wall_s']:.2g} a second, {left:.0f} s to go"
+                    f"{count['recordings']} of {len(todo)}, {count['recordings'] / count['wall_s']:.2g} per second, {left:.0f} s remaining"
                 )
     return count
 
@@ -224,7 +224,7 @@ def run(options, progress, emit):
     """The command. Exit status 0: all is well; 1: a file failed, a unit failed its limits, or a batch lacks something."""
     if str(options.model).endswith((".yaml", ".yml")):
         raise BadInput(
-            f"{options.model}: a model file (TOML) is needed (davarlab sheet --kalibr makes one)"
+            f"{options.model}: not a model file (TOML). davarlab sheet --kalibr makes one"
         )
     model, pattern = models.read(options.model), pattern_of(options.batch)
     models.check_noise(model, options.model)
@@ -242,7 +242,7 @@ def run(options, progress, emit):
         with ended_like_ctrl_c():
             counted = advance(options, todo, kept, version, progress)
     except KeyboardInterrupt:
-        progress(f"stopped; what is done is in {kept.units}, the same command goes on from there")
+        progress(f"stopped. Finished recordings are in {kept.units}. The same command continues from there")
         return STOPPED
     return finish(options, work, kept, pattern, version, test, counted, progress, emit)
 
@@ -253,7 +253,7 @@ def finish(options, work, kept, pattern, version, test, counted, progress, emit)
     rows = list(rows_of(work, kept, pattern, version))
     good = [row for row in rows if "failed" not in row]
     judged = judge(test, good, options.limits)
-    progress("asking the population")
+    progress("analysing the population")
     found = found_in(rows, counted, judged, version)
     store.write_table(rows, kept.folder / "fleet.parquet")
     progress("drawing the page")

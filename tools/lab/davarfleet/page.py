@@ -1,4 +1,4 @@
-"""The page of a population, and the same in the terminal."""
+"""The report on a population, as a page and in the terminal."""
 
 import shlex
 from datetime import UTC, datetime
@@ -20,7 +20,7 @@ HERE = Path(__file__).resolve().parent
 ROWS_MAX = 40  # of a table; the Parquet file has all
 NAMES_MAX = 8  # coefficients with a picture
 WORDS_MAX = 24  # of the command, as it is shown
-LEAST_SHOWN = 1e-6  # share, below which its size is nobody's business
+LEAST_SHOWN = 1e-6  # smaller shares are printed as a bound
 
 
 @cache
@@ -54,7 +54,7 @@ def percent(share, digits=2):
 
 
 def command_of(typed):
-    """The command as typed, the middle of a long list of files left out."""
+    """The command as typed, without the middle of a long list of files."""
     return (
         shlex.join(["tools/davarlab", *typed])
         if len(typed) <= WORDS_MAX
@@ -67,13 +67,13 @@ def command_of(typed):
 
 
 def where(one, many_axes=False):
-    """A batch in words."""
+    """The name of a batch in a sentence."""
     batch = f"Batch {one['batch']}" if one["batch"] else "The units"
     return f"{batch}, {one['axis']}" if many_axes else batch
 
 
 def verdict(found):
-    """(tone, what a reader must know first)."""
+    """(tone, the main results)."""
     said, many = [], len({one["axis"] for one in found["hidden"]}) > 1
     said += [
         f"{where(one, many)} as a whole {'have' if not one['batch'] else 'has'} an effect that the model lacks: {words.name(one['kind'])}."
@@ -84,7 +84,7 @@ def verdict(found):
     if judged:
         said.append(
             f"{judged['pass']} of {found['rows']} pass the limits, {judged['fail']} fail"
-            + (f", {judged['no result']} without result." if judged["no result"] else ".")
+            + (f", {judged['no result']} have no result." if judged["no result"] else ".")
         )
     if found["failed"]:
         said.append(
@@ -97,12 +97,12 @@ def verdict(found):
         else "missing"
         if said and any(one["named"] for one in found["hidden"])
         else "good",
-        " ".join(said) or "Nothing stands out beyond chance.",
+        " ".join(said) or "No significant findings.",
     )
 
 
 def hidden_sentences(found):
-    """Of each batch with a hidden effect: what says so, and what else would explain it."""
+    """For each batch with a missing effect: the evidence, and other explanations."""
     out, many = [], len({one["axis"] for one in found["hidden"]}) > 1
     for one in (one for one in found["hidden"] if one["named"]):
         alone = found["named_alone"].get(one["batch"], {}).get(one["kind"], 0)
@@ -115,16 +115,18 @@ def hidden_sentences(found):
             and (other["axis"], other["batch"]) == (one["axis"], one["batch"])
         ]
         out.append(
-            f"{where(one, many)}: {words.name(one['kind'])} gains {one['mean_gain']:.2f} log-likelihood units a unit, {one['by_chance']:.2f} "
-            f"by chance; over {one['units']} units that is {one['deviations']:.1f} standard deviations (p {words.chance(one['p_value'])}). "
-            f"{alone} of the {one['units']} recordings {'names' if alone == 1 else 'name'} it alone."
+            f"{where(one, many)}: {words.name(one['kind'])} raises the log-likelihood by {one['mean_gain']:.2f} per unit, compared with "
+            f"{one['by_chance']:.2f} in simulated recordings without it. Over {one['units']} units, this is {one['deviations']:.1f} standard "
+            f"deviations (p {words.chance(one['p_value'])}). "
+            f"{alone} of the {one['units']} recordings {'shows' if alone == 1 else 'show'} it alone."
             + (
-                f" These recordings cannot tell it from {', '.join(map(words.name, one['tied']))}; the effect with the fewest parameters is named."
+                f" These recordings cannot distinguish it from {', '.join(map(words.name, one['tied']))}. The reported effect has the fewest "
+                "parameters."
                 if one["tied"]
                 else ""
             )
             + (
-                f" Beyond chance, and weaker: {', '.join(also)}; the same cause may gain there too."
+                f" Also significant, but weaker: {', '.join(also)}. They may have the same cause."
                 if also
                 else ""
             )
@@ -134,7 +136,7 @@ def hidden_sentences(found):
 
 
 def attention(rows):
-    """Units to look at: those that fail a limit, then outliers; (rows to show, how many there are)."""
+    """(rows to show, their total number) of the units to check: those that fail a limit, then outliers."""
     found = [row for row in rows if row.get("limits") in ("fail", "no result")]
     found += [row for row in rows if row["outlier"] and row not in found]
     return [
@@ -184,7 +186,7 @@ def write(contents, path):
 
 
 def text(found, folder):
-    """What the terminal shows."""
+    """The output in the terminal."""
     out = [words.in_ascii(verdict(found)[1]), ""]
     out += [
         f"{'batch':<14}{'axis':<14}{'coefficient':<52}{'units':>6}{'median':>11}{'spread':>9}{'outliers':>9}"
@@ -199,10 +201,10 @@ def text(found, folder):
         out.append(
             f"{one['limit']}: a unit exactly at the limit fails in {100 * one['at_limit']:g} % of cases, the median unit in "
             + words.in_ascii(percent(one["median_unit"]))
-            + f"; {one['caught_from']:.4g} fails in 95 %"
+            + f", and a unit at {one['caught_from']:.4g} in 95 %"
         )
     out += [
-        f"{one['coefficient']} goes with {one['against']}: {100 * one['slope']:+.3g} % a {'day' if one['against'] == 'date' else 'degree'}"
+        f"{one['coefficient']} changes with {one['against']}: {100 * one['slope']:+.3g} % per {'day' if one['against'] == 'date' else 'degree'}"
         for one in found["trends"]
         if one["found"]
     ]
@@ -210,8 +212,8 @@ def text(found, folder):
     if now["recordings"]:
         out.append(
             f"{now['recordings']} recordings in {now['wall_s']:.0f} s on {now['workers']} worker{'s' * (now['workers'] != 1)}: "
-            f"{now['recordings'] / max(now['worker_s'], 1e-9):.2g} a second a worker, {now['recordings'] / max(now['cpu_s'], 1e-9):.2g} a second of "
-            f"processor time, {now['recordings'] / max(now['wall_s'], 1e-9):.2g} a second in all"
+            f"{now['recordings'] / max(now['worker_s'], 1e-9):.2g} per second and worker, {now['recordings'] / max(now['cpu_s'], 1e-9):.2g} per second "
+            f"of processor time, {now['recordings'] / max(now['wall_s'], 1e-9):.2g} per second in total"
         )
     out.append(f"{folder}/fleet.parquet, {folder}/fleet.html")
     return "\n".join(out)

@@ -101,7 +101,7 @@ def gains(hidden):
             for at, kind, value in zip(height, kinds, values):
                 if kind in found and found[kind]["found"]:
                     one.annotate(
-                        "beyond chance",
+                        "significant",
                         (value, at),
                         (3, 0),
                         textcoords="offset points",
@@ -110,7 +110,7 @@ def gains(hidden):
                     )
         one.set_yticks(np.arange(len(kinds)), [kind.replace("_", " ") for kind in kinds])
         one.invert_yaxis()
-        one.set(xlabel="sum of the gains against chance [standard deviations]")
+        one.set(xlabel="sum of the gains above simulation [standard deviations]")
         left, right = one.get_xlim()
         one.set_xlim(left, right + 0.2 * (right - left))
         one.grid(axis="x", alpha=0.3)

@@ -174,6 +174,6 @@ def text(found):
         if "missing" in one.data:  # a diagnosis
             named = ", ".join(one.data["missing"]) or "nothing"
             out.append(
-                f"{'':<14}{'missing':<44}{'nothing known explains it' if one.data['verdict'] == 'unknown' else named}"
+                f"{'':<14}{'missing':<44}{'an effect that is not in the table' if one.data['verdict'] == 'unknown' else named}"
             )
     return "\n".join(out)

@@ -38,7 +38,7 @@ COMMANDS = {name: FOUND[name] for name in ORDER if name in FOUND}
 
 
 class Parser(argparse.ArgumentParser):
-    """Errors of the command line in the form of all others."""
+    """Reports command line errors in the same form as other errors."""
 
     def error(self, message):
         raise BadInput(f"{message} (see --help)")
@@ -46,7 +46,8 @@ class Parser(argparse.ArgumentParser):
 
 def parser():
     top = Parser(
-        prog="davarlab", description="Model against measurement: find the missing effect, add it."
+        prog="davarlab",
+        description="Compare a gyro error model with a recording, find the missing effect and add it.",
     )
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (_, what, arguments) in COMMANDS.items():
@@ -54,20 +55,20 @@ def parser():
         for names, settings in arguments:
             command.add_argument(*names, **settings)
         command.add_argument(
-            "--json", action="store_true", help="one JSON object on standard output"
+            "--json", action="store_true", help="print one JSON object on standard output"
         )
         command.add_argument(
             "--effects",
             action="append",
             default=[],
             metavar="FILE.py",
-            help="more effects: Python code, which is run as it is; give only files that you trust",
+            help="Python file with more effects. It runs with your rights: load only files that you trust",
         )
     return top
 
 
 def check_files(options):
-    """What is to be written can be, and is not what is read; a model may take the place of the one that it came from."""
+    """Checks that every output can be written and is not an input. A model may overwrite the model that it came from."""
     given = {
         name: getattr(options, name, None)
         for name in (
@@ -94,7 +95,7 @@ def check_files(options):
 
 
 def main(arguments):
-    """Exit status 0: done, 1: model not adequate, 2: bad input, 3: a fault of this program, 130: Ctrl-C."""
+    """Exit status 0: done, 1: model not adequate, 2: bad input, 3: internal error, 130: Ctrl-C."""
     arithmetic.on_one_thread()
     try:
         options = parser().parse_args(arguments)
@@ -105,7 +106,7 @@ def main(arguments):
         with (
             np.errstate(all="ignore"),
             warnings.catch_warnings(),
-        ):  # what is no number is said where it is looked at
+        ):  # NaN is reported where it is checked
             warnings.simplefilter("ignore", RuntimeWarning)
             return COMMANDS[options.command][0](options)
     except BadInput as why:
@@ -115,9 +116,9 @@ def main(arguments):
         print("davarlab: stopped", file=sys.stderr)
         return 130
     except MemoryError:
-        print("davarlab: not enough memory for that much data", file=sys.stderr)
+        print("davarlab: not enough memory for this amount of data", file=sys.stderr)
         return 2
-    except BrokenPipeError:  # the reader had enough (| head)
+    except BrokenPipeError:  # the reader closed the pipe (| head)
         return 0
     except OSError as why:
         return outside_error(why)

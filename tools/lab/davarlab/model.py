@@ -89,7 +89,7 @@ def load_toml(path):
         with files.reading(path) as file:
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
-            raise BadInput(f"{path}: larger than {MOST_BYTES} bytes: no model")
+            raise BadInput(f"{path}: larger than {MOST_BYTES} bytes, so it is not a model")
         return parsed(data.decode("utf-8").replace("\r\n", "\n"), path)
     except OSError as why:
         raise BadInput(f"{path}: {why.strerror}") from None
@@ -103,7 +103,7 @@ def parsed(text, path):
     except ValueError as why:  # also of a whole number of thousands of digits
         raise BadInput(f"{path}: not TOML: {why}") from None
     except RecursionError:
-        raise BadInput(f"{path}: nested too deep for a model") from None
+        raise BadInput(f"{path}: nested too deeply for a model") from None
 
 
 def check_lines(terms, rate_hz, where):
@@ -140,7 +140,7 @@ def check_noise(model, where):
     noises = [term for term in model.terms if table.find(term.kind).role in ("spectrum", "states")]
     if noises and not any(table.find(term.kind).dps(term.parameters) for term in noises):
         raise BadInput(
-            f"{where}: its noise is 0: nothing can be compared with it (fit finds the sizes)"
+            f"{where}: its noise is 0, so it cannot be compared with a recording. Use fit to find the values"
         )
 
 

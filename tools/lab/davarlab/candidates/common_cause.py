@@ -144,8 +144,8 @@ def is_turned(part, band):
 
 
 def unseen(part, found, confirmed):
-    """A sensor's own column must be seen in a band by itself; another axis of the gyro, which shares supply and electronics with this one, in
-    two that agree or in one where it is turned."""
+    """A column of a sensor must be significant in one band alone. Another axis of the gyro shares supply and electronics with this one,
+    so it must be significant in two bands that agree, or in one in which it is turned."""
     name = column_of(part)
     if confirmed or not found or not name or not name.startswith(("accel_", "gyro_")):
         return ""
@@ -158,12 +158,12 @@ def unseen(part, found, confirmed):
     return (
         ""
         if seen
-        else "no band of frequencies confirms the coefficient: a common cause that was not logged"
+        else "no frequency band confirms the coefficient, which points to a common cause that was not logged"
     )
 
 
 def contradiction(bands, pairs):
-    """The clearest of the pairs in words."""
+    """A sentence on the pair of bands that differs most."""
     first, second = (
         bands[i]
         for i in max(
@@ -178,7 +178,9 @@ def contradiction(bands, pairs):
         f"{beta:.2g} ± {error:.1g} between {low:g} and {high:g} Hz"
         for low, high, beta, error in (first, second)
     ]
-    return f"the coefficient is {said[0]} and {said[1]}: no coefficient, but a common cause that was not logged"
+    return (
+        f"the coefficient is {said[0]} and {said[1]}. It is not constant, which points to a common cause that was not logged"
+    )
 
 
 def in_acceleration(part):
@@ -192,9 +194,9 @@ def as_one(bench, parts, part, confirmed):
     if not in_acceleration(part) or len(names) < 3:
         return ""
     if same_on_all(bench, parts, part):
-        return "the coefficient is the same on all axes of the accelerometer: a common cause that was not logged"
+        return "all axes of the accelerometer have the same coefficient, which points to a common cause that was not logged"
     if not confirmed and all(together(bench.recording, a, b) for a, b in combinations(names, 2)):
-        return "the axes of the accelerometer drift together: a common cause that was not logged"
+        return "the axes of the accelerometer drift together, which points to a common cause that was not logged"
     return ""
 
 
@@ -240,7 +242,7 @@ def together(recording, a, b):
 
 
 def several_axes(recording, column):
-    """A sentence where other gyro axes share the slow drift of this one; "" where none does."""
+    """A sentence if other gyro axes share the slow drift of this one; otherwise ""."""
     others = [
         name
         for name in recording.columns
@@ -257,4 +259,7 @@ def several_axes(recording, column):
     if not shared:
         return ""
     said = " and ".join(f"{name} (r = {r:.2f})" for name, r in shared)
-    return f"{said} drift{'s' if len(shared) == 1 else ''} together with {column} below {CAUSE.slow_hz:g} Hz: a common cause that was not logged"
+    return (
+        f"{said} drift{'s' if len(shared) == 1 else ''} together with {column} below {CAUSE.slow_hz:g} Hz, which points to a common cause "
+        "that was not logged"
+    )

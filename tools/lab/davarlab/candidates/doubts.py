@@ -1,4 +1,4 @@
-"""Why a candidate beyond chance is not what it seems: motion, a software that subtracts the bias, a wave, a common cause (DESIGN 4)."""
+"""Reasons not to report a significant candidate: motion, software that subtracts the bias, a periodic signal, a common cause (DESIGN 4)."""
 
 from ..data import recording as recordings
 from ..thresholds import DOUBT, LINE
@@ -9,7 +9,7 @@ LINES = ("sinusoid", "narrow_band", "intermittent_line")
 
 
 def doubt(bench, seen, parts, candidate):
-    """Why the candidate is not to be named beside the parts; "" where nothing speaks against it. seen: the observations on the recording."""
+    """The reason not to report the candidate in addition to the parts; "" without one. seen: the observations on the recording."""
     part, rest = candidate.part, [one for one in parts if one is not candidate.replaces]
     why = of_motion(seen, part) or of_software(parts, part) or of_one_wave(bench, parts, part)
     if why or not common_cause.on_column(part):
@@ -19,7 +19,7 @@ def doubt(bench, seen, parts, candidate):
 
 
 def was_moved(seen):
-    """Is so much of the record true motion that what is left of it passes for an effect."""
+    """Whether the record has so much true motion that the rest of it looks like an effect."""
     return share_of_motion(seen) > DOUBT.moved_share
 
 
@@ -28,16 +28,19 @@ def share_of_motion(seen):
 
 
 def of_motion(seen, part):
-    """What motion leaves behind is sudden, loud, and in every sensor of the board."""
+    """Residual motion is sudden, strong, and in every sensor of the board."""
     if not was_moved(seen) or not (
         part.kind in SUDDEN or part.kind != "g_sensitivity" and common_cause.in_acceleration(part)
     ):
         return ""
-    return f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the record, and what is left of motion looks the same: record it at rest"
+    return (
+        f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the recording, and residual motion looks like this effect. "
+        "Record the sensor at rest"
+    )
 
 
 def of_rotation(seen, part, coefficient):
-    """Two axes of a sensor that is turned about neither of them are proportional too. coefficient: deg/s per unit of the column."""
+    """Rotation about an axis between two gyro axes also makes them proportional. coefficient: deg/s per unit of the column."""
     column = part.shape.get("column", "")
     if not column.startswith("gyro_"):
         return ""
@@ -47,24 +50,27 @@ def of_rotation(seen, part, coefficient):
     if abs(leak) < (DOUBT.leak_moved if was_moved(seen) else DOUBT.leak_at_rest):
         return ""
     return (
-        f"{leak:.2g} of {column} is more than an axis leaks into another: the sensor turns about an axis between them, or both share a "
-        "cause that was not logged"
+        f"a coupling of {leak:.2g} to {column} is more than cross-axis sensitivity explains. The sensor rotates about an axis between "
+        "the two, or both have a common cause that was not logged"
     )
 
 
 def of_software(parts, part):
-    """Heat, a warm-up, a ramp beside a software that subtracts the bias."""
+    """A thermal effect, a warm-up or a ramp next to software that subtracts the bias."""
     if part.kind not in ("warm_up", "rate_ramp") and (
         part.role != "mean" or "temp_degC" not in part.effect.needs
     ):
         return ""
     if not any(one.kind == "high_pass" for one in parts):
         return ""
-    return "a software that subtracts the bias takes slow effects away, and how it settles looks the same: record what the sensor gives before it"
+    return (
+        "software that subtracts the bias removes slow effects, and its settling looks like this effect. "
+        "Record the output of the sensor before this software"
+    )
 
 
 def times_of(bench, base_hz, part):
-    """Which harmonic of something slow a line is; 0: none, or it cannot be told."""
+    """The number of the harmonic of base_hz that a line is; 0: none, or the frequency is too uncertain."""
     if part.kind not in LINES:
         return 0
     times = max(1, round(part.shape["frequency_hz"] / base_hz))
@@ -78,7 +84,7 @@ def times_of(bench, base_hz, part):
 
 
 def wave_of(bench, parts):
-    """Frequency of a course that repeats and is no sine wave, of which the lines among the parts are harmonics; None without one."""
+    """Frequency of a periodic, non-sinusoidal signal of which the lines among the parts are harmonics; None without one."""
     base = min(
         (part.shape["frequency_hz"] for part in parts if part.kind in LINES), default=LINE.wave_hz
     )
@@ -89,11 +95,11 @@ def wave_of(bench, parts):
 
 
 def of_one_wave(bench, parts, part):
-    """A line that is one more harmonic of something slow."""
+    """A line that is another harmonic of a slow periodic signal."""
     base = wave_of(bench, [*parts, part]) if part.kind in LINES else None
     if base is None or not times_of(bench, base, part):
         return ""
     return (
-        f"lines at harmonics of {base:.4g} Hz are one course that repeats every {1 / base:.4g} s and is no sine wave: look for what switches or "
-        "moves so often"
+        f"lines at harmonics of {base:.4g} Hz are one non-sinusoidal signal that repeats every {1 / base:.4g} s. Look for a device that "
+        "switches or moves with this period"
     )

@@ -32,23 +32,25 @@ NAMES = {
     "rate_ramp": "ramp",
     "warm_up": "warm-up",
 }
-AGAIN = "take the temperature through two full cycles, or change it in one step, and once more: heat has the same effect each time, {other} takes another way"
+AGAIN = (
+    "run the temperature through two full cycles, or repeat one temperature step: "
+    "a thermal effect is the same each time, {other} is not"
+)
 DECIDES = {
     frozenset(
         ("temperature", "temperature_rate")
-    ): "change the temperature in one step and hold it: after the corner a lag fades in its own time, "
+    ): "change the temperature in one step and hold it: a lag fades with its own time constant, "
     "the effect of the slope ends with the slope",
     frozenset(
         ("temperature", "temperature_hysteresis")
-    ): "heat and cool twice, once quickly and once slowly: the gap between the ways up and down "
+    ): "heat and cool twice, once quickly and once slowly: the gap between heating and cooling "
     "shrinks for a lag and stays for hysteresis",
     frozenset(
         ("temperature", "temperature_squared")
-    ): "heat and cool slowly over the whole range: a square takes the same curve both ways, a lag two",
+    ): "heat and cool slowly over the whole range: a square follows one curve, a lag two",
     frozenset(
         ("temperature_squared", "temperature_hysteresis")
-    ): "heat and cool slowly over the whole range: a square takes the same curve both ways, "
-    "hysteresis two",
+    ): "heat and cool slowly over the whole range: a square follows one curve, hysteresis two",
     frozenset(
         ("temperature_hysteresis", "temperature_rate")
     ): "heat and cool, then hold the temperature: hysteresis stays, the effect of the slope ends",
@@ -60,7 +62,7 @@ DECIDES = {
 
 @dataclass
 class Alternative:
-    """A kind that this recording cannot tell from the one that is named, and the measurement that would."""
+    """A kind that this recording cannot distinguish from the reported one, and the measurement that would."""
 
     kind: str
     confirm: str
@@ -68,7 +70,7 @@ class Alternative:
 
 @dataclass
 class Rival:
-    """An explanation: its gain over the temperature felt at once, the candidate that would join first for it, and whether that is all of it."""
+    """An explanation: its gain over the temperature without lag, the candidate to add first for it, and whether it needs no second one."""
 
     kind: str
     gain: float
@@ -77,7 +79,7 @@ class Rival:
 
     @property
     def score(self):
-        """A second term must be worth as much as tells two effects."""
+        """A second term must gain as much as distinguishes two effects."""
         return self.gain - (0.0 if self.whole else CHANCE.tell_apart)
 
 
@@ -90,14 +92,14 @@ def alternative(named, other):
 
 
 def best_beside(bench, parts, fit, kind):
-    """The best candidate of a kind beside the parts; heat by columns.py, all else by its grid."""
+    """The best candidate of a kind next to the parts: thermal kinds by columns.py, other kinds by their grid."""
     if kind in ("temperature_squared", "temperature_hysteresis"):
         return columns.thermal(bench, parts, fit, kind)
     return candidates.stationary(bench, parts, fit, table.find(kind))
 
 
 class Bed:
-    """Parts, those with the temperature felt at once, and the candidates that were found."""
+    """Parts, the parts with the temperature without lag, and the candidates that were found."""
 
     def __init__(self, found, bench, parts):
         self.found, self.bench, self.parts = (

@@ -25,7 +25,7 @@ DETAIL = 3  # candidates that are described in full
 
 
 def load(options):
-    """(recording, model) for the analysis; an accelerometer's as axes.py has it."""
+    """(recording, model) for the analysis. axes.py converts those of an accelerometer."""
     given = given_model(options)
     recording, model = axes.for_analysis(recorded(options, options.recording), given)
     models.check_fits(model, recording, options.model)
@@ -47,7 +47,7 @@ def column_of(options):
 
 
 def output_of(options):
-    """Where the model of this axis goes."""
+    """The output file for the model of this axis."""
     return options.output and (
         str(axes.file_of(options.output, options.axis))
         if getattr(options, "axis", None)
@@ -56,7 +56,7 @@ def output_of(options):
 
 
 def each_axis(one):
-    """A command on the axis of the model, or on all that --axes names: one(options) -> axes.Found with the text of one axis."""
+    """A command on the axis of the model, or on all axes of --axes. one(options) -> axes.Found and the text of one axis."""
 
     def run(options):
         if not options.axes:
@@ -68,7 +68,7 @@ def each_axis(one):
             )
             return found.status
         if getattr(options, "report", None):
-            raise BadInput("--report: a page is of one axis (leave --axes out)")
+            raise BadInput("--report works for one axis only: remove --axes")
         columns = axes.columns_of(recorded(options, options.recording), options.axes)
         if options.__dict__.get("output"):
             files.check_outputs(
@@ -107,7 +107,7 @@ def fit_one(options):
 
 
 def report(options, recording, model, found, state=None):
-    """Writes the page of --report: of a comparison (state: the model refitted) or of an improvement."""
+    """Writes the page of --report for a comparison (state: the refitted model) or an improvement."""
     if not options.report:
         return
     from ..report import contents, page  # the pictures take a second to load
@@ -200,22 +200,22 @@ COMMANDS = {
     ),
     "compare": (
         each_axis(compare_one),
-        "model against measurement: where it fails and by how much",
+        "compares model and measurement: where the model fails, and by how much",
         [REC, MODEL, REPORT, AXES, *LOG],
     ),
     "diagnose": (
         each_axis(diagnose_one),
-        "which physical effect is missing",
+        "finds the missing physical effect",
         [REC, MODEL, HELD_OUT, REPORT, AXES, *LOG],
     ),
     "improve": (
         each_axis(improve_one),
-        "adds what is missing until the model is adequate",
+        "adds missing effects until the model is adequate",
         [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG],
     ),
     "plot": (
         run_plot,
-        "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)",
+        "plots Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)",
         [REC, MODEL, OUT, *LOG],
     ),
 }

@@ -34,7 +34,7 @@ def run_import(options):
         )
         return 0
     if not options.output:
-        raise BadInput("import: -o REC.csv is missing (or --list)")
+        raise BadInput("import: -o REC.csv or --list is missing")
     found = door.samples(options.log, how)
     count, columns = len(next(iter(found.columns.values()))), list(found.columns)
     rate = door.write(found, options.output, options.rate, options.log)
@@ -89,9 +89,9 @@ def run_dbc(options):
 COMMANDS = {
     "open": (
         run_open,
-        "the workbench in a browser; without a recording it offers the tutorial's, and a place to drop one",
+        "opens the workbench in a browser; without a recording, it offers a tutorial and accepts a dropped file",
         [
-            argument("recording", nargs="?", help="any log, columns of any name"),
+            argument("recording", nargs="?", help="any log, with any column names"),
             argument("-m", "--model", help="model file (TOML)"),
             SENSOR,
             argument(
@@ -99,58 +99,58 @@ COMMANDS = {
                 type=option_types.port,
                 default=0,
                 metavar="N",
-                help="default: any that is free",
+                help="default: any free port",
             ),
             argument("--no-browser", action="store_true", help="only print the address"),
         ],
     ),
     "import": (
         run_import,
-        "makes a recording of another log",
+        "converts another log to a recording",
         [
             argument(
                 "log",
-                help="PX4 ULog, ArduPilot DataFlash, ROS 1 and 2 bags, MCAP, MATLAB, NumPy, Parquet, CSV of any kind",
+                help="PX4 ULog, ArduPilot DataFlash, ROS 1 or 2 bag, MCAP, MATLAB, NumPy, Parquet or any CSV",
             ),
             OUT_MAYBE,
             *LOG,
-            argument("--list", action="store_true", help="the sensors in it"),
+            argument("--list", action="store_true", help="only list the sensors in the log"),
             argument("--rename", action="append", default=[], help="OLD=NEW"),
             argument("--scale", action="append", default=[], help="NAME=FACTOR"),
         ],
     ),
     "live": (
         run_live,
-        "checks, shows and records the stream of a CAN or serial source; waits for one that is lost",
+        "checks, shows and records the stream of a CAN or serial source, and reconnects to a lost one",
         [
             argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
             argument(
                 "--record",
                 metavar="FILE.csv",
-                help="also write the results there, as they come; a file that is there "
-                "is continued with a new stretch, or, when it has other columns, FILE-2.csv is written",
+                help="write the results to this file as they arrive. An existing file is appended to; "
+                "if it has other columns, FILE-2.csv is written instead",
             ),
             argument(
                 "--raw",
                 metavar="REC.csv",
-                help="also write the raw samples there, a recording for every other command (the sender needs "
-                "--raw too); one for each channel and restart: REC-2.csv ...",
+                help="write the raw samples as a recording for the other commands (the sender also needs --raw), "
+                "with one file per channel and restart: REC-2.csv ...",
             ),
             argument(
-                "--count", type=option_types.whole, metavar="N", help="stop after so many results"
+                "--count", type=option_types.whole, metavar="N", help="stop after N results"
             ),
             argument(
                 "--idle",
                 type=option_types.positive,
                 metavar="SECONDS",
-                help="stop when nothing has come for so long",
+                help="stop when nothing has arrived for this time",
             ),
             BASE,
         ],
     ),
     "fleet": (
         run_fleet,
-        "many recordings against one model: a table, and a page of the population",
+        "compares many recordings with one model: a table and a page on the population",
         [
             argument(
                 "files",
@@ -165,34 +165,34 @@ COMMANDS = {
                 dest="folder",
                 required=True,
                 metavar="OUT/",
-                help="fleet.parquet, fleet.html, fleet.json and what is done so far; "
-                "the same command goes on from there",
+                help="folder for fleet.parquet, fleet.html, fleet.json and finished work; "
+                "the same command continues an interrupted run",
             ),
             argument(
                 "--batch",
                 metavar="REGEX",
-                help="the batch of a recording: what this finds in its path (its first group)",
+                help="regular expression whose first group, found in the path, is the batch of a recording",
             ),
-            argument("--limits", metavar="L.toml", help="pass or fail of each unit"),
+            argument("--limits", metavar="L.toml", help="limits that decide pass or fail of each unit"),
             argument(
                 "--scheduler",
                 metavar="ADDRESS",
-                help="of a Dask cluster with this davarlab on its workers (tcp://HOST:8786)",
+                help="scheduler of a Dask cluster with this davarlab on its workers (tcp://HOST:8786)",
             ),
             argument(
                 "--workers",
                 type=option_types.whole,
                 default=2,
                 metavar="N",
-                help="processes of this machine (default 2)",
+                help="processes on this machine (default 2)",
             ),
             argument(
                 "--chance",
                 type=option_types.natural,
                 default=200,
                 metavar="N",
-                help="of so many units (default 200) also a recording is drawn where nothing "
-                "is missing, to know what chance gives; 0: no effects of whole batches",
+                help="number of units (default 200) for which a recording of the fitted model is also simulated, as the null "
+                "distribution; 0: do not test whole batches for effects",
             ),
             AXES,
             *LOG,
@@ -209,7 +209,7 @@ COMMANDS = {
                 type=option_types.channel,
                 action="append",
                 metavar="N",
-                help="default 0; may be given more than once",
+                help="default 0; may be repeated",
             ),
         ],
     ),

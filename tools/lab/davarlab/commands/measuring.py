@@ -53,13 +53,13 @@ COMMANDS = {
             argument("--seeds", type=option_types.whole, default=20),
             argument("--first-seed", type=option_types.natural, default=0),
             argument("--size", choices=("visible", "hard"), default="visible"),
-            argument("--only", help="scenarios, comma-separated"),
+            argument("--only", help="scenarios, separated by commas"),
             argument("--jobs", type=option_types.whole, default=2),
         ],
     ),
     "nulls": (
         run_nulls,
-        "measures what chance gives each candidate, by parametric bootstrap",
+        "measures the null distribution of each candidate, by parametric bootstrap",
         [
             argument("--recordings", type=option_types.whole, default=300),
             argument("--first-seed", type=option_types.natural, default=0),

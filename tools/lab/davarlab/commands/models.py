@@ -25,7 +25,8 @@ def run_simulate(options):
 
 
 def start_value(effect, parameter, rate_hz):
-    """Where nobody says: the default, the middle of the grid for an hour's recording, the first word, a thousandth."""
+    """The start value of a parameter that the user did not give: its default, otherwise the middle of its grid for a one-hour
+    recording, its first word, or 0.001."""
     if parameter.default is not None:
         return parameter.default
     if parameter.text:
@@ -47,7 +48,7 @@ def run_add(options):
     for pair in options.parameters:
         name, equals, value = pair.partition("=")
         if not equals or name not in values:
-            raise BadInput(f"{pair}: {effect.kind} has the parameters {', '.join(values)}")
+            raise BadInput(f"{pair}: unknown parameter. {effect.kind} has: {', '.join(values)}")
         try:
             values[name] = value if name in named else float(value)
         except ValueError:
@@ -66,7 +67,7 @@ def run_add(options):
 
 
 def tell_assumed(effect, assumed):
-    """Sizes are found by fit from any start; shapes only from near by."""
+    """Reports assumed start values. fit finds sizes from any start, but shapes only from a close one."""
     shapes = [
         name
         for name in effect.shape_names
@@ -78,9 +79,9 @@ def tell_assumed(effect, assumed):
             for name, value in assumed.items()
         )
         progress(
-            f"{effect.kind}: assumed as a start for fit: {said}"
+            f"{effect.kind}: assumed start values for fit: {said}"
             + (
-                f"; fit moves {', '.join(shapes)} little or not: give NAME=VALUE, or let improve find it"
+                f". fit changes {', '.join(shapes)} little or not at all: set NAME=VALUE, or use improve to find it"
                 if shapes
                 else ""
             )
@@ -124,7 +125,7 @@ def run_export(options):
     files.check_ending(options.output, (".h", ".csv"))
     if len(given) > 1:
         raise BadInput(
-            "export: a table for the device is of one model (--to FORMAT takes one for each axis)"
+            "export: the table for the device takes one model (--to FORMAT takes one model per axis)"
         )
     table = export.table_of(given[0][1], options.window, options.tolerance, options.models[0])
     files.write_whole(options.output, export.text(table, options.output).encode())
@@ -134,7 +135,7 @@ def run_export(options):
 
 def run_sheet(options):
     if bool(options.kalibr) == bool(options.numbers):
-        raise BadInput("sheet: numbers with their units, or --kalibr imu.yaml")
+        raise BadInput("sheet: give either numbers with their units, or --kalibr imu.yaml")
     made = (
         kalibr.of_file(options.kalibr, options.column, options.rate)
         if options.kalibr
@@ -153,7 +154,7 @@ def run_sheet(options):
 COMMANDS = {
     "simulate": (
         run_simulate,
-        "makes a recording from listed effects",
+        "simulates a recording from listed effects",
         [argument("scenario"), OUT],
     ),
     "add": (
@@ -169,11 +170,14 @@ COMMANDS = {
     "effects": (run_effects, "lists every effect", []),
     "export": (
         run_export,
-        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or models as parameters of another program",
+        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or as parameters of another program",
         [
-            argument("models", nargs="+", metavar="model", help="one; with --to one for each axis"),
+
             argument(
-                "-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to any name"
+                "models", nargs="+", metavar="model", help="one model; with --to, one model per axis"
+            ),
+            argument(
+                "-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to, any name"
             ),
             argument(
                 "--to",
@@ -185,46 +189,48 @@ COMMANDS = {
                 type=option_types.positive,
                 default=1.0,
                 metavar="X",
-                help="noise times X (the file says why, and why not)",
+                help="multiply the noise by X (the written file explains when this is useful)",
             ),
             argument(
                 "--bias-time",
                 type=option_types.positive,
                 default=300.0,
                 metavar="SECONDS",
-                help="a model without a walk of the bias gets the one that does the same in this time (default 300)",
+                help="averaging time T of the conversion from bias instability to bias random walk, for a model without random walk "
+                "(default 300)",
             ),
             argument(
                 "--window",
                 type=option_types.whole,
                 default=6000,
-                help="samples of the device's window (default 6000)",
+                help="window of the device in samples (default 6000)",
             ),
             argument(
                 "--tolerance",
                 type=float,
                 default=0.02,
-                help="how far the model itself may be off: one standard deviation of its Allan "
-                "deviation, relative (default 0.02)",
+                help="uncertainty of the model: the relative standard deviation of its Allan deviation "
+                "(default 0.02)",
             ),
         ],
     ),
     "sheet": (
         run_sheet,
-        "makes a model of a data sheet's numbers, or of a kalibr file, to compare with",
+        "makes a model from data sheet numbers or a kalibr file",
         [
             argument(
                 "numbers",
                 nargs="*",
                 metavar="NUMBER",
-                help="each with its unit: 0.005deg/s/sqrt(Hz) 10deg/h; an accelerometer's: 100ug/sqrt(Hz) 40ug. A bias instability is taken for "
-                " the coefficient B of IEEE 952; where a sheet means the lowest point of the Allan deviation, divide by 0.664",
+                help="number with its unit, for example 0.005deg/s/sqrt(Hz) 10deg/h, or for an accelerometer 100ug/sqrt(Hz) 40ug. "
+                "Bias instability is the coefficient B of IEEE 952. If the data sheet gives the minimum of the Allan deviation, "
+                "divide it by 0.664",
             ),
             argument("--kalibr", metavar="IMU.yaml"),
             argument(
                 "--column",
                 default="gyro_z_dps",
-                help="of the recording it is for (default gyro_z_dps)",
+                help="column of the recording that the model describes (default gyro_z_dps)",
             ),
             OUT,
             RATE,

@@ -25,7 +25,7 @@ def argument(*names, **settings):
 
 
 def log_options(options):
-    """How a log is to be read, from the command line."""
+    """The options for reading a log, from the command line."""
     return door.Options(
         options.rate,
         options.sensor,
@@ -39,7 +39,7 @@ def log_options(options):
 
 
 def given_model(options, path=None):
-    """The model of -m: a model file, or a kalibr imu.yaml, which is one of every axis."""
+    """The model of -m: a model file, or a kalibr imu.yaml, which applies to every axis."""
     path = path or options.model
     if str(path).endswith((".yaml", ".yml")):
         return kalibr.of_file(path, getattr(options, "axis", None) or "gyro_z_dps")
@@ -48,51 +48,51 @@ def given_model(options, path=None):
 
 
 def recorded(options, path):
-    """A recording, read once for all axes."""
+    """A recording, cached so that all axes share it."""
     kept = options.__dict__.setdefault("recordings", {})
     if path not in kept:
         kept[path] = door.read(path, log_options(options), progress)
         if len(kept[path].gaps):
             progress(
-                f"{len(kept[path].gaps)} gaps: {(~kept[path].known).sum()} samples of the even grid are missing"
+                f"{len(kept[path].gaps)} gaps with {(~kept[path].known).sum()} missing samples"
             )
     return kept[path]
 
 
 REC = argument(
     "recording",
-    help=f"CSV, or a log of PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet; at least {recordings.MINIMUM_SAMPLES} samples",
+    help=f"CSV, or a PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet log, with at least {recordings.MINIMUM_SAMPLES} samples",
 )
 MODEL = argument("-m", "--model", required=True, help="model file (TOML), or a kalibr imu.yaml")
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
 HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
 REPORT = argument(
-    "--report", metavar="R.html", help="one page with pictures that opens in any browser"
+    "--report", metavar="R.html", help="write a page with plots that opens in any browser"
 )
 BASE = argument(
     "--base",
     type=option_types.identifier,
     default=0x5D0,
     metavar="HEX",
-    help="identifier of channel 0 (default 5D0)",
+    help="CAN identifier of channel 0 (default 5D0)",
 )
 RATE = argument(
     "--rate",
     type=option_types.positive,
     metavar="HZ",
-    help="samples per second, when the recording has no time_s (which decides)",
+    help="samples per second of a recording without time_s",
 )
 AXES = argument(
     "--axes",
     metavar="AXES",
-    help="gyro, accel, all, or columns, comma-separated, instead of the column of the model: one table, "
-    "and one model file for each axis (OUT_gyro_x.toml)",
+    help="process several axes instead of the column of the model: gyro, accel, all, or columns separated by commas. "
+    "Prints one table and writes one model file per axis (OUT_gyro_x.toml)",
 )
 SENSOR = argument(
     "--sensor",
     metavar="NAME",
-    help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)",
+    help="sensor, topic or instance to read from a log (davarlab import LOG --list lists them)",
 )
 LOG = [
     RATE,
@@ -102,8 +102,8 @@ LOG = [
         action="append",
         default=[],
         metavar="NAME=UNIT",
-        help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
-        "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s",
+        help="unit of a column, or of all gyro, accel, temp or time columns, instead of the guessed one: rad/s, "
+        "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number, the factor to deg/s, g, degC or s",
     ),
     argument(
         "--as-recorded",
@@ -115,11 +115,11 @@ LOG = [
         action="append",
         default=[],
         metavar="PATH",
-        help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them",
+        help="message types that the ROS 2 bag does not contain: PACKAGE/msg/NAME.msg, or a folder of them",
     ),
     argument(
         "--names",
         metavar="A,B,..",
-        help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..",
+        help="column names for a NumPy array without names: time,gyro_x,gyro_y,gyro_z,temp ..",
     ),
 ]

@@ -38,8 +38,8 @@ def agreed(rate_hz, stamped_hz, path):
     """The rate that was given, if any; time stamps that contradict it win, so it is refused."""
     if rate_hz and abs(stamped_hz / rate_hz - 1) > DOUBTFUL_RATE:
         raise BadInput(
-            f"--rate: {rate_hz:g} Hz, but column time_s of {path} says {stamped_hz:.6g} Hz; it decides: leave --rate out, "
-            "or mend time_s"
+            f"--rate: {rate_hz:g} Hz contradicts column time_s of {path}, which gives {stamped_hz:.6g} Hz. Remove --rate, "
+            "or fix time_s"
         )
     return float(rate_hz or stamped_hz)
 
@@ -50,7 +50,7 @@ def check_order(steps, path, line):
         where = f"{path}: sample {back[0] + 2}" if line is None else f"{path}:{line + back[0] + 2}"
         raise BadInput(f"{where}: column time_s: time runs backwards")
     if not steps.sum() > 0:
-        raise BadInput(f"{path}: column time_s: time stands still")
+        raise BadInput(f"{path}: column time_s: the time does not advance")
 
 
 def gathered(steps):

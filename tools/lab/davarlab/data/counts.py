@@ -85,20 +85,20 @@ class Counts:
         what = (
             f"one count is {self.q:.4g} deg/s"
             if self.of == "rate"
-            else f"the angle comes in counts of {self.q / self.rate_hz:.4g} deg ({self.q:.4g} deg/s over one sample)"
+            else f"one count of the angle is {self.q / self.rate_hz:.4g} deg ({self.q:.4g} deg/s over one sample)"
         )
-        said = f"{what}, the noise {self.sigma_counts:.2g} counts per sample"
+        said = f"{what}, and the noise is {self.sigma_counts:.2g} counts per sample"
         if not self.coarse:
-            return said + "; the noise of the rounding is known and taken into account"
+            return said + ". The model accounts for the rounding noise"
         if self.of == "angle":
             return (
                 said
-                + ": its rounding makes moving lines, which are known and taken into account"
-                + ("; whether the noise changes with time is not asked" if self.unsteady else "")
+                + ". The rounding makes moving lines, which the model accounts for"
+                + (". The noise was not tested for changes over time" if self.unsteady else "")
             )
         return said + (
-            ": noise and bias seem to change as the bias moves through a count; the change of the noise is known and taken into "
-            "account, the bias is off by up to "
+            ". The rounding changes noise and bias as the bias moves through a count. The model accounts for the change of the noise. "
+            "The bias is off by up to "
             f"{np.abs(rounded(self.sigma_counts)[0] - PHASES).max():.2g} counts"
         )
 

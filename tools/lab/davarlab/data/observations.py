@@ -1,4 +1,4 @@
-"""What is in a record and is no error of the sensor, found before anything is fitted (DESIGN 13)."""
+"""Disturbances in a record that are not errors of the sensor, detected before the fit (DESIGN 13)."""
 
 from dataclasses import dataclass
 
@@ -6,16 +6,16 @@ import numpy as np
 
 from . import motion, plausible, repeats, signals
 
-COARSE = 0.6  # of the noise per sample: counts from which their rounding is worth saying
-COARSER = 1 / 0.6  # from which the rounding changes mean and variance of the noise
-LEVELS = 8  # different values that a column needs before its extremes say anything
-PILED = 8  # times the values next to it, that an extreme value is met by clipping
-LISTED = 100  # stretches, the longest, that are named
+COARSE = 0.6  # of the noise per sample: larger counts are reported
+COARSER = 1 / 0.6  # of the noise per sample: the rounding of larger counts changes mean and variance
+LEVELS = 8  # distinct values that a column needs before its extremes are tested for clipping
+PILED = 8  # a clipped extreme occurs more often than this many times its neighbouring values
+LISTED = 100  # number of intervals that are listed, the longest ones
 
 
 @dataclass
 class Observation:
-    """stretches: [[start_s, stop_s]]; share: of the samples; detail: one sentence; mask: samples that the analysis cannot use, or None."""
+    """stretches: [[start_s, stop_s]]. share: of the samples. detail: sentences. mask: samples that the analysis cannot use, or None."""
 
     kind: str
     stretches: list
@@ -24,7 +24,7 @@ class Observation:
     mask: object = None
 
     def plain(self):
-        """As the contract has it."""
+        """The JSON form."""
         return {
             "kind": self.kind,
             "stretches": self.stretches,
@@ -67,7 +67,7 @@ def kept(recording, column, observations):
 
 
 def in_seconds(recording, mask):
-    """The stretches of a mask, the longest where there are very many."""
+    """The intervals of a mask, at most the LISTED longest."""
     runs = motion.stretches(mask)
     runs = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:LISTED])
     time = recording.time_s if recording.clock and recording.clock.cut else None
@@ -85,14 +85,14 @@ def of_mask(kind, recording, mask, detail):
 
 
 def doubted(recording, column):
-    """Rates, units and levels that no gyro has."""
+    """Implausible rates, units and levels."""
     said = "; ".join(plausible.of(recording, [column]))
     return (
         Observation(
             plausible.KIND,
             [[0.0, float(recording.samples / recording.rate_hz)]],
             1.0,
-            f"{said[0].upper()}{said[1:]}. If it is right: {plausible.CONFIRM}.",
+            f"{said[0].upper()}{said[1:]}. If the recording is correct, use {plausible.CONFIRM}.",
         )
         if said
         else None
@@ -108,8 +108,8 @@ def moved(recording, good):
         "motion",
         recording,
         mask,
-        f"The sensor was turned, tilted or touched in {len(runs)} stretches, {seconds:.4g} s in all; "
-        "they are left out: true rotation is no error of the sensor.",
+        f"The sensor was turned, tilted or touched in {len(runs)} interval{'s' * (len(runs) != 1)}, {seconds:.4g} s in total. "
+        "These samples are excluded, because true rotation is not an error of the sensor.",
     )
 
 
@@ -118,12 +118,15 @@ def lost(recording, known):
         return None
     mask, longest = ~known, max(end - first for first, end in motion.stretches(~known))
     detail = (
-        f"{mask.sum()} samples of the even grid are missing, at most {longest} in a row; what they leave open is drawn from the "
-        "model's own spectrum, and no Allan deviation spans them."
+        f"{mask.sum()} samples are missing, at most {longest} in a row. The analysis fills them with random noise from the model's "
+        "spectrum. No Allan deviation spans them."
     )
     cut = recording.clock.cut if recording.clock else ()
     if cut:
-        detail += f" {len(cut)} gaps of up to {max(seconds for _, seconds in cut) + longest / recording.rate_hz:.4g} s are cut to {longest} samples."
+        detail += (
+            f" {len(cut)} gaps of up to {max(seconds for _, seconds in cut) + longest / recording.rate_hz:.4g} s are shortened to "
+            f"{longest} samples."
+        )
     return of_mask("lost_samples", recording, mask, detail)
 
 
@@ -134,29 +137,29 @@ def stamps(recording):
     whole = [[0.0, float(recording.samples / recording.rate_hz)]]
     if clock.kind == "uneven":
         where = (
-            "Samples are taken as even"
+            "The samples are treated as evenly spaced"
             if clock.places is None
-            else "Each sample is put at the nearest place of an even grid "
-            f"({np.mean(~recording.known):.2g} of its places stay empty and are drawn)"
+            else "Each sample is moved to the nearest place of an even grid "
+            f"({100 * np.mean(~recording.known):.2g} % of the places stay empty and count as missing)"
         )
         return Observation(
             "jitter",
             whole,
             1.0,
-            "The clock itself is uneven: its steps do not make each other good. "
-            f"{where}, at {recording.rate_hz:.4g} Hz, which blurs high frequencies.",
+            "The sampling is uneven: the errors of the time stamps accumulate. "
+            f"{where}, at {recording.rate_hz:.4g} Hz. This blurs high frequencies.",
         )
     return Observation(
         "jitter",
         whole,
         1.0,
-        f"Time stamps stray by {clock.jitter_s:.2g} s rms ({clock.jitter_s * recording.rate_hz:.2g} periods) "
-        f"about an even clock of {recording.rate_hz:.5g} Hz, which the number of samples follows; they are taken as even.",
+        f"The time stamps have {clock.jitter_s:.2g} s rms jitter ({clock.jitter_s * recording.rate_hz:.2g} periods) "
+        f"around an even clock of {recording.rate_hz:.5g} Hz. The samples are treated as evenly spaced.",
     )
 
 
 def repeated(recording, known):
-    """Samples that repeat the one before: those that reading at the sensor's own rate has left out already, or those that stand in the record."""
+    """Samples that repeat the previous one: already removed by resampling to the sensor's own rate, or still in the record."""
     if recording.read_hz:
         share = 1 - recording.rate_hz / recording.read_hz
         return Observation(
@@ -164,8 +167,8 @@ def repeated(recording, known):
             [[0.0, float(recording.samples / recording.rate_hz)]],
             share,
             f"{100 * share:.3g} % of the samples "
-            f"repeat the one before, evenly: the sensor gives {recording.rate_hz:.5g} samples a second and was read at "
-            f"{recording.read_hz:.5g}. The repeats are left out, all is analysed at {recording.rate_hz:.5g} Hz.",
+            f"repeat the previous one, at even intervals: the sensor outputs {recording.rate_hz:.5g} samples per second, but was read at "
+            f"{recording.read_hz:.5g} Hz. The repeats are excluded, and the analysis uses {recording.rate_hz:.5g} Hz.",
         )
     found = repeats.find(recording.columns, known)
     if not found:
@@ -175,15 +178,15 @@ def repeated(recording, known):
         "repeated_samples",
         recording,
         found.equal,
-        f"{100 * found.share:.3g} % of the samples repeat the one before"
-        f"{rhythm(found.equal)}; their counts explain {100 * found.chance:.2g} %. The sensor gives about "
-        f"{recording.rate_hz * (1 - real):.4g} samples a second and is read at {recording.rate_hz:.4g}: the repeats are taken as missing. "
-        "Read it at its own rate, on its data-ready signal.",
+        f"{100 * found.share:.3g} % of the samples repeat the previous one"
+        f"{rhythm(found.equal)}. Coarse counts explain only {100 * found.chance:.2g} %. The sensor outputs about "
+        f"{recording.rate_hz * (1 - real):.4g} samples per second, but was read at {recording.rate_hz:.4g} Hz. The repeats count as missing. "
+        "Read the sensor at its own rate, on its data-ready signal.",
     )
 
 
 def rhythm(equal):
-    """ ", every k-th"" when most repeats follow each other at one distance above 1."""
+    """ ", every k-th"" if most repeats have the same distance, above 1."""
     apart = np.diff(np.flatnonzero(equal))
     if len(apart) < 5:
         return ""
@@ -192,7 +195,7 @@ def rhythm(equal):
 
 
 def clipped(recording, x, known):
-    """Samples on an extreme value that is met far more often than the values next to it."""
+    """Samples at an extreme value that occurs far more often than its neighbouring values."""
     values, counts = np.unique(x[known], return_counts=True)
     mask = np.zeros(len(x), bool)
     if len(values) >= LEVELS:
@@ -205,13 +208,13 @@ def clipped(recording, x, known):
         "clipped",
         recording,
         mask,
-        f"{mask.sum()} samples stand on an extreme value ({', '.join(f'{v:.6g}' for v in np.unique(x[mask]))}): "
-        "the range was exceeded; they are left out.",
+        f"{mask.sum()} samples are at an extreme value ({', '.join(f'{v:.6g}' for v in np.unique(x[mask]))}), "
+        "because the rate exceeded the range. These samples are excluded.",
     )
 
 
 def noise_per_sample(x, good):
-    """From differences of neighbours, in the quieter half of the blocks."""
+    """From differences of neighbouring samples: the median over blocks."""
     square = np.diff(x)[good[1:] & good[:-1]] ** 2 / 2
     return float(np.sqrt(np.median(motion.averaged(square, 256)))) if len(square) >= 512 else 0.0
 
@@ -221,15 +224,15 @@ def coarse(recording, x, good):
     if not step or step < COARSE * noise:
         return None
     what = (
-        "mean and variance of the noise change with the place of the bias between two counts"
+        "Mean and variance of the noise depend on the position of the bias between two counts"
         if step > COARSER * noise
-        else "their rounding adds white noise of a twelfth of their square and nothing else"
+        else "The rounding only adds white noise, with a variance of 1/12 count squared"
     )
     return Observation(
         "coarse_counts",
         [[0.0, float(recording.samples / recording.rate_hz)]],
         1.0,
-        f"Values come in counts of {step:.4g}, {step / max(noise, 1e-30):.2g} times the noise per sample: {what}.",
+        f"One count is {step:.4g}, which is {step / max(noise, 1e-30):.2g} times the noise per sample. {what}.",
     )
 
 
@@ -244,6 +247,6 @@ def outliers(recording, x, good):
         "outliers",
         recording,
         mask,
-        f"{mask.sum()} lone samples are wild (up to {np.abs(w[mask]).max():.3g} times the noise) while nothing "
-        "else moves; they are left out, and `shocks` is the effect that counts them.",
+        f"{mask.sum()} single sample{'s are outliers' if mask.sum() != 1 else ' is an outlier'} (up to {np.abs(w[mask]).max():.3g} times the "
+        "noise), and no other column moves. Outliers are excluded. The effect `shocks` models them.",
     )

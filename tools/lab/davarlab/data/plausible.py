@@ -60,13 +60,13 @@ def of(recording, columns=None):
 
 
 def note(columns, rate_hz):
-    """What may be a mistake and is as likely right, or None. It is reported and changes no verdict: a log of one sample in 10 s has such stamps, too."""
+    """A note on a possible mistake, or None. It changes no verdict, because a log with one sample per 10 s has the same stamps."""
     said = stamps(columns.get("time_s"), rate_hz)
     return said and f"note: {said}"
 
 
 def unit_of_time(rate_hz):
-    """The unit in which stamps that were read as seconds would give a likely rate; None where none does."""
+    """The unit that gives a likely rate for stamps that were read as seconds; None without one."""
     return next(
         (
             unit
@@ -90,14 +90,14 @@ def rate(rate_hz):
 
 
 def stamps(time, rate_hz):
-    """Whole numbers as far apart as milliseconds are."""
+    """Whole numbers spaced as milliseconds would be."""
     if time is None or not RATES_HZ[0] <= rate_hz <= WHOLE_HZ * 1.001:
         return None
     unit = unit_of_time(rate_hz)
     if not unit or np.any(time != np.round(time)):
         return None
     return (
-        f"the time stamps are whole numbers, {1 / rate_hz:.4g} apart; if they are in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz and not "
+        f"the time stamps are whole numbers, {1 / rate_hz:.4g} apart. If they are in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz and not "
         f"{rate_hz:.4g} Hz: use --unit time={unit}"
     )
 
@@ -109,7 +109,7 @@ def in_dps(name):
 def level(name, x):
     rms = float(np.sqrt(np.mean(np.square(x, dtype=np.float64)))) * in_dps(name)
     return (
-        f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use --unit gyro=UNIT, with deg/s per count where it holds counts"
+        f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use --unit gyro=UNIT. For counts, UNIT is the deg/s per count"
         if rms > LEVEL_DPS
         else None
     )
@@ -118,11 +118,11 @@ def level(name, x):
 def counted(name, x):
     if np.ptp(x) <= 2 or np.any(x != np.round(x)):
         return None
-    return f"column {name}: all values are whole numbers, as counts are; use --unit gyro=FACTOR, the deg/s per count of the data sheet"
+    return f"column {name}: all values are whole numbers, as counts are. Use --unit gyro=FACTOR, with the deg/s per count of the data sheet"
 
 
 def noise(name, x, rate_hz):
-    """The scatter of neighbours, as if it were all white noise."""
+    """The scatter of neighbouring samples, as if all of it were white noise."""
     if len(x) < NEVER:
         return None
     x = np.asarray(x, np.float64)
@@ -138,7 +138,7 @@ def near(step, known):
 
 
 def radians(name, x):
-    """Counts whose size is that of a known sensor in the other unit, and of none in the unit of the name."""
+    """Counts whose size matches a known sensor in the other unit, but none in the unit of the name."""
     step = signals.count_of(np.asarray(x, np.float64))
     deg = guess.RATES["rad/s"]
     if not step:
@@ -148,7 +148,7 @@ def radians(name, x):
     else:
         other, own, unit = near(step * deg, LSB_DPS), near(step, LSB_DPS), "rad/s"
     return (
-        f"column {name}: its counts of {step:.4g} are those of a known sensor in {unit}; if so, use --unit gyro={unit}"
+        f"column {name}: its counts of {step:.4g} match a known sensor in {unit}. If the unit is {unit}, use --unit gyro={unit}"
         if other and not own
         else None
     )
@@ -161,7 +161,7 @@ def temperature(columns):
             and name.endswith("_degC")
             and not TEMPERATURES[0] <= float(np.median(values)) <= TEMPERATURES[1]
         ):
-            return f"column {name}: implausible temperature {float(np.median(values)):.4g} degC ({TEMPERATURES[0]:g} to {TEMPERATURES[1]:g}). Use --unit temp=UNIT, with degC per count where it holds counts"
+            return f"column {name}: implausible temperature {float(np.median(values)):.4g} degC ({TEMPERATURES[0]:g} to {TEMPERATURES[1]:g}). Use --unit temp=UNIT. For counts, UNIT is the degC per count"
     return None
 
 
@@ -174,4 +174,4 @@ def gravity(columns):
     unit = "m/s^2" if 8.8 < norm < 10.8 else "mg" if 880 < norm < 1080 else ""
     if not unit and norm < 100:
         return None
-    return f"columns accel_x_g, accel_y_g, accel_z_g: their norm is {norm:.4g} g, at rest it is 1; use --unit accel={unit or 'FACTOR'}"
+    return f"columns accel_x_g, accel_y_g, accel_z_g: their norm is {norm:.4g} g, but at rest it must be 1 g. Use --unit accel={unit or 'FACTOR'}"

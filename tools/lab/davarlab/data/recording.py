@@ -83,7 +83,7 @@ class Recording:
         spread = float(np.ptp(rate))
         if spread and not SPREAD_DPS[0] < spread < SPREAD_DPS[1]:
             raise BadInput(
-                f"{self.name}: column {name}: values {spread:.3g} deg/s apart are no gyro's"
+                f"{self.name}: column {name}: a range of {spread:.3g} deg/s is not that of a gyro"
             )
         return rate
 
@@ -126,7 +126,7 @@ def of_columns(columns, rate_hz, path, notes, line):
     """A Recording of columns that were read from the file `path`, whose header stands in `line`."""
     columns, known, found = gridded(columns, rate_hz, path, line)
     if not RATES_HZ[0] < found.rate_hz < RATES_HZ[1]:
-        raise BadInput(f"{path}: column time_s says {found.rate_hz:g} samples per second")
+        raise BadInput(f"{path}: column time_s gives {found.rate_hz:g} samples per second")
     return Recording(
         columns, found.rate_hz, str(path), notes, gaps_of(known), known=known, clock=found
     )

@@ -51,7 +51,7 @@ class Unpacked(gzip.GzipFile):
     def believed(self, text):
         if self.tell() > self.most:
             raise BadInput(
-                f"{self.path}: gzip data of more than 64 MiB and 100 times its size; not a recording (if it is one, unpack it first)"
+                f"{self.path}: the gzip file expands to more than 64 MiB and 100 times its size. If it is a recording, unpack it first"
             )
         return text
 
@@ -115,14 +115,14 @@ def check_names(names, where):
     """Every column has a name of its own, and they are those of samples."""
     if set(names) >= RESULTS:
         raise BadInput(
-            f"{where}: results of davar-sim or davarlab live, one row per epoch; the samples that they were made from are needed"
+            f"{where}: results of davar-sim or davarlab live, one row per epoch. Use the recording that they were computed from"
         )
     met = set()
     for name in names:
         if not name:
             raise BadInput(f"{where}: a column without a name")
         if name in met:
-            raise BadInput(f"{where}: column {name} is there twice")
+            raise BadInput(f"{where}: column {name} appears twice")
         met.add(name)
 
 

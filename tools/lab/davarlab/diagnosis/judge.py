@@ -1,4 +1,4 @@
-"""One judge, two words: statistically adequate, practically adequate within 5 %, or not (DESIGN 7)."""
+"""The verdict on a model: statistically adequate, practically adequate within 5 %, or neither (DESIGN 7)."""
 
 from dataclasses import dataclass
 
@@ -11,8 +11,11 @@ from .cells import error_of, floor_of
 
 @dataclass(frozen=True)
 class Judgement:
-    """adequacy: "statistical", "practical" or "no"; largest: the largest proven deviation {percent, tau_s, start_s, stop_s}, None when none is
-    proven; shown_to_tau_s: up to which tau the record shows 5 %, 0: none; doubted: is the recording itself implausible, so that nothing is adequate."""
+    """adequacy: "statistical", "practical" or "no".
+    largest: the largest proven deviation {percent, ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the
+    bound with 99 % confidence, ratio the measured Allan deviation over the model's.
+    shown_to_tau_s: the longest tau at which the record confirms a fit within 5 %; 0: no tau.
+    doubted: whether the recording is implausible; no model of it is adequate."""
 
     adequacy: str
     error: float
@@ -28,8 +31,8 @@ class Judgement:
 
 
 def proven(cells):
-    """By which factor at least each true ratio is off, as a signed logarithm, beyond its family-wise 99 % interval; 0: nothing is proven
-    (7.2)."""
+    """The least factor by which each true ratio differs from 1, as a signed logarithm, from its family-wise 99 % interval; 0: no
+    deviation is proven (7.2)."""
     if not cells:
         return np.zeros(0)
     freedom, tail = (
@@ -53,6 +56,7 @@ def largest_of(cells):
     cell = cells[worst]
     return {
         "percent": 100 * float(np.expm1(off[worst])),
+        "ratio": cell.ratio,
         "tau_s": cell.tau_s,
         "start_s": cell.start_s,
         "stop_s": cell.stop_s,
@@ -74,7 +78,7 @@ def shown_to(cells):
 
 
 def judged(cells, short, p_value, doubted=False):
-    """short: cells of short windows, which no error counts; p_value: of the residual (inference/adequacy.py); doubted: see Judgement."""
+    """short: cells of short windows, which the error does not count. p_value: of the residual (inference/adequacy.py). doubted: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
     small = not error > CHANCE.above_floor * floor

@@ -332,9 +332,9 @@ def forward(state, given, progress, draft=False):
     way = Search(state, state, given, draft)
     for _ in range(SEARCH.steps_most):
         progress(
-            f"looking for lines beside {len(way.state.parts)} effects"
+            f"looking for lines in addition to {len(way.state.parts)} effects"
             if way.only
-            else f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects beside {', '.join(way.state.model_kinds)}"
+            else f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects in addition to {', '.join(way.state.model_kinds)}"
         )
         way, more = way.step()
         if not more:
@@ -390,10 +390,10 @@ def search(state, model, progress):
     given = len(model.terms)
     way = forward(state, given, progress, draft=state.known is not None)
     if state.known is not None:
-        progress("drawing the missing samples from what was found")
+        progress("simulating the missing samples with the effects found")
         state = redrawn(way.state, model)
         way = forward(state, given, progress)
-    progress("asking what lowers the error")
+    progress("testing which effects reduce the error")
     last, by_weight, useless = useful(way.state, way.given)
     useless += [tries[-1][1] for kind, tries in way.idle.items() if kind not in last.model_kinds]
     states = (

@@ -51,7 +51,7 @@ def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
     if recording.samples < START.least_s * recording.rate_hz:
         raise BadInput(
-            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s; at least {START.least_s} are needed: slow noise is told from what a second holds"
+            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s are too short. At least {START.least_s} s are needed to estimate slow noise"
         )
     progress("reading the spectrum")
     key = ("observations", model.column)
@@ -69,7 +69,7 @@ def start(recording, model, progress=lambda text: None):
     if known.all():
         return fitted(recording, model, y, None, seen)
     recording = at_rest(recording, known, model.column)
-    progress(f"drawing {np.count_nonzero(~known)} missing samples")
+    progress(f"simulating {np.count_nonzero(~known)} missing samples")
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
     first = fitted(recording, model, drawn, known, seen)
     # The ripple of the first level is chance and would confirm itself; so would a model that is far from the record.
@@ -110,16 +110,16 @@ def drawn_by(state, seed):
 def check_alive(recording, model, y):
     if len(y) < MINIMUM_SAMPLES:
         raise BadInput(
-            f"{recording.name}: column {model.column}: {len(y)} samples are left when motion, repeats and clipped ones are left out; "
+            f"{recording.name}: column {model.column}: {len(y)} samples remain without motion, repeated and clipped samples; "
             f"at least {MINIMUM_SAMPLES} are needed"
         )
     if np.mean(np.diff(y) != 0) < START.moving_share:
         raise BadInput(
-            f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with"
+            f"{recording.name}: column {model.column} hardly changes, so there is no noise to compare a model with"
         )
     if signals.foretold(y):
         raise BadInput(
-            f"{recording.name}: column {model.column}: every sample follows from those before: there is no noise to compare a "
+            f"{recording.name}: column {model.column}: every sample is predictable from the earlier ones, so there is no noise to compare a "
             "model with"
         )
 

@@ -1,4 +1,4 @@
-"""Effects that a spectrum cannot hold: a variance that changes, outliers, jumps between levels."""
+"""Effects that a spectrum cannot describe: a variance that changes, outliers, jumps between levels."""
 
 from functools import partial
 
@@ -73,13 +73,13 @@ def simulate_vibration_noise(recording, parameters, rng, _):
 
 TELEGRAPH_NOISE = Effect(
     "telegraph_noise",
-    "A trap in the electronics switches the bias between two levels, or a few evenly spaced ones.",
+    "A trap in the electronics switches the bias between two or a few evenly spaced levels.",
     (
         Parameter("amplitude_dps", "deg/s (half the jump)", 0, INFINITE),
         Parameter("mean_dwell_s", "s", 1e-3, 1e7),
         Parameter("levels", "", 2, 5, default=2.0, whole=True, searched=True),
     ),
-    "Average over a tenth of the dwell: the histogram has as many peaks as there are levels.",
+    "Average over a tenth of the dwell time. The histogram then has one peak per level.",
     "states",
     "a hump at 0.95 dwell times",
     lorentzian,
@@ -93,7 +93,7 @@ VIBRATION_NOISE = Effect(
     "vibration_noise",
     "Vibration adds white noise in proportion to its local rms.",
     (Parameter("coefficient_dps_per_g", "deg/s per g rms", 0, INFINITE), AXIS),
-    "Shake at two levels: the rate noise must grow with the rms.",
+    "Shake the sensor at two levels. The rate noise must grow with the rms.",
     "variance",
     "slope -1/2, higher while it vibrates",
     simulate=simulate_vibration_noise,
@@ -103,25 +103,25 @@ VIBRATION_NOISE = Effect(
 )
 NOISE_STEP = Effect(
     "noise_step",
-    "For a while the white noise is larger: a supply, a radio, a loose mount.",
+    "The white noise is larger for some time: a supply, a radio or a loose mount.",
     (
         Parameter("ratio", "", 0, INFINITE),
         Parameter("start_s", "s", 0, INFINITE),
         Parameter("stop_s", "s", 0, INFINITE),
     ),
-    "Log what was switched on at these times and repeat it.",
+    "Find out which device was switched on at these times, and switch it on again.",
     "variance",
     "slope -1/2, higher in the interval",
     simulate=simulate_noise_step,
 )
 SHOCKS = Effect(
     "shocks",
-    "Knocks and single wild samples.",
+    "Knocks and single outlier samples.",
     (
         Parameter("amplitude_dps", "deg/s", 0, INFINITE),
         Parameter("rate_per_hour", "1/h", 0, INFINITE),
     ),
-    "Look at the accelerometer at the same instants, and knock on purpose.",
+    "Check the accelerometer at the same times, and knock the sensor on purpose.",
     "events",
     "slope -1/2 at short tau",
     simulate=simulate_shocks,

@@ -147,9 +147,9 @@ TEMPERATURE = Effect(
     "temperature",
     "The bias follows the temperature of the die.",
     (Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY), LAG),
-    "Heat and cool the sensor twice: the bias must follow both times.",
+    "Heat and cool the sensor twice. The bias must follow both times.",
     "mean",
-    "the temperature's own, at long tau",
+    "that of the temperature, at long tau",
     regressor=temperature,
     needs=("temp_degC",),
     grid={"lag_s": lags},
@@ -158,9 +158,9 @@ TEMPERATURE = Effect(
 )
 TEMPERATURE_RATE = Effect(
     "temperature_rate",
-    "Gradients inside the package follow the rate of the temperature.",
+    "Thermal gradients inside the package make the bias follow the rate of change of the temperature.",
     (Parameter("coefficient_dps_per_degC_per_s", "deg/s/(degC/s)", *ANY),),
-    "Heat at two rates to the same temperature: the bias differs while it heats, not after.",
+    "Heat to the same temperature at two rates. The bias differs during heating, but not afterwards.",
     "mean",
     "that of the temperature's slope",
     regressor=temperature_rate,
@@ -170,11 +170,11 @@ TEMPERATURE_RATE = Effect(
 )
 TEMPERATURE_SQUARED = Effect(
     "temperature_squared",
-    "The bias bends with the temperature: it follows the square of its distance from 25 degC.",
+    "The bias depends on the temperature quadratically, with its vertex at 25 degC.",
     (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", *ANY), LAG),
-    "Hold three temperatures, ten degrees apart: the middle one is off the line through the outer two.",
+    "Hold three temperatures, 10 degC apart. The bias at the middle one is off the line through the other two.",
     "mean",
-    "the temperature's own, at long tau",
+    "that of the temperature, at long tau",
     regressor=squared,
     needs=("temp_degC",),
     grid={"lag_s": lags},
@@ -183,14 +183,14 @@ TEMPERATURE_SQUARED = Effect(
 )
 TEMPERATURE_HYSTERESIS = Effect(
     "temperature_hysteresis",
-    "The package grips its die: the bias follows the temperature only when it has turned by a width.",
+    "Friction between package and die: after a reversal, the bias follows the temperature only after it has changed by a width.",
     (
         Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY),
         Parameter("width_degC", "degC", 0, 1e3),
     ),
-    "Heat and cool slowly over the same range: at one temperature the bias differs on the way up and down, however slow.",
+    "Heat and cool over the same range. At a given temperature, the bias differs between heating and cooling, however slow they are.",
     "mean",
-    "the temperature's own, at long tau",
+    "that of the temperature, at long tau",
     regressor=hysteresis,
     needs=("temp_degC",),
     grid={"width_degC": widths},
@@ -200,7 +200,7 @@ TEMPERATURE_NOISE = Effect(
     "temperature_noise",
     "The white noise grows with the temperature.",
     (Parameter("relative_per_degC", "1/degC", -10, 10),),
-    "Hold two temperatures: the noise of single samples must differ, and come back.",
+    "Hold two temperatures. The noise of single samples must differ, and return with the temperature.",
     "variance",
     "slope -1/2, higher while it is hot",
     simulate=simulate_temperature_noise,
@@ -209,13 +209,13 @@ TEMPERATURE_NOISE = Effect(
 )
 FOLLOWS = Effect(
     "follows",
-    "The bias follows another logged column: a supply, a neighbouring axis, a current.",
+    "The bias follows another logged column: a supply, a neighbouring axis or a current.",
     (
         Parameter("coefficient", "deg/s per unit of the column", *ANY),
         Parameter("column", "name of a column", *ANY, text=True),
         LAG,
     ),
-    "Move that quantity alone, up and down twice: the bias must follow both times.",
+    "Change that quantity alone, up and down twice. The bias must follow both times.",
     "mean",
     "that of the column",
     regressor=follow,

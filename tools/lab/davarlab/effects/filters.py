@@ -1,4 +1,5 @@
-"""What the sensor or its software does to everything in front of it: filters by their power gain. The noise of counts comes behind."""
+"""Filters of the sensor or its software, described by their power gain. They act on every effect before them, but not on the noise
+of counts, which is added after them."""
 
 import numpy as np
 
@@ -76,14 +77,14 @@ def corner_periods(recording):
 
 LOW_PASS = Effect(
     "low_pass",
-    "The sensor's own bandwidth cuts everything in front of it; the noise of counts comes behind.",
+    "The sensor's own bandwidth attenuates every effect before it. Quantization noise is added after it.",
     (
         Parameter("cutoff_hz", "Hz", 1e-3, 1e6),
         Parameter("response", "", -INFINITE, INFINITE, values=RESPONSES, default=RESPONSES[0]),
         Parameter("order", "", 1, 2, values=(1, 2), default=1),
         Parameter("noise_behind_dps", "deg/s", 0, INFINITE, default=0.0),
     ),
-    "Change the bandwidth setting of the sensor: the bend of the spectrum must follow.",
+    "Change the bandwidth setting of the sensor. The corner of the spectrum must move.",
     "filter",
     "slope between 0 and -1/2 below the time constant",
     low_pass,
@@ -93,9 +94,9 @@ LOW_PASS = Effect(
 )
 MOVING_AVERAGE = Effect(
     "moving_average",
-    "The sensor delivers means of its samples: each output remembers the one before.",
+    "The sensor outputs a moving average of its samples, so consecutive outputs are correlated.",
     (Parameter("samples", "", 1, 1e6),),
-    "Look at the data sheet's decimation or averaging setting and change it: the zeros of the spectrum must move.",
+    "Change the decimation or averaging setting of the sensor. The zeros of the spectrum must move.",
     "filter",
     "slope between 0 and -1/2 below the length of the mean",
     moving_average,
@@ -105,7 +106,7 @@ HIGH_PASS = Effect(
     "high_pass",
     "Software subtracts its own slow estimate of the bias.",
     (Parameter("corner_period_s", "s", 1e-3, 1e7),),
-    "Switch the bias correction of the driver off, or turn the sensor slowly: a steady rate must not fade.",
+    "Switch off the bias correction of the driver. Without it, a slow constant rotation no longer fades in the output.",
     "filter",
     "falls faster than -1/2 at long tau",
     high_pass,

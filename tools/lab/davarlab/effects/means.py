@@ -1,4 +1,4 @@
-"""Effects with a known course: a function of time or of the accelerometer, times one coefficient."""
+"""Deterministic effects: a function of time or of the accelerometer, times one coefficient."""
 
 from functools import partial
 
@@ -67,9 +67,9 @@ def sudden_vibration_square(recording, shape):
 
 RATE_RAMP = Effect(
     "rate_ramp",
-    "The bias moves steadily: ageing, a supply that drifts.",
+    "The bias drifts at a constant rate: ageing, or a supply that drifts.",
     (Parameter("coefficient_deg_per_h2", "deg/h^2", *ANY, 1 / 3600**2),),
-    "Record twice as long: a ramp goes on, a warm-up bends, a random walk turns.",
+    "Record twice as long. A ramp continues, a warm-up flattens, a random walk changes direction.",
     "mean",
     "slope +1",
     regressor=ramp,
@@ -77,43 +77,43 @@ RATE_RAMP = Effect(
 )
 SINUSOID = Effect(
     "sinusoid",
-    "A periodic motion or an electrical line.",
+    "A periodic motion or electrical interference at one frequency.",
     (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6)),
-    "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.",
+    "Change the sample rate. An alias moves, a real line stays. Then switch off fans and supplies.",
     "mean",
     "a hump at 0.4 periods with ripples after it",
     regressor=line,
 )
 INTERMITTENT_LINE = Effect(
     "intermittent_line",
-    "A machine that runs for a while: a line between two instants.",
+    "A spectral line between two times, from a machine that runs for some time.",
     (
         Parameter("amplitude_dps", "deg/s", 0, INFINITE),
         Parameter("frequency_hz", "Hz", 1e-6, 1e6, searched=True),
         Parameter("start_s", "s", 0, INFINITE, searched=True),
         Parameter("stop_s", "s", 0, INFINITE, searched=True),
     ),
-    "Log what was switched on at these times, and switch it on again: the line must come back.",
+    "Find out which device was switched on at these times, and switch it on again. The line must return.",
     "mean",
     "a hump at 0.4 periods in these windows only",
     regressor=line_for_a_while,
 )
 BIAS_STEP = Effect(
     "bias_step",
-    "The bias jumps once: a stress that lets go, a supply that switches, a range or register that changes.",
+    "The bias jumps once: a stress that relaxes, a supply that switches, or a range or register that changes.",
     (Parameter("step_dps", "deg/s", *ANY), Parameter("time_s", "s", 0, INFINITE, searched=True)),
-    "Repeat the recording: a step comes at another time or not at all. Look at what happened at that instant.",
+    "Repeat the recording. A step occurs at another time or not at all. Find out what happened at that time.",
     "mean",
     "slope up to +1/2 in the windows that hold the step only",
     regressor=step,
 )
 G_SENSITIVITY = Effect(
     "g_sensitivity",
-    "Acceleration bends the structure: the rate follows the specific force along an axis.",
+    "Acceleration deforms the structure: the rate follows the specific force along an axis.",
     (Parameter("coefficient_dps_per_g", "deg/s/g", *ANY), AXIS),
-    "Turn the sensor over (+1 g, -1 g): the bias changes by twice the coefficient.",
+    "Turn the sensor over (+1 g, -1 g). The bias changes by twice the coefficient.",
     "mean",
-    "the accelerometer's own",
+    "that of the accelerometer",
     regressor=acceleration,
     grid={"axis": axes},
     needs=("accel",),
@@ -121,9 +121,9 @@ G_SENSITIVITY = Effect(
 )
 VIBRATION_RECTIFICATION = Effect(
     "vibration_rectification",
-    "The square of the vibration leaves a bias.",
+    "Vibration is rectified into a bias in proportion to its mean square.",
     (Parameter("coefficient_dps_per_g2", "deg/s/g^2", *ANY), AXIS),
-    "Shake at two levels: the bias grows with the square of the rms.",
+    "Shake the sensor at two levels. The bias grows with the square of the rms.",
     "mean",
     "steps of bias while it vibrates",
     regressor=vibration_square,
@@ -137,7 +137,7 @@ WARM_UP = Effect(
     "warm_up",
     "After power-on the bias settles exponentially.",
     (Parameter("amplitude_dps", "deg/s", *ANY), Parameter("time_constant_s", "s", 1e-3, 1e7)),
-    "Switch off for an hour and on again: the same course must come back.",
+    "Switch the sensor off for an hour and on again. The same curve must return.",
     "mean",
     "slope up to +1 at long tau",
     regressor=warm_up,

@@ -1,4 +1,4 @@
-"""Stationary noise: each effect has a spectrum and nothing else."""
+"""Stationary noise: the spectrum describes each effect completely."""
 
 import numpy as np
 from scipy import fft
@@ -85,12 +85,12 @@ def correlation_times(recording):
 
 QUANTIZATION = Effect(
     "quantization",
-    "The angle is known in steps only, so the rate carries differenced angle noise.",
+    "The sensor measures angle in steps, so the rate contains differenced rounding noise.",
     (
         Parameter("coefficient_deg", "deg", 0, INFINITE),
         Parameter("memory", "", -0.95, 0.95, default=0.0),
     ),
-    "Log at a higher rate or with finer counts: the excess at short tau must fall with the count.",
+    "Log with finer counts. The excess at short tau must fall with the count.",
     "spectrum",
     "slope -1 at the shortest tau",
     quantization,
@@ -100,28 +100,28 @@ QUANTIZATION = Effect(
 )
 ANGLE_RANDOM_WALK = Effect(
     "angle_random_walk",
-    "White rate noise, thermal and electronic; its integral is a random walk of angle.",
+    "White thermal and electronic rate noise. Its integral is a random walk of the angle.",
     (Parameter("coefficient_deg_per_sqrt_h", "deg/sqrt(h)", 0, INFINITE, 1 / 60),),
-    "Average a quiet stretch: the Allan deviation falls with slope -1/2.",
+    "Record the sensor at rest. The Allan deviation falls with slope -1/2.",
     "spectrum",
     "slope -1/2",
     white,
 )
 BIAS_INSTABILITY = Effect(
     "bias_instability",
-    "Flicker noise of the electronics moves the bias at every time scale.",
+    "Flicker noise of the electronics changes the bias on every time scale.",
     (Parameter("coefficient_deg_per_h", "deg/h", 0, INFINITE, 1 / 3600),),
-    "Record ten times longer: the floor of the Allan deviation stays flat.",
+    "Record ten times longer. The floor of the Allan deviation stays flat.",
     "spectrum",
     "flat",
     flicker,
 )
 RATE_RANDOM_WALK = Effect(
     "rate_random_walk",
-    "The bias itself does a random walk (ageing, slow stress).",
+    "The bias does a random walk (ageing, slow stress).",
     (Parameter("coefficient_deg_per_h_per_sqrt_h", "deg/h/sqrt(h)", 0, INFINITE, 1 / 216000),),
-    "Repeat the recording: a random walk takes another way each time, a ramp or warm-up the same. Keep the temperature still: what then "
-    "is gone was heat that the gyro feels later than the thermometer, or in another way up than down.",
+    "Repeat the recording. A random walk differs each time, a ramp or warm-up is the same. Then keep the temperature constant. If the "
+    "drift disappears, it was a thermal effect with a lag or hysteresis.",
     "spectrum",
     "slope +1/2 at long tau",
     random_walk,
@@ -129,11 +129,11 @@ RATE_RANDOM_WALK = Effect(
 )
 GAUSS_MARKOV = Effect(
     "gauss_markov",
-    "Noise with one correlation time: a slow fluctuation that forgets itself.",
+    "Noise with a single correlation time: a slow fluctuation of the bias.",
     (Parameter("std_dps", "deg/s", 0, INFINITE), Parameter("correlation_time_s", "s", 1e-3, 1e7)),
-    "Record at least a hundred correlation times: the hump keeps its place. Telegraph noise whose levels the white noise hides looks the "
-    "same: average over a tenth of the dwell (twice the correlation time); two peaks in the histogram are telegraph noise. Keep the temperature still: "
-    "what then is gone was heat that the gyro feels later than the thermometer.",
+    "Record at least a hundred correlation times. The hump must stay at the same tau. To exclude telegraph noise, average over a tenth of "
+    "the dwell time (twice the correlation time): two peaks in the histogram are telegraph noise. Then keep the temperature constant. If "
+    "the fluctuation disappears, it was a thermal effect with a lag.",
     "spectrum",
     "a hump at 1.9 correlation times",
     gauss_markov,
@@ -141,13 +141,13 @@ GAUSS_MARKOV = Effect(
 )
 NARROW_BAND = Effect(
     "narrow_band",
-    "A line with a width: a fan, a mount that rings, an alias of either.",
+    "A spectral line with a width: a fan, a resonance of the mount, or an alias of either.",
     (
         Parameter("std_dps", "deg/s", 0, INFINITE),
         Parameter("frequency_hz", "Hz", 1e-6, 1e6),
         Parameter("half_width_hz", "Hz", 1e-9, 1e6),
     ),
-    "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.",
+    "Change the sample rate. An alias moves, a real line stays. Then switch off fans and supplies.",
     "spectrum",
     "a hump at 0.4 periods, without ripples",
     narrow_band,

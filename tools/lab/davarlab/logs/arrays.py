@@ -22,13 +22,13 @@ def npy(path, options):
     else:
         if array.ndim != 2:
             raise BadInput(
-                f"{path}: an array of {array.ndim} dimensions; a row for each sample expected"
+                f"{path}: an array of {array.ndim} dimensions. One row per sample is expected"
             )
         array = array if array.shape[0] >= array.shape[1] else array.T
         names = options.names or ORDERS.get(array.shape[1])
         if names is None or len(names) != array.shape[1]:
             raise BadInput(
-                f"{path}: {array.shape[1]} columns without names: --names says what they are (time,gyro_x,gyro_y,gyro_z,temp ..)"
+                f"{path}: {array.shape[1]} columns without names. Use --names (time,gyro_x,gyro_y,gyro_z,temp ..)"
             )
         found = {name: array[:, place] for place, name in enumerate(names)}
     return named.Log(

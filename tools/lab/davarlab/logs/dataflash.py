@@ -59,7 +59,7 @@ class Log:
         with silenced() as said:
             log = DFReader.DFReader_binary(str(path))
         self.notes = (
-            {"damaged": f"{len(said)} places of the log were skipped ({said[0]})"} if said else {}
+            {"damaged": f"{len(said)} damaged parts of the log were skipped ({said[0]})"} if said else {}
         )
         end = 0
         try:
@@ -68,7 +68,7 @@ class Log:
                 end = max(end, int(places[-1]) + form.len) if len(places) else end
                 if end > log.data_len:
                     raise BadInput(
-                        f"{path}: cut short: its last message, {form.name}, is not whole (ArduPilot DataFlash)"
+                        f"{path}: cut short: its last message, {form.name}, is incomplete (ArduPilot DataFlash)"
                     )
                 if len(places) and KINDS.match(form.name):
                     self.take(form, places)
@@ -78,7 +78,7 @@ class Log:
             file.seek(end)
             if file.read(len(HEAD)) in (HEAD[:1], HEAD):
                 raise BadInput(
-                    f"{path}: cut short: behind its last message another one begins (ArduPilot DataFlash)"
+                    f"{path}: cut short: after its last message, another one begins (ArduPilot DataFlash)"
                 )
 
     def take(self, form, places):

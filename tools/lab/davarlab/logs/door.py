@@ -96,7 +96,7 @@ def format_of(path):
             + (
                 "empty"
                 if not head
-                else f"not {said}, as its name says: it begins with {head[:8]!r}"
+                else f"not {said}, in spite of its name: it begins with {head[:8]!r}"
             )
         )
     return found or ("CSV", text.log)
@@ -120,11 +120,11 @@ def guarded(path, name, work):
         raise
     except MemoryError:
         raise BadInput(
-            f"{path}: damaged, or no {name}, or more than this machine's memory holds"
+            f"{path}: damaged, or not {name}, or too large for the memory of this machine"
         ) from None
     except Exception as why:
         said = " ".join(str(why).split())[:160] or type(why).__name__
-        raise BadInput(f"{path}: damaged, or no {name} ({said})") from None
+        raise BadInput(f"{path}: damaged, or not {name} ({said})") from None
 
 
 def opened(path, options):
@@ -154,7 +154,7 @@ def samples(path, options):
         if there.stamps_ns is not None and len(there.stamps_ns) and columns:
             found.beside.append((there.stamps_ns, columns))
             found.notes[f"beside, {', '.join(columns)}"] = (
-                f"{other.name}, at its own stamps, interpolated at those of the gyro"
+                f"{other.name}, with its own time stamps, interpolated to the gyro time stamps"
             )
     return checked(found, main.name, path, options)
 
@@ -181,7 +181,7 @@ def checked(found, name, path, options):
     odd = next((name for name in found.columns if not tables.is_name(name)), None)
     if odd is not None:
         raise BadInput(
-            f"{where}: column {odd[: tables.SHOWN]!r}: not a name that a recording holds (--rename OLD=NEW)"
+            f"{where}: column {odd[: tables.SHOWN]!r}: not a valid column name of a recording (use --rename OLD=NEW)"
         )
     return found
 
@@ -242,10 +242,10 @@ def said(guesses):
     for one in guesses:
         if one.quantity != "other" and (one.name != one.column or not one.sure):
             how = (
-                f"{one.unit} by its {'name' if one.sure else 'numbers'}" if one.unit else "as it is"
+                f"{one.unit} by its {'name' if one.sure else 'numbers'}" if one.unit else "unchanged"
             )
             yield f"{one.name} -> {one.column}, {how}" + (
-                "" if one.sure else f" (--unit {one.name}=UNIT says otherwise)"
+                "" if one.sure else f" (--unit {one.name}=UNIT overrides it)"
             )
 
 

@@ -23,7 +23,7 @@ def check_survived(path, load):
         finally:
             os._exit(status)  # what is raised meets the caller again
     if os.WIFSIGNALED(os.waitpid(child, 0)[1]):
-        raise BadInput(f"{path}: damaged, or no MATLAB 5 (scipy dies of it)")
+        raise BadInput(f"{path}: damaged, or not MATLAB 5 (scipy crashes on it)")
 
 
 def numeric(found):

@@ -254,7 +254,7 @@ def overridden(guesses, given, path):
                 )
             except ValueError:
                 raise BadInput(
-                    f"--unit {pair}: no unit of {one.name} (there are: {', '.join(factors)}; or a number, the factor to "
+                    f"--unit {pair}: not a unit of {one.name} (there are: {', '.join(factors)}; or a number, the factor to "
                     f"{next(iter(factors), '1')})"
                 ) from None
     return guesses

@@ -58,7 +58,7 @@ def typestore(paths):
         for path in (sorted(given.rglob("*.msg")) if os.path.isdir(given) else [given])
     ]
     if paths and not found:
-        raise BadInput(f"{paths[0]}: no .msg file in it")
+        raise BadInput(f"{paths[0]}: it contains no .msg file")
     for path in found:
         place = files.real(path)
         package = place.parts[-3] if place.parent.name == "msg" else place.parent.name

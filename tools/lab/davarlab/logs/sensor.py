@@ -49,7 +49,7 @@ def check_finite(values, where):
     wrong = np.flatnonzero(~(np.abs(values) < table.LARGEST))
     if len(wrong):
         what = (
-            f"{values[wrong[0]]:g} is no sensor's"
+            f"{values[wrong[0]]:g} is not a sensor value"
             if np.isfinite(values[wrong[0]])
             else "not a finite number"
         )
@@ -75,9 +75,9 @@ def chosen(sensors, name, path):
     gyros = [sensor for sensor in sensors if "gyro" in sensor.gives]
     if not gyros:
         raise BadInput(
-            f"{path}: no gyro in it ("
+            f"{path}: it contains no gyro ("
             + (
-                f"there are: {listed(sensors)}; --sensor NAME reads one)"
+                f"there are: {listed(sensors)}; select one with --sensor NAME)"
                 if sensors
                 else "columns of odd names: --rename OLD=gyro_x_dps says what they are)"
             )
@@ -85,7 +85,7 @@ def chosen(sensors, name, path):
     first = [sensor for sensor in gyros if sensor.rank == min(gyro.rank for gyro in gyros)]
     if len(first) > 1:
         raise BadInput(
-            f"{path}: more than one gyro: --sensor NAME says which (there are: {listed(gyros)})"
+            f"{path}: more than one gyro. Select one with --sensor NAME (there are: {listed(gyros)})"
         )
     return first[0]
 

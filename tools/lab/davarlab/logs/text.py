@@ -45,7 +45,7 @@ def check_renames(mapping, scales):
         ):
             factor = guess.UNITS[quantity][said] / guess.UNITS[quantity][wanted]
             raise BadInput(
-                f"--rename {pair}: column {old}: its name says {said}, {new} is in {wanted}: add --scale {new}={factor:.9g}, or leave --rename out "
+                f"--rename {pair}: column {old}: its name has unit {said}, but {new} is in {wanted}. Add --scale {new}={factor:.9g}, or remove --rename "
                 "where davarlab reads the column by its name"
             )
 

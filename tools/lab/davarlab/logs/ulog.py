@@ -42,7 +42,7 @@ class Log:
             whole = Watched(file, os.path.getsize(path))
             log = ULog(whole, [*TOPICS, SELECTION], True)
         if whole.cut:
-            raise BadInput(f"{path}: cut short: its last message is not whole (PX4 ULog)")
+            raise BadInput(f"{path}: cut short: its last message is incomplete (PX4 ULog)")
         if log.file_corruption:
             raise BadInput(
                 f"{path}: damaged ({said.getvalue().strip().splitlines()[0] if said.getvalue().strip() else 'messages of a wrong length'})"

@@ -14,7 +14,7 @@ def nanoseconds(ticks, unit_ns, where, origin=0):
     wrong = np.flatnonzero(~(np.abs(ticks.astype(np.float64) + origin) * unit_ns < table.SAFE))
     if len(wrong):
         raise BadInput(
-            f"{where}: a stamp of {float(ticks[wrong[0]]) + origin:.6g} is no time, at sample {wrong[0] + 1}"
+            f"{where}: the time stamp {float(ticks[wrong[0]]) + origin:.6g} at sample {wrong[0] + 1} is not a valid time"
         )
     return (ticks.astype(np.int64) + origin) * unit_ns
 

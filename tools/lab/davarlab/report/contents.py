@@ -1,4 +1,4 @@
-"""What a report says, as plain values: the template only arranges them."""
+"""The contents of a report as plain values. The template only arranges them."""
 
 import importlib.metadata
 import math
@@ -24,7 +24,7 @@ WHERE_MAX = 6
 
 @dataclass
 class Run:
-    """What was asked for: the command as typed, the files and what they held, options that every further command needs."""
+    """A run: the command as typed, the files and their contents, and the options for further commands."""
 
     typed: list
     recording: object
@@ -33,7 +33,7 @@ class Run:
     common: list = field(default_factory=list)
     output: str | None = None  # the model file that was written
     called: tuple | None = (
-        None  # what further commands call recording and model; None: as the files are called
+        None  # names of recording and model in further commands; None: the file names
     )
 
     @property
@@ -58,14 +58,14 @@ def versions():
 
 
 def file_facts(given):
-    """Path, size and SHA-256, so that a reader can tell whether he has the same file."""
+    """Path, size and SHA-256, which identify the file."""
     rows = []
     for role, path in given.items():
         parts = (
             sorted(one for one in Path(path).iterdir() if one.is_file())
             if os.path.isdir(path)
             else [path]
-        )  # of a bag that is a folder each file
+        )  # a ROS bag can be a folder: list each file
         rows += [
             {
                 "role": role,
@@ -97,7 +97,7 @@ def run_facts(run):
 
 
 def parameter_rows(model, given, estimates):
-    """One row per parameter: the value in the file (None: not in it), the fitted value and its 95 % interval."""
+    """One row per parameter: the value in the model file (None: absent), the fitted value and its 95 % interval."""
     before, rows = {term.kind: term.parameters for term in given.terms}, []
     for place, (term, entry) in enumerate(zip(model.terms, estimates)):
         for index, parameter in enumerate(
@@ -119,7 +119,7 @@ def parameter_rows(model, given, estimates):
 
 
 def candidate_rows(found):
-    """(candidates to show, names of those that only imitate what was added, names of those that are chance)."""
+    """(candidates to show, names of those that only imitate an added effect, names of those that are not significant)."""
     count, added, shown, imitators, chance = len(found.candidates), found.added, [], [], []
     remaining = (
         {candidate.kind: math.exp(candidate.log_p) for candidate in found.diagnosis.remaining}
@@ -181,7 +181,7 @@ def correlation_rows(given, better):
 
 
 def measured(run, comparison, better, state, model, estimates):
-    """The part that every report has. better: the comparison of the final model when it has more effects than the given one;
+    """The part that every report has. better: the comparison of the final model, if it has more effects than the initial one.
     state, model, estimates: the final model on this recording."""
     effects = contributions.of_state(state, run.recording, run.model) if better else []
     added = [
@@ -215,11 +215,11 @@ def measured(run, comparison, better, state, model, estimates):
 
 
 def of_comparison(run, comparison, state):
-    """`davarlab compare`: state is the model refitted on the recording."""
+    """`davarlab compare`. state: the model refitted on the recording."""
     tone, verdict = words.verdict_of_comparison(comparison)
     return {
         **measured(run, comparison, None, state, *improve.fitted_model(state, run.model)),
-        "title": "Model against measurement",
+        "title": "Model and measurement",
         "tone": tone,
         "verdict": verdict,
         "next": words.after_comparison(comparison, state, run),
@@ -234,7 +234,7 @@ def of_improvement(run, found):
     return {
         **measured(run, found.comparison, better, found.state, found.model, found.estimates),
         "notes": [words.observation(one) for one in found.comparison.observations] + found.notes,
-        "title": "Which effect is missing",
+        "title": "Missing effects",
         "tone": tone,
         "verdict": verdict,
         "found": found,

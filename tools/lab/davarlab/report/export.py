@@ -50,15 +50,15 @@ class Table:
 def table_of(model, window, tolerance, where="the model"):
     """`window`: samples of the device's window; `tolerance`: one standard deviation of the model's own Allan deviation; `where`: the model's file."""
     if not model.rate_hz:
-        raise BadInput(f"{where}: no rate_hz in it")
+        raise BadInput(f"{where}: the model has no rate_hz")
     if not 0 <= tolerance < 1:
         raise BadInput("--tolerance: a share from 0 to 1 expected")
     taus = allan.octaves(window)
     if not taus:
-        raise BadInput(f"--window: {window} samples are too short")
+        raise BadInput(f"--window: {window} samples are too few")
     variance = noise_variance(model, taus, model.rate_hz)
     if not np.all(variance > 0):
-        raise BadInput(f"{where}: no noise in it that the device could be compared with")
+        raise BadInput(f"{where}: the model has no noise to compare the device with")
     return Table(model, taus, np.sqrt(variance), tolerance)
 
 
@@ -77,7 +77,7 @@ def description(table):
         if part_of(term).effect.role not in DEVICE_ROLES and term.kind not in DEVICE_KINDS
     ]
     return lines + (
-        [f"not in the table, which holds steady noise, ramp and lines only: {', '.join(left_out)}"]
+        [f"Not in the table, which contains only stationary noise, ramp and lines: {', '.join(left_out)}"]
         if left_out
         else []
     )
@@ -86,7 +86,7 @@ def description(table):
 def c_text(table):
     """A C header for davar_monitor_init (lib/include/davar/monitor.h)."""
     lines = [
-        "/* Written by davarlab export: what the error model expects of the Allan deviation, for davar_monitor_init.",
+        "/* Written by davarlab export: the Allan deviation that the error model predicts, for davar_monitor_init.",
         " *",
     ]
     lines += [f" *   {line}" for line in description(table)]

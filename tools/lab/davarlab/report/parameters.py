@@ -1,4 +1,4 @@
-"""Models as the parameters of other programs: one entry of FORMATS for each. Values in rad and m, the noise densities two-sided (DESIGN 1)."""
+"""Exports models as parameters of other programs, one entry of FORMATS each. Values in rad and m, noise densities two-sided (DESIGN 1)."""
 
 import math
 import textwrap
@@ -17,8 +17,8 @@ KALIBR_WIKI = "kalibr wiki (github.com/ethz-asl/kalibr/wiki), IMU Noise Model"
 
 @dataclass
 class Noise:
-    """One axis of a sensor. white: rad/s/sqrt(Hz) or m/s^2/sqrt(Hz); flicker: B in rad/s or m/s^2; walk: rad/s^2/sqrt(Hz) or m/s^3/sqrt(Hz),
-    found from `walk_from`."""
+    """One axis of a sensor. white: rad/s/sqrt(Hz) or m/s^2/sqrt(Hz). flicker: B in rad/s or m/s^2. walk: rad/s^2/sqrt(Hz) or
+    m/s^3/sqrt(Hz), derived from `walk_from`."""
 
     quantity: str
     axis: str
@@ -31,8 +31,8 @@ class Noise:
 
 @dataclass
 class Parameter:
-    """A number of another program. value(noise): what it is for one axis; several: a number for each axis, else the largest; formula, meaning:
-    for the comment."""
+    """A parameter of another program. value(noise): its value for one axis. several: one number per axis; otherwise the largest.
+    formula, meaning: for the comment."""
 
     name: str
     quantity: str
@@ -45,8 +45,9 @@ class Parameter:
 
 @dataclass
 class Format:
-    """what: for --help. comment: how a comment begins. line(name, values): an assignment. around(lines, noises): the lines
-    of the file, made of those. inflate: the reason for or against larger numbers than measured. source: where the formulas are from."""
+    """what: for --help. comment: the start of a comment. line(name, values): an assignment. around(lines, noises): the lines
+    of the file, made from these assignments. inflate: the reason for or against numbers larger than measured. source: the origin of
+    the formulas."""
 
     what: str
     comment: str
@@ -58,18 +59,18 @@ class Format:
 
 
 def sized(model, kind):
-    """Root of the sum of the squares of all effects of a kind, in deg and seconds."""
+    """Root sum of squares of all effects of a kind, in deg and seconds."""
     return math.hypot(
         *(table.find(kind).dps(term.parameters) for term in model.terms if term.kind == kind)
     )
 
 
 def noise_of(model, where, bias_time_s):
-    """The Noise in a model. Where it has no walk of the bias, one that does what its slow noise does within bias_time_s."""
+    """The Noise of a model. If the model has no random walk of the bias, an equivalent one for its slow noise within bias_time_s."""
     words = model.column.split("_")
     if words[0] not in ("gyro", "accel") or len(words) < 2 or words[1] not in ("x", "y", "z"):
         raise BadInput(
-            f"{where}: column {model.column}: no axis of a gyro or an accelerometer (gyro_x_dps .. accel_z_g)"
+            f"{where}: column {model.column} is not an axis of a gyro or accelerometer (gyro_x_dps .. accel_z_g)"
         )
     if not model.rate_hz:
         raise BadInput(f"{where}: the model has no rate_hz")
@@ -79,19 +80,19 @@ def noise_of(model, where, bias_time_s):
         for kind in ("angle_random_walk", "bias_instability", "rate_random_walk")
     )
     if not white:
-        raise BadInput(f"{where}: no angle_random_walk in the model, which every filter needs")
+        raise BadInput(f"{where}: the model has no angle_random_walk, which every filter needs")
     said = "rate_random_walk"
     slow = [term.parameters for term in model.terms if term.kind == "gauss_markov"]
     if not walk and slow:
         walk = scale * math.sqrt(
             sum(2 * one["std_dps"] ** 2 / one["correlation_time_s"] for one in slow)
         )
-        said = "gauss_markov: sigma sqrt(2 / correlation time), the walk that it is within its correlation time"
+        said = "gauss_markov: sigma sqrt(2 / correlation time), its equivalent random walk within the correlation time"
     elif not walk and flicker:
         walk = FLAT * flicker * math.sqrt(3 / bias_time_s)
-        said = f"bias_instability: 0.664 B sqrt(3 / T), the walk with its Allan deviation at T = {bias_time_s:g} s (--bias-time)"
+        said = f"bias_instability: 0.664 B sqrt(3 / T), the random walk with the same Allan deviation at T = {bias_time_s:g} s (--bias-time)"
     elif not walk:
-        said = "nothing: the model has no slow noise, and a filter will hold the bias for constant"
+        said = "nothing: the model has no slow noise, so a filter will treat the bias as constant"
     return Noise(words[0], words[1], white, flicker, walk, said, model.rate_hz)
 
 
@@ -116,14 +117,14 @@ def sample(noise):
 
 
 def per_step(step_s):
-    """A continuous density as a filter takes it that adds (dt x)^2 in each of its steps."""
+    """Converts a continuous density for a filter that adds (dt x)^2 in each step."""
     return (lambda noise: noise.white / math.sqrt(step_s)), (
         lambda noise: noise.walk / math.sqrt(step_s)
     )
 
 
 def real(value):
-    """Six digits, with a point where there is a power of ten: 1e-05 is text to YAML 1.1."""
+    """Six digits, with a decimal point before an exponent, because YAML 1.1 reads 1e-05 as text."""
     text = f"{value:.6g}"
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
 
@@ -137,7 +138,7 @@ def yaml_line(name, values):
 
 
 def diagonal(values):
-    """A 3 x 3 matrix row by row, as ROS has it."""
+    """A 3 x 3 diagonal matrix in row-major order, as in ROS."""
     return [values[row] if row == column else 0.0 for row in range(3) for column in range(3)]
 
 
@@ -157,18 +158,21 @@ KALIBR = (
         "accelerometer_random_walk",
         RAD_WALK,
         ACC_WALK,
-        "K, sqrt(3) times the Allan deviation of the walk at 1 s",
+        "K, sqrt(3) times the Allan deviation of the random walk at 1 s",
         walk,
     ),
 )
 RATE_LINES = lambda lines, noises: [
     *lines,
     f"update_rate: {real(noises[0].rate_hz)}",
-    "rostopic: /imu  # yours",
+    "rostopic: /imu  # set your topic",
 ]
 PX4_WHITE, PX4_WALK = per_step(PX4_S)
 ARDU_WHITE, ARDU_WALK = per_step(ARDUPILOT_S)
-STEP = "the filter adds ({} dt)^2 to a variance in each step of dt = {:g} s, a density of x gives x^2 dt: so x / sqrt(dt)"
+STEP = (
+    "the filter adds ({} dt)^2 to a variance in each step of dt = {:g} s. A density x must add x^2 dt, "
+    "so the value is x / sqrt(dt)"
+)
 
 
 def matlab_around(lines, noises):
@@ -189,8 +193,8 @@ def matlab_around(lines, noises):
 
 
 MATLAB_NOTE = (
-    "N is of the two-sided spectrum (NoiseType double-sided): check that the scatter of what imuSensor makes is N sqrt(SampleRate); where a "
-    "release takes a one-sided one, it is sqrt(2) too small"
+    "N is the root of the two-sided spectrum (NoiseType double-sided). Check that the standard deviation of imuSensor's output is "
+    "N sqrt(SampleRate). A release that expects a one-sided spectrum gives a value too small by sqrt(2)"
 )
 
 FORMATS = {
@@ -200,9 +204,9 @@ FORMATS = {
         KALIBR,
         yaml_line,
         f"{KALIBR_WIKI} and YAML formats: continuous time",
-        'Its wiki: numbers of a record at rest make kalibr trust the IMU too much; "for lowest-cost sensors, increasing the noise model parameters by '
-        'a factor of 10x or more may be necessary". What is missing then is scale, alignment, temperature and vibration: a record of the mounted, '
-        "running robot measures the last two, a factor guesses them.",
+        'The kalibr wiki warns that values from a recording at rest give the IMU too much weight: "for lowest-cost sensors, increasing the '
+        'noise model parameters by a factor of 10x or more may be necessary". Such values omit errors of scale and alignment, temperature '
+        "and vibration. A recording on the running robot measures the last two, a factor only guesses them.",
         RATE_LINES,
     ),
     "allan_variance_ros": Format(
@@ -212,8 +216,8 @@ FORMATS = {
         yaml_line,
         "allan_variance_ros, scripts/analysis.py: the worst axis; fits of slope "
         "-1/2 at 1 s and of slope 1/2 at 3 s",
-        "Not inflated there either. Its walk is the intercept of a line of slope 1/2 through the whole curve and stands too high where the curve is "
-        "flat; this one is of the fitted model.",
+        "allan_variance_ros does not inflate the values either. Its random walk is the intercept of a line of slope 1/2 through the whole "
+        "curve, which is too high where the curve is flat. The value here comes from the fitted model.",
         RATE_LINES,
     ),
     "px4": Format(
@@ -255,9 +259,9 @@ FORMATS = {
         ),
         lambda name, values: f"param set {name} {values[0]:.6g}",
         "PX4-Autopilot, src/modules/ekf2/EKF/covariance.cpp, predictCovariance; dt: EKF2_PREDICT_US",
-        "The defaults, 0.015 rad/s and 0.001 rad/s^2, are ten times and more above a quiet MEMS gyro on purpose: they also hold vibration, aliasing, "
-        "scale and alignment errors of a flying vehicle, and EKF2 refuses less than 0.0001 rad/s. Take these numbers for a floor; go below the defaults "
-        "only with innovations of a flight that allow it.",
+        "The defaults, 0.015 rad/s and 0.001 rad/s^2, are at least ten times the noise of a quiet MEMS gyro on purpose. They also cover "
+        "vibration, aliasing, scale and alignment errors of a flying vehicle. EKF2 accepts no value below 0.0001 rad/s. Use the numbers "
+        "here as a lower bound. Go below the defaults only if the innovations of a flight allow it.",
     ),
     "ardupilot": Format(
         "ArduPilot EKF3 (.param)",
@@ -277,7 +281,7 @@ FORMATS = {
                 "rad/s^2",
                 "K / sqrt(dt)",
                 ARDU_WALK,
-                meaning="the state is bias times dt and gets (x dt^2)^2 in each step of dt: so K / sqrt(dt)",
+                meaning="the state is bias times dt, and the filter adds (x dt^2)^2 in each step of dt, so the value is K / sqrt(dt)",
             ),
             Parameter(
                 "EK3_ACC_P_NSE",
@@ -293,12 +297,13 @@ FORMATS = {
                 "m/s^3",
                 "K / sqrt(dt)",
                 ARDU_WALK,
-                meaning="as of the gyro",
+                meaning="same as for the gyro",
             ),
         ),
         lambda name, values: f"{name},{values[0]:.6g}",
         "ArduPilot, libraries/AP_NavEKF3/AP_NavEKF3_core.cpp, CovariancePrediction; dt: EKF_TARGET_DT",
-        "The defaults, 0.015 rad/s and 0.001 rad/s^2 on copters, hold vibration, aliasing and scale errors in flight too. Take these numbers for a floor.",
+        "The defaults, 0.015 rad/s and 0.001 rad/s^2 on copters, also cover vibration, aliasing and scale errors in flight. Use the numbers "
+        "here as a lower bound.",
     ),
     "ros": Format(
         "covariances of ROS sensor_msgs/Imu",
@@ -311,13 +316,13 @@ FORMATS = {
             "N^2 rate on the diagonal, row by row",
             lambda noise: sample(noise) * sample(noise),
             True,
-            "the variance of one message: white noise alone, of a driver that sends every sample and has "
-            "averaged none; correlations are not measured, so 0",
+            "the variance of one message from white noise alone, for a driver that sends every sample without "
+            "averaging. Correlations are not measured and set to 0",
         ),
         lambda name, values: f"{name}: {listed(diagonal(values))}",
         "sensor_msgs/msg/Imu.msg",
-        "Not inflated: a filter that reads the message takes it for the scatter of this sample, and has its own place for the bias. The first element "
-        "-1 would say that there is none, all 0 that it is unknown.",
+        "Not inflated: a filter that reads the message uses it as the variance of this sample, and has separate parameters for the bias. "
+        "In this message, -1 as first element means no measurement, and all zeros mean an unknown covariance.",
     ),
     "gtsam": Format(
         "GTSAM preintegration (Python)",
@@ -331,7 +336,7 @@ FORMATS = {
                 "N^2, continuous",
                 lambda noise: noise.white * noise.white,
                 True,
-                "per sample: N^2 rate, which preintegration makes of it itself by dividing by dt",
+                "per sample: N^2 rate. Preintegration computes it itself by dividing by dt",
             ),
             *sensor(
                 "setBiasOmegaCovariance",
@@ -341,13 +346,13 @@ FORMATS = {
                 "K^2, continuous",
                 lambda noise: noise.walk * noise.walk,
                 True,
-                "of PreintegrationCombinedParams; for a BetweenFactor of the bias over t seconds: K sqrt(t)",
+                "a member of PreintegrationCombinedParams. For a BetweenFactor of the bias over t seconds, use K sqrt(t)",
             ),
         ),
         lambda name, values: f"params.{name}(numpy.diag({listed(values)}))",
         "GTSAM, navigation/PreintegrationParams.h and CombinedImuFactor: continuous-time covariances",
-        "Not inflated. Where the IMU is driven hard, its scale and alignment errors are what is missing, and they are no white noise: 3 to 10 times N "
-        "is the usual stand-in.",
+        "Not inflated. Under strong motion, scale and alignment errors of the IMU dominate, and they are not white noise. Users often "
+        "approximate them with 3 to 10 times N.",
     ),
     "basalt": Format(
         "Basalt calibration (members of value0)",
@@ -361,7 +366,7 @@ FORMATS = {
                 "N, continuous",
                 density,
                 True,
-                "Basalt makes the discrete N sqrt(imu_update_rate) of it itself",
+                "Basalt computes the discrete value N sqrt(imu_update_rate) itself",
             ),
             *sensor(
                 "gyro_bias_std", "accel_bias_std", RAD_WALK, ACC_WALK, "K, continuous", walk, True
@@ -369,8 +374,8 @@ FORMATS = {
         ),
         lambda name, values: f'"{name}": {listed(values)},',
         "basalt-headers, calibration.hpp: continuous time",
-        "Not inflated: the estimator weighs the IMU against the camera by these alone. Raise N, not K, where vibration or scale errors of a moving IMU "
-        "are to be held by it too.",
+        "Not inflated: the estimator weights the IMU against the camera by these values alone. To cover vibration or scale errors of a "
+        "moving IMU, increase N, not K.",
         lambda lines, noises: [*lines, f'"imu_update_rate": {noises[0].rate_hz:g}'],
     ),
     "vins": Format(
@@ -384,7 +389,7 @@ FORMATS = {
                 "m/s^2",
                 "N sqrt(rate), discrete",
                 sample,
-                meaning="the scatter of a sample; continuous: divide by sqrt(rate)",
+                meaning="the standard deviation of a sample. For the continuous value, divide by sqrt(rate)",
             ),
             *sensor(
                 "gyr_w",
@@ -393,14 +398,14 @@ FORMATS = {
                 "m/s^3",
                 "K sqrt(rate), discrete",
                 lambda noise: noise.walk * math.sqrt(noise.rate_hz),
-                meaning="the bias gets (x dt)^2 in each step of dt = 1 / rate. Many configurations hold K itself, which holds the bias sqrt(rate) "
-                "times too still",
+                meaning="the filter adds (x dt)^2 to the variance of the bias in each step of dt = 1 / rate. Many configurations contain K "
+                "itself, which is too small by sqrt(rate)",
             ),
         ),
         yaml_line,
         "VINS-Mono, vins_estimator/src/factor/integration_base.h: midpoint steps with the noise of both ends",
-        "Its examples reach from twice (EuRoC, gyr_n 0.004) to tens of times that (0.1): for vibration, and for time stamps that are late. Raise N "
-        "first where the estimate jumps with motion, never K.",
+        "The VINS examples use from twice the measured value (EuRoC, gyr_n 0.004) to tens of times it (0.1), to cover vibration and delayed "
+        "time stamps. If the estimate jumps with motion, increase N first, never K.",
     ),
     "matlab": Format(
         "MATLAB gyroparams and accelparams (.m)",
@@ -421,7 +426,7 @@ FORMATS = {
                 "accel.BiasInstability",
                 "rad/s",
                 "m/s^2",
-                "B, the coefficient: the flat of the Allan deviation is 0.664 B",
+                "B, the coefficient. The flat part of the Allan deviation is at 0.664 B",
                 lambda noise: noise.flicker,
                 True,
             ),
@@ -433,19 +438,19 @@ FORMATS = {
                 "K",
                 walk,
                 True,
-                "a walk of the rate, not ARW, whatever its name",
+                "the random walk of the rate, not the angle random walk, in spite of its name",
             ),
         ),
         lambda name, values: f"{name.split('.')[0]}. '{name.split('.')[1]}', {listed(values)}",
         "MathWorks, gyroparams and imuSensor",
-        "Not inflated: a simulation is to be like the sensor.",
+        "Not inflated: a simulation must behave like the sensor.",
         matlab_around,
     ),
 }
 
 
 def values_of(parameter, noises, inflate):
-    """One number for each axis x, y, z, or the largest alone."""
+    """One number per axis x, y, z, or only the largest."""
     own = {
         noise.axis: parameter.value(noise)
         for noise in noises
@@ -461,11 +466,11 @@ def values_of(parameter, noises, inflate):
 
 
 def said_of(parameter, noises):
-    """The comment lines of a parameter: unit, formula, which axis."""
+    """The comment lines of a parameter: unit, formula, axis."""
     own = [noise for noise in noises if noise.quantity == parameter.quantity]
     axes = "".join(noise.axis for noise in own)
     which = (
-        f"for x, y, z ({axes} measured{'' if len(axes) == 3 else '; the others as the largest'})"
+        f"for x, y, z ({axes} measured{'' if len(axes) == 3 else ', the others set to the largest'})"
         if parameter.several
         else f"the largest of {', '.join(axes)}"
     )
@@ -476,17 +481,17 @@ def said_of(parameter, noises):
 
 
 def text(name, models, inflate=1.0, bias_time_s=300.0):
-    """A file of the format FORMATS[name]. models: (path, Model), one for each axis. Raises BadInput."""
+    """A file in the format FORMATS[name]. models: (path, Model), one per axis. Raises BadInput."""
     form, noises = FORMATS[name], [noise_of(model, path, bias_time_s) for path, model in models]
     keys = [(noise.quantity, noise.axis) for noise in noises]
     twice = next((key for key in keys if keys.count(key) > 1), None)
     if twice:
-        raise BadInput(f"{models[0][0]}: two models of {twice[0]} {twice[1]}: one for each axis")
+        raise BadInput(f"{models[0][0]}: two models of {twice[0]} {twice[1]}. Give one model per axis")
     if len({noise.rate_hz for noise in noises}) > 1 and max(
         noise.rate_hz for noise in noises
     ) > 1.05 * min(noise.rate_hz for noise in noises):
         raise BadInput(
-            f"{models[0][0]}: models of different rates: "
+            f"{models[0][0]}: the models have different rates: "
             + ", ".join(f"{path} {model.rate_hz:g} Hz" for path, model in models)
         )
     there = [
@@ -499,7 +504,7 @@ def text(name, models, inflate=1.0, bias_time_s=300.0):
         + ", ".join(f"{noise.quantity} {noise.axis}" for noise in noises)
         + f" at {noises[0].rate_hz:g} Hz",
         f"Source of the formulas: {form.source}.",
-        "N: density of the white noise, root of the two-sided spectrum; B: bias instability; K: random walk of the bias. In rad, m, s:",
+        "N: density of the white noise (root of the two-sided spectrum). B: bias instability. K: random walk of the bias. In rad, m, s:",
     ]
     head += [
         f"  {one.quantity} {one.axis}: N = {one.white:.6g}, B = {one.flicker:.6g}, K = {one.walk:.6g}, K from {one.walk_from}"
@@ -507,7 +512,7 @@ def text(name, models, inflate=1.0, bias_time_s=300.0):
     ]
     head += [
         form.inflate,
-        f"These numbers are {'as measured' if inflate == 1 else f'{inflate:g} times those measured (--inflate)'}.",
+        f"These numbers are {'as measured' if inflate == 1 else f'{inflate:g} times the measured ones (--inflate)'}.",
     ]
     comments = [
         wrapped
@@ -526,7 +531,7 @@ def text(name, models, inflate=1.0, bias_time_s=300.0):
         for value in values
     ):
         raise BadInput(
-            f"{models[0][0]}: with these sizes, --inflate and --bias-time, numbers beyond what a program can hold"
+            f"{models[0][0]}: the model, --inflate and --bias-time give numbers out of range"
         )
     lines = [form.line(name, values) for name, values in numbers.items()]
     return (

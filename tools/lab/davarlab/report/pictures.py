@@ -1,4 +1,4 @@
-"""The pictures of a report, each one SVG file in text."""
+"""The figures of a report, each as SVG text."""
 
 import base64
 import io
@@ -46,7 +46,7 @@ def deviation(given, better, effects):
 
 def failure_map(given, better):
     with plt.rc_context(SETTINGS):
-        maps = [("model as given", given)] + ([("with what was added", better)] if better else [])
+        maps = [("initial model", given)] + ([("with added effects", better)] if better else [])
         figure, axes = framed(2.6 * len(maps) + 0.4, len(maps), sharex=True)
         colours = plot.ratio_scale(*(comparison for _, comparison in maps))
         for (title, comparison), one in zip(maps, axes[:, 0]):
@@ -81,9 +81,9 @@ def steps(found):
             [step.error_floor for step in found],
             "--",
             color="0.4",
-            label="floor: scatter alone",
+            label="floor: a true model",
         )
-        names = ["as given"] + [f"+\u00a0{words.name(step.added)}" for step in found[1:]]
+        names = ["initial"] + [f"+\u00a0{words.name(step.added)}" for step in found[1:]]
         one.set_xticks(
             place, [textwrap.fill(name, 72 // len(found), break_on_hyphens=False) for name in names]
         )
@@ -99,15 +99,15 @@ def steps(found):
 
 
 def stretches(values):
-    """Rows of equal stretches; a rest of less than one stretch is left out."""
+    """Rows of equal length. A shorter rest at the end is omitted."""
     count = min(STRETCHES, len(values))
     length = len(values) // count
     return values[: count * length].reshape(count, length)
 
 
 def column_groups(recording, kinds):
-    """Columns that belong on one panel: title -> names. Accelerometer axes share one; what the model's effects need comes
-    first."""
+    """The columns of each panel: title -> names. Accelerometer axes share a panel. Columns that the model's effects need
+    come first."""
     groups, needs = {}, tuple(need for kind in kinds for need in table.find(kind).needs)
     for name in recording.columns:
         if name == "time_s" or name.startswith("gyro_") or np.ptp(recording.columns[name]) == 0:
@@ -138,14 +138,14 @@ def draw_columns(axes, title, names, recording, time):
 
 
 def legend_on_top(axes):
-    """A legend in one row, with room made for it."""
+    """A legend in one row, with space above the curves."""
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.3 * (high - low))
     axes.legend(fontsize="small", ncols=4, loc="upper left")
 
 
 def mark(axes, estimates, shock_times):
-    """Instants and intervals that the model's effects name."""
+    """Times and intervals of the model's effects."""
     for kind, entry in estimates:
         if kind == "noise_step":
             axes.axvspan(
@@ -169,7 +169,7 @@ def mark(axes, estimates, shock_times):
 
 
 def recorded(recording, gyro, estimates=(), shocks=()):
-    """The gyro column (extremes and mean of short stretches) and what was logged beside it; time counts samples.
+    """The gyro column (extremes and mean of short intervals) and the other logged columns. Time is counted in samples.
     shocks: sample indices."""
     with plt.rc_context(SETTINGS):
         estimates = list(estimates)

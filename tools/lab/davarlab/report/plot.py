@@ -1,4 +1,4 @@
-"""Pictures of a comparison: every function draws on axes or on a figure that it is given."""
+"""Plots of a comparison. Every function draws on the axes or figure that the caller passes."""
 
 import io
 from pathlib import Path
@@ -21,7 +21,7 @@ FADED, FULL, MARKED = (
     2.0,
     4.0,
     4.0,
-)  # |z| at which a cell of the map begins to be coloured, is in full colour, has a dot
+)  # |z| above which a cell of the map has some colour, full colour, a dot
 
 
 def plain_number(value, _=None):
@@ -34,7 +34,7 @@ def whole_record(comparison):
 
 
 def draw_model(axes, comparison, colour, name, band=None):
-    """Model deviation of the whole record with the band that 95 % of recordings would keep to, were it true."""
+    """The model's deviation over the whole record, with the band that holds 95 % of recordings of a true model."""
     cells = whole_record(comparison)
     tau = np.array([cell.tau_s for cell in cells])
     model = np.array([cell.model_dps for cell in cells])
@@ -44,12 +44,12 @@ def draw_model(axes, comparison, colour, name, band=None):
     axes.plot(tau, model, color=colour, label=name)
 
 
-def draw_deviation(axes, given, better=None, effects=(), name="model as given", band=None):
-    """Measured and model Allan deviation. better: the comparison with what was added; effects: (name, taus in s,
-    deviations) of single effects; band: what the legend calls the band of the given model."""
+def draw_deviation(axes, given, better=None, effects=(), name="initial model", band=None):
+    """Measured and model Allan deviation. better: the comparison with the added effects. effects: (name, taus in s,
+    deviations) of single effects. band: the name of the initial model's band in the legend."""
     draw_model(axes, given, GIVEN if better else BETTER, name, band)
     if better:
-        draw_model(axes, better, BETTER, "model with what was added")
+        draw_model(axes, better, BETTER, "model with added effects")
     for (kind, tau, deviation), line in zip(effects, (":", "--", "-.", (0, (1, 3)))):
         axes.plot(tau, deviation, color=QUIET, linestyle=line, label=f"{kind} alone")
     measured = [(cell.tau_s, cell.measured_dps) for cell in whole_record(given)]
@@ -69,7 +69,7 @@ def draw_deviation(axes, given, better=None, effects=(), name="model as given", 
 
 
 def finest(comparison):
-    """tau -> the cells of the shortest windows that reach it."""
+    """tau -> the cells of the shortest windows that have this tau."""
     rows = {}
     for cell in comparison.cells:
         rows.setdefault(cell.tau_s, []).append(cell)
@@ -84,7 +84,7 @@ def finest(comparison):
 
 
 def ratio_scale(*comparisons):
-    """Colours of measured over model, the same for all of these comparisons; white is 1."""
+    """Colours of measured / model, the same for all of these comparisons. White is 1."""
     worst = max(
         (
             max(cell.ratio, 1 / max(cell.ratio, 1e-9))
@@ -99,13 +99,13 @@ def ratio_scale(*comparisons):
 
 
 def cell_colour(cell, colours):
-    """The colour of its ratio, faded to white where chance does that."""
+    """The colour of the cell's ratio, faded to white if it is consistent with noise."""
     sure = 0.08 + 0.92 * np.clip((abs(cell.z) - FADED) / (FULL - FADED), 0, 1)
     return 1 - sure * (1 - np.array(colours.to_rgba(cell.ratio)[:3]))
 
 
 def draw_map(axes, comparison, colours):
-    """Measured over model in every window and at every tau; what chance would do is pale."""
+    """Measured / model in every window and at every tau. Cells consistent with noise are pale."""
     rows = finest(comparison)
     cells, taus = [cell for row in rows.values() for cell in row], list(rows)
     boxes = [
@@ -149,12 +149,12 @@ def draw_map_scale(figure, axes, colours):
     bar.ax.minorticks_off()
 
 
-def draw_spectrum(axes, given, better=None, name="model as given"):
-    """Spectrum of what the model leaves over what it should leave; 1 is right."""
+def draw_spectrum(axes, given, better=None, name="initial model"):
+    """Spectrum of the residual divided by the model's prediction. A true model gives 1."""
     f, ratio, counts = given.spectrum
     least = max(min(ratio.min(), 0.3), 0.03)
     spread = stats.chi2.ppf([[0.025], [0.975]], counts) / counts
-    axes.fill_between(f, *spread, color="0.85", linewidth=0, label="95 % of what chance does")
+    axes.fill_between(f, *spread, color="0.85", linewidth=0, label="95 % range of noise")
     axes.axhline(1, color="0.6", linewidth=0.8)
     axes.plot(f, np.maximum(ratio, least), ".", color=GIVEN if better else BETTER, label=name)
     if better:
@@ -163,7 +163,7 @@ def draw_spectrum(axes, given, better=None, name="model as given"):
             np.maximum(better.spectrum[1], least),
             ".",
             color=BETTER,
-            label="model with what was added",
+            label="model with added effects",
         )
     top = max(np.max(ratio), np.max(better.spectrum[1]) if better else 0)
     axes.set(
@@ -179,9 +179,9 @@ def draw_spectrum(axes, given, better=None, name="model as given"):
 
 
 def draw(comparison, path):
-    """Allan deviation, failure map and residual spectrum in one picture: PNG, PDF or SVG by the name."""
+    """Allan deviation, failure map and residual spectrum in one figure: PNG, PDF or SVG by the name."""
     figure, axes = plt.subplots(3, 1, figsize=(9, 12), layout="constrained")
-    draw_deviation(axes[0], comparison, name="model", band="95 % of recordings, were it true")
+    draw_deviation(axes[0], comparison, name="model", band="95 % of recordings, if true")
     colours = ratio_scale(comparison)
     draw_map(axes[1], comparison, colours)
     draw_map_scale(figure, axes[1], colours)
@@ -190,7 +190,7 @@ def draw(comparison, path):
         f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor {comparison.error_floor:.3f}, "
         f"p = {comparison.p_value:.2g}"
     )
-    axes[1].set_title("pale: within chance; a dot: more than 4 standard deviations")
+    axes[1].set_title("pale: consistent with noise; dot: more than 4 standard deviations")
     data = io.BytesIO()
     figure.savefig(data, dpi=100, format=Path(path).suffix[1:].lower())
     plt.close(figure)

@@ -1,4 +1,4 @@
-"""What commands print: the sentences of words.py, and tables."""
+"""The output of the commands: the sentences of words.py, and tables."""
 
 from ..effects import table
 from . import words
@@ -11,7 +11,7 @@ def p_text(p, sign="= "):
 
 
 def interval(estimate):
-    """Both ends with as many digits as tell them apart."""
+    """Both ends, with enough digits to distinguish them."""
     if estimate.undetermined:
         return "undetermined"
     if estimate.low is None:
@@ -47,10 +47,10 @@ def observed(seen):
 
 
 def fit(model, entries, judgement, seen):
-    """What `fit` prints: the judge first, then the parameters."""
+    """The output of `fit`: the verdict, then the parameters."""
     lines = [words.in_ascii(words.adequacy(judgement)), *observed(seen)]
     if not judgement.adequate and not judgement.doubted:
-        lines.append("The intervals below hold for a model that is true; this one is rejected.")
+        lines.append("The intervals below are not valid, because they assume that the model fits.")
     return "\n".join(lines) + "\n\n" + estimates(model, entries)
 
 
@@ -65,11 +65,11 @@ def comparison(c, notes=()):
     ]
     lines += [
         f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
-        f"{w.model_dps:.3g} deg/s, {w.ratio:.2f} times ({w.z:+.1f} sigma)"
+        f"{w.model_dps:.3g} deg/s, ratio {w.ratio:.2f} ({w.z:+.1f} sigma)"
         for w in c.where[:WHERE_MAX]
     ]
     lines += [
-        f"  residual goes with {name}: correlation {r:+.3f}"
+        f"  residual correlates with {name}: {r:+.3f}"
         for name, (r, p) in c.correlations.items()
         if p < 1e-3
     ]
@@ -77,30 +77,31 @@ def comparison(c, notes=()):
 
 
 def verdict(found):
-    """The verdict, its figures, which check fails, how to confirm."""
+    """The verdict, its numbers, the failed checks, and how to confirm it."""
     lines = [words.verdict_of_diagnosis(found)[1], words.improvement(found)]
     failed = words.failed_tests(found.comparisons[-1].tests)
     if found.verdict == "unknown" and failed:
-        lines.append(f"What fails: {failed}.")
+        lines.append(f"The failed checks detect: {failed}.")
     if found.diagnosis.useless:
         lines.append(
-            f"Likelier than chance, but the Allan deviation is no better with it: {words.listed(part.kind for part in found.diagnosis.useless)}."
+            "Significant, but without a better fit to the Allan deviation: "
+            f"{words.listed(part.kind for part in found.diagnosis.useless)}."
         )
     return words.in_ascii("\n".join(lines + words.confirmations(found)))
 
 
 def candidates(found):
-    """What was found, with its size beside the others; then what else was tried, as it did beside the model as given."""
+    """The added effects with their fitted values, then each candidate alone with the initial effects."""
     added, lines = found.added, []
     if added:
-        lines = ["Added, in this order, fitted beside each other:"]
+        lines = ["Added effects, in this order, all fitted together:"]
         lines += [
             f"  {kind}: {words.strength(kind, sizes)}"
             for kind, sizes in zip(added, found.estimates[-len(added) :])
         ] + [""]
     lines.append(
-        "Each alone beside the given effects, refitted"
-        + (" (a strong one may only imitate what was added, or hide it):" if added else ":")
+        "Each candidate alone with the initial effects"
+        + (" (a significant one may only imitate an added effect):" if added else ":")
     )
     first = [c for c in found.candidates if c.kind in added]
     rest = [c for c in found.candidates if c.kind not in added][
@@ -121,7 +122,7 @@ def step(name, s):
 def steps(found):
     lines = [
         f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}",
-        step("(as given)", found.steps[0]),
+        step("(initial model)", found.steps[0]),
     ]
     lines += [step("(refitted)", found.refitted)] if found.refitted else []
     return "\n".join(lines + [step(s.added, s) for s in found.steps[1:]])
@@ -134,5 +135,5 @@ def diagnosis(found):
 
 
 def improvement(found):
-    told = "\n".join([steps(found), *observed(found.comparison.observations), *found.notes])
-    return "\n\n".join([told, verdict(found), estimates(found.model, found.estimates)])
+    top = "\n".join([steps(found), *observed(found.comparison.observations), *found.notes])
+    return "\n\n".join([top, verdict(found), estimates(found.model, found.estimates)])

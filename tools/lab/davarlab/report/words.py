@@ -1,4 +1,4 @@
-"""Sentences and numbers of a report, on a page or in a terminal, for a person who never saw the tool."""
+"""Sentences and numbers of a report, for a page or a terminal. The reader may not know the tool."""
 
 import re
 from collections import Counter
@@ -12,13 +12,13 @@ from ..thresholds import CHANCE, JUDGE
 TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-# What each test of adequacy looks at (davarlab.adequacy).
+# What each adequacy test detects (inference/adequacy.py).
 TESTS = {
-    "spectrum": "power of the residual at every frequency",
-    "time and frequency": "power in octaves of frequency and 24 stretches of time, together",
-    "largest cell": "the worst single octave and stretch",
+    "spectrum": "wrong residual power at any frequency",
+    "time and frequency": "wrong residual power in any octave and any of 24 time segments, combined",
+    "largest cell": "wrong residual power in the worst single octave and time segment",
     "narrow band": "a narrow band with too much power",
-    "shocks": "single wild samples",
+    "shocks": "single outlier samples",
 }
 
 
@@ -37,7 +37,7 @@ def name(kind):
 
 
 def listed(kinds, shown=name, joint=" and "):
-    """Each once, in the order of their first, with how many there are."""
+    """Lists each kind once, in order of first appearance, with its count."""
     found = Counter(map(shown, kinds))
     names = [f"{text} ({count} times)" if count > 1 else text for text, count in found.items()]
     return (
@@ -50,7 +50,7 @@ def listed(kinds, shown=name, joint=" and "):
 
 
 def number(value, digits=4):
-    """Significant digits as people write them, powers of ten written as such."""
+    """Formats a number with `digits` significant digits and a typeset power of ten."""
     if value is None or value != value:
         return "–"
     if isinstance(value, str):
@@ -66,7 +66,7 @@ def number(value, digits=4):
 
 
 def bounds(estimate):
-    """A way to write both ends of an interval: with as many digits as tell them apart."""
+    """Returns a formatter with enough digits to distinguish the two ends of an interval."""
     digits = next(
         (d for d in range(4, 10) if number(estimate.low, d) != number(estimate.high, d)), 9
     )
@@ -86,25 +86,25 @@ def chance(p):
 
 
 def evidence(before, after, count, added, alternative=False):
-    """How to take one of `count` candidates: its p-value beside the model as given and beside the final one."""
+    """Rates one of `count` candidates from its p-values with the initial and the final model."""
     likely = before * count < CHANCE.family_wise
     if added:
         return (
-            "beyond doubt"
+            "conclusive"
             if before * count < 1e-6
             else "strong"
             if likely
-            else "only beside the others"
+            else "only with the other added effects"
         )
     if after is not None and after * count < CHANCE.family_wise:
         return "strong"
     if likely:
-        return "cannot be told from it" if alternative else "imitates what was added"
-    return "weak" if before < 0.05 else "no more than chance"
+        return "indistinguishable from it" if alternative else "imitates an added effect"
+    return "weak" if before < 0.05 else "not significant"
 
 
 def label(parameter):
-    """What a parameter is called in a sentence; a coefficient needs no name."""
+    """The name of a parameter in a sentence. A coefficient needs no name."""
     words = [word for word in parameter.name.split("_") if word not in UNITS]
     return "" if words[0] == "coefficient" else " ".join(words) + " "
 
@@ -127,100 +127,136 @@ def value_with_interval(parameter, estimate):
 
 
 def strength(kind, estimates, shown=value_with_interval):
-    """The size of an effect as fitted, and its shape."""
+    """The fitted size and shape of an effect."""
     return "; ".join(
         shown(p, estimates[p.name]) for p in table.find(kind).parameters if p.name in estimates
     )
 
 
 def clause(kind):
-    """The physics of an effect as part of a sentence."""
+    """The physics of an effect, as a clause inside a sentence."""
     physics = table.find(kind).physics.rstrip(".").split(": ")[0].split(" (")[0]
     return physics[0].lower() + physics[1:]
 
 
 def adequacy(judgement):
-    """The judge's sentence: the same on a page, in a terminal and of the JSON's word."""
+    """The verdict on a model: the same sentences on a page, in a terminal and in JSON."""
     shown = (
-        f"5 % is shown up to {number(judgement.shown_to_tau_s, 3)} s of averaging, beyond it is not contradicted."
+        "The recording is long enough to confirm a fit within 5 % up to "
+        f"{seconds(judgement.shown_to_tau_s)} averaging time."
         if judgement.shown_to_tau_s
-        else "The record is too short to show 5 % at any averaging time."
+        else "The recording is too short to confirm a fit within 5 % at any averaging time."
     )
     if judgement.doubted:
         return (
-            "The recording is implausible, so no model is reported as adequate. Correct its units as listed, or confirm them with "
-            f"{plausible.CONFIRM}."
+            "The recording is implausible, so no model is reported as adequate. Correct its units as "
+            f"listed, or confirm them with {plausible.CONFIRM}."
         )
     if judgement.adequacy == "statistical":
-        return f"The model is statistically adequate: what is left over is what chance leaves (p = {chance(judgement.p_value)}). {shown}"
+        return (
+            "The model is statistically adequate: the residual is consistent with noise "
+            f"(p = {chance(judgement.p_value)}). {shown}"
+        )
     if judgement.adequacy == "practical":
         small = (
-            f"at most {number(abs(judgement.largest['percent']), 2)} % ({place(judgement.largest)}) is proven"
+            f"The largest proven deviation is {off(judgement.largest)} ({CONFIDENCE})."
             if judgement.largest
-            else "none is proven"
+            else f"No deviation is proven ({CONFIDENCE})."
         )
         return (
-            f"The model is practically adequate within 5 %, though something is left over (p = {chance(judgement.p_value)}): of deviations of "
-            f"the Allan deviation {small}. {shown}"
+            "The model is practically adequate: it fits within 5 %, but the residual is not pure noise "
+            f"(p = {chance(judgement.p_value)}). {small} {shown}"
         )
     if judgement.largest and abs(judgement.largest["percent"]) > 5:
-        return f"The model is not adequate: the Allan deviation is {off(judgement.largest)} at the least."
+        return f"The model does not fit. {proven(judgement.largest)}"
     if not judgement.error == judgement.error:
         return (
-            "The model cannot be judged: the record has no averaging time that nine windows fit in."
+            "The model cannot be tested: the recording is too short. "
+            "No averaging time fits into it nine times."
         )
-    beside = f"; proven is {off(judgement.largest)}" if judgement.largest else ""
-    return f"The model is not adequate: its error is {judgement.error / judgement.floor:.2f} times that of a true model{beside}."
+    also = f" {proven(judgement.largest)}" if judgement.largest else ""
+    return (
+        "The model does not fit. "
+        f"Its error is {judgement.error / judgement.floor:.2f} times that of a true model.{also}"
+    )
+
+
+def seconds(value):
+    """A time in seconds, from two minutes on also in minutes or hours."""
+    text = f"{number(value, 3)} s"
+    if value < 120:
+        return text
+    return f"{text} ({number(value / 60, 2)} min)" if value < 7200 else f"{text} ({number(value / 3600, 2)} h)"
 
 
 def place(deviation):
-    return f"at {number(deviation['tau_s'], 3)} s, from {deviation['start_s']:.0f} to {deviation['stop_s']:.0f} s"
+    start, stop = deviation["start_s"], deviation["stop_s"]
+    return f"at {seconds(deviation['tau_s'])}, from {start:.0f} to {stop:.0f} s of the recording"
 
 
 def off(deviation):
-    return f"{number(abs(deviation['percent']), 2)} % {'above' if deviation['percent'] > 0 else 'below'} the model's {place(deviation)}"
+    percent = number(abs(deviation["percent"]), 2)
+    return f"{percent} % {'above' if deviation['percent'] > 0 else 'below'} the model {place(deviation)}"
+
+
+def factor(ratio):
+    return f"{max(ratio, 1 / max(ratio, 1e-9)):.3g}"
+
+
+def proven(deviation):
+    """The largest deviation, as a factor by which the model is too low or too high, and its bound."""
+    least = 1 + deviation["percent"] / 100
+    return (
+        f"{capital(place(deviation))}, its Allan deviation is too {'low' if least > 1 else 'high'} "
+        f"by a factor of {factor(deviation['ratio'])} (at least {factor(least)} with {CONFIDENCE})."
+    )
 
 
 def observation(one):
-    """What is in the record and no error of the sensor."""
-    return f"In the record: {name(one.kind)}: {one.detail}"
+    """A disturbance in the recording that is not an error of the sensor."""
+    return f"In the recording: {name(one.kind)}. {one.detail}"
 
 
 def misfit(comparison):
-    """Where the whole record is off, and by how much at most, in one sentence; what the judge takes for chance is not."""
+    """One sentence on where the whole recording deviates significantly from the model, and how far."""
     span = comparison.duration_s
     away = [cell for cell in comparison.where if cell.start_s == 0 and cell.stop_s >= 0.99 * span]
     if away:
         away.sort(key=lambda cell: cell.tau_s)
         farthest = max(away, key=lambda cell: abs(np.log(cell.ratio)))
         reach = (
-            f"between {away[0].tau_s:.3g} and {away[-1].tau_s:.3g} s"
+            f"between {away[0].tau_s:.3g} and {seconds(away[-1].tau_s)}"
             if len(away) > 1
-            else f"at {away[0].tau_s:.3g} s only"
+            else f"only at {seconds(away[0].tau_s)}"
         )
         return (
-            f"Over the whole record the measured Allan deviation is off {reach}, farthest at {farthest.tau_s:.3g} s "
-            f"({times(farthest.ratio)}, {farthest.z:+.0f} standard deviations)."
+            f"Over the whole recording, the measured Allan deviation deviates from the model {reach}. "
+            f"The largest deviation is at {seconds(farthest.tau_s)}: "
+            f"{times(farthest.ratio)}, {farthest.z:+.0f} standard deviations."
         )
     if comparison.where:
         local = comparison.where[0]
         return (
-            f"Over the whole record the Allan deviation agrees with the model, but not everywhere: between {local.start_s:.0f} and "
-            f"{local.stop_s:.0f} s it is {times(local.ratio)} at {local.tau_s:.3g} s."
+            "Over the whole recording, the Allan deviation agrees with the model, but not in every part. "
+            f"Between {local.start_s:.0f} and {local.stop_s:.0f} s it is {times(local.ratio)} "
+            f"at {seconds(local.tau_s)}."
         )
     if comparison.judgement.largest:  # in a window that the map does not show
-        return f"Over the whole record the Allan deviation agrees with the model, but not everywhere: it is {off(comparison.judgement.largest)}."
-    return "No averaging time and no part of the record is off by more than chance."
+        return (
+            "Over the whole recording, the Allan deviation agrees with the model, but not in every part. "
+            f"It is at least {off(comparison.judgement.largest)} ({CONFIDENCE})."
+        )
+    return "The Allan deviation agrees with the model at every averaging time and in every part."
 
 
 def times(ratio):
     if 0.9 < ratio < 1.1:
-        return f"{100 * abs(ratio - 1):.2g} % {'above' if ratio > 1 else 'below'} the model's"
-    return f"{ratio:.2g} times the model's"
+        return f"{100 * abs(ratio - 1):.2g} % {'above' if ratio > 1 else 'below'} the model"
+    return f"{ratio:.2g} times the model"
 
 
 def failed_tests(tests):
-    """What the tests that fail by themselves look for, most telling first; None when none does."""
+    """What each failed test detects, the smallest p-value first; None when no test fails."""
     bad = [
         TESTS.get(what, what)
         for p, what in sorted((p, what) for what, p in tests.items())
@@ -234,37 +270,44 @@ def verdict_of_comparison(comparison):
     return tone, adequacy(comparison.judgement)
 
 
+def capital(text):
+    return text[:1].upper() + text[1:]
+
+
 def helpful(found):
-    """Does the error fall with what was added."""
+    """Whether the added effects reduce the error."""
     return found.last.error < found.base.error
 
 
 def verdict_of_unknown(found):
     added = found.added
     if not added:
-        return "Something is missing that this tool does not know: none of its effects explains the misfit."
+        return (
+            "The model lacks an effect that is not in davarlab's table: no effect explains the misfit."
+        )
     errors = f"(error {found.base.error:.3f} to {found.last.error:.3f})"
     if helpful(found):
         return (
-            f"The model lacks more than this tool knows: {listed(added)} would help {errors}, but what is left is still more "
-            "than chance."
+            "The model lacks an effect that is not in davarlab's table. "
+            f"{capital(listed(added))} would help {errors}, but the residual is not pure noise."
         )
     return (
-        f"Something is missing that this tool does not know: with {listed(added)} the recording would be likelier, but its "
-        f"Allan deviation no better explained {errors}."
+        "The model lacks an effect that is not in davarlab's table. "
+        f"Adding {listed(added)} raises the likelihood, but does not improve the fit to the "
+        f"Allan deviation {errors}."
     )
 
 
 def verdict_held_out(found):
-    """What a second recording says of the final model: a sentence, or None without one."""
+    """A sentence on how well the final model fits the held-out recording; None without one."""
     error, floor = found.last.error_held_out, found.last.error_floor_held_out
     if error is None:
         return None
     sizes = f"its error there is {error:.3f}, and a true model would give about {floor:.3f}"
     return (
-        f"The final model does not explain the held-out recording: {sizes}."
+        f"The final model does not fit the held-out recording: {sizes}."
         if error > CHANCE.held_out_above_floor * floor
-        else f"The final model holds on the held-out recording: {sizes}."
+        else f"The final model also fits the held-out recording: {sizes}."
     )
 
 
@@ -276,17 +319,17 @@ def verdict_of_missing(found):
             rivals = listed(
                 added + [one.kind for one in found.diagnosis.alternatives], joint=" or "
             )
-            return f"The model lacks {rivals}, which this recording cannot tell apart."
+            return f"The model lacks {rivals}. This recording cannot distinguish them."
         return f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[0])})."
     named = listed(zip(added, sizes), lambda one: f"{name(one[0])} ({strength(*one, bare_value)})")
-    return f"The model lacks {named}; with {'both' if len(added) == 2 else 'these'} it explains this recording."
+    return f"The model lacks {named}. With {'both' if len(added) == 2 else 'these'}, it explains this recording."
 
 
 def verdict_of_diagnosis(found):
     """(tone, sentences) of an improvement."""
     tone, sentence = verdict_of_recording(found)
     outside = verdict_held_out(found)
-    if outside and "does not" in outside:
+    if outside and "does not fit" in outside:
         return ("missing" if tone == "good" else tone), f"{sentence} {outside}"
     return tone, f"{sentence} {outside}" if outside else sentence
 
@@ -294,15 +337,18 @@ def verdict_of_diagnosis(found):
 def verdict_of_recording(found):
     if found.judgement.doubted:
         return "bad", adequacy(found.judgement)
-    if found.verdict == "unknown":
-        return "bad", f"{verdict_of_unknown(found)} {adequacy(found.judgement)}"
+    final = adequacy(found.judgement)
     if found.added:
-        return "missing", f"{verdict_of_missing(found)} {adequacy(found.judgement)}"
+        final = final.replace("The model ", "With the added effects, the model ", 1)
+    if found.verdict == "unknown":
+        return "bad", f"{verdict_of_unknown(found)} {final}"
+    if found.added:
+        return "missing", f"{verdict_of_missing(found)} {final}"
     if found.comparison.adequate:
-        return "good", f"Nothing is missing. {adequacy(found.judgement)}"
+        return "good", f"Nothing is missing. {final}"
     return "missing", (
-        "No effect is missing, but the sizes in the model file are off: with the same effects refitted the "
-        "model explains this recording."
+        "No effect is missing, but the values in the model file are off. With the same effects "
+        "refitted, the model explains this recording."
     )
 
 
@@ -310,27 +356,35 @@ def improvement(found):
     first, last = found.steps[0], found.steps[-1]
     refitted = f" ({found.refitted.error:.3f} refitted)" if found.refitted else ""
     if len(found.steps) == 1:
-        return f"The error is {first.error:.3f}{refitted}; a true model would give about {found.last.error_floor:.3f}."
+        return (
+            f"The error is {first.error:.3f}{refitted}. "
+            f"A true model would give about {found.last.error_floor:.3f}."
+        )
     sentence = (
-        f"With {listed(found.added)} added the error goes from {first.error:.3f}{refitted} to {last.error:.3f}; "
-        f"a true model would give about {last.error_floor:.3f}."
+        f"Adding {listed(found.added)} changes the error from {first.error:.3f}{refitted} to {last.error:.3f}. "
+        f"A true model would give about {last.error_floor:.3f}."
     )
     if last.error_held_out is not None:
-        sentence += f" On the held-out recording it goes from {first.error_held_out:.3f} to {last.error_held_out:.3f}."
+        sentence += (
+            " On the held-out recording, it changes from "
+            f"{first.error_held_out:.3f} to {last.error_held_out:.3f}."
+        )
     return sentence
 
 
 def confirmations(found):
-    """How to make sure of each effect that was found, and to tell it from its likes."""
+    """How to confirm each effect that was found, and how to distinguish it from similar ones."""
     added = found.added if found.verdict != "unknown" or helpful(found) else []
     lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in dict.fromkeys(added)]
     lines += [
-        f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(one.kind)}. To tell them apart: {one.confirm}"
+        f"This recording cannot distinguish {name(found.diagnosis.ranking[0].kind)} from "
+        f"{name(one.kind)}. To distinguish them: {one.confirm}"
         for one in found.diagnosis.alternatives
         if one.kind not in added
     ]
     return lines + [
-        f"Not named: {name(kind)}: {why}." for kind, why in found.diagnosis.doubtful.items()
+        f"Not reported as missing: {name(kind)}. Reason: {why}."
+        for kind, why in found.diagnosis.doubtful.items()
     ]
 
 
@@ -342,49 +396,49 @@ def what_next(found, run):
     if found.verdict == "unknown":
         lines.append(
             (
-                "Look at the failure map and the residual spectrum below: when and at which averaging time it fails "
-                "says more about an unknown effect than any list. An effect of your own joins the list with",
+                "Look at the failure map and the residual spectrum below. The times, averaging times and "
+                "frequencies of the misfit point to the cause. Add your own effect to the table with",
                 "--effects FILE.py",
             )
         )
     lines += [(sentence, None) for sentence in confirmations(found)]
     if added and run.output:
-        lines.append((f"The model with {listed(added)} is in", run.output))
+        lines.append((f"The model with {listed(added)} was written to", run.output))
     elif added and found.verdict != "unknown":
         lines.append(
             (f"Add {listed(added)} to the model:", run.follow_up("improve", "-o", "BETTER.toml"))
         )
     if not added and found.verdict == "none" and not found.comparison.adequate:
-        lines.append(("Refit the sizes:", run.follow_up("fit", "-o", "FITTED.toml")))
+        lines.append(("Refit the values:", run.follow_up("fit", "-o", "FITTED.toml")))
     return lines
 
 
 def after_comparison(comparison, state, run):
-    """The same after `davarlab compare`; state: the effects refitted."""
+    """The next actions after `davarlab compare`. state: the refitted effects."""
     if comparison.adequate or comparison.judgement.doubted:
         return []
     if state.judgement.adequate:
         return [
             (
-                "The same effects with other sizes would do. Refit them:",
+                "The same effects fit with other values. Refit them:",
                 run.follow_up("fit", "-o", "FITTED.toml"),
             )
         ]
-    return [("Find out what is missing:", run.follow_up("diagnose", "--report", "DIAGNOSIS.html"))]
+    return [("Find the missing effect:", run.follow_up("diagnose", "--report", "DIAGNOSIS.html"))]
 
 
 def gap_note(recording):
-    """What gaps do to the results; None without gaps."""
+    """A note on how gaps affect the results; None without gaps."""
     if not len(recording.gaps):
         return None
     return (
-        f"The recording has {len(recording.gaps)} gaps, in which {(~recording.known).sum()} samples of its even grid are missing. Allan "
-        "deviations span none of them: where gaps are a large part, long times rest on little."
+        f"The recording has {len(recording.gaps)} gaps with {(~recording.known).sum()} missing samples. "
+        "No Allan deviation spans a gap, so long averaging times use less data."
     )
 
 
 def in_ascii(text):
-    """The same for a terminal of any encoding."""
+    """Replaces every character outside ASCII, for terminals of any encoding."""
     text = re.sub("·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: "e" + found[1].translate(PLAIN_DIGITS), text)
     return (
         text.replace("\u00a0", " ")

@@ -115,7 +115,7 @@ class Viewer:
         if result.stretch > self.stretches.setdefault(result.channel, 1):
             self.stretches[result.channel] = result.stretch
             say(
-                f"channel {result.channel}: the sender has been restarted: a new stretch begins with epoch {result.epoch}"
+                f"channel {result.channel}: the sender has been restarted: a new section begins with epoch {result.epoch}"
             )
         values = row(result, result.of)
         if self.recorder:
@@ -167,12 +167,12 @@ def run(options):
     print(summary(receiver), file=sys.stderr)
     if recorder and recorder.left_out:
         say(
-            f"{recorder.path}: {recorder.left_out} values left out: they had no column when the header was written"
+            f"{recorder.path}: {recorder.left_out} values not recorded: they had no column when the header was written"
         )
     if recorder and recorder.unrecorded:
         say(f"{recorder.path}: {recorder.unrecorded} results not recorded")
     if raw and not raw.outputs:
-        say(f"{raw.given}: no raw samples came (davar-sim and davar-node send them with --raw)")
+        say(f"{raw.given}: no raw samples received (davar-sim and davar-node send them with --raw)")
     if raw and raw.unrecorded:
         say(f"{raw.given}: {raw.unrecorded} raw samples not recorded")
     return 0

@@ -29,7 +29,7 @@ class RawRecorder:
                 "".join(f"{index / rate:.12g},{value:.9g}\n" for index, value in samples).encode()
             )
             if self.failing:
-                self.say(f"--raw: {output.path}: goes on")
+                self.say(f"--raw: {output.path}: recording resumed")
             self.failing = False
         except OSError as why:
             self.unrecorded += len(samples)

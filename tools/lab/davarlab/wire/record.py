@@ -178,13 +178,13 @@ class Recorder:
                     self._begin(rows)
                 self._write(values)
                 if self.failing:
-                    self.say(f"--record: {self.path}: goes on")
+                    self.say(f"--record: {self.path}: recording resumed")
                 self.failing = False
         except OSError as why:
             self.unrecorded += len(rows) - number
             if not self.failing:
                 self.say(
-                    f"--record: {self.path}: {why.strerror}: results are shown, and not recorded"
+                    f"--record: {self.path}: {why.strerror}: results are shown, but not recorded"
                 )
             self.failing = True
 
@@ -207,7 +207,7 @@ class Recorder:
                 self.columns = found or columns
                 return
             other = self.given.with_name(f"{self.given.stem}-{number}{self.given.suffix}")
-            self.say(f"--record: {self.path}: is there with other columns: recording to {other}")
+            self.say(f"--record: {self.path}: exists with other columns. Recording to {other}")
             self.output.file.close()
             self.path, self.output = other, Output(other)
 

@@ -163,7 +163,7 @@ class Source:
         with contextlib.suppress(*FAILURES):
             self.port = self._open()
             self.faults.link_back += 1
-            self.say(f"{self.name}: back")
+            self.say(f"{self.name}: reconnected")
         return []
 
     def close(self):

@@ -122,7 +122,7 @@ def seen(recording, sight):
         first, last = (min(int(edge * rate), recording.samples) for edge in sight.alone)
         if last - first < recordings.MINIMUM_SAMPLES:
             raise BadInput(
-                f"a stretch of {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are needed"
+                f"a part with {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are needed"
             )
         known = None if recording.known is None else recording.known[first:last]
         return recordings.Recording(
@@ -142,7 +142,7 @@ def seen(recording, sight):
         known[int(start * rate) : int(stop * rate)] = False
     if np.count_nonzero(known) < recordings.MINIMUM_SAMPLES:
         raise BadInput(
-            f"{np.count_nonzero(known)} samples would be left; at least {recordings.MINIMUM_SAMPLES} are needed"
+            f"{np.count_nonzero(known)} samples would remain; at least {recordings.MINIMUM_SAMPLES} are needed"
         )
     return replace(recording, known=known, gaps=recordings.gaps_of(known), measured={})
 
@@ -216,10 +216,10 @@ class Desk:
         for place in held:
             if roles[place] not in HELD:
                 raise BadInput(
-                    f"{model.kinds[place]} cannot be held: what it is follows from the others"
+                    f"{model.kinds[place]} cannot be kept fixed, because the other effects determine it"
                 )
         if all(place in held for place, role in enumerate(roles) if role == "spectrum"):
-            raise BadInput("one noise must stay free")
+            raise BadInput("at least one noise must be fitted")
         whole, entries = improve.fit_around(best.fitted, model, held)
         outcome = Outcome(whole, compare.given(best.fitted, whole), best.fitted, entries)
         return self.remembered((models.text_of(whole), SET), lambda: outcome)
@@ -235,7 +235,7 @@ class Desk:
         """A candidate of one's own: a line at a frequency, sharp or with a width."""
         if not 0 < f_hz < self.recording.rate_hz / 2:
             raise BadInput(
-                f"{f_hz:g} Hz: a line lies above 0 and below half the sample rate, {self.recording.rate_hz / 2:g} Hz"
+                f"{f_hz:g} Hz: a line must be above 0 and below half the sample rate, {self.recording.rate_hz / 2:g} Hz"
             )
         state = self.of(text, True).fitted
         part = (

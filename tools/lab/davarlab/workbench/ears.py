@@ -35,7 +35,7 @@ class Ears:
     def now(self):
         live = self.live
         if not live:
-            raise BadInput("nothing is listened to")
+            raise BadInput("no live source is open")
         return live
 
     def so_far(self):

@@ -103,7 +103,7 @@ class Listening:
             path = self.raw.path(number)
             if not path:
                 raise BadInput(
-                    f"channel {number}: no raw samples have come: start the sender with --raw"
+                    f"channel {number}: no raw samples received. Start the sender with --raw"
                 )
             left = path.stat().st_size  # whole rows
         with files.reading(path) as recording:

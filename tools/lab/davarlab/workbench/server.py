@@ -99,7 +99,7 @@ class Server:
     async def index(self, request):
         if not self.allowed(request):
             return PlainTextResponse(
-                "The address has no token, or an old one: take the one that tools/davarlab open printed.",
+                "The address has no token, or an old one. Use the address that tools/davarlab open printed.",
                 403,
             )
         return self.file(PAGE / "index.html")
@@ -133,7 +133,7 @@ class Server:
         if text is None:
             return JSONResponse(
                 {
-                    "error": f"{request.path_params['what']}: the request is larger than {LARGEST_REQUEST >> 20} MB; open the file by its path instead"
+                    "error": f"{request.path_params['what']}: the request is larger than {LARGEST_REQUEST >> 20} MB. Open the file by its path instead"
                 },
                 400,
             )
@@ -165,13 +165,13 @@ class Server:
                     size += len(block)
                     if size > LARGEST_DROP:
                         raise BadInput(
-                            f"{name}: larger than {LARGEST_DROP >> 30} GB: start davarlab open with its path"
+                            f"{name}: larger than {LARGEST_DROP >> 30} GB. Start davarlab open with its path"
                         )
                     dropped.file.write(block)
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 400)
         except ClientDisconnect:
-            return JSONResponse({"error": "what was dropped did not come whole"}, 400)
+            return JSONResponse({"error": "the dropped file arrived incomplete"}, 400)
         held_out = given.get("purpose") == "held-out"
         taken = self.visit.hold.hold_out if held_out else self.visit.intake.open
         return await self.computed(Call(ACTION, partial(taken, str(dropped.path))), "drop", {})
@@ -183,7 +183,7 @@ class Server:
             return PlainTextResponse("no token", 403)
         call = self.visit.calls.get(what)
         if call is None or call.kind not in kinds:
-            return JSONResponse({"error": f"nothing is called {what}"}, 404)
+            return JSONResponse({"error": f"unknown request {what}"}, 404)
         try:
             given = schema.request(what, text, query)
         except BadInput as why:
@@ -232,7 +232,7 @@ class Server:
         """What nobody foresaw: said, and the visit goes on."""
         internal_error(why)
         return JSONResponse(
-            {"error": f"an internal error: {type(why).__name__}: {why}; the steps so far are kept"},
+            {"error": f"an internal error: {type(why).__name__}: {why}. The steps so far are saved"},
             500,
         )
 
@@ -300,7 +300,7 @@ def run(options):
             server.loop = asyncio.get_running_loop()
             print(address, flush=True)
             print(
-                "davarlab: the workbench is open at this address, on this machine only. Ctrl-C stops it. Every step is kept beside the recording.",
+                "davarlab: the workbench is open at this address, on this machine only. Ctrl-C stops it. Every step is saved next to the recording.",
                 file=sys.stderr,
                 flush=True,
             )

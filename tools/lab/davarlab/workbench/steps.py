@@ -85,11 +85,11 @@ class Steps:
                 found.take(data)
             except (BadInput, ValueError) as why:
                 raise BadInput(
-                    f"{found.path}: not a session of davarlab ({why}); move it away to begin anew"
+                    f"{found.path}: not a session of davarlab ({why}). Move it away to start a new one"
                 ) from None
             if data.sha256 != found.sha256:
                 raise BadInput(
-                    f"{found.path}: the session of another recording of this name; move it away to begin anew"
+                    f"{found.path}: the session of another recording with this name. Move it away to start a new one"
                 )
         return found
 
@@ -100,7 +100,7 @@ class Steps:
             return None
         if os.path.islink(self.path):
             raise BadInput(
-                f"{self.path}: a symbolic link, not a session of davarlab; move it away to begin anew"
+                f"{self.path}: a symbolic link, not a session of davarlab. Move it away to start a new one"
             )
         return files.read_whole(self.path)
 
@@ -138,7 +138,7 @@ class Steps:
         text = (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
         if self.there() != self.written:
             raise BadInput(
-                f"{self.path}: somebody else has written it (another davarlab open?); close one of them and open again"
+                f"{self.path}: another process has changed it (another davarlab open?). Close one of them and open the recording again"
             )
         files.write_whole(self.path, text, follow=False)
         self.trees, self.written = trees, text

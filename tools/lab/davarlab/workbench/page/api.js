@@ -1,4 +1,4 @@
-// What the page says to the server, and hears from it.
+// Requests to the server, and events from it.
 const token = new URLSearchParams(location.search).get("token") || "";
 const headers = { "X-Davar-Token": token };
 
@@ -12,7 +12,7 @@ async function answered(response) {
 
 let asked = new AbortController();
 
-// What no server answers fails as "Gone": fetch() says only that it failed.
+// A request that no server answers fails with "Gone", because fetch() does not report the reason.
 async function fetched(path, settings) {
   try {
     return await fetch(path, settings);
@@ -25,7 +25,7 @@ export async function ask(what, given = {}) {
   return answered(await fetched(`/api/${what}?${new URLSearchParams(given)}`, { headers, signal: asked.signal }));
 }
 
-// What was asked and is not answered yet is not wanted any more: it fails as an AbortError, and so does all that is asked until recall().
+// Cancels pending requests. They fail with an AbortError, as do new requests until recall().
 export function forget() {
   asked.abort();
 }
@@ -54,7 +54,7 @@ export async function download(what, given, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
-// Calls `heard` for every event, `lost` when the server has gone, and `back` when it answers again; it is tried every second.
+// Calls `heard` for every event, `lost` when the server stops answering, and `back` when it answers again. Retries every second.
 export function listen(heard, lost, back) {
   const socket = new WebSocket(`ws://${location.host}/events?${new URLSearchParams({ token })}`);
   socket.onmessage = (message) => heard(JSON.parse(message.data));

@@ -1,7 +1,7 @@
-// The charts: Plotly where a picture stands still or is zoomed, one path of our own where it follows a slider within a frame.
+// The charts. Plotly draws them. While a slider moves, a separate SVG path follows it, because Plotly is too slow for that.
 import { number } from "/page/words.js";
 
-// Plotly takes <b> and %{..} in names for markup of its own.
+// Plotly interprets <b> and %{..} in names as markup.
 const literal = (text) => String(text).replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;").replaceAll("%{", "% {");
 const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -19,7 +19,7 @@ function layout(x, y, more = {}) {
            legend: innerWidth < 600 ? { orientation: "h", y: -0.3, font: { size: 10 } } : { orientation: "h", y: 1.12 }, uirevision: "kept", ...more };
 }
 
-// The toolbar has these buttons and no others, whatever Plotly adds by default: one of its own sends the chart's data to a company.
+// The toolbar has only these buttons. One of Plotly's default buttons sends the data of the chart to a company.
 const settings = (name) => ({
   responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "", topojsonURL: "",
   toImageButtonOptions: { filename: name, format: "svg" },
@@ -41,7 +41,7 @@ export function deviation(view, ghost) {
   const d = view.deviation;
   const traces = [
     { ...line(d.tau_s, d.low, "band"), line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
-    { ...line(d.tau_s, d.high, "95 % of a true model"), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
+    { ...line(d.tau_s, d.high, "95 % range of a true model"), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
     { x: d.tau_s, y: d.measured, name: "measured", mode: "markers", marker: { color: colour("orange"), size: 8, symbol: "circle-open", line: { width: 2 } },
       hovertemplate: "τ %{x:.4g} s: %{y:.4g} deg/s<extra>measured</extra>" },
     ...d.effects.map((one, i) => line(d.tau_s, one.deviation, one.kind.replaceAll("_", " "), { width: 1.5, dash: "dot", color: COLOURS[i % COLOURS.length] })),
@@ -53,7 +53,7 @@ export function deviation(view, ghost) {
     type: "log", range: [Math.log10(low), Math.log10(Math.max(...d.measured, ...d.model) * 2)], autorange: false }), { title: undefined }));
 }
 
-// The model's curve while a slider is held: one path above the chart, moved without a redraw.
+// Draws the model's curve while a slider moves: a path above the chart, without a redraw.
 export function moving(taus, model) {
   const plot = document.getElementById("deviation");
   const { xaxis, yaxis } = plot._fullLayout;
@@ -84,20 +84,20 @@ export function residual(view) {
     { ...line(d.tau_s, reach("high"), ""), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
     { x: d.tau_s, y: off, mode: "markers+lines", marker: { color: colour("orange"), size: 7 }, line: { width: 1, color: colour("orange") },
       hovertemplate: "τ %{x:.4g} s: %{y:+.1f} %<extra></extra>" },
-  ], layout(axis("", { type: "log" }), axis("off, %"), { showlegend: false, margin: { l: 64, r: 12, t: 6, b: 26 } }));
+  ], layout(axis("", { type: "log" }), axis("misfit, %"), { showlegend: false, margin: { l: 64, r: 12, t: 6, b: 26 } }));
 }
 
 export function spectrum(view, clicked) {
   const s = view.spectrum;
   return draw("spectrum", [
     { ...line(s.peak_hz, s.peak, "largest", { width: 0 }), mode: "markers", marker: { size: 3, color: colour("faint") },
-      hovertemplate: "%{x:.4g} Hz<extra>click: a line there?</extra>" },
+      hovertemplate: "%{x:.4g} Hz<extra>click to add a line</extra>" },
     line(s.f_hz, s.measured, "measured", { color: colour("orange"), width: 1.2 }),
     line(s.f_hz, s.model, "model", { color: colour("blue"), width: 2 }),
   ], layout(axis("frequency, Hz", { type: "log" }), axis("deg/s/√Hz", { type: "log" })), clicked);
 }
 
-// Rows are averaging times, columns windows; within a row the short windows lie above the long ones.
+// Rows are averaging times, columns are windows. Within a row, short windows are above long ones.
 export function map(view, clicked) {
   const cells = view.map;
   const taus = [...new Set(cells.map((c) => c.tau_s))].sort((a, b) => a - b);
@@ -113,7 +113,7 @@ export function map(view, clicked) {
     type: "scatter", mode: "markers", x: shapes.map((s) => (s.cell.start_s + s.cell.stop_s) / 2), y: shapes.map((s) => 10 ** ((s.low + s.high) / 2)),
     customdata: shapes.map((s) => s.cell), marker: { size: 1, opacity: 0 },
     hovertemplate: shapes.map((s) => `τ ${number(s.cell.tau_s)} s, ${number(s.cell.start_s)} to ${number(s.cell.stop_s)} s<br>measured ${number(s.cell.measured)}, `
-      + `model ${number(s.cell.model)} deg/s<br>${number(s.cell.ratio)} times, ${s.cell.z >= 0 ? "+" : ""}${number(s.cell.z, 2)} σ<extra></extra>`),
+      + `model ${number(s.cell.model)} deg/s<br>ratio ${number(s.cell.ratio)}, ${s.cell.z >= 0 ? "+" : ""}${number(s.cell.z, 2)} σ<extra></extra>`),
   }];
   const place = layout(axis("time, s", { range: [0, Math.max(...cells.map((c) => c.stop_s))] }),
     axis("averaging time τ, s", { type: "log", range: [Math.log10(taus[0] / 1.5), Math.log10(taus.at(-1) * 1.5)] }),
@@ -125,7 +125,7 @@ export function map(view, clicked) {
   return draw("map", traces, place, (point) => clicked(point.customdata));
 }
 
-// Orange: more than the model; blue: less. A tenth of the colour per standard deviation.
+// Orange: above the model; blue: below. The colour is full at 6 standard deviations.
 function shade(z) {
   const strength = Math.min(1, Math.abs(z) / 6);
   return z > 0 ? `rgba(213,94,0,${strength})` : `rgba(0,114,178,${strength})`;
@@ -148,16 +148,16 @@ export function density(id, f, values) {
 export function falling(id, steps) {
   return draw(id, [
     { ...line(steps.map((_, i) => i), steps.map((s) => s.error), "error", { color: colour("orange"), width: 2 }), mode: "lines+markers" },
-    line(steps.map((_, i) => i), steps.map((s) => s.floor), "floor: a true model's", { color: colour("faint"), dash: "dash" }),
+    line(steps.map((_, i) => i), steps.map((s) => s.floor), "floor: a true model", { color: colour("faint"), dash: "dash" }),
   ], layout(axis("", { tickvals: steps.map((_, i) => i), ticktext: steps.map((s) => literal(s.did)), automargin: true }), axis("error", { rangemode: "tozero" })));
 }
 
-// Blue: while the column rises; orange: while it falls. Two branches say hysteresis or a lag.
+// Blue: while the column rises. Orange: while it falls. Two branches mean hysteresis or a lag.
 export function against(one) {
   const branch = (up, name, tint, symbol) => ({ x: one.x.filter((_, i) => one.rising[i] === up), y: one.left.filter((_, i) => one.rising[i] === up), name,
     mode: "markers", marker: { size: 5, color: colour(tint), symbol }, hovertemplate: "%{x:.4g}: %{y:.3g} deg/s<extra></extra>" });
   return draw("against", [branch(true, "rising", "blue", "triangle-up"), branch(false, "falling", "orange", "triangle-down")],
-    layout(axis(one.column), axis("left of the gyro, deg/s")));
+    layout(axis(one.column), axis("residual of the gyro, deg/s")));
 }
 
 export function axes(all, sheet) {
@@ -173,7 +173,7 @@ export function spectrogram(one) {
   }], layout(axis(one.column), axis("frequency, Hz", { type: "log" })));
 }
 
-// Results as they come: by the time, or by the epoch where the rate is not known yet. Crosses: unstable windows; policy glr: alarms.
+// Live results over time, or over the epoch while the rate is unknown. Crosses: unstable windows, or alarms of policy glr.
 const when = (rows) => (rows.every((row) => row.time_s !== undefined) ? ["time, s", rows.map((row) => row.time_s)] : ["epoch", rows.map((row) => row.epoch)]);
 
 export function rolling(id, rows) {

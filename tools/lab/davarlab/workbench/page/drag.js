@@ -1,10 +1,10 @@
-// An effect's own curve in the chart of the Allan deviation, taken with the pointer: up and down is its size.
+// Dragging an effect's curve in the Allan deviation chart up or down changes its size.
 import { sized } from "/page/parts/stack.js";
 
 const NEAR = 8; // pixels
 let view = null, actions = null, held = null;
 
-// The effect whose curve passes nearest to the pointer; none farther than NEAR.
+// The effect whose curve is nearest to the pointer, within NEAR.
 function under(plot, event) {
   const box = plot.getBoundingClientRect(), { xaxis, yaxis } = plot._fullLayout, d = view.deviation;
   const px = event.clientX - box.left - xaxis._offset, py = event.clientY - box.top - yaxis._offset, x = d.tau_s.map((tau) => xaxis.d2p(tau));
@@ -26,7 +26,7 @@ function take(event) {
   plot.setPointerCapture(event.pointerId);
 }
 
-// Plotly would zoom.
+// Prevents Plotly from zooming.
 function hold(event) {
   if (!held) return;
   event.stopPropagation();
@@ -45,7 +45,7 @@ function release(event) {
   if (size !== parameter.value) actions.released(card, parameter, size);
 }
 
-// Makes the curves of what is shown now graspable.
+// Makes the displayed curves draggable.
 export function draggable(plot, shown, todo) {
   [view, actions] = [shown, todo];
   if (plot.dataset.graspable) return;

@@ -1,4 +1,4 @@
-// The page: what the server says is drawn, what a person does is sent. The page computes nothing that a terminal would say.
+// The page draws the server's results and sends the user's actions. It computes no result that the terminal prints.
 import { ask, download, drop, listen, recall } from "/page/api.js";
 import { add, partly, rank } from "/page/parts/candidates.js";
 import { draggable } from "/page/drag.js";
@@ -12,7 +12,7 @@ import { falling, timeline } from "/page/parts/timeline.js";
 import { element, fill, number } from "/page/words.js";
 
 const OF_A_STEP = ["refit", "save", "save-h", "report"]; // buttons
-const LATER = ["falling", "residual", "map", "spectrum", "record", "against", "spectrogram"]; // charts that come after the others
+const LATER = ["falling", "residual", "map", "spectrum", "record", "against", "spectrogram"]; // charts drawn after the others
 
 async function refresh() {
   const turn = ++now.turn;
@@ -21,7 +21,7 @@ async function refresh() {
   live(now.all).catch(() => {});
   if (now.all.recording && now.all.state !== now.view?.state) stale(true);
   at("landing").hidden = Boolean(now.all.recording);
-  at("bench").hidden = !now.all.recording || !now.view; // nothing of a recording that was closed
+  at("bench").hidden = !now.all.recording || !now.view; // show nothing of a closed recording
   at("close").hidden = !now.all.recording;
   at("axis-label").hidden = !now.all.recording;
   if (!now.all.recording) for (const id of [...OF_A_STEP, "undo", "redo"]) at(id).disabled = true;
@@ -29,7 +29,7 @@ async function refresh() {
   if (!now.all.recording) {
     now.view = now.found = null;
     const actions = { drop: (file) => doing(`reading ${file.name}`, async () => { await drop(file); await refresh(); }),
-      listen: (source) => change(`listening to ${source}`, "listen", { source }), tutorial: () => change("opening the tutorial's sensor", "tutorial"), close: () => leaving("", "close"),
+      listen: (source) => change(`listening to ${source}`, "listen", { source }), tutorial: () => change("opening the tutorial recording", "tutorial"), close: () => leaving("", "close"),
       sensor: (name) => change(`reading ${name} and fitting a first model`, "sensor", { name }),
       read: (columns, rate_hz, as_recorded) => change("reading the recording and fitting a first model", "read", { columns, rate_hz, as_recorded }) };
     landing[now.all.log?.sensors ? "sensors" : now.all.log ? "columns" : "first"](now.all, actions);
@@ -38,7 +38,7 @@ async function refresh() {
   }
   fill("axis", ...now.all.gyros.map((name) => element("option", { value: name, selected: name === now.all.column }, name)));
   const next = await ask("step", { number: now.all.current });
-  if (turn !== now.turn || next.state !== now.all.state) return; // of what has changed meanwhile the server sends word
+  if (turn !== now.turn || next.state !== now.all.state) return; // the server reports the change in the meantime with an event
   if (next.state !== now.view?.state) fill("cell");
   now.view = next;
   at("bench").hidden = false;
@@ -46,7 +46,7 @@ async function refresh() {
   await show(turn);
 }
 
-// What a person waits for first; the other charts follow, and stop where another step is wanted.
+// Draws the charts that the user waits for first. rest() draws the others and stops if another step is selected.
 async function show(turn) {
   for (const id of OF_A_STEP) at(id).disabled = false;
   for (const id of LATER) if (at(id)) dead(id, true);
@@ -70,13 +70,13 @@ async function rest(turn) {
   for (const [id, draw] of drawn) {
     await new Promise((done) => setTimeout(done));
     if (turn !== now.turn) return;
-    try { await draw(); } catch { continue; } // an old picture stays dimmed
+    try { await draw(); } catch { continue; } // an old chart stays dimmed
     if (id && turn === now.turn) dead(id, false);
   }
 }
 
 function peak(view, point) {
-  const f_hz = view.spectrum.peak_hz[point.pointIndex], at_hz = `at ${number(f_hz, 6)} Hz`; // of the group of frequencies that was clicked
+  const f_hz = view.spectrum.peak_hz[point.pointIndex], at_hz = `at ${number(f_hz, 6)} Hz`; // the peak of the clicked group of frequencies
   const offer = (text, wide) => element("button", { onclick: () => acting(`adding a line ${at_hz}`, "line", { f_hz, wide }) }, text);
   fill("peak", offer(`Add a sharp line ${at_hz}`, false), offer(`Add a line with a width ${at_hz}`, true));
 }
@@ -91,7 +91,7 @@ function verdict() {
   place.className = now.view.adequacy;
 }
 
-// The error on the recording that is held out: judged there, never fitted.
+// The error on the held-out recording, which is never used for fitting.
 async function heldOut() {
   if (!now.all.held_out) return;
   at("held-out-error").textContent = "held out …";
@@ -106,7 +106,7 @@ async function heldOut() {
   if (turn === now.turn) at("held-out-error").textContent = said;
 }
 
-// A shape has no sum to add: the server says the curve.
+// The curve of a changed shape cannot be computed here by adding variances: the server sends it.
 const follow = newest(async (given, still) => {
   const answer = await ask("preview", given);
   if (still() && document.activeElement?.type === "range") charts.moving(answer.tau_s, answer.model);
@@ -117,7 +117,7 @@ const cards = {
     const model = stack.withSize(now.view, card, parameter, value);
     if (model) charts.moving(now.view.deviation.tau_s, model); else follow({ place: card.place, kind: card.kind, name: parameter.name, value, state: now.view.state });
   },
-  released: (card, parameter, value) => acting(`judging ${parameter.name} = ${value}`, "set", { place: card.place, kind: card.kind, parameters: { [parameter.name]: value } }),
+  released: (card, parameter, value) => acting(`testing ${parameter.name} = ${value}`, "set", { place: card.place, kind: card.kind, parameters: { [parameter.name]: value } }),
   off: (card) => acting(`fitting without ${card.name}`, "remove", { place: card.place, kind: card.kind }),
   on: (one, place) => acting(`fitting with ${one.kind.replaceAll("_", " ")} again`, "restore", { place, kind: one.kind }),
 };
@@ -132,9 +132,9 @@ document.addEventListener("keydown", (event) => {
   else return;
   event.preventDefault();
 });
-at("axis").onchange = () => leaving(`looking at ${at("axis").value}`, "sight", { column: at("axis").value });
+at("axis").onchange = () => leaving(`analysing ${at("axis").value}`, "sight", { column: at("axis").value });
 at("refit").onclick = () => acting("fitting all values", "refit", { held: stack.held(now.view) });
-const home = (id, what, given, name) => { at(id).onclick = () => doing("making it", () => download(what, { ...given, state: now.view.state }, name)); };
+const home = (id, what, given, name) => { at(id).onclick = () => doing("writing the file", () => download(what, { ...given, state: now.view.state }, name)); };
 home("save", "save", { what: "toml" }, "model.toml");
 home("save-h", "save", { what: "h" }, "model.h");
 home("report", "report", {}, "report.html");
@@ -142,12 +142,12 @@ at("close").onclick = () => leaving("", "close");
 at("help-button").onclick = () => at("help").showModal();
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => now.view && show(now.turn));
 
-// The server does not answer: what is kept, and how to go on.
+// Shown if the server does not answer: which steps are saved, and how to continue.
 function gone() {
   say("");
   stale(true);
-  const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s" : ""} listed below are kept in ${now.all.session}; what was being computed is lost. ` : "";
-  fill("gone", element("b", {}, "The workbench's server does not answer. "), kept, "The page reconnects when the server answers. If it has ended, type ",
+  const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s" : ""} listed below are saved in ${now.all.session}. An unfinished computation is lost. ` : "";
+  fill("gone", element("b", {}, "The workbench server does not answer. "), kept, "The page reconnects when the server answers. If the server has stopped, run ",
     element("code", {}, now.all?.again || "tools/davarlab open"), " and open the address that it prints.");
   at("gone").hidden = false;
 }

@@ -1,22 +1,22 @@
-// Where the page stands, and how anything is asked of it: one word at the top, one line where something was refused, the newest wish only.
+// The state of the page, and how it runs actions: the status text, the error line, and only the newest request of a kind.
 import { act, forget } from "/page/api.js";
 
-// all: what is open, and its steps; stale: does the page still show what is not so any more; view: the step that is shown; found: its candidates; turn: counts the steps that were begun to be shown.
+// all: the open recording and its steps. view: the displayed step. found: its candidates. turn: counts how often a step was drawn. stale: whether the page shows outdated results.
 export const now = { all: null, view: null, found: null, turn: 0, stale: false };
 export const at = (id) => document.getElementById(id);
-let busy = 0, missed = 0, refresh = null; // missed: the revision that came while something was done
+let busy = 0, missed = 0, refresh = null; // missed: the revision that arrived during an action
 
 export function shownBy(show) { refresh = show; }
 
 const OF_A_STEP = ["undo", "redo", "refit", "save", "save-h", "report"]; // buttons above the bench
 
-// A part of the page that shows what is not so any more can be read, dimmed, and does nothing.
+// Dims an outdated part of the page. It can be read, but not used.
 export function dead(id, yes) {
   at(id).inert = yes;
   at(id).classList.toggle("stale", yes);
 }
 
-// The whole bench, or the first page, until what is so now has been computed; whoever draws it brings it back to life, and its buttons.
+// Marks the whole bench, or the first page, as outdated until the current results are drawn. Drawing them also enables the buttons.
 export function stale(yes) {
   now.stale = yes;
   dead("bench", yes);
@@ -28,12 +28,12 @@ export function stale(yes) {
 export function say(text) { at("status").textContent = text; }
 
 export function refused(why) {
-  if (["AbortError", "Gone"].includes(why.name)) return; // not wanted any more; the server has stopped, which is shown by itself
+  if (["AbortError", "Gone"].includes(why.name)) return; // a superseded request; a stopped server, which has its own message
   at("error").textContent = why.message;
   at("error").hidden = false;
 }
 
-// Runs what a person asked for; what goes wrong is said in one line. A change of another tab meanwhile is looked at behind it.
+// Runs an action of the user and shows an error in one line. A change from another tab in the meantime is handled afterwards.
 export async function doing(text, work) {
   say(text);
   at("error").hidden = true;
@@ -52,28 +52,28 @@ export async function doing(text, work) {
   }
 }
 
-// Somebody changed something: this page, which knows it by then, or another one. Without a revision: whatever is so now.
+// Handles a change by this page, which already has it, or by another one. Without a revision: loads the current state.
 export function changed(revision) {
   if (busy) missed = Math.max(missed, revision); else if (!(now.all?.revision >= revision)) doing("", refresh);
 }
 
-// An action; refused or not, the page then shows what is so.
+// Runs an action. The page then shows the current state, whether the action succeeded or not.
 export function change(text, what, given) {
   stale(true);
   return doing(text, async () => { try { await act(what, given); } finally { await refresh(); } });
 }
 
-// An action that leaves the recording, or this sight of it: no picture of it is wanted any more.
+// Runs an action that closes the recording or changes the analysed part. Charts in progress are cancelled.
 export function leaving(text, what, given) {
   now.turn += 1;
   forget();
   return change(text, what, given);
 }
 
-// An action on what is shown; the server refuses it where that is not so any more.
+// Runs an action on the displayed state. The server rejects it if this state is outdated.
 export const acting = (text, what, given = {}) => (now.stale ? null : change(text, what, { ...given, state: now.view.state }));
 
-// Asks for what is wanted last; what is not wanted any more is neither asked nor drawn.
+// Runs only the last request. Superseded requests are neither sent nor drawn.
 export function newest(work) {
   let wanted = null, running = false;
   return async (given) => {
@@ -83,7 +83,7 @@ export function newest(work) {
     while (wanted) {
       const now = wanted;
       wanted = null;
-      try { await work(now, () => wanted === null); } catch { /* a picture less */ }
+      try { await work(now, () => wanted === null); } catch { /* leave the chart out */ }
     }
     running = false;
   };

@@ -1,4 +1,4 @@
-// Elements and numbers as people read them. Text only ever enters as text.
+// Elements and numbers. Text is only ever inserted as text, never as HTML.
 export function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
@@ -21,6 +21,6 @@ export function fill(id, ...children) {
 }
 
 export function range(parameter) {
-  if (parameter.undetermined) return "undetermined by this record";
+  if (parameter.undetermined) return "not determined by this recording";
   return parameter.low === null || parameter.low === undefined ? "as set" : `95 %: ${number(parameter.low)} to ${number(parameter.high)}`;
 }

@@ -16,7 +16,7 @@ class Looks:
         start, stop, desk = start_s, stop_s, self.there()
         span = desk.recording.samples / desk.recording.rate_hz
         if not 0 <= start < stop <= span * 1.001 or (stop - start) * desk.recording.rate_hz < 16:
-            raise BadInput(f"{start:g} to {stop:g} s: not a stretch of this recording")
+            raise BadInput(f"{start:g} to {stop:g} s: not a part of this recording")
         return views.stretch(desk, start, min(stop, span))
 
     def there(self):
@@ -40,7 +40,7 @@ class Looks:
         """A data sheet's numbers as a curve: kind = size, in the units of a model file."""
         desk = self.there()
         if not given:
-            raise BadInput(f"a data sheet gives some of {', '.join(views.SHEET)}")
+            raise BadInput(f"a data sheet must give at least one of {', '.join(views.SHEET)}")
         terms = [
             models.checked_term({"kind": kind, table.find(kind).size.name: value}, kind)
             for kind, value in given.items()

@@ -1,4 +1,4 @@
-// What may be missing: the candidates beside the model, their curves before they are added.
+// The list of effects that may be missing, with a preview of their curves.
 import { ask } from "/page/api.js";
 import * as charts from "/page/charts.js";
 import { acting, newest, now, refused, say } from "/page/now.js";
@@ -8,11 +8,11 @@ const SHOWN = 9; // as many as there are keys
 const list = (...rows) => fill("candidates", element("h2", {}, "What may be missing"), ...rows);
 const hint = (text) => element("p", { class: "hint" }, text);
 
-// The candidates beside the fitted model; asked once a step is drawn, so that the curve is there first.
+// Loads the candidates for the fitted model. This runs after a step is drawn, so that its curve appears first.
 export async function rank(turn) {
   now.found = null;
   if (!now.view.fitted) {
-    list(hint("These values are not fitted. What may be missing is judged beside the fitted values: fit first."),
+    list(hint("These values are not fitted. Candidates are tested with fitted values: fit first."),
       element("button", { class: "main", id: "fit-first", onclick: () => acting("fitting all values", "refit") }, "Fit all values"));
     return;
   }
@@ -22,7 +22,7 @@ export async function rank(turn) {
     if (turn !== now.turn || answer.state !== now.view.state) return;
     if (answer.superseded) { setTimeout(() => turn === now.turn && rank(turn), 500); return; }
     now.found = answer.candidates;
-    list(now.found.some((one) => one.beyond_chance) ? null : element("p", { id: "nothing" }, "Nothing beyond chance: of the effects in the table none is missing."),
+    list(now.found.some((one) => one.beyond_chance) ? null : element("p", { id: "nothing" }, "No candidate is significant: no effect of the table is missing."),
       ...now.found.slice(0, SHOWN).map(candidate));
     say("");
   } catch (why) {
@@ -30,7 +30,7 @@ export async function rank(turn) {
   }
 }
 
-// What was found so far, while the rest is tried: to read, not yet to add.
+// Shows the candidates found so far while the others are tested. They cannot be added yet.
 export function partly(event) {
   if (now.found || !now.view || now.stale || event.ranking !== now.view.state) return;
   list(hint(`Trying ${event.trying} …`),
@@ -39,7 +39,7 @@ export function partly(event) {
 
 function candidate(one) {
   const note = element("small", {}, one.why), confirm = one.place === 0 && one.beyond_chance ? element("small", {}, `To confirm: ${one.confirm}`)
-    : one.alike && now.found[0].beyond_chance ? element("small", { class: "alike" }, `This recording cannot tell it from the first. To tell: ${one.confirm}`) : null;
+    : one.alike && now.found[0].beyond_chance ? element("small", { class: "alike" }, `This recording cannot distinguish it from the first. To distinguish them: ${one.confirm}`) : null;
   const button = element("button", { class: `candidate${one.beyond_chance ? " strong" : ""}`, "data-kind": one.kind, title: one.confirm,
     onclick: () => add(one.place) }, `${one.place + 1}. Add ${one.name}`, note, confirm);
   let wanted = null;
@@ -50,17 +50,17 @@ function candidate(one) {
   return button;
 }
 
-// The candidate of a place joins the model; nothing where none is.
+// Adds the candidate at a place to the model, if there is one.
 export function add(place) {
   const one = now.found?.[place];
   return one && !now.stale ? acting(`adding ${one.name}`, "add", { place: one.place, kind: one.kind }) : null;
 }
 
-// The curve with a candidate, or of another step, beside the model's; of nothing: the model's alone.
+// Draws the curve with a candidate, or that of another step, next to the model's. Without either, only the model's.
 export const ghost = newest(async ({ one, note, step }, still) => {
   const turn = now.turn;
   const answer = one ? await ask("ghost", { place: one.place, kind: one.kind, state: now.view.state }) : step ? await ask("step", { number: step.number }) : null;
   if (turn !== now.turn || !now.view) return;
-  if (note) note.textContent = `${one.why}. With it the error would be ${number(answer.error)} (floor ${number(answer.floor)}).`;
+  if (note) note.textContent = `${one.why} With it, the error would be ${number(answer.error)} (floor ${number(answer.floor)}).`;
   if (still()) await charts.deviation(now.view, answer && { name: one ? one.name : `step ${step.number + 1}`, deviation: answer.deviation });
 });

@@ -1,13 +1,13 @@
-// A sensor on the wire: its noise as it comes, rolling.
+// The live view of a sensor on CAN or a serial line.
 import { ask } from "/page/api.js";
 import * as charts from "/page/charts.js";
 import { at, change, newest } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
-let kept = 0; // results of a channel, as many as the server keeps
+let kept = 0; // number of results that the server keeps per channel
 let rows = new Map(), count = 0, listening = null, standing = null, frozen = false;
 
-let early = null; // what was heard before the answer to `live`
+let early = null; // events that arrived before the answer to `live`
 
 function take(more) {
   for (const row of more) {
@@ -17,7 +17,7 @@ function take(more) {
   }
 }
 
-// What is being listened to, if anything is; asked for whole when it is new to this page.
+// Shows the live source, if there is one. A new source is loaded completely.
 export async function live(all) {
   at("live").hidden = !all.live;
   if (listening === (all.live?.number ?? null)) return;
@@ -32,7 +32,7 @@ export async function live(all) {
   draw({});
 }
 
-// What is new, of which some may be known from the answer to `live`.
+// Adds new results. Some may already be in the answer to `live`.
 export function heard(news) {
   if (early) early.push(news);
   if (early || !standing || news.count < count) return;
@@ -45,10 +45,10 @@ export function heard(news) {
 const counts = (all) => Object.entries(all).map(([name, count]) => `${name.replaceAll("_", " ")} ${count}`).join(", ");
 
 const draw = newest(async () => {
-  if (!rows.size && !standing.ended) fill("live-said", `${standing.source}: nothing has come yet`);
+  if (!rows.size && !standing.ended) fill("live-said", `${standing.source}: nothing received yet`);
   const chosen = Number(at("live-channel").value || [...rows.keys()][0]);
   fill("live-channel", ...[...rows.keys()].sort((a, b) => a - b).map((one) => element("option", { value: one, selected: one === chosen }, one)));
-  const last = (rows.get(chosen) || []).at(-1), shown = (rows.get(chosen) || []).filter((row) => row.stretch === last.stretch); // of this run of the sender
+  const last = (rows.get(chosen) || []).at(-1), shown = (rows.get(chosen) || []).filter((row) => row.stretch === last.stretch); // only this run of the sender
   if (last) {
     const changed = shown.findLast((row) => row.alarm); // policy glr
     const arw = last.arw_deg_per_sqrt_h, health = counts(standing.health[chosen] || {});
@@ -62,9 +62,9 @@ const draw = newest(async () => {
     await charts.rolling("live-chart", shown);
     await charts.surface("live-surface", shown);
   }
-  fill("live-state", standing.ended ? "The source has ended. " : standing.said ? `${standing.said}. ` : "", `Kept in ${standing.path}.`);
+  fill("live-state", standing.ended ? "The source has ended. " : standing.said ? `${standing.said}. ` : "", `Saved in ${standing.path}.`);
   at("diagnose").hidden = !standing.raw.includes(chosen);
-  at("freeze").textContent = frozen ? "Go on" : "Freeze";
+  at("freeze").textContent = frozen ? "Resume" : "Freeze";
 });
 
 at("live-channel").onchange = () => draw({});

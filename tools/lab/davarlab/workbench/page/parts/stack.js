@@ -1,8 +1,8 @@
-// The model: a card per effect, a slider per value.
+// The model: one card per effect, one slider per value.
 import { element, fill, number, range } from "/page/words.js";
 
 const STEPS = 1000; // of a slider
-const DECADES = 2; // to either side of the fitted value
+const DECADES = 2; // range of a slider on each side of the fitted value
 
 function slider(card, parameter, moved, released) {
   const signed = parameter.low_limit < 0;
@@ -36,7 +36,7 @@ function value(card, parameter, actions) {
   return row;
 }
 
-// Effects whose values stay when the others are fitted: by kind and order, from step to step.
+// Effects whose values stay fixed when the others are fitted. Kind and order identify them across steps.
 const locked = new Set();
 const name = (view, one) => `${one.kind} ${view.cards.filter((other) => other.kind === one.kind && other.place < one.place).length}`;
 export const held = (view) => view.cards.filter((one) => locked.has(name(view, one))).map((one) => one.place);
@@ -44,7 +44,7 @@ export const held = (view) => view.cards.filter((one) => locked.has(name(view, o
 function lock(view, one) {
   const box = element("input", { type: "checkbox", checked: locked.has(name(view, one)), "aria-label": `hold ${one.name}` });
   box.onchange = () => (box.checked ? locked.add(name(view, one)) : locked.delete(name(view, one)));
-  return element("label", { class: "hold", title: "Its values stay when the others are fitted" }, box, "hold");
+  return element("label", { class: "hold", title: "Keep these values while the others are fitted" }, box, "hold");
 }
 
 function card(view, one, actions) {
@@ -52,7 +52,7 @@ function card(view, one, actions) {
   return element("article", { class: "card", "data-kind": one.kind },
     element("header", {}, toggle, element("h3", {}, one.name), lock(view, one)),
     element("p", {}, one.physics),
-    one.loss === null ? null : element("p", {}, `Without it the likelihood loses ${number(one.loss)}, the error is ${number(one.error_without)}.`),
+    one.loss === null ? null : element("p", {}, `Without it, the log-likelihood falls by ${number(one.loss)}, and the error is ${number(one.error_without)}.`),
     ...one.parameters.map((parameter) => value(one, parameter, actions)));
 }
 
@@ -66,14 +66,14 @@ export function draw(view, actions) {
   fill("stack", element("h2", {}, "Model"), ...view.cards.map((one) => card(view, one, actions)), ...view.off.map((one, place) => switchedOff(one, place, actions)));
 }
 
-// The card and the size of one of the effects' curves; of two of a kind by their order.
+// The card and size parameter of an effect's curve. Order distinguishes two effects of the same kind.
 export function sized(view, effect) {
   const place = view.deviation.effects.filter((one) => one.kind === effect.kind).indexOf(effect);
   const found = view.cards.filter((one) => one.kind === effect.kind)[place], parameter = found?.parameters.find((one) => one.size);
   return parameter && parameter.value ? { card: found, parameter } : null;
 }
 
-// The model's curve with one size changed: stationary Allan variances add; what is left of the model's goes on as it is.
+// The model's curve with one size changed. Allan variances of stationary noise add, so the other effects stay unchanged.
 export function withSize(view, card, parameter, size) {
   const d = view.deviation, own = d.effects.filter((one) => one.kind === card.kind)[view.cards.filter((c) => c.kind === card.kind && c.place < card.place).length];
   if (!own || !parameter.size) return null;

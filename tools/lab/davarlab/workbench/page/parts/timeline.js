@@ -1,10 +1,10 @@
-// The steps: where one stands in the tree, back and forth, and how the error fell.
+// The steps: the position in the tree, undo and redo, and the error of each step.
 import * as charts from "/page/charts.js";
 import { ghost } from "/page/parts/candidates.js";
 import { acting, at, now } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
-const undone = {}; // step -> the one that was left for it
+const undone = {}; // step -> the child that undo left, for redo
 
 export function timeline() {
   const here = now.all.steps[now.all.current], children = now.all.steps.filter((step) => step.parent === here.number);
@@ -13,15 +13,15 @@ export function timeline() {
   at("redo").disabled = !child;
   at("undo").title = here.parent === null ? "u" : `Undo: ${here.did} (u)`;
   at("redo").title = child ? `Redo: ${child.did} (r)` : "r";
-  at("undo").onclick = () => { undone[here.parent] = here.number; acting("going back", "go", { number: here.parent }); };
-  at("redo").onclick = () => child && acting("going on", "go", { number: child.number });
+  at("undo").onclick = () => { undone[here.parent] = here.number; acting("undoing", "go", { number: here.parent }); };
+  at("redo").onclick = () => child && acting("redoing", "go", { number: child.number });
   fill("timeline", element("h2", {}, "Steps"), element("ol", { class: "steps" }, ...now.all.steps.map((step) => element("li", {},
-    element("button", { "aria-current": step.number === now.all.current ? "step" : null, onclick: () => acting("going there", "go", { number: step.number }),
+    element("button", { "aria-current": step.number === now.all.current ? "step" : null, onclick: () => acting("loading the step", "go", { number: step.number }),
       onpointerenter: () => ghost(step.number === now.all.current ? {} : { step }), onpointerleave: () => ghost({}) },
       `${step.number + 1}${step.parent === null || step.parent === step.number - 1 ? "" : ` (from ${step.parent + 1})`}. ${step.did}: ${number(step.error)}`)))),
     element("div", { id: "falling", class: "chart" }),
-    now.all.commands.length ? element("details", {}, element("summary", {}, "The same in a terminal"), element("pre", {}, now.all.commands.join("\n"))) : null,
-    element("p", { class: "hint" }, `Kept in ${now.all.session}.`));
+    now.all.commands.length ? element("details", {}, element("summary", {}, "The same steps in a terminal"), element("pre", {}, now.all.commands.join("\n"))) : null,
+    element("p", { class: "hint" }, `Saved in ${now.all.session}.`));
 }
 
 export function falling() {
