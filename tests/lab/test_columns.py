@@ -186,7 +186,7 @@ class Causes(unittest.TestCase):
             "gyro_x_dps", common_cause.several_axes(Recording(both, heat.RATE), "gyro_z_dps")
         )
         self.assertIn(
-            "A shared drift: gyro_x_dps",
+            "Shared drift: gyro_x_dps",
             " ".join(evidence.notes(Recording(both, heat.RATE), MODEL, ["rate_random_walk"])),
         )
         self.assertNotIn(
@@ -251,7 +251,7 @@ class Doubts(unittest.TestCase):
             }
             state = state_of.start(Recording(quiet | logged, heat.RATE), MODEL)
             why = doubts.doubt(state.bench, seen, state.parts, Candidate("follows", part, 0.0, 0.0))
-            self.assertEqual("turns about an axis" in why, not named, why)
+            self.assertEqual("rotates about an axis" in why, not named, why)
             self.assertEqual(why == "", named, why)
 
     def test_bands_that_are_turned_and_contradict_each_other_confirm_nothing(self):

@@ -71,7 +71,7 @@ class Options(unittest.TestCase):
 
     def test_help_says_what_is_run_and_what_is_kept(self):
         said = " ".join(run("live", "--help").stdout.split())
-        self.assertIn("Python code, which is run as it is", said)
+        self.assertIn("It runs with your rights: load only files that you trust", said)
         self.assertIn("An existing file is appended to", said)
 
     def test_the_readme_s_dbc(self):

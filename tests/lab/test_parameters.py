@@ -137,7 +137,7 @@ class Parameters(Folder):
             100,
             places=3,
         )
-        self.assertIn("10 times those measured", ten)
+        self.assertIn("10 times the measured ones", ten)
 
     def test_a_walk_of_the_bias_from_flicker_has_its_allan_deviation_at_the_time_that_is_named(
         self,
@@ -191,7 +191,7 @@ class Parameters(Folder):
             .replace("coefficient_deg_per_sqrt_h", "coefficient_deg_per_h"),
         )
         for arguments, said in (
-            ((odd,), "no axis of a gyro"),
+            ((odd,), "not an axis of a gyro"),
             ((bare,), "no rate_hz"),
             ((quiet,), "no angle_random_walk"),
             ((model, model), "two models of gyro x"),

@@ -476,7 +476,7 @@ def said_of(parameter, noises):
     )
     return [
         f"{parameter.name} [{parameter.unit}] = {parameter.formula}; {which}"
-        + (f". {parameter.meaning}" if parameter.meaning else "")
+        + (f". {parameter.meaning[0].upper()}{parameter.meaning[1:]}" if parameter.meaning else "")
     ]
 
 
