@@ -27,7 +27,7 @@ static double double_of(uint64_t bits)
 #define WORD_OF_U8(value) (uint64_t)(value)
 #define WORD_OF_MODE(value) (uint64_t)(value)
 #define WORD_OF_ENGINE(value) (uint64_t)(value)
-#define WORD_OF_BOOL(value) ((value) ? 1U : 0U)
+#define WORD_OF_BOOL(value) (uint64_t)(value)
 #define OF_WORD_F64(word) double_of(word)
 #define OF_WORD_U32(word) (uint32_t)(word)
 #define OF_WORD_U16(word) (uint16_t)(word)
@@ -54,19 +54,24 @@ void davar_job_encode(const davar_config_t *config, davar_port_number_t number, 
     }
 }
 
+/* Reads every field; returns the word after the last. */
+static const uint64_t *decode_fields(davar_config_t *config, const uint64_t *word)
+{
+#define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
+    config->member = OF_WORD_##kind(*word);                                                        \
+    word++;
+#include "davar/config_fields.inc"
+    return word;
+}
+
 bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
 {
-    const uint64_t *word = &words[4];
     davar_config_t *const config = &job->config;
     job->number = (davar_port_number_t)words[1];
     job->channels = (uint32_t)words[2];
     config->law = davar_policy_law((davar_policy_t)words[3], job->number != DAVAR_PORT_Q15);
     config->taus = job->taus;
-#define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
-    config->member = OF_WORD_##kind(*word);                                                        \
-    word++;
-#include "davar/config_fields.inc"
-    const bool all_read = (word == &words[DAVAR_JOB_SETTINGS]);
+    const bool all_read = (decode_fields(config, &words[4]) == &words[DAVAR_JOB_SETTINGS]);
     if ((words[0] != MAGIC) || !all_read || (config->tau_count > DAVAR_TAUS_MAX)) {
         return false;
     }

@@ -7,12 +7,17 @@ import re
 import sys
 import unittest
 from pathlib import Path
+from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import target_cost
 import targets
 
 WORSE = 1.02
+PUSH = ("davar_push_q15", "davar_push_q31")
+# The functions of the laws that a sample calls: push, place and judge of glr, judge of [SONG18].
+LAW_FUNCTIONS = ("glr_push", "glr_place", "glr_judge", "judge_kurtosis", "judge_or", "judge_and")
+GAPS = ("davar_q15_gap", "davar_q31_gap")
 WITHOUT_DOUBLE_FPU = ("cortex-m0", "cortex-m3", "cortex-m4f", "cortex-m33", "rv32imac")
 
 
@@ -62,13 +67,8 @@ class Cost(unittest.TestCase):
         for target in targets.BARE:
             where = targets.build(target)
             with self.subTest(target=target):
-                roots = ("davar_push_q15", "davar_push_q31")
-                # Policy glr: a sample after a gap does the work of davar_gap in other policies; a
-                # restart divides.
-                self.assertEqual(
-                    [],
-                    target_cost.offences(target, where / "paths.elf", roots, gaps=("window_gap",)),
-                )
+                # Law glr passes a gap on with the first sample after it; a restart there divides.
+                self.assertEqual([], target_cost.offences(target, where / "paths.elf", PUSH, GAPS))
 
     def test_the_check_of_the_path_finds_existing_calls(self):
         """The evaluation of a result divides in floating point, so the same check must fail for it."""
@@ -78,6 +78,41 @@ class Cost(unittest.TestCase):
                 self.assertTrue(
                     target_cost.offences(target, where / "paths.elf", ("davar_fit_8_taus",))
                 )
+
+    def test_the_check_of_the_path_finds_a_division_in_any_function_of_a_law(self):
+        for target in targets.BARE:
+            image = targets.build(target) / "paths.elf"
+            code = target_cost.disassembly(target, image)
+            for function in LAW_FUNCTIONS:
+                operations, goals = code[function]
+                worse = code | {function: (operations | {"udiv"}, goals)}
+                with (
+                    self.subTest(target=target, function=function),
+                    mock.patch.object(target_cost, "disassembly", return_value=worse),
+                ):
+                    self.assertEqual(
+                        [f"{target}: udiv in {function}"],
+                        target_cost.offences(target, image, PUSH, GAPS),
+                    )
+
+    def test_the_check_of_the_path_follows_a_law_into_the_pipeline(self):
+        """Only law glr reaches a restart, which divides: it passes gaps on while it takes samples."""
+        for target in targets.BARE:
+            image = targets.build(target) / "paths.elf"
+            with self.subTest(target=target):
+                self.assertTrue(target_cost.offences(target, image, PUSH))
+
+    def test_the_check_of_the_path_objects_to_other_pointers_and_absent_laws(self):
+        target = targets.BARE[0]
+        image = targets.build(target) / "paths.elf"
+        laws = target_cost.tables(target, image)
+        del laws["davar_law_or"]
+        for name in laws:
+            laws[name] = {}
+        with mock.patch.object(target_cost, "tables", return_value=laws):
+            found = target_cost.offences(target, image, PUSH, GAPS)
+        self.assertIn(f"{target}: davar_law_or is not there", found)
+        self.assertTrue([line for line in found if "a pointer at offset" in line], found)
 
 
 if __name__ == "__main__":

@@ -250,14 +250,53 @@ FORBIDDEN = re.compile(
 )
 
 
+LOAD = re.compile(r"(?:c\.)?l(?:dr|w|d)(?:sp)?(?:\.[wn])?$")
+ADDRESS = re.compile(r"(\w+), ?(?:\[\w+(?:, #(\d+))?\]|(\d+)\(\w+\))(?:\s*@.*)?$")
+WRITES_NOTHING = re.compile(r"(?:c\.)?(?:cm[pn]|ts?t|teq|cb|b|st|s[bhwd](?:sp)?$|push|dmb|j)")
+OUTLIVES_NO_CALL = re.compile(r"r[0-3]|r12|ip|lr|[at]\d+|ra")
+
+
+class Registers:
+    """Which registers hold a word loaded from a known offset of an object: how a function of a table is called."""
+
+    def __init__(self):
+        self.offset = {}
+
+    def follow(self, operation, operands):
+        """One instruction, in the order of the code."""
+        loaded = ADDRESS.match(operands)
+        first, *others = re.findall(r"[A-Za-z]\w*", operands.split("@")[0]) or [""]
+        if LOAD.match(operation) and loaded:
+            self.offset[first] = int(loaded.group(2) or loaded.group(3) or 0)
+        elif re.match(r"(?:c\.)?mv$|movs?(?:\.[wn])?$", operation) and others:
+            self.offset[first] = self.offset.get(others[0])
+        elif re.match(r"bl|(?:c\.)?jal", operation):
+            self.offset = {
+                name: offset
+                for name, offset in self.offset.items()
+                if not OUTLIVES_NO_CALL.fullmatch(name)
+            }
+        elif re.match(r"ldm|ldrd|pop", operation):
+            self.offset.clear()
+        elif not WRITES_NOTHING.match(operation):
+            self.offset[first] = None
+
+    def goal(self, operands):
+        """What a call or jump to the register goes to: the function at an offset of a table, or an unknown one."""
+        offset = self.offset.get(operands.strip())
+        return "a pointer" if offset is None else offset
+
+
 def disassembly(target, image):
-    """Function -> (instructions, functions that it calls or jumps to)."""
+    """Function -> (instructions, what it goes to: names, and offsets of pointers in a table)."""
     code, name, popped = {}, None, None
+    registers = Registers()
     for line in tool(target, "objdump", "-d", "--no-show-raw-insn", image).splitlines():
         head = re.match(r"^[0-9a-f]+ <(.+)>:$", line)
         if head:
             name = head.group(1)
             code.setdefault(name, (set(), set()))
+            registers = Registers()
             continue
         body = re.match(r"^\s*[0-9a-f]+:\t(\S+)\s*(.*)$", line)
         if body and name:
@@ -276,20 +315,72 @@ def disassembly(target, image):
             returns = operands.strip() in ("lr", "ra", popped)
             to_register = not re.search(r"<.+>", operands) and not returns
             if operation in ("bx", "blx", "jr", "c.jr", "jalr", "c.jalr") and to_register:
-                code[name][1].add("a pointer")
+                code[name][1].add(registers.goal(operands))
             for goal in re.findall(r"<([A-Za-z_][\w.$]*)>", operands):
                 code[name][1].add(goal)
+            registers.follow(operation, operands)
     return code
+
+
+def tables(target, image):
+    """Name -> {offset: function} of each table: the window laws and the number types."""
+    found, functions, places = {}, {}, {}
+    thumb = 1 if targets.MACHINES[target]["core"] == "cortex_m" else 0  # bit 0 of a pointer
+    for line in tool(target, "nm", "-S", "--defined-only", image).splitlines():
+        fields = line.split()
+        if len(fields) == 4 and re.match(r"davar_(law|number)_\w+$", fields[3]):
+            places[fields[3]] = (int(fields[0], 16), int(fields[1], 16))
+        elif len(fields) == 4 and fields[2] in "tT":
+            functions[int(fields[0], 16) | thumb] = fields[3]
+    pointer = len(fields[0]) // 2
+    for name, (start, size) in places.items():
+        dump = tool(
+            target,
+            "objdump",
+            "-s",
+            f"--start-address={start}",
+            f"--stop-address={start + size}",
+            image,
+        )
+        words = "".join(
+            "".join(line[: line.index("  ")].split()[1:])
+            for line in dump.splitlines()
+            if re.match(r"^ [0-9a-f]+ ", line)
+        )
+        content = bytes.fromhex(words)
+        found[name] = {
+            offset: functions[address]
+            for offset in range(0, size, pointer)
+            if (address := int.from_bytes(content[offset : offset + pointer], "little"))
+            in functions
+        }
+    return found
+
+
+def laws():
+    """The names of the window laws that davar has."""
+    header = (targets.ROOT / "lib/include/davar/law.h").read_text(encoding="utf-8")
+    return re.findall(r"^extern const davar_law_t (\w+);", header, re.MULTILINE)
+
+
+def reached(goals, named):
+    """The functions of these goals. The pointer at an offset can be that of any table."""
+    for goal in goals:
+        at = [functions[goal] for functions in named.values() if goal in functions]
+        yield from at or [goal if isinstance(goal, str) else f"a pointer at offset {goal}"]
 
 
 def offences(target, image, roots, gaps=()):
     """Faults in the path of a sample: divisions, floating point, functions that are not davar's.
-    gaps: functions that handle a gap, once per gap; they are not part of the path.
+    Follows the functions of every window law. gaps: functions that handle a gap, once for each
+    gap; they are not part of the path.
     """
     code, home = disassembly(target, image), sources(target, Path(image).parent)
+    named = tables(target, image)
     seen, found, wanted = (
         set(gaps),
-        [f"{target}: {name} does not exist" for name in gaps if name not in code],
+        [f"{target}: {name} does not exist" for name in gaps if name not in code]
+        + [f"{target}: {name} does not exist" for name in laws() if name not in named],
         list(roots),
     )
     while wanted:
@@ -309,7 +400,7 @@ def offences(target, image, roots, gaps=()):
             for operation in operations
             if FORBIDDEN.match(operation)
         ]
-        wanted += goals - {name}
+        wanted += set(reached(goals, named)) - {name}
     return found
 
 
