@@ -42,6 +42,7 @@ davar_python_t *davar_python_new(void)
     davar_python_t *run = calloc(1U, sizeof *run);
     if (run != NULL) {
         run->options.policy = DAVAR_POLICY_OR;
+        run->options.mode = DAVAR_MODE_CENTRED;
     }
     return run;
 }

@@ -30,6 +30,8 @@ SHAPES = {
     "spikes": lambda time, rng: (
         rng.standard_normal(len(time)) * (1 + 1e6 * (rng.random(len(time)) < 0.01))
     ),
+    "slow sine": lambda time, rng: np.sin(6.3e-4 * np.arange(len(time))),
+    "saw tooth": lambda time, rng: np.arange(len(time)) % 7 * 1.0,
     "repeated": lambda time, rng: np.repeat(rng.standard_normal(len(time)), 3)[: len(time)],
     "heavy": lambda time, rng: rng.standard_cauchy(len(time)),
 }
@@ -40,6 +42,8 @@ CLOCKS = {
     "lost": lambda count, rng: np.arange(count) + np.cumsum(rng.random(count) < 0.2) * 1.0,
     "uneven": lambda count, rng: np.cumsum(rng.exponential(size=count)),
     "twice": lambda count, rng: np.arange(count) // 2 * 1.0,
+    "stands": lambda count, rng: np.ones(count),
+    "denormal": lambda count, rng: 5e-324 * np.arange(count),
 }
 EXTRA = st.dictionaries(
     st.sampled_from(("temp_degC", "accel_x_g", "accel_y_g", "accel_z_g", "gyro_x_dps", "volt")),
@@ -58,11 +62,12 @@ class Analysis(asked.Lawful):
         st.sampled_from((50.0, 50.0, 1000.0, 1e-6, 1e8)),
         st.sampled_from((1000, 1001, 1500)),
         st.lists(terms(), max_size=2),
+        st.booleans(),
         st.integers(0, 99),
     )
     @examples(30)
     def test_a_result_or_an_error(
-        self, command, shape, clock, extra, size, rate_hz, count, added, seed
+        self, command, shape, clock, extra, size, rate_hz, count, added, report, seed
     ):
         rng = np.random.default_rng(seed)
         time = CLOCKS[clock](count, rng) / rate_hz
@@ -75,12 +80,22 @@ class Analysis(asked.Lawful):
             "angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3 * min(max(size, 1e-9), 1e6)}
         )
         models.write(models.Model(None, "gyro_z_dps", [noise, *added]), model)
+        page = self.work / "page.html"
         out.unlink(missing_ok=True)
-        done = asked.run(command, path, "-m", model, *(("-o", out) if command == "improve" else ()))
+        page.unlink(missing_ok=True)
+        done = asked.run(
+            command,
+            path,
+            "-m",
+            model,
+            *(("-o", out) if command == "improve" else ()),
+            *(("--report", page) if report and command != "fit" else ()),
+        )
         self.keeps_the_law(
             done, self.named(done), (0, 1) if command in ("compare", "improve") else (0,)
         )
         self.assertEqual(out.exists(), command == "improve" and done.returncode < 2)
+        self.assertEqual(page.exists(), report and command != "fit" and done.returncode < 2)
         if out.exists():
             models.read(out)
 

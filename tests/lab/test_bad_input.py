@@ -11,9 +11,11 @@ import subprocess
 import textwrap
 import unittest
 from pathlib import Path
+from unittest import mock
 
+import asking  # before numpy: it sets the number of threads
 import numpy as np
-from davarlab import errors
+from davarlab import cli, errors
 from test_lab import BASE, ROOT, SENSOR, Folder, run
 
 HEAD = "from davarlab.effects.base import Effect, Parameter\nSIZE = (Parameter('a_dps', 'deg/s', 0, 1),)\n"
@@ -117,6 +119,10 @@ class BadInput(Folder):
             )
         self.refused("results of davar-sim", "import", results, "-o", self.out)
 
+    def test_a_model_that_is_nested_too_deep(self):
+        model = self.file("deep.toml", "a = " + "[" * 20000 + "]" * 20000)
+        self.refused(f"{model}: nested too deep", "compare", self.recording, "-m", model)
+
     def test_own_effects(self):
         for number, (text, words) in enumerate(OWN.items()):
             with self.subTest(text):
@@ -148,6 +154,13 @@ class BadInput(Folder):
 
 
 class Errors(unittest.TestCase):
+    def test_what_nobody_foresaw_is_one_line_and_status_3(self):
+        fault = (lambda options: [][1], *cli.COMMANDS["effects"][1:])
+        with mock.patch.dict(cli.COMMANDS, effects=fault):
+            done = asking.run("effects")
+        self.assertEqual((3, "", 1), (done.returncode, done.stdout, len(done.stderr.splitlines())))
+        self.assertIn("internal error: IndexError", done.stderr)
+
     def test_only_a_file_of_the_user_is_bad_input(self):
         """A file of this package or of Python that is missing is a fault; but a full disk is the machine's wherever it is met."""
         places = [errors.__file__, unittest.__file__, np.__file__]

@@ -111,7 +111,7 @@ class Cost(unittest.TestCase):
             laws[name] = {}
         with mock.patch.object(target_cost, "tables", return_value=laws):
             found = target_cost.offences(target, image, PUSH, GAPS)
-        self.assertIn(f"{target}: davar_law_or is not there", found)
+        self.assertIn(f"{target}: davar_law_or does not exist", found)
         self.assertTrue([line for line in found if "a pointer at offset" in line], found)
 
 

@@ -284,7 +284,6 @@ TYPICAL = {
     "consumer tests/consumer test_options.py": 90,
     "consumer tests/consumer test_amalgamate.py": 80,
     "lab tests/lab test_lab.py": 150,
-    "lab tests/lab test_awkward_input.py": 110,
     "kernel tests/kernel test_ten_hours.py": 130,
     "kernel tests/kernel test_can.py": 130,
     "kernel tests/kernel test_readme.py": 90,

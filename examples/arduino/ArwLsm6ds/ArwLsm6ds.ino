@@ -73,7 +73,7 @@ static davar_status_t start_davar()
     config = davar_default_config;
     config.rate_hz = RATE_HZ;
     config.unit_per_count = 0.00875;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.stride = 104; /* one result per second */
     config.window.longest = 624;
     config.window.shortest = 624;

@@ -88,7 +88,7 @@ static davar_status_t start_davar()
     config = davar_default_config;
     config.rate_hz = RATE_HZ;
     config.unit_per_count = 1.0 / 131.0;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.stride = 100; /* one result per second */
     config.window.longest = 600;
     config.window.shortest = 600;
