@@ -391,20 +391,27 @@ static void judge_absent(davar_mixture_t *model, const normal_t *normal, const m
     }
 }
 
+/* Apart from judge: its inverse then takes no stack while judge_absent runs. */
+DAVAR_APART static void judge_present(davar_mixture_t *model, const normal_t *normal,
+                                      const matrix_t *h)
+{
+    inverse_t inverse;
+    (void)invert(normal, model->terms, &inverse); /* succeeds as it did in the fit */
+    for (int i = 0; i < inverse.size; i++) {
+        const int k = inverse.term[i];
+        model->variance[k] = solution_variance(normal, &inverse, h, i) * model->grow;
+        model->least[k] = lower_limit(model->a[k], model->variance[k]);
+    }
+}
+
 /* Fills beside, variance, least and grow. */
 static void judge(davar_mixture_t *model)
 {
     normal_t normal;
     matrix_t h;
-    inverse_t inverse;
     normal_equations(model, 1.0, &normal);
     model->grow = inflation(model, scatter(model, &normal, &h));
-    (void)invert(&normal, model->terms, &inverse); /* succeeds as it did in the fit */
-    for (int i = 0; i < inverse.size; i++) {
-        const int k = inverse.term[i];
-        model->variance[k] = solution_variance(&normal, &inverse, &h, i) * model->grow;
-        model->least[k] = lower_limit(model->a[k], model->variance[k]);
-    }
+    judge_present(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
         if (!has_term(model->terms, k)) {
             judge_absent(model, &normal, &h, k);
