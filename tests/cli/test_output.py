@@ -193,7 +193,9 @@ class Arithmetic(SimCase):
                     self.assertAlmostEqual(1.0, float(a[name]) / float(b[name]), delta=1e-6)
 
     def test_the_chosen_count_size_is_reported(self):
-        self.assertIn("note: no --lsb: using counts of 2^-", self.sim(self.path, *SMALL_WINDOW).stderr)
+        self.assertIn(
+            "note: no --lsb: using counts of 2^-", self.sim(self.path, *SMALL_WINDOW).stderr
+        )
         self.assertEqual("", self.sim(self.path, *SMALL_WINDOW, *LSB).stderr)
 
     def test_zeros_only(self):

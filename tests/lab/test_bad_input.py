@@ -20,7 +20,7 @@ from test_lab import BASE, ROOT, SENSOR, Folder, run
 
 HEAD = "from davarlab.effects.base import Effect, Parameter\nSIZE = (Parameter('a_dps', 'deg/s', 0, 1),)\n"
 REFUSED = {
-    "diagnose {rec} -m {model} --rate 100": "--rate: 100 Hz, but column time_s",
+    "diagnose {rec} -m {model} --rate 100": "--rate: 100 Hz contradicts column time_s",
     "fit {rec} -m {model} --rate -5": "--rate: a number above 0 expected, found '-5'",
     "fit {rec} -m {model} --rate nan": "--rate: a number above 0 expected",
     "import {rec} -o {out} --rename gyro_z_dps=temp_degC": "has a column temp_degC already",
@@ -83,7 +83,7 @@ class BadInput(Folder):
             packed.write_bytes(gzip.compress(text, 9))
             self.assertLess(packed.stat().st_size, 700_000)
             self.refused(
-                "gzip data of more than 64 MiB and 100 times its size",
+                "the gzip file expands to more than 64 MiB and 100 times its size",
                 "fit",
                 packed,
                 "-m",

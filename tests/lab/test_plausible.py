@@ -65,7 +65,10 @@ UNDERSTOOD = {
 }
 REFUSED = {
     "usec renamed to seconds": Mistake(
-        {"time_s": "usec"}, {"time_s": 1e6}, "--rename usec=time_s", "column usec: its name has unit us"
+        {"time_s": "usec"},
+        {"time_s": 1e6},
+        "--rename usec=time_s",
+        "column usec: its name has unit us",
     ),
     "ms renamed to seconds": Mistake(
         {"time_s": "time_ms"}, {"time_s": 1e3}, "--rename time_ms=time_s", "--scale time_s=0.001"

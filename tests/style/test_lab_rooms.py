@@ -34,7 +34,10 @@ ROOMS = (
 )
 FILES_MAX = 12
 SEARCHING = ("diagnosis/state.py", "diagnosis/search.py")  # what they hold is frozen
-COMMAND_FLEET = ("commands/logs.py", "run_fleet")  # the one place of davarlab that imports davarfleet
+COMMAND_FLEET = (
+    "commands/logs.py",
+    "run_fleet",
+)  # the one place of davarlab that imports davarfleet
 
 # Everything that opens a file by its path: functions of Python and of the readers of logs.
 OPENS = re.compile(

@@ -76,7 +76,9 @@ class BadOptions(unittest.TestCase):
     def test_a_link_that_cannot_be(self):
         for out, why in LINKS.items():
             self.refused(why, *GOOD, "--out", out)
-        self.refused("--out: slcan:pty: a serial line carries no CAN FD frames", *GOOD, "--content", "fd")
+        self.refused(
+            "--out: slcan:pty: a serial line carries no CAN FD frames", *GOOD, "--content", "fd"
+        )
         self.refused(
             "channel 1 does not fit into 11-bit identifiers",
             *GOOD,

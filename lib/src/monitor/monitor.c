@@ -152,11 +152,11 @@ static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_r
  * compared. */
 static void misfit_judge(davar_misfit_t *misfit)
 {
-    static const double limits[LIMITS] = {
-        2.8070, 3.0233, 3.1440, 3.2272, 3.2905, 3.3415, 3.3840, 3.4205, 3.4524, 3.4808, 3.5062,
-        3.5293, 3.5504, 3.5699, 3.5879, 3.6047, 3.6204, 3.6352, 3.6491, 3.6623, 3.6747, 3.6866,
-        3.6979, 3.7087, 3.7190, 3.7289, 3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
-    const double limit = limits[((misfit->compared < LIMITS) ? misfit->compared : LIMITS) - 1U];
+    static const double limits[LIMITS + 1U] = {
+        0.0,    2.8070, 3.0233, 3.1440, 3.2272, 3.2905, 3.3415, 3.3840, 3.4205, 3.4524, 3.4808,
+        3.5062, 3.5293, 3.5504, 3.5699, 3.5879, 3.6047, 3.6204, 3.6352, 3.6491, 3.6623, 3.6747,
+        3.6866, 3.6979, 3.7087, 3.7190, 3.7289, 3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
+    const double limit = limits[(misfit->compared < LIMITS) ? misfit->compared : LIMITS];
     misfit->fast = misfit->slow = misfit->health = 0.0;
     for (uint8_t t = 0U; t < misfit->tau_count; t++) {
         const davar_misfit_tau_t *tau = &misfit->tau[t];

@@ -242,7 +242,9 @@ def run(options, progress, emit):
         with ended_like_ctrl_c():
             counted = advance(options, todo, kept, version, progress)
     except KeyboardInterrupt:
-        progress(f"stopped. Finished recordings are in {kept.units}. The same command continues from there")
+        progress(
+            f"stopped. Finished recordings are in {kept.units}. The same command continues from there"
+        )
         return STOPPED
     return finish(options, work, kept, pattern, version, test, counted, progress, emit)
 

@@ -178,9 +178,7 @@ def contradiction(bands, pairs):
         f"{beta:.2g} ± {error:.1g} between {low:g} and {high:g} Hz"
         for low, high, beta, error in (first, second)
     ]
-    return (
-        f"the coefficient is {said[0]} and {said[1]}. It is not constant, which points to a common cause that was not logged"
-    )
+    return f"the coefficient is {said[0]} and {said[1]}. It is not constant, which points to a common cause that was not logged"
 
 
 def in_acceleration(part):

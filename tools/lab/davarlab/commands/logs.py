@@ -136,9 +136,7 @@ COMMANDS = {
                 help="write the raw samples as a recording for the other commands (the sender also needs --raw), "
                 "with one file per channel and restart: REC-2.csv ...",
             ),
-            argument(
-                "--count", type=option_types.whole, metavar="N", help="stop after N results"
-            ),
+            argument("--count", type=option_types.whole, metavar="N", help="stop after N results"),
             argument(
                 "--idle",
                 type=option_types.positive,
@@ -173,7 +171,9 @@ COMMANDS = {
                 metavar="REGEX",
                 help="regular expression whose first group, found in the path, is the batch of a recording",
             ),
-            argument("--limits", metavar="L.toml", help="limits that decide pass or fail of each unit"),
+            argument(
+                "--limits", metavar="L.toml", help="limits that decide pass or fail of each unit"
+            ),
             argument(
                 "--scheduler",
                 metavar="ADDRESS",

@@ -172,9 +172,11 @@ COMMANDS = {
         run_export,
         "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or as parameters of another program",
         [
-
             argument(
-                "models", nargs="+", metavar="model", help="one model; with --to, one model per axis"
+                "models",
+                nargs="+",
+                metavar="model",
+                help="one model; with --to, one model per axis",
             ),
             argument(
                 "-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to, any name"

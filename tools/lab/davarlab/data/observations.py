@@ -7,7 +7,9 @@ import numpy as np
 from . import motion, plausible, repeats, signals
 
 COARSE = 0.6  # of the noise per sample: larger counts are reported
-COARSER = 1 / 0.6  # of the noise per sample: the rounding of larger counts changes mean and variance
+COARSER = (
+    1 / 0.6
+)  # of the noise per sample: the rounding of larger counts changes mean and variance
 LEVELS = 8  # distinct values that a column needs before its extremes are tested for clipping
 PILED = 8  # a clipped extreme occurs more often than this many times its neighbouring values
 LISTED = 100  # number of intervals that are listed, the longest ones

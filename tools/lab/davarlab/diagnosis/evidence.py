@@ -20,9 +20,7 @@ def share(after, base):
 def why(candidate, taken):
     """The evidence for a candidate in one line. taken: its share() or None."""
     gain = (
-        f"likelihood gain {candidate.gain:.1f}"
-        if candidate.gain >= 0.05
-        else "no likelihood gain"
+        f"likelihood gain {candidate.gain:.1f}" if candidate.gain >= 0.05 else "no likelihood gain"
     )
     power = -candidate.log_p / np.log(10)
     odds = (

@@ -59,7 +59,9 @@ class Log:
         with silenced() as said:
             log = DFReader.DFReader_binary(str(path))
         self.notes = (
-            {"damaged": f"{len(said)} damaged parts of the log were skipped ({said[0]})"} if said else {}
+            {"damaged": f"{len(said)} damaged parts of the log were skipped ({said[0]})"}
+            if said
+            else {}
         )
         end = 0
         try:

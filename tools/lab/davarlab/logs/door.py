@@ -242,7 +242,9 @@ def said(guesses):
     for one in guesses:
         if one.quantity != "other" and (one.name != one.column or not one.sure):
             how = (
-                f"{one.unit} by its {'name' if one.sure else 'numbers'}" if one.unit else "unchanged"
+                f"{one.unit} by its {'name' if one.sure else 'numbers'}"
+                if one.unit
+                else "unchanged"
             )
             yield f"{one.name} -> {one.column}, {how}" + (
                 "" if one.sure else f" (--unit {one.name}=UNIT overrides it)"

@@ -77,7 +77,9 @@ def description(table):
         if part_of(term).effect.role not in DEVICE_ROLES and term.kind not in DEVICE_KINDS
     ]
     return lines + (
-        [f"Not in the table, which contains only stationary noise, ramp and lines: {', '.join(left_out)}"]
+        [
+            f"Not in the table, which contains only stationary noise, ramp and lines: {', '.join(left_out)}"
+        ]
         if left_out
         else []
     )

@@ -486,7 +486,9 @@ def text(name, models, inflate=1.0, bias_time_s=300.0):
     keys = [(noise.quantity, noise.axis) for noise in noises]
     twice = next((key for key in keys if keys.count(key) > 1), None)
     if twice:
-        raise BadInput(f"{models[0][0]}: two models of {twice[0]} {twice[1]}. Give one model per axis")
+        raise BadInput(
+            f"{models[0][0]}: two models of {twice[0]} {twice[1]}. Give one model per axis"
+        )
     if len({noise.rate_hz for noise in noises}) > 1 and max(
         noise.rate_hz for noise in noises
     ) > 1.05 * min(noise.rate_hz for noise in noises):

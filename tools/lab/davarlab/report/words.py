@@ -9,6 +9,7 @@ from ..data import plausible
 from ..effects import table
 from ..thresholds import CHANCE, JUDGE
 
+CONFIDENCE = f"{100 - 100 * CHANCE.family_wise:g} % confidence"  # of a proven deviation
 TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -186,7 +187,11 @@ def seconds(value):
     text = f"{number(value, 3)} s"
     if value < 120:
         return text
-    return f"{text} ({number(value / 60, 2)} min)" if value < 7200 else f"{text} ({number(value / 3600, 2)} h)"
+    return (
+        f"{text} ({number(value / 60, 2)} min)"
+        if value < 7200
+        else f"{text} ({number(value / 3600, 2)} h)"
+    )
 
 
 def place(deviation):
@@ -282,9 +287,7 @@ def helpful(found):
 def verdict_of_unknown(found):
     added = found.added
     if not added:
-        return (
-            "The model lacks an effect that is not in davarlab's table: no effect explains the misfit."
-        )
+        return "The model lacks an effect that is not in davarlab's table: no effect explains the misfit."
     errors = f"(error {found.base.error:.3f} to {found.last.error:.3f})"
     if helpful(found):
         return (

@@ -232,7 +232,9 @@ class Server:
         """What nobody foresaw: said, and the visit goes on."""
         internal_error(why)
         return JSONResponse(
-            {"error": f"an internal error: {type(why).__name__}: {why}. The steps so far are saved"},
+            {
+                "error": f"an internal error: {type(why).__name__}: {why}. The steps so far are saved"
+            },
             500,
         )
 
