@@ -156,10 +156,10 @@ class Population(Made):
     def test_a_second_run_does_nothing_and_a_changed_file_is_done_again(self):
         before = (self.out / "fleet.parquet").read_bytes()
         again = fleet(*self.arguments)
-        self.assertIn(f"{UNITS + 2} recordings, {UNITS + 2} are done, 0 to do", again.stderr)
+        self.assertIn(f"{UNITS + 2} recordings: {UNITS + 2} finished, 0 remaining", again.stderr)
         self.assertEqual((self.out / "fleet.parquet").read_bytes(), before)
         os.utime(self.top / "units/A_0000.parquet")
-        self.assertIn(f"{UNITS + 1} are done, 1 to do", fleet(*self.arguments).stderr)
+        self.assertIn(f"{UNITS + 1} finished, 1 remaining", fleet(*self.arguments).stderr)
 
     def test_the_limits_say_pass_and_fail_as_the_intervals_do(self):
         for row in (row for row in table(self.out) if not row["failed"]):
@@ -225,7 +225,7 @@ class Interrupted(Made):
         self.assertFalse((out / "fleet.parquet").exists())
         again = fleet(folder / "*", "-m", self.model, "-o", out, "--chance", 0, "--workers", 1)
         self.assertEqual(again.returncode, 0, again.stderr)
-        self.assertIn(f"{len(there)} are done, {INTERRUPTED - len(there)} to do", again.stderr)
+        self.assertIn(f"{len(there)} finished, {INTERRUPTED - len(there)} remaining", again.stderr)
         self.assertEqual(len(table(out)), INTERRUPTED)
 
     def test_ctrl_c_leaves_what_is_done_and_the_next_run_goes_on(self):
@@ -260,7 +260,7 @@ class Elsewhere(Made):
             self.assertEqual(done.returncode, 1)
             server.fetched.clear()
             again = fleet(*arguments)
-            self.assertIn("3 recordings, 3 are done, 0 to do", again.stderr)
+            self.assertIn("3 recordings: 3 finished, 0 remaining", again.stderr)
             self.assertEqual(again.returncode, 0)
             self.assertFalse({name for name in server.fetched if name.startswith("A_")})
 

@@ -13,6 +13,7 @@ from davarfleet import limits, population  # noqa: E402
 from davarlab import simulate  # noqa: E402
 from davarlab.diagnosis import improve  # noqa: E402
 from davarlab.model import Model, Term  # noqa: E402
+from davarlab.thresholds import CHANCE  # noqa: E402
 
 N = "angle_random_walk.coefficient_deg_per_sqrt_h"
 SENSORS = 300
@@ -101,7 +102,11 @@ class Limits(unittest.TestCase):
         rows = [
             {
                 "coefficients": {
-                    "x": [v, v * math.exp(-0.02 * limits.Z), v * math.exp(0.02 * limits.Z)]
+                    "x": [
+                        v,
+                        v * math.exp(-0.02 * CHANCE.normal_95),
+                        v * math.exp(0.02 * CHANCE.normal_95),
+                    ]
                 }
             }
             for v in (0.9, 1.0, 1.1)

@@ -229,7 +229,7 @@ class Files(Folder):
         )
         table = self.work / "table.csv"
         self.assertEqual(run("export", model, "-o", table, "--tolerance", "0.1").returncode, 0)
-        self.assertIn("steady noise, ramp and lines only: temperature", table.read_text())
+        self.assertIn("only stationary noise, ramp and lines: temperature", table.read_text())
         self.assertTrue(table.read_text().endswith(",0.1\n"))
         for wrong in (("--tolerance", "1.5"), ("--tolerance", "nan"), ("--window", "3")):
             done = run("export", model, "-o", self.work / "no.csv", *wrong)

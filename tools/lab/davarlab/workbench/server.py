@@ -146,13 +146,16 @@ class Server:
 
     @staticmethod
     async def body(request):
-        """The bytes that came with a request; None where they are too many."""
-        text = bytearray()
+        """The body of a request; None if it is too large. A client reads the error only after it has sent its body, so the rest
+        is read and dropped, up to the size of a dropped file."""
+        text, size = bytearray(), 0
         async for block in request.stream():
-            text += block
-            if len(text) > LARGEST_REQUEST:
-                return None
-        return bytes(text)
+            size += len(block)
+            if size <= LARGEST_REQUEST:
+                text += block
+            elif size > LARGEST_DROP:
+                break
+        return bytes(text) if size <= LARGEST_REQUEST else None
 
     async def drop(self, request):
         """A file that was dropped on the page, as it comes."""
