@@ -1,18 +1,15 @@
 """tools/davarlab dbc: the same layout at other identifiers."""
 
 import random
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 import cantools
+from davarlab import errors
+from davarlab.wire import dbc
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/lab"))
-
-from davarlab import errors  # noqa: E402
-from davarlab.wire import dbc  # noqa: E402
 
 ORIGINAL = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 

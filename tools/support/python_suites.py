@@ -95,6 +95,9 @@ def wire_python():
     )
 
 
+DAVARLAB = {"PYTHONPATH": str(ROOT / "tools/lab")}  # for modules that import davarlab
+
+
 def lab():
     """The lab's own Python, for modules that import the lab. Also builds what the commands in
     tools/ build on their first use, because all modules would otherwise find it missing at the same
@@ -107,7 +110,7 @@ def lab():
     return [python], {
         "DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"),
         "OPENBLAS_NUM_THREADS": "1",
-        "PYTHONPATH": str(ROOT / "tools/lab"),
+        **DAVARLAB,
     }
 
 
@@ -137,6 +140,7 @@ def workbench():
 
 def wire():
     return [wire_python()], {
+        **DAVARLAB,
         "DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
         "DAVAR_NODE": program("gateway/davar-node", "release"),
         **simulator("release")[1],
@@ -237,7 +241,7 @@ def guest():
 
 def board():
     """An emulated board connected to such a kernel."""
-    return [wire_python()], {"DAVAR_KERNEL": linux(), **simulator("release")[1]}
+    return [wire_python()], {"DAVAR_KERNEL": linux(), **DAVARLAB, **simulator("release")[1]}
 
 
 def mutants_python():
