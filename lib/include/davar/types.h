@@ -236,8 +236,10 @@ typedef enum {
     DAVAR_NOISE_MIXED, /**< white noise alone does not. davar_fit_white gives an upper bound of the angle random walk;
                              davar_fit separates the terms */
     DAVAR_NOISE_CONSTANT, /**< every difference is 0: the noise is below one count, or the sensor is stuck */
-    DAVAR_NOISE_COARSE /**< the noise is below about half a count and hidden by rounding (5.15). Every coefficient is absent; the
+    DAVAR_NOISE_COARSE, /**< the noise is below about half a count and hidden by rounding (5.15). Every coefficient is absent; the
                              angle random walk has an upper bound. Use a finer count: a smaller range, or more bits */
+    DAVAR_NOISE_FILTERED /**< the short cluster sizes read low, as behind a low-pass that the plan does not know (5.17).
+                             Everything is withheld. Declare the filter: davar_plan_init_filtered */
 } davar_noise_t;
 
 /** The result of one epoch. */
