@@ -113,7 +113,7 @@ static coverage_t measured(uint32_t window, double sigma, mean_t mean, unsigned 
     uint32_t taus[12];
     const davar_config_t config = config_of(window, taus);
     coverage_t coverage = {0};
-    davar_plan_init(&plan, taus, config.tau_count);
+    davar_plan_init_white(&plan, taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < windows; i++) {
         one_window(&config, sigma, mean);
@@ -177,7 +177,7 @@ static void test_with_large_noise_rounding_only_subtracts_its_variance(void)
 {
     uint32_t taus[12];
     const davar_config_t config = config_of(600U, taus);
-    davar_plan_init(&plan, taus, config.tau_count);
+    davar_plan_init_white(&plan, taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < 200U; i++) {
         one_window(&config, (i % 2U == 0U) ? 5.0 : 30.0, ANYWHERE);
@@ -207,7 +207,7 @@ static void test_a_walk_that_is_rounded_keeps_its_coefficient(void)
     const double truth = 216000.0 * step * config.unit_per_count * sqrt(config.rate_hz);
     unsigned held = 0U;
     unsigned walks = 0U;
-    davar_plan_init(&plan, taus, config.tau_count);
+    davar_plan_init_white(&plan, taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < 1000U; i++) {
         double walk = 0.0;
@@ -233,7 +233,7 @@ static void test_noise_below_half_a_count_has_a_reason_and_a_limit(void)
     uint32_t taus[12];
     const davar_config_t config = config_of(600U, taus);
     const double half = 60.0 * 0.5 * config.unit_per_count / sqrt(config.rate_hz);
-    davar_plan_init(&plan, taus, config.tau_count);
+    davar_plan_init_white(&plan, taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < 500U; i++) {
         one_window(&config, 0.02 * (double)(i % 20U), (mean_t)(i % 4U));

@@ -34,7 +34,7 @@ static void set_taus(uint32_t window, const uint32_t *m, uint8_t count)
         result.tau[t].m = m[t];
         result.tau[t].differences = (2U * m[t] <= window) ? window - 2U * m[t] + 1U : 0U;
     }
-    davar_plan_init(&plan, m, count);
+    davar_plan_init_white(&plan, m, count);
 }
 
 static void set_octaves(uint32_t window, uint8_t count)

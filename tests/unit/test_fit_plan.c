@@ -10,7 +10,7 @@ static void assert_same_as_fresh(const uint32_t *m, uint8_t count)
     davar_result_t again = result;
     davar_plan_t fresh;
     memset(&fresh, 0xA5, sizeof fresh);
-    davar_plan_init(&fresh, m, count);
+    davar_plan_init_white(&fresh, m, count);
     davar_fit(&fresh, 1.0 / 0.5, &again);
     davar_fit(&plan, 1.0 / 0.5, &result);
     TEST_ASSERT_EQUAL_MEMORY(again.tau, result.tau, sizeof result.tau);
@@ -115,7 +115,7 @@ static void test_the_limit_of_the_misfit_is_five_standard_deviations(void)
                 variance += 2.0 * r * r;
             }
         }
-        davar_plan_init(&plan, m, count);
+        davar_plan_init_white(&plan, m, count);
         const double limit = 2.0 * ((count - 1.0) + (5.0 * sqrt(variance)));
         TEST_ASSERT_DOUBLE_WITHIN(1e-5 * limit, limit,
                                   (double)plan.misfit_limit / DAVAR_FIT_MISFIT_ONE);

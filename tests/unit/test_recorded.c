@@ -300,7 +300,7 @@ static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32
 
 static void run_policy(bool is_wide, davar_policy_t policy)
 {
-    davar_plan_init(&plan, taus, 5U);
+    davar_plan_init_white(&plan, taus, 5U);
     static const uint32_t strides[] = {
         1U, 20U, 7U, 23U}; /* the latter two: windows whose edges lie between results */
     for (uint32_t way = 0U; way < 8U; way++) {
@@ -387,7 +387,7 @@ static void add_fit(void)
 
 static void test_fits_of_mixtures(void)
 {
-    davar_plan_init(&plan, octaves, OCTAVES);
+    davar_plan_init_white(&plan, octaves, OCTAVES);
     for (uint32_t i = 0U; i < 310U; i++) {
         double size[5];
         for (uint32_t k = 0U; k < 5U; k++) {
@@ -412,7 +412,7 @@ static void test_fits_of_unlikely_deviations(void)
             const int exponent = (int)(random_next(&rng) >> 60U) - 8;
             size[k] = ldexp(random_part(), exponent);
         }
-        davar_plan_init(&plan, octaves, count);
+        davar_plan_init_white(&plan, octaves, count);
         make_deviations(size, (double)(i % 21U) * 0.049, count);
         for (uint32_t t = 0U; ((i % 3U) == 0U) && (t < count); t++) { /* gaps have left few */
             result.tau[t].differences = (result.tau[t].differences ^ 8191U) | ((i % 2U) << t);

@@ -299,6 +299,7 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
     double functional[DAVAR_TAUS_MAX];
     plan->count = count;
     plan->window = 0U;
+    plan->rate_hz = 0.0;
     factorise(plan, l);
     for (int t = 0; t < count; t++) {
         constant[t] = 1.0;

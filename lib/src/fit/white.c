@@ -435,10 +435,6 @@ bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *re
 static void write_beside(const davar_plan_t *plan, const davar_white_t *white,
                          davar_result_t *result)
 {
-    if (white->lacks) {
-        davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
-        return;
-    }
     int t = 0;
     while ((t < (plan->count - 1)) &&
            (davar_bits_of_float(plan->gain[t]) < davar_bits_of_float(DAVAR_FIT_PASSED))) {
