@@ -226,10 +226,12 @@ DAVAR_RARE static unrounded_t unrounded(const davar_plan_t *plan, uint32_t share
     return without;
 }
 
-/* Where rounding lowers the estimate, because the functional of a filter has negative factors. */
-DAVAR_RARE static unrounded_t raised(uint32_t share, uint32_t least, scaled_t high)
+/* Where rounding lowers the estimate, because the functional of a filter has negative factors. Its
+ * share may be several times the estimate. */
+DAVAR_RARE static unrounded_t raised(scaled_t share, uint32_t least, scaled_t high)
 {
-    const scaled_t root = root_of_share(CENTRE_ONE + share);
+    const scaled_t one = {SCALED_TOP, -31};
+    const scaled_t root = scaled_root(scaled_plus(one, share));
     return (unrounded_t){root, scaled_times(root, root_of_share(least | 1U)),
                          scaled_times(root, high)};
 }
@@ -329,14 +331,15 @@ static void white_present(const davar_plan_t *plan, const davar_white_t *white, 
     const scaled_t whole = scaled_times(root, scaled_of_double(plan->root[WHITE]));
     const uint32_t factor = davar_bits_of_float(plan->rounding[WHITE]);
     const uint32_t size = factor & 0x7FFFFFFFU;
-    const uint32_t share = scaled_to_fixed(
-        scaled_times(white->rounding, scaled_of_float(davar_float_of_bits(size))), NOISE_BITS);
+    const scaled_t rounded =
+        scaled_times(white->rounding, scaled_of_float(davar_float_of_bits(size)));
+    const uint32_t share = scaled_to_fixed(rounded, NOISE_BITS);
     const uint32_t least = least_square(plan, white);
     const scaled_t high = with_lack(plan, white, scaled_of_float(plan->white_high));
     const unrounded_t without =
         (factor == size)
             ? unrounded(plan, share, scaled_to_fixed(white->rounding, NOISE_BITS), least, high)
-            : raised(share, least, high);
+            : raised(rounded, least, high);
     coefficient->present = true;
     coefficient->value =
         scaled_to_double((share == 0U) ? whole : scaled_times(whole, without.value));
