@@ -388,6 +388,22 @@ static void write_nothing(davar_result_t *result)
     davar_absent_coefficients(result);
 }
 
+/* Does the shortest size scatter by no more than twice the rounding and the noise that it hides?
+ * Otherwise N^2 is small because another term lowers it: behind a filter, weights can be negative. */
+DAVAR_RARE static bool is_within_counts(const davar_plan_t *plan, const davar_result_t *result,
+                                        const davar_white_t *white)
+{
+    const scaled_t count = scaled_of_double(result->unit_per_count);
+    const scaled_t hidden = scaled_times(count, scaled_of_float(plan->hidden));
+    const scaled_t noise =
+        scaled_times(scaled_times(hidden, hidden), scaled_of_float(plan->gain[0]));
+    const scaled_t most = scaled_plus(noise, davar_rounding(result));
+    const scaled_t found =
+        scaled_times(scaled_times(white->adev[0], white->adev[0]), scaled_of_float(plan->m[0]));
+    return scaled_to_fixed(scaled_times(found, scaled_inverse(most)), NOISE_BITS) <=
+           (2U * CENTRE_ONE);
+}
+
 /* davar_white_suffices with a plan that is up to date. */
 static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
                      davar_white_t *white)
@@ -404,6 +420,11 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     }
     white->rounding = scaled_times(davar_rounding(result), scaled_inverse(white->square));
     if (scaled_to_fixed(white->rounding, NOISE_BITS) >= plan->coarse) {
+        white->suspects = 0U;
+        white->explains = false;
+        if (!is_within_counts(plan, result, white)) {
+            return false;
+        }
         const scaled_t high =
             scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
         davar_write_coarse(plan, in_unit(plan, WHITE, high), result);
