@@ -71,8 +71,8 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
     if (!allocate(engine, words, error)) {
         return false;
     }
-    davar_plan_init(&engine->plan, engine->config.taus,
-                    engine->config.tau_count); /* all channels share it */
+    davar_plan_init_white(&engine->plan, engine->config.taus,
+                          engine->config.tau_count); /* all channels share it */
     for (size_t c = 0; c < count; c++) {
         engine->channels[c] = (davar_node_channel_t){
             .davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};
