@@ -109,4 +109,17 @@ static inline bool davar_bandwidth_at(const davar_bandwidth_t *bandwidth, double
            ((filter->cutoff >= 0.002) && (filter->cutoff <= (2.0 * decimation)));
 }
 
+/* Prepares the plan of a fit. `filter` null: nothing is known about a filter. */
+static inline void davar_bandwidth_plan(davar_plan_t *plan, const davar_config_t *config,
+                                        const davar_filter_t *filter)
+{
+    if (filter == NULL) {
+        davar_plan_init(plan, config->taus, config->tau_count);
+    } else if ((filter->poles == 0U) && (filter->averages == 0U)) {
+        davar_plan_init_white(plan, config->taus, config->tau_count);
+    } else {
+        davar_plan_init_filtered(plan, config->taus, config->tau_count, filter);
+    }
+}
+
 #endif
