@@ -8,7 +8,7 @@
 
 #include "davar/wire.h"
 
-#define DAVAR_SLCAN_BYTES 22U /**< t iii l dddddddddddddddd \r: a classical frame of 8 bytes */
+#define DAVAR_SLCAN_BYTES 22U /**< a classical frame of 8 bytes: t, 3 + 1 + 16 digits, return */
 
 /** Writes a classical frame (length <= 8, asserted) as text without a final zero.
  * `text` holds DAVAR_SLCAN_BYTES. @return Number of characters, 6 + 2 length. */

@@ -23,6 +23,7 @@ extern "C" {
 /** Everything a fit needs that does not depend on the Allan deviations: a cache, not a history.
  * The caller owns it. Fields are private. */
 typedef struct davar_plan {
+    /** @privatesection */
     uint8_t count;                                     /* usable cluster sizes of the plan (5.4) */
     int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two: the units of variance */
     float m[DAVAR_TAUS_MAX];
@@ -36,8 +37,8 @@ typedef struct davar_plan {
     float unit[DAVAR_COEFFICIENT_COUNT];
     float misfit_spread;
     uint64_t misfit_limit;
-    uint32_t
-        window; /* length without gaps and mirror images that the fields below fit (5.5); 0: none */
+    /* length without gaps and mirror images that the fields below fit (5.5); 0: none */
+    uint32_t window;
     double edf[DAVAR_TAUS_MAX];
     uint32_t root_edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];
@@ -63,14 +64,15 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
  * mirrored_samples; unit_per_count (0: rounding to counts is not removed). rate_hz: samples per
  * second, above 0. The cluster sizes must be those of the plan.
  * Writes result->noise, the coefficients, and edf, low and high of every tau. By result->noise:
- *   WHITE     The angle random walk has a value and an interval, every tau has an interval, and
- *             the other terms have upper limits.
- *   MIXED     White noise does not explain the window. The angle random walk has the upper limit
- *             that the shortest tau implies; everything else is absent. Call davar_fit.
- *   COARSE    Rounding to counts hides the noise. The angle random walk has an upper limit, the
- *             other terms are absent, and every tau has the interval 0 to infinity.
- *   CONSTANT  Every difference is 0. All terms are absent; every tau has that same interval.
- *   UNKNOWN   The window holds no difference. Everything is absent.
+ * - WHITE: the angle random walk has a value and an interval, every tau has an interval, and the
+ *   other terms have upper limits.
+ * - MIXED: white noise does not explain the window. The angle random walk has the upper limit that
+ *   the shortest tau implies; everything else is absent. Call davar_fit.
+ * - COARSE: rounding to counts hides the noise. The angle random walk has an upper limit, the other
+ *   terms are absent, and every tau has the interval 0 to infinity.
+ * - CONSTANT: every difference is 0. All terms are absent; every tau has that same interval.
+ * - UNKNOWN: the window holds no difference. Everything is absent.
+ *
  * @return True if white noise explains the window, so that the angle random walk is present.
  * Cost: O(T); for a new window length O(T) more; if the number of usable taus changes, O(T^2).
  * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.15). */

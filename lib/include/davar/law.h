@@ -73,9 +73,9 @@ struct davar_law {
      * gap and flush go together. Takes samples up to the one that completes a result and returns
      * how many. */
     size_t (*push)(struct davar *davar, void *state, const void *samples, size_t count);
-    /** For a law with a queue: the part of davar_gap that concerns it. */
+    /** For a law with a queue: handles a gap that davar_gap has counted. */
     void (*gap)(struct davar *davar, void *state);
-    /** For a law with a queue: returns true if another result is complete. */
+    /** For a law with a queue: handles davar_flush. Returns true if another result is complete. */
     bool (*flush)(struct davar *davar, void *state);
 };
 
