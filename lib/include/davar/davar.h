@@ -40,18 +40,22 @@ extern const davar_config_t davar_default_config;
  * @return A text that is never null and must not be changed. Threads: any. Cost: O(1). */
 const char *davar_status_text(davar_status_t status);
 
-/** @{ Computes the bytes of memory that davar_init_* needs.
+/** @{ */
+/** Computes the bytes of memory that davar_init_* needs.
  * For static arrays use DAVAR_MEMORY (instance.h).
  * @return 0 if davar_init_* would reject the configuration.
+ *
  * Threads: any. Cost: O(T). Source: DESIGN 6. */
 size_t davar_memory_size_q15(const davar_config_t *config);
 size_t davar_memory_size_q31(const davar_config_t *config);
 size_t davar_memory_size_f32(const davar_config_t *config);
 /** @} */
 
-/** @{ Starts an instance.
+/** @{ */
+/** Starts an instance.
  * The caller owns config and memory (8-byte aligned). Both must outlive the instance, unchanged.
  * @return DAVAR_OK, or the first error found; on error nothing is written.
+ *
  * Threads: stopped. Cost: O(T^2 + bytes). */
 davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory,
                               size_t bytes);
@@ -61,7 +65,8 @@ davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void
                               size_t bytes);
 /** @} */
 
-/** @{ Pushes a block of samples: counts, or deg/s for _f32.
+/** @{ */
+/** Pushes a block of samples: counts, or deg/s for _f32.
  * The newest result that the block completes waits for davar_take. Replaced results are counted in
  * davar_health_t.missed. Results do not depend on how samples are split into blocks.
  * A type other than that of init, or a push after davar_flush, is an assertion failure; without
@@ -75,10 +80,12 @@ void davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
 void davar_push_f32(davar_t *davar, const float *rates, size_t count);
 /** @} */
 
-/** @{ Pushes samples up to and including the one that completes a result, for a caller that wants
+/** @{ */
+/** Pushes samples up to and including the one that completes a result, for a caller that wants
  * every result of a block: take, then call it again with the rest.
  * @return Samples consumed: at least 1 unless count is 0; all of them after an error of the caller
  *         (see davar_push_*).
+ *
  * Threads, cost: as davar_push_*. */
 DAVAR_NODISCARD size_t davar_push_until_result_q15(davar_t *davar, const int16_t *counts,
                                                    size_t count);
@@ -97,6 +104,7 @@ void davar_gap(davar_t *davar, uint32_t missing);
 /** Takes the newest result, if one is waiting, and evaluates its kurtosis, contribution and Allan
  * deviations. Intervals and coefficients are absent until davar_fit_white or davar_fit.
  * @return False if no result is waiting.
+ *
  * Threads: consumer; if a push interrupts it, it re-reads until its copy is consistent, so that
  * from time to time O(T G) instructions (a few hundred to a thousand without gaps) must pass
  * without a push. On a grid the result stays valid for K samples.
@@ -110,6 +118,7 @@ bool davar_take(davar_t *davar, davar_result_t *result);
  *         recording is shorter than longest / 2 or a grid was configured without
  *         window.mirrored_end. In both cases push no sample before davar_reset (asserted). In
  *         trailing mode without glr it returns false and changes nothing.
+ *
  * Threads: stopped. Cost: O(K T). */
 bool davar_flush(davar_t *davar);
 

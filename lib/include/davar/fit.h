@@ -74,6 +74,7 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
  * - UNKNOWN: the window holds no difference. Everything is absent.
  *
  * @return True if white noise explains the window, so that the angle random walk is present.
+ *
  * Cost: O(T); for a new window length O(T) more; if the number of usable taus changes, O(T^2).
  * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.15). */
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
@@ -101,6 +102,7 @@ void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
  * (asserted) without gaps. The rate ramp counts as rate random walk.
  * @return At least 1. Within 2 % of the exact value for window >= 6 m (5 % for rate random walk at
  *         m = 1), and never too large by more than that.
+ *
  * Cost: O(1). Formula (5.1), after Greenhall and Riley 2003. */
 double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window);
 
@@ -116,15 +118,17 @@ double davar_edf_least(const davar_result_t *result, uint8_t t);
  * counts as 1. The relative error is below 1e-3 of the exact quantiles. Cost: O(1). Formula (5.2). */
 void davar_chi_square_interval(double edf, double *low, double *high);
 
-/** Writes the octaves 1, 2, 4 .. that a window of `window` samples supports by the 25 % rule,
- * 9 m <= window; m = 1 always fits a window of 2 samples.
+/** Writes the octaves (1, 2, 4 and so on) that a window of `window` samples supports by the 25 %
+ * rule, 9 m <= window; m = 1 always fits a window of 2 samples.
  * @return How many it wrote to taus[], at most `capacity`. 0: window < 2.
+ *
  * Cost: O(capacity). Formula (1.3), [FAST]. */
 uint8_t davar_taus_octave(uint32_t window, uint32_t *taus, uint8_t capacity);
 
 /** Writes a geometric series of distinct sizes from 1 to window / 9, rounded: the "relevant times"
  * of [FAST] with its 25 % rule. `wanted` is the number of sizes before duplicates are removed.
  * @return How many it wrote to taus[], at most `capacity`. 0: window < 2, or wanted is 0.
+ *
  * Cost: O(capacity), and 100 steps of bisection. Formula (1.4). */
 uint8_t davar_taus_geometric(uint32_t window, uint8_t wanted, uint32_t *taus, uint8_t capacity);
 

@@ -91,7 +91,8 @@ typedef struct davar {
 #define DAVAR_STAGES_BYTES_Q31 ((size_t)176U + (4U * sizeof(void *)))
 /** @endcond */
 
-/** @{ The formulas behind DAVAR_MEMORY, for other settings, in bytes.
+/** @{ */
+/** The formulas behind DAVAR_MEMORY, for other settings, in bytes.
  * They hold for a result at every sample (stride 1), if every span fits the shortest window
  * (2 m_max <= shortest). For a stride by edges, window_max is longest + stride - 1 instead of
  * longest. For a grid, use DAVAR_MEMORY_GRID_*. Otherwise, and for law glr, call
@@ -134,7 +135,8 @@ typedef struct davar {
            (powers))))
 /** @endcond */
 
-/** @{ The same on a grid (stride above 1), in both modes, in bytes.
+/** @{ */
+/** The same on a grid (stride above 1), in both modes, in bytes.
  * window_min 0: a fixed window. With mirrored_end add 2 bytes (q15) or 4 (q31, f32) per sample of
  * window_max, rounded up to 8. The fewest records are needed where the stride divides half of both
  * lengths. Source: DESIGN 2.7. */

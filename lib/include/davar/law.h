@@ -85,7 +85,8 @@ extern const davar_law_t davar_law_kurtosis;
 extern const davar_law_t davar_law_or;  /**< Kurtosis OR contribution: A-DAVAR of [SONG18]. */
 extern const davar_law_t davar_law_and; /**< Kurtosis AND contribution. */
 
-/** @{ A likelihood ratio: the window begins where the noise last changed (10). Q15 is for
+/** @{ */
+/** A likelihood ratio: the window begins where the noise last changed (10). Q15 is for
  * davar_init_q15, Q31 for davar_init_q31 and davar_init_f32. */
 extern const davar_law_t davar_law_glr_q15;
 extern const davar_law_t davar_law_glr_q31;

@@ -85,6 +85,7 @@ typedef struct {
  * of windows that the slow comparison averages, at least 1.
  * @return False, with *monitor unchanged, if the table is empty, an adev_dps is not positive and
  *         finite, a tolerance is negative or not finite, an m occurs twice, or memory is below 1.
+ *
  * Cost: O(count^2). */
 #define davar_monitor_init DAVAR_SIZED(davar_monitor_init)
 bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count,

@@ -38,6 +38,7 @@ size_t davar_state_bytes(const davar_t *davar);
 /** Saves the instance to the slot that does not hold the newest image.
  * @return DAVAR_OK, or DAVAR_ERR_STATE_STORAGE: a slot is too small, neither slot can be read, or
  *         writing failed. After an error the older image is still there.
+ *
  * Cost: reads both slots once and writes the state once. */
 davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage);
 

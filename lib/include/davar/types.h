@@ -67,7 +67,7 @@ typedef enum {
     DAVAR_ERR_STATE_FOREIGN = 29
 } davar_status_t;
 
-/** A window law (davar/law.h). */
+/* A window law (davar/law.h). */
 typedef struct davar_law davar_law_t;
 
 /** Where the epoch is in its window. DESIGN (4.2). */
@@ -166,7 +166,8 @@ typedef struct {
     .law = NULL,                                                                                   \
     .window = {.longest = (longest_samples), .shortest = (longest_samples), .gaps_max = 4U}
 
-/** @{ Windows of up to `blocks` blocks of 10 samples that begin where the noise last changed. Q15
+/** @{ */
+/** Windows of up to `blocks` blocks of 10 samples that begin where the noise last changed. Q15
  * is for int16 counts, Q31 for int32 counts and floats. */
 #define DAVAR_GLR_Q15(blocks) .law = &davar_law_glr_q15, DAVAR_GLR_SETTINGS(blocks)
 #define DAVAR_GLR_Q31(blocks) .law = &davar_law_glr_q31, DAVAR_GLR_SETTINGS(blocks)

@@ -103,7 +103,7 @@ typedef enum {
 
 /** Item of DAVAR_Monitor: health; below it, the deviation of that tau. */
 #define DAVAR_MONITOR_HEALTH 32U
-#define DAVAR_MONITOR_NO_TAU 255U /**< worstTau if nothing was compared */
+#define DAVAR_MONITOR_NO_TAU 255U /**< WorstTau if nothing was compared */
 
 /** @name Optional frames of a result
  * Their sum is `content` of davar_encoder_init. DAVAR_Arw, DAVAR_State, DAVAR_Stationarity,
@@ -153,6 +153,7 @@ typedef struct {
  * `config` is the configuration of the instance and must outlive the encoder. `base` is the
  * identifier of channel 0, `content` a sum of DAVAR_SEND_*.
  * @return False, with *encoder unchanged, if the identifiers of the channel exceed 11 bits.
+ *
  * Cost: O(1). */
 bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base,
                         uint8_t channel, uint8_t content);
@@ -183,6 +184,7 @@ void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *h
 /** Writes the next frame.
  * @return False if there is none; *frame is then unchanged. A frame counts as sent: if the caller
  *         drops it, the receiver sees a hole in Counter.
+ *
  * Cost: O(length). */
 bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame);
 
