@@ -239,7 +239,7 @@ def dynamic(
         policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its
-            newest sample ("trailing").
+            newest sample ("trailing", the default with glr).
         window_max: longest window, samples. Default 600; glr: 600 blocks.
         window_min: shortest window, samples. Default 2/3 of the longest; glr: 2 blocks.
         segment: short segment of the contribution test, samples. Default 1/6 of the longest window;
@@ -247,7 +247,7 @@ def dynamic(
         kurtosis: stable range (K1, K2) of the kurtosis. Default (2.5, 3.3).
         contribution: stable range (S1, S2) of the sliding contribution. Default (0, 0.07).
         grow: growth of the window, samples per sample. Default 2; trailing: 1.
-        shrink: its shrinkage, samples per sample. Default 2; glr: at least 64.
+        shrink: its shrinkage, samples per sample. Default 2; glr shrinks by at least 64.
         taus: cluster sizes as a word: "octave" (default) or "geometric:K". At most 32, up to half a
             window. Give one of taus, clusters and taus_s.
         clusters: cluster sizes in samples (tau_s * rate_hz), ascending, as in davar-sim --taus
