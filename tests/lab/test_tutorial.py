@@ -102,7 +102,7 @@ class Tutorial(unittest.TestCase):
         effect = re.search(r"^    from davarlab\..*\n(?:    .*\n)+", design, re.MULTILINE)[0]
         (self.work / "own.py").write_text(textwrap.dedent(effect), encoding="utf-8")
         kinds = tutorial.run(["tools/davarlab", "effects", "--effects", "own.py"], self.work)
-        self.assertRegex(kinds, r"\bsupply\b.*\n.*coefficient_dps_per_V")
+        self.assertRegex(kinds, r"(?m)^supply: (.*\n){3}  coefficient_dps_per_V ")
 
 
 if __name__ == "__main__":

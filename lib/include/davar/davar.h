@@ -97,7 +97,8 @@ DAVAR_NODISCARD size_t davar_push_until_result_f32(davar_t *davar, const float *
 
 /** Reports that `missing` samples (at least 1; the number is only counted) were lost before the
  * next one. Differences that span the gap are excluded from every sum. It completes no result. Law
- * glr: up to three blocks before it that were not accepted yet are excluded too.
+ * glr: up to three blocks before it that were not accepted yet are excluded too. After davar_flush
+ * it is an assertion failure; without asserts the samples count as missing.
  * Threads: producer. Cost: O(G); if it restarts the window O(T), with one 64-bit division. */
 void davar_gap(davar_t *davar, uint32_t missing);
 
