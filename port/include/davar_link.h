@@ -44,8 +44,8 @@ davar_port_send_t davar_link_send(davar_link_t *link, const davar_frame_t *frame
 /** Counts a frame that the caller dropped before davar_link_send accepted it. */
 void davar_link_dropped(davar_link_t *link);
 
-/** Reads bus errors and unexpected bytes, detects a lost peer, and tries to reopen a lost link. Call
- * it regularly. Cheap. */
+/** Reads bus errors and unexpected bytes, detects a lost peer, and tries to reopen a lost link.
+ * Call it regularly. Cheap. */
 void davar_link_poll(davar_link_t *link);
 
 /** Returns true if the interface, the tty or the reader of the pty is available. */
@@ -54,7 +54,8 @@ bool davar_link_is_up(const davar_link_t *link);
 /** Waits until there may be room, at most `milliseconds`. */
 void davar_link_wait(davar_link_t *link, uint32_t milliseconds);
 
-/** Writes the link's counters into *health (DAVAR_HEALTH_FRAMES_DROPPED .. DAVAR_HEALTH_NOISE_BYTES). */
+/** Writes the link's counters into *health, from DAVAR_HEALTH_FRAMES_DROPPED to
+ * DAVAR_HEALTH_NOISE_BYTES. */
 void davar_link_health(const davar_link_t *link, davar_wire_health_t *health);
 
 /** Returns a number for davar_encoder_session, derived from a clock: 1 to 255. 0: there is no

@@ -16,8 +16,8 @@ typedef enum {
     DAVAR_POLICY_GLR = 4       /**< davar_law_glr_q15 or davar_law_glr_q31 */
 } davar_policy_t;
 
-/** Returns the law for counts of 16 bits, or for wider ones and floats (is_wide). Null for the fixed
- * window. */
+/** Returns the law for counts of 16 bits, or for wider ones and floats (is_wide). Null for the
+ * fixed window. */
 static inline const davar_law_t *davar_policy_law(davar_policy_t policy, bool is_wide)
 {
     switch (policy) {
