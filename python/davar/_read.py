@@ -33,14 +33,14 @@ NUMBER = re.compile(
 
 @dataclass
 class Recording:
-    """columns: name -> samples (N). A name ends in the unit: time_s, gyro_z_dps, temp_degC ...
-    rate_hz: from the median time step; None without time_s. notes: the `# key: value` lines of a
-    CSV, or the metadata of the log. recording["gyro_z_dps"] is a column.
-    """
+    """A recording from a file. recording["gyro_z_dps"] is a column."""
 
     columns: dict[str, Array]
+    """Samples (N) by name. A name ends in the unit: time_s, gyro_z_dps, temp_degC ..."""
     rate_hz: float | None
+    """Samples per second, from the median time step; None without time_s."""
     notes: dict[str, str] = field(default_factory=dict)
+    """The `# key: value` lines of a CSV, or the metadata of the log."""
 
     def __getitem__(self, name: str) -> Array:
         if name not in self.columns:
@@ -56,11 +56,18 @@ class Recording:
 def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording:
     """Reads the recording in a file.
 
-    CSV, plain or gzip: optional `# key: value` lines, a header row, then numbers. PX4 ULog,
-    ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and Parquet need the extra lab (pip install
-    "davar[lab]"). sensor: selects one if a log has several. Samples are unchanged, and time_s shows
-    the gaps. Raises ValueError with file, line and column, OSError if a file cannot be read,
-    ImportError without the extra.
+    Samples are unchanged, and time_s shows the gaps.
+
+    Args:
+        path: CSV, plain or gzip: optional `# key: value` lines, a header row, then numbers. PX4
+            ULog, ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and Parquet need the extra lab
+            (pip install "davar[lab]").
+        sensor: selects one if a log has several.
+
+    Raises:
+        ValueError: the message names file, line and column.
+        OSError: a file cannot be read.
+        ImportError: the extra is not installed.
     """
     name = os.fspath(path)
     if os.path.isdir(name):

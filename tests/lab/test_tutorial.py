@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 import unittest
 from pathlib import Path
 
@@ -91,6 +92,17 @@ class Tutorial(unittest.TestCase):
             data = (ROOT / "docs" / picture).read_bytes()
             self.assertEqual(data[:4], b"\x89PNG")
             self.assertLess(len(data), PICTURE_BYTES_MAX, picture)
+
+    def test_the_model_file_and_the_effect_of_the_pages_are_accepted(self):
+        page = (ROOT / "docs/WORKBENCH.md").read_text(encoding="utf-8")
+        model = re.search(r"^```toml\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)[1]
+        (self.work / "model.toml").write_text(model, encoding="utf-8")
+        tutorial.run(["tools/davarlab", "export", "model.toml", "-o", "table.csv"], self.work)
+        design = (ROOT / "tools/lab/DESIGN.md").read_text(encoding="utf-8")
+        effect = re.search(r"^    from davarlab\..*\n(?:    .*\n)+", design, re.MULTILINE)[0]
+        (self.work / "own.py").write_text(textwrap.dedent(effect), encoding="utf-8")
+        kinds = tutorial.run(["tools/davarlab", "effects", "--effects", "own.py"], self.work)
+        self.assertRegex(kinds, r"(?m)^supply: (.*\n){3}  coefficient_dps_per_V ")
 
 
 if __name__ == "__main__":

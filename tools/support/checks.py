@@ -24,6 +24,7 @@ from python_suites import (
     package,
     packages,
     python_module,
+    reference,
     simulator,
     suite,
     wire,
@@ -253,6 +254,11 @@ PARTS = {
         "every package of tools/release, installed by the tool of its ecosystem",
         suite("packages", setting=packages),
         packages=("dpkg-dev", "lintian", "arduino-builder", "g++", *VENV, *BOARDS),
+    ),
+    "reference": Part(
+        "API reference of the C headers and the Python package; every symbol is documented",
+        suite("reference", setting=reference),
+        packages=("doxygen", *VENV),
     ),
     "style": Part(
         "style rules: includes, no heap, function length, one version",

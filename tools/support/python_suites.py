@@ -244,6 +244,15 @@ def board():
     return [wire_python()], {"DAVAR_KERNEL": linux(), **DAVARLAB, **simulator("release")[1]}
 
 
+def reference():
+    """pdoc, which imports python/davar; that needs numpy, but not the library."""
+    python = set_up(
+        "python_environment venv-reference tools/requirements-reference.txt",
+        "reference-python.log",
+    )
+    return [python], {"PYTHONPATH": str(ROOT / "python")}
+
+
 def mutants_python():
     return set_up(
         "python_environment venv-mutants tools/support/requirements-mutants.txt",

@@ -23,6 +23,7 @@ extern "C" {
 /** Everything a fit needs that does not depend on the Allan deviations: a cache, not a history.
  * The caller owns it. Fields are private. */
 typedef struct davar_plan {
+    /** @privatesection */
     uint8_t count;                                     /* usable cluster sizes of the plan (5.4) */
     int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two: the units of variance */
     float m[DAVAR_TAUS_MAX];
@@ -36,8 +37,8 @@ typedef struct davar_plan {
     float unit[DAVAR_COEFFICIENT_COUNT];
     float misfit_spread;
     uint64_t misfit_limit;
-    uint32_t
-        window; /* length without gaps and mirror images that the fields below fit (5.5); 0: none */
+    /* length without gaps and mirror images that the fields below fit (5.5); 0: none */
+    uint32_t window;
     double edf[DAVAR_TAUS_MAX];
     uint32_t root_edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];
@@ -63,15 +64,17 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
  * mirrored_samples; unit_per_count (0: rounding to counts is not removed). rate_hz: samples per
  * second, above 0. The cluster sizes must be those of the plan.
  * Writes result->noise, the coefficients, and edf, low and high of every tau. By result->noise:
- *   WHITE     The angle random walk has a value and an interval, every tau has an interval, and
- *             the other terms have upper limits.
- *   MIXED     White noise does not explain the window. The angle random walk has the upper limit
- *             that the shortest tau implies; everything else is absent. Call davar_fit.
- *   COARSE    Rounding to counts hides the noise. The angle random walk has an upper limit, the
- *             other terms are absent, and every tau has the interval 0 to infinity.
- *   CONSTANT  Every difference is 0. All terms are absent; every tau has that same interval.
- *   UNKNOWN   The window holds no difference. Everything is absent.
+ * - WHITE: the angle random walk has a value and an interval, every tau has an interval, and the
+ *   other terms have upper limits.
+ * - MIXED: white noise does not explain the window. The angle random walk has the upper limit that
+ *   the shortest tau implies; everything else is absent. Call davar_fit.
+ * - COARSE: rounding to counts hides the noise. The angle random walk has an upper limit, the other
+ *   terms are absent, and every tau has the interval 0 to infinity.
+ * - CONSTANT: every difference is 0. All terms are absent; every tau has that same interval.
+ * - UNKNOWN: the window holds no difference. Everything is absent.
+ *
  * @return True if white noise explains the window, so that the angle random walk is present.
+ *
  * Cost: O(T); for a new window length O(T) more; if the number of usable taus changes, O(T^2).
  * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.15). */
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
@@ -99,6 +102,7 @@ void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
  * (asserted) without gaps. The rate ramp counts as rate random walk.
  * @return At least 1. Within 2 % of the exact value for window >= 6 m (5 % for rate random walk at
  *         m = 1), and never too large by more than that.
+ *
  * Cost: O(1). Formula (5.1), after Greenhall and Riley 2003. */
 double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window);
 
@@ -114,15 +118,17 @@ double davar_edf_least(const davar_result_t *result, uint8_t t);
  * counts as 1. The relative error is below 1e-3 of the exact quantiles. Cost: O(1). Formula (5.2). */
 void davar_chi_square_interval(double edf, double *low, double *high);
 
-/** Writes the octaves 1, 2, 4 .. that a window of `window` samples supports by the 25 % rule,
- * 9 m <= window; m = 1 always fits a window of 2 samples.
+/** Writes the octaves (1, 2, 4 and so on) that a window of `window` samples supports by the 25 %
+ * rule, 9 m <= window; m = 1 always fits a window of 2 samples.
  * @return How many it wrote to taus[], at most `capacity`. 0: window < 2.
+ *
  * Cost: O(capacity). Formula (1.3), [FAST]. */
 uint8_t davar_taus_octave(uint32_t window, uint32_t *taus, uint8_t capacity);
 
 /** Writes a geometric series of distinct sizes from 1 to window / 9, rounded: the "relevant times"
  * of [FAST] with its 25 % rule. `wanted` is the number of sizes before duplicates are removed.
  * @return How many it wrote to taus[], at most `capacity`. 0: window < 2, or wanted is 0.
+ *
  * Cost: O(capacity), and 100 steps of bisection. Formula (1.4). */
 uint8_t davar_taus_geometric(uint32_t window, uint8_t wanted, uint32_t *taus, uint8_t capacity);
 
