@@ -204,7 +204,7 @@ class Honest(Visiting):
         self.assertEqual((told["samples"], told["samples_missing"]), (2500, shown["missing"]))
         self.assertRegex(
             (self.folder / "r.html").read_text(),
-            rf'data-key="samples" value="2500.0">2,500</data> samples \({shown["missing"]} more are missing\)',
+            rf'data-key="samples" value="2500.0">2,500</data> samples \({shown["missing"]} others are missing\)',
         )
         expect(page.locator("#recording")).to_contain_text(
             f"2500 samples ({shown['missing']} missing in {shown['gaps']} gaps)"
