@@ -140,7 +140,8 @@ def of_csv(path: str) -> Recording:
         back = np.flatnonzero(np.diff(columns["time_s"]) < 0)
         if len(back):
             raise ValueError(
-                f"{path}:{first + 3 + back[0]}: column time_s: time runs backwards, found {columns['time_s'][back[0] + 1]:.15g}"
+                f"{path}:{first + 3 + back[0]}: column time_s: time runs backwards, found "
+                f"{columns['time_s'][back[0] + 1]:.15g}"
             )
     return Recording(columns, rate_of(columns, path), notes)
 

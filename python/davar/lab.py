@@ -25,7 +25,10 @@ def missing() -> list[str]:
 
 def said(absent: list[str]) -> str:
     """The message for missing packages."""
-    return f'not installed: {", ".join(absent[:3])}{" ..." if absent[3:] else ""}; pip install "davar[lab]"'
+    return (
+        f"not installed: {', '.join(absent[:3])}{' ...' if absent[3:] else ''}; "
+        'pip install "davar[lab]"'
+    )
 
 
 def main() -> int:

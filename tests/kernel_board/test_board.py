@@ -17,10 +17,12 @@ import tempfile
 import unittest
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/lab"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import targets
+from davarlab.wire import frames as wire
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tools/support"), str(ROOT / "tools/lab")]
-import targets  # noqa: E402
-from davarlab.wire import frames as wire  # noqa: E402
 
 SIM, KERNEL = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_KERNEL", "linux")
 TARGET = "cortex-m4f"

@@ -1,4 +1,6 @@
-"""The rooms of davarlab: imports run one way down the list, and a room has at most a dozen files. davarfleet, beside it, is a room too."""
+"""The rooms of davarlab: imports run one way down the list, and a room has at most a dozen files.
+davarfleet, beside it, is a room too.
+"""
 
 import ast
 import os
@@ -84,7 +86,8 @@ OPENED = {
     ): "to append",
     (
         "wire/record.py",
-        "open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 438), 'rb+', buffering=0)",
+        "open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 438), "
+        "'rb+', buffering=0)",
     ): "to append",
     (
         "wire/record.py",
@@ -122,7 +125,9 @@ def name_of(path):
 
 
 def functions_that_import(path, package):
-    """Names of the functions of a module that import the package; None stands for the module itself."""
+    """Names of the functions of a module that import the package; None stands for the module
+    itself.
+    """
     tree = ast.parse(path.read_text())
     inside = {
         node: function.name

@@ -14,7 +14,7 @@ import cantools
 from senders import FD, ROOT, STATE, frames, run, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import frames as wire
 
 FAULTS = int(os.environ.get("DAVAR_WIRE_FAULTS", "1000000")) // 20
 DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import cantools
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/lab"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/lab"))
+from davarlab import errors
+from davarlab.wire import dbc
 
-from davarlab import errors  # noqa: E402
-from davarlab.wire import dbc  # noqa: E402
+ROOT = Path(__file__).resolve().parents[2]
 
 ORIGINAL = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 

@@ -18,7 +18,7 @@ from senders import END, ROOT, run, seeded
 from test_raw import counts, stream
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import frames as wire
 from davarlab.wire import live, record
 
 WARM, RESTARTS = 40, 240

@@ -19,11 +19,14 @@ from pathlib import Path
 from senders import ROOT, frames, run
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import frames as wire
 from davarlab.wire import record, source
 
 # The command of tools/davarlab live, without the other commands and their requirements.
-LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+LIVE = (
+    "import sys, json, argparse\nfrom davarlab.wire import live\n"
+    "sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+)
 
 
 MARK = 9
@@ -111,7 +114,8 @@ class Live(unittest.TestCase):
         self.assertEqual(
             1,
             told.count(
-                "davarlab live: channel 0: the sender has been restarted: a new section begins with epoch 99\n"
+                "davarlab live: channel 0: the sender has been restarted: a new section "
+                "begins with epoch 99\n"
             ),
         )
         self.assertIn(" 0 orphaned,", told)
@@ -172,7 +176,8 @@ class Live(unittest.TestCase):
             self.assertTrue(text == "" or text.endswith("\n"))
             kept = len(self.rows())
             self.assertIn(
-                f"arw.csv: {self.all_shown - max(text.count(chr(10)) - 1, 0)} results not recorded\n",
+                f"arw.csv: {self.all_shown - max(text.count(chr(10)) - 1, 0)} "
+                "results not recorded\n",
                 told,
             )
             self.assertEqual(

@@ -26,7 +26,7 @@ from senders import ROOT, frames, run, seeded
 from test_raw import counts, stream
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import frames as wire
 from davarlab.wire import live, raw_record, record
 
 WATCHED = (live.__file__, wire.__file__, record.__file__, raw_record.__file__)
@@ -70,7 +70,9 @@ for fault in sys.stdin:
     if not child:
         for number, name in ((1, "out"), (2, "err")):
             os.dup2(os.open(f"{folder}/{name}", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
-        options = argparse.Namespace(source="slcan:" + where, base=wire.BASE, record=f"{folder}/arw.csv", raw=f"{folder}/raw.csv", count=None, idle=0.1, json=True)
+        options = argparse.Namespace(
+            source="slcan:" + where, base=wire.BASE, record=f"{folder}/arw.csv",
+            raw=f"{folder}/raw.csv", count=None, idle=0.1, json=True)
         arm(fault.strip().encode())
         os._exit(command(options))
     _, status = os.waitpid(child, 0)
@@ -165,7 +167,7 @@ class Signals(Case):
         while ended:
             left = line
 
-            def trace(frame, event, value):
+            def trace(frame, event, value, line=line):
                 nonlocal left
                 if frame.f_code.co_filename not in WATCHED:
                     return None

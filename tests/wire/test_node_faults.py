@@ -20,7 +20,7 @@ from pathlib import Path
 from senders import ROOT, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import frames as wire
 from davarlab.wire import source
 
 NODE = os.environ.get("DAVAR_NODE", "davar-node")
@@ -251,7 +251,8 @@ class Calls(Case):
                         gone_on += 1
                         back += self.adds_up(done).get("link restored", 0)
             print(
-                f"{function}: {refused} refused, {gone_on} gone on with, {back} times the link came back",
+                f"{function}: {refused} refused, {gone_on} gone on with, {back} times "
+                "the link came back",
                 flush=True,
             )
             self.assertGreater(refused + gone_on, 0)

@@ -15,8 +15,8 @@ from pathlib import Path
 from senders import PROBE, ROOT, disturbed, run, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab import errors  # noqa: E402
-from davarlab.wire import frames as wire  # noqa: E402
+from davarlab import errors
+from davarlab.wire import frames as wire
 from davarlab.wire import raw_record, source
 
 NODE, SIM = os.environ.get("DAVAR_NODE", "davar-node"), os.environ.get("DAVAR_SIM", "davar-sim")

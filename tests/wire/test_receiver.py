@@ -11,10 +11,10 @@ import sys
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/lab"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/lab"))
+from davarlab.wire import frames as wire
 
-from davarlab.wire import frames as wire  # noqa: E402
+ROOT = Path(__file__).resolve().parents[2]
 
 WIRE_MD = " ".join((ROOT / "lib/WIRE.md").read_text(encoding="utf-8").split())
 FAULTS = int(os.environ.get("DAVAR_WIRE_FAULTS", "1000000"))

@@ -8,12 +8,12 @@ import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/lab"))
-
-from davarlab import errors  # noqa: E402
-from davarlab.wire import frames as wire  # noqa: E402
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/lab"))
+from davarlab import errors
+from davarlab.wire import frames as wire
 from davarlab.wire import record
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def result(n, channel=0, taus=3):

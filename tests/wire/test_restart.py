@@ -14,7 +14,7 @@ import cantools
 from senders import END, FD, ROOT, STATE, Run, disturbed, frames, run, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import frames as wire
 
 STREAMS = int(os.environ.get("DAVAR_WIRE_STREAMS", "60"))
 DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)

@@ -114,8 +114,9 @@ def flat(path, seen, change=lambda path, text: text):
 def header(seen):
     text = "".join(flat(path, seen) for path in sorted((LIB / "include/davar").glob("*.h")))
     return (
-        "/* davar - all public headers in one, made by tools/support/amalgamate.py. MIT licence. */\n#ifndef DAVAR_ONE_H\n"
-        f"#define DAVAR_ONE_H\n\n{text}#endif\n"
+        "/* davar - all public headers in one, made by tools/support/amalgamate.py. "
+        "MIT licence. */\n"
+        f"#ifndef DAVAR_ONE_H\n#define DAVAR_ONE_H\n\n{text}#endif\n"
     )
 
 
@@ -140,7 +141,8 @@ def source(seen):
     seen |= PER_TYPE
     text += "".join(flat(path, seen) for path in SOURCES)
     return (
-        '/* davar - the library in one file, made by tools/support/amalgamate.py. MIT licence. */\n#include "davar.h"\n\n'
+        "/* davar - the library in one file, made by tools/support/amalgamate.py. MIT licence. */\n"
+        '#include "davar.h"\n\n'
         "#ifdef __GNUC__ /* not every type uses all that a header offers */\n"
         f'#pragma GCC diagnostic ignored "-Wunused-function"\n#endif\n\n{text}'
     )

@@ -108,7 +108,8 @@ def python_figures():
     )
     if done.returncode:
         print(
-            f"davar-bench: cannot measure the Python package: {(done.stderr.splitlines() or ['no reason'])[-1]}",
+            "davar-bench: cannot measure the Python package: "
+            f"{(done.stderr.splitlines() or ['no reason'])[-1]}",
             file=sys.stderr,
         )
         return None
@@ -144,13 +145,15 @@ def show(figures):
     )
     print("\nThe complete chain: kurtosis, contribution, window law, deviations, fit, intervals")
     print(
-        f"{'a result at every sample':<38}{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}"
+        f"{'a result at every sample':<38}"
+        f"{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}"
     )
     print(f"{'a result every 60 samples':<38}{figures['grid_8_taus_ns_per_sample']:>14,.1f}")
     print(f"\nCost of window 65536 over window 64   {figures['flatness_65536_over_64']:>14.2f}")
     print(f"... 65536 over 256, a result every 4  {figures['grid_flatness_65536_over_256']:>14.2f}")
     print(
-        f"davar-sim, CSV to CSV                 {figures['sim_samples_per_s'] / 1e6:>14.2f} million samples per second"
+        f"davar-sim, CSV to CSV                 {figures['sim_samples_per_s'] / 1e6:>14.2f} "
+        "million samples per second"
     )
 
 

@@ -170,7 +170,8 @@ PARTS = {
         ),
     ),
     "kernel": Part(
-        "CAN, serial lines and gpio, with faults, on a User-Mode Linux kernel (built once, in minutes)",
+        "CAN, serial lines and gpio, with faults, on a User-Mode Linux kernel "
+        "(built once, in minutes)",
         suite("kernel", setting=guest) + suite("kernel", "kernel_board", board),
         packages=(
             "linux-source-6.1",

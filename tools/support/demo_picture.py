@@ -6,10 +6,10 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.colors import LogNorm  # noqa: E402
-from matplotlib.ticker import LogLocator  # noqa: E402
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.ticker import LogLocator
 
 
 def column_of(rows, name):
@@ -26,7 +26,7 @@ def extremes(time, rate, stretches):
 
 
 def draw_rate(axes, points, column):
-    """Plots dots, or the band between the extremes of a long recording, so that no shock is lost."""
+    """Plots dots, or the band between the extremes of a long recording, so no shock is lost."""
     time, rate = np.array(points).T
     if len(rate) > 50_000:
         axes.plot(*extremes(time, rate, 5000), color="0.25", linewidth=0.5, rasterized=True)

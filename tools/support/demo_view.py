@@ -59,7 +59,10 @@ def digest_line(row):
         )
         arw = f"{value:10.4g}  {low:8.4g} .. {high:<8.4g}"
     mark = "unstable" if row["unstable"] == "1" else ""
-    return f"{number(row['time_s']):10.1f} {row['window_samples']:>7} {number(row['kurtosis']):9.2f} {arw} {mark}".rstrip()
+    return (
+        f"{number(row['time_s']):10.1f} {row['window_samples']:>7} "
+        f"{number(row['kurtosis']):9.2f} {arw} {mark}"
+    ).rstrip()
 
 
 def print_digest(rows, notes, recording):

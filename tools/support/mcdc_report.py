@@ -72,6 +72,7 @@ def missing(report, root, exceptions_path):
         wrong.append("the report has no decision of lib/")
     covered = count - uncovered.total()
     return (
-        f"lib/: MC/DC of {covered} of {count} conditions, {len(found)} decisions; {excepted.total()} named exceptions",
+        f"lib/: MC/DC of {covered} of {count} conditions, {len(found)} decisions; "
+        f"{excepted.total()} named exceptions",
         wrong,
     )

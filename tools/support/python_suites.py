@@ -101,7 +101,8 @@ def lab():
     time.
     """
     python = set_up(
-        "build tools && build tools davar_lab && python_environment venv-lab tools/requirements-lab.txt",
+        "build tools && build tools davar_lab && python_environment venv-lab "
+        "tools/requirements-lab.txt",
         "tools.log",
     )
     return [python], {
@@ -149,7 +150,8 @@ def package():
     outside the checkout, together with AllanTools and Hypothesis.
     """
     maker = set_up(
-        "build tools davar-sim && python_environment venv-package tools/support/requirements-package.txt",
+        "build tools davar-sim && python_environment venv-package "
+        "tools/support/requirements-package.txt",
         "package-python.log",
     )
     folder = tempfile.TemporaryDirectory()
@@ -186,7 +188,8 @@ def commands():
     they run shares it.
     """
     set_up(
-        "python_environment venv tools/requirements.txt && python_environment venv-bench tools/requirements-bench.txt && "
+        "python_environment venv tools/requirements.txt && python_environment venv-bench "
+        "tools/requirements-bench.txt && "
         "python_environment venv-packages tools/support/requirements-packages.txt",
         "commands.log",
     )

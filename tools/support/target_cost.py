@@ -257,7 +257,9 @@ OUTLIVES_NO_CALL = re.compile(r"r[0-3]|r12|ip|lr|[at]\d+|ra")
 
 
 class Registers:
-    """Which registers hold a word loaded from a known offset of an object: how a function of a table is called."""
+    """Which registers hold a word loaded from a known offset of an object: how a function of a
+    table is called.
+    """
 
     def __init__(self):
         self.offset = {}
@@ -282,7 +284,9 @@ class Registers:
             self.offset[first] = None
 
     def goal(self, operands):
-        """What a call or jump to the register goes to: the function at an offset of a table, or an unknown one."""
+        """What a call or jump to the register goes to: the function at an offset of a table, or an
+        unknown one.
+        """
         offset = self.offset.get(operands.strip())
         return "a pointer" if offset is None else offset
 
@@ -554,7 +558,10 @@ def markdown(titles, rows):
 
 def enclosed(table, figures):
     """The table between its markers, as on its page."""
-    return f"<!-- {table.name}: made by tools/davar-bench -->\n{table.text(figures)}\n<!-- end of {table.name} -->"
+    return (
+        f"<!-- {table.name}: made by tools/davar-bench -->\n{table.text(figures)}\n"
+        f"<!-- end of {table.name} -->"
+    )
 
 
 def render(figures):

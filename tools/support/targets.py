@@ -1,4 +1,4 @@
-"""The emulated boards: how to build for each and how to run an image on it. Standard library only."""
+"""The emulated boards: how to build for each, how to run an image. Standard library only."""
 
 import fcntl
 import functools
@@ -57,6 +57,7 @@ def build(target, kind="target", image=None):
     where.mkdir(parents=True, exist_ok=True)
     with open(where / "lock", "w", encoding="ascii") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # concurrent builds run one after the other
+        unity = os.environ["DAVAR_UNITY_DIR"] if kind in ("suites", "portable") else ""
         command = [
             "cmake",
             "-S",
@@ -68,7 +69,7 @@ def build(target, kind="target", image=None):
             "-DCMAKE_BUILD_TYPE=Release",
             f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
             f"-DDAVAR_PORTABLE={'ON' if kind == 'portable' else 'OFF'}",
-            f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind in ('suites', 'portable') else ''}",
+            f"-DDAVAR_UNITY_DIR={unity}",
         ]
         asked, stamp = (
             "\n".join([*command, json.dumps(MACHINES[target])]),
@@ -151,7 +152,7 @@ def identity(target, image):
 
 
 def main(arguments):
-    """targets.py list | build TARGET | run TARGET JOB RESULTS: the interface for tools/davar-mcu."""
+    """targets.py list | build TARGET | run TARGET JOB RESULTS, for tools/davar-mcu."""
     if arguments == ["list"]:
         print(*MACHINES)
         return 0

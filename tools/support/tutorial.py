@@ -43,9 +43,7 @@ def run(command, folder):
     """
     (folder / "build").mkdir(exist_ok=True)
     words = [str(ROOT / word) if word.startswith(("tools/", "data/")) else word for word in command]
-    done = subprocess.run(
-        words, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    done = subprocess.run(words, cwd=folder, text=True, capture_output=True)
     assert done.returncode == 0, (
         f"{shlex.join(command)}: exit status {done.returncode}\n{done.stdout}{done.stderr}"
     )

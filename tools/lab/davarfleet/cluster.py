@@ -46,7 +46,9 @@ def client(address, workers):
 
 @contextlib.contextmanager
 def deaf():
-    """Processes that start in the block do not hear Ctrl-C, which a terminal sends to all: this one ends them."""
+    """Processes that start in the block do not hear Ctrl-C, which a terminal sends to all: this one
+    ends them.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -91,7 +93,9 @@ def check_versions(found, own):
 
 
 def results(found, work):
-    """(job, what measured() made of it) as they come; a worker that dies of a file twice is that file's failure."""
+    """(job, what measured() made of it) as they come; a worker that dies of a file twice is that
+    file's failure.
+    """
     from dask import distributed
 
     futures = {

@@ -23,7 +23,9 @@ STOPPED = 130  # exit status behind Ctrl-C, as of a shell
 
 
 def batch_of(pattern, address):
-    """The batch that an address tells: the first group of the pattern, or all that it matches; "" where it does not match."""
+    """The batch that an address tells: the first group of the pattern, or all that it matches; ""
+    where it does not match.
+    """
     found = pattern and pattern.search(address)
     return "" if not found else found.group(1 if pattern.groups else 0) or ""
 
@@ -36,8 +38,10 @@ def pattern_of(text):
 
 
 def chosen(addresses, count):
-    """Those of which a recording is drawn by chance: as many as are wanted, by a number of their names, so that more files change little. Of the names
-    only what is behind the folder that all share counts: the same files are chosen wherever they lie."""
+    """Those of which a recording is drawn by chance: as many as are wanted, by a number of their
+    names, so that more files change little. Of the names only what is behind the folder that all
+    share counts: the same files are chosen wherever they lie.
+    """
     shared = len(sources.shared_folder(addresses))
     return set(
         sorted(
@@ -83,7 +87,9 @@ def undone(work, kept, version, progress):
 
 
 def advance(options, todo, kept, version, progress):
-    """Does the jobs, each kept as it comes. Returns {recordings, failed, samples, wall_s, worker_s, cpu_s, workers}."""
+    """Does the jobs, each kept as it comes. Returns {recordings, failed, samples, wall_s, worker_s,
+    cpu_s, workers}.
+    """
     markers, begin, told = (
         {job.address: marker for job, marker in todo},
         time.monotonic(),
@@ -122,7 +128,9 @@ def advance(options, todo, kept, version, progress):
                 told = time.monotonic()
                 left = (len(todo) - count["recordings"]) * count["wall_s"] / count["recordings"]
                 progress(
-                    f"{count['recordings']} of {len(todo)}, {count['recordings'] / count['wall_s']:.2g} per second, {left:.0f} s remaining"
+                    f"{count['recordings']} of {len(todo)}, "
+                    f"{count['recordings'] / count['wall_s']:.2g} per second, "
+                    f"{left:.0f} s remaining"
                 )
     return count
 
@@ -221,7 +229,9 @@ def ended_like_ctrl_c():
 
 
 def run(options, progress, emit):
-    """The command. Exit status 0: all is well; 1: a file failed, a unit failed its limits, or a batch lacks something."""
+    """The command. Exit status 0: all is well; 1: a file failed, a unit failed its limits, or a
+    batch lacks something.
+    """
     if str(options.model).endswith((".yaml", ".yml")):
         raise BadInput(
             f"{options.model}: not a model file (TOML). davarlab sheet --kalibr makes one"
@@ -243,7 +253,8 @@ def run(options, progress, emit):
             counted = advance(options, todo, kept, version, progress)
     except KeyboardInterrupt:
         progress(
-            f"stopped. Finished recordings are in {kept.units}. The same command continues from there"
+            f"stopped. Finished recordings are in {kept.units}. The same command "
+            "continues from there"
         )
         return STOPPED
     return finish(options, work, kept, pattern, version, test, counted, progress, emit)

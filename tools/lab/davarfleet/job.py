@@ -21,8 +21,10 @@ DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from s
 
 @dataclass(frozen=True)
 class Job:
-    """One recording. model: the text of a model file; axes: as --axes takes them, None: the column of the model; effects: files of own effects;
-    chance: also draw a recording of the fitted model, and ask what it would seem to lack."""
+    """One recording. model: the text of a model file; axes: as --axes takes them, None: the column
+    of the model; effects: files of own effects; chance: also draw a recording of the fitted model,
+    and ask what it would seem to lack.
+    """
 
     address: str
     model: str
@@ -43,7 +45,9 @@ def known_effects(paths):
 
 
 def measured(job):
-    """{"rows", "seconds", "cpu_s" of this process, "again": is the failure one that may pass}. Raises nothing that a file could be the cause of."""
+    """{"rows", "seconds", "cpu_s" of this process, "again": is the failure one that may pass}.
+    Raises nothing that a file could be the cause of.
+    """
     arithmetic.on_one_thread()
     begin, spent, again = time.perf_counter(), time.process_time(), False
     try:
@@ -78,7 +82,9 @@ def rows_of(path, job):
 
 
 def row_of(recording, given, job):
-    """One axis as plain values: coefficients with intervals, verdict, gains of what the model lacks."""
+    """One axis as plain values: coefficients with intervals, verdict, gains of what the model
+    lacks.
+    """
     seen, model = axes.for_analysis(recording, given)
     models.check_fits(model, seen, "model")
     state, ranking, verdict, alternatives = asked(seen, model)
@@ -106,8 +112,9 @@ def row_of(recording, given, job):
 
 
 def asked(recording, model):
-    """(judged state of the model, candidates beside it, verdict, kinds that cannot be told from it): what diagnose says, without asking twice where no
-    candidate is beyond chance."""
+    """(judged state of the model, candidates beside it, verdict, kinds that cannot be told from
+    it): what diagnose says, without asking twice where no candidate is beyond chance.
+    """
     state = state_of.judged(state_of.start(recording, model))
     ranking = search.ranking(state)
     if state.known is None and not search.significant(ranking):
@@ -125,7 +132,9 @@ def gains(ranking):
 
 
 def coefficients(fitted, entries, column):
-    """ "kind.parameter" as a model file of the column calls it -> [value, low, high]; low and high None where the record says next to nothing."""
+    """ "kind.parameter" as a model file of the column calls it -> [value, low, high]; low and high
+    None where the record says next to nothing.
+    """
     found = {}
     for term, entry in zip(fitted.terms, entries):
         kind = models.ACCEL_KINDS.get(term.kind, term.kind) if axes.is_accel(column) else term.kind
@@ -154,7 +163,9 @@ def start(recording):
 
 
 def seed_of(recording, column):
-    """Of what was measured, so that a recording is drawn alike wherever it lies, under whatever name."""
+    """Of what was measured, so that a recording is drawn alike wherever it lies, under whatever
+    name.
+    """
     return int.from_bytes(
         hashlib.sha256(np.ascontiguousarray(recording.columns[column], float).tobytes()).digest()[
             :8
@@ -164,7 +175,9 @@ def seed_of(recording, column):
 
 
 def drawn(recording, fitted, state):
-    """The recording with its gyro drawn from the fitted model: what there is when nothing is missing."""
+    """The recording with its gyro drawn from the fitted model: what there is when nothing is
+    missing.
+    """
     rng, terms = (
         np.random.default_rng(seed_of(recording, fitted.column)),
         [term for term in fitted.terms if not np.isnan(table.find(term.kind).dps(term.parameters))],

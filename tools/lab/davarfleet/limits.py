@@ -1,12 +1,14 @@
 """Limits of a production test: pass or fail from the intervals, and how often a good unit fails.
 
-A coefficient x is estimated with the standard error s of ln x (of x itself where the interval is even about the value): s = ln(high / low) / (2 * 1.96).
-A unit fails a limit L where its estimate is beyond L by more than z s, z the normal quantile of 1 - at_limit. So a unit whose true value is L fails with
-the chance `at_limit`, and one whose true value is t with
+A coefficient x is estimated with the standard error s of ln x (of x itself where the interval is
+even about the value): s = ln(high / low) / (2 * 1.96). A unit fails a limit L where its estimate is
+beyond L by more than z s, z the normal quantile of 1 - at_limit. So a unit whose true value is L
+fails with the chance `at_limit`, and one whose true value is t with
 
-    P(fail | t) = Phi((ln t - ln L) / s - z)        (max; the signs turned for min)                                        (F.1)
+    P(fail | t) = Phi((ln t - ln L) / s - z)        (max; the signs turned for min)        (F.1)
 
-tests/lab/test_fleet.py draws sensors at a limit and beside it, and counts."""
+tests/lab/test_fleet.py draws sensors at a limit and beside it, and counts.
+"""
 
 import math
 from dataclasses import dataclass
@@ -36,7 +38,9 @@ class Limit:
 
 @dataclass(frozen=True)
 class Test:
-    """at_limit: share of the units exactly at a limit that fail; adequate: must the model be adequate."""
+    """at_limit: share of the units exactly at a limit that fail; adequate: must the model be
+    adequate.
+    """
 
     limits: tuple
     at_limit: float
@@ -120,7 +124,9 @@ def error_of(value, low, high):
 
 
 def beyond(limit, value, low, high):
-    """By how many standard errors the estimate is beyond the limit; None where the record says next to nothing."""
+    """By how many standard errors the estimate is beyond the limit; None where the record says next
+    to nothing.
+    """
     if low is None:
         return None
     error, logarithm = error_of(value, low, high)
@@ -134,7 +140,9 @@ def beyond(limit, value, low, high):
 
 
 def outcome(test, row):
-    """("pass", "fail" or "no result", what it failed). A unit that was not measured has not passed."""
+    """("pass", "fail" or "no result", what it failed). A unit that was not measured has not
+    passed.
+    """
     threshold, failed, unknown = stats.norm.isf(test.at_limit), [], []
     for limit in test.limits:
         estimate = row["coefficients"].get(limit.coefficient)
@@ -155,7 +163,9 @@ def chance_of_fail(limit, true, error, logarithm, at_limit):
 
 
 def stated(test, rows):
-    """Of each limit: the chances to fail of a unit at the limit and of the median unit, and the true value that fails in 95 of 100 cases."""
+    """Of each limit: the chances to fail of a unit at the limit and of the median unit, and the
+    true value that fails in 95 of 100 cases.
+    """
     found = []
     for limit in test.limits:
         known = [

@@ -1,4 +1,6 @@
-"""What many units say together: spread of each coefficient, outliers, batches, trends; and effects that no single recording shows."""
+"""What many units say together: spread of each coefficient, outliers, batches, trends; and effects
+that no single recording shows.
+"""
 
 import functools
 
@@ -9,7 +11,8 @@ from scipy import stats
 
 from . import limits
 
-OUTLIER = 0.01  # share of groups (a coefficient in a batch) of normal values in which one is called an outlier
+# share of groups (a coefficient in a batch) of normal values in which one is called an outlier
+OUTLIER = 0.01
 CAPPED = (
     0.99  # quantile of the gains of batch and chance together, above which a gain counts no more
 )
@@ -32,7 +35,7 @@ def groups(rows, key):
 
 
 def estimates(rows, name):
-    """Rows that have a coefficient with an interval, and (value, low, high) of each, shape (n, 3)."""
+    """Rows that have a coefficient with an interval; (value, low, high) of each, shape (n, 3)."""
     have = [row for row in rows if row["coefficients"].get(name, [0, None])[1] is not None]
     return have, np.array([row["coefficients"][name] for row in have], float).reshape(-1, 3)
 
@@ -44,8 +47,9 @@ def in_logarithm(values):
 
 @functools.cache
 def threshold(count):
-    """Robust deviations |x - median| / (1.4826 MAD) that the largest of so many normal values exceeds in 1 of 100 groups. By simulation, since the
-    scatter of the MAD itself matters."""
+    """Robust deviations |x - median| / (1.4826 MAD) that the largest of so many normal values
+    exceeds in 1 of 100 groups. By simulation, since the scatter of the MAD itself matters.
+    """
     if count > DRAWN_TO:
         return float(stats.norm.isf(OUTLIER / (2 * count)))
     rng, largest = np.random.default_rng(count), []
@@ -61,7 +65,9 @@ def robust(x):
 
 
 def summary(rows, axis, batch, name):
-    """One coefficient of one batch: median, spread, and how much of the spread the intervals explain; marks outliers in the rows."""
+    """One coefficient of one batch: median, spread, and how much of the spread the intervals
+    explain; marks outliers in the rows.
+    """
     have, values = estimates(rows, name)
     if not len(values):
         return None
@@ -110,8 +116,10 @@ def compared(rows, axis, name):
 
 
 def trend(rows, axis, name, against):
-    """A coefficient, apart from the median of its batch, against date (against: start_s) or mean temperature: Spearman's p, the median slope of all
-    pairs with its 95 % interval, relative and per day or per degree."""
+    """A coefficient, apart from the median of its batch, against date (against: start_s) or mean
+    temperature: Spearman's p, the median slope of all pairs with its 95 % interval, relative and
+    per day or per degree.
+    """
     rows = [row for row in rows if row.get(against) is not None]
     x, y = [], []
     for part in groups(rows, "batch").values():
@@ -137,7 +145,9 @@ def trend(rows, axis, name, against):
 
 
 def capped(rows, chance):
-    """(kinds, gains of the units, gains by chance), shapes (units, kinds) and (drawn, kinds); the largest hundredth counts as the next."""
+    """(kinds, gains of the units, gains by chance), shapes (units, kinds) and (drawn, kinds); the
+    largest hundredth counts as the next.
+    """
     kinds = sorted({kind for gains in chance for kind in gains})
     own = np.array([[row["gains"].get(kind, 0.0) for kind in kinds] for row in rows])
     null = np.array([[gains.get(kind, 0.0) for kind in kinds] for gains in chance])
@@ -148,9 +158,12 @@ def capped(rows, chance):
 
 
 def name_one(near, rows, chance):
-    """What is named in a batch that lacks something: of the kinds near its p the one that gains most beyond chance, or, among those that it does not beat
-    by twice the scatter of the difference over the units, the one with the fewest free parameters. It counts as found, and the others of these are its
-    alternatives: which of two kinds that gain alike falls below a threshold is chance. Puts `found`, `named`, `tied` and `alternatives` into the entries."""
+    """What is named in a batch that lacks something: of the kinds near its p the one that gains
+    most beyond chance, or, among those that it does not beat by twice the scatter of the difference
+    over the units, the one with the fewest free parameters. It counts as found, and the others of
+    these are its alternatives: which of two kinds that gain alike falls below a threshold is
+    chance. Puts `found`, `named`, `tied` and `alternatives` into the entries.
+    """
     kinds, own, null = capped(rows, chance)
     beyond = own - null.mean(axis=0) if kinds else own
     place = {one["kind"]: kinds.index(one["kind"]) for one in near}
@@ -176,10 +189,13 @@ def free_parameters(kind):
 
 
 def hidden(rows, axis, batch, chance, seed=0):
-    """Effects that the model lacks in a batch as a whole. The gains of each candidate over the units of the batch, summed, against those of recordings
-    drawn from the fitted models: is the sum larger than that of as many drawn from both together? By permutation, of the largest standardised sum over
-    all candidates, so that p_value is of the family of all candidates of the batch. The largest hundredth of the gains counts as the next: a unit that
-    shows an effect by itself is named by itself, and does not speak for its batch."""
+    """Effects that the model lacks in a batch as a whole. The gains of each candidate over the
+    units of the batch, summed, against those of recordings drawn from the fitted models: is the sum
+    larger than that of as many drawn from both together? By permutation, of the largest
+    standardised sum over all candidates, so that p_value is of the family of all candidates of the
+    batch. The largest hundredth of the gains counts as the next: a unit that shows an effect by
+    itself is named by itself, and does not speak for its batch.
+    """
     kinds, own, null = capped(rows, chance)
     if len(own) < LEAST or len(null) < LEAST or not kinds:
         return []
@@ -218,7 +234,9 @@ def hidden(rows, axis, batch, chance, seed=0):
 
 
 def hidden_effects(rows):
-    """Of all axes and batches, most certain first; `found`: beyond CHANCE.family_wise over all of them, or named; `named`: see name_one()."""
+    """Of all axes and batches, most certain first; `found`: beyond CHANCE.family_wise over all of
+    them, or named; `named`: see name_one().
+    """
     out = []
     parts = [
         (axis, batch, part)
@@ -244,7 +262,9 @@ def names_of(rows):
 
 
 def of(rows):
-    """What the population says, plain values. rows: those that did not fail; each gets `outlier`, a list of words."""
+    """What the population says, plain values. rows: those that did not fail; each gets `outlier`, a
+    list of words.
+    """
     rows = sorted(
         rows, key=lambda row: (row["file"], row["axis"])
     )  # sums and draws go over them in this order, whatever order they came in

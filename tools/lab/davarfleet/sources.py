@@ -35,7 +35,7 @@ def store_of(address):
 
 
 def matches(pattern):
-    """The files that a glob names, sorted. Raises BadInput when it names none, or cannot be asked."""
+    """The files that a glob names, sorted. Raises BadInput when it names none or fails."""
     store, path = store_of(pattern)
     try:
         found = sorted(store.glob(path))
@@ -54,7 +54,9 @@ def matches(pattern):
 
 
 def expanded(patterns):
-    """Addresses of recordings, each once, in the order given. A file that is there is no glob, whatever its name."""
+    """Addresses of recordings, each once, in the order given. A file that is there is no glob,
+    whatever its name.
+    """
     found = []
     for pattern in patterns:
         plain = not GLOB & set(pattern) or not remote(pattern) and os.path.lexists(pattern)
@@ -74,7 +76,9 @@ def said(why):
 
 
 def identity(address):
-    """What changes when the file does: size and time of change, of a store also its ETag; None where it cannot be told, or nothing is there."""
+    """What changes when the file does: size and time of change, of a store also its ETag; None
+    where it cannot be told, or nothing is there.
+    """
     try:
         if not remote(address):
             path = Path(address)
@@ -90,7 +94,9 @@ def identity(address):
 
 @contextlib.contextmanager
 def fetched(address):
-    """The path of a file on this machine while the block lasts; a remote one is fetched whole. Raises OSError with what the store said."""
+    """The path of a file on this machine while the block lasts; a remote one is fetched whole.
+    Raises OSError with what the store said.
+    """
     if not remote(address):
         yield address
         return

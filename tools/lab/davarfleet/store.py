@@ -1,4 +1,6 @@
-"""What is done: a file for each recording in OUT/units/, written whole; and the table, OUT/fleet.parquet."""
+"""What is done: a file for each recording in OUT/units/, written whole; and the table,
+OUT/fleet.parquet.
+"""
 
 import hashlib
 import json
@@ -63,7 +65,9 @@ class Store:
 
 
 def marker(identity, job, version):
-    """Equal for a job that would come to the same; None where a change of the file could not be told."""
+    """Equal for a job that would come to the same; None where a change of the file could not be
+    told.
+    """
     how = [job.how.rate_hz, job.how.sensor, job.how.units, job.how.types, job.how.names]
     own = [files.sha256(path) for path in job.effects]
     return (
@@ -74,7 +78,9 @@ def marker(identity, job, version):
 
 
 def done(kept, wanted, chance):
-    """Need nothing be done: the marker is the same, and what chance gives was asked if it is needed."""
+    """Need nothing be done: the marker is the same, and what chance gives was asked if it is
+    needed.
+    """
     return (
         bool(kept)
         and wanted is not None
@@ -92,7 +98,9 @@ def columns_of(rows):
 
 
 def write_table(rows, path):
-    """The rows of population.py as Parquet. A row that failed has nothing but its address, batch and reason."""
+    """The rows of population.py as Parquet. A row that failed has nothing but its address, batch
+    and reason.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
