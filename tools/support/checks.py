@@ -13,14 +13,14 @@ from functools import partial
 
 import targets
 from c_suites import FUZZ, coverage, ctest, fuzz, mcdc, mutants, use_ccache
-from linters import clang_format, clang_tidy, cppcheck, shell
+from linters import clang_format, clang_tidy, cppcheck, ruff, shell
 from python_suites import (
     board,
     commands,
+    environment,
     guest,
     hypothesis,
     lab,
-    mutants_python,
     package,
     packages,
     python_module,
@@ -239,7 +239,7 @@ PARTS = {
     ),
     "mutants": Part(
         "sixty small faults injected into lib/; a fast suite must find each",
-        [partial(mutants, mutants_python)],
+        [partial(mutants, partial(environment, "mutants"))],
         packages=VENV,
     ),
     "consumer": Part(
@@ -267,6 +267,15 @@ PARTS = {
         packages=("clang-tidy",),
     ),
     "cppcheck": Part("cppcheck", [cppcheck], quick=True, packages=("cppcheck",)),
+    "python": Part(
+        "ruff: layout and common mistakes of Python",
+        [
+            partial(ruff, "format", "--check"),
+            partial(ruff, "check", "--output-format=concise"),
+        ],
+        quick=True,
+        packages=VENV,
+    ),
     "shell": Part("shellcheck", [shell], quick=True, packages=("shellcheck",)),
 }
 # Seconds of the long jobs on an idle core, for a tree without measured times. The longest jobs

@@ -1,4 +1,6 @@
-"""Runs the linters: clang-format, clang-tidy, cppcheck and shellcheck. Standard library only."""
+"""Runs the linters: clang-format, clang-tidy, cppcheck, shellcheck, ruff and mypy. Standard library
+only.
+"""
 
 import json
 import os
@@ -8,6 +10,7 @@ from pathlib import Path
 
 import result_cache
 from c_suites import build, sources
+from python_suites import environment
 from runner import BUILD, JOBS, ROOT, Broken, Tally, once, tool
 
 
@@ -86,3 +89,19 @@ def shell():
         and (path.suffix == ".sh" or path.read_bytes().startswith(b"#!/usr/bin/env bash"))
     ]
     return tool("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))
+
+
+def python_linter(name, *words, log):
+    """Runs a program of build/venv-lint."""
+    python = environment("lint", "tools/requirements-lint.txt")
+    return tool(str(Path(python).with_name(name)), *words, log=log)
+
+
+def ruff(verb, *options):
+    return python_linter("ruff", verb, *options, log=f"ruff-{verb}.log")
+
+
+def mypy():
+    """Checks types, those of the packages that the lab's Python has included."""
+    python = environment("lab", "tools/requirements-lab.txt")
+    return python_linter("mypy", "--python-executable", python, log="mypy.log")

@@ -74,11 +74,17 @@ def python_module(part, folder, name, setting, share="1/1", cases=None):
 
 @once
 def set_up(words, log):
-    """Runs functions of tools/support/setup.sh and returns the last line that they print."""
+    """Runs functions of tools/support/setup.sh and returns the last line printed, if any."""
     status, output = run(["bash", "-c", f". tools/support/setup.sh && {words}"], log)
     if status:
         raise Broken(output)
-    return output.splitlines()[-1]
+    return (output.splitlines() or [""])[-1]
+
+
+def environment(name, requirements=None):
+    """The Python of build/venv-NAME, with the pins of requirements-NAME.txt."""
+    requirements = requirements or f"tools/support/requirements-{name}.txt"
+    return set_up(f"python_environment venv-{name} {requirements}", f"{name}-python.log")
 
 
 def simulator(preset):
@@ -88,24 +94,13 @@ def simulator(preset):
     }
 
 
-def wire_python():
-    """The Python of build/venv-wire."""
-    return set_up(
-        "python_environment venv-wire tools/support/requirements-wire.txt", "wire-python.log"
-    )
-
-
 def lab():
     """The lab's own Python, for modules that import the lab. Also builds what the commands in
     tools/ build on their first use, because all modules would otherwise find it missing at the same
     time.
     """
-    python = set_up(
-        "build tools && build tools davar_lab && python_environment venv-lab "
-        "tools/requirements-lab.txt",
-        "tools.log",
-    )
-    return [python], {
+    set_up("build tools && build tools davar_lab", "tools.log")
+    return [environment("lab", "tools/requirements-lab.txt")], {
         "DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"),
         "OPENBLAS_NUM_THREADS": "1",
         "PYTHONPATH": str(ROOT / "tools/lab"),
@@ -114,10 +109,7 @@ def lab():
 
 def hypothesis():
     """The lab's Python with Hypothesis added."""
-    extra = set_up(
-        "python_environment venv-hypothesis tools/support/requirements-hypothesis.txt",
-        "hypothesis-python.log",
-    )
+    extra = environment("hypothesis")
     command, variables = lab()
     return command, {
         **variables,
@@ -128,16 +120,11 @@ def hypothesis():
 def workbench():
     """Playwright, which drives Debian's chromium."""
     lab()
-    return [
-        set_up(
-            "python_environment venv-browser tools/support/requirements-browser.txt",
-            "browser-python.log",
-        )
-    ], {}
+    return [environment("browser")], {}
 
 
 def wire():
-    return [wire_python()], {
+    return [environment("wire")], {
         "DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
         "DAVAR_NODE": program("gateway/davar-node", "release"),
         **simulator("release")[1],
@@ -149,11 +136,8 @@ def package():
     """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python
     outside the checkout, together with AllanTools and Hypothesis.
     """
-    maker = set_up(
-        "build tools davar-sim && python_environment venv-package "
-        "tools/support/requirements-package.txt",
-        "package-python.log",
-    )
+    set_up("build tools davar-sim", "package-sim.log")
+    maker = environment("package")
     folder = tempfile.TemporaryDirectory()
     atexit.register(folder.cleanup)
     dist, python = Path(folder.name, "dist"), f"{folder.name}/python/bin/python"
@@ -187,22 +171,16 @@ def commands():
     """Makes everything that the commands of the pages make on their first use. The clone in which
     they run shares it.
     """
-    set_up(
-        "python_environment venv tools/requirements.txt && python_environment venv-bench "
-        "tools/requirements-bench.txt && "
-        "python_environment venv-packages tools/support/requirements-packages.txt",
-        "commands.log",
-    )
+    set_up("python_environment venv tools/requirements.txt", "demo-python.log")
+    environment("bench", "tools/requirements-bench.txt")
+    environment("packages")
     return lab()
 
 
 @once
 def packages():
     """Makes a draft of a release, and a Python with the packaging tools of each ecosystem."""
-    python = set_up(
-        "python_environment venv-packages tools/support/requirements-packages.txt",
-        "packages-python.log",
-    )
+    python = environment("packages")
     folder = BUILD / "release-test"
     shutil.rmtree(folder, ignore_errors=True)
     status, output = run(["tools/release", "--draft", "--out", str(folder)], "release.log")
@@ -240,11 +218,4 @@ def guest():
 
 def board():
     """An emulated board connected to such a kernel."""
-    return [wire_python()], {"DAVAR_KERNEL": linux(), **simulator("release")[1]}
-
-
-def mutants_python():
-    return set_up(
-        "python_environment venv-mutants tools/support/requirements-mutants.txt",
-        "mutants-python.log",
-    )
+    return [environment("wire")], {"DAVAR_KERNEL": linux(), **simulator("release")[1]}
