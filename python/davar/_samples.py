@@ -193,9 +193,9 @@ class There(NamedTuple):
 
     def starts(self) -> list[int]:
         """Start indices, among the present samples, of the runs without a gap. The first is 0."""
-        return (
-            [0] if self.missing is None else [0, *(np.flatnonzero(self.missing[1:]) + 1).tolist()]
-        )
+        if self.missing is None:
+            return [0]
+        return [0, *map(int, np.flatnonzero(self.missing[1:]) + 1)]
 
 
 def there(values: Floats, missing: Array | None) -> There:

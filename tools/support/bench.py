@@ -14,10 +14,13 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import target_cost
 import targets as boards
 
+Figures = dict[str, Any]  # numbers, None for what is not installed
+PythonFigures = dict[str, dict[str, float]]
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "build/tools"
 WORK = ROOT / "build/bench"
@@ -28,7 +31,7 @@ WINDOWS = 50
 CLUSTERS = [1, 2, 4, 8, 16, 32, 64, 128]
 
 
-def library_figures():
+def library_figures() -> Figures:
     """The C program prints one `key value` line per figure."""
     output = subprocess.run(
         [PROGRAMS / "tests/bench/davar-bench"], check=True, text=True, stdout=subprocess.PIPE
@@ -36,7 +39,7 @@ def library_figures():
     return {key: float(value) for key, value in (line.split() for line in output.splitlines())}
 
 
-def recording():
+def recording() -> Path:
     """White noise of 0.2 deg/s on a bias, at 100 Hz. The file is written once."""
     path = WORK / f"white-{ROWS}.csv"
     if not path.exists():
@@ -52,10 +55,10 @@ def recording():
     return path
 
 
-def simulator_samples_per_s(runs=3):
+def simulator_samples_per_s(runs: int = 3) -> float:
     """CSV in, CSV out for every 100th sample, fixed arithmetic; the median of a few runs."""
     path, spent = recording(), []
-    command = [
+    command: list[str | Path] = [
         PROGRAMS / "host_sim/davar-sim",
         path,
         "--lsb",
@@ -73,7 +76,7 @@ def simulator_samples_per_s(runs=3):
     return ROWS / statistics.median(spent)
 
 
-def allantools_ns_per_sample():
+def allantools_ns_per_sample() -> float | None:
     """One value per sample is one call per sample, on the window that ends there. None if
     AllanTools is not installed.
     """
@@ -92,7 +95,7 @@ def allantools_ns_per_sample():
     return 1e9 * statistics.median(spent)
 
 
-def python_figures():
+def python_figures() -> PythonFigures | None:
     """The figures of bench_python.py, in this Python. None if AllanTools is not installed."""
     environment = {
         **os.environ,
@@ -113,10 +116,11 @@ def python_figures():
             file=sys.stderr,
         )
         return None
-    return json.loads(done.stdout)
+    figures: PythonFigures = json.loads(done.stdout)
+    return figures
 
 
-def show_python(figures):
+def show_python(figures: PythonFigures) -> None:
     print(f"\nThe Python package{'':<35}{'davar':>12}{'AllanTools':>14}{'ratio':>10}")
     for name, found in figures.items():
         ours, theirs, ratio = found.values()
@@ -125,7 +129,7 @@ def show_python(figures):
         )
 
 
-def show(figures):
+def show(figures: Figures) -> None:
     fixed = figures["fixed_every_sample_8_taus_ns_per_sample"]
     rows = [
         ("davar, fixed", fixed),
@@ -157,14 +161,14 @@ def show(figures):
     )
 
 
-def show_all(figures, python, targets):
+def show_all(figures: Figures, python: PythonFigures | None, targets: target_cost.Costs) -> None:
     show(figures)
     if python:
         show_python(python)
     print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.printed(targets))
 
 
-def measure():
+def measure() -> tuple[Figures, PythonFigures | None, target_cost.Costs]:
     """(host, Python package or None, targets)."""
     figures = library_figures()
     figures["sim_samples_per_s"] = round(simulator_samples_per_s())
@@ -173,7 +177,7 @@ def measure():
     return figures, python_figures(), target_cost.measure_all()
 
 
-def main():
+def main() -> int:
     parser = argparse.ArgumentParser(prog="tools/davar-bench")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()

@@ -8,6 +8,7 @@ import argparse
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -29,7 +30,7 @@ from python_suites import (
     wire,
     workbench,
 )
-from runner import LOGS, ROOT, JobTimes, run_parts
+from runner import LOGS, ROOT, Job, JobTimes, run_parts
 
 BASE = (
     "gcc",
@@ -63,26 +64,27 @@ class Part:
     """
 
     what: str
-    jobs: list
-    quick: bool | tuple = False
-    packages: tuple = ()
-    quick_packages: tuple | None = None  # if the quick gear needs fewer
+    jobs: Sequence[Job]
+    quick: bool | tuple[str, ...] = False
+    packages: tuple[str, ...] = ()
+    quick_packages: tuple[str, ...] | None = None  # if the quick gear needs fewer
 
-    def gear(self):
+    def gear(self) -> str:
         """The gears in which the part runs, for --list."""
-        return {True: "quick", False: "all"}.get(self.quick, "partly")
+        return "partly" if isinstance(self.quick, tuple) else "quick" if self.quick else "all"
 
-    def jobs_in(self, quick):
+    def jobs_in(self, quick: bool) -> Sequence[Job]:
         if not quick or self.quick is True:
             return self.jobs
         return [self.job_of(*entry.partition(":")[::2]) for entry in self.quick or ()]
 
-    def job_of(self, module, cases):
+    def job_of(self, module: str, cases: str) -> Job:
         """The job of a module; with `cases`, only those whose name contains this word."""
-        job = next(job for job in self.jobs if module in job.args)
-        return partial(python_module, *job.args[:4], cases=cases) if cases else job
+        jobs = (job for job in self.jobs if isinstance(job, partial))
+        job = next(job for job in jobs if module in job.args)
+        return partial(job.func, *job.args[:4], cases=cases) if cases else job
 
-    def packages_in(self, quick):
+    def packages_in(self, quick: bool) -> Sequence[str]:
         return self.packages if not quick or self.quick_packages is None else self.quick_packages
 
 
@@ -316,7 +318,7 @@ TYPICAL = {
 }
 
 
-def chosen(options):
+def chosen(options: argparse.Namespace) -> tuple[dict[str, Sequence[Job]], list[str]]:
     """{part: its jobs} and the Debian packages that they need. Without --all and --only it is the
     quick gear.
     """
@@ -331,7 +333,7 @@ def chosen(options):
     return parts, list(needed)
 
 
-def main():
+def main() -> int:
     parser = argparse.ArgumentParser(prog="tools/test")
     parser.add_argument("--only", default="")
     parser.add_argument("--all", action="store_true")

@@ -14,12 +14,12 @@ from python_suites import environment
 from runner import BUILD, JOBS, ROOT, Broken, Tally, once, tool
 
 
-def clang_format():
+def clang_format() -> Tally:
     return tool("clang-format", "--dry-run", "-Werror", *sources(".c", ".h", ".inc"))
 
 
 @once
-def tidy_entries():
+def tidy_entries() -> tuple[str, dict[str, dict[str, str]]]:
     """(version of clang-tidy, {source: its entry of compile_commands.json})."""
     build("debug")
     if not shutil.which("clang-tidy"):
@@ -31,7 +31,7 @@ def tidy_entries():
     return version, {os.path.relpath(entry["file"], ROOT): entry for entry in commands}
 
 
-def clang_tidy(share, shares):
+def clang_tidy(share: int, shares: int) -> Tally:
     """Checks each source whose content, headers, settings or command line have changed since it
     last passed.
     """
@@ -58,7 +58,7 @@ def clang_tidy(share, shares):
     return tally
 
 
-def cppcheck():
+def cppcheck() -> Tally:
     return tool(
         "cppcheck",
         "--quiet",
@@ -81,7 +81,7 @@ def cppcheck():
     )
 
 
-def shell():
+def shell() -> Tally:
     scripts = [
         str(path.relative_to(ROOT))
         for path in [*(ROOT / "tools").rglob("*"), ROOT / ".ci/run"]
@@ -91,17 +91,17 @@ def shell():
     return tool("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))
 
 
-def python_linter(name, *words, log):
+def python_linter(name: str, *words: str, log: str) -> Tally:
     """Runs a program of build/venv-lint."""
     python = environment("lint", "tools/requirements-lint.txt")
     return tool(str(Path(python).with_name(name)), *words, log=log)
 
 
-def ruff(verb, *options):
+def ruff(verb: str, *options: str) -> Tally:
     return python_linter("ruff", verb, *options, log=f"ruff-{verb}.log")
 
 
-def mypy():
+def mypy() -> Tally:
     """Checks types, those of the packages that the lab's Python has included."""
     python = environment("lab", "tools/requirements-lab.txt")
     return python_linter("mypy", "--python-executable", python, log="mypy.log")

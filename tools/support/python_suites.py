@@ -8,25 +8,32 @@ import re
 import shutil
 import sys
 import tempfile
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
 from c_suites import program
 from runner import BUILD, ROOT, Broken, Tally, once, run, tool
 
-HANG_S = (
-    "1800"  # seconds of real time after which a guest counts as hung, however busy the machine is
-)
+# The command line of a Python, and variables for its environment.
+Python = tuple[list[str], dict[str, str]]
+Setting = Callable[[], Python]
+# Seconds of real time after which a guest counts as hung, however busy the machine is.
+HANG_S = "1800"
 
 
-def plain():
+def plain() -> Python:
     return [sys.executable], {}
 
 
-def suite(part, folder=None, setting=plain, shared=None):
+def suite(
+    part: str,
+    folder: str | None = None,
+    setting: Setting = plain,
+    shared: Mapping[str, int] | None = None,
+) -> list[partial[Tally]]:
     """The unittest modules of tests/<folder>, one job each, or several jobs as given by `shared`
-    {module: jobs}. setting() builds their requirements and returns (the command line of a Python,
-    variables for its environment).
+    {module: jobs}. setting() builds their requirements.
     """
     folder, shared = f"tests/{folder or part}", shared or {}
     return [
@@ -36,11 +43,18 @@ def suite(part, folder=None, setting=plain, shared=None):
     ]
 
 
-def shares(count):
+def shares(count: int) -> list[str]:
     return [f"{share}/{count}" for share in range(1, count + 1)]
 
 
-def python_module(part, folder, name, setting, share="1/1", cases=None):
+def python_module(
+    part: str,
+    folder: str,
+    name: str,
+    setting: Setting,
+    share: str = "1/1",
+    cases: str | None = None,
+) -> Tally:
     """Runs a unittest module, or one share of it, or the cases whose name contains `cases`."""
     command, variables = setting()
     log = f"{part}-{Path(name).stem}{'' if share == '1/1' else '-' + share.split('/')[0]}.log"
@@ -73,7 +87,7 @@ def python_module(part, folder, name, setting, share="1/1", cases=None):
 
 
 @once
-def set_up(words, log):
+def set_up(words: str, log: str) -> str:
     """Runs functions of tools/support/setup.sh and returns the last line printed, if any."""
     status, output = run(["bash", "-c", f". tools/support/setup.sh && {words}"], log)
     if status:
@@ -81,20 +95,20 @@ def set_up(words, log):
     return (output.splitlines() or [""])[-1]
 
 
-def environment(name, requirements=None):
+def environment(name: str, requirements: str | None = None) -> str:
     """The Python of build/venv-NAME, with the pins of requirements-NAME.txt."""
     requirements = requirements or f"tools/support/requirements-{name}.txt"
     return set_up(f"python_environment venv-{name} {requirements}", f"{name}-python.log")
 
 
-def simulator(preset):
+def simulator(preset: str) -> Python:
     return [sys.executable], {
         "DAVAR_SIM": program("host_sim/davar-sim", preset),
         "DAVAR_SETTINGS_PROBE": program("tests/settings_probe", preset),
     }
 
 
-def lab():
+def lab() -> Python:
     """The lab's own Python, for modules that import the lab. Also builds what the commands in
     tools/ build on their first use, because all modules would otherwise find it missing at the same
     time.
@@ -107,7 +121,7 @@ def lab():
     }
 
 
-def hypothesis():
+def hypothesis() -> Python:
     """The lab's Python with Hypothesis added."""
     extra = environment("hypothesis")
     command, variables = lab()
@@ -117,13 +131,13 @@ def hypothesis():
     }
 
 
-def workbench():
+def workbench() -> Python:
     """Playwright, which drives Debian's chromium."""
     lab()
     return [environment("browser")], {}
 
 
-def wire():
+def wire() -> Python:
     return [environment("wire")], {
         "DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
         "DAVAR_NODE": program("gateway/davar-node", "release"),
@@ -132,7 +146,7 @@ def wire():
 
 
 @once
-def package():
+def package() -> Python:
     """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python
     outside the checkout, together with AllanTools and Hypothesis.
     """
@@ -167,7 +181,7 @@ def package():
 
 
 @once
-def commands():
+def commands() -> Python:
     """Makes everything that the commands of the pages make on their first use. The clone in which
     they run shares it.
     """
@@ -178,7 +192,7 @@ def commands():
 
 
 @once
-def packages():
+def packages() -> Python:
     """Makes a draft of a release, and a Python with the packaging tools of each ecosystem."""
     python = environment("packages")
     folder = BUILD / "release-test"
@@ -190,7 +204,7 @@ def packages():
 
 
 @once
-def linux():
+def linux() -> str:
     """The User-Mode Linux kernel of tests/kernel, built if the cache has none."""
     status, output = run(["tools/support/uml/kernel.sh", "build/cache/uml"], "uml.log")
     if status:
@@ -198,7 +212,7 @@ def linux():
     return output.splitlines()[-1]
 
 
-def guest():
+def guest() -> Python:
     """A User-Mode Linux kernel in virtual time."""
     lab()  # files that the guest makes are lost when it ends
     command, variables = wire()
@@ -216,6 +230,6 @@ def guest():
     ], {}
 
 
-def board():
+def board() -> Python:
     """An emulated board connected to such a kernel."""
     return [environment("wire")], {"DAVAR_KERNEL": linux(), **simulator("release")[1]}
