@@ -1,4 +1,5 @@
-"""A candidate: an effect beside the model, its gain in likelihood and what chance would give (DESIGN 4)."""
+"""A candidate: an effect beside the model, its gain in likelihood and what chance would give
+(DESIGN 4)."""
 
 from dataclasses import dataclass
 

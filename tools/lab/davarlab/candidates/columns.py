@@ -1,7 +1,9 @@
-"""Effects on a logged column, tried: temperature late, squared, with hysteresis, in the noise; any other column (DESIGN 4).
+"""Effects on a logged column, tried: temperature late, squared, with hysteresis, in the noise; any
+other column (DESIGN 4).
 
-Their shapes are scanned on the slow ordinates of block means at a given level of the noise, milliseconds a shape; only the best one is fitted
-in full, and once more at the level that it leaves."""
+Their shapes are scanned on the slow ordinates of block means at a given level of the noise,
+milliseconds a shape; only the best one is fitted in full, and once more at the level that it
+leaves."""
 
 import numpy as np
 from scipy import fft
@@ -81,7 +83,8 @@ class Scan:
 
 
 def with_lags(effect, shape):
-    """Parts of this shape; what the gyro felt before the record began matters only where it feels late."""
+    """Parts of this shape; what the gyro felt before the record began matters only where it feels
+    late."""
     return [
         Part(effect.kind, shape, form)
         for form in effect.forms
@@ -105,8 +108,9 @@ def finer(part, recording):
 
 
 def best_of(bench, parts, fit, tried, names):
-    """(part, its full fit) of the likeliest of the parts tried, beside `parts` whose fit is given. Tried parts of which the scan
-    knows only the slow half are judged by it; the winner by the full likelihood."""
+    """(part, its full fit) of the likeliest of the parts tried, beside `parts` whose fit is given.
+    Tried parts of which the scan knows only the slow half are judged by it; the winner by the full
+    likelihood."""
     if not tried:
         return None
     scan = Scan(bench, parts, fit.level, fit.coefficients, names)
@@ -133,7 +137,8 @@ def best_of(bench, parts, fit, tried, names):
 
 
 def at_once_unless(bench, parts, part, full):
-    """(part, fit) without its lag, unless the recording can tell it. How late the temperature itself is felt, identifiable.py weighs."""
+    """(part, fit) without its lag, unless the recording can tell it. How late the temperature
+    itself is felt, identifiable.py weighs."""
     if part.kind == "temperature" or not part.shape.get("lag_s"):
         return part, full
     prompt = part.moved("lag_s", 0.0)
@@ -146,7 +151,8 @@ def at_once_unless(bench, parts, part, full):
 
 
 def thermal(bench, parts, fit, kind, shapes=None):
-    """The best candidate of one kind on the temperature beside the parts; None without a temperature that moves."""
+    """The best candidate of one kind on the temperature beside the parts; None without a
+    temperature that moves."""
     effect = table.find(kind)
     if np.ptp(bench.recording.column("temp_degC")) <= 0:
         return None
@@ -175,7 +181,8 @@ def plain_temperature(parts):
 
 
 def replacing(bench, parts, fit, kind, old):
-    """The best candidate of a kind in place of a part of the model; its gain is over the model with that part."""
+    """The best candidate of a kind in place of a part of the model; its gain is over the model with
+    that part."""
     rest = [part for part in parts if part is not old]
     shapes = [
         shape
@@ -191,7 +198,8 @@ def replacing(bench, parts, fit, kind, old):
 
 
 def on_temperature(bench, parts, fit):
-    """Temperature and what may be mistaken for it: alone, or in place of or beside one that the model has."""
+    """Temperature and what may be mistaken for it: alone, or in place of or beside one that the
+    model has."""
     kinds, plain = [part.kind for part in parts], plain_temperature(parts)
     if plain:
         yield judged(
@@ -215,8 +223,8 @@ def on_temperature(bench, parts, fit):
 
 
 def in_the_noise(bench, parts, blocks):
-    """White noise that goes with the temperature. A level that moves for other reasons too must not pass for it, so the gain
-    is divided by what stays restless."""
+    """White noise that goes with the temperature. A level that moves for other reasons too must not
+    pass for it, so the gain is divided by what stays restless."""
     relative, gain = modulation.best_growth(parts, bench.recording, blocks)
     part = Part("temperature_noise", {"relative_per_degC": relative})
     variance = changes.fit(
@@ -259,7 +267,8 @@ def following(bench, parts, fit, gyro):
 
 
 def tried(bench, parts, fit, gyro, blocks=None):
-    """Candidates on the logged columns, of `follows` one per column. gyro: the column of the model."""
+    """Candidates on the logged columns, of `follows` one per column. gyro: the column of the
+    model."""
     found = following(bench, parts, fit, gyro)
     if "temp_degC" in bench.recording.columns and np.ptp(bench.recording.columns["temp_degC"]) > 0:
         found += [one for one in on_temperature(bench, parts, fit) if one]

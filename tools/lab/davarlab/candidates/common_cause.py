@@ -1,4 +1,5 @@
-"""Is a coefficient on a column a coefficient: one number at all frequencies; or do both follow a cause that was not logged (DESIGN 4)."""
+"""Is a coefficient on a column a coefficient: one number at all frequencies; or do both follow a
+cause that was not logged (DESIGN 4)."""
 
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -13,8 +14,9 @@ from .columns import coarse
 
 @dataclass
 class CommonCause:
-    """confirmed: two bands agree; disagrees: two bands contradict each other, or the axes of the accelerometer move as one.
-    bands: (from Hz, to Hz, coefficient, standard error), in deg/s per unit of the column."""
+    """confirmed: two bands agree; disagrees: two bands contradict each other, or the axes of the
+    accelerometer move as one. bands: (from Hz, to Hz, coefficient, standard error), in deg/s per
+    unit of the column."""
 
     confirmed: bool
     disagrees: bool
@@ -24,7 +26,8 @@ class CommonCause:
 
 
 def column_of(part):
-    """The logged column that the part follows as it is; None for a course that is worked out of one."""
+    """The logged column that the part follows as it is; None for a course that is worked out of
+    one."""
     if part.kind == "g_sensitivity":
         return f"accel_{part.shape['axis']}_g"
     return part.shape["column"] if part.kind == "follows" and not part.shape["lag_s"] else None
@@ -36,7 +39,8 @@ def on_column(part):
 
 
 def sensor_noise(x, rate_hz):
-    """Density per ordinate of what the column's own sensor adds: white noise of the quietest seconds."""
+    """Density per ordinate of what the column's own sensor adds: white noise of the quietest
+    seconds."""
     length = max(64, int(rate_hz))
     count = len(x) // length
     steps = np.diff(x[: count * length].reshape(count, length), axis=1)
@@ -55,7 +59,8 @@ def band_places(f):
 
 
 def in_bands(bench, parts, part):
-    """(from, to, coefficient, standard error, share of real motion) per band; the noise is whitened, and measured in the band itself."""
+    """(from, to, coefficient, standard error, share of real motion) per band; the noise is
+    whitened, and measured in the band itself."""
     fit, data = bench.fit([*parts, part]), bench.data
     name = column_of(part)
     x = bench.recording.column(name) if name else bench.courses(part)[0]
@@ -91,7 +96,8 @@ def mean_of(found):
 
 
 def contradict(one, other):
-    """Two bands (coefficient, error): is one seen, are they apart, and by more than chance and dilution explain."""
+    """Two bands (coefficient, error): is one seen, are they apart, and by more than chance and
+    dilution explain."""
     (a, error_a), (b, error_b) = one, other
     if max(abs(a) / error_a, abs(b) / error_b) <= CAUSE.band_seen or abs(
         a - b
@@ -121,7 +127,8 @@ def judge(bench, parts, part):
     if any(agree(*pair) for pair in together) and not any(contradict(*pair) for pair in together):
         return CommonCause(True, False, bands, coefficient=mean)
     pairs = list(combinations(range(len(found)), 2))
-    # An accelerometer that is shaken all the time has no quiet second; its noise is then taken too large. So: with it and without it.
+    # An accelerometer that is shaken all the time has no quiet second; its noise is then taken too
+    # large. So: with it and without it.
     apart = [
         pair
         for pair in pairs
@@ -144,8 +151,9 @@ def is_turned(part, band):
 
 
 def unseen(part, found, confirmed):
-    """A column of a sensor must be significant in one band alone. Another axis of the gyro shares supply and electronics with this one,
-    so it must be significant in two bands that agree, or in one in which it is turned."""
+    """A column of a sensor must be significant in one band alone. Another axis of the gyro shares
+    supply and electronics with this one, so it must be significant in two bands that agree, or in
+    one in which it is turned."""
     name = column_of(part)
     if confirmed or not found or not name or not name.startswith(("accel_", "gyro_")):
         return ""
@@ -158,7 +166,8 @@ def unseen(part, found, confirmed):
     return (
         ""
         if seen
-        else "no frequency band confirms the coefficient, which points to a common cause that was not logged"
+        else "no frequency band confirms the coefficient, which points to a common cause that was "
+        "not logged"
     )
 
 
@@ -178,7 +187,10 @@ def contradiction(bands, pairs):
         f"{beta:.2g} ± {error:.1g} between {low:g} and {high:g} Hz"
         for low, high, beta, error in (first, second)
     ]
-    return f"the coefficient is {said[0]} and {said[1]}. It is not constant, which points to a common cause that was not logged"
+    return (
+        f"the coefficient is {said[0]} and {said[1]}. It is not constant, which points to a "
+        "common cause that was not logged"
+    )
 
 
 def in_acceleration(part):
@@ -186,15 +198,21 @@ def in_acceleration(part):
 
 
 def as_one(bench, parts, part, confirmed):
-    """The third rule: the coefficient is the same on all axes of the accelerometer; or these drift together, where no second band confirms
-    the coefficient."""
+    """The third rule: the coefficient is the same on all axes of the accelerometer; or these drift
+    together, where no second band confirms the coefficient."""
     names = sorted(name for name in bench.recording.columns if name.startswith("accel_"))
     if not in_acceleration(part) or len(names) < 3:
         return ""
     if same_on_all(bench, parts, part):
-        return "all axes of the accelerometer have the same coefficient, which points to a common cause that was not logged"
+        return (
+            "all axes of the accelerometer have the same coefficient, which points to a common "
+            "cause that was not logged"
+        )
     if not confirmed and all(together(bench.recording, a, b) for a, b in combinations(names, 2)):
-        return "the axes of the accelerometer drift together, which points to a common cause that was not logged"
+        return (
+            "the axes of the accelerometer drift together, which points to a common cause that "
+            "was not logged"
+        )
     return ""
 
 
@@ -226,7 +244,8 @@ def flattened(x, rate_hz):
 
 
 def slow_coherence(recording, a, b):
-    """Correlation of two columns below CAUSE.slow_hz, each octave with its own weight; and its standard error."""
+    """Correlation of two columns below CAUSE.slow_hz, each octave with its own weight; and its
+    standard error."""
     small = coarse(recording, (a, b))
     one, other = (flattened(small.columns[name], small.rate_hz) for name in (a, b))
     if one is None or other is None:
@@ -258,6 +277,6 @@ def several_axes(recording, column):
         return ""
     said = " and ".join(f"{name} (r = {r:.2f})" for name, r in shared)
     return (
-        f"{said} drift{'s' if len(shared) == 1 else ''} together with {column} below {CAUSE.slow_hz:g} Hz, which points to a common cause "
-        "that was not logged"
+        f"{said} drift{'s' if len(shared) == 1 else ''} together with {column} below "
+        f"{CAUSE.slow_hz:g} Hz, which points to a common cause that was not logged"
     )

@@ -1,4 +1,5 @@
-"""Reasons not to report a significant candidate: motion, software that subtracts the bias, a periodic signal, a common cause (DESIGN 4)."""
+"""Reasons not to report a significant candidate: motion, software that subtracts the bias, a
+periodic signal, a common cause (DESIGN 4)."""
 
 from ..data import recording as recordings
 from ..thresholds import DOUBT, LINE
@@ -9,7 +10,8 @@ LINES = ("sinusoid", "narrow_band", "intermittent_line")
 
 
 def doubt(bench, seen, parts, candidate):
-    """The reason not to report the candidate in addition to the parts; "" without one. seen: the observations on the recording."""
+    """The reason not to report the candidate in addition to the parts; "" without one. seen: the
+    observations on the recording."""
     part, rest = candidate.part, [one for one in parts if one is not candidate.replaces]
     why = of_motion(seen, part) or of_software(parts, part) or of_one_wave(bench, parts, part)
     if why or not common_cause.on_column(part):
@@ -34,13 +36,14 @@ def of_motion(seen, part):
     ):
         return ""
     return (
-        f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the recording, and residual motion looks like this effect. "
-        "Record the sensor at rest"
+        f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the recording, and "
+        "residual motion looks like this effect. Record the sensor at rest"
     )
 
 
 def of_rotation(seen, part, coefficient):
-    """Rotation about an axis between two gyro axes also makes them proportional. coefficient: deg/s per unit of the column."""
+    """Rotation about an axis between two gyro axes also makes them proportional. coefficient: deg/s
+    per unit of the column."""
     column = part.shape.get("column", "")
     if not column.startswith("gyro_"):
         return ""
@@ -50,8 +53,9 @@ def of_rotation(seen, part, coefficient):
     if abs(leak) < (DOUBT.leak_moved if was_moved(seen) else DOUBT.leak_at_rest):
         return ""
     return (
-        f"a coupling of {leak:.2g} to {column} is more than cross-axis sensitivity explains. The sensor rotates about an axis between "
-        "the two, or both have a common cause that was not logged"
+        f"a coupling of {leak:.2g} to {column} is more than cross-axis sensitivity explains. The "
+        "sensor rotates about an axis between the two, or both have a common cause that was not "
+        "logged"
     )
 
 
@@ -64,13 +68,14 @@ def of_software(parts, part):
     if not any(one.kind == "high_pass" for one in parts):
         return ""
     return (
-        "software that subtracts the bias removes slow effects, and its settling looks like this effect. "
-        "Record the output of the sensor before this software"
+        "software that subtracts the bias removes slow effects, and its settling looks like this "
+        "effect. Record the output of the sensor before this software"
     )
 
 
 def times_of(bench, base_hz, part):
-    """The number of the harmonic of base_hz that a line is; 0: none, or the frequency is too uncertain."""
+    """The number of the harmonic of base_hz that a line is; 0: none, or the frequency is too
+    uncertain."""
     if part.kind not in LINES:
         return 0
     times = max(1, round(part.shape["frequency_hz"] / base_hz))
@@ -84,7 +89,8 @@ def times_of(bench, base_hz, part):
 
 
 def wave_of(bench, parts):
-    """Frequency of a periodic, non-sinusoidal signal of which the lines among the parts are harmonics; None without one."""
+    """Frequency of a periodic, non-sinusoidal signal of which the lines among the parts are
+    harmonics; None without one."""
     base = min(
         (part.shape["frequency_hz"] for part in parts if part.kind in LINES), default=LINE.wave_hz
     )
@@ -100,6 +106,6 @@ def of_one_wave(bench, parts, part):
     if base is None or not times_of(bench, base, part):
         return ""
     return (
-        f"lines at harmonics of {base:.4g} Hz are one non-sinusoidal signal that repeats every {1 / base:.4g} s. Look for a device that "
-        "switches or moves with this period"
+        f"lines at harmonics of {base:.4g} Hz are one non-sinusoidal signal that repeats every "
+        f"{1 / base:.4g} s. Look for a device that switches or moves with this period"
     )

@@ -13,7 +13,8 @@ MEMORY = {"low_pass", "moving_average"}
 
 
 def worth(bench, parts):
-    """Log-likelihood less the price of noise behind a filter, a size of its own (half the logarithm of the samples)."""
+    """Log-likelihood less the price of noise behind a filter, a size of its own (half the logarithm
+    of the samples)."""
     return bench.fit(parts).log_likelihood - 0.5 * np.log(bench.data.samples) * sum(
         bool(part.behind) for part in parts
     )
@@ -31,7 +32,8 @@ def unsaid(part):
 
 
 def responding(bench, parts):
-    """Filters in whichever response the gyro follows best beside the parts that are known by now."""
+    """Filters in whichever response the gyro follows best beside the parts that are known by
+    now."""
     for index, part in enumerate(parts):
         if part.role == "filter":
             others = [replace(one, form=form) for one in unsaid(part) for form in part.effect.forms]
@@ -62,8 +64,9 @@ def terms_per_bin(bench, parts):
 
 
 def simpler_memory(bench, parts, found):
-    """A low pass with noise behind it bends to whatever the model still lacks. It comes before a moving average, which has one number less, only
-    where it is likelier by more than the bins scatter about their difference (Vuong 1989: both models may be wrong)."""
+    """A low pass with noise behind it bends to whatever the model still lacks. It comes before a
+    moving average, which has one number less, only where it is likelier by more than the bins
+    scatter about their difference (Vuong 1989: both models may be wrong)."""
     by_kind = {candidate.kind: candidate for candidate in found}
     mean, low = by_kind.get("moving_average"), by_kind.get("low_pass")
     if (

@@ -1,5 +1,6 @@
-"""What a recording can tell of heat, and what it cannot: lag, square, hysteresis, slope, a random walk, a ramp explain much of each other.
-All are fitted on one footing, beside the temperature felt at once; the likeliest is named, those as likely are said (DESIGN 4)."""
+"""What a recording can tell of heat, and what it cannot: lag, square, hysteresis, slope, a random
+walk, a ramp explain much of each other. All are fitted on one footing, beside the temperature felt
+at once; the likeliest is named, those as likely are said (DESIGN 4)."""
 
 from dataclasses import dataclass, replace
 
@@ -56,13 +57,15 @@ DECIDES = {
     ): "heat and cool, then hold the temperature: hysteresis stays, the effect of the slope ends",
     frozenset(
         ("temperature_squared", "temperature_rate")
-    ): "hold the temperature at both ends of its range: a square stays, the effect of the slope ends",
+    ): "hold the temperature at both ends of its range: a square stays, the effect of the slope "
+    "ends",
 }
 
 
 @dataclass
 class Alternative:
-    """A kind that this recording cannot distinguish from the reported one, and the measurement that would."""
+    """A kind that this recording cannot distinguish from the reported one, and the measurement that
+    would."""
 
     kind: str
     confirm: str
@@ -70,7 +73,8 @@ class Alternative:
 
 @dataclass
 class Rival:
-    """An explanation: its gain over the temperature without lag, the candidate to add first for it, and whether it needs no second one."""
+    """An explanation: its gain over the temperature without lag, the candidate to add first for it,
+    and whether it needs no second one."""
 
     kind: str
     gain: float
@@ -92,7 +96,8 @@ def alternative(named, other):
 
 
 def best_beside(bench, parts, fit, kind):
-    """The best candidate of a kind next to the parts: thermal kinds by columns.py, other kinds by their grid."""
+    """The best candidate of a kind next to the parts: thermal kinds by columns.py, other kinds by
+    their grid."""
     if kind in ("temperature_squared", "temperature_hysteresis"):
         return columns.thermal(bench, parts, fit, kind)
     return candidates.stationary(bench, parts, fit, table.find(kind))
@@ -182,7 +187,8 @@ def moving(recording):
 
 
 def likeliest_heat(rivals):
-    """Where one of the ways to feel heat is beyond chance, the likeliest; of those that the recording cannot tell from it a lag, or else what needs no second term."""
+    """Where one of the ways to feel heat is beyond chance, the likeliest; of those that the
+    recording cannot tell from it a lag, or else what needs no second term."""
     heat = [rival for rival in rivals if rival.kind in HEAT]
     best = max((rival.score for rival in heat if beyond_chance(rival)), default=np.inf)
     near = [rival for rival in heat if rival.score > best - CHANCE.tell_apart]
@@ -204,7 +210,8 @@ def at_stake(found, bed):
 
 
 def at_once(found, bed):
-    """The candidates with a temperature that is felt at once, not late by chance; in their order."""
+    """The candidates with a temperature that is felt at once, not late by chance; in their
+    order."""
     changed = [
         replace(bed.plain) if candidate.kind == "temperature" and bed.plain else candidate
         for candidate in found
@@ -233,8 +240,8 @@ def first(found, candidate):
 
 
 def settled(found, bench, parts):
-    """(candidates, alternatives): the one that is to be named and join first; what cannot be told from it. (found, None) where heat is not
-    the question."""
+    """(candidates, alternatives): the one that is to be named and join first; what cannot be told
+    from it. (found, None) where heat is not the question."""
     if found and found[0].kind == "noise_step":
         return noise_of_heat(found, bench, parts)
     if not found or found[0].kind not in HEAT + NOISE + COURSES or not moving(bench.recording):
@@ -266,8 +273,9 @@ def settled(found, bench, parts):
 
 
 def noise_of_heat(found, bench, parts):
-    """A noise step may be the best interval of noise that goes with the temperature: that one comes first when it explains more. Its gain in the
-    ranking was divided by what stays restless, that of the step was not."""
+    """A noise step may be the best interval of noise that goes with the temperature: that one comes
+    first when it explains more. Its gain in the ranking was divided by what stays restless, that of
+    the step was not."""
     heat = next(
         (
             c
@@ -285,7 +293,8 @@ def noise_of_heat(found, bench, parts):
 
 
 def outdone(found, bed):
-    """Nothing is beyond the temperature felt at once, or noise or a course explains more: the temperature, if it is worth anything, is felt at once."""
+    """Nothing is beyond the temperature felt at once, or noise or a course explains more: the
+    temperature, if it is worth anything, is felt at once."""
     found = at_once(found, bed)
     return first(
         found,

@@ -8,8 +8,8 @@ from ..thresholds import LINE, TRIES
 
 
 def strongest(w, bands=()):
-    """(gain, frequency over rate, first, last) of the best window of any length, without those that hold most of the record, and outside the
-    bands (low, high)."""
+    """(gain, frequency over rate, first, last) of the best window of any length, without those that
+    hold most of the record, and outside the bands (low, high)."""
     best, w = (-np.inf, 0.0, 0, 0), w.astype(np.float32)
     for count in LINE.visit_windows:
         length = len(w) // count
@@ -85,7 +85,8 @@ def best_frequency(w, nu, low, high):
 
 
 def search(bench, parts, fit):
-    """(part, gain, log p) of the likeliest such line; the gain is held against the noise of its own interval."""
+    """(part, gain, log p) of the likeliest such line; the gain is held against the noise of its own
+    interval."""
     w, rate = bench.residual(parts, fit), bench.recording.rate_hz
     bands = [part.shape for part in parts if part.kind == "narrow_band"]
     reach = [(band["frequency_hz"], LINE.within_band * band["half_width_hz"]) for band in bands]

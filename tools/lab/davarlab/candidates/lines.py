@@ -1,4 +1,5 @@
-"""Lines, sharp and with a width: where the whitened residual stands above its surroundings (DESIGN 4)."""
+"""Lines, sharp and with a width: where the whitened residual stands above its surroundings
+(DESIGN 4)."""
 
 import numpy as np
 from scipy import fft
@@ -10,8 +11,8 @@ from .candidate import Candidate, log_tail_of_line
 
 
 def sharp(bench, parts, fit):
-    """The strongest line of the whitened residual, twice oversampled. Not beside one that the model has: what is left there is that line,
-    drifting."""
+    """The strongest line of the whitened residual, twice oversampled. Not beside one that the model
+    has: what is left there is that line, drifting."""
     w = bench.residual(parts, fit)
     power = np.abs(fft.rfft(w.astype(np.float32), 2 * len(w))) ** 2 / len(w)
     power[:6] = 0
@@ -35,19 +36,22 @@ def sharp(bench, parts, fit):
 
 
 def excess(energy, width):
-    """Gain of a level of its own in each box of `width` ordinates whose mean energy is above 1 (a model's own), and the starts."""
+    """Gain of a level of its own in each box of `width` ordinates whose mean energy is above 1 (a
+    model's own), and the starts."""
     starts = np.arange(0, len(energy) - width, max(1, width // 4))
     total = np.concatenate([[0.0], np.cumsum(energy)])
     return gain_of(width, (total[starts + width] - total[starts]) / width), starts
 
 
 def gain_of(width, ratio):
-    """Of a level of its own for so many ordinates with that mean energy; 0 where it is below a model's own."""
+    """Of a level of its own for so many ordinates with that mean energy; 0 where it is below a
+    model's own."""
     return np.where(ratio > 1, 0.5 * width * (ratio - 1 - np.log(np.maximum(ratio, 1.0))), 0.0)
 
 
 def places(energy):
-    """(centre, half width, gain) in ordinates of the strongest boxes, best first, none within another."""
+    """(centre, half width, gain) in ordinates of the strongest boxes, best first, none within
+    another."""
     found, width = [], 4
     while width <= 4 * LINE.widest * len(energy):
         gain, starts = excess(energy, width)
@@ -64,7 +68,8 @@ def places(energy):
 
 
 def wide_at(bench, parts, fit, f_hz):
-    """A line with a width where somebody saw one, from that of the box about it which stands out most."""
+    """A line with a width where somebody saw one, from that of the box about it which stands out
+    most."""
     energy, scale = bench.whitened(parts, fit) ** 2, bench.recording.rate_hz / (2 * len(bench.y))
     centre = f_hz / scale
     widths = np.unique(
@@ -82,8 +87,8 @@ def wide_at(bench, parts, fit, f_hz):
 
 
 def wide(bench, parts, fit, scatter_of):
-    """The line with a width that gains most; None where nothing stands out. scatter_of: (bench, fit) -> of neighbouring ordinates,
-    where the white level changes."""
+    """The line with a width that gains most; None where nothing stands out. scatter_of: (bench,
+    fit) -> of neighbouring ordinates, where the white level changes."""
     energy = bench.whitened(parts, fit) ** 2
     energy[: LINE.lowest] = 1.0
     scale, best = bench.recording.rate_hz / (2 * len(bench.y)), None

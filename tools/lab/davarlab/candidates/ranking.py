@@ -1,4 +1,5 @@
-"""Every effect that a model lacks, tried: the gain in likelihood and what chance would give (DESIGN 4)."""
+"""Every effect that a model lacks, tried: the gain in likelihood and what chance would give
+(DESIGN 4)."""
 
 import numpy as np
 
@@ -32,7 +33,8 @@ BENDS = (
 
 
 def shapes_of(effect, recording):
-    """The product of an effect's grids; what a model file need not say of a filter is at its default: it is asked when the filter joins."""
+    """The product of an effect's grids; what a model file need not say of a filter is at its
+    default: it is asked when the filter joins."""
     found = [{}]
     for name in effect.shape_names:
         parameter = next(p for p in effect.parameters if p.name == name)
@@ -51,7 +53,8 @@ def available(effect, recording):
 
 
 def robust_gain(bench, parts, part):
-    """The gain with the scatter of the products themselves: vibration must not pass for correlation with vibration."""
+    """The gain with the scatter of the products themselves: vibration must not pass for correlation
+    with vibration."""
     full = bench.fit([*parts, part])
     white = np.sqrt(bench.data.at_ordinates(full.level))
     column = np.zeros(len(white) + 1)
@@ -67,7 +70,8 @@ def robust_gain(bench, parts, part):
 
 
 def screened(bench, parts, fit, effect):
-    """The shapes and forms of an effect that score best beside the model: those that are worth a fit."""
+    """The shapes and forms of an effect that score best beside the model: those that are worth a
+    fit."""
     forms = ("raw",) if effect.role == "filter" else effect.forms
     found = [
         Part(effect.kind, shape, form)
@@ -97,7 +101,8 @@ def screened(bench, parts, fit, effect):
 
 
 def stationary(bench, parts, fit, effect, scatter=None):
-    """Spectra, filters and regressors: the best of their shapes. `scatter`: of the energies where the white level changes."""
+    """Spectra, filters and regressors: the best of their shapes. `scatter`: of the energies where
+    the white level changes."""
     robust = effect.role == "mean" and "accel" in effect.needs
     best = None
     for part in screened(bench, parts, fit, effect):
@@ -122,7 +127,8 @@ def stationary(bench, parts, fit, effect, scatter=None):
 
 
 def beside_both(bench, parts, fit, effect, scatter):
-    """A spectrum or filter beside decoded states, and beside the noise that they are: the smaller gain counts (6.5)."""
+    """A spectrum or filter beside decoded states, and beside the noise that they are: the smaller
+    gain counts (6.5)."""
     found, noise = stationary(bench, parts, fit, effect, scatter), as_spectra(parts)
     if found and noise and found.log_p < 0 and found.part.role != "mean":
         other = stationary(bench, noise, bench.fit(noise), effect, scatter)
@@ -131,7 +137,8 @@ def beside_both(bench, parts, fit, effect, scatter):
 
 
 def vibration(bench, parts, blocks):
-    """White noise that goes with the vibration. A level that moves for other reasons too must not pass for it."""
+    """White noise that goes with the vibration. A level that moves for other reasons too must not
+    pass for it."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     before, best = changes.fit(blocks, rows)[1], None
     effect = table.find("vibration_noise")
@@ -175,7 +182,8 @@ def noise_step(bench, parts, blocks):
 
 
 def with_states(bench, parts, fit, found):
-    """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the one that has it."""
+    """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the
+    one that has it."""
     telegraph = next((c for c in found if c.kind == "telegraph_noise"), None)
     best = max(
         (
@@ -191,7 +199,8 @@ def with_states(bench, parts, fit, found):
 
 
 def decode_states(bench, parts, telegraph):
-    """Two levels against a continuum beside the other parts; decoded when the levels can be seen (6.2) (6.3)."""
+    """Two levels against a continuum beside the other parts; decoded when the levels can be seen
+    (6.2) (6.3)."""
     trial = refine.refined(bench, [*parts, telegraph.part], only=("telegraph_noise",))
     joint = bench.fit(trial)
     telegraph.part = trial[-1]
@@ -224,8 +233,9 @@ def decode_states(bench, parts, telegraph):
 
 
 def best_levels(bench, parts, rest, start):
-    """(likelihood in white noise, amplitude, dwell, decoded part) of as many levels as the record is likeliest with beside the other parts,
-    by the lower bound of (6.3): in white noise further levels would follow the flicker. So each number is fitted once more without it."""
+    """(likelihood in white noise, amplitude, dwell, decoded part) of as many levels as the record
+    is likeliest with beside the other parts, by the lower bound of (6.3): in white noise further
+    levels would follow the flicker. So each number is fitted once more without it."""
     best, most = None, -np.inf
     for levels in range(2, LEVELS.most + 1):
         found = states.fit_levels(rest, bench.recording.rate_hz, *start, levels)
@@ -256,8 +266,9 @@ def lower_bound(bench, parts, part, divergence, doubt):
 
 
 def white_beside(bench, fit, dwell_s):
-    """The noise that levels of this dwell are seen against, as that of single samples: its density where blocks of a small part of a dwell
-    see it, not at the end of the spectrum, which the sensor's own low-pass may have emptied."""
+    """The noise that levels of this dwell are seen against, as that of single samples: its density
+    where blocks of a small part of a dwell see it, not at the end of the spectrum, which the
+    sensor's own low-pass may have emptied."""
     f = min(LEVELS.blocks_per_dwell / (2 * dwell_s), bench.data.f_bin[-1])
     return float(
         np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz)
@@ -265,7 +276,8 @@ def white_beside(bench, fit, dwell_s):
 
 
 def decoded_part(bench, rest, found, white, levels):
-    """The decoded course as a part; its divergence from what the chain says beforehand; what doubt costs per squared amplitude."""
+    """The decoded course as a part; its divergence from what the chain says beforehand; what doubt
+    costs per squared amplitude."""
     _, level, dwell, middle = found
     part = Part(
         "telegraph_noise", {"mean_dwell_s": float(dwell), "levels": float(levels)}, "decoded"
@@ -277,8 +289,9 @@ def decoded_part(bench, rest, found, white, levels):
 
 
 def beside_flicker(bench, parts, part, rest, level, white, continuum):
-    """The gain of two levels over a continuum where the flicker of the other parts hides them: that flicker is estimated beside the
-    decoded course, taken out, and the course decoded again (6.3). Returns (gain, decoded part)."""
+    """The gain of two levels over a continuum where the flicker of the other parts hides them: that
+    flicker is estimated beside the decoded course, taken out, and the course decoded again (6.3).
+    Returns (gain, decoded part)."""
     rate, best = bench.recording.rate_hz, (-np.inf, part)
     fit = bench.fit([*parts, part])
     for _ in range(LEVELS.flicker_rounds):
@@ -311,8 +324,8 @@ def slow_noise(bench, parts, fit):
 
 
 def simplest_first(found):
-    """A slow warm-up is a ramp that bends, noise with a long memory a random walk that turns: they are named only when the bend itself is
-    significant (likelihood ratio at 1 %)."""
+    """A slow warm-up is a ramp that bends, noise with a long memory a random walk that turns: they
+    are named only when the bend itself is significant (likelihood ratio at 1 %)."""
     by_kind = {candidate.kind: candidate for candidate in found}
     for straight, bent in BENDS:
         if (
@@ -353,7 +366,8 @@ def second_warm_up(bench, parts, fit):
 
 
 def scatter_of(bench, parts, fit, blocks, of=modulation.dispersion):
-    """Of the energies per bin, when the model lets the white level change; None: chi-square. `of`: dispersion, or crowding."""
+    """Of the energies per bin, when the model lets the white level change; None: chi-square. `of`:
+    dispersion, or crowding."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     if modulation.constant(rows):
         return None
@@ -361,8 +375,8 @@ def scatter_of(bench, parts, fit, blocks, of=modulation.dispersion):
 
 
 def ranked(bench, parts, fit, skip=(), more=(), progress=lambda kind, found: None):
-    """All candidates, least likely by chance first; `more`: those that were found elsewhere (columns.py); `progress` hears which effect is next and
-    what was found so far, and may raise."""
+    """All candidates, least likely by chance first; `more`: those that were found elsewhere
+    (columns.py); `progress` hears which effect is next and what was found so far, and may raise."""
     blocks = bench.blocks(parts, fit)
     kinds = [part.kind for part in parts]
     most = {**SEARCH.most_of, "warm_up": SEARCH.warm_ups_most}

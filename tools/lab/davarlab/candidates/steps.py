@@ -1,4 +1,5 @@
-"""Sudden steps of the bias, at every sample of the record, by generalised least squares (DESIGN 15)."""
+"""Sudden steps of the bias, at every sample of the record, by generalised least squares
+(DESIGN 15)."""
 
 import numpy as np
 from scipy import fft, stats
@@ -14,7 +15,8 @@ def residual_over_level(bench, parts, level):
 
 
 def alike(level):
-    """C(m) = sum over j of w_j cos(pi j m / n), m = 0 .. 2 n: two steps at k and l have the inner product (C(k - l) - C(k + l)) / 2, whitened."""
+    """C(m) = sum over j of w_j cos(pi j m / n), m = 0 .. 2 n: two steps at k and l have the inner
+    product (C(k - l) - C(k + l)) / 2, whitened."""
     n = len(level) + 1
     weight = np.zeros(n + 1)
     weight[1:n] = 1 / (2 * n * np.sin(np.pi * np.arange(1, n) / (2 * n)) ** 2 * level)
@@ -32,7 +34,8 @@ def scores(c, level, same):
 
 
 def log_chance(peak, same, n):
-    """Of a peak that high anywhere: crossings of a Gaussian process from mark to mark, smooth or rough, whichever are more."""
+    """Of a peak that high anywhere: crossings of a Gaussian process from mark to mark, smooth or
+    rough, whichever are more."""
     marks = np.unique(np.linspace(0, n, STEP.marks + 1).astype(int)[1:-1])
     norm = 0.5 * (same[0] - same[2 * marks])
     inner = 0.5 * (same[np.diff(marks)] - same[marks[1:] + marks[:-1]])

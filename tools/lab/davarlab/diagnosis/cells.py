@@ -1,4 +1,5 @@
-"""Measured and expected Allan deviations of the whole record, its quarters and sixteenths (DESIGN 8)."""
+"""Measured and expected Allan deviations of the whole record, its quarters and sixteenths
+(DESIGN 8)."""
 
 from dataclasses import dataclass
 
@@ -31,8 +32,9 @@ def narrow(part, window_s):
 
 
 class Expectation:
-    """What the fitted noise gives: Allan variance, degrees of freedom, the share of the sensor's white noise, and the Allan variance of
-    lines that keep their phase in a window; one value per tau."""
+    """What the fitted noise gives: Allan variance, degrees of freedom, the share of the sensor's
+    white noise, and the Allan variance of lines that keep their phase in a window; one value per
+    tau."""
 
     def __init__(self, state):
         self.bench, self.parts, self.sizes = state.bench, state.parts, state.fit.sizes
@@ -80,7 +82,8 @@ class Expectation:
 
 
 def cells_of(state, y, relative=None):
-    """Cells of the record and of its quarters and sixteenths; `relative`: the white level per sample over its mean, None: constant."""
+    """Cells of the record and of its quarters and sixteenths; `relative`: the white level per
+    sample over its mean, None: constant."""
     return cells_in(state, y, relative, JUDGE.cell_windows, None)
 
 
@@ -149,7 +152,8 @@ def course_variances(state, window, taus):
 
 
 def remembered(memory, y, window, taus, known):
-    """Allan deviations of y in windows and the share of valid differences, measured once however many models are compared with them."""
+    """Allan deviations of y in windows and the share of valid differences, measured once however
+    many models are compared with them."""
     key = (float(y.sum()), float(y @ y), None if known is None else hash(known.tobytes()), window)
     if key not in memory:
         memory[key] = allan.windows(y, window, taus, known)

@@ -1,4 +1,5 @@
-"""Model against measurement: Allan deviations over time and tau, one error, its floor, one p-value (DESIGN 7, 8)."""
+"""Model against measurement: Allan deviations over time and tau, one error, its floor, one p-value
+(DESIGN 7, 8)."""
 
 from dataclasses import dataclass, field, replace
 
@@ -18,7 +19,8 @@ from .judge import Judgement
 
 @dataclass
 class Comparison:
-    """samples: those that are there; missing: places of the even grid without one; duration_s: of the grid."""
+    """samples: those that are there; missing: places of the even grid without one; duration_s: of
+    the grid."""
 
     samples: int
     rate_hz: float
@@ -68,7 +70,8 @@ def correlations(state, column):
 
 
 def as_given(state, model):
-    """The state with the parameters of the file instead of the fitted ones; the mean of the gyro stays free."""
+    """The state with the parameters of the file instead of the fitted ones; the mean of the gyro
+    stays free."""
 
     def of_file(part, term):
         return replace(
@@ -176,7 +179,8 @@ def of_state(state, column):
 
 
 def loss_of(fitted, state):
-    """Twice the log-likelihood that the given parameters lose against the fitted ones, and how many they are."""
+    """Twice the log-likelihood that the given parameters lose against the fitted ones, and how many
+    they are."""
     return (
         2 * (fitted.fit.log_likelihood - state.fit.log_likelihood),
         len(fitted.fit.sizes) + len(fitted.fit.coefficients),
@@ -190,7 +194,8 @@ def sizes_agree(fitted, state):
 
 
 def given_p_value(fitted, state):
-    """p of the shape of the refitted model, and of the given parameters against the fitted ones (7.2)."""
+    """p of the shape of the refitted model, and of the given parameters against the fitted ones
+    (7.2)."""
     if sizes_agree(fitted, state):
         return fitted.adequacy.p_value
     loss, free = loss_of(fitted, state)

@@ -1,4 +1,5 @@
-"""The Allan deviation of each effect of a fitted model by itself, over the whole record (DESIGN 8)."""
+"""The Allan deviation of each effect of a fitted model by itself, over the whole record
+(DESIGN 8)."""
 
 import numpy as np
 
@@ -40,8 +41,8 @@ def white_shares(state):
 
 
 def of_state(state, recording, model):
-    """(kind, taus in s, deviations in deg/s) of every part that has one; a filter has none. Cost: one pass of lib/ per
-    known course."""
+    """(kind, taus in s, deviations in deg/s) of every part that has one; a filter has none. Cost:
+    one pass of lib/ per known course."""
     bench, y = state.bench, recording.rate_dps(model.column)
     taus = allan.octaves(len(y) // 2 * 2)
     sizes, coefficients, found, white = (

@@ -8,11 +8,12 @@ from .state import start
 
 @dataclass
 class Diagnosis:
-    """verdict: a kind, "none" or "unknown"; ranking: candidates for the model as given (its shapes refitted), best first;
-    alternatives: what the recording cannot tell from what was named, and how to find out (identifiable.Alternative);
-    added: the kinds that forward selection took, in order; states: the model before and after each of them; remaining:
-    candidates beside the last model; useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds of
-    what was beyond chance and is not named, and why."""
+    """verdict: a kind, "none" or "unknown"; ranking: candidates for the model as given (its shapes
+    refitted), best first; alternatives: what the recording cannot tell from what was named, and how
+    to find out (identifiable.Alternative); added: the kinds that forward selection took, in order;
+    states: the model before and after each of them; remaining: candidates beside the last model;
+    useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds
+    of what was beyond chance and is not named, and why."""
 
     verdict: str
     ranking: list

@@ -10,8 +10,8 @@ WANDER = {"rate_random_walk", "gauss_markov", "rate_ramp", "warm_up"}
 
 
 def share(after, base):
-    """Percent of the avoidable error of the refitted model `base` that an effect removes alone. None when `after` was not computed
-    (NaN), or when `base` has no avoidable error."""
+    """Percent of the avoidable error of the refitted model `base` that an effect removes alone.
+    None when `after` was not computed (NaN), or when `base` has no avoidable error."""
     if after != after or base.error < CHANCE.above_floor * base.error_floor:
         return None
     return 100 * min(1.0, max(0.0, (base.error - after) / (base.error - base.error_floor)))
@@ -35,7 +35,8 @@ def why(candidate, taken):
 
 
 def notes(recording, model, added=()):
-    """Notes that apply to every verdict and are not observations. added: the kinds that the model lacked."""
+    """Notes that apply to every verdict and are not observations. added: the kinds that the model
+    lacked."""
     shared = common_cause.several_axes(recording, model.column) if WANDER & set(added) else ""
     return [*still_notes(recording, model), *([f"Shared drift: {shared}."] if shared else [])]
 

@@ -15,7 +15,8 @@ from . import state as state_of
 
 @dataclass
 class Step:
-    """The model after `added` joined (None: the model as given, or refitted); errors beside those that a true model would have."""
+    """The model after `added` joined (None: the model as given, or refitted); errors beside those
+    that a true model would have."""
 
     added: str | None
     effects: list
@@ -42,9 +43,10 @@ class Candidate:
 
 @dataclass
 class Improvement:
-    """`added`: the kinds that the final model has more than the given one; `judgement`: of the final model; `comparisons`: of the given
-    model, and of the final one when it is another; `refitted`: the given effects with their sizes fitted, None: those of the file are as
-    good; `useless`: parts that are likelier than chance and do not lower the error."""
+    """`added`: the kinds that the final model has more than the given one; `judgement`: of the
+    final model; `comparisons`: of the given model, and of the final one when it is another;
+    `refitted`: the given effects with their sizes fitted, None: those of the file are as good;
+    `useless`: parts that are likelier than chance and do not lower the error."""
 
     comparison: compare.Comparison
     diagnosis: diagnose.Diagnosis
@@ -108,8 +110,9 @@ def fit(recording, model, progress=lambda text: None):
 
 
 def fit_around(state, model, held):
-    """(model, estimates): the effects at the places `held` as they stand in the model, spectra, filters and courses, the others at their best beside
-    them. state: the fit of the same effects."""
+    """(model, estimates): the effects at the places `held` as they stand in the model, spectra,
+    filters and courses, the others at their best beside them. state: the fit of the same
+    effects."""
     given = compare.as_given(state, model)
     bench, sizes, coefficients, noise, keys = (
         given.bench,
@@ -181,21 +184,24 @@ def step_of(added, state, model, held_out):
 
 
 def refitted(model, state, given, held_out):
-    """The step from the sizes of the file to the best ones; None when those of the file are as good (7.4)."""
+    """The step from the sizes of the file to the best ones; None when those of the file are as good
+    (7.4)."""
     if compare.sizes_agree(state, given):
         return None
     return step_of(None, state, fitted_model(state, model)[0], held_out)
 
 
 def with_candidate(found, candidate):
-    """The model as given with one candidate: the second state of the search when it is the one that was taken first."""
+    """The model as given with one candidate: the second state of the search when it is the one that
+    was taken first."""
     first, second = found.states[0], found.states[min(1, len(found.states) - 1)]
     taken = [part.kind for part in first.parts] + [candidate.kind] == second.model_kinds
     return second if taken else state_of.joined(first, candidate.part, candidate.replaces)
 
 
 def described(model, found, base, held_out, detail):
-    """The first `detail` candidates with their error after and parameters, the others with their gain. base: the step before them."""
+    """The first `detail` candidates with their error after and parameters, the others with their
+    gain. base: the step before them."""
     out = []
     for rank, candidate in enumerate(found.ranking):
         after, outside, parameters = float("nan"), None, {}
@@ -220,7 +226,8 @@ def described(model, found, base, held_out, detail):
 
 
 def improve(recording, model, held_out=None, progress=lambda text: None, detail=0):
-    """Adds what is missing, step by step; the error is that of the model as given first, then of each refitted model."""
+    """Adds what is missing, step by step; the error is that of the model as given first, then of
+    each refitted model."""
     found = diagnose.diagnose(recording, model, progress)
     return improved(recording, model, found, held_out, progress, detail)
 
@@ -243,8 +250,9 @@ def verdict_of(found, added, judgement):
 
 
 def beside_the_file(last, given, model, added):
-    """(state, model, estimates) of so many effects added beside the sizes of the file, where these do better than the likeliest ones; None where
-    the error rises even so, or the model is not adequate."""
+    """(state, model, estimates) of so many effects added beside the sizes of the file, where these
+    do better than the likeliest ones; None where the error rises even so, or the model is not
+    adequate."""
     fitted, entries = fitted_model(last, model)
     count = len(model.terms)
     if (
@@ -258,7 +266,8 @@ def beside_the_file(last, given, model, added):
 
 
 def by_chance(last, given):
-    """Has the error risen by no more than chance, while the record contradicts the given model and not the last one."""
+    """Has the error risen by no more than chance, while the record contradicts the given model and
+    not the last one."""
     return (
         last.adequacy == "statistical" != given.adequacy
         and last.error <= given.error + SEARCH.slack * last.floor
@@ -266,8 +275,8 @@ def by_chance(last, given):
 
 
 def final_of(last, given, model, added):
-    """(state, model, estimates) of the last model, or of what is left of it where its error has risen; the state is None where
-    nothing is."""
+    """(state, model, estimates) of the last model, or of what is left of it where its error has
+    risen; the state is None where nothing is."""
     if not last.judgement.error > given.judgement.error:
         return last, *fitted_model(last, model)
     beside = beside_the_file(last, given, model, added)
@@ -277,11 +286,12 @@ def final_of(last, given, model, added):
 
 
 def improved(recording, model, found, held_out=None, progress=lambda text: None, detail=0):
-    """What a diagnosis comes to: errors, parameters, words. The final model is the last whose error has not risen."""
+    """What a diagnosis comes to: errors, parameters, words. The final model is the last whose error
+    has not risen."""
     given = compare.given(found.states[0], model)
     steps = [step_of(None, given, model, held_out)]
     base = refitted(model, found.states[0], given, held_out)
-    for before, state in zip(found.states, found.states[1:]):
+    for state in found.states[1:]:
         progress(f"adding {state.parts[-1].kind}")
         step = step_of(
             state.parts[-1].kind,

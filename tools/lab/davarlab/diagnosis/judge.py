@@ -1,4 +1,5 @@
-"""The verdict on a model: statistically adequate, practically adequate within 5 %, or neither (DESIGN 7)."""
+"""The verdict on a model: statistically adequate, practically adequate within 5 %, or neither
+(DESIGN 7)."""
 
 from dataclasses import dataclass
 
@@ -11,11 +12,11 @@ from .cells import error_of, floor_of
 
 @dataclass(frozen=True)
 class Judgement:
-    """adequacy: "statistical", "practical" or "no".
-    largest: the largest proven deviation {percent, ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the
-    bound with 99 % confidence, ratio the measured Allan deviation over the model's.
-    shown_to_tau_s: the longest tau at which the record confirms a fit within 5 %; 0: no tau.
-    doubted: whether the recording is implausible; no model of it is adequate."""
+    """adequacy: "statistical", "practical" or "no". largest: the largest proven deviation {percent,
+    ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the bound with 99 %
+    confidence, ratio the measured Allan deviation over the model's. shown_to_tau_s: the longest tau
+    at which the record confirms a fit within 5 %; 0: no tau. doubted: whether the recording is
+    implausible; no model of it is adequate."""
 
     adequacy: str
     error: float
@@ -31,8 +32,8 @@ class Judgement:
 
 
 def proven(cells):
-    """The least factor by which each true ratio differs from 1, as a signed logarithm, from its family-wise 99 % interval; 0: no
-    deviation is proven (7.2)."""
+    """The least factor by which each true ratio differs from 1, as a signed logarithm, from its
+    family-wise 99 % interval; 0: no deviation is proven (7.2)."""
     if not cells:
         return np.zeros(0)
     freedom, tail = (
@@ -64,7 +65,8 @@ def largest_of(cells):
 
 
 def shown_to(cells):
-    """The longest tau up to which the whole record shows that the model is within the tolerance (TOST at 5 %) (7.3)."""
+    """The longest tau up to which the whole record shows that the model is within the tolerance
+    (TOST at 5 %) (7.3)."""
     longest = max((cell.stop_s - cell.start_s for cell in cells), default=0.0)
     shown = 0.0
     for cell in (cell for cell in cells if cell.stop_s - cell.start_s == longest):
@@ -78,7 +80,8 @@ def shown_to(cells):
 
 
 def judged(cells, short, p_value, doubted=False):
-    """short: cells of short windows, which the error does not count. p_value: of the residual (inference/adequacy.py). doubted: see Judgement."""
+    """short: cells of short windows, which the error does not count. p_value: of the residual
+    (inference/adequacy.py). doubted: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
     small = not error > CHANCE.above_floor * floor

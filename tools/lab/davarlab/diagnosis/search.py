@@ -16,10 +16,9 @@ from ..inference.parts import Part
 from ..thresholds import CHANCE, SEARCH
 from .state import State, errors_of, joined, judged, redrawn, with_parts
 
-EARNING = {
-    "noise_step",
-    "bias_step",
-}  # of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as much
+# Of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as
+# much.
+EARNING = {"noise_step", "bias_step"}
 
 
 def shock_candidate(state):
@@ -29,7 +28,8 @@ def shock_candidate(state):
 
 
 def ranking(state, skip=(), only=None, progress=lambda kind, found: None):
-    """Every effect that the model lacks, best first; `only`: of these kinds; `progress`: see ranked()."""
+    """Every effect that the model lacks, best first; `only`: of these kinds; `progress`: see
+    ranked()."""
     skip = set(skip) | (set(table.TABLE) - set(only) if only else set())
     asked = set(columns_of.SOUGHT_TOGETHER) - skip
     more = (
@@ -53,7 +53,8 @@ def significant(found):
 
 
 def retold(state, given):
-    """Gauss-Markov that was taken while another course hid its levels: now that the course is known, is it telegraph noise?"""
+    """Gauss-Markov that was taken while another course hid its levels: now that the course is
+    known, is it telegraph noise?"""
     fresh = state.parts[-1]
     for part in state.parts[given:-1]:
         if part.kind == "gauss_markov" and fresh.role == "mean":
@@ -68,7 +69,8 @@ def retold(state, given):
 
 
 def pruned(state, given):
-    """Terms that a later one has made needless go (a random walk that was a ramp); those of the given model stay."""
+    """Terms that a later one has made needless go (a random walk that was a ramp); those of the
+    given model stay."""
     for part in state.parts[given:-1]:
         rest = [other for other in state.parts if other is not part]
         loss = SEARCH.certain if part.role == "events" else loss_without(state, rest, part)
@@ -100,7 +102,8 @@ def nothing():
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What was asked of a state: of all kinds or `only` some, but for those skipped; and the candidates."""
+    """What was asked of a state: of all kinds or `only` some, but for those skipped; and the
+    candidates."""
 
     state: State
     only: frozenset | None
@@ -113,8 +116,8 @@ class Asked:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The way forward: the state reached, how many of its first parts are the given ones, and what was learned on the way.
-    Each step returns another one."""
+    """The way forward: the state reached, how many of its first parts are the given ones, and what
+    was learned on the way. Each step returns another one."""
 
     begin: State
     state: State
@@ -134,7 +137,8 @@ class Search:
     asked: Asked | None = None
 
     def ranked(self):
-        """(the search, candidates beside its state as they are to be taken); those that are not what they seem are left out."""
+        """(the search, candidates beside its state as they are to be taken); those that are not
+        what they seem are left out."""
         asked = self.answered()
         found, undecided = self.allowed(asked), self.undecided
         if not self.only:
@@ -164,7 +168,8 @@ class Search:
         return self.hopeless | columnless | self.aside()
 
     def answered(self):
-        """All candidates; those beside the same state are not asked for twice because some of them are put aside."""
+        """All candidates; those beside the same state are not asked for twice because some of them
+        are put aside."""
         skip = self.skip()
         if self.asked and self.asked.answers(self.state, self.only, skip):
             return self.asked
@@ -175,7 +180,8 @@ class Search:
         return [one for one in asked.found if one.kind not in skip]
 
     def aside(self):
-        """Kinds that left the error where it was, twice; further bands, which would only follow what the model lacks elsewhere."""
+        """Kinds that left the error where it was, twice; further bands, which would only follow
+        what the model lacks elsewhere."""
         spent = {
             kind
             for kind, tries in self.idle.items()
@@ -204,7 +210,8 @@ class Search:
         return replace(way, doubtful=MappingProxyType({**self.doubtful, part.kind: said})), False
 
     def take(self, candidate):
-        """The search with the candidate in its model, or with it as one that leaves the error where it was."""
+        """The search with the candidate in its model, or with it as one that leaves the error where
+        it was."""
         given = self.given - any(
             part is candidate.replaces for part in self.state.parts[: self.given]
         )
@@ -253,7 +260,8 @@ class Search:
         return error < errors_of(self.state)[0] - SEARCH.slack * floor
 
     def beside(self, taken):
-        """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it is asked among them while it gains as much."""
+        """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it
+        is asked among them while it gains as much."""
         kind, near = (
             taken.kind,
             {
@@ -300,7 +308,8 @@ def about(part):
 
 
 def earning(part, rest):
-    """Must the part lower the error: also a line that comes and goes beside bands, which is what wanders in them; a warm-up that is over at once."""
+    """Must the part lower the error: also a line that comes and goes beside bands, which is what
+    wanders in them; a warm-up that is over at once."""
     span_s = len(rest.bench.y) / rest.bench.recording.rate_hz
     return (
         part.kind in EARNING
@@ -327,14 +336,16 @@ def close_ones(found):
 
 
 def forward(state, given, progress, draft=False):
-    """Candidates beyond chance one after the other, the likeliest first. What chance explains beside one state is not tried beside the
-    next ones, until nothing else is left (a draft of the spectrum does not ask again); lines are taken one after the other."""
+    """Candidates beyond chance one after the other, the likeliest first. What chance explains
+    beside one state is not tried beside the next ones, until nothing else is left (a draft of the
+    spectrum does not ask again); lines are taken one after the other."""
     way = Search(state, state, given, draft)
     for _ in range(SEARCH.steps_most):
         progress(
             f"looking for lines in addition to {len(way.state.parts)} effects"
             if way.only
-            else f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects in addition to {', '.join(way.state.model_kinds)}"
+            else f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects in addition "
+            f"to {', '.join(way.state.model_kinds)}"
         )
         way, more = way.step()
         if not more:
@@ -343,8 +354,8 @@ def forward(state, given, progress, draft=False):
 
 
 def useful(state, given):
-    """The state without the added parts that leave the error where it is or raise it; those that stay, what matters most first; those that
-    do not."""
+    """The state without the added parts that leave the error where it is or raise it; those that
+    stay, what matters most first; those that do not."""
     (error, floor), useless, kept = errors_of(state), [], []
     for part in reversed(state.parts[given:]):
         rest = with_parts(state, [other for other in state.parts if other is not part])
@@ -361,8 +372,8 @@ def useful(state, given):
 
 
 def certain(state, part, rest, error, floor):
-    """Does the record contradict the model without the part, `rest`, while the error is no larger than a true model's: a line that hardly any
-    averaging time shows."""
+    """Does the record contradict the model without the part, `rest`, while the error is no larger
+    than a true model's: a line that hardly any averaging time shows."""
     return (
         error <= floor
         and not earning(part, rest)
@@ -371,8 +382,8 @@ def certain(state, part, rest, error, floor):
 
 
 def path(state, given, by_weight):
-    """The states from the given effects to the last one, a part at a time: in the order found if the error falls all the way, else what
-    matters most first."""
+    """The states from the given effects to the last one, a part at a time: in the order found if
+    the error falls all the way, else what matters most first."""
     for added in (state.parts[given:], by_weight):
         states = [
             with_parts(state, [*state.parts[:given], *added[:count]])
@@ -385,8 +396,8 @@ def path(state, given, by_weight):
 
 
 def search(state, model, progress):
-    """(judged states from the given effects to the last, the search, useless parts). Missing samples are drawn anew from what was found,
-    and the search begins again."""
+    """(judged states from the given effects to the last, the search, useless parts). Missing
+    samples are drawn anew from what was found, and the search begins again."""
     given = len(model.terms)
     way = forward(state, given, progress, draft=state.known is not None)
     if state.known is not None:

@@ -18,8 +18,9 @@ from . import cells, judge
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A model at its best on one recording; what changes it returns another. known: True where a sample was measured and may be used, None: everywhere; the others are drawn.
-    seen: the observations on the recording."""
+    """A model at its best on one recording; what changes it returns another. known: True where a
+    sample was measured and may be used, None: everywhere; the others are drawn. seen: the
+    observations on the recording."""
 
     bench: Bench
     parts: tuple
@@ -43,7 +44,8 @@ class State:
 
     @property
     def record(self):
-        """What the Allan deviation is measured of: the gyro, without the shocks that the model has."""
+        """What the Allan deviation is measured of: the gyro, without the shocks that the model
+        has."""
         return self.shocks.clean if "shocks" in self.model_kinds else self.shocks.raw
 
 
@@ -51,7 +53,8 @@ def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
     if recording.samples < START.least_s * recording.rate_hz:
         raise BadInput(
-            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s are too short. At least {START.least_s} s are needed to estimate slow noise"
+            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s are too short. At "
+            f"least {START.least_s} s are needed to estimate slow noise"
         )
     progress("reading the spectrum")
     key = ("observations", model.column)
@@ -72,7 +75,8 @@ def start(recording, model, progress=lambda text: None):
     progress(f"simulating {np.count_nonzero(~known)} missing samples")
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
     first = fitted(recording, model, drawn, known, seen)
-    # The ripple of the first level is chance and would confirm itself; so would a model that is far from the record.
+    # The ripple of the first level is chance and would confirm itself; so would a model that is far
+    # from the record.
     return redrawn(first, model) if spectrum_p(first) > START.far_p else first
 
 
@@ -82,8 +86,9 @@ def spectrum_p(state):
 
 
 def at_rest(recording, known, gyro):
-    """The recording with the other columns of the sensor interpolated over what is missing: a turn that was cut out weighs more than all the rest, and
-    what is drawn there would confirm the coefficient that it was drawn with."""
+    """The recording with the other columns of the sensor interpolated over what is missing: a turn
+    that was cut out weighs more than all the rest, and what is drawn there would confirm the
+    coefficient that it was drawn with."""
     moved = [
         name for name in recording.columns if name.startswith(("gyro_", "accel_")) and name != gyro
     ]
@@ -92,12 +97,14 @@ def at_rest(recording, known, gyro):
 
 
 def redrawn(state, model):
-    """The given model on the record whose missing samples are drawn anew: from the spectrum, and about the course, of this state."""
+    """The given model on the record whose missing samples are drawn anew: from the spectrum, and
+    about the course, of this state."""
     return fitted(state.bench.recording, model, drawn_by(state, 1), state.known, state.seen)
 
 
 def drawn_by(state, seed):
-    """The record with its missing samples drawn from the spectrum, and about the course, of the state."""
+    """The record with its missing samples drawn from the spectrum, and about the course, of the
+    state."""
     course, level = (
         state.bench.mean_course(state.parts, state.fit),
         state.bench.data.at_ordinates(state.fit.level),
@@ -110,17 +117,18 @@ def drawn_by(state, seed):
 def check_alive(recording, model, y):
     if len(y) < MINIMUM_SAMPLES:
         raise BadInput(
-            f"{recording.name}: column {model.column}: {len(y)} samples remain without motion, repeated and clipped samples; "
-            f"at least {MINIMUM_SAMPLES} are needed"
+            f"{recording.name}: column {model.column}: {len(y)} samples remain without motion, "
+            f"repeated and clipped samples; at least {MINIMUM_SAMPLES} are needed"
         )
     if np.mean(np.diff(y) != 0) < START.moving_share:
         raise BadInput(
-            f"{recording.name}: column {model.column} hardly changes, so there is no noise to compare a model with"
+            f"{recording.name}: column {model.column} hardly changes, so there is no noise to "
+            "compare a model with"
         )
     if signals.foretold(y):
         raise BadInput(
-            f"{recording.name}: column {model.column}: every sample is predictable from the earlier ones, so there is no noise to compare a "
-            "model with"
+            f"{recording.name}: column {model.column}: every sample is predictable from the "
+            "earlier ones, so there is no noise to compare a model with"
         )
 
 
@@ -140,7 +148,8 @@ def fitted(recording, model, y, known, seen):
 
 
 def with_forms(bench, parts):
-    """Variants of regressors, and what a model file need not say of a shape: whichever the gyro follows."""
+    """Variants of regressors, and what a model file need not say of a shape: whichever the gyro
+    follows."""
     for index, part in enumerate(parts):
         others = [
             replace(one, form=form) for one in filters.unsaid(part) for form in part.effect.forms
@@ -178,7 +187,8 @@ def relative_variance(state):
 
 
 def judged(state, quick=False):
-    """The state with its adequacy, cells and judgement; `quick`: without the tests in time, for a step on the way."""
+    """The state with its adequacy, cells and judgement; `quick`: without the tests in time, for a
+    step on the way."""
     variance, data = relative_variance(state), state.bench.data
     blocks = state.bench.blocks(state.parts, state.fit)
     c = state.bench.whitened(state.parts, state.fit)
@@ -203,8 +213,9 @@ def judged(state, quick=False):
 
 
 def cells_of(state, variance):
-    """(cells, short cells). Decoded levels are a course, which misses short visits, or the noise that they are, of which few switches scatter more
-    than the cells' degrees of freedom say: whichever is nearer to its floor (6.5)."""
+    """(cells, short cells). Decoded levels are a course, which misses short visits, or the noise
+    that they are, of which few switches scatter more than the cells' degrees of freedom say:
+    whichever is nearer to its floor (6.5)."""
     noise = as_spectra(state.parts)
     views = [state] if noise is None else [state, with_parts(state, noise)]
     found = [cells.cells_of(view, state.record, variance) for view in views]
@@ -219,7 +230,8 @@ def errors_of(state):
 
 
 def cleaned_again(state):
-    """A course that is known now neither hides shocks nor passes for them: they are sought again beside it (6.1)."""
+    """A course that is known now neither hides shocks nor passes for them: they are sought again
+    beside it (6.1)."""
     course = state.bench.mean_course(state.parts, state.fit)
     reach = state.bench.counts.reach_dps if state.bench.counts else 0.0
     shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz, reach)
@@ -231,8 +243,8 @@ def cleaned_again(state):
 
 
 def joined(state, part, replaces=None):
-    """The model with one more part, or with one in the place of another, its shape at its best; unless it is a line also those of the
-    others."""
+    """The model with one more part, or with one in the place of another, its shape at its best;
+    unless it is a line also those of the others."""
     parts = [*(other for other in state.parts if other is not replaces), part]
     bench = state.bench.resolving(parts)
     if part.kind not in SEARCH.most_of:
@@ -257,7 +269,8 @@ def joined(state, part, replaces=None):
 
 
 def refilled(state):
-    """A course that is known now goes on through the missing samples; drawn without it they would pass for a noise of their own."""
+    """A course that is known now goes on through the missing samples; drawn without it they would
+    pass for a noise of their own."""
     return replace(state, shocks=replace(state.shocks, raw=drawn_by(state, 2)))
 
 
