@@ -303,8 +303,8 @@ FORMATS = {
                 "rad/s^2",
                 "K / sqrt(dt)",
                 ARDU_WALK,
-                meaning="the state is bias times dt, and the filter adds (x dt^2)^2 in each step of "
-                "dt, so the value is K / sqrt(dt)",
+                meaning="the state is bias times dt, and the filter adds (x dt^2)^2 in each step "
+                "of dt, so the value is K / sqrt(dt)",
             ),
             Parameter(
                 "EK3_ACC_P_NSE",
