@@ -7,6 +7,7 @@ import threadpoolctl
 
 @functools.cache
 def on_one_thread():
-    """Sums of the linear algebra go in one order: with more threads, or as many as happen to be free, their last digits differ. For this process, once
-    numpy and scipy are loaded, whatever its environment says."""
+    """Sums of the linear algebra go in one order: with more threads, or as many as happen to be
+    free, their last digits differ. For this process, once numpy and scipy are loaded, whatever its
+    environment says."""
     threadpoolctl.threadpool_limits(1)

@@ -1,8 +1,10 @@
-"""Several axes of one recording in one go, accelerometers among them, and the one table of what was found.
+"""Several axes of one recording in one go, accelerometers among them, and the one table of what was
+found.
 
-An accelerometer goes through the same arithmetic with m/s for deg: its white noise, in deg/sqrt(h) of a gyro, is the velocity random walk in
-m/s/sqrt(h), and so on for every unit. Its column is given to the analysis under another name, without the accelerometer beside it, so that no
-effect of acceleration is looked for in acceleration itself."""
+An accelerometer goes through the same arithmetic with m/s for deg: its white noise, in deg/sqrt(h)
+of a gyro, is the velocity random walk in m/s/sqrt(h), and so on for every unit. Its column is given
+to the analysis under another name, without the accelerometer beside it, so that no effect of
+acceleration is looked for in acceleration itself."""
 
 import re
 from dataclasses import dataclass, replace
@@ -26,7 +28,8 @@ SHOWN = {
 
 @dataclass
 class Found:
-    """One axis: its column, the exit status, what --json says of it, (model, estimates) for the table."""
+    """One axis: its column, the exit status, what --json says of it, (model, estimates) for the
+    table."""
 
     column: str
     status: int
@@ -50,7 +53,8 @@ def columns_of(recording, words):
         )
         if not found or not set(found) <= set(usable):
             raise BadInput(
-                f"--axes {word}: {recording.name} has no such axis (there are: {', '.join(usable) or 'none'})"
+                f"--axes {word}: {recording.name} has no such axis (there are: "
+                f"{', '.join(usable) or 'none'})"
             )
         out += found
     return list(dict.fromkeys(out))
@@ -168,12 +172,11 @@ def text(found):
             if "error" in last
             else ""
         )
-        out.append(
-            f"{'' if own else one.column:<14}{'adequacy':<44}{one.data.get('final', one.data)['adequacy']}{error}"
-        )
+        adequacy = one.data.get("final", one.data)["adequacy"]
+        out.append(f"{'' if own else one.column:<14}{'adequacy':<44}{adequacy}{error}")
         if "missing" in one.data:  # a diagnosis
             named = ", ".join(one.data["missing"]) or "nothing"
-            out.append(
-                f"{'':<14}{'missing':<44}{'an effect that is not in the table' if one.data['verdict'] == 'unknown' else named}"
-            )
+            if one.data["verdict"] == "unknown":
+                named = "an effect that is not in the table"
+            out.append(f"{'':<14}{'missing':<44}{named}")
     return "\n".join(out)

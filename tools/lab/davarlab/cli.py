@@ -1,4 +1,5 @@
-"""The command line: results to standard output, progress to standard error. The commands are in commands/."""
+"""The command line: results to standard output, progress to standard error. The commands are in
+commands/."""
 
 import argparse
 import sys
@@ -47,7 +48,8 @@ class Parser(argparse.ArgumentParser):
 def parser():
     top = Parser(
         prog="davarlab",
-        description="Compare a gyro error model with a recording, find the missing effect and add it.",
+        description="Compare a gyro error model with a recording, find the missing effect and add "
+        "it.",
     )
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (_, what, arguments) in COMMANDS.items():
@@ -62,13 +64,15 @@ def parser():
             action="append",
             default=[],
             metavar="FILE.py",
-            help="Python file with more effects. It runs with your rights: load only files that you trust",
+            help="Python file with more effects. It runs with your rights: load only files that "
+            "you trust",
         )
     return top
 
 
 def check_files(options):
-    """Checks that every output can be written and is not an input. A model may overwrite the model that it came from."""
+    """Checks that every output can be written and is not an input. A model may overwrite the model
+    that it came from."""
     given = {
         name: getattr(options, name, None)
         for name in (

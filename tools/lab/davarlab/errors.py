@@ -11,11 +11,13 @@ TRACEBACK = "DAVAR_LAB_TRACEBACK"
 
 
 class BadInput(Exception):
-    """A file, line, column or option that cannot be used; the command line prints it and exits with status 2."""
+    """A file, line, column or option that cannot be used; the command line prints it and exits with
+    status 2."""
 
 
 def printable(text):
-    """A text in one line that any terminal shows as it is: what it would act upon, and what is no character, as Python writes it."""
+    """A text in one line that any terminal shows as it is: what it would act upon, and what is no
+    character, as Python writes it."""
     return "".join(
         one if one.isprintable() else one.encode("unicode_escape", "surrogatepass").decode()
         for one in str(text)
@@ -48,13 +50,15 @@ def is_installed(name):
 
 
 def outside_error(why):
-    """An OSError that is the machine's, or names a file that is not of an installation: one line, status 2. Any other is a fault of this program."""
+    """An OSError that is the machine's, or names a file that is not of an installation: one line,
+    status 2. Any other is a fault of this program."""
     if why.errno not in WORLD and (
         why.errno is None or why.filename is None or is_installed(why.filename)
     ):
         return internal_error(why)
     print(
-        f"davarlab: {printable(why.filename) + ': ' if why.filename else ''}{os.strerror(why.errno).lower()}",
+        "davarlab: "
+        f"{printable(why.filename) + ': ' if why.filename else ''}{os.strerror(why.errno).lower()}",
         file=sys.stderr,
     )
     return 2
@@ -82,8 +86,9 @@ def internal_error(why):
     place = traceback.extract_tb(why.__traceback__)[-1]
     said = " ".join(str(why).split())[:200]
     print(
-        f"davarlab: internal error: {type(why).__name__}: {printable(said)} ({os.path.basename(place.filename)}:{place.lineno}); please report it, "
-        f"with the files and the output under {TRACEBACK}=1",
+        f"davarlab: internal error: {type(why).__name__}: {printable(said)} "
+        f"({os.path.basename(place.filename)}:{place.lineno}); please report it, with the files "
+        f"and the output under {TRACEBACK}=1",
         file=sys.stderr,
     )
     if os.environ.get(TRACEBACK):

@@ -21,8 +21,9 @@ OTHERS = (
 
 
 def check_regular(path, found=None):
-    """Raises BadInput unless `path` is a regular file; symbolic links are followed. Opens nothing: a FIFO or a device may wait for ever, or act, when
-    it is opened. found: its os.stat_result, where that is known. Returns it."""
+    """Raises BadInput unless `path` is a regular file; symbolic links are followed. Opens nothing:
+    a FIFO or a device may wait for ever, or act, when it is opened. found: its os.stat_result,
+    where that is known. Returns it."""
     try:
         found = found or os.stat(path)
     except (OSError, ValueError) as why:
@@ -34,11 +35,12 @@ def check_regular(path, found=None):
 
 
 def reading(path):
-    """A regular file, open to read its bytes. One whose size is 0 is empty and is not asked for more: those of /proc would wait. Raises BadInput that
-    names the path."""
+    """A regular file, open to read its bytes. One whose size is 0 is empty and is not asked for
+    more: those of /proc would wait. Raises BadInput that names the path."""
     check_regular(path)
+    flags = os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY
     try:
-        file = open(os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY), "rb")
+        file = open(os.open(path, flags), "rb")  # noqa: SIM115 the caller closes it
     except (OSError, ValueError) as why:
         raise BadInput(f"{path}: {getattr(why, 'strerror', None) or why}") from None
     try:
@@ -62,14 +64,15 @@ def read_whole(path):
 
 
 def real(path):
-    """The path without symbolic links. Path.resolve() raises RuntimeError of a link that leads to itself."""
+    """The path without symbolic links. Path.resolve() raises RuntimeError of a link that leads to
+    itself."""
     return Path(os.path.realpath(path))
 
 
 @contextlib.contextmanager
 def unbroken():
-    """A signal that would end the program does so behind the block, and is in the list meanwhile. Handlers, not a mask: other threads have
-    masks of their own."""
+    """A signal that would end the program does so behind the block, and is in the list meanwhile.
+    Handlers, not a mask: other threads have masks of their own."""
     came, before = [], {}
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if threading.current_thread() is threading.main_thread() and signal.getsignal(
@@ -95,7 +98,8 @@ def sha256(path):
 
 
 def place_of(path, follow=True):
-    """Where a file that is written to a path comes to lie: not follow: in place of a symbolic link, not where it leads."""
+    """Where a file that is written to a path comes to lie: not follow: in place of a symbolic link,
+    not where it leads."""
     return real(path) if follow else real(Path(path).parent) / Path(path).name
 
 
@@ -105,7 +109,8 @@ def partial(path, follow=True):
 
 
 def check_writable(path):
-    """Raises BadInput when `path` could not be written; leaves nothing behind. For commands that work long before they write."""
+    """Raises BadInput when `path` could not be written; leaves nothing behind. For commands that
+    work long before they write."""
     try:
         with contextlib.suppress(FileNotFoundError):
             if not stat.S_ISREG(os.stat(path).st_mode):
@@ -119,7 +124,8 @@ def check_writable(path):
 
 
 def check_outputs(outputs, inputs):
-    """Raises BadInput unless every output could be written and is neither another output nor an input."""
+    """Raises BadInput unless every output could be written and is neither another output nor an
+    input."""
     seen = {real(path) for path in inputs}
     for path in outputs:
         check_writable(path)
@@ -139,8 +145,9 @@ def reason(why):
 
 
 def write_whole(path, data, follow=True):
-    """Writes bytes, or pieces of them as they come, to a file beside `path`, then takes its place. What was there stays until then; a signal
-    ends it between two pieces. follow: as of place_of(). Raises BadInput."""
+    """Writes bytes, or pieces of them as they come, to a file beside `path`, then takes its place.
+    What was there stays until then; a signal ends it between two pieces. follow: as of place_of().
+    Raises BadInput."""
     trial = partial(path, follow)
     with WRITING, unbroken() as came:
         try:

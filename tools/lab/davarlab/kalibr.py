@@ -1,4 +1,5 @@
-"""The numbers in a kalibr imu.yaml (https://github.com/ethz-asl/kalibr/wiki/yaml-formats) or of a data sheet, as effects of a model."""
+"""The numbers in a kalibr imu.yaml (https://github.com/ethz-asl/kalibr/wiki/yaml-formats) or of a
+data sheet, as effects of a model."""
 
 import math
 import re
@@ -18,7 +19,8 @@ KINDS = {
 
 
 class Texts(yaml.SafeLoader):
-    """YAML whose values are texts as they stand: YAML 1.1 takes 1:30 for ninety, and 1e-4 for a text."""
+    """YAML whose values are texts as they stand: YAML 1.1 takes 1:30 for ninety, and 1e-4 for a
+    text."""
 
     yaml_implicit_resolvers = {}
 
@@ -83,7 +85,8 @@ def model_of(found, column, rate_hz):
 
 
 def of_sheet(words, column, rate_hz):
-    """A Model of the numbers of a data sheet, each with its unit, which says what it is: 0.005deg/s/sqrt(Hz), 10deg/h."""
+    """A Model of the numbers of a data sheet, each with its unit, which says what it is:
+    0.005deg/s/sqrt(Hz), 10deg/h."""
     units, found = ACCEL_SHEET if column.startswith("accel") else SHEET, {}
     for word in words:
         match = re.fullmatch(r"([0-9.]+(?:[eE][-+]?\d+)?)\s*(\D.*)", word)
@@ -97,7 +100,8 @@ def of_sheet(words, column, rate_hz):
 
 
 def of_file(path, column, rate_hz=None):
-    """A Model of a kalibr file: of its gyro, or of its accelerometer where the column is one. Raises BadInput."""
+    """A Model of a kalibr file: of its gyro, or of its accelerometer where the column is one.
+    Raises BadInput."""
     try:
         text = files.read_whole(path).decode("utf-8")
     except UnicodeDecodeError as why:

@@ -49,7 +49,8 @@ def checked_value(effect, parameter, value, where):
         raise BadInput(f"{where}: {parameter.name} must be a finite number")
     if not parameter.low <= value <= parameter.high:
         raise BadInput(
-            f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. {parameter.high:g}"
+            f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. "
+            f"{parameter.high:g}"
         )
     if parameter.whole and value % 1:
         raise BadInput(f"{where}: {parameter.name} = {value:g} must be a whole number")
@@ -57,7 +58,8 @@ def checked_value(effect, parameter, value, where):
 
 
 def checked_term(entry, where):
-    """A [[effect]] entry as a Term; raises BadInput for unknown kinds and parameters, missing and impossible values."""
+    """A [[effect]] entry as a Term; raises BadInput for unknown kinds and parameters, missing and
+    impossible values."""
     if not isinstance(entry, dict) or not isinstance(entry.get("kind"), str):
         raise BadInput(f"{where}: an effect needs a kind")
     effect = table.find(entry["kind"], where)
@@ -79,7 +81,8 @@ def checked_term(entry, where):
     }
     if "start_s" in values and values["stop_s"] < values["start_s"]:
         raise BadInput(
-            f"{where}: {effect.kind}: stop_s = {values['stop_s']:g} is before start_s = {values['start_s']:g}"
+            f"{where}: {effect.kind}: stop_s = {values['stop_s']:g} is before start_s = "
+            f"{values['start_s']:g}"
         )
     return Term(effect.kind, values)
 
@@ -115,17 +118,19 @@ def check_lines(terms, rate_hz, where):
             and term.parameters["frequency_hz"] > rate_hz / 2
         ):
             raise BadInput(
-                f"{where}: {term.kind}: frequency_hz = {term.parameters['frequency_hz']:g} is above half the sample rate of "
-                f"{rate_hz:g} Hz"
+                f"{where}: {term.kind}: frequency_hz = {term.parameters['frequency_hz']:g} is "
+                f"above half the sample rate of {rate_hz:g} Hz"
             )
 
 
 def check_fits(model, recording, where):
-    """Raises BadInput unless the recording has the rate and the columns that the model speaks of."""
+    """Raises BadInput unless the recording has the rate and the columns that the model speaks
+    of."""
     rates = [recording.rate_hz, recording.read_hz or recording.rate_hz]
     if model.rate_hz and all(abs(rate / model.rate_hz - 1) > 0.05 for rate in rates):
         raise BadInput(
-            f"{where}: rate_hz = {model.rate_hz:g}, but {recording.name} has {recording.rate_hz:.6g} Hz"
+            f"{where}: rate_hz = {model.rate_hz:g}, but {recording.name} has "
+            f"{recording.rate_hz:.6g} Hz"
         )
     check_lines(model.terms, recording.rate_hz, where)
     recording.rate_dps(model.column)
@@ -140,7 +145,8 @@ def check_noise(model, where):
     noises = [term for term in model.terms if table.find(term.kind).role in ("spectrum", "states")]
     if noises and not any(table.find(term.kind).dps(term.parameters) for term in noises):
         raise BadInput(
-            f"{where}: its noise is 0, so it cannot be compared with a recording. Use fit to find the values"
+            f"{where}: its noise is 0, so it cannot be compared with a recording. Use fit to find "
+            "the values"
         )
 
 
@@ -148,7 +154,8 @@ ACCEL_KINDS = {"angle_random_walk": "velocity_random_walk"}
 
 
 def spoken(name, column):
-    """A parameter as a model file calls it: where the column is an accelerometer's, m/s stands for deg (coefficient_m_per_s_per_sqrt_h)."""
+    """A parameter as a model file calls it: where the column is an accelerometer's, m/s stands for
+    deg (coefficient_m_per_s_per_sqrt_h)."""
     return (
         re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2")
         if column.startswith("accel_")
@@ -231,13 +238,13 @@ def text_of(model):
         lines.append(f"rate_hz = {float(model.rate_hz)!r}")
     lines.append(f"column = {quoted(model.column)}")
     for term in model.terms:
+        kind = term.kind
+        if model.column.startswith("accel_"):
+            kind = ACCEL_KINDS.get(kind, kind)
+        lines += ["", "[[effect]]", f'kind = "{kind}"']
         lines += [
-            "",
-            "[[effect]]",
-            f'kind = "{ACCEL_KINDS.get(term.kind, term.kind) if model.column.startswith("accel_") else term.kind}"',
-        ]
-        lines += [
-            f"{spoken(name, model.column)} = {quoted(value) if isinstance(value, str) else repr(float(value))}"
+            f"{spoken(name, model.column)} = "
+            f"{quoted(value) if isinstance(value, str) else repr(float(value))}"
             for name, value in term.parameters.items()
         ]
     return "\n".join(lines) + "\n"

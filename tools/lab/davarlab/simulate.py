@@ -1,4 +1,5 @@
-"""Makes a recording from listed effects and from columns that wander whether the gyro feels them or not."""
+"""Makes a recording from listed effects and from columns that wander whether the gyro feels them or
+not."""
 
 import numpy as np
 
@@ -20,7 +21,8 @@ DEFAULTS = {
 
 
 def wandering_temperature(time, span, rng):
-    """Warm-up of the box, a slow wave of the room, a random walk; then the thermometer's noise and its count of 0.01."""
+    """Warm-up of the box, a slow wave of the room, a random walk; then the thermometer's noise and
+    its count of 0.01."""
     warm = -rng.uniform(0.3, 1) * span * np.exp(-time / rng.uniform(300, 2500))
     room = (
         rng.uniform(0.1, 0.5)
@@ -48,8 +50,8 @@ def vibration_envelope(time, size, rng):
 
 
 def wandering_column(name, time, seed):
-    """A column that only `follows` looks at, drawn apart from the others: another gyro axis that is turned slowly to and fro, or a
-    quantity about 5 that wanders by 0.1."""
+    """A column that only `follows` looks at, drawn apart from the others: another gyro axis that is
+    turned slowly to and fro, or a quantity about 5 that wanders by 0.1."""
     rng = np.random.default_rng([seed, *name.encode()])
     walk = np.cumsum(rng.standard_normal(len(time)))
     walk /= max(np.std(walk), 1e-12)
@@ -84,7 +86,8 @@ def contribution(term, recording, rng, white):
 
 
 def in_front(term):
-    """Is the effect in front of the sensor's filters: all but counts and single wild samples are."""
+    """Is the effect in front of the sensor's filters: all but counts and single wild samples
+    are."""
     effect = table.find(term.kind)
     return effect.in_front and effect.role != "events"
 
@@ -123,7 +126,8 @@ def behind_filters(terms, gyro, recording, rng):
 
 
 def make(terms, rate_hz, column="gyro_z_dps", **settings):
-    """A Recording with time, the gyro column, a temperature and three accelerometer columns. Seeded."""
+    """A Recording with time, the gyro column, a temperature and three accelerometer columns.
+    Seeded."""
     settings = {**DEFAULTS, **settings}
     rng = np.random.default_rng(int(settings["seed"]))
     time = np.arange(int(settings["duration_s"] * rate_hz)) / rate_hz
@@ -164,7 +168,8 @@ def defaulted(data, path):
 
 
 def from_scenario(path, progress):
-    """SCENARIO.toml: a model file with a further table [simulate] (duration_s, seed, vibration_g, ...)."""
+    """SCENARIO.toml: a model file with a further table [simulate] (duration_s, seed, vibration_g,
+    ...)."""
     data = models.load_toml(path)
     settings = models.table_in(data, "simulate", path)
     for name, value in settings.items():
@@ -188,7 +193,8 @@ def from_scenario(path, progress):
     samples = settings.get("duration_s", DEFAULTS["duration_s"]) * model.rate_hz
     if not MINIMUM_SAMPLES <= samples <= SAMPLES_MAX:
         raise BadInput(
-            f"{path}: [simulate] duration_s: {samples:.6g} samples; {MINIMUM_SAMPLES} to {SAMPLES_MAX:g} can be made"
+            f"{path}: [simulate] duration_s: {samples:.6g} samples; {MINIMUM_SAMPLES} to "
+            f"{SAMPLES_MAX:g} can be made"
         )
     if "simulate" not in data:
         said = ", ".join(f"{name} = {value:g}" for name, value in DEFAULTS.items())

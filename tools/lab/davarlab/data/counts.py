@@ -1,4 +1,5 @@
-"""Counts: the step in which a sensor's rate, or its angle, comes, known from the record's own grid; what the rounding adds (DESIGN 14)."""
+"""Counts: the step in which a sensor's rate, or its angle, comes, known from the record's own grid;
+what the rounding adds (DESIGN 14)."""
 
 from dataclasses import dataclass, field
 
@@ -8,15 +9,17 @@ from scipy import ndimage, optimize, stats
 from . import signals
 
 SAMPLES = 10**6
-ANGLE_UP_TO = (
-    3.0  # counts of noise, from which nobody can tell what is counted, and nothing hangs on it
-)
+# Counts of noise, from which nobody can tell what is counted, and nothing hangs on it.
+ANGLE_UP_TO = 3.0
 DISTINCT = 20  # samples per distinct value, from which values repeat
 UNEVEN = 0.12  # of a count: how far the values may lie from an even grid (root mean square)
 ON_GRID = 0.95  # length of the mean of the values as directions, one count a turn
 ROUNDING = 2e-6  # of the largest value, by which sums of counts may differ
-SPLIT = 20.0  # ratio of neighbouring distances from which the smaller ones are the rounding of one and the same count
-FINE = 0.6  # standard deviations in counts from which the rounding of a rate is white noise of q^2 / 12
+# Ratio of neighbouring distances from which the smaller ones are the rounding of one and the same
+# count.
+SPLIT = 20.0
+# Standard deviations in counts from which the rounding of a rate is white noise of q^2 / 12.
+FINE = 0.6
 SMEARED = 0.35  # the same of an angle, per sample
 SUSPENDED = 0.25
 WILD = 5.6  # standard deviations
@@ -35,8 +38,9 @@ PHASES = np.linspace(-0.5, 0.5, 401)
 
 @dataclass
 class Counts:
-    """q: the step, deg/s; of: "rate" or "angle"; sigma and mean per sample in counts; `added`: the variance per ordinate that the rounding
-    adds, over q^2, on an even grid of frequencies from 0 to half the rate; kurtosis: excess that the rounding gives to samples (rates)."""
+    """q: the step, deg/s; of: "rate" or "angle"; sigma and mean per sample in counts; `added`: the
+    variance per ordinate that the rounding adds, over q^2, on an even grid of frequencies from 0 to
+    half the rate; kurtosis: excess that the rounding gives to samples (rates)."""
 
     q: float
     of: str
@@ -59,12 +63,14 @@ class Counts:
 
     @property
     def reach_dps(self):
-        """How far single samples go from their mean by noise and rounding alone; 0 where rounding does not matter to that."""
+        """How far single samples go from their mean by noise and rounding alone; 0 where rounding
+        does not matter to that."""
         return self.q * (WILD * self.sigma_counts + 1) if self.coarse or self.of == "angle" else 0.0
 
     @property
     def unsteady(self):
-        """Does the noise of the rounding change with the bias in a way that is not known block by block."""
+        """Does the noise of the rounding change with the bias in a way that is not known block by
+        block."""
         return self.of == "angle" and self.sigma_counts < SUSPENDED
 
     @property
@@ -85,7 +91,8 @@ class Counts:
         what = (
             f"one count is {self.q:.4g} deg/s"
             if self.of == "rate"
-            else f"one count of the angle is {self.q / self.rate_hz:.4g} deg ({self.q:.4g} deg/s over one sample)"
+            else f"one count of the angle is {self.q / self.rate_hz:.4g} deg ({self.q:.4g} deg/s "
+            "over one sample)"
         )
         said = f"{what}, and the noise is {self.sigma_counts:.2g} counts per sample"
         if not self.coarse:
@@ -97,17 +104,18 @@ class Counts:
                 + (". The noise was not tested for changes over time" if self.unsteady else "")
             )
         return said + (
-            ". The rounding changes noise and bias as the bias moves through a count. The model accounts for the change of the noise. "
-            "The bias is off by up to "
+            ". The rounding changes noise and bias as the bias moves through a count. The model "
+            "accounts for the change of the noise. The bias is off by up to "
             f"{np.abs(rounded(self.sigma_counts)[0] - PHASES).max():.2g} counts"
         )
 
 
-# The grid ----------------------------------------------------------------------------------------------------------------------------
+# The grid -----------------------------------------------------------------------------------------
 
 
 def levels_of(x, together=False):
-    """Distinct values; `together`: those that differ by the rounding of a sum only are one. None where hardly any repeats."""
+    """Distinct values; `together`: those that differ by the rounding of a sum only are one. None
+    where hardly any repeats."""
     values = np.unique(x)
     edges = np.arange(len(values))
     if together and len(values) > 2:
@@ -135,8 +143,8 @@ def step_of(levels):
 
 
 def step(x):
-    """The count in which x comes, whatever its offset, scale and the digits of its file; 0 where there is none. The wildest samples
-    are not asked, and no more than SAMPLES of the others."""
+    """The count in which x comes, whatever its offset, scale and the digits of its file; 0 where
+    there is none. The wildest samples are not asked, and no more than SAMPLES of the others."""
     x = x[:: max(1, len(x) // SAMPLES)]
     low, high = np.quantile(x, [0.005, 0.995])
     x = x[(x >= low) & (x <= high)]
@@ -147,11 +155,12 @@ def step(x):
     )
 
 
-# A rate in counts --------------------------------------------------------------------------------------------------------------------
+# A rate in counts ---------------------------------------------------------------------------------
 
 
 def chances(phase, sigma):
-    """(count, its chance) per phase: of a rate whose mean lies `phase` counts above a count, with that noise."""
+    """(count, its chance) per phase: of a rate whose mean lies `phase` counts above a count, with
+    that noise."""
     reach = int(np.ceil(0.5 + 6 * sigma)) + 1
     k = np.arange(-reach, reach + 1)
     edges = (np.arange(-reach, reach + 2) - 0.5 - np.asarray(phase)[..., None]) / sigma
@@ -159,7 +168,8 @@ def chances(phase, sigma):
 
 
 def rounded(sigma, phase=PHASES):
-    """Mean and variance, in counts, of what comes out, and how much more than that of a Gaussian the square of its deviation scatters."""
+    """Mean and variance, in counts, of what comes out, and how much more than that of a Gaussian
+    the square of its deviation scatters."""
     k, p = chances(phase, sigma)
     mean = p @ k
     square = (k - mean[:, None]) ** 2
@@ -177,7 +187,8 @@ def phase_of(mean, sigma):
 
 
 def probit_sigma(k):
-    """Noise of rounded samples k (whole numbers), by ordered probit in short blocks with a mean of their own."""
+    """Noise of rounded samples k (whole numbers), by ordered probit in short blocks with a mean of
+    their own."""
     blocks = k[: len(k) // PROBIT * PROBIT].reshape(-1, PROBIT)
     blocks = blocks[:: max(1, len(blocks) // PROBIT_BLOCKS)]
     means = blocks.mean(axis=1)
@@ -215,7 +226,8 @@ def slow_phase(k, sigma):
 
 
 def block_variances(k, sigma, length):
-    """Variance, in counts, that the bias gives to each block of `length` samples, and the scatter of rounded()."""
+    """Variance, in counts, that the bias gives to each block of `length` samples, and the scatter
+    of rounded()."""
     phase = slow_phase(k, sigma)
     count = len(k) // length
     return [
@@ -226,13 +238,15 @@ def block_variances(k, sigma, length):
     ]
 
 
-# An angle in counts ------------------------------------------------------------------------------------------------------------------
+# An angle in counts -------------------------------------------------------------------------------
 
 
 def error_spectrum(increments, mean):
-    """Variance per ordinate of the rounding error of an angle, in counts, on an even grid of frequencies; increments: autocovariance of the
-    true angle's steps per sample; mean: the course of their mean. Exact for Gaussian steps:
-    cov(L) = sum over k of cos(2 pi k mean L) exp(-2 pi^2 k^2 var(angle over L samples)) / (2 pi^2 k^2)."""
+    """Variance per ordinate of the rounding error of an angle, in counts, on an even grid of
+    frequencies; increments: autocovariance of the true angle's steps per sample; mean: the course
+    of their mean. Exact for Gaussian steps:
+    cov(L) = sum over k of
+             cos(2 pi k mean L) exp(-2 pi^2 k^2 var(angle over L samples)) / (2 pi^2 k^2)."""
     lag = np.arange(len(increments))
     spread = np.concatenate(
         [[0.0], np.cumsum(increments[0] + 2 * np.concatenate([[0.0], np.cumsum(increments[1:])]))]
@@ -263,11 +277,12 @@ def differenced():
     return 4 * np.sin(np.pi * np.linspace(0, 0.5, LAGS + 1)) ** 2
 
 
-# Which of the two --------------------------------------------------------------------------------------------------------------------
+# Which of the two ---------------------------------------------------------------------------------
 
 
 def bands_of(k):
-    """(frequency over rate, robust level, ordinates) of bands in the upper part of the spectrum of k."""
+    """(frequency over rate, robust level, ordinates) of bands in the upper part of the spectrum of
+    k."""
     c = signals.transform(k - k.mean())[1:] ** 2
     edges = np.unique(np.linspace(len(c) // 20, len(c), BANDS + 1).astype(int))
     level = np.array([np.median(c[a:b]) for a, b in zip(edges[:-1], edges[1:])]) / 0.4549
@@ -275,7 +290,8 @@ def bands_of(k):
 
 
 def responses(nu):
-    """Power gains of what a sensor may have in front of its counts: nothing, a pole, a mean over two samples."""
+    """Power gains of what a sensor may have in front of its counts: nothing, a pole, a mean over
+    two samples."""
     decay = np.exp(-2 * np.pi * np.geomspace(0.02, 0.7, 12))[:, None]
     poles = (1 - decay) ** 2 / ((1 - decay) ** 2 + decay * 4 * np.sin(np.pi * nu) ** 2)
     b = np.array([0.05, 0.1, 0.17, 0.25, 0.4])[:, None]
@@ -285,7 +301,8 @@ def responses(nu):
 
 
 def misfit(level, count, rows, known=0.0):
-    """Twice the log-likelihood that sizes >= 0 of the rows, beside what is known, lose; and the sizes."""
+    """Twice the log-likelihood that sizes >= 0 of the rows, beside what is known, lose; and the
+    sizes."""
     fitted = level
     for _ in range(8):
         weight = np.sqrt(count) / fitted
@@ -301,7 +318,8 @@ def as_rate(nu, level, count):
 
 
 def as_angle(nu, level, count, mean, gain, dense):
-    """(misfit, error spectrum, sigma per sample, size of the error were it free) behind a response, at the bands and on the grid."""
+    """(misfit, error spectrum, sigma per sample, size of the error were it free) behind a response,
+    at the bands and on the grid."""
     grid, error = np.linspace(0, 0.5, LAGS + 1), np.full(LAGS + 1, 1 / 12)
     for _ in range(ROUNDS):
         known = np.interp(nu, grid, differenced() * error)
@@ -315,7 +333,8 @@ def as_angle(nu, level, count, mean, gain, dense):
 
 
 def of_angle(k):
-    """(error spectrum, sigma) when k fits as differences of a counted angle, clearly better than as a counted rate; else None."""
+    """(error spectrum, sigma) when k fits as differences of a counted angle, clearly better than as
+    a counted rate; else None."""
     nu, level, count = bands_of(k)
     pieces = np.array([piece.mean() for piece in np.array_split(k, COURSE)])
     gains = list(zip(responses(nu), responses(np.linspace(0, 0.5, LAGS + 1))))
@@ -364,14 +383,16 @@ def whole_numbers(y, q):
 
 
 def known_spectrum(y, rate_hz):
-    """The variance per ordinate that the rounding of y adds, as a function of the frequency, behind any filter; None without counts."""
+    """The variance per ordinate that the rounding of y adds, as a function of the frequency, behind
+    any filter; None without counts."""
     counts = of(y, rate_hz)
     return counts and counts.level
 
 
 def relative_variance(y, counts, length):
-    """Variance of each block of `length` samples over their mean, as far as it is known from the counts, and how much more its energy
-    scatters than that of Gaussian noise; None where counts do not move it."""
+    """Variance of each block of `length` samples over their mean, as far as it is known from the
+    counts, and how much more its energy scatters than that of Gaussian noise; None where counts do
+    not move it."""
     if counts is None or counts.of != "rate" or not counts.coarse:
         return None
     variance, scatter = block_variances(whole_numbers(y, counts.q), counts.sigma_counts, length)
@@ -379,8 +400,9 @@ def relative_variance(y, counts, length):
 
 
 def explained(y, counts, length):
-    """(slope, its standard error, chi-square per degree of freedom before and after) of the variances of blocks against those that the counts
-    give them: a slope of 1 says that the counts explain why the noise changes."""
+    """(slope, its standard error, chi-square per degree of freedom before and after) of the
+    variances of blocks against those that the counts give them: a slope of 1 says that the counts
+    explain why the noise changes."""
     k = whole_numbers(y, counts.q)
     expected, scatter = block_variances(k, counts.sigma_counts, length)
     measured = k[: len(expected) * length].reshape(-1, length).var(axis=1, ddof=1)

@@ -1,4 +1,5 @@
-"""Isolated outliers: found on a record whitened by its own smooth spectrum, cut out before anything else is fitted."""
+"""Isolated outliers: found on a record whitened by its own smooth spectrum, cut out before anything
+else is fitted."""
 
 from dataclasses import dataclass
 
@@ -33,8 +34,9 @@ def self_whitened(y):
 
 
 def local_scale(w, block):
-    """Robust standard deviation around each sample: by the median and by the upper fifth of the sizes, whichever is larger, because the
-    median alone says nothing where a few counts are all that there is."""
+    """Robust standard deviation around each sample: by the median and by the upper fifth of the
+    sizes, whichever is larger, because the median alone says nothing where a few counts are all
+    that there is."""
     block = min(block, len(w))
     blocks = len(w) // block
     sizes = np.partition(
@@ -53,7 +55,8 @@ def local_mean(y, good, width):
 
 
 def find(y, rate_hz, reach_dps=0.0):
-    """Shocks in y (deg/s) and y with the local mean in their place. Nothing within `reach_dps` of the local mean is one (counts)."""
+    """Shocks in y (deg/s) and y with the local mean in their place. Nothing within `reach_dps` of
+    the local mean is one (counts)."""
     w = self_whitened(y)
     score = np.abs(w) / np.maximum(local_scale(w, max(50, int(4 * rate_hz))), 1e-30)
     if reach_dps:

@@ -1,4 +1,5 @@
-"""What the columns of somebody's log are: names, units and factors, guessed from what they are called and from their numbers."""
+"""What the columns of somebody's log are: names, units and factors, guessed from what they are
+called and from their numbers."""
 
 import re
 from dataclasses import dataclass
@@ -26,16 +27,16 @@ AXES = {
     "pitch": "y",
     "yaw": "z",
 }
-QUIET_RAD = 0.006  # scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad gyro's
-STEPS = (
-    ("ns", 1e5),
-    ("us", 50.0),
-    ("ms", 0.5),
-    ("s", 0.0),
-)  # least time from sample to sample, for rates up to 10 kHz
+# Scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad
+# gyro's.
+QUIET_RAD = 0.006
+# Least time from sample to sample, for rates up to 10 kHz.
+STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
 WORDS = {
-    "time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns|usec|msec|nsec|micros|millis|nanos|(micro|milli|nano)seconds)$",
-    "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]|angvel|angular|rate|p|q|r)$",
+    "time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns|usec|msec|nsec"
+    r"|micros|millis|nanos|(micro|milli|nano)seconds)$",
+    "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]"
+    r"|angvel|angular|rate|p|q|r)$",
     "accel": r"^(a|acc|accel|accelerometer|acceleration|specific|a[xyz]|acc[xyz]|accel[xyz])$",
     "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$",
 }
@@ -60,7 +61,8 @@ SAID = (
 
 @dataclass
 class Guess:
-    """A column of the file: what it is (time, gyro, accel, temp, other), its axis, its unit, and the factor to s, deg/s, g or degC."""
+    """A column of the file: what it is (time, gyro, accel, temp, other), its axis, its unit, and
+    the factor to s, deg/s, g or degC."""
 
     name: str
     quantity: str
@@ -174,8 +176,9 @@ def of_column(name, values):
 
 
 def of(columns):
-    """Guesses for the columns of a file (name -> numbers), in their order: one time, one temperature, one of each axis; the norm of the
-    accelerometer says its unit where its name does not."""
+    """Guesses for the columns of a file (name -> numbers), in their order: one time, one
+    temperature, one of each axis; the norm of the accelerometer says its unit where its name does
+    not."""
     found, taken = {}, set()
     guesses = [of_column(name, np.asarray(values, float)) for name, values in columns.items()]
     for guess in sorted(
@@ -191,7 +194,8 @@ def of(columns):
 
 
 def weighed(found, columns):
-    """Gravity is 1 g: whatever the accelerometer's numbers are, at rest their norm tells the unit."""
+    """Gravity is 1 g: whatever the accelerometer's numbers are, at rest their norm tells the
+    unit."""
     unsaid = [guess for guess in found if guess.quantity == "accel" and not guess.sure]
     if len(unsaid) != 3:
         return

@@ -1,4 +1,5 @@
-"""Motion: true rotation in a record of a sensor that should be at rest (DESIGN 13). No error of the sensor may be called so."""
+"""Motion: true rotation in a record of a sensor that should be at rest (DESIGN 13). No error of the
+sensor may be called so."""
 
 import numpy as np
 from scipy import ndimage, stats
@@ -8,23 +9,23 @@ from . import recording as recordings
 
 BLOCKS = (16, 64, 256, 1024)
 MEDIAN_BLOCKS = 9
-SCORE, RATIO = (
-    6.5,
-    1.25,
-)  # robust standard deviations, and times the running median, from which a block is loud
-WITNESS = 12.0  # over the square root of a block's samples: by so much the accelerometer must be louder than usual to bear the gyro out
+# Robust standard deviations, and times the running median, from which a block is loud.
+SCORE, RATIO = 6.5, 1.25
+# Over the square root of a block's samples: by so much the accelerometer must be louder than usual
+# to bear the gyro out.
+WITNESS = 12.0
 PIECE = 1_000_000  # samples that are asked at once
 MINIMUM = 500  # samples that a level at rest takes
 ROUNDS = 4
 TURN = 6.0  # times the level at rest, of rates averaged over SMOOTH_S
 VIOLENT = 50.0  # times that level, which no noise of a sensor reaches
 SMOOTH_S, SPAN_S, RING_S = 0.25, 2.0, 1.2
-SLOW = 5.0  # by as much more than differences of samples must slow rates have grown, or noise has (by chance up to 3.5)
+# By as much more than differences of samples must slow rates have grown, or noise has (by chance up
+# to 3.5).
+SLOW = 5.0
 SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accelerometer saw it
-TILT_S, TILT = (
-    10.0,
-    7.0,
-)  # over which gravity is averaged; robust standard deviations, all axes, from which it has moved
+# Over which gravity is averaged; robust standard deviations, all axes, from which it has moved.
+TILT_S, TILT = 10.0, 7.0
 TILT_BLOCKS = 9  # before and after, that the course of a tilt is compared in
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
@@ -79,8 +80,9 @@ def spread(x, span):
 
 
 def slow_and_fast(y, good, rate_hz):
-    """Spread of rates averaged over a quarter of a second, size of the differences of samples, and whether all of it was measured; per
-    block of a quarter of a second, from two seconds around it."""
+    """Spread of rates averaged over a quarter of a second, size of the differences of samples, and
+    whether all of it was measured; per block of a quarter of a second, from two seconds around
+    it."""
     length, span = max(1, int(SMOOTH_S * rate_hz)), max(8, int(SPAN_S / SMOOTH_S))
     y = recordings.filled(y[good], good) - np.median(y[good])
     count = averaged(good.astype(float), length)
@@ -103,7 +105,8 @@ def low_level(x, whole, share):
 
 
 def turning(y, good, rate_hz):
-    """Where rates averaged over a quarter of a second have grown by far more than differences of single samples have."""
+    """Where rates averaged over a quarter of a second have grown by far more than differences of
+    single samples have."""
     slow, fast, whole = slow_and_fast(y, good, rate_hz)
     grown = slow / low_level(slow, whole, 0.1)
     noise = fast / low_level(fast, whole, 0.1)
@@ -121,7 +124,8 @@ def expanded(mask, length, count):
 
 
 def whitened(x, good):
-    """x whitened by the record's own spectrum, of variance about one; 0 where nothing was measured."""
+    """x whitened by the record's own spectrum, of variance about one; 0 where nothing was
+    measured."""
     return np.where(good, events.self_whitened(recordings.filled(x[good], good)), 0.0)
 
 
@@ -170,7 +174,8 @@ def loud_anywhere(energy, good):
 
 
 def steady(w, first, end):
-    """Is a loud stretch of whitened rate noise that has grown: as much in every band, and all along."""
+    """Is a loud stretch of whitened rate noise that has grown: as much in every band, and all
+    along."""
     part = w[first:end]
     power = signals.transform(part)[1:] ** 2
     bands = np.array([band.mean() for band in np.array_split(power, 4)])
@@ -185,7 +190,8 @@ def steady(w, first, end):
 
 
 def passing(energy, seen, first, end):
-    """Is a loud stretch louder than what came before and than what comes after: not the beginning of vibration or of noise that stays."""
+    """Is a loud stretch louder than what came before and than what comes after: not the beginning
+    of vibration or of noise that stays."""
     reach = max(256, end - first)
     sides = [
         energy[part][seen[part]]
@@ -198,7 +204,8 @@ def passing(energy, seen, first, end):
 
 
 def courses(accels, first, end, rate_hz):
-    """What a gyro may follow without being turned: a level, a slope, acceleration, its local square."""
+    """What a gyro may follow without being turned: a level, a slope, acceleration, its local
+    square."""
     count = end - first
     rows = [np.ones(count), np.linspace(-1, 1, count)]
     for a in accels:
@@ -236,7 +243,8 @@ def without_lines(y):
 
 
 def levels_at_rest(y, good, rate_hz):
-    """(slow, fast): spread of rates averaged over a quarter of a second, and of samples about their mean over a second, at rest."""
+    """(slow, fast): spread of rates averaged over a quarter of a second, and of samples about their
+    mean over a second, at rest."""
     slow, _, whole = slow_and_fast(y, good, rate_hz)
     y = recordings.filled(y[good], good)
     fast = averaged(spread(y, max(4, int(rate_hz))), max(1, int(SMOOTH_S * rate_hz)))
@@ -244,12 +252,13 @@ def levels_at_rest(y, good, rate_hz):
 
 
 def explained(y, levels, accels, first, end, rate_hz):
-    """Does a level, a step, a line, or what the gyro feels of acceleration leave nothing loud of a stretch."""
+    """Does a level, a step, a line, or what the gyro feels of acceleration leave nothing loud of a
+    stretch."""
     length, second = max(1, int(SMOOTH_S * rate_hz)), max(4, int(rate_hz))
     margin = max(64, (end - first) // 2)
     low, high = max(0, first - margin), min(len(y), end + margin)
-    rest = without_courses(y[low:high], courses(accels, low, high, rate_hz))
-    for rest in (rest, without_lines(rest)):
+    less = without_courses(y[low:high], courses(accels, low, high, rate_hz))
+    for rest in (less, without_lines(less)):
         slow = spread(averaged(rest, length), max(8, int(SPAN_S / SMOOTH_S))).max(initial=0)
         fast = np.sqrt(np.mean(spread(rest, second)[first - low : end - low] ** 2))
         if (
@@ -273,7 +282,8 @@ def turns(rates, levels, accels, good, rate_hz):
 
 
 def touches(rates, levels, accels, good, rate_hz):
-    """Where the sensor was touched: rates are louder for a while, and the accelerometer felt it too."""
+    """Where the sensor was touched: rates are louder for a while, and the accelerometer felt it
+    too."""
     ws = [whitened(y, good) for y in rates]
     alone = [lone(w, good) for w in ws]
     energies = [np.where(near, 0, w**2) for w, (_, near) in zip(ws, alone)]
@@ -284,7 +294,8 @@ def touches(rates, levels, accels, good, rate_hz):
         return heard
     witness = witnesses(accels, energies, good)
     found = widened(wild, 2) & witness[1]
-    if found.any():  # what these leave in the whitened record is asked about when they, and how they fade, are out
+    # What these leave in the whitened record is tested when they, and how they fade, are out.
+    if found.any():
         return widened(found, SMOOTH_S * rate_hz)
     for first, end in stretches(widened(heard, rate_hz / 2)):
         if not any(borne_out(felt, good, first, end) for felt in witness[0]) or not passing(
@@ -301,7 +312,8 @@ def touches(rates, levels, accels, good, rate_hz):
 
 
 def witnesses(accels, energies, good):
-    """Energies that bear the gyro out, and where one is wild: of the accelerometer; without one, of the second loudest axis of the gyro."""
+    """Energies that bear the gyro out, and where one is wild: of the accelerometer; without one, of
+    the second loudest axis of the gyro."""
     if accels:
         ws = [whitened(a, good) for a in accels]
         return [sum(w**2 for w in ws)], widened(np.any([wilder(w, good) for w in ws], axis=0), 2)
@@ -358,8 +370,8 @@ def between(rates, accels, good, rate_hz):
 
 
 def tilts(rates, accels, good, rate_hz):
-    """Where gravity's direction changed and the gyro turned meanwhile, quickly or slowly; all of a stretch between two tilts that undo each
-    other."""
+    """Where gravity's direction changed and the gyro turned meanwhile, quickly or slowly; all of a
+    stretch between two tilts that undo each other."""
     found = np.zeros(len(good), bool)
     length = int(TILT_S * rate_hz)
     if not accels or not rates or length < 16 or len(good) < 30 * length:
@@ -411,7 +423,8 @@ def robust(x):
 
 
 def levels(signals_of, good, count, length):
-    """Means of blocks per axis, and, of three neighbouring blocks, the largest variance that their samples would give such a mean."""
+    """Means of blocks per axis, and, of three neighbouring blocks, the largest variance that their
+    samples would give such a mean."""
     mean = np.array(
         [averaged(np.where(good, x - x[good].mean(), 0), length) for x in signals_of]
     ) / np.maximum(count, 1e-9)
@@ -425,8 +438,10 @@ def levels(signals_of, good, count, length):
 
 
 def followed(rate, gravity, whole, centre, unit, limit):
-    """The blocks of a tilt whose rate the gyro followed, by chance no more often than the limit says and by an angle worth the tilt; none where
-    it did not. What the gyro feels of gravity itself, its level and its slope are no turn. `rate` in units of its scatter, `unit` in degrees."""
+    """The blocks of a tilt whose rate the gyro followed, by chance no more often than the limit
+    says and by an angle worth the tilt; none where it did not. What the gyro feels of gravity
+    itself, its level and its slope are no turn. `rate` in units of its scatter, `unit` in
+    degrees."""
     near = np.arange(max(1, centre - TILT_BLOCKS), min(len(whole) - 1, centre + TILT_BLOCKS + 1))
     near = near[whole[near - 1] & whole[near] & whole[near + 1]]
     way = gravity[:, centre + 1] - gravity[:, centre - 1]
@@ -448,8 +463,8 @@ def followed(rate, gravity, whole, centre, unit, limit):
 
 
 def turned(back, size, moved, i, seconds, limit):
-    """Did the gyro leave its level for the time of a quick tilt, by chance no more often than the limit says, and by an angle worth the tilt. Of two axes
-    or more: one may be the vertical one."""
+    """Did the gyro leave its level for the time of a quick tilt, by chance no more often than the
+    limit says, and by an angle worth the tilt. Of two axes or more: one may be the vertical one."""
     near = slice(max(0, i - 1), i + 2)
     place = near.start + np.argmax(np.sum((back[:, near] / size[:, near]) ** 2, axis=0))
     angle, tilt = np.linalg.norm(back[:, place]) * seconds, np.degrees(np.linalg.norm(moved[:, i]))

@@ -1,4 +1,5 @@
-"""Disturbances in a record that are not errors of the sensor, detected before the fit (DESIGN 13)."""
+"""Disturbances in a record that are not errors of the sensor, detected before the fit (DESIGN
+13)."""
 
 from dataclasses import dataclass
 
@@ -17,7 +18,8 @@ LISTED = 100  # number of intervals that are listed, the longest ones
 
 @dataclass
 class Observation:
-    """stretches: [[start_s, stop_s]]. share: of the samples. detail: sentences. mask: samples that the analysis cannot use, or None."""
+    """stretches: [[start_s, stop_s]]. share: of the samples. detail: sentences. mask: samples that
+    the analysis cannot use, or None."""
 
     kind: str
     stretches: list
@@ -110,8 +112,9 @@ def moved(recording, good):
         "motion",
         recording,
         mask,
-        f"The sensor was turned, tilted or touched in {len(runs)} interval{'s' * (len(runs) != 1)}, {seconds:.4g} s in total. "
-        "These samples are excluded, because true rotation is not an error of the sensor.",
+        f"The sensor was turned, tilted or touched in {len(runs)} "
+        f"interval{'s' * (len(runs) != 1)}, {seconds:.4g} s in total. These samples are excluded, "
+        "because true rotation is not an error of the sensor.",
     )
 
 
@@ -120,14 +123,15 @@ def lost(recording, known):
         return None
     mask, longest = ~known, max(end - first for first, end in motion.stretches(~known))
     detail = (
-        f"{mask.sum()} samples are missing, at most {longest} in a row. The analysis fills them with random noise from the model's "
-        "spectrum. No Allan deviation spans them."
+        f"{mask.sum()} samples are missing, at most {longest} in a row. The analysis fills them "
+        "with random noise from the model's spectrum. No Allan deviation spans them."
     )
     cut = recording.clock.cut if recording.clock else ()
     if cut:
         detail += (
-            f" {len(cut)} gaps of up to {max(seconds for _, seconds in cut) + longest / recording.rate_hz:.4g} s are shortened to "
-            f"{longest} samples."
+            f" {len(cut)} gaps of up to "
+            f"{max(seconds for _, seconds in cut) + longest / recording.rate_hz:.4g} s are "
+            f"shortened to {longest} samples."
         )
     return of_mask("lost_samples", recording, mask, detail)
 
@@ -142,7 +146,8 @@ def stamps(recording):
             "The samples are treated as evenly spaced"
             if clock.places is None
             else "Each sample is moved to the nearest place of an even grid "
-            f"({100 * np.mean(~recording.known):.2g} % of the places stay empty and count as missing)"
+            f"({100 * np.mean(~recording.known):.2g} % of the places stay empty and count as "
+            "missing)"
         )
         return Observation(
             "jitter",
@@ -155,22 +160,25 @@ def stamps(recording):
         "jitter",
         whole,
         1.0,
-        f"The time stamps have {clock.jitter_s:.2g} s rms jitter ({clock.jitter_s * recording.rate_hz:.2g} periods) "
-        f"around an even clock of {recording.rate_hz:.5g} Hz. The samples are treated as evenly spaced.",
+        f"The time stamps have {clock.jitter_s:.2g} s rms jitter "
+        f"({clock.jitter_s * recording.rate_hz:.2g} periods) around an even clock of "
+        f"{recording.rate_hz:.5g} Hz. The samples are treated as evenly spaced.",
     )
 
 
 def repeated(recording, known):
-    """Samples that repeat the previous one: already removed by resampling to the sensor's own rate, or still in the record."""
+    """Samples that repeat the previous one: already removed by resampling to the sensor's own rate,
+    or still in the record."""
     if recording.read_hz:
         share = 1 - recording.rate_hz / recording.read_hz
         return Observation(
             "repeated_samples",
             [[0.0, float(recording.samples / recording.rate_hz)]],
             share,
-            f"{100 * share:.3g} % of the samples "
-            f"repeat the previous one, at even intervals: the sensor outputs {recording.rate_hz:.5g} samples per second, but was read at "
-            f"{recording.read_hz:.5g} Hz. The repeats are excluded, and the analysis uses {recording.rate_hz:.5g} Hz.",
+            f"{100 * share:.3g} % of the samples repeat the previous one, at even intervals: the "
+            f"sensor outputs {recording.rate_hz:.5g} samples per second, but was read at "
+            f"{recording.read_hz:.5g} Hz. The repeats are excluded, and the analysis uses "
+            f"{recording.rate_hz:.5g} Hz.",
         )
     found = repeats.find(recording.columns, known)
     if not found:
@@ -180,10 +188,11 @@ def repeated(recording, known):
         "repeated_samples",
         recording,
         found.equal,
-        f"{100 * found.share:.3g} % of the samples repeat the previous one"
-        f"{rhythm(found.equal)}. Coarse counts explain only {100 * found.chance:.2g} %. The sensor outputs about "
-        f"{recording.rate_hz * (1 - real):.4g} samples per second, but was read at {recording.rate_hz:.4g} Hz. The repeats count as missing. "
-        "Read the sensor at its own rate, on its data-ready signal.",
+        f"{100 * found.share:.3g} % of the samples repeat the previous one{rhythm(found.equal)}. "
+        f"Coarse counts explain only {100 * found.chance:.2g} %. The sensor outputs about "
+        f"{recording.rate_hz * (1 - real):.4g} samples per second, but was read at "
+        f"{recording.rate_hz:.4g} Hz. The repeats count as missing. Read the sensor at its own "
+        "rate, on its data-ready signal.",
     )
 
 
@@ -210,8 +219,9 @@ def clipped(recording, x, known):
         "clipped",
         recording,
         mask,
-        f"{mask.sum()} samples are at an extreme value ({', '.join(f'{v:.6g}' for v in np.unique(x[mask]))}), "
-        "because the rate exceeded the range. These samples are excluded.",
+        f"{mask.sum()} samples are at an extreme value "
+        f"({', '.join(f'{v:.6g}' for v in np.unique(x[mask]))}), because the rate exceeded the "
+        "range. These samples are excluded.",
     )
 
 
@@ -234,7 +244,8 @@ def coarse(recording, x, good):
         "coarse_counts",
         [[0.0, float(recording.samples / recording.rate_hz)]],
         1.0,
-        f"One count is {step:.4g}, which is {step / max(noise, 1e-30):.2g} times the noise per sample. {what}.",
+        f"One count is {step:.4g}, which is {step / max(noise, 1e-30):.2g} times the noise per "
+        f"sample. {what}.",
     )
 
 
@@ -249,6 +260,7 @@ def outliers(recording, x, good):
         "outliers",
         recording,
         mask,
-        f"{mask.sum()} single sample{'s are outliers' if mask.sum() != 1 else ' is an outlier'} (up to {np.abs(w[mask]).max():.3g} times the "
-        "noise), and no other column moves. Outliers are excluded. The effect `shocks` models them.",
+        f"{mask.sum()} single sample{'s are outliers' if mask.sum() != 1 else ' is an outlier'} "
+        f"(up to {np.abs(w[mask]).max():.3g} times the noise), and no other column moves. Outliers "
+        "are excluded. The effect `shocks` models them.",
     )

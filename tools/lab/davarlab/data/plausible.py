@@ -1,4 +1,5 @@
-"""Rates, units and levels that no gyro has: doubted before anything is fitted, each with what it may be instead (DESIGN 13)."""
+"""Rates, units and levels that no gyro has: doubted before anything is fitted, each with what it
+may be instead (DESIGN 13)."""
 
 import numpy as np
 
@@ -29,8 +30,9 @@ LOOKED = 1 << 20  # samples at the beginning that levels and units are judged by
 
 
 def doubts(columns, rate_hz, known, gyros):
-    """What is implausible about a recording, a sentence each with the next step. columns: name -> numbers in the unit of the name; known: True where a
-    sample is there, None: everywhere; gyros: the names of the gyro columns to look at. Cost: a few passes over the first LOOKED samples."""
+    """What is implausible about a recording, a sentence each with the next step. columns: name ->
+    numbers in the unit of the name; known: True where a sample is there, None: everywhere; gyros:
+    the names of the gyro columns to look at. Cost: a few passes over the first LOOKED samples."""
     there = slice(None) if known is None else known[:LOOKED]
     columns = {name: column[:LOOKED][there] for name, column in columns.items()}
     found = [rate(rate_hz)]
@@ -52,7 +54,8 @@ def doubts(columns, rate_hz, known, gyros):
 
 
 def of(recording, columns=None):
-    """The doubts about a recording and some of its gyro columns, all without any; none where its user has said that it is right."""
+    """The doubts about a recording and some of its gyro columns, all without any; none where its
+    user has said that it is right."""
     if recording.as_recorded:
         return []
     gyros = [name for name in columns or recording.columns if name.endswith(("_dps", "_rad_s"))]
@@ -60,7 +63,8 @@ def of(recording, columns=None):
 
 
 def note(columns, rate_hz):
-    """A note on a possible mistake, or None. It changes no verdict, because a log with one sample per 10 s has the same stamps."""
+    """A note on a possible mistake, or None. It changes no verdict, because a log with one sample
+    per 10 s has the same stamps."""
     said = stamps(columns.get("time_s"), rate_hz)
     return said and f"note: {said}"
 
@@ -82,11 +86,15 @@ def rate(rate_hz):
         return None
     unit = unit_of_time(rate_hz)
     instead = (
-        f"If the time is in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz: use --unit time={unit}"
+        f"If the time is in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz: use --unit "
+        f"time={unit}"
         if unit
         else "Check the unit of the time (--unit time=UNIT) or --rate"
     )
-    return f"implausible sample rate {rate_hz:.4g} Hz (gyros: {RATES_HZ[0]:g} Hz to {RATES_HZ[1] / 1e3:g} kHz). {instead}"
+    return (
+        f"implausible sample rate {rate_hz:.4g} Hz (gyros: {RATES_HZ[0]:g} Hz to "
+        f"{RATES_HZ[1] / 1e3:g} kHz). {instead}"
+    )
 
 
 def stamps(time, rate_hz):
@@ -97,8 +105,9 @@ def stamps(time, rate_hz):
     if not unit or np.any(time != np.round(time)):
         return None
     return (
-        f"the time stamps are whole numbers, {1 / rate_hz:.4g} apart. If they are in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz and not "
-        f"{rate_hz:.4g} Hz: use --unit time={unit}"
+        f"the time stamps are whole numbers, {1 / rate_hz:.4g} apart. If they are in {unit}, the "
+        f"rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz and not {rate_hz:.4g} Hz: use --unit "
+        f"time={unit}"
     )
 
 
@@ -109,7 +118,8 @@ def in_dps(name):
 def level(name, x):
     rms = float(np.sqrt(np.mean(np.square(x, dtype=np.float64)))) * in_dps(name)
     return (
-        f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use --unit gyro=UNIT. For counts, UNIT is the deg/s per count"
+        f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use "
+        "--unit gyro=UNIT. For counts, UNIT is the deg/s per count"
         if rms > LEVEL_DPS
         else None
     )
@@ -118,7 +128,10 @@ def level(name, x):
 def counted(name, x):
     if np.ptp(x) <= 2 or np.any(x != np.round(x)):
         return None
-    return f"column {name}: all values are whole numbers, as counts are. Use --unit gyro=FACTOR, with the deg/s per count of the data sheet"
+    return (
+        f"column {name}: all values are whole numbers, as counts are. Use --unit gyro=FACTOR, with "
+        "the deg/s per count of the data sheet"
+    )
 
 
 def noise(name, x, rate_hz):
@@ -130,7 +143,10 @@ def noise(name, x, rate_hz):
     arw = 60 * per_sample / np.sqrt(rate_hz)
     if not per_sample or ARW[0] <= arw <= ARW[1]:
         return None
-    return f"column {name}: implausible noise {arw:.3g} deg/sqrt(h) (gyros: {ARW[0]:g} to {ARW[1]:g}). Check its unit (--unit gyro=UNIT) and the sample rate"
+    return (
+        f"column {name}: implausible noise {arw:.3g} deg/sqrt(h) (gyros: {ARW[0]:g} to "
+        f"{ARW[1]:g}). Check its unit (--unit gyro=UNIT) and the sample rate"
+    )
 
 
 def near(step, known):
@@ -138,7 +154,8 @@ def near(step, known):
 
 
 def radians(name, x):
-    """Counts whose size matches a known sensor in the other unit, but none in the unit of the name."""
+    """Counts whose size matches a known sensor in the other unit, but none in the unit of the
+    name."""
     step = signals.count_of(np.asarray(x, np.float64))
     deg = guess.RATES["rad/s"]
     if not step:
@@ -148,7 +165,8 @@ def radians(name, x):
     else:
         other, own, unit = near(step * deg, LSB_DPS), near(step, LSB_DPS), "rad/s"
     return (
-        f"column {name}: its counts of {step:.4g} match a known sensor in {unit}. If the unit is {unit}, use --unit gyro={unit}"
+        f"column {name}: its counts of {step:.4g} match a known sensor in {unit}. If the unit is "
+        f"{unit}, use --unit gyro={unit}"
         if other and not own
         else None
     )
@@ -161,7 +179,11 @@ def temperature(columns):
             and name.endswith("_degC")
             and not TEMPERATURES[0] <= float(np.median(values)) <= TEMPERATURES[1]
         ):
-            return f"column {name}: implausible temperature {float(np.median(values)):.4g} degC ({TEMPERATURES[0]:g} to {TEMPERATURES[1]:g}). Use --unit temp=UNIT. For counts, UNIT is the degC per count"
+            return (
+                f"column {name}: implausible temperature {float(np.median(values)):.4g} degC "
+                f"({TEMPERATURES[0]:g} to {TEMPERATURES[1]:g}). Use --unit temp=UNIT. For counts, "
+                "UNIT is the degC per count"
+            )
     return None
 
 
@@ -174,4 +196,7 @@ def gravity(columns):
     unit = "m/s^2" if 8.8 < norm < 10.8 else "mg" if 880 < norm < 1080 else ""
     if not unit and norm < 100:
         return None
-    return f"columns accel_x_g, accel_y_g, accel_z_g: their norm is {norm:.4g} g, but at rest it must be 1 g. Use --unit accel={unit or 'FACTOR'}"
+    return (
+        f"columns accel_x_g, accel_y_g, accel_z_g: their norm is {norm:.4g} g, but at rest it must "
+        f"be 1 g. Use --unit accel={unit or 'FACTOR'}"
+    )

@@ -20,26 +20,25 @@ RATES_HZ = (1e-9, 1e9)  # that a gyro may have
 
 @dataclass
 class Recording:
-    """Columns by name (all of one length) on an even grid, and the sample rate. known: True where a sample was measured, None when all were;
-    the values of the others are interpolated and stand for nothing. gaps: index of the first sample after each run of missing ones."""
+    """Columns by name (all of one length) on an even grid, and the sample rate. known: True where a
+    sample was measured, None when all were; the values of the others are interpolated and stand for
+    nothing. gaps: index of the first sample after each run of missing ones."""
 
     columns: dict
     rate_hz: float
     name: str = ""
     notes: dict = field(default_factory=dict)
     gaps: np.ndarray = field(default_factory=lambda: np.array([], int))
-    measured: dict = field(
-        default_factory=dict
-    )  # what was worked out of it before: observations, Allan deviations
+    # What was worked out of it before: observations, Allan deviations.
+    measured: dict = field(default_factory=dict)
     known: object = None
     clock: object = None
-    origin_ns: int = 0  # of the stamps: time_s is counted from it, where doubles alone would round it (Unix times)
-    as_recorded: bool = (
-        False  # its user says that rate, units and levels are right, however implausible
-    )
-    read_hz: float | None = (
-        None  # rate of the file, when the sensor measures less often and its repeats are left out
-    )
+    # Of the stamps: time_s is counted from it, where doubles alone would round it (Unix times).
+    origin_ns: int = 0
+    # Its user says that rate, units and levels are right, however implausible.
+    as_recorded: bool = False
+    # Rate of the file, when the sensor measures less often and its repeats are left out.
+    read_hz: float | None = None
 
     @property
     def samples(self):
@@ -52,7 +51,8 @@ class Recording:
 
     @property
     def time_s(self):
-        """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes on in time, not in samples. Not to be written to."""
+        """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes
+        on in time, not in samples. Not to be written to."""
         if "time" not in self.measured:
             uneven = self.clock and self.clock.kind == "uneven" and self.clock.places is not None
             time = (
@@ -77,7 +77,8 @@ class Recording:
         unit = next((unit for unit in factors if name.endswith("_" + unit)), None)
         if unit is None:
             raise BadInput(
-                f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps or _rad_s)"
+                f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps "
+                "or _rad_s)"
             )
         rate = self.column(name) * factors[unit]
         spread = float(np.ptp(rate))
@@ -89,7 +90,8 @@ class Recording:
 
 
 def gridded(columns, rate_hz, path, line):
-    """The columns on the even grid of the clock: (columns, known, clock). What was lost is filled by interpolation, a placeholder."""
+    """The columns on the even grid of the clock: (columns, known, clock). What was lost is filled
+    by interpolation, a placeholder."""
     if "time_s" not in columns:
         if not rate_hz:
             raise BadInput(f"{path}: no column time_s and no --rate")
@@ -133,8 +135,9 @@ def of_columns(columns, rate_hz, path, notes, line):
 
 
 def at_own_rate(made):
-    """The recording on the clock of the sensor where that was read more often than it measures: with half the samples repeated evenly,
-    no analysis at the rate of the file tells a frequency from its image."""
+    """The recording on the clock of the sensor where that was read more often than it measures:
+    with half the samples repeated evenly, no analysis at the rate of the file tells a frequency
+    from its image."""
     known = np.ones(made.samples, bool) if made.known is None else made.known
     found = repeats.find(made.columns, known)
     if not found:
@@ -175,7 +178,8 @@ def write(recording, path):
 
 
 def write_columns(columns, notes, path, origin_ns=0):
-    """The same of columns of one length: nine digits, but of time_s as many as there are down to a nanosecond."""
+    """The same of columns of one length: nine digits, but of time_s as many as there are down to a
+    nanosecond."""
     lines = text_of(columns, notes, origin_ns)
     files.write_whole(path, packed(lines) if Path(path).suffix == ".gz" else lines)
 

@@ -1,4 +1,5 @@
-"""Samples that repeat the one before: a sensor that is read more often than it measures (DESIGN 13)."""
+"""Samples that repeat the one before: a sensor that is read more often than it measures (DESIGN
+13)."""
 
 from dataclasses import dataclass
 
@@ -12,7 +13,8 @@ CHANCE = 1e-6  # of a sensor without repeats, per recording
 
 @dataclass
 class Repeats:
-    """equal: True where a sample repeats the one before on all axes of the gyro; share: of the samples; chance: the share that counts explain."""
+    """equal: True where a sample repeats the one before on all axes of the gyro; share: of the
+    samples; chance: the share that counts explain."""
 
     equal: object
     share: float
@@ -20,8 +22,9 @@ class Repeats:
 
 
 def chance_of_equal(x, known):
-    """Share of samples that equal the one before by their counts alone (from differences of one and two counts, whose sizes fall as those of
-    a Gaussian), or None where the counts are too coarse to say, or the axis is dead."""
+    """Share of samples that equal the one before by their counts alone (from differences of one and
+    two counts, whose sizes fall as those of a Gaussian), or None where the counts are too coarse to
+    say, or the axis is dead."""
     if not np.ptp(x[known]):
         return None
     steps = np.abs(np.diff(x))[known[1:] & known[:-1]]

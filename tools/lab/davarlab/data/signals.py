@@ -3,7 +3,9 @@
 import numpy as np
 from scipy import fft, ndimage
 
-NARROW_FROM = 2_000_000  # samples from which columns are kept in single precision, but for the time and, in a fit, the gyro's
+# Samples from which columns are kept in single precision, but for the time and, in a fit, the
+# gyro's.
+NARROW_FROM = 2_000_000
 MEMORY, ASKED = 16, 20_000  # samples before one, and how many are asked, whether they foretell it
 ROUNDING = 1e-6  # of the scatter of a record: below are no noise of a sensor, only digits
 SHORTEST = 4  # samples of a window whose scatter is asked
@@ -12,13 +14,13 @@ SINGLE_ORDINATES = 80
 BIN_RATIO = 1.04
 TOP_RATIO = 1.08  # towards half the sample rate, where a digital filter may have a zero
 TOP_NEAREST = 512
-BAND_STEPS = np.concatenate(
-    [np.arange(0.25, 4, 0.5), 4 * 1.2 ** np.arange(20)]
-)  # edges about a line, in half widths
+# Edges about a line, in half widths.
+BAND_STEPS = np.concatenate([np.arange(0.25, 4, 0.5), 4 * 1.2 ** np.arange(20)])
 
 
 def foretold(x):
-    """Does each sample follow from those before it, but for the rounding of the numbers: a counter, a pure sine, a pattern that repeats."""
+    """Does each sample follow from those before it, but for the rounding of the numbers: a counter,
+    a pure sine, a pattern that repeats."""
     rows = np.lib.stride_tricks.sliding_window_view(x - x.mean(), MEMORY + 1)
     rows = rows[:: max(1, len(rows) // ASKED)]
     best = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
@@ -45,8 +47,9 @@ def frequencies(samples, rate_hz):
 
 
 def bin_edges(ordinates, bands=()):
-    """Starts of the bins and the end: single ordinates first, then a geometric series, and one towards the end; about each of the bands
-    (centre, half width in ordinates) half a half width, growing away from it."""
+    """Starts of the bins and the end: single ordinates first, then a geometric series, and one
+    towards the end; about each of the bands (centre, half width in ordinates) half a half width,
+    growing away from it."""
     first = min(SINGLE_ORDINATES, ordinates)
     count = int(np.log(ordinates / first) / np.log(BIN_RATIO)) + 2
     grown = np.round(np.geomspace(first, ordinates, count)).astype(int)
@@ -72,8 +75,9 @@ def bin_edges(ordinates, bands=()):
 
 
 def denoised(x):
-    """x without the white noise of its own sensor: each octave of its spectrum is kept in the share that stands above
-    the floor (a Wiener filter). A course that is smooth to begin with passes unchanged."""
+    """x without the white noise of its own sensor: each octave of its spectrum is kept in the share
+    that stands above the floor (a Wiener filter). A course that is smooth to begin with passes
+    unchanged."""
     mean = x.mean()
     c = transform(x - mean)
     power = c[1:] ** 2
@@ -90,7 +94,8 @@ def denoised(x):
 
 
 def count_of(x):
-    """The step in which x comes: the least distance between two of its values, where they repeat; 0 where hardly any does."""
+    """The step in which x comes: the least distance between two of its values, where they repeat; 0
+    where hardly any does."""
     steps = np.diff(np.sort(x))
     steps = steps[
         steps > 1e-9 * (x.max(initial=-np.inf) - x.min(initial=np.inf))
@@ -104,8 +109,8 @@ def high_passed(x, window):
 
 
 def sudden_changes(square, second):
-    """Where the level of a square changes within a second by more than a factor of SUDDEN: the first samples after. Levels are running
-    medians over ten seconds, which keep edges."""
+    """Where the level of a square changes within a second by more than a factor of SUDDEN: the
+    first samples after. Levels are running medians over ten seconds, which keep edges."""
     level = np.log(np.maximum(ndimage.median_filter(square, 10 * second, mode="nearest"), 1e-30))
     change = np.abs(level[second:] - level[:-second])
     peak = (change > np.log(SUDDEN)) & (change == ndimage.maximum_filter1d(change, 4 * second + 1))
@@ -128,7 +133,8 @@ def likely_change(square, place, reach):
 
 
 def mean_square_between(x, second, window):
-    """As local_mean_square of what moves faster than a second, but never across a sudden change of vibration."""
+    """As local_mean_square of what moves faster than a second, but never across a sudden change of
+    vibration."""
     square = high_passed(x, second) ** 2 * second / max(second - 1, 1)
     parts = np.split(
         square, sudden_changes(np.diff(x, prepend=x[0]) ** 2, second)
@@ -143,8 +149,8 @@ def mean_square_between(x, second, window):
 
 
 def local_mean_square(x, window):
-    """Of what moves faster than the window, per sample; the mean that is taken off counts as one of its degrees of freedom.
-    At a slow rate the window is as short as still shows a scatter."""
+    """Of what moves faster than the window, per sample; the mean that is taken off counts as one of
+    its degrees of freedom. At a slow rate the window is as short as still shows a scatter."""
     window = max(window, SHORTEST)
     return (
         ndimage.uniform_filter1d(high_passed(x, window) ** 2, window, mode="nearest")

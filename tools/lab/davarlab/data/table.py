@@ -1,4 +1,5 @@
-"""Tables of numbers in text files, plain or gzip, read in a stream: ten million rows take little more memory than their numbers."""
+"""Tables of numbers in text files, plain or gzip, read in a stream: ten million rows take little
+more memory than their numbers."""
 
 import contextlib
 import csv
@@ -17,29 +18,28 @@ from . import guess, signals
 
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
 BLOCK_BYTES = 1 << 22
-FAR = 1e6  # from 0, beyond which a time is kept as a whole origin and what is above it: a double alone has Unix times to 0.24 us
+# From 0, beyond which a time is kept as a whole origin and what is above it: a double alone has
+# Unix times to 0.24 us.
+FAR = 1e6
 FORMS = {
     "whole": r"[+-]?[0-8]?\d{1,18}",
     "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}",
     "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?",
 }
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-UNNAMED = re.compile(
-    '[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]'
-)  # what no name of a column holds
+# What no name of a column holds.
+UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')
 SHOWN = 80  # characters of a field in a message
 UNPACKED_BYTES, UNPACKED_TIMES = 64 << 20, 100  # of a gzip file
 LINE_BYTES = 1 << 20  # of the longest line that a table may have
 SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
-RESULTS = {
-    "epoch",
-    "window_samples",
-    "arw_deg_per_sqrt_h",
-}  # columns that davar-sim and `davarlab live --record` write, and no sensor
+# Columns that davar-sim and `davarlab live --record` write, and no sensor.
+RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}
 
 
 class Unpacked(gzip.GzipFile):
-    """The text of a gzip file, as far as it is believed: so that a few kilobytes do not fill the memory. As davar-sim."""
+    """The text of a gzip file, as far as it is believed: so that a few kilobytes do not fill the
+    memory. As davar-sim."""
 
     def __init__(self, raw, path):
         super().__init__(fileobj=raw)
@@ -51,7 +51,8 @@ class Unpacked(gzip.GzipFile):
     def believed(self, text):
         if self.tell() > self.most:
             raise BadInput(
-                f"{self.path}: the gzip file expands to more than 64 MiB and 100 times its size. If it is a recording, unpack it first"
+                f"{self.path}: the gzip file expands to more than 64 MiB and 100 times its size. "
+                "If it is a recording, unpack it first"
             )
         return text
 
@@ -83,7 +84,8 @@ def text_of(row, path):
 
 
 def header(stream, path):
-    """The `# key: value` notes, the row of names, and its line number; the stream then stands at the numbers."""
+    """The `# key: value` notes, the row of names, and its line number; the stream then stands at
+    the numbers."""
     notes = {}
     for line, row in enumerate(iter(lambda: stream.readline(LINE_BYTES + 1), b""), 1):
         check_length(row, f"{path}:{line}")
@@ -115,7 +117,8 @@ def check_names(names, where):
     """Every column has a name of its own, and they are those of samples."""
     if set(names) >= RESULTS:
         raise BadInput(
-            f"{where}: results of davar-sim or davarlab live, one row per epoch. Use the recording that they were computed from"
+            f"{where}: results of davar-sim or davarlab live, one row per epoch. Use the recording "
+            "that they were computed from"
         )
     met = set()
     for name in names:
@@ -136,7 +139,8 @@ def blocks(stream, line, path):
 
 
 def split(row, separator):
-    """The fields of a row, without the quotes about them; as they stand where a quote does not close."""
+    """The fields of a row, without the quotes about them; as they stand where a quote does not
+    close."""
     if separator == " ":
         fields = row.split()
     elif '"' in row:
@@ -153,8 +157,9 @@ def split(row, separator):
 
 @dataclass
 class Form:
-    """How the rows of a file are to be read: its names and separator, a decimal comma or point, and which column is its time, in what form (of
-    FORMS, "" for a plain number), counted from what origin (whole, in the unit of the column)."""
+    """How the rows of a file are to be read: its names and separator, a decimal comma or point, and
+    which column is its time, in what form (of FORMS, "" for a plain number), counted from what
+    origin (whole, in the unit of the column)."""
 
     names: list
     separator: str
@@ -168,7 +173,8 @@ class Form:
         return split(row, self.separator)
 
     def number(self, field):
-        """A field as float() takes it. Raises ValueError for what is no number: a point in a file with decimal commas may stand for thousands."""
+        """A field as float() takes it. Raises ValueError for what is no number: a point in a file
+        with decimal commas may stand for thousands."""
         text = field.replace(",", ".") if self.decimal == "," and "." not in field else field
         if not NUMBER.fullmatch(text) or self.decimal == "," and "." in field:
             raise ValueError(field)
@@ -212,7 +218,8 @@ def form_of(names, separator, block):
 
 
 def date_ns(text):
-    """Nanoseconds from 1970 to a date. Raises ValueError for what is none, and for one that 64 bits of nanoseconds do not reach (1678 to 2261)."""
+    """Nanoseconds from 1970 to a date. Raises ValueError for what is none, and for one that 64 bits
+    of nanoseconds do not reach (1678 to 2261)."""
     if not re.fullmatch(FORMS["date"], text, re.ASCII):
         raise ValueError(text)
     whole, _, part = text.rstrip("Z").partition(".")
@@ -234,7 +241,8 @@ def types_of(form):
 
 
 def since(column, form):
-    """A column of times as seconds, or whatever its unit is, since the origin; None where 64 bits do not hold them."""
+    """A column of times as seconds, or whatever its unit is, since the origin; None where 64 bits
+    do not hold them."""
     if form.kind == "whole":
         ticks, unit = column.to_numpy(), 1
     else:
@@ -256,7 +264,8 @@ def since(column, form):
 
 
 def parsed(block, form):
-    """The numbers of a block, one array per name; None where a row is not as it should be, or not as pyarrow takes numbers."""
+    """The numbers of a block, one array per name; None where a row is not as it should be, or not
+    as pyarrow takes numbers."""
     from pyarrow import ArrowInvalid, BufferReader, csv
 
     if block.startswith("\ufeff".encode()):  # which pyarrow leaves out
@@ -329,7 +338,8 @@ def read_columns(stream, names, line, path, separator=","):
 
 
 def by_row(block, form, line, path):
-    """The same row by row: names the line and the column of what is no number, and reads what only Python takes for one (a leading +)."""
+    """The same row by row: names the line and the column of what is no number, and reads what only
+    Python takes for one (a leading +)."""
     found = []
     for number, row in enumerate(block.split(b"\n"), line + 1):
         row = text_of(row, path)
@@ -362,8 +372,8 @@ def above(field, form):
 
 @dataclass
 class Table:
-    """columns: name -> numbers; line: of the header; time: the column that is taken for the time ("" for none), which counts from origin, a
-    whole number of its unit."""
+    """columns: name -> numbers; line: of the header; time: the column that is taken for the time
+    ("" for none), which counts from origin, a whole number of its unit."""
 
     notes: dict
     columns: dict
@@ -373,7 +383,8 @@ class Table:
 
 
 def separated(row, separators, below):
-    """(separator, names): the first of the separators that the header holds; spaces where the row below has as many fields."""
+    """(separator, names): the first of the separators that the header holds; spaces where the row
+    below has as many fields."""
     separator = next(
         (
             one

@@ -1,5 +1,5 @@
-"""What an effect is. Frequencies in Hz, rates in deg/s, spectra two-sided and times the sample rate: the variance of one
-ordinate of the orthonormal cosine transform (DESIGN 1)."""
+"""What an effect is. Frequencies in Hz, rates in deg/s, spectra two-sided and times the sample
+rate: the variance of one ordinate of the orthonormal cosine transform (DESIGN 1)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,9 +9,10 @@ INFINITE = float("inf")
 
 @dataclass(frozen=True)
 class Parameter:
-    """`scale` turns the unit of the model file into deg/s and seconds. `values`: the words that it may be, for one that is no number;
-    `text`: any word, the name of a column; `default`: what it is where a model file does not say; `optional`: where it is at the
-    default it stays there, until diagnose finds that the effect is missing with it."""
+    """`scale` turns the unit of the model file into deg/s and seconds. `values`: the words that it
+    may be, for one that is no number; `text`: any word, the name of a column; `default`: what it is
+    where a model file does not say; `optional`: where it is at the default it stays there, until
+    diagnose finds that the effect is missing with it."""
 
     name: str
     unit: str
@@ -31,19 +32,23 @@ class Effect:
     """One physical effect. The first parameter is its size, the others its shape (axis: x, y, z).
 
     role      spectrum   stationary noise; `spectrum(f, rate_hz, shape)` of size 1
-              filter     acts on everything in front of it; `spectrum` is its power gain, `regressor`, if any, how it settles
+              filter     acts on everything in front of it; `spectrum` is its power gain,
+                         `regressor`, if any, how it settles
               mean       a known course of time; `regressor(recording, shape)` of size 1
               variance   white noise whose variance changes
               events     isolated outliers
               states     jumps between two levels; `spectrum` of size 1
     grid      shape parameter -> function of the recording that gives the values worth trying
-    variants  name -> other regressors of the same effect, tried beside it: what a record cannot say of the physics (over how long the
-              body averages), or how much of the noise of a logged column is taken out
+    variants  name -> other regressors of the same effect, tried beside it: what a record cannot say
+              of the physics (over how long the body averages), or how much of the noise of a logged
+              column is taken out
     slow      of a course: it does not move within half a second
     in_front  is this noise in front of the sensor's filters; that of counts is behind
-    behind    of a filter: the parameter that is the standard deviation of white noise behind it, deg/s
+    behind    of a filter: the parameter that is the standard deviation of white noise behind it,
+              deg/s
     sized     False: the first parameter is a shape too
-    simulate  (recording, parameters, rng, white) -> what it adds to the gyro, deg/s; None: from spectrum or regressor
+    simulate  (recording, parameters, rng, white) -> what it adds to the gyro, deg/s; None: from
+              spectrum or regressor
     """
 
     kind: str

@@ -1,4 +1,5 @@
-"""Effects that a spectrum cannot describe: a variance that changes, outliers, jumps between levels."""
+"""Effects that a spectrum cannot describe: a variance that changes, outliers, jumps between
+levels."""
 
 from functools import partial
 
@@ -12,7 +13,8 @@ from .spectra import correlation_times, gauss_markov
 
 
 def vibration_square(recording, axis, blocks, together=1):
-    """Mean square of the accelerometer's fast part around each block, over so many blocks together, g^2."""
+    """Mean square of the accelerometer's fast part around each block, over so many blocks together,
+    g^2."""
     window, count = max(3, int(recording.rate_hz)), len(blocks.energy)
     fast = signals.high_passed(recording.column(f"accel_{axis}_g"), window)
     square = (
@@ -24,7 +26,8 @@ def vibration_square(recording, axis, blocks, together=1):
 
 
 def lorentzian(f, rate_hz, shape):
-    """Unit telegraph noise: levels 2 apart (+1 and -1, correlation time half the mean dwell), each switch to any of the others."""
+    """Unit telegraph noise: levels 2 apart (+1 and -1, correlation time half the mean dwell), each
+    switch to any of the others."""
     levels = shape.get("levels", 2.0)
     return (
         (levels**2 - 1)

@@ -1,4 +1,5 @@
-"""Effects that follow a logged column: the temperature, late, squared, with hysteresis or in the noise, and any other column (DESIGN 4)."""
+"""Effects that follow a logged column: the temperature, late, squared, with hysteresis or in the
+noise, and any other column (DESIGN 4)."""
 
 from functools import partial
 
@@ -21,12 +22,10 @@ LAG_SHARE = 0.25  # of the record, the longest lag that it can show
 WIDTHS = (0.05, 0.1, 0.2, 0.4, 0.7)  # of the range of the temperature
 REFERENCE_DEGC = 25.0
 LAG = Parameter("lag_s", "s", 0, 1e6, default=0.0, optional=True)
-NOT_FOLLOWED = (
-    "time",
-    "temp_degC",
-    "accel_",
-)  # columns of which other effects know more; time is no cause
-COPY = 0.9  # correlation of the sample-to-sample changes from which a column is the gyro itself in other words
+# Columns of which other effects know more; time is no cause.
+NOT_FOLLOWED = ("time", "temp_degC", "accel_")
+# Correlation of the sample-to-sample changes from which a column is the gyro itself in other words.
+COPY = 0.9
 CLOCKLIKE = 1e-6  # of its range, that a column may depart from a straight line to count as a clock
 
 
@@ -41,7 +40,8 @@ def still(recording, name):
 
 
 def lagged(x, rate_hz, lag_s, moving=False):
-    """x through a body that takes `lag_s` to follow (first order). Before the first sample x stood still, or moved on as it begins."""
+    """x through a body that takes `lag_s` to follow (first order). Before the first sample x stood
+    still, or moved on as it begins."""
     if lag_s * rate_hz < 1:
         return x
     decay = np.exp(-1 / (rate_hz * lag_s))
@@ -53,7 +53,8 @@ def lagged(x, rate_hz, lag_s, moving=False):
 
 
 def play(x, width):
-    """Follows x only where x pushes it: x moves freely within `width`. A chain of clips is a clip, so blocks of the chain go in parallel."""
+    """Follows x only where x pushes it: x moves freely within `width`. A chain of clips is a clip,
+    so blocks of the chain go in parallel."""
     side = int(np.ceil(np.sqrt(len(x))))
     padded = np.append(x, np.full(side * side - len(x), x[-1])).reshape(side, side)
     low, high = padded - width / 2, padded + width / 2
@@ -114,7 +115,8 @@ def clocklike(x):
 
 
 def may_follow(recording, gyro=None):
-    """The columns that `follows` may look at; `gyro`: the column that follows, of which none may be a copy."""
+    """The columns that `follows` may look at; `gyro`: the column that follows, of which none may be
+    a copy."""
     found = [
         name
         for name, values in recording.columns.items()
@@ -158,9 +160,11 @@ TEMPERATURE = Effect(
 )
 TEMPERATURE_RATE = Effect(
     "temperature_rate",
-    "Thermal gradients inside the package make the bias follow the rate of change of the temperature.",
+    "Thermal gradients inside the package make the bias follow the rate of change of the "
+    "temperature.",
     (Parameter("coefficient_dps_per_degC_per_s", "deg/s/(degC/s)", *ANY),),
-    "Heat to the same temperature at two rates. The bias differs during heating, but not afterwards.",
+    "Heat to the same temperature at two rates. The bias differs during heating, but not "
+    "afterwards.",
     "mean",
     "that of the temperature's slope",
     regressor=temperature_rate,
@@ -172,7 +176,8 @@ TEMPERATURE_SQUARED = Effect(
     "temperature_squared",
     "The bias depends on the temperature quadratically, with its vertex at 25 degC.",
     (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", *ANY), LAG),
-    "Hold three temperatures, 10 degC apart. The bias at the middle one is off the line through the other two.",
+    "Hold three temperatures, 10 degC apart. The bias at the middle one is off the line through "
+    "the other two.",
     "mean",
     "that of the temperature, at long tau",
     regressor=squared,
@@ -183,12 +188,14 @@ TEMPERATURE_SQUARED = Effect(
 )
 TEMPERATURE_HYSTERESIS = Effect(
     "temperature_hysteresis",
-    "Friction between package and die: after a reversal, the bias follows the temperature only after it has changed by a width.",
+    "Friction between package and die: after a reversal, the bias follows the temperature only "
+    "after it has changed by a width.",
     (
         Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY),
         Parameter("width_degC", "degC", 0, 1e3),
     ),
-    "Heat and cool over the same range. At a given temperature, the bias differs between heating and cooling, however slow they are.",
+    "Heat and cool over the same range. At a given temperature, the bias differs between heating "
+    "and cooling, however slow they are.",
     "mean",
     "that of the temperature, at long tau",
     regressor=hysteresis,
@@ -200,7 +207,8 @@ TEMPERATURE_NOISE = Effect(
     "temperature_noise",
     "The white noise grows with the temperature.",
     (Parameter("relative_per_degC", "1/degC", -10, 10),),
-    "Hold two temperatures. The noise of single samples must differ, and return with the temperature.",
+    "Hold two temperatures. The noise of single samples must differ, and return with the "
+    "temperature.",
     "variance",
     "slope -1/2, higher while it is hot",
     simulate=simulate_temperature_noise,

@@ -1,5 +1,5 @@
-"""Filters of the sensor or its software, described by their power gain. They act on every effect before them, but not on the noise
-of counts, which is added after them."""
+"""Filters of the sensor or its software, described by their power gain. They act on every effect
+before them, but not on the noise of counts, which is added after them."""
 
 import numpy as np
 
@@ -11,7 +11,8 @@ IMAGES = 8  # on each side; of order 2 they fall with the fourth power
 
 
 def folded(f, rate_hz, cutoff_hz, order):
-    """Of an analogue filter that is sampled: its power gain with all images; of one pole the discrete pole exp(-2 pi fc / rate)."""
+    """Of an analogue filter that is sampled: its power gain with all images; of one pole the
+    discrete pole exp(-2 pi fc / rate)."""
     if order == 1:
         decay = np.exp(-2 * np.pi * cutoff_hz / rate_hz)
         return (1 - decay) ** 2 / np.abs(1 - decay * np.exp(-1j * angular(f, rate_hz))) ** 2
@@ -22,9 +23,10 @@ def folded(f, rate_hz, cutoff_hz, order):
 
 
 def low_pass(f, rate_hz, shape):
-    """Power gain of a Butterworth low pass of order 1 or 2, 1 at low frequencies, in the response that the shape names: "sampled", as of
-    an analogue filter that is sampled (of order 1: or of exponential smoothing); "bilinear", the digital filter of
-    that name; "analogue", 1 / (1 + (f / fc)^(2 order)), as of a filter at a much higher rate whose images are kept out."""
+    """Power gain of a Butterworth low pass of order 1 or 2, 1 at low frequencies, in the response
+    that the shape names: "sampled", as of an analogue filter that is sampled (of order 1: or of
+    exponential smoothing); "bilinear", the digital filter of that name; "analogue", 1 / (1 + (f /
+    fc)^(2 order)), as of a filter at a much higher rate whose images are kept out."""
     order, response = int(shape.get("order", 1)), shape.get("response", RESPONSES[0])
     if response == "analogue":
         return 1 / (1 + (f / shape["cutoff_hz"]) ** (2 * order))
@@ -39,7 +41,8 @@ def low_pass(f, rate_hz, shape):
 
 
 def moving_average(f, rate_hz, shape):
-    """Power gain of the mean of so many samples; of a fraction, the oldest has that part of the weight: 1.2 is (1, 0.2) / 1.2."""
+    """Power gain of the mean of so many samples; of a fraction, the oldest has that part of the
+    weight: 1.2 is (1, 0.2) / 1.2."""
     samples = shape["samples"]
     whole = int(samples)
     turn = np.exp(-1j * angular(f, rate_hz))
@@ -77,7 +80,8 @@ def corner_periods(recording):
 
 LOW_PASS = Effect(
     "low_pass",
-    "The sensor's own bandwidth attenuates every effect before it. Quantization noise is added after it.",
+    "The sensor's own bandwidth attenuates every effect before it. Quantization noise is added "
+    "after it.",
     (
         Parameter("cutoff_hz", "Hz", 1e-3, 1e6),
         Parameter("response", "", -INFINITE, INFINITE, values=RESPONSES, default=RESPONSES[0]),
@@ -96,7 +100,8 @@ MOVING_AVERAGE = Effect(
     "moving_average",
     "The sensor outputs a moving average of its samples, so consecutive outputs are correlated.",
     (Parameter("samples", "", 1, 1e6),),
-    "Change the decimation or averaging setting of the sensor. The zeros of the spectrum must move.",
+    "Change the decimation or averaging setting of the sensor. The zeros of the spectrum must "
+    "move.",
     "filter",
     "slope between 0 and -1/2 below the length of the mean",
     moving_average,
@@ -106,7 +111,8 @@ HIGH_PASS = Effect(
     "high_pass",
     "Software subtracts its own slow estimate of the bias.",
     (Parameter("corner_period_s", "s", 1e-3, 1e7),),
-    "Switch off the bias correction of the driver. Without it, a slow constant rotation no longer fades in the output.",
+    "Switch off the bias correction of the driver. Without it, a slow constant rotation no longer "
+    "fades in the output.",
     "filter",
     "falls faster than -1/2 at long tau",
     high_pass,

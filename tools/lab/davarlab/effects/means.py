@@ -93,16 +93,19 @@ INTERMITTENT_LINE = Effect(
         Parameter("start_s", "s", 0, INFINITE, searched=True),
         Parameter("stop_s", "s", 0, INFINITE, searched=True),
     ),
-    "Find out which device was switched on at these times, and switch it on again. The line must return.",
+    "Find out which device was switched on at these times, and switch it on again. The line must "
+    "return.",
     "mean",
     "a hump at 0.4 periods in these windows only",
     regressor=line_for_a_while,
 )
 BIAS_STEP = Effect(
     "bias_step",
-    "The bias jumps once: a stress that relaxes, a supply that switches, or a range or register that changes.",
+    "The bias jumps once: a stress that relaxes, a supply that switches, or a range or register "
+    "that changes.",
     (Parameter("step_dps", "deg/s", *ANY), Parameter("time_s", "s", 0, INFINITE, searched=True)),
-    "Repeat the recording. A step occurs at another time or not at all. Find out what happened at that time.",
+    "Repeat the recording. A step occurs at another time or not at all. Find out what happened at "
+    "that time.",
     "mean",
     "slope up to +1/2 in the windows that hold the step only",
     regressor=step,

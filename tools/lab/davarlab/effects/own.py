@@ -1,5 +1,6 @@
-"""People's own effects: a Python file that is not trusted to be right. What is wrong with it is said in one line that names file and
-effect, when it is loaded or when one of its functions is first asked."""
+"""People's own effects: a Python file that is not trusted to be right. What is wrong with it is
+said in one line that names file and effect, when it is loaded or when one of its functions is first
+asked."""
 
 import contextlib
 import sys
@@ -17,7 +18,8 @@ from .base import Effect, Parameter
 
 
 def executed(path):
-    """The module of a Python file; what it prints goes to standard error. No bytecode is left beside it."""
+    """The module of a Python file; what it prints goes to standard error. No bytecode is left
+    beside it."""
     if Path(path).suffix != ".py":
         raise BadInput(f"--effects: {path}: a Python file (.py) expected")
     try:
@@ -59,7 +61,8 @@ def numbers(where, value, shape):
         raise BadInput(f"{where}: not an array of numbers") from None
     if found.shape != shape:
         raise BadInput(
-            f"{where}: {found.shape[0] if found.ndim == 1 else f'shape {found.shape}'} instead of {shape[0]} values"
+            f"{where}: {found.shape[0] if found.ndim == 1 else f'shape {found.shape}'} instead of "
+            f"{shape[0]} values"
         )
     if not np.all(np.isfinite(found)):
         raise BadInput(f"{where}: not finite at index {int(np.argmin(np.isfinite(found)))}")
@@ -80,7 +83,8 @@ def checked_spectrum(where, function):
         found = numbers(where, asked(where, function, f, rate_hz, shape), np.shape(f))
         if np.any(found < 0) or not np.any(found > 0):
             raise BadInput(
-                f"{where}: {'negative' if np.any(found < 0) else 'zero'} at {f[int(np.argmin(found))]:.4g} Hz"
+                f"{where}: {'negative' if np.any(found < 0) else 'zero'} at "
+                f"{f[int(np.argmin(found))]:.4g} Hz"
             )
         return found
 
@@ -135,7 +139,8 @@ def check_form(effect, where):
         or not all(isinstance(one, Parameter) for one in parameters)
     ):
         raise BadInput(
-            f"{where}: its parameters must be a tuple of Parameter, the size first: (Parameter(...),)"
+            f"{where}: its parameters must be a tuple of Parameter, the size first: "
+            "(Parameter(...),)"
         )
     for one in parameters:
         if (
@@ -146,7 +151,8 @@ def check_form(effect, where):
             raise BadInput(f"{where}: parameter {one.name}: a word and bounds low < high expected")
         if one.name in effect.shape_names and not callable(effect.grid.get(one.name)):
             raise BadInput(
-                f"{where}: shape parameter {one.name} needs a grid: a function of the recording that gives values to try"
+                f"{where}: shape parameter {one.name} needs a grid: a function of the recording "
+                "that gives values to try"
             )
 
 
@@ -173,7 +179,8 @@ def checked(effect, path):
 
 
 def load(path):
-    """Adds every Effect of a Python file to the table. Raises BadInput that names the file and the effect."""
+    """Adds every Effect of a Python file to the table. Raises BadInput that names the file and the
+    effect."""
     found = {
         id(value): value for value in vars(executed(path)).values() if isinstance(value, Effect)
     }

@@ -17,8 +17,8 @@ def difference_gain(f, rate_hz):
 
 
 def quantization(f, rate_hz, shape):
-    """`memory`: correlation of the rounding error of the angle with the one before. 0 where noise moves the angle by a count or more
-    per sample; there and only there the error is white."""
+    """`memory`: correlation of the rounding error of the angle with the one before. 0 where noise
+    moves the angle by a count or more per sample; there and only there the error is white."""
     a = shape.get("memory", 0.0)
     return (
         rate_hz**2
@@ -46,7 +46,8 @@ def gauss_markov(f, rate_hz, shape):
 
 
 def narrow_band(f, rate_hz, shape):
-    """A line with a width: unit variance, Lorentzian about its frequency, wrapped at the sample rate."""
+    """A line with a width: unit variance, Lorentzian about its frequency, wrapped at the sample
+    rate."""
     memory = np.exp(-2 * np.pi * shape["half_width_hz"] / rate_hz)
     level = (1 - memory) ** 2
     return sum(
@@ -58,7 +59,8 @@ def narrow_band(f, rate_hz, shape):
 
 
 def from_spectrum(spectrum, samples, rate_hz, rng):
-    """Gaussian noise with this spectrum: twice the length is made, so that the end does not know the beginning."""
+    """Gaussian noise with this spectrum: twice the length is made, so that the end does not know
+    the beginning."""
     length = fft.next_fast_len(2 * samples)
     f = np.fft.rfftfreq(length, 1 / rate_hz)
     f[0] = f[1]
@@ -120,8 +122,9 @@ RATE_RANDOM_WALK = Effect(
     "rate_random_walk",
     "The bias does a random walk (ageing, slow stress).",
     (Parameter("coefficient_deg_per_h_per_sqrt_h", "deg/h/sqrt(h)", 0, INFINITE, 1 / 216000),),
-    "Repeat the recording. A random walk differs each time, a ramp or warm-up is the same. Then keep the temperature constant. If the "
-    "drift disappears, it was a thermal effect with a lag or hysteresis.",
+    "Repeat the recording. A random walk differs each time, a ramp or warm-up is the same. Then "
+    "keep the temperature constant. If the drift disappears, it was a thermal effect with a lag "
+    "or hysteresis.",
     "spectrum",
     "slope +1/2 at long tau",
     random_walk,
@@ -131,9 +134,10 @@ GAUSS_MARKOV = Effect(
     "gauss_markov",
     "Noise with a single correlation time: a slow fluctuation of the bias.",
     (Parameter("std_dps", "deg/s", 0, INFINITE), Parameter("correlation_time_s", "s", 1e-3, 1e7)),
-    "Record at least a hundred correlation times. The hump must stay at the same tau. To exclude telegraph noise, average over a tenth of "
-    "the dwell time (twice the correlation time): two peaks in the histogram are telegraph noise. Then keep the temperature constant. If "
-    "the fluctuation disappears, it was a thermal effect with a lag.",
+    "Record at least a hundred correlation times. The hump must stay at the same tau. To exclude "
+    "telegraph noise, average over a tenth of the dwell time (twice the correlation time): two "
+    "peaks in the histogram are telegraph noise. Then keep the temperature constant. If the "
+    "fluctuation disappears, it was a thermal effect with a lag.",
     "spectrum",
     "a hump at 1.9 correlation times",
     gauss_markov,

@@ -1,4 +1,5 @@
-"""The one table that everything which lists effects reads; people's own effects join it (own.py)."""
+"""The one table that everything which lists effects reads; people's own effects join it
+(own.py)."""
 
 from ..errors import BadInput
 from . import changes, columns, filters, means, spectra

@@ -1,4 +1,5 @@
-"""What is left over, against chance: standardised residuals in frequency and in time, one honest p-value (DESIGN 7)."""
+"""What is left over, against chance: standardised residuals in frequency and in time, one honest
+p-value (DESIGN 7)."""
 
 from dataclasses import dataclass
 
@@ -11,7 +12,8 @@ from ..thresholds import JUDGE
 
 @dataclass(frozen=True)
 class Adequacy:
-    """p of the whole, the p-values of the tests by name, and the cells (bands x times) as normal scores."""
+    """p of the whole, the p-values of the tests by name, and the cells (bands x times) as normal
+    scores."""
 
     p_value: float
     tests: dict
@@ -33,8 +35,9 @@ def spectrum_score(c, free):
 
 
 def cells_of(c, kurtosis=0.0):
-    """Energies of octave bands in equal stretches of time, as normal scores after each band's own mean is taken out.
-    kurtosis: excess of the samples; energy in a share of the band scatters by that share of it more."""
+    """Energies of octave bands in equal stretches of time, as normal scores after each band's own
+    mean is taken out. kurtosis: excess of the samples; energy in a share of the band scatters by
+    that share of it more."""
     edges = np.unique(
         np.round(
             np.geomspace(len(c) / 2 ** (JUDGE.octave_bands - 1), len(c), JUDGE.octave_bands)
@@ -80,8 +83,9 @@ def narrow_p(c):
 
 
 def judge(c, free, extra=None, quick=False, counts=None):
-    """c: whitened residual ordinates; free: fitted parameters; extra: further p-values by name; `quick`: without the cells in time;
-    counts (data/counts.py): what they do to single samples is known, and some tests fail by it."""
+    """c: whitened residual ordinates; free: fitted parameters; extra: further p-values by name;
+    `quick`: without the cells in time; counts (data/counts.py): what they do to single samples is
+    known, and some tests fail by it."""
     tests = {"spectrum": spectrum_score(c, free), "narrow band": narrow_p(c)}
     cells = (
         np.zeros((0, JUDGE.time_stretches))

@@ -1,4 +1,5 @@
-"""Allan deviations: measured by lib/ itself through a shared library, and expected from a model (DESIGN 8)."""
+"""Allan deviations: measured by lib/ itself through a shared library, and expected from a model
+(DESIGN 8)."""
 
 import ctypes
 import os
@@ -44,8 +45,9 @@ def octaves(window):
 
 
 def windows(y, window, taus, known=None):
-    """Allan deviations of the full windows that follow each other, in the unit of y, and the share of their differences that touch known
-    samples only: two arrays (windows, taus). A deviation without any such difference is nan."""
+    """Allan deviations of the full windows that follow each other, in the unit of y, and the share
+    of their differences that touch known samples only: two arrays (windows, taus). A deviation
+    without any such difference is nan."""
     if known is not None and not known.all():
         return masked(y, window, taus, known)
     found = measured(y, window, taus)
@@ -71,7 +73,8 @@ def masked(y, window, taus, known):
 
 
 def measured(y, window, taus):
-    """Allan deviations of the full windows that follow each other, by lib/: (windows, taus), in the unit of y."""
+    """Allan deviations of the full windows that follow each other, by lib/: (windows, taus), in the
+    unit of y."""
     data = np.ascontiguousarray(y - np.mean(y), dtype=np.float32)
     rows = len(data) // window
     out = np.full((rows, len(taus)), np.nan)
@@ -114,19 +117,22 @@ def on_grid(spectrum, rate_hz):
 
 
 def expected(power, taus):
-    """Allan variance of noise with this ordinate variance on the grid: the integral over the response of D (8.1)."""
+    """Allan variance of noise with this ordinate variance on the grid: the integral over the
+    response of D (8.1)."""
     return np.array([power @ response(int(m)) for m in taus])
 
 
 def unit(power):
-    """The same shape with 1 as its largest value, for the square of a faint one would be 0; silence counts as white."""
+    """The same shape with 1 as its largest value, for the square of a faint one would be 0; silence
+    counts as white."""
     peak = power.max()
     return power / peak if peak > 0 else np.ones_like(power)
 
 
 def freedom(spectrum, power, m, window, rate_hz):
-    """Degrees of freedom of the overlapping estimate of noise with this spectrum (`power`: on the grid): M R0^2 / sum (1 - |k|/M) R_k^2, R the
-    autocovariance of the M = window - 2 m + 1 differences (8.3)."""
+    """Degrees of freedom of the overlapping estimate of noise with this spectrum (`power`: on the
+    grid): M R0^2 / sum (1 - |k|/M) R_k^2, R the autocovariance of the M = window - 2 m + 1
+    differences (8.3)."""
     count = window - 2 * m + 1
     if count > JUDGE.parseval_clusters * m:  # Parseval
         width = grid()[1]

@@ -26,7 +26,8 @@ def block_length(rate_hz):
 
 
 def blocks_of(w, rate_hz, known=None):
-    """known: (relative variance of the blocks, scatter of their energies over that of Gaussian noise), from the counts."""
+    """known: (relative variance of the blocks, scatter of their energies over that of Gaussian
+    noise), from the counts."""
     length = block_length(rate_hz)
     count = len(w) // length
     energy, (variance, scatter) = (
@@ -47,7 +48,8 @@ def log_likelihood(blocks, variance):
 
 
 def steady_gain(blocks, before, after):
-    """Gain in likelihood from one variance to another without the few blocks (CHANGE.touch_blocks) that tell most for it: a touch is no vibration."""
+    """Gain in likelihood from one variance to another without the few blocks (CHANGE.touch_blocks)
+    that tell most for it: a touch is no vibration."""
     each = (
         0.5
         * blocks.freedom
@@ -75,7 +77,8 @@ def size_covariance(blocks, shapes, variance):
 
 
 def best_interval(blocks, variance):
-    """The interval of blocks with the most likely larger variance: (first, last + 1, ratio of variances, gain)."""
+    """The interval of blocks with the most likely larger variance: (first, last + 1, ratio of
+    variances, gain)."""
     relative = blocks.energy / variance
     total = np.concatenate([[0], np.cumsum(relative)])
 
@@ -107,8 +110,9 @@ def best_interval(blocks, variance):
 
 
 def excess_scatter(blocks, variance, share):
-    """How much more than chi-square each block scatters, >= 1, where `share` of its variance is known from a short stretch of the accelerometer
-    only: its mean square has a scatter of its own, which enters as share^2 (5.4)."""
+    """How much more than chi-square each block scatters, >= 1, where `share` of its variance is
+    known from a short stretch of the accelerometer only: its mean square has a scatter of its own,
+    which enters as share^2 (5.4)."""
     score = (blocks.energy / variance - 1) ** 2 * blocks.freedom / 2 - 1
     weight = share**2
     total = float(np.sum(weight**2))

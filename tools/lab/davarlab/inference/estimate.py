@@ -1,4 +1,5 @@
-"""Parameters of a fitted model in the units of the model file, with 95 % intervals from the joint curvature (DESIGN 3)."""
+"""Parameters of a fitted model in the units of the model file, with 95 % intervals from the joint
+curvature (DESIGN 3)."""
 
 from dataclasses import dataclass
 
@@ -13,8 +14,8 @@ from .whittle import size_covariance
 
 @dataclass
 class Estimate:
-    """A parameter with its 95 % interval. low, high None: it has none, because it is a word or was taken as it is, or, when `undetermined`,
-    because the record says next to nothing about it."""
+    """A parameter with its 95 % interval. low, high None: it has none, because it is a word or was
+    taken as it is, or, when `undetermined`, because the record says next to nothing about it."""
 
     value: float | str
     low: float | None = None
@@ -57,7 +58,8 @@ def curvature(function, steps):
 
 
 def standard_errors(bench, parts, fit):
-    """Of log sizes, log shapes, and coefficients (absolute), jointly. Sizes at zero are left out (infinite)."""
+    """Of log sizes, log shapes, and coefficients (absolute), jointly. Sizes at zero are left out
+    (infinite)."""
     places = [(i, name) for i, part in enumerate(parts) for name in numeric_shapes(part)]
     live = np.flatnonzero(fit.sizes > 0)
     own = (
@@ -125,7 +127,8 @@ def interval(value, error, relative):
 
 
 def wider(one, two):
-    """Estimates of `one`, with intervals that hold those of `two` too: of the same parameters, the model put in another way."""
+    """Estimates of `one`, with intervals that hold those of `two` too: of the same parameters, the
+    model put in another way."""
     return {
         name: e
         if e.low is None or two[name].low is None
@@ -227,8 +230,9 @@ def instants(bench, part, entry, level):
 
 
 def instant(bench, time_s, power, level, frequency=None):
-    """A change of that power in the noise: by the noise of single samples, as it is at its frequency or over the time in doubt, the likeliest
-    place moves by CHANGE_DOUBT noise / power samples in 95 of 100 cases."""
+    """A change of that power in the noise: by the noise of single samples, as it is at its
+    frequency or over the time in doubt, the likeliest place moves by CHANGE_DOUBT noise / power
+    samples in 95 of 100 cases."""
     reach = 1 / bench.recording.rate_hz
     for _ in range(5):
         noise = np.interp(np.log(frequency or 0.5 / reach), np.log(bench.data.f_bin), level)
@@ -303,7 +307,8 @@ def dynamic_estimates(bench, parts, fit, blocks):
 
 
 def ends(parts, blocks, ratio):
-    """Where a noise step begins and stops: within a block, and within what the likelihood of a block on the wrong side leaves open."""
+    """Where a noise step begins and stops: within a block, and within what the likelihood of a
+    block on the wrong side leaves open."""
     part = next(part for part in parts if part.kind == "noise_step")
     nats = 0.5 * blocks.length * abs(ratio**2 - 1 - 2 * np.log(max(ratio, 1e-3)))
     reach = blocks.period_s * (0.5 + 3 / max(nats, 1e-3))
@@ -334,8 +339,9 @@ def growth_estimates(parts, recording, blocks, share):
 
 
 def of_levels(estimate, course, square):
-    """The size of levels where the column is their posterior mean: sum(y m) / (n square), the maximum of the chain's likelihood, for the
-    sum(y m) / sum(m^2) of least squares (6.4). square: mean of the squared state, 1 of two levels."""
+    """The size of levels where the column is their posterior mean: sum(y m) / (n square), the
+    maximum of the chain's likelihood, for the sum(y m) / sum(m^2) of least squares (6.4). square:
+    mean of the squared state, 1 of two levels."""
     factor = float(np.mean(course**2)) / square
     return (
         estimate

@@ -7,8 +7,9 @@ from ..thresholds import FIT
 
 
 def first_level(y, known):
-    """Variance per ordinate 1 .. n-1 from products of known samples alone (12.2): what the first draw starts from. From a fill by means the
-    loop of draws and fits would take as many rounds as halve the share of missing samples away."""
+    """Variance per ordinate 1 .. n-1 from products of known samples alone (12.2): what the first
+    draw starts from. From a fill by means the loop of draws and fits would take as many rounds as
+    halve the share of missing samples away."""
     count = len(y)
     values = np.where(known, y - y[known].mean(), 0.0)
     products, pairs = (
@@ -30,8 +31,8 @@ def first_level(y, known):
 
 
 def conditional_draw(y, known, level, rng):
-    """y with its missing samples drawn, given the known ones and the variance `level` of each ordinate 1 .. n-1. Solves (12.1) by conjugate
-    gradients: four cosine transforms an iteration."""
+    """y with its missing samples drawn, given the known ones and the variance `level` of each
+    ordinate 1 .. n-1. Solves (12.1) by conjugate gradients: four cosine transforms an iteration."""
     missing = ~known
     if not missing.any():
         return y
@@ -39,9 +40,9 @@ def conditional_draw(y, known, level, rng):
     level = np.concatenate([[level[0]], level])
     pull = signals.transform(np.where(known, y - mean, 0.0)) / level
     push = rng.standard_normal(len(y)) / np.sqrt(level)
-    drawn = y.astype(
-        float
-    )  # the mean and the draw apart: beside a strong slow course the fast part of a draw would be lost in its tolerance
+    # The mean and the draw apart: beside a strong slow course the fast part of a draw would be lost
+    # in its tolerance.
+    drawn = y.astype(float)
     drawn[missing] = mean + sum(
         solved(signals.inverse(one)[missing], missing, level) for one in (-pull, push)
     )

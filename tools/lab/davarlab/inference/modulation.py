@@ -1,4 +1,5 @@
-"""White noise whose level changes while the rest of the spectrum does not: what that does to the whitened residual (DESIGN 5)."""
+"""White noise whose level changes while the rest of the spectrum does not: what that does to the
+whitened residual (DESIGN 5)."""
 
 import numpy as np
 from scipy import optimize
@@ -11,7 +12,8 @@ from . import changes
 
 
 def variance_shapes(parts, recording, blocks):
-    """Rows of the variance of the blocks that the parts say: the white noise first, constant or as the temperature has it."""
+    """Rows of the variance of the blocks that the parts say: the white noise first, constant or as
+    the temperature has it."""
     rows = [white_growth(parts, recording, blocks)]
     for part in parts:
         if part.kind == "vibration_noise":
@@ -56,8 +58,8 @@ def constant(rows):
 
 
 def best_growth(parts, recording, blocks):
-    """The exponent of temperature_noise, of the parts' own or beside them, at the maximum of the likelihood of the blocks:
-    (relative_per_degC, gain over none)."""
+    """The exponent of temperature_noise, of the parts' own or beside them, at the maximum of the
+    likelihood of the blocks: (relative_per_degC, gain over none)."""
     others = [part for part in parts if part.kind != "temperature_noise"]
     rows = variance_shapes(others, recording, blocks)
     warm = block_temperature(recording, blocks)
@@ -112,12 +114,14 @@ def white_share(bench, parts, fit):
 
 
 def local(variance, share, mean):
-    """Variance of the whitened residual where the white noise has this share; `variance`: that of all ordinates together (5.2)."""
+    """Variance of the whitened residual where the white noise has this share; `variance`: that of
+    all ordinates together (5.2)."""
     return np.maximum(1 + share / max(mean, 1e-6) * (variance - 1), 0.05)
 
 
 def levelled(c, variance, share):
-    """Whitened ordinates with the change of the white level divided out, in each frequency as far as it is white."""
+    """Whitened ordinates with the change of the white level divided out, in each frequency as far
+    as it is white."""
     mean, out = share.mean(), np.zeros_like(c)
     groups = np.minimum((share * CHANGE.share_groups).astype(int), CHANGE.share_groups - 1)
     for group in np.unique(groups):
@@ -128,7 +132,8 @@ def levelled(c, variance, share):
 
 
 def dispersion(bench, share, variance):
-    """How much more than chi-square the energy of each bin scatters: mean of the squared local variance over its squared mean (5.3)."""
+    """How much more than chi-square the energy of each bin scatters: mean of the squared local
+    variance over its squared mean (5.3)."""
     mean = float(np.sum(share * bench.data.counts) / np.sum(bench.data.counts))
     relative = variance / variance.mean()
     found = []
@@ -139,8 +144,8 @@ def dispersion(bench, share, variance):
 
 
 def crowding(bench, share, variance):
-    """How much more than chi-square a few neighbouring ordinates have together, at most: they go with each other where the noise is loud for a
-    while, by its level there over its mean (5.3)."""
+    """How much more than chi-square a few neighbouring ordinates have together, at most: they go
+    with each other where the noise is loud for a while, by its level there over its mean (5.3)."""
     mean = float(np.sum(share * bench.data.counts) / np.sum(bench.data.counts))
     loudest = max(
         np.mean(piece)
@@ -152,7 +157,8 @@ def crowding(bench, share, variance):
 
 
 def discounted(gain, before, after, counts, scatter):
-    """A gain of spectra in the units that it would have if bins scattered as chi-square: weighted where the spectra differ (5.3)."""
+    """A gain of spectra in the units that it would have if bins scattered as chi-square: weighted
+    where the spectra differ (5.3)."""
     weight = counts * np.log(np.maximum(after, 1e-300) / np.maximum(before, 1e-300)) ** 2
     total = float(weight.sum())
     return gain if total <= 0 else gain * total / float(np.sum(weight * scatter))

@@ -14,7 +14,8 @@ from .whittle import Data, maximise
 
 @dataclass(frozen=True)
 class Part:
-    """An effect with its shape; `form` says which variant of the regressor (raw: the effect's own) or decoded states."""
+    """An effect with its shape; `form` says which variant of the regressor (raw: the effect's own)
+    or decoded states."""
 
     kind: str
     shape: dict = field(default_factory=dict)
@@ -62,8 +63,9 @@ def part_of(term):
 
 
 def as_spectra(parts):
-    """Decoded states as the noise that they are; None when there are none. The decoded course takes some of the noise with it and leaves
-    the doubt about each switch behind, so that what only a spectrum beside it could explain is asked beside this too (6.5)."""
+    """Decoded states as the noise that they are; None when there are none. The decoded course takes
+    some of the noise with it and leaves the doubt about each switch behind, so that what only a
+    spectrum beside it could explain is asked beside this too (6.5)."""
     if all(part.form != "decoded" for part in parts):
         return None
     return [replace(part, form="raw") if part.form == "decoded" else part for part in parts]
@@ -77,14 +79,16 @@ def unit_spectrum(part, f, rate_hz, counts=None):
 
 
 def known_level(parts, counts):
-    """The level of the counts of a rate as a function of the frequency; None where there are none, or where the model has its own."""
+    """The level of the counts of a rate as a function of the frequency; None where there are none,
+    or where the model has its own."""
     if counts is None or counts.of == "angle" or any(part.kind == "quantization" for part in parts):
         return None
     return counts.level
 
 
 def spectrum_of(parts, sizes, rate_hz, counts=None):
-    """The variance of an ordinate as a function of the frequency in Hz: what Bench.rows and these sizes give per bin."""
+    """The variance of an ordinate as a function of the frequency in Hz: what Bench.rows and these
+    sizes give per bin."""
     known = known_level(parts, counts) or np.zeros_like
 
     def at(f):
@@ -114,8 +118,9 @@ def settling(parts):
 
 
 class Bench:
-    """The recording, cleaned of shocks, with rows and columns for every part that is asked for. `counts` (data/counts.py): of the record as
-    it was logged, `logged`; None: none are known. `gyro`: its column."""
+    """The recording, cleaned of shocks, with rows and columns for every part that is asked for.
+    `counts` (data/counts.py): of the record as it was logged, `logged`; None: none are known.
+    `gyro`: its column."""
 
     def __init__(self, recording, y, counts=None, data=None, gyro=None, logged=None):
         self.recording, self.y, self.counts, self.gyro = recording, y, counts, gyro
@@ -123,7 +128,8 @@ class Bench:
         self.data = data or Data(y, recording.rate_hz)
         self.decoded, self.squares = {}, {}  # courses of states and their mean squares
         self.held = []  # (part, size) of noise that is there and is not fitted
-        self.latest = {}  # what was last worked out of a fit, and of which: as long as the record each
+        # What was last worked out of a fit, and of which: as long as the record each.
+        self.latest = {}
 
     def with_gyro(self, y):
         """The same with another gyro record; what is known of the columns is kept."""
@@ -139,7 +145,8 @@ class Bench:
         return other
 
     def resolving(self, parts):
-        """The same with bins that are narrow enough for the narrow bands among the parts; itself when they are already (1.3)."""
+        """The same with bins that are narrow enough for the narrow bands among the parts; itself
+        when they are already (1.3)."""
         bands = tuple(
             (part.shape["frequency_hz"], part.shape["half_width_hz"])
             for part in parts
@@ -208,21 +215,23 @@ class Bench:
         return gain
 
     def rows(self, parts):
-        """One per spectrum, in the order of the parts; then one, white, per filter that says what is behind it."""
+        """One per spectrum, in the order of the parts; then one, white, per filter that says what
+        is behind it."""
         gain = self.gain(parts)
         found = [self.row(part, gain) for part in parts if part.role == "spectrum"]
         found = found or [self.row(Part("angle_random_walk"), gain)]
         return np.array(found + [np.ones_like(gain) for part in parts if part.behind])
 
     def fixed(self, parts):
-        """What is not fitted of the level of each bin: the counts of a rate (those of an angle are an effect, quantization; where the model has it, it
-        is fitted), and noise that is held."""
+        """What is not fitted of the level of each bin: the counts of a rate (those of an angle are
+        an effect, quantization; where the model has it, it is fitted), and noise that is held."""
         known = known_level(parts, self.counts)
         level = self.data.binned("counts", known) if known else 0.0
         return sum((size * self.row(part, self.gain(parts)) for part, size in self.held), level)
 
     def blocks(self, parts, fit):
-        """Energies of short blocks of the whitened residual, with what the counts are known to do to them divided out."""
+        """Energies of short blocks of the whitened residual, with what the counts are known to do
+        to them divided out."""
         w, rate = self.residual(parts, fit), self.recording.rate_hz
         return changes.blocks_of(
             w, rate, counted.relative_variance(self.logged, self.counts, changes.block_length(rate))
@@ -243,7 +252,8 @@ class Bench:
         return np.array([found[key] for key in keys])
 
     def fit(self, parts, restricted=False, near=None):
-        """The maximum of the likelihood, sought once. `near`: level of a similar fit to start from."""
+        """The maximum of the likelihood, sought once. `near`: level of a similar fit to start
+        from."""
         asked = tuple(part.key for part in parts), restricted
         if asked not in self.data.fits:
             self.data.fits[asked] = maximise(
@@ -257,7 +267,8 @@ class Bench:
         return self.data.fits[asked]
 
     def remembered(self, what, fit, make):
-        """What is worked out of a fit, once as long as nothing else is asked; not to be written to."""
+        """What is worked out of a fit, once as long as nothing else is asked; not to be written
+        to."""
         if what not in self.latest or self.latest[what][0] is not fit:
             self.latest[what] = fit, make()
             self.latest[what][1].setflags(write=False)

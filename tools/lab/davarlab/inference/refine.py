@@ -21,7 +21,8 @@ def numeric_shapes(part):
 
 
 def half_width(bench, part, name):
-    """How far to look, in natural logarithm; of a line half its lobe, within which there is one peak only."""
+    """How far to look, in natural logarithm; of a line half its lobe, within which there is one
+    peak only."""
     if part.kind == "sinusoid":
         return 0.5 / turns(bench, part)
     if part.kind == "narrow_band" and name == "frequency_hz":
@@ -52,7 +53,8 @@ def turns(bench, part):
 
 
 def line_frequency(bench, parts, index):
-    """Of the line parts[index]: where the power of the whitened residual of the others peaks, within half a lobe. One pass over the record."""
+    """Of the line parts[index]: where the power of the whitened residual of the others peaks,
+    within half a lobe. One pass over the record."""
     part, fit = parts[index], bench.fit(parts)
     keys, coefficients = bench.all_keys(parts), fit.coefficients.copy()
     coefficients[[keys.index(key) for key in bench.keys(part)]] = 0.0
@@ -119,7 +121,8 @@ def sweeps_for(parts, kind):
 
 
 def refined(bench, parts, sweeps=1, only=None, only_last=False):
-    """Parts with their shapes at the maximum of the likelihood; `only`: kinds to move; `only_last`: the last part alone."""
+    """Parts with their shapes at the maximum of the likelihood; `only`: kinds to move; `only_last`:
+    the last part alone."""
     parts = list(parts)
     for _ in range(sweeps):
         for index in range(len(parts)):

@@ -1,4 +1,5 @@
-"""A few levels or a continuum? Telegraph noise and Gauss-Markov share a spectrum; their amplitudes differ (DESIGN 6)."""
+"""A few levels or a continuum? Telegraph noise and Gauss-Markov share a spectrum; their amplitudes
+differ (DESIGN 6)."""
 
 from math import exp, log, pi, sqrt
 
@@ -14,7 +15,8 @@ def averaged(x, block):
 
 
 def times(a, b):
-    """Products of matrices that stand along the last axis, each scaled to 1, and the logarithms of the scales."""
+    """Products of matrices that stand along the last axis, each scaled to 1, and the logarithms of
+    the scales."""
     found = np.einsum("ijn,jkn->ikn", a, b)
     scale = found.max(axis=(0, 1))
     return found / scale, np.log(scale)
@@ -31,12 +33,14 @@ def mean_square(levels):
 
 
 def staying(period, dwell, levels=2):
-    """The chance to be on the same level a period later, when every switch goes to any of the others."""
+    """The chance to be on the same level a period later, when every switch goes to any of the
+    others."""
     return (1 + (levels - 1) * exp(-levels / (levels - 1) * period / dwell)) / levels
 
 
 def steps_of(values, level, noise, stay, levels=2):
-    """One matrix per value: the change of the state, then how well the value fits each level; and the log-likelihood that the scaling took."""
+    """One matrix per value: the change of the state, then how well the value fits each level; and
+    the log-likelihood that the scaling took."""
     lean = -0.5 * ((values - level * places(levels)[:, None]) / noise) ** 2
     top = lean.max(axis=0)
     other = (1 - stay) / (levels - 1)
@@ -48,8 +52,8 @@ def steps_of(values, level, noise, stay, levels=2):
 
 
 def two_level_log_likelihood(values, level, noise, stay, levels=2):
-    """Forward algorithm of a symmetric chain of levels in white noise, as a product of matrices taken in pairs: one pass of numpy per
-    doubling instead of one of Python per value."""
+    """Forward algorithm of a symmetric chain of levels in white noise, as a product of matrices
+    taken in pairs: one pass of numpy per doubling instead of one of Python per value."""
     steps, total = steps_of(values, level, noise, stay, levels)
     while steps.shape[-1] > 1:
         even = steps.shape[-1] // 2 * 2
@@ -60,7 +64,8 @@ def two_level_log_likelihood(values, level, noise, stay, levels=2):
 
 
 def gauss_markov_log_likelihood(values, std, noise, decay):
-    """Kalman filter of a first-order process in white noise; once its gain has settled it is a plain recursive filter."""
+    """Kalman filter of a first-order process in white noise; once its gain has settled it is a
+    plain recursive filter."""
     mean, variance, total = 0.0, std**2, 0.0
     grow, white = std**2 * (1 - decay**2), noise**2
     for i, value in enumerate(values):
@@ -98,8 +103,9 @@ def blocks_for(x, rate_hz, dwell_s):
 
 
 def fit_levels(x, rate_hz, std, dwell_s, white, levels=2):
-    """(log-likelihood, amplitude, dwell, middle of the levels) of a chain of levels in white noise; std, dwell_s: of the two-level chain with
-    its spectrum. The mean is not the middle: few dwells are not shared out evenly."""
+    """(log-likelihood, amplitude, dwell, middle of the levels) of a chain of levels in white noise;
+    std, dwell_s: of the two-level chain with its spectrum. The mean is not the middle: few dwells
+    are not shared out evenly."""
     values, block = blocks_for(x, rate_hz, dwell_s)
     period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
 
@@ -172,14 +178,16 @@ def posterior(values, level, noise, stay, levels=2):
 
 
 def smoothed(values, level, noise, stay, levels=2):
-    """(log-likelihood of the chain, posterior mean of its state, -1 .. 1 of two levels) of each value."""
+    """(log-likelihood of the chain, posterior mean of its state, -1 .. 1 of two levels) of each
+    value."""
     chance = posterior(values, level, noise, stay, levels)
     return two_level_log_likelihood(values, level, noise, stay, levels), places(levels) @ chance
 
 
 def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
-    """Of x around the middle of its levels: posterior mean of the state (places()) at every sample; its divergence from what the chain says
-    beforehand; the sum of its variance / (2 noise^2), what doubt about the state costs per squared amplitude (6.3); and its mean square."""
+    """Of x around the middle of its levels: posterior mean of the state (places()) at every sample;
+    its divergence from what the chain says beforehand; the sum of its variance / (2 noise^2), what
+    doubt about the state costs per squared amplitude (6.3); and its mean square."""
     block = min(
         max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEVELS.blocks_least
     )
@@ -207,13 +215,15 @@ def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
 
 
 def many_switches(dwell_s, x, rate_hz):
-    """Can a record of this length show chance at work: some dwells (LEVELS.switches_least), each of some samples."""
+    """Can a record of this length show chance at work: some dwells (LEVELS.switches_least), each of
+    some samples."""
     return 4 / rate_hz < dwell_s < len(x) / rate_hz / LEVELS.switches_least
 
 
 def like_chance(path, levels=2):
-    """Do the switches come at random: five of them at least, dwells that scatter as exponential ones do, and no length that most of them share
-    (a clock with a few of its periods cut in two still ticks)."""
+    """Do the switches come at random: five of them at least, dwells that scatter as exponential
+    ones do, and no length that most of them share (a clock with a few of its periods cut in two
+    still ticks)."""
     level = np.clip(np.round((levels - 1 - path) / 2), 0, levels - 1).astype(int)
     sure = np.flatnonzero(np.abs(path - places(levels)[level]) < 0.5)
     switches = sure[1:][np.diff(level[sure]) != 0]

@@ -12,7 +12,8 @@ from ..thresholds import FIT
 
 @dataclass
 class Fit:
-    """Sizes (>= 0) of the spectra, coefficients of the columns, log-likelihood, level per bin; `measured`: Allan variances of the columns' course."""
+    """Sizes (>= 0) of the spectra, coefficients of the columns, log-likelihood, level per bin;
+    `measured`: Allan variances of the columns' course."""
 
     sizes: np.ndarray
     coefficients: np.ndarray
@@ -23,7 +24,8 @@ class Fit:
 
 
 class Data:
-    """A recording in the cosine domain: the gyro and, on demand, columns; all products summed per bin and remembered."""
+    """A recording in the cosine domain: the gyro and, on demand, columns; all products summed per
+    bin and remembered."""
 
     def __init__(self, y, rate_hz, edges=None):
         self.rate_hz, self.samples = rate_hz, len(y)
@@ -53,7 +55,8 @@ class Data:
         return set(bands) <= set(self.bands)
 
     def resolving(self, bands):
-        """The same columns with bins that are narrow about each band (frequency, half width in Hz) (1.3)."""
+        """The same columns with bins that are narrow about each band (frequency, half width in Hz)
+        (1.3)."""
         other, scale = copy.copy(self), 2 * self.samples / self.rate_hz
         other.bands = bands
         other.cut(
@@ -62,8 +65,9 @@ class Data:
         return other
 
     def add(self, key, x, together=1):
-        """Columns are scaled to unit norm inside; `scale` undoes it. A constant column has scale 0. Of a slow one, means of `together`
-        samples say all: the ordinates behind theirs are 0 and not kept (1.4)."""
+        """Columns are scaled to unit norm inside; `scale` undoes it. A constant column has scale 0.
+        Of a slow one, means of `together` samples say all: the ordinates behind theirs are 0 and
+        not kept (1.4)."""
         count = len(x) // together
         x = x[: count * together].reshape(count, together).mean(axis=1) if together > 1 else x
         c = np.sqrt(together) * signals.transform(x - x.mean())[1:]
@@ -99,13 +103,15 @@ class Data:
         return c
 
     def binned(self, key, spectrum):
-        """A spectrum at the bins (narrow enough that the value at the mean frequency is the mean within 2e-4)."""
+        """A spectrum at the bins (narrow enough that the value at the mean frequency is the mean
+        within 2e-4)."""
         if key not in self.spectra:
             self.spectra[key] = spectrum(self.f_bin)
         return self.spectra[key]
 
     def whitened(self, level, coefficients, keys):
-        """The residual with the model's spectrum divided out: unit white noise when the model is true."""
+        """The residual with the model's spectrum divided out: unit white noise when the model is
+        true."""
         return self.without(coefficients, keys) / np.sqrt(self.at_ordinates(level))
 
     def at_ordinates(self, level):
@@ -117,15 +123,16 @@ class Data:
 
 @dataclass
 class Sums:
-    """What a fit needs of the record and of some columns: energies of the gyro, its products with the columns (k rows), theirs with each other, all
-    per bin."""
+    """What a fit needs of the record and of some columns: energies of the gyro, its products with
+    the columns (k rows), theirs with each other, all per bin."""
 
     energy: np.ndarray
     cross: np.ndarray
     gram: np.ndarray
 
     def at(self, level):
-        """(coefficients of the columns at this level, their covariance, energy of the residual per bin, leverage per bin)."""
+        """(coefficients of the columns at this level, their covariance, energy of the residual per
+        bin, leverage per bin)."""
         if not len(self.cross):
             return np.zeros(0), np.zeros((0, 0)), self.energy, np.zeros_like(self.energy)
         weight = 1 / level
@@ -150,7 +157,8 @@ def sums(data, keys):
 
 
 def generalised_least_squares(data, keys, level):
-    """Coefficients of the columns, their covariance, the energy of the residual and the leverage per bin."""
+    """Coefficients of the columns, their covariance, the energy of the residual and the leverage
+    per bin."""
     return sums(data, keys).at(level)
 
 
@@ -159,7 +167,8 @@ def log_likelihood(data, energy, level):
 
 
 def non_negative_step(shapes, wanted, weight):
-    """The sizes >= 0 with which the shapes come nearest to what is wanted per bin, by least squares."""
+    """The sizes >= 0 with which the shapes come nearest to what is wanted per bin, by least
+    squares."""
     weight = np.sqrt(weight)
     design = shapes * weight
     norm = np.sqrt(np.einsum("ij,ij->i", design, design))
@@ -194,7 +203,8 @@ def inverse_of(matrix):
 
 
 def score_of_row(data, shapes, residual, level, row):
-    """What a further spectrum would gain, to second order: its score beside the others over its information, squared (4.2)."""
+    """What a further spectrum would gain, to second order: its score beside the others over its
+    information, squared (4.2)."""
     weight = data.counts / (2 * level**2)
     others = shapes * weight
     slope = row @ (weight * (residual / data.counts - level))
@@ -223,8 +233,9 @@ def score_of_column(data, keys, level, key):
 
 
 def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
-    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to start from; `fixed`: variance that is there
-    besides. With `restricted`, leverages of the columns are taken off the degrees of freedom (REML, DESIGN 3)."""
+    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to
+    start from; `fixed`: variance that is there besides. With `restricted`, leverages of the columns
+    are taken off the degrees of freedom (REML, DESIGN 3)."""
     counts, known = data.counts, sums(data, keys)
     least = 1e-12 * known.energy.sum() / counts.sum()
     level = near if near is not None else np.maximum(known.energy / counts, 1e-30)

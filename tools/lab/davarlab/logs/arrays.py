@@ -15,7 +15,8 @@ ORDERS = {
 
 
 def npy(path, options):
-    """A structured array by its fields; an array without names of 3 or 4 columns as (time,) gyro x, y, z; others must be named."""
+    """A structured array by its fields; an array without names of 3 or 4 columns as (time,) gyro x,
+    y, z; others must be named."""
     array = np.load(path, mmap_mode="r", allow_pickle=False)
     if array.dtype.names:
         found = {name: array[name] for name in array.dtype.names}
@@ -28,7 +29,8 @@ def npy(path, options):
         names = options.names or ORDERS.get(array.shape[1])
         if names is None or len(names) != array.shape[1]:
             raise BadInput(
-                f"{path}: {array.shape[1]} columns without names. Use --names (time,gyro_x,gyro_y,gyro_z,temp ..)"
+                f"{path}: {array.shape[1]} columns without names. Use --names "
+                "(time,gyro_x,gyro_y,gyro_z,temp ..)"
             )
         found = {name: array[:, place] for place, name in enumerate(names)}
     return named.Log(
@@ -92,7 +94,8 @@ def column(file, path, name):
         piece = batch.column(0)
         if piece.null_count:
             raise BadInput(
-                f"{path}: column {name}: empty at row {place + int(np.flatnonzero(piece.is_null().to_numpy(False))[0]) + 1}"
+                f"{path}: column {name}: empty at row "
+                f"{place + int(np.flatnonzero(piece.is_null().to_numpy(False))[0]) + 1}"
             )
         if pyarrow.types.is_timestamp(piece.type):
             piece = piece.cast(pyarrow.timestamp("ns")).cast(pyarrow.int64())

@@ -1,5 +1,5 @@
-"""ArduPilot DataFlash (.bin, or .log as text), indexed by pymavlink, whose format messages say what is where. Gyros in rad/s, accelerometers in
-m/s^2."""
+"""ArduPilot DataFlash (.bin, or .log as text), indexed by pymavlink, whose format messages say what
+is where. Gyros in rad/s, accelerometers in m/s^2."""
 
 import contextlib
 import io
@@ -30,7 +30,8 @@ HEAD = b"\xa3\x95"  # of a message
 
 @contextlib.contextmanager
 def silenced():
-    """The lines that pymavlink and its indexer, which is C, print meanwhile: a list that is full behind the block."""
+    """The lines that pymavlink and its indexer, which is C, print meanwhile: a list that is full
+    behind the block."""
     said = []
     with tempfile.TemporaryFile() as file:
         sys.stdout.flush(), sys.stderr.flush()
@@ -70,7 +71,8 @@ class Log:
                 end = max(end, int(places[-1]) + form.len) if len(places) else end
                 if end > log.data_len:
                     raise BadInput(
-                        f"{path}: cut short: its last message, {form.name}, is incomplete (ArduPilot DataFlash)"
+                        f"{path}: cut short: its last message, {form.name}, is incomplete "
+                        "(ArduPilot DataFlash)"
                     )
                 if len(places) and KINDS.match(form.name):
                     self.take(form, places)
@@ -80,7 +82,8 @@ class Log:
             file.seek(end)
             if file.read(len(HEAD)) in (HEAD[:1], HEAD):
                 raise BadInput(
-                    f"{path}: cut short: after its last message, another one begins (ArduPilot DataFlash)"
+                    f"{path}: cut short: after its last message, another one begins (ArduPilot "
+                    "DataFlash)"
                 )
 
     def take(self, form, places):

@@ -3,6 +3,7 @@
 import importlib
 import os
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +22,10 @@ FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second
 
 @dataclass
 class Options:
-    """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over guesses; renames, scales: OLD=NEW,
-    NAME=FACTOR; types: .msg files; names: of the columns of an array without; plain: a CSV as it is, without guesses;
-    as_recorded: rate, units and levels are right, however implausible."""
+    """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over
+    guesses; renames, scales: OLD=NEW, NAME=FACTOR; types: .msg files; names: of the columns of an
+    array without; plain: a CSV as it is, without guesses; as_recorded: rate, units and levels are
+    right, however implausible."""
 
     rate_hz: float | None = None
     sensor: str | None = None
@@ -37,7 +39,8 @@ class Options:
 
 
 def by(module, name):
-    """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is loaded when it is needed."""
+    """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is
+    loaded when it is needed."""
     return lambda path, options: getattr(importlib.import_module("." + module, __package__), name)(
         path, options
     )
@@ -74,8 +77,8 @@ ENDINGS = {
 
 
 def format_of(path):
-    """(name, reader) by the first bytes; a folder is a ROS 2 bag, what nobody else knows is text. Raises BadInput for a file that is not what
-    its name says."""
+    """(name, reader) by the first bytes; a folder is a ROS 2 bag, what nobody else knows is text.
+    Raises BadInput for a file that is not what its name says."""
     if os.path.isdir(path):
         check_inside(path)
         return "ROS 2 bag", ROS
@@ -103,7 +106,8 @@ def format_of(path):
 
 
 def check_inside(folder):
-    """Raises BadInput unless all that is in a folder are files and folders: the library that reads a bag opens them by their names."""
+    """Raises BadInput unless all that is in a folder are files and folders: the library that reads
+    a bag opens them by their names."""
     try:
         inside = [one for one in os.scandir(folder) if not one.is_dir()]
     except OSError as why:
@@ -140,14 +144,15 @@ def listed(path, options=None):
 
 
 def samples(path, options):
-    """The Samples of the sensor that was named, or of the only gyro, with what was measured beside it. Raises BadInput."""
+    """The Samples of the sensor that was named, or of the only gyro, with what was measured beside
+    it. Raises BadInput."""
     log, name = opened(path, options)
     main = sensors.chosen(log.sensors, options.sensor, path)
     found = guarded(path, name, lambda: log.read(main.name))
     for other, quantity in sensors.companions(log.sensors, main):
         if any(name.startswith(quantity) for name in found.columns):
             continue
-        there = guarded(path, name, lambda: log.read(other.name))
+        there = guarded(path, name, partial(log.read, other.name))
         columns = {
             name: column for name, column in there.columns.items() if name.startswith(quantity)
         }
@@ -160,7 +165,8 @@ def samples(path, options):
 
 
 def checked(found, name, path, options):
-    """Samples that every command can go on with: columns of one length and finite, what was beside them at their times, stamps in seconds."""
+    """Samples that every command can go on with: columns of one length and finite, what was beside
+    them at their times, stamps in seconds."""
     count = (
         len(found.stamps_ns)
         if found.stamps_ns is not None
@@ -181,13 +187,15 @@ def checked(found, name, path, options):
     odd = next((name for name in found.columns if not tables.is_name(name)), None)
     if odd is not None:
         raise BadInput(
-            f"{where}: column {odd[: tables.SHOWN]!r}: not a valid column name of a recording (use --rename OLD=NEW)"
+            f"{where}: column {odd[: tables.SHOWN]!r}: not a valid column name of a recording (use "
+            "--rename OLD=NEW)"
         )
     return found
 
 
 def place(found):
-    """Stamps as a column time_s, and what was measured beside, each at its own times, where the gyro was read: interpolated between its own."""
+    """Stamps as a column time_s, and what was measured beside, each at its own times, where the
+    gyro was read: interpolated between its own."""
     first = int(found.stamps_ns[0])
     found.origin_ns = first // SECOND * SECOND if abs(first) > FAR_S * SECOND else 0
     for stamps, columns in found.beside:
@@ -212,7 +220,8 @@ def recording_of(found, path, rate_hz):
 
 
 def read(path, options=None, told=lambda text: None):
-    """The recording in any log, ready for every command. told: hears what was guessed. Raises BadInput that names file and reason."""
+    """The recording in any log, ready for every command. told: hears what was guessed. Raises
+    BadInput that names file and reason."""
     options = options or Options()
     found = samples(path, options)
     count = len(next(iter(found.columns.values())))
@@ -252,8 +261,9 @@ def said(guesses):
 
 
 def write(found, path, rate_hz, source):
-    """Samples as a CSV recording, every one as it was measured: nothing is filled in. Returns the rate. Raises BadInput where they are no
-    recording: no time and no rate, time that runs backwards."""
+    """Samples as a CSV recording, every one as it was measured: nothing is filled in. Returns the
+    rate. Raises BadInput where they are no recording: no time and no rate, time that runs
+    backwards."""
     rate = rate_hz or found.rate_hz
     if "time_s" in found.columns:
         rate = clock.of(found.columns["time_s"], rate, source, found.line).rate_hz

@@ -1,4 +1,5 @@
-"""MATLAB files: version 5 read by scipy, version 7.3 (an HDF5 file, as others are too) by h5py. Arrays in structs go by STRUCT.FIELD."""
+"""MATLAB files: version 5 read by scipy, version 7.3 (an HDF5 file, as others are too) by h5py.
+Arrays in structs go by STRUCT.FIELD."""
 
 import os
 import resource
@@ -12,7 +13,8 @@ from . import named
 
 
 def check_survived(path, load):
-    """Raises BadInput where reading a file kills the process that does it: one of its own, because scipy takes a damaged type for an address."""
+    """Raises BadInput where reading a file kills the process that does it: one of its own, because
+    scipy takes a damaged type for an address."""
     child = os.fork()
     if not child:
         status = 1

@@ -1,4 +1,5 @@
-"""Arrays with names (a MATLAB or NumPy file, the columns of a table): which of them are a gyro's axes, and what belongs beside them."""
+"""Arrays with names (a MATLAB or NumPy file, the columns of a table): which of them are a gyro's
+axes, and what belongs beside them."""
 
 import re
 from dataclasses import dataclass
@@ -21,7 +22,8 @@ FOREIGN = ("datetime64", "timedelta64")
 
 @dataclass
 class Column:
-    """A row or column of an array. name: as it is called from here on; array, place: where it is; count: of its numbers."""
+    """A row or column of an array. name: as it is called from here on; array, place: where it is;
+    count: of its numbers."""
 
     name: str
     array: str
@@ -30,7 +32,8 @@ class Column:
 
 
 def columns_of(shapes):
-    """The columns in arrays of these shapes (name -> shape): vectors as they are, 3 x N and N x 3 as axes."""
+    """The columns in arrays of these shapes (name -> shape): vectors as they are, 3 x N and N x 3
+    as axes."""
     for name, shape in shapes.items():
         size = [one for one in shape if one != 1]
         if len(size) == 1:
@@ -53,7 +56,8 @@ def stem_of(name):
 
 
 def sets_of(names, quantity):
-    """stem -> {axis: name} of a quantity; one set where no axis is there twice, whatever the stems."""
+    """stem -> {axis: name} of a quantity; one set where no axis is there twice, whatever the
+    stems."""
     found, axes = {}, []
     for name in names:
         axis = guess.axis_of(name)
@@ -66,7 +70,8 @@ def sets_of(names, quantity):
 
 
 def quantities(names):
-    """quantity -> names of the numbers: x, y, z of the first whole gyro and accelerometer, and a temperature."""
+    """quantity -> names of the numbers: x, y, z of the first whole gyro and accelerometer, and a
+    temperature."""
     out = {}
     for quantity in ("gyro", "accel"):
         whole = [axes for axes in sets_of(names, quantity).values() if set(axes) == set("xyz")]
@@ -86,7 +91,8 @@ def words_of(stem):
 
 
 def nearest(stem, others):
-    """The one of other names that speaks of the same device, in a unit where this one does; None where two do as well."""
+    """The one of other names that speaks of the same device, in a unit where this one does; None
+    where two do as well."""
     if len(others) < 2:
         return next(iter(others), None)
     has_unit = {
@@ -104,8 +110,9 @@ def nearest(stem, others):
 
 
 class Log:
-    """shapes: name -> shape of the arrays; load(name): one of them; whole: a table, of which every column is kept. given: names as the user
-    calls them (--unit NAME=UNIT). origins: name -> what the numbers of a column count from."""
+    """shapes: name -> shape of the arrays; load(name): one of them; whole: a table, of which every
+    column is kept. given: names as the user calls them (--unit NAME=UNIT). origins: name -> what
+    the numbers of a column count from."""
 
     def __init__(self, path, shapes, load, given, what, whole=False, line=None, origins=None):
         self.path, self.load, self.given, self.what, self.whole, self.line, self.origins = (
@@ -169,7 +176,8 @@ class Log:
         return found + (list(self.accels[beside].values()) if beside and stem in self.gyros else [])
 
     def apart(self, stem, quantity):
-        """(stamps, columns) of what was measured beside a gyro at a rate and with a time of its own."""
+        """(stamps, columns) of what was measured beside a gyro at a rate and with a time of its
+        own."""
         singles = {
             name: {"": name}
             for name, one in self.columns.items()
@@ -235,14 +243,16 @@ def vector(values, column, where):
 
 
 def overridden(guesses, given, path):
-    """Guesses with what --unit NAME=UNIT says: of a column, or of all of a quantity. A number is a factor to deg/s, g, degC or s."""
+    """Guesses with what --unit NAME=UNIT says: of a column, or of all of a quantity. A number is a
+    factor to deg/s, g, degC or s."""
     for pair in given:
         name, _, unit = pair.partition("=")
         met = [one for one in guesses if name in (one.name, one.quantity)]
         if not met:
             names = ", ".join(one.name for one in guesses)
             raise BadInput(
-                f"--unit {pair}: {path} has no such column (there are: {names}; or gyro, accel, temp, time for all of one kind)"
+                f"--unit {pair}: {path} has no such column (there are: {names}; or gyro, accel, "
+                "temp, time for all of one kind)"
             )
         for one in met:
             factors = guess.UNITS.get(one.quantity, {})
@@ -254,14 +264,15 @@ def overridden(guesses, given, path):
                 )
             except ValueError:
                 raise BadInput(
-                    f"--unit {pair}: not a unit of {one.name} (there are: {', '.join(factors)}; or a number, the factor to "
-                    f"{next(iter(factors), '1')})"
+                    f"--unit {pair}: not a unit of {one.name} (there are: {', '.join(factors)}; or "
+                    f"a number, the factor to {next(iter(factors), '1')})"
                 ) from None
     return guesses
 
 
 def dressed(columns, given, path, origins):
-    """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden. Columns of no known quantity keep their names."""
+    """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden.
+    Columns of no known quantity keep their names."""
     guesses = overridden(guess.of(columns), given, path)
     out, stamps = {}, None
     for one in guesses:
@@ -291,7 +302,8 @@ def column_name(one):
 
 
 def nanoseconds(values, one, origin, path):
-    """Stamps as whole nanoseconds: exact where the log has whole numbers. origin: what they count from, in their unit."""
+    """Stamps as whole nanoseconds: exact where the log has whole numbers. origin: what they count
+    from, in their unit."""
     unit, where = TICKS.get(one.unit), f"{path}: column {one.name}"
     if values.dtype.kind in "iu" and unit:
         return units.nanoseconds(values, unit, where, origin)

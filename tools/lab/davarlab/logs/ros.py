@@ -1,4 +1,5 @@
-"""ROS 1 bags, ROS 2 bags (a folder, a db3 or an MCAP file), read message by message by rosbags; message types come from the bag, or from .msg files."""
+"""ROS 1 bags, ROS 2 bags (a folder, a db3 or an MCAP file), read message by message by rosbags;
+message types come from the bag, or from .msg files."""
 
 import io
 import os
@@ -33,7 +34,8 @@ LONGEST = 9  # numbers of an array that is looked into
 
 
 class Held(io.BufferedReader):
-    """A file of which no more is asked than it holds: a reader takes the length that a damaged record claims, and memory of that size, at its word."""
+    """A file of which no more is asked than it holds: a reader takes the length that a damaged
+    record claims, and memory of that size, at its word."""
 
     def read(self, size=-1):
         if size is not None and size > io.DEFAULT_BUFFER_SIZE:
@@ -179,8 +181,9 @@ def numbers_of(value, name=""):
 
 
 def sought(message, topic):
-    """quantity -> fields of a message of somebody's own type: axes of a gyro or an accelerometer, a temperature; empty without one. A topic that
-    is called after the temperature has it in its first number."""
+    """quantity -> fields of a message of somebody's own type: axes of a gyro or an accelerometer, a
+    temperature; empty without one. A topic that is called after the temperature has it in its first
+    number."""
     names = list(numbers_of(message))
     found = named.quantities(names)
     return found or ({"temp": names[:1]} if names and guess.quantity_of(topic) == "temp" else {})

@@ -12,8 +12,9 @@ LISTED_MOST = 20
 
 @dataclass(frozen=True)
 class Sensor:
-    """name: as --sensor takes it. gives: what it measures, of gyro, accel, temp. samples: how many, None where only reading would tell.
-    group: of what belongs together on a device. rank: only those of the lowest rank in a log are chosen without being named."""
+    """name: as --sensor takes it. gives: what it measures, of gyro, accel, temp. samples: how many,
+    None where only reading would tell. group: of what belongs together on a device. rank: only
+    those of the lowest rank in a log are chosen without being named."""
 
     name: str
     gives: frozenset
@@ -30,9 +31,11 @@ class Sensor:
 
 @dataclass
 class Samples:
-    """columns: name -> one number per sample, in deg/s, g and degC where the name says so. stamps_ns: int64, None where the log has none.
-    beside: (stamps_ns, columns) of what was measured at times of its own. guesses: how names and units were found, of data.guess.
-    line: of the file in which the header of the numbers stands, None where a log has no lines. origin_ns: of a column time_s."""
+    """columns: name -> one number per sample, in deg/s, g and degC where the name says so.
+    stamps_ns: int64, None where the log has none. beside: (stamps_ns, columns) of what was measured
+    at times of its own. guesses: how names and units were found, of data.guess. line: of the file
+    in which the header of the numbers stands, None where a log has no lines. origin_ns: of a column
+    time_s."""
 
     columns: dict
     stamps_ns: object = None
@@ -45,7 +48,8 @@ class Samples:
 
 
 def check_finite(values, where):
-    """Raises BadInput that names the first sample whose number is none, or one that no sensor says."""
+    """Raises BadInput that names the first sample whose number is none, or one that no sensor
+    says."""
     wrong = np.flatnonzero(~(np.abs(values) < table.LARGEST))
     if len(wrong):
         what = (
@@ -64,12 +68,14 @@ def listed(sensors):
 
 
 def chosen(sensors, name, path):
-    """The sensor of this name, or the only gyro of the lowest rank. Raises BadInput that lists what there is."""
+    """The sensor of this name, or the only gyro of the lowest rank. Raises BadInput that lists what
+    there is."""
     if name is not None:
         found = next((sensor for sensor in sensors if sensor.name == name), None)
         if found is None:
             raise BadInput(
-                f"--sensor {name}: {path} has no such sensor (there are: {listed(sensors) or 'none'})"
+                f"--sensor {name}: {path} has no such sensor (there are: "
+                f"{listed(sensors) or 'none'})"
             )
         return found
     gyros = [sensor for sensor in sensors if "gyro" in sensor.gives]
@@ -85,13 +91,15 @@ def chosen(sensors, name, path):
     first = [sensor for sensor in gyros if sensor.rank == min(gyro.rank for gyro in gyros)]
     if len(first) > 1:
         raise BadInput(
-            f"{path}: more than one gyro. Select one with --sensor NAME (there are: {listed(gyros)})"
+            f"{path}: more than one gyro. Select one with --sensor NAME (there are: "
+            f"{listed(gyros)})"
         )
     return first[0]
 
 
 def companions(sensors, main):
-    """(sensor, quantity) of what was measured beside a gyro that the gyro does not say: by the first sensor of its group, or by the only one."""
+    """(sensor, quantity) of what was measured beside a gyro that the gyro does not say: by the
+    first sensor of its group, or by the only one."""
     found = []
     for quantity in ("accel", "temp"):
         if "gyro" in main.gives and quantity not in main.gives:

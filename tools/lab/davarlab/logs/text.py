@@ -1,4 +1,5 @@
-"""CSV with any separator, decimal point or comma, any names: davarlab's own recordings as they are, others by guesses."""
+"""CSV with any separator, decimal point or comma, any names: davarlab's own recordings as they are,
+others by guesses."""
 
 import contextlib
 import math
@@ -29,7 +30,8 @@ def renamed(names, mapping, path):
 
 
 def check_renames(mapping, scales):
-    """Raises BadInput where a column would get a name that contradicts the unit in its own one, and no --scale turns the one into the other."""
+    """Raises BadInput where a column would get a name that contradicts the unit in its own one, and
+    no --scale turns the one into the other."""
     for pair in mapping:
         old, _, new = pair.partition("=")
         quantity = guess.quantity_of(new)
@@ -45,8 +47,9 @@ def check_renames(mapping, scales):
         ):
             factor = guess.UNITS[quantity][said] / guess.UNITS[quantity][wanted]
             raise BadInput(
-                f"--rename {pair}: column {old}: its name has unit {said}, but {new} is in {wanted}. Add --scale {new}={factor:.9g}, or remove --rename "
-                "where davarlab reads the column by its name"
+                f"--rename {pair}: column {old}: its name has unit {said}, but {new} is in "
+                f"{wanted}. Add --scale {new}={factor:.9g}, or remove --rename where davarlab "
+                "reads the column by its name"
             )
 
 

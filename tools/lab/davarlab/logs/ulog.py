@@ -1,4 +1,5 @@
-"""PX4 ULog (docs.px4.io, ULog file format), read by pyulog. Gyros in rad/s, accelerometers in m/s^2, stamps in microseconds since boot."""
+"""PX4 ULog (docs.px4.io, ULog file format), read by pyulog. Gyros in rad/s, accelerometers in
+m/s^2, stamps in microseconds since boot."""
 
 import contextlib
 import io
@@ -44,9 +45,8 @@ class Log:
         if whole.cut:
             raise BadInput(f"{path}: cut short: its last message is incomplete (PX4 ULog)")
         if log.file_corruption:
-            raise BadInput(
-                f"{path}: damaged ({said.getvalue().strip().splitlines()[0] if said.getvalue().strip() else 'messages of a wrong length'})"
-            )
+            what = [*said.getvalue().strip().splitlines(), "messages of a wrong length"][0]
+            raise BadInput(f"{path}: damaged ({what})")
         self.data = {
             f"{one.name}:{one.multi_id}": one
             for one in log.data_list
@@ -74,7 +74,8 @@ class Log:
 
 
 class Watched:
-    """A file that remembers whether somebody asked for more than was left of it, other than at its very end."""
+    """A file that remembers whether somebody asked for more than was left of it, other than at its
+    very end."""
 
     def __init__(self, file, size):
         self.file, self.size, self.cut = file, size, False
@@ -89,7 +90,8 @@ class Watched:
 
 
 def selected_gyro(topics):
-    """The instance of the gyro that sensor_combined was made of; empty where the log does not say, or it changed."""
+    """The instance of the gyro that sensor_combined was made of; empty where the log does not say,
+    or it changed."""
     device = next(
         (set(one.data["gyro_device_id"].tolist()) for one in topics if one.name == SELECTION), set()
     )

@@ -9,12 +9,14 @@ NAMES = {"gyro": "gyro_{}_dps", "accel": "accel_{}_g"}
 
 
 def nanoseconds(ticks, unit_ns, where, origin=0):
-    """Stamps, which count ticks of unit_ns nanoseconds from an origin, as whole nanoseconds. Raises BadInput for what 64 bits do not hold."""
+    """Stamps, which count ticks of unit_ns nanoseconds from an origin, as whole nanoseconds. Raises
+    BadInput for what 64 bits do not hold."""
     ticks = np.asarray(ticks)
     wrong = np.flatnonzero(~(np.abs(ticks.astype(np.float64) + origin) * unit_ns < table.SAFE))
     if len(wrong):
         raise BadInput(
-            f"{where}: the time stamp {float(ticks[wrong[0]]) + origin:.6g} at sample {wrong[0] + 1} is not a valid time"
+            f"{where}: the time stamp {float(ticks[wrong[0]]) + origin:.6g} at sample "
+            f"{wrong[0] + 1} is not a valid time"
         )
     return (ticks.astype(np.int64) + origin) * unit_ns
 
@@ -31,7 +33,8 @@ def scaled(values, factor):
 
 
 def axes(quantity, values, rate, force):
-    """name -> column of x, y, z (gyro in the unit `rate`, accel in `force`), or of a temperature in degC."""
+    """name -> column of x, y, z (gyro in the unit `rate`, accel in `force`), or of a temperature in
+    degC."""
     if quantity == "temp":
         return {"temp_degC": scaled(values[0], 1.0)}
     factor = guess.RATES[rate] if quantity == "gyro" else guess.FORCES[force]
