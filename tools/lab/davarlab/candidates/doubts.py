@@ -1,15 +1,22 @@
 """Reasons not to report a significant candidate: motion, software that subtracts the bias, a
 periodic signal, a common cause (DESIGN 4)."""
 
+from collections.abc import Sequence
+
 from ..data import recording as recordings
+from ..data.observations import Observation
+from ..inference.parts import Bench, Part
 from ..thresholds import DOUBT, LINE
 from . import common_cause
+from .candidate import Candidate
 
 SUDDEN = ("shocks", "noise_step", "bias_step", "telegraph_noise")
 LINES = ("sinusoid", "narrow_band", "intermittent_line")
 
 
-def doubt(bench, seen, parts, candidate):
+def doubt(
+    bench: Bench, seen: Sequence[Observation], parts: Sequence[Part], candidate: Candidate
+) -> str:
     """The reason not to report the candidate in addition to the parts; "" without one. seen: the
     observations on the recording."""
     part, rest = candidate.part, [one for one in parts if one is not candidate.replaces]
@@ -20,16 +27,16 @@ def doubt(bench, seen, parts, candidate):
     return of_rotation(seen, part, judged.coefficient) or judged.why
 
 
-def was_moved(seen):
+def was_moved(seen: Sequence[Observation]) -> bool:
     """Whether the record has so much true motion that the rest of it looks like an effect."""
     return share_of_motion(seen) > DOUBT.moved_share
 
 
-def share_of_motion(seen):
+def share_of_motion(seen: Sequence[Observation]) -> float:
     return sum(one.share for one in seen if one.kind == "motion")
 
 
-def of_motion(seen, part):
+def of_motion(seen: Sequence[Observation], part: Part) -> str:
     """Residual motion is sudden, strong, and in every sensor of the board."""
     if not was_moved(seen) or not (
         part.kind in SUDDEN or part.kind != "g_sensitivity" and common_cause.in_acceleration(part)
@@ -41,7 +48,7 @@ def of_motion(seen, part):
     )
 
 
-def of_rotation(seen, part, coefficient):
+def of_rotation(seen: Sequence[Observation], part: Part, coefficient: float) -> str:
     """Rotation about an axis between two gyro axes also makes them proportional. coefficient: deg/s
     per unit of the column."""
     column = part.shape.get("column", "")
@@ -59,7 +66,7 @@ def of_rotation(seen, part, coefficient):
     )
 
 
-def of_software(parts, part):
+def of_software(parts: Sequence[Part], part: Part) -> str:
     """A thermal effect, a warm-up or a ramp next to software that subtracts the bias."""
     if part.kind not in ("warm_up", "rate_ramp") and (
         part.role != "mean" or "temp_degC" not in part.effect.needs
@@ -73,7 +80,7 @@ def of_software(parts, part):
     )
 
 
-def times_of(bench, base_hz, part):
+def times_of(bench: Bench, base_hz: float, part: Part) -> int:
     """The number of the harmonic of base_hz that a line is; 0: none, or the frequency is too
     uncertain."""
     if part.kind not in LINES:
@@ -88,7 +95,7 @@ def times_of(bench, base_hz, part):
     )
 
 
-def wave_of(bench, parts):
+def wave_of(bench: Bench, parts: Sequence[Part]) -> float | None:
     """Frequency of a periodic, non-sinusoidal signal of which the lines among the parts are
     harmonics; None without one."""
     base = min(
@@ -100,7 +107,7 @@ def wave_of(bench, parts):
     return base if len(found) >= LINE.wave_harmonics else None
 
 
-def of_one_wave(bench, parts, part):
+def of_one_wave(bench: Bench, parts: Sequence[Part], part: Part) -> str:
     """A line that is another harmonic of a slow periodic signal."""
     base = wave_of(bench, [*parts, part]) if part.kind in LINES else None
     if base is None or not times_of(bench, base, part):

@@ -2,8 +2,13 @@
 
 from dataclasses import dataclass, field
 
+from ..candidates.candidate import Candidate
+from ..candidates.identifiable import Alternative
+from ..data.recording import Recording
+from ..inference.parts import Part
+from ..model import Model
 from . import search
-from .state import start
+from .state import Judged, Progress, start
 
 
 @dataclass
@@ -16,16 +21,18 @@ class Diagnosis:
     of what was beyond chance and is not named, and why."""
 
     verdict: str
-    ranking: list
-    alternatives: list
-    added: list = field(default_factory=list)
-    states: list = field(default_factory=list)
-    remaining: list = field(default_factory=list)
-    useless: list = field(default_factory=list)
-    doubtful: dict = field(default_factory=dict)
+    ranking: list[Candidate]
+    alternatives: list[Alternative]
+    added: list[str] = field(default_factory=list)
+    states: list[Judged] = field(default_factory=list)
+    remaining: list[Candidate] = field(default_factory=list)
+    useless: list[Part] = field(default_factory=list)
+    doubtful: dict[str, str] = field(default_factory=dict)
 
 
-def diagnose(recording, model, progress=lambda text: None):
+def diagnose(
+    recording: Recording, model: Model, progress: Progress = lambda text: None
+) -> Diagnosis:
     """Forward selection from the given model. Cost: one to three seconds at 360 000 samples."""
     states, way, useless = search.search(start(recording, model, progress), model, progress)
     added = [part.kind for part in states[-1].parts[way.given :]]

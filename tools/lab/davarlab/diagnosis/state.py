@@ -1,19 +1,31 @@
 """A model at its best on one recording, and before the judge."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import Bools, Floats
 from ..candidates import doubts, filters
 from ..candidates import ranking as candidates
+from ..candidates.candidate import Candidate
 from ..data import counts, events, observations, plausible, signals
 from ..data import recording as recordings
-from ..data.recording import MINIMUM_SAMPLES
+from ..data.events import Shocks
+from ..data.observations import Observation
+from ..data.recording import MINIMUM_SAMPLES, Recording
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
-from ..inference.parts import Bench, as_spectra, part_of
+from ..inference.adequacy import Adequacy
+from ..inference.changes import Blocks
+from ..inference.parts import Bench, Part, as_spectra, part_of
+from ..inference.whittle import Fit
+from ..model import Model
 from ..thresholds import SEARCH, START
 from . import cells, judge
+from .judge import Judgement
+
+Progress = Callable[[str], None]  # receives what is being done
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,33 +35,41 @@ class State:
     observations on the recording."""
 
     bench: Bench
-    parts: tuple
-    fit: object
-    shocks: object
-    blocks: object = None
-    adequacy: object = None
-    cells: tuple = ()
-    judgement: object = None
-    known: object = None
-    seen: tuple = ()
+    parts: tuple[Part, ...]
+    fit: Fit
+    shocks: Shocks
+    blocks: Blocks | None = None
+    adequacy: Adequacy | None = None
+    cells: tuple[cells.Cell, ...] = ()
+    judgement: Judgement | None = None
+    known: Bools | None = None
+    seen: tuple[Observation, ...] = ()
 
     @property
-    def doubted(self):
+    def doubted(self) -> bool:
         """Is the recording itself implausible."""
         return any(one.kind == plausible.KIND for one in self.seen)
 
     @property
-    def model_kinds(self):
+    def model_kinds(self) -> list[str]:
         return [part.kind for part in self.parts]
 
     @property
-    def record(self):
+    def record(self) -> Floats:
         """What the Allan deviation is measured of: the gyro, without the shocks that the model
         has."""
         return self.shocks.clean if "shocks" in self.model_kinds else self.shocks.raw
 
 
-def start(recording, model, progress=lambda text: None):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Judged(State):
+    """A state with the words of the judge."""
+
+    adequacy: Adequacy
+    judgement: Judgement
+
+
+def start(recording: Recording, model: Model, progress: Progress = lambda text: None) -> State:
     """The given model's terms refitted on the recording."""
     if recording.samples < START.least_s * recording.rate_hz:
         raise BadInput(
@@ -80,12 +100,12 @@ def start(recording, model, progress=lambda text: None):
     return redrawn(first, model) if spectrum_p(first) > START.far_p else first
 
 
-def spectrum_p(state):
+def spectrum_p(state: State) -> float:
     c = state.bench.whitened(state.parts, state.fit)
     return adequacy.spectrum_score(c, len(state.fit.sizes) + len(state.fit.coefficients))
 
 
-def at_rest(recording, known, gyro):
+def at_rest(recording: Recording, known: Bools, gyro: str) -> Recording:
     """The recording with the other columns of the sensor interpolated over what is missing: a turn
     that was cut out weighs more than all the rest, and what is drawn there would confirm the
     coefficient that it was drawn with."""
@@ -96,13 +116,13 @@ def at_rest(recording, known, gyro):
     return replace(recording, columns=recording.columns | still, measured={})
 
 
-def redrawn(state, model):
+def redrawn(state: State, model: Model) -> State:
     """The given model on the record whose missing samples are drawn anew: from the spectrum, and
     about the course, of this state."""
     return fitted(state.bench.recording, model, drawn_by(state, 1), state.known, state.seen)
 
 
-def drawn_by(state, seed):
+def drawn_by(state: State, seed: int) -> Floats:
     """The record with its missing samples drawn from the spectrum, and about the course, of the
     state."""
     course, level = (
@@ -114,7 +134,7 @@ def drawn_by(state, seed):
     )
 
 
-def check_alive(recording, model, y):
+def check_alive(recording: Recording, model: Model, y: Floats) -> None:
     if len(y) < MINIMUM_SAMPLES:
         raise BadInput(
             f"{recording.name}: column {model.column}: {len(y)} samples remain without motion, "
@@ -132,7 +152,9 @@ def check_alive(recording, model, y):
         )
 
 
-def fitted(recording, model, y, known, seen):
+def fitted(
+    recording: Recording, model: Model, y: Floats, known: Bools | None, seen: Sequence[Observation]
+) -> State:
     """The model's terms at their best on a record without holes."""
     logged = recording.rate_dps(model.column)
     known_counts = counts.of(logged if known is None else logged[known], recording.rate_hz)
@@ -147,7 +169,7 @@ def fitted(recording, model, y, known, seen):
     return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
 
 
-def with_forms(bench, parts):
+def with_forms(bench: Bench, parts: list[Part]) -> list[Part]:
     """Variants of regressors, and what a model file need not say of a shape: whichever the gyro
     follows."""
     for index, part in enumerate(parts):
@@ -162,18 +184,18 @@ def with_forms(bench, parts):
     return parts
 
 
-def with_decoded_states(bench, parts):
+def with_decoded_states(bench: Bench, parts: list[Part]) -> list[Part]:
     """Telegraph noise of the given model as its decoded course, when its levels can be seen."""
     for index, part in enumerate(parts):
         if part.kind == "telegraph_noise":
             trial = [*parts[:index], *parts[index + 1 :]]
-            found = candidates.Candidate(part.kind, part, 0.0, -1e9)
+            found = Candidate(part.kind, part, 0.0, -1e9)
             candidates.decode_states(bench, trial, found)
             parts = [*parts[:index], found.part, *parts[index + 1 :]]
     return parts
 
 
-def relative_variance(state):
+def relative_variance(state: State) -> Floats | None:
     """White level per sample over its mean, when the model or the counts let it change."""
     if not modulation.changing(state.parts) and state.bench.counts is None:
         return None
@@ -186,7 +208,7 @@ def relative_variance(state):
     return variance[samples] / variance.mean()
 
 
-def judged(state, quick=False):
+def judged(state: State, quick: bool = False) -> Judged:
     """The state with its adequacy, cells and judgement; `quick`: without the tests in time, for a
     step on the way."""
     variance, data = relative_variance(state), state.bench.data
@@ -209,10 +231,21 @@ def judged(state, quick=False):
     left = adequacy.judge(c, free, extra, quick, state.bench.counts)
     found, short = cells_of(state, variance)
     judgement = judge.judged(found, short, left.p_value, state.doubted)
-    return replace(state, blocks=blocks, adequacy=left, cells=tuple(found), judgement=judgement)
+    return Judged(
+        state.bench,
+        state.parts,
+        state.fit,
+        state.shocks,
+        blocks=blocks,
+        adequacy=left,
+        cells=tuple(found),
+        judgement=judgement,
+        known=state.known,
+        seen=state.seen,
+    )
 
 
-def cells_of(state, variance):
+def cells_of(state: State, variance: Floats | None) -> tuple[list[cells.Cell], list[cells.Cell]]:
     """(cells, short cells). Decoded levels are a course, which misses short visits, or the noise
     that they are, of which few switches scatter more than the cells' degrees of freedom say:
     whichever is nearer to its floor (6.5)."""
@@ -223,13 +256,13 @@ def cells_of(state, variance):
     return found[best], cells.short_cells(views[best], state.record, variance)
 
 
-def errors_of(state):
+def errors_of(state: State) -> tuple[float, float]:
     """(error, its floor)."""
     found = cells_of(state, relative_variance(state))[0]
     return cells.error_of(found), cells.floor_of(found)
 
 
-def cleaned_again(state):
+def cleaned_again(state: State) -> State:
     """A course that is known now neither hides shocks nor passes for them: they are sought again
     beside it (6.1)."""
     course = state.bench.mean_course(state.parts, state.fit)
@@ -242,7 +275,7 @@ def cleaned_again(state):
     return replace(state, bench=bench, fit=bench.fit(state.parts), shocks=shocks)
 
 
-def joined(state, part, replaces=None):
+def joined(state: State, part: Part, replaces: Part | None = None) -> State:
     """The model with one more part, or with one in the place of another, its shape at its best;
     unless it is a line also those of the others."""
     parts = [*(other for other in state.parts if other is not replaces), part]
@@ -268,12 +301,12 @@ def joined(state, part, replaces=None):
     )
 
 
-def refilled(state):
+def refilled(state: State) -> State:
     """A course that is known now goes on through the missing samples; drawn without it they would
     pass for a noise of their own."""
     return replace(state, shocks=replace(state.shocks, raw=drawn_by(state, 2)))
 
 
-def with_parts(state, parts):
+def with_parts(state: State, parts: Sequence[Part]) -> State:
     """Other parts on the same bench."""
     return replace(state, parts=tuple(parts), fit=state.bench.fit(parts))
