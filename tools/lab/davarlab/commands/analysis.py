@@ -56,7 +56,8 @@ def output_of(options):
 
 
 def each_axis(one):
-    """A command on the axis of the model, or on all axes of --axes. one(options) -> axes.Found and the text of one axis."""
+    """A command on the axis of the model, or on all axes of --axes. one(options) -> axes.Found and
+    the text of one axis."""
 
     def run(options):
         if not options.axes:
@@ -107,7 +108,8 @@ def fit_one(options):
 
 
 def report(options, recording, model, found, state=None):
-    """Writes the page of --report for a comparison (state: the refitted model) or an improvement."""
+    """Writes the page of --report for a comparison (state: the refitted model) or an
+    improvement."""
     if not options.report:
         return
     from ..report import contents, page  # the pictures take a second to load

@@ -89,7 +89,8 @@ def run_dbc(options):
 COMMANDS = {
     "open": (
         run_open,
-        "opens the workbench in a browser; without a recording, it offers a tutorial and accepts a dropped file",
+        "opens the workbench in a browser; without a recording, it offers a tutorial and accepts "
+        "a dropped file",
         [
             argument("recording", nargs="?", help="any log, with any column names"),
             argument("-m", "--model", help="model file (TOML)"),
@@ -110,7 +111,8 @@ COMMANDS = {
         [
             argument(
                 "log",
-                help="PX4 ULog, ArduPilot DataFlash, ROS 1 or 2 bag, MCAP, MATLAB, NumPy, Parquet or any CSV",
+                help="PX4 ULog, ArduPilot DataFlash, ROS 1 or 2 bag, MCAP, MATLAB, NumPy, Parquet "
+                "or any CSV",
             ),
             OUT_MAYBE,
             *LOG,
@@ -121,20 +123,21 @@ COMMANDS = {
     ),
     "live": (
         run_live,
-        "checks, shows and records the stream of a CAN or serial source, and reconnects to a lost one",
+        "checks, shows and records the stream of a CAN or serial source, and reconnects to a lost "
+        "one",
         [
             argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
             argument(
                 "--record",
                 metavar="FILE.csv",
-                help="write the results to this file as they arrive. An existing file is appended to; "
-                "if it has other columns, FILE-2.csv is written instead",
+                help="write the results to this file as they arrive. An existing file is appended "
+                "to; if it has other columns, FILE-2.csv is written instead",
             ),
             argument(
                 "--raw",
                 metavar="REC.csv",
-                help="write the raw samples as a recording for the other commands (the sender also needs --raw), "
-                "with one file per channel and restart: REC-2.csv ...",
+                help="write the raw samples as a recording for the other commands (the sender also "
+                "needs --raw), with one file per channel and restart: REC-2.csv ...",
             ),
             argument("--count", type=option_types.whole, metavar="N", help="stop after N results"),
             argument(
@@ -169,7 +172,8 @@ COMMANDS = {
             argument(
                 "--batch",
                 metavar="REGEX",
-                help="regular expression whose first group, found in the path, is the batch of a recording",
+                help="regular expression whose first group, found in the path, is the batch of a "
+                "recording",
             ),
             argument(
                 "--limits", metavar="L.toml", help="limits that decide pass or fail of each unit"
@@ -177,7 +181,8 @@ COMMANDS = {
             argument(
                 "--scheduler",
                 metavar="ADDRESS",
-                help="scheduler of a Dask cluster with this davarlab on its workers (tcp://HOST:8786)",
+                help="scheduler of a Dask cluster with this davarlab on its workers "
+                "(tcp://HOST:8786)",
             ),
             argument(
                 "--workers",
@@ -191,8 +196,9 @@ COMMANDS = {
                 type=option_types.natural,
                 default=200,
                 metavar="N",
-                help="number of units (default 200) for which a recording of the fitted model is also simulated, as the null "
-                "distribution; 0: do not test whole batches for effects",
+                help="number of units (default 200) for which a recording of the fitted model is "
+                "also simulated, as the null distribution; 0: do not test whole batches for "
+                "effects",
             ),
             AXES,
             *LOG,

@@ -1,4 +1,5 @@
-"""benchmark and nulls: how often the search is right. They run modules of tests/lab, which only a checkout has."""
+"""benchmark and nulls: how often the search is right. They run modules of tests/lab, which only a
+checkout has."""
 
 import importlib
 import sys
@@ -8,7 +9,8 @@ from .shared import argument, emit, progress
 
 
 def from_tests(name):
-    """A module of tests/lab: what it measures is the search itself, so it is no part of the package."""
+    """A module of tests/lab: what it measures is the search itself, so it is no part of the
+    package."""
     folder = str(places.tests())
     if folder not in sys.path:
         sys.path.append(folder)

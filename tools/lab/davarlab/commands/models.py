@@ -25,8 +25,8 @@ def run_simulate(options):
 
 
 def start_value(effect, parameter, rate_hz):
-    """The start value of a parameter that the user did not give: its default, otherwise the middle of its grid for a one-hour
-    recording, its first word, or 0.001."""
+    """The start value of a parameter that the user did not give: its default, otherwise the middle
+    of its grid for a one-hour recording, its first word, or 0.001."""
     if parameter.default is not None:
         return parameter.default
     if parameter.text:
@@ -67,7 +67,8 @@ def run_add(options):
 
 
 def tell_assumed(effect, assumed):
-    """Reports assumed start values. fit finds sizes from any start, but shapes only from a close one."""
+    """Reports assumed start values. fit finds sizes from any start, but shapes only from a close
+    one."""
     shapes = [
         name
         for name in effect.shape_names
@@ -81,7 +82,8 @@ def tell_assumed(effect, assumed):
         progress(
             f"{effect.kind}: assumed start values for fit: {said}"
             + (
-                f". fit changes {', '.join(shapes)} little or not at all: set NAME=VALUE, or use improve to find it"
+                f". fit changes {', '.join(shapes)} little or not at all: set NAME=VALUE, or use "
+                "improve to find it"
                 if shapes
                 else ""
             )
@@ -103,7 +105,8 @@ def run_effects(options):
         for e in table.TABLE.values()
     ]
     text = "\n".join(
-        f"{r['kind']}: {r['physics']}\n  Allan deviation: {r['signature']}\n  confirm: {r['confirm']}\n"
+        f"{r['kind']}: {r['physics']}\n  Allan deviation: {r['signature']}\n  confirm: "
+        f"{r['confirm']}\n"
         + "\n".join(
             f"  {p['name']}" + (f" [{p['unit']}]" if p["unit"] else "") for p in r["parameters"]
         )
@@ -125,7 +128,8 @@ def run_export(options):
     files.check_ending(options.output, (".h", ".csv"))
     if len(given) > 1:
         raise BadInput(
-            "export: the table for the device takes one model (--to FORMAT takes one model per axis)"
+            "export: the table for the device takes one model (--to FORMAT takes one model per "
+            "axis)"
         )
     table = export.table_of(given[0][1], options.window, options.tolerance, options.models[0])
     files.write_whole(options.output, export.text(table, options.output).encode())
@@ -170,7 +174,8 @@ COMMANDS = {
     "effects": (run_effects, "lists every effect", []),
     "export": (
         run_export,
-        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or as parameters of another program",
+        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or "
+        "as parameters of another program",
         [
             argument(
                 "models",
@@ -198,8 +203,8 @@ COMMANDS = {
                 type=option_types.positive,
                 default=300.0,
                 metavar="SECONDS",
-                help="averaging time T of the conversion from bias instability to bias random walk, for a model without random walk "
-                "(default 300)",
+                help="averaging time T of the conversion from bias instability to bias random "
+                "walk, for a model without random walk (default 300)",
             ),
             argument(
                 "--window",
@@ -211,8 +216,8 @@ COMMANDS = {
                 "--tolerance",
                 type=float,
                 default=0.02,
-                help="uncertainty of the model: the relative standard deviation of its Allan deviation "
-                "(default 0.02)",
+                help="uncertainty of the model: the relative standard deviation of its Allan "
+                "deviation (default 0.02)",
             ),
         ],
     ),
@@ -224,9 +229,10 @@ COMMANDS = {
                 "numbers",
                 nargs="*",
                 metavar="NUMBER",
-                help="number with its unit, for example 0.005deg/s/sqrt(Hz) 10deg/h, or for an accelerometer 100ug/sqrt(Hz) 40ug. "
-                "Bias instability is the coefficient B of IEEE 952. If the data sheet gives the minimum of the Allan deviation, "
-                "divide it by 0.664",
+                help="number with its unit, for example 0.005deg/s/sqrt(Hz) 10deg/h, or for an "
+                "accelerometer 100ug/sqrt(Hz) 40ug. Bias instability is the coefficient B of "
+                "IEEE 952. If the data sheet gives the minimum of the Allan deviation, divide "
+                "it by 0.664",
             ),
             argument("--kalibr", metavar="IMU.yaml"),
             argument(

@@ -1,4 +1,5 @@
-"""What commands share: where results and progress go, how recordings and models are read, arguments of the same name."""
+"""What commands share: where results and progress go, how recordings and models are read, arguments
+of the same name."""
 
 import json
 import sys
@@ -61,7 +62,8 @@ def recorded(options, path):
 
 REC = argument(
     "recording",
-    help=f"CSV, or a PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet log, with at least {recordings.MINIMUM_SAMPLES} samples",
+    help="CSV, or a PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet log, with at least "
+    f"{recordings.MINIMUM_SAMPLES} samples",
 )
 MODEL = argument("-m", "--model", required=True, help="model file (TOML), or a kalibr imu.yaml")
 OUT = argument("-o", "--output", required=True)
@@ -86,8 +88,9 @@ RATE = argument(
 AXES = argument(
     "--axes",
     metavar="AXES",
-    help="process several axes instead of the column of the model: gyro, accel, all, or columns separated by commas. "
-    "Prints one table and writes one model file per axis (OUT_gyro_x.toml)",
+    help="process several axes instead of the column of the model: gyro, accel, all, or columns "
+    "separated by commas. Prints one table and writes one model file per axis "
+    "(OUT_gyro_x.toml)",
 )
 SENSOR = argument(
     "--sensor",
@@ -102,8 +105,9 @@ LOG = [
         action="append",
         default=[],
         metavar="NAME=UNIT",
-        help="unit of a column, or of all gyro, accel, temp or time columns, instead of the guessed one: rad/s, "
-        "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number, the factor to deg/s, g, degC or s",
+        help="unit of a column, or of all gyro, accel, temp or time columns, instead of the "
+        "guessed one: rad/s, deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number, "
+        "the factor to deg/s, g, degC or s",
     ),
     argument(
         "--as-recorded",
@@ -115,7 +119,8 @@ LOG = [
         action="append",
         default=[],
         metavar="PATH",
-        help="message types that the ROS 2 bag does not contain: PACKAGE/msg/NAME.msg, or a folder of them",
+        help="message types that the ROS 2 bag does not contain: PACKAGE/msg/NAME.msg, or a folder "
+        "of them",
     ),
     argument(
         "--names",

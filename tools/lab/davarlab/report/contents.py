@@ -24,7 +24,8 @@ WHERE_MAX = 6
 
 @dataclass
 class Run:
-    """A run: the command as typed, the files and their contents, and the options for further commands."""
+    """A run: the command as typed, the files and their contents, and the options for further
+    commands."""
 
     typed: list
     recording: object
@@ -97,7 +98,8 @@ def run_facts(run):
 
 
 def parameter_rows(model, given, estimates):
-    """One row per parameter: the value in the model file (None: absent), the fitted value and its 95 % interval."""
+    """One row per parameter: the value in the model file (None: absent), the fitted value and its
+    95 % interval."""
     before, rows = {term.kind: term.parameters for term in given.terms}, []
     for place, (term, entry) in enumerate(zip(model.terms, estimates)):
         for index, parameter in enumerate(
@@ -119,7 +121,8 @@ def parameter_rows(model, given, estimates):
 
 
 def candidate_rows(found):
-    """(candidates to show, names of those that only imitate an added effect, names of those that are not significant)."""
+    """(candidates to show, names of those that only imitate an added effect, names of those that
+    are not significant)."""
     count, added, shown, imitators, chance = len(found.candidates), found.added, [], [], []
     remaining = (
         {candidate.kind: math.exp(candidate.log_p) for candidate in found.diagnosis.remaining}
@@ -181,8 +184,8 @@ def correlation_rows(given, better):
 
 
 def measured(run, comparison, better, state, model, estimates):
-    """The part that every report has. better: the comparison of the final model, if it has more effects than the initial one.
-    state, model, estimates: the final model on this recording."""
+    """The part that every report has. better: the comparison of the final model, if it has more
+    effects than the initial one. state, model, estimates: the final model on this recording."""
     effects = contributions.of_state(state, run.recording, run.model) if better else []
     added = [
         (words.name(kind), tau, deviation)

@@ -1,4 +1,5 @@
-"""The model as a table for the device: C for the firmware's monitor, CSV for davar-sim --model-table."""
+"""The model as a table for the device: C for the firmware's monitor, CSV for davar-sim
+--model-table."""
 
 from dataclasses import dataclass
 
@@ -13,7 +14,8 @@ DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "si
 
 
 def noise_variance(model, taus, rate_hz):
-    """Allan variance of the stationary part of a model and of its ramp and lines; what a static device sees."""
+    """Allan variance of the stationary part of a model and of its ramp and lines; what a static
+    device sees."""
     pairs = [(part_of(term), term.parameters) for term in model.terms]
     noise = [
         (part, values)
@@ -39,7 +41,8 @@ def noise_variance(model, taus, rate_hz):
 
 @dataclass
 class Table:
-    """What the error model expects: per cluster size the Allan deviation (deg/s) and how far the model may be off."""
+    """What the error model expects: per cluster size the Allan deviation (deg/s) and how far the
+    model may be off."""
 
     model: Model
     taus: list
@@ -48,7 +51,8 @@ class Table:
 
 
 def table_of(model, window, tolerance, where="the model"):
-    """`window`: samples of the device's window; `tolerance`: one standard deviation of the model's own Allan deviation; `where`: the model's file."""
+    """`window`: samples of the device's window; `tolerance`: one standard deviation of the model's
+    own Allan deviation; `where`: the model's file."""
     if not model.rate_hz:
         raise BadInput(f"{where}: the model has no rate_hz")
     if not 0 <= tolerance < 1:
@@ -78,7 +82,8 @@ def description(table):
     ]
     return lines + (
         [
-            f"Not in the table, which contains only stationary noise, ramp and lines: {', '.join(left_out)}"
+            "Not in the table, which contains only stationary noise, ramp and lines: "
+            f"{', '.join(left_out)}"
         ]
         if left_out
         else []
@@ -88,13 +93,15 @@ def description(table):
 def c_text(table):
     """A C header for davar_monitor_init (lib/include/davar/monitor.h)."""
     lines = [
-        "/* Written by davarlab export: the Allan deviation that the error model predicts, for davar_monitor_init.",
+        "/* Written by davarlab export: the Allan deviation that the error model predicts, for "
+        "davar_monitor_init.",
         " *",
     ]
     lines += [f" *   {line}" for line in description(table)]
     lines += [
         " *",
-        f" * Rate {table.model.rate_hz:g} Hz. relative_tolerance: one standard deviation of the model itself. */",
+        f" * Rate {table.model.rate_hz:g} Hz. relative_tolerance: one standard deviation of the "
+        "model itself. */",
         "#ifndef DAVAR_MODEL_TABLE_H",
         "#define DAVAR_MODEL_TABLE_H",
         "",

@@ -13,7 +13,8 @@ HERE = Path(__file__).resolve().parent
 
 
 def quantity(key, value, show=words.number):
-    """A number as people read it, with its full value for machines: <data value="..."> and its name in the JSON."""
+    """A number as people read it, with its full value for machines: <data value="..."> and its name
+    in the JSON."""
     if value is None or value != value:
         return Markup("–")
     full = value if isinstance(value, str) else repr(float(value))

@@ -1,4 +1,5 @@
-"""Exports models as parameters of other programs, one entry of FORMATS each. Values in rad and m, noise densities two-sided (DESIGN 1)."""
+"""Exports models as parameters of other programs, one entry of FORMATS each. Values in rad and m,
+noise densities two-sided (DESIGN 1)."""
 
 import math
 import textwrap
@@ -17,8 +18,8 @@ KALIBR_WIKI = "kalibr wiki (github.com/ethz-asl/kalibr/wiki), IMU Noise Model"
 
 @dataclass
 class Noise:
-    """One axis of a sensor. white: rad/s/sqrt(Hz) or m/s^2/sqrt(Hz). flicker: B in rad/s or m/s^2. walk: rad/s^2/sqrt(Hz) or
-    m/s^3/sqrt(Hz), derived from `walk_from`."""
+    """One axis of a sensor. white: rad/s/sqrt(Hz) or m/s^2/sqrt(Hz). flicker: B in rad/s or m/s^2.
+    walk: rad/s^2/sqrt(Hz) or m/s^3/sqrt(Hz), derived from `walk_from`."""
 
     quantity: str
     axis: str
@@ -31,8 +32,8 @@ class Noise:
 
 @dataclass
 class Parameter:
-    """A parameter of another program. value(noise): its value for one axis. several: one number per axis; otherwise the largest.
-    formula, meaning: for the comment."""
+    """A parameter of another program. value(noise): its value for one axis. several: one number per
+    axis; otherwise the largest. formula, meaning: for the comment."""
 
     name: str
     quantity: str
@@ -45,9 +46,9 @@ class Parameter:
 
 @dataclass
 class Format:
-    """what: for --help. comment: the start of a comment. line(name, values): an assignment. around(lines, noises): the lines
-    of the file, made from these assignments. inflate: the reason for or against numbers larger than measured. source: the origin of
-    the formulas."""
+    """what: for --help. comment: the start of a comment. line(name, values): an assignment.
+    around(lines, noises): the lines of the file, made from these assignments. inflate: the reason
+    for or against numbers larger than measured. source: the origin of the formulas."""
 
     what: str
     comment: str
@@ -66,11 +67,13 @@ def sized(model, kind):
 
 
 def noise_of(model, where, bias_time_s):
-    """The Noise of a model. If the model has no random walk of the bias, an equivalent one for its slow noise within bias_time_s."""
+    """The Noise of a model. If the model has no random walk of the bias, an equivalent one for its
+    slow noise within bias_time_s."""
     words = model.column.split("_")
     if words[0] not in ("gyro", "accel") or len(words) < 2 or words[1] not in ("x", "y", "z"):
         raise BadInput(
-            f"{where}: column {model.column} is not an axis of a gyro or accelerometer (gyro_x_dps .. accel_z_g)"
+            f"{where}: column {model.column} is not an axis of a gyro or accelerometer "
+            "(gyro_x_dps .. accel_z_g)"
         )
     if not model.rate_hz:
         raise BadInput(f"{where}: the model has no rate_hz")
@@ -87,10 +90,16 @@ def noise_of(model, where, bias_time_s):
         walk = scale * math.sqrt(
             sum(2 * one["std_dps"] ** 2 / one["correlation_time_s"] for one in slow)
         )
-        said = "gauss_markov: sigma sqrt(2 / correlation time), its equivalent random walk within the correlation time"
+        said = (
+            "gauss_markov: sigma sqrt(2 / correlation time), its equivalent random walk within "
+            "the correlation time"
+        )
     elif not walk and flicker:
         walk = FLAT * flicker * math.sqrt(3 / bias_time_s)
-        said = f"bias_instability: 0.664 B sqrt(3 / T), the random walk with the same Allan deviation at T = {bias_time_s:g} s (--bias-time)"
+        said = (
+            "bias_instability: 0.664 B sqrt(3 / T), the random walk with the same Allan "
+            f"deviation at T = {bias_time_s:g} s (--bias-time)"
+        )
     elif not walk:
         said = "nothing: the model has no slow noise, so a filter will treat the bias as constant"
     return Noise(words[0], words[1], white, flicker, walk, said, model.rate_hz)
@@ -162,16 +171,22 @@ KALIBR = (
         walk,
     ),
 )
-RATE_LINES = lambda lines, noises: [
-    *lines,
-    f"update_rate: {real(noises[0].rate_hz)}",
-    "rostopic: /imu  # set your topic",
-]
+
+
+def rate_lines(lines, noises):
+    """The assignments, then the rate and the topic of a kalibr file."""
+    return [
+        *lines,
+        f"update_rate: {real(noises[0].rate_hz)}",
+        "rostopic: /imu  # set your topic",
+    ]
+
+
 PX4_WHITE, PX4_WALK = per_step(PX4_S)
 ARDU_WHITE, ARDU_WALK = per_step(ARDUPILOT_S)
 STEP = (
-    "the filter adds ({} dt)^2 to a variance in each step of dt = {:g} s. A density x must add x^2 dt, "
-    "so the value is x / sqrt(dt)"
+    "the filter adds ({} dt)^2 to a variance in each step of dt = {:g} s. A density x must add "
+    "x^2 dt, so the value is x / sqrt(dt)"
 )
 
 
@@ -193,8 +208,9 @@ def matlab_around(lines, noises):
 
 
 MATLAB_NOTE = (
-    "N is the root of the two-sided spectrum (NoiseType double-sided). Check that the standard deviation of imuSensor's output is "
-    "N sqrt(SampleRate). A release that expects a one-sided spectrum gives a value too small by sqrt(2)"
+    "N is the root of the two-sided spectrum (NoiseType double-sided). Check that the standard "
+    "deviation of imuSensor's output is N sqrt(SampleRate). A release that expects a one-sided "
+    "spectrum gives a value too small by sqrt(2)"
 )
 
 FORMATS = {
@@ -204,10 +220,13 @@ FORMATS = {
         KALIBR,
         yaml_line,
         f"{KALIBR_WIKI} and YAML formats: continuous time",
-        'The kalibr wiki warns that values from a recording at rest give the IMU too much weight: "for lowest-cost sensors, increasing the '
-        'noise model parameters by a factor of 10x or more may be necessary". Such values omit errors of scale and alignment, temperature '
-        "and vibration. A recording on the running robot measures the last two, a factor only guesses them.",
-        RATE_LINES,
+        "The kalibr wiki warns that values from a recording at rest give the IMU too much weight: "
+        '"for lowest-cost sensors, increasing the '
+        'noise model parameters by a factor of 10x or more may be necessary". Such values omit '
+        "errors of scale and alignment, temperature "
+        "and vibration. A recording on the running robot measures the last two, a factor only "
+        "guesses them.",
+        rate_lines,
     ),
     "allan_variance_ros": Format(
         "the imu.yaml that allan_variance_ros writes",
@@ -216,9 +235,10 @@ FORMATS = {
         yaml_line,
         "allan_variance_ros, scripts/analysis.py: the worst axis; fits of slope "
         "-1/2 at 1 s and of slope 1/2 at 3 s",
-        "allan_variance_ros does not inflate the values either. Its random walk is the intercept of a line of slope 1/2 through the whole "
-        "curve, which is too high where the curve is flat. The value here comes from the fitted model.",
-        RATE_LINES,
+        "allan_variance_ros does not inflate the values either. Its random walk is the intercept "
+        "of a line of slope 1/2 through the whole curve, which is too high where the curve is "
+        "flat. The value here comes from the fitted model.",
+        rate_lines,
     ),
     "px4": Format(
         "PX4 EKF2 (param set lines)",
@@ -258,10 +278,12 @@ FORMATS = {
             ),
         ),
         lambda name, values: f"param set {name} {values[0]:.6g}",
-        "PX4-Autopilot, src/modules/ekf2/EKF/covariance.cpp, predictCovariance; dt: EKF2_PREDICT_US",
-        "The defaults, 0.015 rad/s and 0.001 rad/s^2, are at least ten times the noise of a quiet MEMS gyro on purpose. They also cover "
-        "vibration, aliasing, scale and alignment errors of a flying vehicle. EKF2 accepts no value below 0.0001 rad/s. Use the numbers "
-        "here as a lower bound. Go below the defaults only if the innovations of a flight allow it.",
+        "PX4-Autopilot, src/modules/ekf2/EKF/covariance.cpp, predictCovariance; dt: "
+        "EKF2_PREDICT_US",
+        "The defaults, 0.015 rad/s and 0.001 rad/s^2, are at least ten times the noise of a quiet "
+        "MEMS gyro on purpose. They also cover vibration, aliasing, scale and alignment errors of "
+        "a flying vehicle. EKF2 accepts no value below 0.0001 rad/s. Use the numbers here as a "
+        "lower bound. Go below the defaults only if the innovations of a flight allow it.",
     ),
     "ardupilot": Format(
         "ArduPilot EKF3 (.param)",
@@ -281,7 +303,8 @@ FORMATS = {
                 "rad/s^2",
                 "K / sqrt(dt)",
                 ARDU_WALK,
-                meaning="the state is bias times dt, and the filter adds (x dt^2)^2 in each step of dt, so the value is K / sqrt(dt)",
+                meaning="the state is bias times dt, and the filter adds (x dt^2)^2 in each step "
+                "of dt, so the value is K / sqrt(dt)",
             ),
             Parameter(
                 "EK3_ACC_P_NSE",
@@ -301,9 +324,10 @@ FORMATS = {
             ),
         ),
         lambda name, values: f"{name},{values[0]:.6g}",
-        "ArduPilot, libraries/AP_NavEKF3/AP_NavEKF3_core.cpp, CovariancePrediction; dt: EKF_TARGET_DT",
-        "The defaults, 0.015 rad/s and 0.001 rad/s^2 on copters, also cover vibration, aliasing and scale errors in flight. Use the numbers "
-        "here as a lower bound.",
+        "ArduPilot, libraries/AP_NavEKF3/AP_NavEKF3_core.cpp, CovariancePrediction; dt: "
+        "EKF_TARGET_DT",
+        "The defaults, 0.015 rad/s and 0.001 rad/s^2 on copters, also cover vibration, aliasing "
+        "and scale errors in flight. Use the numbers here as a lower bound.",
     ),
     "ros": Format(
         "covariances of ROS sensor_msgs/Imu",
@@ -316,13 +340,14 @@ FORMATS = {
             "N^2 rate on the diagonal, row by row",
             lambda noise: sample(noise) * sample(noise),
             True,
-            "the variance of one message from white noise alone, for a driver that sends every sample without "
-            "averaging. Correlations are not measured and set to 0",
+            "the variance of one message from white noise alone, for a driver that sends every "
+            "sample without averaging. Correlations are not measured and set to 0",
         ),
         lambda name, values: f"{name}: {listed(diagonal(values))}",
         "sensor_msgs/msg/Imu.msg",
-        "Not inflated: a filter that reads the message uses it as the variance of this sample, and has separate parameters for the bias. "
-        "In this message, -1 as first element means no measurement, and all zeros mean an unknown covariance.",
+        "Not inflated: a filter that reads the message uses it as the variance of this sample, "
+        "and has separate parameters for the bias. In this message, -1 as first element means no "
+        "measurement, and all zeros mean an unknown covariance.",
     ),
     "gtsam": Format(
         "GTSAM preintegration (Python)",
@@ -346,13 +371,15 @@ FORMATS = {
                 "K^2, continuous",
                 lambda noise: noise.walk * noise.walk,
                 True,
-                "a member of PreintegrationCombinedParams. For a BetweenFactor of the bias over t seconds, use K sqrt(t)",
+                "a member of PreintegrationCombinedParams. For a BetweenFactor of the bias over t "
+                "seconds, use K sqrt(t)",
             ),
         ),
         lambda name, values: f"params.{name}(numpy.diag({listed(values)}))",
-        "GTSAM, navigation/PreintegrationParams.h and CombinedImuFactor: continuous-time covariances",
-        "Not inflated. Under strong motion, scale and alignment errors of the IMU dominate, and they are not white noise. Users often "
-        "approximate them with 3 to 10 times N.",
+        "GTSAM, navigation/PreintegrationParams.h and CombinedImuFactor: continuous-time "
+        "covariances",
+        "Not inflated. Under strong motion, scale and alignment errors of the IMU dominate, and "
+        "they are not white noise. Users often approximate them with 3 to 10 times N.",
     ),
     "basalt": Format(
         "Basalt calibration (members of value0)",
@@ -374,8 +401,8 @@ FORMATS = {
         ),
         lambda name, values: f'"{name}": {listed(values)},',
         "basalt-headers, calibration.hpp: continuous time",
-        "Not inflated: the estimator weights the IMU against the camera by these values alone. To cover vibration or scale errors of a "
-        "moving IMU, increase N, not K.",
+        "Not inflated: the estimator weights the IMU against the camera by these values alone. To "
+        "cover vibration or scale errors of a moving IMU, increase N, not K.",
         lambda lines, noises: [*lines, f'"imu_update_rate": {noises[0].rate_hz:g}'],
     ),
     "vins": Format(
@@ -389,7 +416,8 @@ FORMATS = {
                 "m/s^2",
                 "N sqrt(rate), discrete",
                 sample,
-                meaning="the standard deviation of a sample. For the continuous value, divide by sqrt(rate)",
+                meaning="the standard deviation of a sample. For the continuous value, divide by "
+                "sqrt(rate)",
             ),
             *sensor(
                 "gyr_w",
@@ -398,14 +426,17 @@ FORMATS = {
                 "m/s^3",
                 "K sqrt(rate), discrete",
                 lambda noise: noise.walk * math.sqrt(noise.rate_hz),
-                meaning="the filter adds (x dt)^2 to the variance of the bias in each step of dt = 1 / rate. Many configurations contain K "
-                "itself, which is too small by sqrt(rate)",
+                meaning="the filter adds (x dt)^2 to the variance of the bias in each step of "
+                "dt = 1 / rate. Many configurations contain K itself, which is too small by "
+                "sqrt(rate)",
             ),
         ),
         yaml_line,
-        "VINS-Mono, vins_estimator/src/factor/integration_base.h: midpoint steps with the noise of both ends",
-        "The VINS examples use from twice the measured value (EuRoC, gyr_n 0.004) to tens of times it (0.1), to cover vibration and delayed "
-        "time stamps. If the estimate jumps with motion, increase N first, never K.",
+        "VINS-Mono, vins_estimator/src/factor/integration_base.h: midpoint steps with the noise "
+        "of both ends",
+        "The VINS examples use from twice the measured value (EuRoC, gyr_n 0.004) to tens of "
+        "times it (0.1), to cover vibration and delayed time stamps. If the estimate jumps with "
+        "motion, increase N first, never K.",
     ),
     "matlab": Format(
         "MATLAB gyroparams and accelparams (.m)",
@@ -470,7 +501,8 @@ def said_of(parameter, noises):
     own = [noise for noise in noises if noise.quantity == parameter.quantity]
     axes = "".join(noise.axis for noise in own)
     which = (
-        f"for x, y, z ({axes} measured{'' if len(axes) == 3 else ', the others set to the largest'})"
+        f"for x, y, z ({axes} "
+        f"measured{'' if len(axes) == 3 else ', the others set to the largest'})"
         if parameter.several
         else f"the largest of {', '.join(axes)}"
     )
@@ -506,15 +538,18 @@ def text(name, models, inflate=1.0, bias_time_s=300.0):
         + ", ".join(f"{noise.quantity} {noise.axis}" for noise in noises)
         + f" at {noises[0].rate_hz:g} Hz",
         f"Source of the formulas: {form.source}.",
-        "N: density of the white noise (root of the two-sided spectrum). B: bias instability. K: random walk of the bias. In rad, m, s:",
+        "N: density of the white noise (root of the two-sided spectrum). B: bias instability. K: "
+        "random walk of the bias. In rad, m, s:",
     ]
     head += [
-        f"  {one.quantity} {one.axis}: N = {one.white:.6g}, B = {one.flicker:.6g}, K = {one.walk:.6g}, K from {one.walk_from}"
+        f"  {one.quantity} {one.axis}: N = {one.white:.6g}, B = {one.flicker:.6g}, K = "
+        f"{one.walk:.6g}, K from {one.walk_from}"
         for one in noises
     ]
     head += [
         form.inflate,
-        f"These numbers are {'as measured' if inflate == 1 else f'{inflate:g} times the measured ones (--inflate)'}.",
+        "These numbers are "
+        f"{'as measured' if inflate == 1 else f'{inflate:g} times the measured ones (--inflate)'}.",
     ]
     comments = [
         wrapped

@@ -106,8 +106,8 @@ def stretches(values):
 
 
 def column_groups(recording, kinds):
-    """The columns of each panel: title -> names. Accelerometer axes share a panel. Columns that the model's effects need
-    come first."""
+    """The columns of each panel: title -> names. Accelerometer axes share a panel. Columns that the
+    model's effects need come first."""
     groups, needs = {}, tuple(need for kind in kinds for need in table.find(kind).needs)
     for name in recording.columns:
         if name == "time_s" or name.startswith("gyro_") or np.ptp(recording.columns[name]) == 0:
@@ -169,8 +169,8 @@ def mark(axes, estimates, shock_times):
 
 
 def recorded(recording, gyro, estimates=(), shocks=()):
-    """The gyro column (extremes and mean of short intervals) and the other logged columns. Time is counted in samples.
-    shocks: sample indices."""
+    """The gyro column (extremes and mean of short intervals) and the other logged columns. Time is
+    counted in samples. shocks: sample indices."""
     with plt.rc_context(SETTINGS):
         estimates = list(estimates)
         groups = column_groups(recording, [kind for kind, _ in estimates])

@@ -34,7 +34,8 @@ def whole_record(comparison):
 
 
 def draw_model(axes, comparison, colour, name, band=None):
-    """The model's deviation over the whole record, with the band that holds 95 % of recordings of a true model."""
+    """The model's deviation over the whole record, with the band that holds 95 % of recordings of a
+    true model."""
     cells = whole_record(comparison)
     tau = np.array([cell.tau_s for cell in cells])
     model = np.array([cell.model_dps for cell in cells])
@@ -45,8 +46,9 @@ def draw_model(axes, comparison, colour, name, band=None):
 
 
 def draw_deviation(axes, given, better=None, effects=(), name="initial model", band=None):
-    """Measured and model Allan deviation. better: the comparison with the added effects. effects: (name, taus in s,
-    deviations) of single effects. band: the name of the initial model's band in the legend."""
+    """Measured and model Allan deviation. better: the comparison with the added effects. effects:
+    (name, taus in s, deviations) of single effects. band: the name of the initial model's band in
+    the legend."""
     draw_model(axes, given, GIVEN if better else BETTER, name, band)
     if better:
         draw_model(axes, better, BETTER, "model with added effects")
@@ -179,7 +181,8 @@ def draw_spectrum(axes, given, better=None, name="initial model"):
 
 
 def draw(comparison, path):
-    """Allan deviation, failure map and residual spectrum in one figure: PNG, PDF or SVG by the name."""
+    """Allan deviation, failure map and residual spectrum in one figure: PNG, PDF or SVG by the
+    name."""
     figure, axes = plt.subplots(3, 1, figsize=(9, 12), layout="constrained")
     draw_deviation(axes[0], comparison, name="model", band="95 % of recordings, if true")
     colours = ratio_scale(comparison)
@@ -187,8 +190,8 @@ def draw(comparison, path):
     draw_map_scale(figure, axes[1], colours)
     draw_spectrum(axes[2], comparison, name="model")
     axes[0].set_title(
-        f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor {comparison.error_floor:.3f}, "
-        f"p = {comparison.p_value:.2g}"
+        f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor "
+        f"{comparison.error_floor:.3f}, p = {comparison.p_value:.2g}"
     )
     axes[1].set_title("pale: consistent with noise; dot: more than 4 standard deviations")
     data = io.BytesIO()

@@ -34,9 +34,8 @@ def estimates(model, entries):
         for parameter in table.find(term.kind).parameters:
             e = entry.get(parameter.name)
             if e and not isinstance(e.value, str):
-                lines.append(
-                    f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}".rstrip()
-                )
+                shown = f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}"
+                lines.append(shown.rstrip())
             elif e:
                 lines.append(f"  {parameter.name:<36}{e.value:>12}")
     return "\n".join(lines)
@@ -64,8 +63,9 @@ def comparison(c, notes=()):
         *notes,
     ]
     lines += [
-        f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
-        f"{w.model_dps:.3g} deg/s, ratio {w.ratio:.2f} ({w.z:+.1f} sigma)"
+        f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured "
+        f"{w.measured_dps:.3g}, model {w.model_dps:.3g} deg/s, ratio {w.ratio:.2f} ({w.z:+.1f} "
+        "sigma)"
         for w in c.where[:WHERE_MAX]
     ]
     lines += [
@@ -91,7 +91,8 @@ def verdict(found):
 
 
 def candidates(found):
-    """The added effects with their fitted values, then each candidate alone with the initial effects."""
+    """The added effects with their fitted values, then each candidate alone with the initial
+    effects."""
     added, lines = found.added, []
     if added:
         lines = ["Added effects, in this order, all fitted together:"]

@@ -16,7 +16,9 @@ PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 # What each adequacy test detects (inference/adequacy.py).
 TESTS = {
     "spectrum": "wrong residual power at any frequency",
-    "time and frequency": "wrong residual power in any octave and any of 24 time segments, combined",
+    "time and frequency": (
+        "wrong residual power in any octave and any of 24 time segments, combined"
+    ),
     "largest cell": "wrong residual power in the worst single octave and time segment",
     "narrow band": "a narrow band with too much power",
     "shocks": "single outlier samples",
@@ -150,8 +152,8 @@ def adequacy(judgement):
     )
     if judgement.doubted:
         return (
-            "The recording is implausible, so no model is reported as adequate. Correct its units as "
-            f"listed, or confirm them with {plausible.CONFIRM}."
+            "The recording is implausible, so no model is reported as adequate. Correct its "
+            f"units as listed, or confirm them with {plausible.CONFIRM}."
         )
     if judgement.adequacy == "statistical":
         return (
@@ -165,12 +167,12 @@ def adequacy(judgement):
             else f"No deviation is proven ({CONFIDENCE})."
         )
         return (
-            "The model is practically adequate: it fits within 5 %, but the residual is not pure noise "
-            f"(p = {chance(judgement.p_value)}). {small} {shown}"
+            "The model is practically adequate: it fits within 5 %, but the residual is not pure "
+            f"noise (p = {chance(judgement.p_value)}). {small} {shown}"
         )
     if judgement.largest and abs(judgement.largest["percent"]) > 5:
         return f"The model does not fit. {proven(judgement.largest)}"
-    if not judgement.error == judgement.error:
+    if judgement.error != judgement.error:
         return (
             "The model cannot be tested: the recording is too short. "
             "No averaging time fits into it nine times."
@@ -201,7 +203,10 @@ def place(deviation):
 
 def off(deviation):
     percent = number(abs(deviation["percent"]), 2)
-    return f"{percent} % {'above' if deviation['percent'] > 0 else 'below'} the model {place(deviation)}"
+    return (
+        f"{percent} % {'above' if deviation['percent'] > 0 else 'below'} the model "
+        f"{place(deviation)}"
+    )
 
 
 def factor(ratio):
@@ -209,7 +214,8 @@ def factor(ratio):
 
 
 def proven(deviation):
-    """The largest deviation, as a factor by which the model is too low or too high, and its bound."""
+    """The largest deviation, as a factor by which the model is too low or too high, and its
+    bound."""
     least = 1 + deviation["percent"] / 100
     return (
         f"{capital(place(deviation))}, its Allan deviation is too {'low' if least > 1 else 'high'} "
@@ -223,7 +229,8 @@ def observation(one):
 
 
 def misfit(comparison):
-    """One sentence on where the whole recording deviates significantly from the model, and how far."""
+    """One sentence on where the whole recording deviates significantly from the model, and how
+    far."""
     span = comparison.duration_s
     away = [cell for cell in comparison.where if cell.start_s == 0 and cell.stop_s >= 0.99 * span]
     if away:
@@ -235,21 +242,21 @@ def misfit(comparison):
             else f"only at {seconds(away[0].tau_s)}"
         )
         return (
-            f"Over the whole recording, the measured Allan deviation deviates from the model {reach}. "
-            f"The largest deviation is at {seconds(farthest.tau_s)}: "
+            "Over the whole recording, the measured Allan deviation deviates from the model "
+            f"{reach}. The largest deviation is at {seconds(farthest.tau_s)}: "
             f"{times(farthest.ratio)}, {farthest.z:+.0f} standard deviations."
         )
     if comparison.where:
         local = comparison.where[0]
         return (
-            "Over the whole recording, the Allan deviation agrees with the model, but not in every part. "
-            f"Between {local.start_s:.0f} and {local.stop_s:.0f} s it is {times(local.ratio)} "
-            f"at {seconds(local.tau_s)}."
+            "Over the whole recording, the Allan deviation agrees with the model, but not in "
+            f"every part. Between {local.start_s:.0f} and {local.stop_s:.0f} s it is "
+            f"{times(local.ratio)} at {seconds(local.tau_s)}."
         )
     if comparison.judgement.largest:  # in a window that the map does not show
         return (
-            "Over the whole recording, the Allan deviation agrees with the model, but not in every part. "
-            f"It is at least {off(comparison.judgement.largest)} ({CONFIDENCE})."
+            "Over the whole recording, the Allan deviation agrees with the model, but not in "
+            f"every part. It is at least {off(comparison.judgement.largest)} ({CONFIDENCE})."
         )
     return "The Allan deviation agrees with the model at every averaging time and in every part."
 
@@ -287,7 +294,10 @@ def helpful(found):
 def verdict_of_unknown(found):
     added = found.added
     if not added:
-        return "The model lacks an effect that is not in davarlab's table: no effect explains the misfit."
+        return (
+            "The model lacks an effect that is not in davarlab's table: no effect explains the "
+            "misfit."
+        )
     errors = f"(error {found.base.error:.3f} to {found.last.error:.3f})"
     if helpful(found):
         return (
@@ -323,9 +333,15 @@ def verdict_of_missing(found):
                 added + [one.kind for one in found.diagnosis.alternatives], joint=" or "
             )
             return f"The model lacks {rivals}. This recording cannot distinguish them."
-        return f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[0])})."
+        return (
+            f"The model lacks {name(added[0])}: {clause(added[0])} "
+            f"({strength(added[0], sizes[0])})."
+        )
     named = listed(zip(added, sizes), lambda one: f"{name(one[0])} ({strength(*one, bare_value)})")
-    return f"The model lacks {named}. With {'both' if len(added) == 2 else 'these'}, it explains this recording."
+    return (
+        f"The model lacks {named}. With {'both' if len(added) == 2 else 'these'}, it explains "
+        "this recording."
+    )
 
 
 def verdict_of_diagnosis(found):
@@ -364,8 +380,8 @@ def improvement(found):
             f"A true model would give about {found.last.error_floor:.3f}."
         )
     sentence = (
-        f"Adding {listed(found.added)} changes the error from {first.error:.3f}{refitted} to {last.error:.3f}. "
-        f"A true model would give about {last.error_floor:.3f}."
+        f"Adding {listed(found.added)} changes the error from {first.error:.3f}{refitted} to "
+        f"{last.error:.3f}. A true model would give about {last.error_floor:.3f}."
     )
     if last.error_held_out is not None:
         sentence += (
@@ -399,8 +415,9 @@ def what_next(found, run):
     if found.verdict == "unknown":
         lines.append(
             (
-                "Look at the failure map and the residual spectrum below. The times, averaging times and "
-                "frequencies of the misfit point to the cause. Add your own effect to the table with",
+                "Look at the failure map and the residual spectrum below. The times, averaging "
+                "times and frequencies of the misfit point to the cause. Add your own effect to "
+                "the table with",
                 "--effects FILE.py",
             )
         )
@@ -435,8 +452,8 @@ def gap_note(recording):
     if not len(recording.gaps):
         return None
     return (
-        f"The recording has {len(recording.gaps)} gaps with {(~recording.known).sum()} missing samples. "
-        "No Allan deviation spans a gap, so long averaging times use less data."
+        f"The recording has {len(recording.gaps)} gaps with {(~recording.known).sum()} missing "
+        "samples. No Allan deviation spans a gap, so long averaging times use less data."
     )
 
 

@@ -11,7 +11,8 @@ LAST = 0x7FF  # standard identifiers have 11 bits
 
 
 def moved(base, channels):
-    """The text of a DBC for these channels. With more than one, the messages of channel n are called DAVAR_..._n."""
+    """The text of a DBC for these channels. With more than one, the messages of channel n are
+    called DAVAR_..._n."""
     database = cantools.database.load_file(wire.DBC_PATH)
     messages, names = database.messages, [message.name for message in database.messages]
     database.messages[:] = [entry for number in channels for entry in copy.deepcopy(messages)]

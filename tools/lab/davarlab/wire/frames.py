@@ -1,4 +1,5 @@
-"""Frames of davar (lib/WIRE.md) to results: checks every frame, counts what is wrong, joins frames to results.
+"""Frames of davar (lib/WIRE.md) to results: checks every frame, counts what is wrong, joins frames
+to results.
 
 Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
 """
@@ -17,7 +18,9 @@ DBC_PATH = places.shared("tools/davar.dbc")
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
 LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/wire.h
-REACH = 4  # results of a channel that are joined at a time: one that is not complete when so many have begun after it is dropped
+# Results of a channel that are joined at a time: one that is not complete when so many have begun
+# after it is dropped.
+REACH = 4
 HISTORY = 8  # places of one identifier that are remembered: half of what Counter can tell apart
 
 
@@ -69,7 +72,9 @@ class Faults:
     swapped: int = 0  # came after its successor (good, and passed on)
     missing: int = 0  # never came, by Counter
     missing_results: int = 0  # whole multiples of 16 results that Counter cannot see, by Epoch
-    orphaned: int = 0  # good frames whose result has no State (lost or too late, or Result is damaged), or another frame for their place
+    # Good frames whose result has no State (lost or too late, or Result is damaged), or another
+    # frame for their place.
+    orphaned: int = 0
     noise: int = 0  # lines of the serial link that are no frames
     link_lost: int = 0  # times interface or serial line went away
     link_back: int = 0  # times it came back
@@ -98,7 +103,8 @@ class Faults:
 
 
 class Sequence:
-    """The frames of one identifier: says of each whether it is new, repeated, late, or came after a hole."""
+    """The frames of one identifier: says of each whether it is new, repeated, late, or came after a
+    hole."""
 
     def __init__(self):
         self.last = None
@@ -117,7 +123,8 @@ class Sequence:
         return back if counter in self.holes and back < 8 else 0
 
     def judge(self, counter, data):
-        """Returns (kind, missing): kind is "good", "repeated" or "swapped"; missing is added to the count (-1: found)."""
+        """Returns (kind, missing): kind is "good", "repeated" or "swapped"; missing is added to the
+        count (-1: found)."""
         if self.last is None:
             return self._accept(counter, data, 0)
         if self.again(counter, data):
@@ -143,7 +150,8 @@ class Sequence:
 
 @dataclass
 class Result:
-    """One epoch of one channel: values of the frames of one result, all of them. Absent values are NaN."""
+    """One epoch of one channel: values of the frames of one result, all of them. Absent values are
+    NaN."""
 
     channel: int
     tag: int
@@ -153,12 +161,14 @@ class Result:
     deviation: dict = field(
         default_factory=dict
     )  # TauIndex -> standard deviations from the error model
-    stretch: int = 1  # of its channel: the runs of the sender that were seen. (channel, stretch, epoch) comes once.
+    # Of its channel: the runs of the sender that were seen. (channel, stretch, epoch) comes once.
+    stretch: int = 1
     of: object = None  # the Channel as it was in that stretch
 
 
 class Burst:
-    """Frames with one Result as they come in, in any order; the last frame for a place replaces an earlier one."""
+    """Frames with one Result as they come in, in any order; the last frame for a place replaces an
+    earlier one."""
 
     def __init__(self, tag, born, expected):
         self.tag, self.born = tag, born  # born: how many bursts of the channel began before
@@ -203,7 +213,8 @@ class Burst:
 
 
 class Channel:
-    """What is known about one channel in one run of its sender: the results being joined, its setup, its health."""
+    """What is known about one channel in one run of its sender: the results being joined, its
+    setup, its health."""
 
     def __init__(self, stretch=1):
         self.stretch = stretch
@@ -270,7 +281,8 @@ def messages_of(dbc):
 
 
 def number(value):
-    """A signal as a number: the named values of the DBC, "absent" and "beyond", become NaN and infinity."""
+    """A signal as a number: the named values of the DBC, "absent" and "beyond", become NaN and
+    infinity."""
     return {"absent": math.nan, "beyond": math.inf}.get(str(value), value)
 
 
@@ -306,10 +318,12 @@ def possible(name, value):
 
 
 class Receiver:
-    """Feed frames with push(); it returns a result that is complete, or None. finish() gives the rest.
+    """Feed frames with push(); it returns a result that is complete, or None. finish() gives the
+    rest.
 
-    A result is passed on when all its frames have come, and only then: DAVAR_End has their number and a digest over them. It waits
-    for an older one that is not complete until REACH results have begun after that one."""
+    A result is passed on when all its frames have come, and only then: DAVAR_End has their number
+    and a digest over them. It waits for an older one that is not complete until REACH results have
+    begun after that one."""
 
     def __init__(self, base=BASE, dbc=DBC_PATH):
         self.base = base
@@ -319,7 +333,9 @@ class Receiver:
         self.sequences = {}
         self.ready = deque()
         self.wants_raw = True  # whoever does not is spared holding them
-        self.samples = []  # raw ones that are beyond doubt: (channel's number, Channel, [(index, deg/s)]); whoever wants them takes them
+        # Raw ones that are beyond doubt: (channel's number, Channel, [(index, deg/s)]); whoever
+        # wants them takes them.
+        self.samples = []
 
     def check(self, identifier, data):
         """Judges a frame: "foreign", "corrupted", "repeated", "swapped" or "good"; counts it."""
@@ -436,7 +452,8 @@ class Receiver:
         channel.samples.dated = True
 
     def _epoch(self, index, identifier, data, signals):
-        """The whole Epoch of a State. One that falls back, and is not late, is of a sender that was restarted."""
+        """The whole Epoch of a State. One that falls back, and is not late, is of a sender that was
+        restarted."""
         modulus = 2**32 if len(data) == 8 else 2**24
         tag, low = signals["Counter"], signals["Epoch"]
         channel, sequence = self.channels[index], self.sequences.setdefault(identifier, Sequence())
@@ -459,8 +476,9 @@ class Receiver:
         return channel.epoch
 
     def _restart(self, index, session=None):
-        """The sender of a channel has been restarted: a new stretch, in which nothing is known. What is not complete may be of
-        either run: frames that no session and no State has told to be old are kept."""
+        """The sender of a channel has been restarted: a new stretch, in which nothing is known.
+        What is not complete may be of either run: frames that no session and no State has told to
+        be old are kept."""
         old = self.channels[index]
         kept = [
             one
@@ -496,7 +514,8 @@ class Receiver:
                 self.faults.orphaned += len(first.places) + bool(first.end)
 
     def _pass_on(self, index, channel, burst):
-        """A complete result: new, there already, too late, or of a sender that was restarted behind a State that looked the same."""
+        """A complete result: new, there already, too late, or of a sender that was restarted behind
+        a State that looked the same."""
         epochs = dict(channel.passed)
         if epochs and burst.epoch <= max(epochs):
             if epochs.get(burst.epoch) == burst.digest:
@@ -530,7 +549,8 @@ class Receiver:
             self.faults.doubtful_samples += left_out
 
     def _check_epoch(self, channel, ahead, tag):
-        """A multiple of 16 results lost leaves no hole in Counter: Epoch shows it, once the step between results is known."""
+        """A multiple of 16 results lost leaves no hole in Counter: Epoch shows it, once the step
+        between results is known."""
         if channel.epoch is None:
             return
         stride = channel.setup.get("stride")

@@ -41,7 +41,8 @@ def line(values):
     )
     window = f"window {values.get('window_samples', '?')}"
     return (
-        f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  {window}"
+        f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  "
+        f"{window}"
         + (
             ""
             if values.get("model_health") is None
@@ -73,7 +74,8 @@ def is_writable(file):
 
 
 class Stop:
-    """SIGINT, SIGTERM and SIGHUP: noted, so that nothing stays half done; only who waits for a reader is interrupted."""
+    """SIGINT, SIGTERM and SIGHUP: noted, so that nothing stays half done; only who waits for a
+    reader is interrupted."""
 
     def __init__(self):
         self.came = self.at_once = False
@@ -115,7 +117,8 @@ class Viewer:
         if result.stretch > self.stretches.setdefault(result.channel, 1):
             self.stretches[result.channel] = result.stretch
             say(
-                f"channel {result.channel}: the sender has been restarted: a new section begins with epoch {result.epoch}"
+                f"channel {result.channel}: the sender has been restarted: a new section begins "
+                f"with epoch {result.epoch}"
             )
         values = row(result, result.of)
         if self.recorder:
@@ -131,7 +134,8 @@ class Viewer:
 
 
 def follow(source, receiver, viewer, options):
-    """Shows the stream to its end, to --count or to a signal; the last result is complete when nothing more comes."""
+    """Shows the stream to its end, to --count or to a signal; the last result is complete when
+    nothing more comes."""
     for identifier, data in source.frames(options.idle, lambda: viewer.stop.came):
         result = receiver.push(identifier, data)
         viewer.keep()
@@ -145,7 +149,8 @@ def follow(source, receiver, viewer, options):
 
 
 def run(options):
-    """The command: until --count, --idle, the end of a pty, SIGINT, SIGTERM or SIGHUP. Returns the exit status."""
+    """The command: until --count, --idle, the end of a pty, SIGINT, SIGTERM or SIGHUP. Returns the
+    exit status."""
     stop = Stop()
     receiver = wire.Receiver(options.base)
     receiver.wants_raw = bool(options.raw)
@@ -167,7 +172,8 @@ def run(options):
     print(summary(receiver), file=sys.stderr)
     if recorder and recorder.left_out:
         say(
-            f"{recorder.path}: {recorder.left_out} values not recorded: they had no column when the header was written"
+            f"{recorder.path}: {recorder.left_out} values not recorded: they had no column when "
+            "the header was written"
         )
     if recorder and recorder.unrecorded:
         say(f"{recorder.path}: {recorder.unrecorded} results not recorded")

@@ -1,7 +1,7 @@
 """Raw samples of a sender (DAVAR_Raw): which sample of which run each one is.
 
-A sender counts its samples, what it lost among them; eighteen bits of that go out. Which sample it was follows from the ones before,
-and across a silence from how far the epochs went on meanwhile."""
+A sender counts its samples, what it lost among them; eighteen bits of that go out. Which sample it
+was follows from the ones before, and across a silence from how far the epochs went on meanwhile."""
 
 import math
 import struct
@@ -41,18 +41,19 @@ class Run:
 
 
 class Samples:
-    """Those of one run of a sender, held until its setup and an epoch are known and a frame has told the session."""
+    """Those of one run of a sender, held until its setup and an epoch are known and a frame has
+    told the session."""
 
     def __init__(self):
         self.runs, self.held = deque(), 0
-        self.passed, self.lead = (
-            -1,
-            HELD_MAX - FAR // 16,
-        )  # the last index that was passed on; how far it was ahead of the epoch: at first, not behind
+        # The last index that was passed on; how far it was ahead of the epoch: at first, not
+        # behind.
+        self.passed, self.lead = -1, HELD_MAX - FAR // 16
         self.dated = False  # has a State come since the newest run began
 
     def take(self, signals):
-        """The samples of a frame. Returns how many of those that were held too long are given up."""
+        """The samples of a frame. Returns how many of those that were held too long are given
+        up."""
         values = [
             signals[name] for name in ("Count0", "Count1", "Count", "RateDps") if name in signals
         ]
@@ -90,8 +91,8 @@ class Samples:
         return held
 
     def split(self):
-        """Of two runs of a sender whose samples are held here: gives up those of the first, keeps those behind the widest jump. Returns (how many were
-        given up, what is kept as Samples)."""
+        """Of two runs of a sender whose samples are held here: gives up those of the first, keeps
+        those behind the widest jump. Returns (how many were given up, what is kept as Samples)."""
         ends = [self.passed + 1, *(run.end() for run in self.runs)]
         jumps = [(run.index - end) % COUNTS for run, end in zip(self.runs, ends)]
         first = max(range(len(jumps)), key=lambda at: min(jumps[at], COUNTS - jumps[at]), default=0)
@@ -101,8 +102,9 @@ class Samples:
         return self.drop() - kept.held, kept
 
     def release(self, epoch, unit, last=False):
-        """([(index, deg/s)] of what is held, in order; how many are left out: late ones, and runs that the next one belies). What is no number is
-        not there. A lone frame behind a jump waits for the next, unless these are the last."""
+        """([(index, deg/s)] of what is held, in order; how many are left out: late ones, and runs
+        that the next one belies). What is no number is not there. A lone frame behind a jump waits
+        for the next, unless these are the last."""
         runs, self.runs, self.held = list(self.runs), deque(), 0
         if runs[-1].jumped and len(runs[-1].values) <= 2 and not last:
             self.runs.append(runs.pop())

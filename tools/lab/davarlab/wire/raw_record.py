@@ -9,8 +9,9 @@ from .record import Output
 
 
 class RawRecorder:
-    """One recording of each channel and run of its sender: time_s and gyro_x_dps (channel 1: y, 2: z, and so on round). The first has the given name, others NAME-2 and so on; none that
-    is there is touched. A disk that is full costs samples, which are counted."""
+    """One recording of each channel and run of its sender: time_s and gyro_x_dps (channel 1: y, 2:
+    z, and so on round). The first has the given name, others NAME-2 and so on; none that is there
+    is touched. A disk that is full costs samples, which are counted."""
 
     def __init__(self, path, say):
         self.given, self.say, self.unrecorded, self.failing = Path(path), say, 0, False
@@ -48,7 +49,11 @@ class RawRecorder:
             path = self.given.with_name(f"{self.given.stem}-{count}{self.given.suffix}")
         output = Output(path)
         output.append(
-            f"# channel: {number}\n# unit_per_count_dps: {written(channel.setup['unit_per_count'])!r}\ntime_s,gyro_{'xyz'[number % 3]}_dps\n".encode()
+            (
+                f"# channel: {number}\n"
+                f"# unit_per_count_dps: {written(channel.setup['unit_per_count'])!r}\n"
+                f"time_s,gyro_{'xyz'[number % 3]}_dps\n"
+            ).encode()
         )
         if number in self.outputs:
             self.outputs[number][1].file.close()

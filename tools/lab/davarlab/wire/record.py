@@ -1,6 +1,8 @@
-"""Results to CSV as they come, with the columns of davar-sim: memory does not grow, and a cut leaves whole rows.
+"""Results to CSV as they come, with the columns of davar-sim: memory does not grow, and a cut
+leaves whole rows.
 
-What is in the file already stays: a later run goes on behind it, as later stretches. (channel, stretch, epoch) comes once."""
+What is in the file already stays: a later run goes on behind it, as later stretches. (channel,
+stretch, epoch) comes once."""
 
 import itertools
 import math
@@ -79,7 +81,7 @@ class Output:
 
     def __init__(self, path):
         self.path = Path(path)
-        self.file = open(
+        self.file = open(  # noqa: SIM115 (open as long as the object is)
             os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666),
             "rb+",
             buffering=0,
@@ -97,7 +99,8 @@ class Output:
             self.file.truncate(start + end)
 
     def earlier(self):
-        """(columns, last stretch) of what is there: (None, 0) of nothing, ([], 0) of a file that is none of ours."""
+        """(columns, last stretch) of what is there: (None, 0) of nothing, ([], 0) of a file that is
+        none of ours."""
         if not self.size():
             return None, 0
         with open(self.path, encoding="utf-8", errors="replace") as file:
@@ -127,8 +130,9 @@ class Output:
 class Recorder:
     """A CSV file. The first rows of a stretch wait until DAVAR_Setup has named their columns.
 
-    A file that is there and has these columns is continued; beside one that has not, NAME-2.csv is (and so on). A disk
-    that is full costs rows, not the recording: they are counted, and the next row is tried again."""
+    A file that is there and has these columns is continued; beside one that has not, NAME-2.csv is
+    (and so on). A disk that is full costs rows, not the recording: they are counted, and the next
+    row is tried again."""
 
     def __init__(self, path, say=lambda text: None):
         self.path, self.given, self.say = Path(path), Path(path), say
@@ -171,17 +175,18 @@ class Recorder:
         ready = [one for one in self.waiting if self._is_named(one)]
         self.waiting = [one for one in self.waiting if not self._is_named(one)]
         self._forget()
-        rows = [row(*one) for one in ready]
+        rows, done = [row(*one) for one in ready], 0
         try:
-            for number, values in enumerate(rows):
+            for values in rows:
                 if not self.columns:
                     self._begin(rows)
                 self._write(values)
                 if self.failing:
                     self.say(f"--record: {self.path}: recording resumed")
                 self.failing = False
+                done += 1
         except OSError as why:
-            self.unrecorded += len(rows) - number
+            self.unrecorded += len(rows) - done
             if not self.failing:
                 self.say(
                     f"--record: {self.path}: {why.strerror}: results are shown, but not recorded"

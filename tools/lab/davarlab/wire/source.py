@@ -1,4 +1,5 @@
-"""Frames from can:IFACE or slcan:PATH[@BAUD], whatever becomes of interface or peer: a loss is counted and waited out."""
+"""Frames from can:IFACE or slcan:PATH[@BAUD], whatever becomes of interface or peer: a loss is
+counted and waited out."""
 
 import contextlib
 import errno
@@ -31,7 +32,8 @@ FRAME = re.compile(rb"t([0-7][0-9A-Fa-f]{2})([0-8])([0-9A-Fa-f]*)")
 
 
 def reason(why):
-    """An exception in a few words: the system's, where there is one (pyserial hides it in its text)."""
+    """An exception in a few words: the system's, where there is one (pyserial hides it in its
+    text)."""
     number = getattr(why, "errno", None) or getattr(why, "error_code", None)
     hidden = re.search(r"(?:Errno |\()(\d+)[],]", str(why))
     number = number or (int(hidden[1]) if hidden else None)
@@ -71,7 +73,8 @@ class CanPort:
 
 
 class Line(serial.Serial):
-    """pyserial throws away, at the end of open(), what has come since its beginning; a sender on a pty has begun by then."""
+    """pyserial throws away, at the end of open(), what has come since its beginning; a sender on a
+    pty has begun by then."""
 
     def _reset_input_buffer(self):
         pass
@@ -92,7 +95,8 @@ class SerialPort:
         self.port.write(b"\rO\r")
 
     def read(self):
-        """Frames (identifier, data) that came within POLL_S. Lines that are no frames are counted, but for the answers to O."""
+        """Frames (identifier, data) that came within POLL_S. Lines that are no frames are counted,
+        but for the answers to O."""
         return self.taken(self.port.read(max(1, self.port.in_waiting)))
 
     def taken(self, text):
@@ -119,7 +123,8 @@ class SerialPort:
 
 
 class Source:
-    """An open source. faults (wire.Faults): its noise, link_lost and link_back are counted; say: told of them in a line."""
+    """An open source. faults (wire.Faults): its noise, link_lost and link_back are counted; say:
+    told of them in a line."""
 
     def __init__(self, name, faults, say):
         self.kind, _, self.where = name.partition(":")
@@ -136,12 +141,13 @@ class Source:
 
     @property
     def may_come(self):
-        """May anything come any more: not of a pty that has been closed, whose name may be another's next time."""
+        """May anything come any more: not of a pty that has been closed, whose name may be
+        another's next time."""
         return self.port is not None or not self.where.startswith("/dev/pts/")
 
     def frames(self, idle_s=None, stopped=lambda: False):
-        """Yields (identifier, data) until nothing has come for idle_s seconds (None: for ever), nothing may come, or stopped() is true: that is
-        asked every POLL_S."""
+        """Yields (identifier, data) until nothing has come for idle_s seconds (None: for ever),
+        nothing may come, or stopped() is true: that is asked every POLL_S."""
         heard = time.monotonic()
         while self.may_come and not stopped():
             for frame in self._read():

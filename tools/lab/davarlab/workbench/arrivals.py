@@ -1,4 +1,5 @@
-"""Files that come in by the page: what was dropped on it, and the tutorial's recording, in a folder beside where the workbench was opened."""
+"""Files that come in by the page: what was dropped on it, and the tutorial's recording, in a folder
+beside where the workbench was opened."""
 
 import contextlib
 from pathlib import Path
@@ -25,7 +26,8 @@ def free_name(path, sha256):
 
 
 class Drop:
-    """What is being dropped: the file that it is written to, and the path where it is once it came whole."""
+    """What is being dropped: the file that it is written to, and the path where it is once it came
+    whole."""
 
     def __init__(self, file):
         self.file, self.path = file, None
@@ -55,7 +57,8 @@ class Arrivals:
 
     @contextlib.contextmanager
     def receive(self, name):
-        """A Drop; its file is there only when it came whole. It bears its own name, or a numbered one where another file has that."""
+        """A Drop; its file is there only when it came whole. It bears its own name, or a numbered
+        one where another file has that."""
         if (
             not name
             or name != Path(name).name

@@ -1,4 +1,5 @@
-"""One recording on the desk: models fitted on it and candidates beside them, by the same functions as the command line."""
+"""One recording on the desk: models fitted on it and candidates beside them, by the same functions
+as the command line."""
 
 from collections import OrderedDict
 from dataclasses import dataclass, replace
@@ -32,7 +33,8 @@ FIRST = (
 
 @dataclass
 class Outcome:
-    """A model on the recording. state: judged; fitted: at its best, from which further steps go; estimates: of its parameters."""
+    """A model on the recording. state: judged; fitted: at its best, from which further steps go;
+    estimates: of its parameters."""
 
     model: models.Model
     state: object
@@ -41,7 +43,8 @@ class Outcome:
 
 
 def gyros_in(path):
-    """The gyros of a log that leaves open which one is meant; none where there is nothing to choose."""
+    """The gyros of a log that leaves open which one is meant; none where there is nothing to
+    choose."""
     if door.format_of(path)[1] is texts.log:
         return []
     found = [one for one in door.listed(path) if "gyro" in one.gives]
@@ -50,7 +53,8 @@ def gyros_in(path):
 
 
 def preview(path, sensor=None, said=None):
-    """A log before it is read as a recording: (guesses for its columns, or what was said of them, what a page shows of it)."""
+    """A log before it is read as a recording: (guesses for its columns, or what was said of them,
+    what a page shows of it)."""
     columns, line = columns_in(path, sensor)
     found, rows = said or guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, line)
@@ -73,7 +77,8 @@ def preview(path, sensor=None, said=None):
 
 
 def columns_in(path, sensor=None):
-    """(name -> numbers, line of the header or None) of a text as it is, of any other log in davarlab's names."""
+    """(name -> numbers, line of the header or None) of a text as it is, of any other log in
+    davarlab's names."""
     if door.format_of(path)[1] is texts.log:
         found = tables.read(path, texts.SEPARATORS)
         return found.columns, found.line
@@ -97,8 +102,8 @@ def pairs(guesses):
 
 
 def read(path, guesses=None, rate_hz=None, sensor=None, as_recorded=False):
-    """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a log with several; as_recorded: its rate, units and
-    levels were confirmed."""
+    """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a
+    log with several; as_recorded: its rate, units and levels were confirmed."""
     renames, scales = pairs(guesses or [])
     options = door.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
     return replace(
@@ -116,13 +121,15 @@ def gyro_columns(recording):
 
 
 def seen(recording, sight):
-    """What a sight shows of the recording: a stretch alone, or all with some of it taken for missing."""
+    """What a sight shows of the recording: a stretch alone, or all with some of it taken for
+    missing."""
     rate = recording.rate_hz
     if sight.alone:
         first, last = (min(int(edge * rate), recording.samples) for edge in sight.alone)
         if last - first < recordings.MINIMUM_SAMPLES:
             raise BadInput(
-                f"a part with {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are needed"
+                f"a part with {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are "
+                "needed"
             )
         known = None if recording.known is None else recording.known[first:last]
         return recordings.Recording(
@@ -142,7 +149,8 @@ def seen(recording, sight):
         known[int(start * rate) : int(stop * rate)] = False
     if np.count_nonzero(known) < recordings.MINIMUM_SAMPLES:
         raise BadInput(
-            f"{np.count_nonzero(known)} samples would remain; at least {recordings.MINIMUM_SAMPLES} are needed"
+            f"{np.count_nonzero(known)} samples would remain; at least "
+            f"{recordings.MINIMUM_SAMPLES} are needed"
         )
     return replace(recording, known=known, gaps=recordings.gaps_of(known), measured={})
 
@@ -155,7 +163,8 @@ class Desk:
         self.whole, self.sight, self.column = whole, sight, sight.column
         self.gyros = gyro_columns(whole)
         self.recording, self.outcomes, self.rankings = seen(whole, sight), OrderedDict(), {}
-        self.judged_elsewhere = {}  # (model file, name of a recording) -> its error there, and the floor
+        # (model file, name of a recording) -> its error there, and the floor
+        self.judged_elsewhere = {}
 
     def first_model(self):
         """What one believes before anything was looked at: white noise and bias instability."""
@@ -172,7 +181,8 @@ class Desk:
         return self.outcomes[key]
 
     def of(self, text, fitted, progress=lambda text: None):
-        """The outcome of a model file: at its best, as `davarlab fit` finds it, or with the values as they stand."""
+        """The outcome of a model file: at its best, as `davarlab fit` finds it, or with the values
+        as they stand."""
         model = models.of_text(text, "model")
         if not model.terms:
             raise BadInput("a model needs an effect")
@@ -210,13 +220,15 @@ class Desk:
         )
 
     def around(self, best, model, held):
-        """The effects at the places `held` as they stand, the others at their best beside them; judged as it then stands."""
+        """The effects at the places `held` as they stand, the others at their best beside them;
+        judged as it then stands."""
         self.same_effects(best, model)
         roles = [part.role if part.form != "decoded" else "states" for part in best.fitted.parts]
         for place in held:
             if roles[place] not in HELD:
                 raise BadInput(
-                    f"{model.kinds[place]} cannot be kept fixed, because the other effects determine it"
+                    f"{model.kinds[place]} cannot be kept fixed, because the other effects "
+                    "determine it"
                 )
         if all(place in held for place, role in enumerate(roles) if role == "spectrum"):
             raise BadInput("at least one noise must be fitted")
@@ -225,7 +237,8 @@ class Desk:
         return self.remembered((models.text_of(whole), SET), lambda: outcome)
 
     def ranked(self, text, progress, partly=lambda kind, found: None):
-        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them; `partly` hears what was found so far, and may raise."""
+        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them;
+        `partly` hears what was found so far, and may raise."""
         outcome = self.of(text, True, progress)
         if text not in self.rankings:
             self.rankings[text] = search.ranking(outcome.fitted, progress=partly)
@@ -235,7 +248,8 @@ class Desk:
         """A candidate of one's own: a line at a frequency, sharp or with a width."""
         if not 0 < f_hz < self.recording.rate_hz / 2:
             raise BadInput(
-                f"{f_hz:g} Hz: a line must be above 0 and below half the sample rate, {self.recording.rate_hz / 2:g} Hz"
+                f"{f_hz:g} Hz: a line must be above 0 and below half the sample rate, "
+                f"{self.recording.rate_hz / 2:g} Hz"
             )
         state = self.of(text, True).fitted
         part = (
@@ -258,7 +272,8 @@ class Desk:
         return Outcome(model, state, state, entries)
 
     def held_out(self, text, model, held):
-        """(error, floor) of a model on another recording of the sensor, as `--held-out` says them; (None, None) without one."""
+        """(error, floor) of a model on another recording of the sensor, as `--held-out` says them;
+        (None, None) without one."""
         if held:
             models.check_fits(model, held, "the model")
         key = text, held and held.name
@@ -267,7 +282,8 @@ class Desk:
         return self.judged_elsewhere[key]
 
     def report(self, outcome, path, typed, progress):
-        """The page that `davarlab compare --report` writes of a model. typed: what a terminal calls recording and model, and further options."""
+        """The page that `davarlab compare --report` writes of a model. typed: what a terminal calls
+        recording and model, and further options."""
         from ..report import contents, page  # the pictures take a second to load
 
         found = compare.compare(self.recording, outcome.model, progress, outcome.fitted)
@@ -300,8 +316,8 @@ class Desk:
         )
 
     def against(self, text, column, lag_s, points):
-        """What the model's courses leave of the gyro beside a column that is felt so late, in means of equal stretches: (column, gyro, does the
-        column rise)."""
+        """What the model's courses leave of the gyro beside a column that is felt so late, in means
+        of equal stretches: (column, gyro, does the column rise)."""
         outcome, rate = self.of(text, True), self.recording.rate_hz
         left = (
             outcome.fitted.bench.y

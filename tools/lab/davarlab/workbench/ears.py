@@ -18,7 +18,8 @@ class Ears:
         return live and {"source": live.source.name, "number": self.heard}
 
     def listen(self, source):
-        """Another source: can:IFACE or slcan:PATH. What was listened to goes on until this one is open."""
+        """Another source: can:IFACE or slcan:PATH. What was listened to goes on until this one is
+        open."""
         source = str(source).strip()
         if self.live and self.live.source.name == source:
             self.quiet()

@@ -1,4 +1,5 @@
-"""A sensor on the wire while somebody watches: what `davarlab live` shows and records, kept for a page."""
+"""A sensor on the wire while somebody watches: what `davarlab live` shows and records, kept for a
+page."""
 
 import threading
 import time
@@ -19,7 +20,8 @@ IDLE_S = 0.25  # of silence, after which it is asked whether anybody still watch
 
 
 def shown(result):
-    """A result as a row, with the interval that its relative uncertainty, half of it over the value, stands for."""
+    """A result as a row, with the interval that its relative uncertainty, half of it over the
+    value, stands for."""
     row = record.row(result, result.of)
     arw, doubt = row.get("arw_deg_per_sqrt_h"), row.get("arw_relative_uncertainty")
     if arw is not None and doubt is not None:
@@ -31,7 +33,8 @@ def shown(result):
 
 
 class Listening:
-    """Listens in a thread until stop(), or until a pty is closed. tell: hears what is new, {"rows", "count", ...}: `count` with the last of these."""
+    """Listens in a thread until stop(), or until a pty is closed. tell: hears what is new, {"rows",
+    "count", ...}: `count` with the last of these."""
 
     def __init__(self, source, path, raw_path, tell):
         self.receiver, self.tell, self.said = frames.Receiver(), tell, ""
@@ -131,12 +134,13 @@ class Listening:
             )
 
     def standing(self):
-        """What the receiver met and what each device says it met, what is not 0; and the last thing that was said."""
+        """What the receiver met and what each device says it met, what is not 0; and the last thing
+        that was said."""
         channels = list(self.receiver.channels.items())
         return {
             "source": self.source.name,
             "path": str(self.recorder.path),
-            "raw": sorted(list(self.raw.outputs)),
+            "raw": sorted(self.raw.outputs),
             "said": self.said,
             "ended": self.ended,
             "faults": {

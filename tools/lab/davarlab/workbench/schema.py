@@ -1,4 +1,5 @@
-"""What may come in from outside: the requests of the page and the session file, each a model that is checked in one place."""
+"""What may come in from outside: the requests of the page and the session file, each a model that
+is checked in one place."""
 
 from typing import Annotated, Literal
 
@@ -33,7 +34,8 @@ Sight = tuple[
 
 
 class Given(BaseModel):
-    """Nothing but its fields, and these of their own type: no number in place of a text, no text in place of a number."""
+    """Nothing but its fields, and these of their own type: no number in place of a text, no text in
+    place of a number."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -53,7 +55,8 @@ class Sensor(Given):
 
 
 class Column(Given):
-    """A column of a log as somebody named it, or a guess of the page about it, which brings more along."""
+    """A column of a log as somebody named it, or a guess of the page about it, which brings more
+    along."""
 
     model_config = ConfigDict(extra="ignore")
     name: Text
@@ -254,7 +257,8 @@ def said(why):
 
 
 def request(what, text=None, query=None):
-    """The fields of a request, those that were given: of a JSON object, or of the query of an address. Raises BadInput that names the field."""
+    """The fields of a request, those that were given: of a JSON object, or of the query of an
+    address. Raises BadInput that names the field."""
     try:
         found = (
             REQUESTS[what].model_validate_strings(query)

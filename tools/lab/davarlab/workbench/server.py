@@ -1,6 +1,8 @@
-"""The workbench's own web server: this machine only, a token in the address, one worker that computes, every change told to all tabs."""
+"""The workbench's own web server: this machine only, a token in the address, one worker that
+computes, every change told to all tabs."""
 
 import asyncio
+import contextlib
 import importlib.util
 import os
 import secrets
@@ -38,11 +40,12 @@ HOST = "127.0.0.1"
 LARGEST_DROP, LARGEST_REQUEST = 1 << 31, 4 << 20
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 POLICY = (
-    "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
-    "form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts allow-same-origin allow-downloads allow-forms"
+    "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
+    "data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+    "sandbox allow-scripts allow-same-origin allow-downloads allow-forms"
 )
-# The sandbox leaves out allow-popups. Without allow-forms no form of the page would hear that it was submitted, and its dialogs would not close; none may
-# be sent anywhere: form-action.
+# The sandbox leaves out allow-popups. Without allow-forms no form of the page would hear that it
+# was submitted, and its dialogs would not close; none may be sent anywhere: form-action.
 CLOUD = b"https://cloud.plotly.com/newchart"  # where Plotly's "Share chart" would send the data
 HEADERS = {
     "Content-Security-Policy": POLICY,
@@ -53,7 +56,8 @@ HEADERS = {
 
 @cache
 def plotly():
-    """The charts' JavaScript out of the wheel of plotly, without the address to which "Share chart" would send the data."""
+    """The charts' JavaScript out of the wheel of plotly, without the address to which "Share chart"
+    would send the data."""
     script = (
         Path(importlib.util.find_spec("plotly").origin).resolve().parent
         / "package_data/plotly.min.js"
@@ -62,7 +66,8 @@ def plotly():
 
 
 class Server:
-    """Answers one visit. What computes goes one after the other in the worker; what only looks does not wait for it."""
+    """Answers one visit. What computes goes one after the other in the worker; what only looks does
+    not wait for it."""
 
     def __init__(self, visit, token):
         self.visit, self.token, self.tabs = visit, token, set()
@@ -99,7 +104,8 @@ class Server:
     async def index(self, request):
         if not self.allowed(request):
             return PlainTextResponse(
-                "The address has no token, or an old one. Use the address that tools/davarlab open printed.",
+                "The address has no token, or an old one. Use the address that tools/davarlab "
+                "open printed.",
                 403,
             )
         return self.file(PAGE / "index.html")
@@ -133,7 +139,8 @@ class Server:
         if text is None:
             return JSONResponse(
                 {
-                    "error": f"{request.path_params['what']}: the request is larger than {LARGEST_REQUEST >> 20} MB. Open the file by its path instead"
+                    "error": f"{request.path_params['what']}: the request is larger than "
+                    f"{LARGEST_REQUEST >> 20} MB. Open the file by its path instead"
                 },
                 400,
             )
@@ -146,8 +153,8 @@ class Server:
 
     @staticmethod
     async def body(request):
-        """The body of a request; None if it is too large. A client reads the error only after it has sent its body, so the rest
-        is read and dropped, up to the size of a dropped file."""
+        """The body of a request; None if it is too large. A client reads the error only after it
+        has sent its body, so the rest is read and dropped, up to the size of a dropped file."""
         text, size = bytearray(), 0
         async for block in request.stream():
             size += len(block)
@@ -168,7 +175,8 @@ class Server:
                     size += len(block)
                     if size > LARGEST_DROP:
                         raise BadInput(
-                            f"{name}: larger than {LARGEST_DROP >> 30} GB. Start davarlab open with its path"
+                            f"{name}: larger than {LARGEST_DROP >> 30} GB. Start davarlab open "
+                            "with its path"
                         )
                     dropped.file.write(block)
         except BadInput as why:
@@ -180,7 +188,8 @@ class Server:
         return await self.computed(Call(ACTION, partial(taken, str(dropped.path))), "drop", {})
 
     async def answer(self, request, kinds, text=None, query=None):
-        """Runs a call of the visit, of one of these kinds, on what was given with the request, in JSON or in the query, once it is what schema.py says."""
+        """Runs a call of the visit, of one of these kinds, on what was given with the request, in
+        JSON or in the query, once it is what schema.py says."""
         what = request.path_params["what"]
         if not self.allowed(request):
             return PlainTextResponse("no token", 403)
@@ -209,7 +218,8 @@ class Server:
         return JSONResponse(values.plain(found))
 
     def end(self):
-        """Ends the workers; what is still being computed, perhaps for minutes, is given up with the process, but no file in the middle."""
+        """Ends the workers; what is still being computed, perhaps for minutes, is given up with the
+        process, but no file in the middle."""
         for pool in (self.worker, self.reader):
             pool.shutdown(wait=False, cancel_futures=True)
         if self.computing:
@@ -217,7 +227,8 @@ class Server:
                 os._exit(0)
 
     def begun(self, call, what, given):
-        """What the worker runs; one that a person is waiting for waits in sight until it begins, for a ranking gives way to it."""
+        """What the worker runs; one that a person is waiting for waits in sight until it begins,
+        for a ranking gives way to it."""
 
         def work():
             self.waiting.discard(work)
@@ -236,7 +247,8 @@ class Server:
         internal_error(why)
         return JSONResponse(
             {
-                "error": f"an internal error: {type(why).__name__}: {why}. The steps so far are saved"
+                "error": f"an internal error: {type(why).__name__}: {why}. "
+                "The steps so far are saved"
             },
             500,
         )
@@ -270,7 +282,8 @@ class Server:
 
 
 def show(address, folder):
-    """Opens the address in the user's browser, by way of a file in a folder that nobody else can read: command lines are seen by all."""
+    """Opens the address in the user's browser, by way of a file in a folder that nobody else can
+    read: command lines are seen by all."""
     page = Path(folder) / "open.html"
     page.write_text(
         f'<!doctype html><meta http-equiv="refresh" content="0;url={address}">', encoding="ascii"
@@ -305,7 +318,8 @@ def run(options):
             server.loop = asyncio.get_running_loop()
             print(address, flush=True)
             print(
-                "davarlab: the workbench is open at this address, on this machine only. Ctrl-C stops it. Every step is saved next to the recording.",
+                "davarlab: the workbench is open at this address, on this machine only. Ctrl-C "
+                "stops it. Every step is saved next to the recording.",
                 file=sys.stderr,
                 flush=True,
             )
@@ -317,9 +331,7 @@ def run(options):
                 await server.loop.run_in_executor(None, visit.ears.quiet)
 
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-        try:
+        with contextlib.suppress(KeyboardInterrupt):
             asyncio.run(serve())
-        except KeyboardInterrupt:
-            pass
     server.end()
     return 0

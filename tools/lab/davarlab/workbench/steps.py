@@ -1,4 +1,5 @@
-"""What was done, as a tree of models: every step can be gone back to, and all of it is in a file beside the recording."""
+"""What was done, as a tree of models: every step can be gone back to, and all of it is in a file
+beside the recording."""
 
 import json
 import os
@@ -17,8 +18,8 @@ VERSION = 1
 
 @dataclass
 class Step:
-    """A model that was reached. text: the model file; off: effects that are switched off, as in a model file; fitted: are the values those of
-    a fit; did: what led here, in words."""
+    """A model that was reached. text: the model file; off: effects that are switched off, as in a
+    model file; fitted: are the values those of a fit; did: what led here, in words."""
 
     number: int
     parent: int | None
@@ -32,7 +33,8 @@ class Step:
 
 @dataclass(frozen=True)
 class Sight:
-    """What of a recording is looked at: one gyro column, the whole of it, one stretch alone, or all but what was cut out (seconds)."""
+    """What of a recording is looked at: one gyro column, the whole of it, one stretch alone, or all
+    but what was cut out (seconds)."""
 
     column: str
     alone: tuple = ()
@@ -62,21 +64,25 @@ def checked_step(entry, place):
 
 
 class Steps:
-    """The trees of a recording, one for each sight of it, and where one stands. Each change is in the file before the page hears of it."""
+    """The trees of a recording, one for each sight of it, and where one stands. Each change is in
+    the file before the page hears of it."""
 
     def __init__(self, recording_path, sensor=None):
         self.path = Path(
             str(recording_path) + (f".{quote(sensor, safe=':')}" if sensor else "") + ENDING
         )
         self.recording = str(recording_path)
-        self.log = None  # how the columns are to be read, and of which sensor; None: as they are called, of the only one
+        # How the columns are to be read, and of which sensor; None: as they are called, of the only
+        # one.
+        self.log = None
         self.held_out = None  # path of a second recording, on which every step is judged
         self.sha256, self.written = files.sha256(recording_path), None
         self.trees, self.sight = {}, None  # Sight.text -> {"steps", "current"}; the one looked at
 
     @classmethod
     def beside(cls, recording_path, sensor=None):
-        """Those of an earlier visit to this sensor of it; empty without one. Raises BadInput when the file is not what this program wrote."""
+        """Those of an earlier visit to this sensor of it; empty without one. Raises BadInput when
+        the file is not what this program wrote."""
         found = cls(recording_path, sensor)
         found.written = found.there()
         if found.written is not None:
@@ -85,27 +91,32 @@ class Steps:
                 found.take(data)
             except (BadInput, ValueError) as why:
                 raise BadInput(
-                    f"{found.path}: not a session of davarlab ({why}). Move it away to start a new one"
+                    f"{found.path}: not a session of davarlab ({why}). Move it away to start a "
+                    "new one"
                 ) from None
             if data.sha256 != found.sha256:
                 raise BadInput(
-                    f"{found.path}: the session of another recording with this name. Move it away to start a new one"
+                    f"{found.path}: the session of another recording with this name. Move it away "
+                    "to start a new one"
                 )
         return found
 
     def there(self):
-        """The bytes of the session file; None: there is none. Raises BadInput for what is no file of this program, and for a symbolic link: what it
-        leads to, perhaps nothing yet, is somebody else's."""
+        """The bytes of the session file; None: there is none. Raises BadInput for what is no file
+        of this program, and for a symbolic link: what it leads to, perhaps nothing yet, is somebody
+        else's."""
         if not os.path.lexists(self.path):
             return None
         if os.path.islink(self.path):
             raise BadInput(
-                f"{self.path}: a symbolic link, not a session of davarlab. Move it away to start a new one"
+                f"{self.path}: a symbolic link, not a session of davarlab. Move it away to start "
+                "a new one"
             )
         return files.read_whole(self.path)
 
     def take(self, data):
-        """What save() wrote, as a schema.Session. Raises BadInput and ValueError for anything else."""
+        """What save() wrote, as a schema.Session. Raises BadInput and ValueError for anything
+        else."""
         self.log, self.sight, self.held_out = (
             data.log and data.log.model_dump(),
             Sight.of_text(data.sight),
@@ -121,7 +132,8 @@ class Steps:
             raise ValueError("sight")
 
     def save(self, trees=None):
-        """Writes the session with these trees, which are the session's from then on; raises BadInput and changes nothing where it cannot."""
+        """Writes the session with these trees, which are the session's from then on; raises
+        BadInput and changes nothing where it cannot."""
         trees = self.trees if trees is None else trees
         kept = {
             sight: {"steps": [asdict(step) for step in tree["steps"]], "current": tree["current"]}
@@ -138,7 +150,8 @@ class Steps:
         text = (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
         if self.there() != self.written:
             raise BadInput(
-                f"{self.path}: another process has changed it (another davarlab open?). Close one of them and open the recording again"
+                f"{self.path}: another process has changed it (another davarlab open?). Close one "
+                "of them and open the recording again"
             )
         files.write_whole(self.path, text, follow=False)
         self.trees, self.written = trees, text
@@ -156,7 +169,8 @@ class Steps:
         return self.trees[self.sight.text]["current"] if self.steps else None
 
     def grow(self, did, model, root=False, **more):
-        """A step behind the current one, or one that begins a tree of its own; it becomes the current one. The same step again is gone to, not made."""
+        """A step behind the current one, or one that begins a tree of its own; it becomes the
+        current one. The same step again is gone to, not made."""
         step = Step(
             len(self.steps), None if root else self.current, did, models.text_of(model), **more
         )

@@ -9,7 +9,8 @@ IMPORTED_NAME, MODEL_NAME = "rec.csv", "model.toml"  # in commands to type
 
 
 def commands(steps, sight):
-    """What to type in a terminal, once the model is saved, for the same numbers; of a stretch nothing does."""
+    """What to type in a terminal, once the model is saved, for the same numbers; of a stretch
+    nothing does."""
     if sight.alone or sight.cut:
         return []
     imported, recording, rate = in_terminal(steps)
@@ -26,7 +27,8 @@ def again(steps):
 
 
 def in_terminal(steps):
-    """(the import that the log needs, if any, the name of the recording behind it, its --rate and --as-recorded): words to type."""
+    """(the import that the log needs, if any, the name of the recording behind it, its --rate and
+    --as-recorded): words to type."""
     renames, scales = (
         desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
     )

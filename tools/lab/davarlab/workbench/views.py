@@ -84,7 +84,8 @@ def failure_map(state):
 
 
 def spectrum(state):
-    """Density of the record beside the model's, deg/s/sqrt(Hz), and the largest ordinate of each group of frequencies, with its own frequency."""
+    """Density of the record beside the model's, deg/s/sqrt(Hz), and the largest ordinate of each
+    group of frequencies, with its own frequency."""
     data, fit = state.bench.data, state.fit
     energy = data.without(np.zeros(0), []) ** 2
     level = data.at_ordinates(fit.level)
@@ -108,7 +109,8 @@ def spectrum(state):
 
 
 def card(outcome, place, taken):
-    """One effect of the model: its parameters with interval and limits, what the likelihood loses without it, and the error then, both of the fit."""
+    """One effect of the model: its parameters with interval and limits, what the likelihood loses
+    without it, and the error then, both of the fit."""
     term, entry = outcome.model.terms[place], outcome.estimates[place]
     effect = table.find(term.kind)
     rows = [
@@ -135,7 +137,8 @@ def card(outcome, place, taken):
 
 
 def losses(outcome):
-    """(what the likelihood loses, the error) without each effect; None of what cannot be left out alone."""
+    """(what the likelihood loses, the error) without each effect; None of what cannot be left out
+    alone."""
     found = []
     for part in outcome.fitted.parts:
         rest = [other for other in outcome.fitted.parts if other is not part]
@@ -172,7 +175,8 @@ def model(outcome, recording):
 
 
 def candidates(ranked):
-    """The ranking as a list to choose from; `alike`: what this recording cannot tell from the first."""
+    """The ranking as a list to choose from; `alike`: what this recording cannot tell from the
+    first."""
     alike = {one.kind for one in search.close_ones(ranked)}
     return [
         {
@@ -196,8 +200,9 @@ def envelope(desk, start_s, stop_s, column):
 
 
 def densities(pieces, rate_hz, lowest, groups):
-    """(frequencies, densities in deg/s/sqrt(Hz), a row per piece) of pieces of a record, two-sided as the spectrum of the whole; the trend of each is
-    taken off, the first `lowest` ordinates are left out, the others in groups of equal ratios."""
+    """(frequencies, densities in deg/s/sqrt(Hz), a row per piece) of pieces of a record, two-sided
+    as the spectrum of the whole; the trend of each is taken off, the first `lowest` ordinates are
+    left out, the others in groups of equal ratios."""
     length = pieces.shape[1]
     energy = np.abs(np.fft.rfft(signal.detrend(pieces) * np.hanning(length))) ** 2 / (
         rate_hz * HANN * length
@@ -260,7 +265,8 @@ def sheet(terms, rate_hz, samples):
 
 
 def spectrogram(desk, column):
-    """Densities of the gyro over time or over the value of another column: of sixty-fourths of the record, in the order of the column."""
+    """Densities of the gyro over time or over the value of another column: of sixty-fourths of the
+    record, in the order of the column."""
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
     length = len(gyro) // PIECES
     f, density = densities(gyro[: length * PIECES].reshape(PIECES, length), rate, 2, ROWS)

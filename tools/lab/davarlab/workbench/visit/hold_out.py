@@ -11,7 +11,8 @@ class HoldOut:
         self.visit = visit
 
     def hold_out(self, path):
-        """A second recording of the same sensor: every step is judged on it too, and fitted on the first one only."""
+        """A second recording of the same sensor: every step is judged on it too, and fitted on the
+        first one only."""
         self.visit.stepping.here()
         held = self.beside(path, self.visit.steps, self.visit.desk.column)
         self.visit.steps.hold_out(path)
@@ -35,7 +36,8 @@ class HoldOut:
         return self.visit.changed()
 
     def held_out(self, number=None):
-        """The error of a step on the recording that is held out, and its floor; None without one."""
+        """The error of a step on the recording that is held out, and its floor; None without
+        one."""
         step = self.visit.stepping.here(number)
         error, floor = self.visit.desk.held_out(
             step.text, self.visit.stepping.outcome(step).model, self.visit.held

@@ -1,4 +1,5 @@
-"""What comes onto the desk: a log is looked at, its columns named, its plausibility checked; then it is a recording."""
+"""What comes onto the desk: a log is looked at, its columns named, its plausibility checked; then
+it is a recording."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +13,8 @@ from ..steps import Sight, Steps
 
 @dataclass
 class Waiting:
-    """A log that waits to be read. shown: what the page shows of it; guesses: for its columns, none while the sensor is to be chosen."""
+    """A log that waits to be read. shown: what the page shows of it; guesses: for its columns, none
+    while the sensor is to be chosen."""
 
     path: Path
     shown: dict
@@ -28,7 +30,8 @@ class Intake:
         self.visit = visit
 
     def open(self, path, model=None, sensor=None):
-        """A recording by its path. Which sensor is meant, and columns that are not called as davarlab calls them, are asked about first."""
+        """A recording by its path. Which sensor is meant, and columns that are not called as
+        davarlab calls them, are asked about first."""
         steps = Steps.beside(path, sensor)
         if steps.log is None and not sensor:
             gyros = desks.gyros_in(path)
@@ -68,12 +71,14 @@ class Intake:
         return self.open(str(self.waits().path), self.visit.log.model, name)
 
     def begin(self, path, steps, model=None):
-        """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a model file to look at."""
+        """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
+        model file to look at."""
         recording = self.as_named(path, steps)
         gyros = desks.gyro_columns(recording)
         if not gyros:
             raise BadInput(
-                f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for an accelerometer: tools/davarlab fit --axes accel)"
+                f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for "
+                "an accelerometer: tools/davarlab fit --axes accel)"
             )
         doubts = plausible.of(recording)
         if doubts:
@@ -95,7 +100,8 @@ class Intake:
 
     @staticmethod
     def doubted(path, steps, doubts, model):
-        """A recording whose rate, units or levels are implausible waits until somebody corrects or confirms them."""
+        """A recording whose rate, units or levels are implausible waits until somebody corrects or
+        confirms them."""
         log = steps.log or {}
         guesses, shown = desks.preview(
             path, log.get("sensor"), [guess.Guess(**one) for one in log.get("columns", [])]
@@ -103,7 +109,8 @@ class Intake:
         return Waiting(Path(path), shown | {"doubts": doubts}, guesses, log.get("sensor"), model)
 
     def look_at(self, recording, steps, sight, given=None):
-        """A sight of the recording, with a first step where there is none. It is on the desk when all of it is there."""
+        """A sight of the recording, with a first step where there is none. It is on the desk when
+        all of it is there."""
         desk, before = desks.Desk(recording, sight), steps.sight
         steps.sight = sight
         try:
@@ -126,7 +133,8 @@ class Intake:
         self.visit.desk, self.visit.steps, self.visit.log = desk, steps, None
 
     def sight(self, column=None, alone=(), cut=()):
-        """Another sight of the same recording: a gyro column, a stretch alone, all but what was cut out; each has steps of its own."""
+        """Another sight of the same recording: a gyro column, a stretch alone, all but what was cut
+        out; each has steps of its own."""
         self.visit.stepping.here()
         span, column = (
             self.visit.desk.whole.samples / self.visit.desk.whole.rate_hz,
@@ -148,7 +156,8 @@ class Intake:
         return self.visit.changed()
 
     def read(self, columns, rate_hz=None, as_recorded=False):
-        """The log as its columns were named by whoever looked at them: dicts of guess.Guess; as_recorded: what was doubted is right."""
+        """The log as its columns were named by whoever looked at them: dicts of guess.Guess;
+        as_recorded: what was doubted is right."""
         path, guesses = self.waits().path, self.visit.log.guesses
         if [one["name"] for one in columns] != [one.name for one in guesses]:
             raise BadInput(
@@ -168,7 +177,8 @@ class Intake:
         return self.open(str(self.visit.arrivals.tutorial(self.visit.progress)))
 
     def freeze(self, channel):
-        """The raw samples of a channel that have come so far, opened as a recording; more may come meanwhile."""
+        """The raw samples of a channel that have come so far, opened as a recording; more may come
+        meanwhile."""
         return self.open(str(self.visit.ears.freeze(channel)))
 
     def as_named(self, path, steps):

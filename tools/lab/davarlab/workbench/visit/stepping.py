@@ -49,12 +49,14 @@ class Stepping:
         step = self.here()
         if state != self.state(step):
             raise Stale(
-                "this was shown for another axis, stretch or step; nothing was changed, look at the page as it is now and try again"
+                "this was shown for another axis, stretch or step; nothing was changed, look at "
+                "the page as it is now and try again"
             )
         return step
 
     def shown(self, number, state):
-        """The step that the page showed, where it says so (`state`); else the current one, or that of the number."""
+        """The step that the page showed, where it says so (`state`); else the current one, or that
+        of the number."""
         return self.here(number) if state is None else self.current(state)
 
     def known(self, number):
@@ -66,7 +68,8 @@ class Stepping:
         return self.visit.desk.of(step.text, step.fitted, self.visit.progress)
 
     def grown(self, steps, desk, did, outcome, fitted=True, **more):
-        """A new step. Its model file is that of the fitted values, so that a terminal gives the same."""
+        """A new step. Its model file is that of the fitted values, so that a terminal gives the
+        same."""
         if fitted:
             desk.keep(outcome)
         judgement = outcome.state.judgement
@@ -96,7 +99,8 @@ class Stepping:
         }
 
     def candidates(self, number=None):
-        """The ranking beside a step; given up, and said so, when somebody does something or holds a slider."""
+        """The ranking beside a step; given up, and said so, when somebody does something or holds a
+        slider."""
         step = self.here(number)
         state = self.state(step)
 
@@ -130,7 +134,8 @@ class Stepping:
         """What stands at a place, if it is of the kind that the page showed there. Raises Stale."""
         if found.kind != kind:
             raise Stale(
-                f"{words.name(found.kind)} stands there now, not {words.name(kind)}; nothing was changed"
+                f"{words.name(found.kind)} stands there now, not {words.name(kind)}; nothing was "
+                "changed"
             )
         return found
 
@@ -173,7 +178,8 @@ class Stepping:
         return self.join(step, self.candidate(step, place, kind))
 
     def line(self, f_hz, state, wide=False):
-        """A line where somebody saw a peak; the fit moves a sharp one by less than one over the record's length."""
+        """A line where somebody saw a peak; the fit moves a sharp one by less than one over the
+        record's length."""
         step = self.current(state)
         return self.join(step, self.visit.desk.line_at(step.text, f_hz, wide))
 
@@ -205,7 +211,8 @@ class Stepping:
         return model.terms[place]
 
     def refit(self, state, held=()):
-        """All values at their best, from where they stand; those of the effects at the places `held` stay."""
+        """All values at their best, from where they stand; those of the effects at the places
+        `held` stay."""
         step = self.current(state)
         if held:
             model = models.of_text(step.text, "model")

@@ -1,4 +1,5 @@
-"""A visit to the workbench: what lies on the desk, and the table of everything that a page may ask or do."""
+"""A visit to the workbench: what lies on the desk, and the table of everything that a page may ask
+or do."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -60,7 +61,8 @@ class Call:
 
 
 class Visit:
-    """calls: name -> Call, of CALLS. What lies on the desk is kept here; the parts of the visit work on it."""
+    """calls: name -> Call, of CALLS. What lies on the desk is kept here; the parts of the visit
+    work on it."""
 
     def __init__(self, folder):
         self.arrivals, self.desk, self.steps = Arrivals(folder), None, None
