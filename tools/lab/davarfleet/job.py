@@ -2,19 +2,26 @@
 
 import hashlib
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from davarlab import arithmetic, axes, simulate
 from davarlab import model as models
+from davarlab.candidates.candidate import Candidate
 from davarlab.data import recording as recordings
+from davarlab.data.recording import Recording
 from davarlab.diagnosis import diagnose, improve, search
 from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis.improve import Estimates
+from davarlab.diagnosis.state import Judged, State
 from davarlab.effects import own, table
 from davarlab.errors import BadInput
 from davarlab.logs import door
+from davarlab.model import Model
 
 from . import sources
+from .store import Done, Row
 
 DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from somewhere else
 
@@ -30,11 +37,11 @@ class Job:
     model: str
     axes: str | None = None
     how: door.Options = field(default_factory=door.Options)
-    effects: tuple = ()
+    effects: tuple[str, ...] = ()
     chance: bool = False
 
 
-def known_effects(paths):
+def known_effects(paths: Iterable[str]) -> None:
     """Own effects, once a process."""
     for path in paths:
         try:
@@ -44,10 +51,8 @@ def known_effects(paths):
                 raise
 
 
-def measured(job):
-    """{"rows", "seconds", "cpu_s" of this process, "again": is the failure one that may pass}.
-    Raises nothing that a file could be the cause of.
-    """
+def measured(job: Job) -> Done:
+    """The rows of a recording. Raises nothing that a file could be the cause of."""
     arithmetic.on_one_thread()
     begin, spent, again = time.perf_counter(), time.process_time(), False
     try:
@@ -75,13 +80,13 @@ def measured(job):
     }
 
 
-def rows_of(path, job):
+def rows_of(path: str, job: Job) -> list[Row]:
     recording, given = door.read(path, job.how), models.of_text(job.model, "model")
     columns = axes.columns_of(recording, job.axes) if job.axes else [given.column]
     return [row_of(recording, replace(given, column=column), job) for column in columns]
 
 
-def row_of(recording, given, job):
+def row_of(recording: Recording, given: Model, job: Job) -> Row:
     """One axis as plain values: coefficients with intervals, verdict, gains of what the model
     lacks.
     """
@@ -111,7 +116,7 @@ def row_of(recording, given, job):
     return row
 
 
-def asked(recording, model):
+def asked(recording: Recording, model: Model) -> tuple[Judged, list[Candidate], str, list[str]]:
     """(judged state of the model, candidates beside it, verdict, kinds that cannot be told from
     it): what diagnose says, without asking twice where no candidate is beyond chance.
     """
@@ -123,15 +128,17 @@ def asked(recording, model):
     return state, ranking, found.verdict, [one.kind for one in found.alternatives]
 
 
-def gains(ranking):
+def gains(ranking: Iterable[Candidate]) -> dict[str, float]:
     """kind -> log-likelihood units, none below 0."""
-    best = {}
+    best: dict[str, float] = {}
     for candidate in ranking:
         best[candidate.kind] = max(best.get(candidate.kind, 0.0), float(candidate.gain))
     return best
 
 
-def coefficients(fitted, entries, column):
+def coefficients(
+    fitted: Model, entries: Iterable[Estimates], column: str
+) -> dict[str, list[float | None]]:
     """ "kind.parameter" as a model file of the column calls it -> [value, low, high]; low and high
     None where the record says next to nothing.
     """
@@ -149,12 +156,12 @@ def coefficients(fitted, entries, column):
     return found
 
 
-def temperature(recording):
+def temperature(recording: Recording) -> float | None:
     name = next((name for name in recording.columns if name.startswith("temp")), None)
     return float(np.mean(recording.columns[name])) if name else None
 
 
-def start(recording):
+def start(recording: Recording) -> float | None:
     """Unix time of the first sample, None where the stamps count from somewhere else."""
     if "time_s" not in recording.columns:
         return None
@@ -162,7 +169,7 @@ def start(recording):
     return begin if begin > DATED_S else None
 
 
-def seed_of(recording, column):
+def seed_of(recording: Recording, column: str) -> int:
     """Of what was measured, so that a recording is drawn alike wherever it lies, under whatever
     name.
     """
@@ -174,7 +181,7 @@ def seed_of(recording, column):
     )
 
 
-def drawn(recording, fitted, state):
+def drawn(recording: Recording, fitted: Model, state: State) -> Recording:
     """The recording with its gyro drawn from the fitted model: what there is when nothing is
     missing.
     """

@@ -1,6 +1,8 @@
 """The report on a population, as a page and in the terminal."""
 
 import shlex
+from argparse import Namespace
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -15,6 +17,7 @@ from markupsafe import Markup
 
 from . import limits as limits_of
 from . import pictures, population, sources
+from .store import Found, Row
 
 HERE = Path(__file__).resolve().parent
 ROWS_MAX = 40  # of a table; the Parquet file has all
@@ -24,7 +27,7 @@ LEAST_SHOWN = 1e-6  # smaller shares are printed as a bound
 
 
 @cache
-def template():
+def template() -> jinja2.Template:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(HERE),
         autoescape=True,
@@ -43,7 +46,7 @@ def template():
     return environment.get_template("page.html")
 
 
-def percent(share, digits=2):
+def percent(share: float | None, digits: int = 2) -> str:
     return (
         "–"
         if share is None
@@ -53,7 +56,7 @@ def percent(share, digits=2):
     )
 
 
-def command_of(typed):
+def command_of(typed: Sequence[str]) -> str:
     """The command as typed, without the middle of a long list of files."""
     return (
         shlex.join(["tools/davarlab", *typed])
@@ -66,13 +69,13 @@ def command_of(typed):
     )
 
 
-def where(one, many_axes=False):
+def where(one: Found, many_axes: bool = False) -> str:
     """The name of a batch in a sentence."""
     batch = f"Batch {one['batch']}" if one["batch"] else "The units"
     return f"{batch}, {one['axis']}" if many_axes else batch
 
 
-def verdict(found):
+def verdict(found: Found) -> tuple[str, str]:
     """(tone, the main results)."""
     said, many = [], len({one["axis"] for one in found["hidden"]}) > 1
     said += [
@@ -105,7 +108,7 @@ def verdict(found):
     )
 
 
-def hidden_sentences(found):
+def hidden_sentences(found: Found) -> list[str]:
     """For each batch with a missing effect: the evidence, and other explanations."""
     out, many = [], len({one["axis"] for one in found["hidden"]}) > 1
     for one in (one for one in found["hidden"] if one["named"]):
@@ -143,7 +146,7 @@ def hidden_sentences(found):
     return out
 
 
-def attention(rows):
+def attention(rows: Sequence[Row]) -> tuple[list[Row], int]:
     """(rows to show, their total number) of the units to check: those that fail a limit, then
     outliers.
     """
@@ -163,7 +166,7 @@ def attention(rows):
     ], len(found)
 
 
-def contents_of(options, rows, found):
+def contents_of(options: Namespace, rows: Sequence[Row], found: Found) -> dict[str, object]:
     good = [row for row in rows if "failed" not in row]
     names = population.names_of(good)[:NAMES_MAX]
     read = limits_of.read(options.limits).limits if options.limits else ()
@@ -190,12 +193,12 @@ def contents_of(options, rows, found):
     }
 
 
-def write(contents, path):
+def write(contents: dict[str, object], path: Path) -> None:
     style = Markup((Path(pages.__file__).parent / "style.css").read_text(encoding="utf-8"))
     files.write_whole(path, template().render(contents, style=style).encode())
 
 
-def text(found, folder):
+def text(found: Found, folder: Path) -> str:
     """The output in the terminal."""
     out = [words.in_ascii(verdict(found)[1]), ""]
     out += [
