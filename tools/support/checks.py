@@ -14,7 +14,7 @@ from functools import partial
 
 import targets
 from c_suites import FUZZ, coverage, ctest, fuzz, mcdc, mutants, use_ccache
-from linters import clang_format, clang_tidy, cppcheck, ruff, shell
+from linters import clang_format, clang_tidy, cppcheck, mypy, ruff, shell
 from python_suites import (
     board,
     commands,
@@ -270,10 +270,11 @@ PARTS = {
     ),
     "cppcheck": Part("cppcheck", [cppcheck], quick=True, packages=("cppcheck",)),
     "python": Part(
-        "ruff: layout and common mistakes of Python",
+        "ruff and mypy --strict: layout, common mistakes and types of Python",
         [
             partial(ruff, "format", "--check"),
             partial(ruff, "check", "--output-format=concise"),
+            mypy,
         ],
         quick=True,
         packages=VENV,
@@ -313,6 +314,7 @@ TYPICAL = {
     "hypothesis": 40,
     "packages": 40,
     "package": 40,
+    "python": 10,
     "fuzz": 30,
     "tidy": 20,
 }
