@@ -36,10 +36,11 @@ class OneFile(unittest.TestCase):
         cls.work = Path(folder.name)
         run(sys.executable, ROOT / "tools/support/amalgamate.py", cls.work)
         (cls.work / "davar").mkdir()
-        for header in (ROOT / "lib/include/davar").glob(
-            "*.h"
-        ):  # so that a program that includes them gets the single file
-            (cls.work / "davar" / header.name).write_text('#include "../davar.h"\n')
+        for header in (ROOT / "lib/include/davar").iterdir():
+            if header.suffix == ".h":  # a program that includes it gets the single file
+                (cls.work / "davar" / header.name).write_text('#include "../davar.h"\n')
+            else:  # the list of fields, which a suite expands
+                shutil.copy(header, cls.work / "davar")
 
     def test_it_compiles_without_a_warning(self):
         there = [compiler for compiler in COMPILERS if shutil.which(compiler[0])]

@@ -13,13 +13,11 @@ import sys
 import tty
 import unittest
 
-from kernel_case import REPLAY, ROOT, SIM, KernelCase, settle, shell, sim_csv, wait_for
-from test_readme import listeners
-
-sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab import errors
 from davarlab.wire import frames as wire
 from davarlab.wire import source
+from kernel_case import REPLAY, ROOT, SIM, KernelCase, settle, shell, sim_csv, wait_for
+from test_readme import listeners
 
 # The command of tools/davarlab live, without the other commands and their requirements
 # (test_readme.py runs the complete program).

@@ -17,10 +17,10 @@ import tempfile
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/lab"))
+from davarlab.wire import frames as wire
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import targets
-from davarlab.wire import frames as wire
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -8,7 +8,7 @@
 #include "pipeline/allan.inc"
 
 /* its queue is private; the library's own copy is not linked as well */
-#include "detector/glr_q15.c"
+#include "detector/glr_q15.c" /* NOLINT(bugprone-suspicious-include) */
 
 #include <string.h>
 

@@ -4,12 +4,10 @@ import functools
 import os
 import random
 import subprocess
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/lab"))
 PROBE = os.environ.get("DAVAR_WIRE_PROBE", "wire_probe")
 STATE, FD, END = 1, 8, 11
 

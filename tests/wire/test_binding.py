@@ -6,15 +6,12 @@ twentieth of them).
 """
 
 import os
-import sys
 import unittest
 from collections import Counter
 
 import cantools
-from senders import FD, ROOT, STATE, frames, run, seeded
-
-sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire
+from senders import FD, ROOT, STATE, frames, run, seeded
 
 FAULTS = int(os.environ.get("DAVAR_WIRE_FAULTS", "1000000")) // 20
 DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)

@@ -1,14 +1,11 @@
 """tools/davarlab dbc: the same layout at other identifiers."""
 
 import random
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 import cantools
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/lab"))
 from davarlab import errors
 from davarlab.wire import dbc
 

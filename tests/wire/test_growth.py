@@ -14,12 +14,10 @@ from array import array
 from pathlib import Path
 from unittest import mock
 
-from senders import END, ROOT, run, seeded
-from test_raw import counts, stream
-
-sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire
 from davarlab.wire import live, record
+from senders import END, run, seeded
+from test_raw import counts, stream
 
 WARM, RESTARTS = 40, 240
 SETUP, HEALTH = 6, 5

@@ -16,11 +16,9 @@ import tty
 import unittest
 from pathlib import Path
 
-from senders import ROOT, frames, run
-
-sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire
 from davarlab.wire import record, source
+from senders import ROOT, frames, run
 
 # The command of tools/davarlab live, without the other commands and their requirements.
 LIVE = (

@@ -22,12 +22,10 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-from senders import ROOT, frames, run, seeded
-from test_raw import counts, stream
-
-sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire
 from davarlab.wire import live, raw_record, record
+from senders import ROOT, frames, run, seeded
+from test_raw import counts, stream
 
 WATCHED = (live.__file__, wire.__file__, record.__file__, raw_record.__file__)
 LINES_APART = 23

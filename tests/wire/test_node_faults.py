@@ -9,7 +9,6 @@ import os
 import pty
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -17,11 +16,9 @@ import tty
 import unittest
 from pathlib import Path
 
-from senders import ROOT, seeded
-
-sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire
 from davarlab.wire import source
+from senders import ROOT, seeded
 
 NODE = os.environ.get("DAVAR_NODE", "davar-node")
 SAMPLES, PAUSE_S = 300, 0.15

@@ -6,18 +6,15 @@ import csv
 import os
 import re
 import subprocess
-import sys
 import tempfile
 import threading
 import unittest
 from pathlib import Path
 
-from senders import PROBE, ROOT, disturbed, run, seeded
-
-sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab import errors
 from davarlab.wire import frames as wire
 from davarlab.wire import raw_record, source
+from senders import PROBE, ROOT, disturbed, run, seeded
 
 NODE, SIM = os.environ.get("DAVAR_NODE", "davar-node"), os.environ.get("DAVAR_SIM", "davar-sim")
 UNIT, RATE_HZ, SEND_RAW = 0.05, 100.0, 32  # of wire_probe

@@ -7,11 +7,9 @@ import itertools
 import os
 import random
 import struct
-import sys
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/lab"))
 from davarlab.wire import frames as wire
 
 ROOT = Path(__file__).resolve().parents[2]

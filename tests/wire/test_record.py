@@ -3,12 +3,10 @@ names.
 """
 
 import csv
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/lab"))
 from davarlab import errors
 from davarlab.wire import frames as wire
 from davarlab.wire import record

@@ -7,14 +7,11 @@ DAVAR_WIRE_STREAMS: number of random streams (default 60).
 import functools
 import os
 import struct
-import sys
 import unittest
 
 import cantools
-from senders import END, FD, ROOT, STATE, Run, disturbed, frames, run, seeded
-
-sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire
+from senders import END, FD, ROOT, STATE, Run, disturbed, frames, run, seeded
 
 STREAMS = int(os.environ.get("DAVAR_WIRE_STREAMS", "60"))
 DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)

@@ -108,6 +108,9 @@ def simulator(preset: str) -> Python:
     }
 
 
+DAVARLAB = {"PYTHONPATH": str(ROOT / "tools/lab")}  # for modules that import davarlab
+
+
 def lab() -> Python:
     """The lab's own Python, for modules that import the lab. Also builds what the commands in
     tools/ build on their first use, because all modules would otherwise find it missing at the same
@@ -117,7 +120,7 @@ def lab() -> Python:
     return [environment("lab", "tools/requirements-lab.txt")], {
         "DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"),
         "OPENBLAS_NUM_THREADS": "1",
-        "PYTHONPATH": str(ROOT / "tools/lab"),
+        **DAVARLAB,
     }
 
 
@@ -139,6 +142,7 @@ def workbench() -> Python:
 
 def wire() -> Python:
     return [environment("wire")], {
+        **DAVARLAB,
         "DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
         "DAVAR_NODE": program("gateway/davar-node", "release"),
         **simulator("release")[1],
@@ -232,4 +236,4 @@ def guest() -> Python:
 
 def board() -> Python:
     """An emulated board connected to such a kernel."""
-    return [environment("wire")], {"DAVAR_KERNEL": linux(), **simulator("release")[1]}
+    return [environment("wire")], {"DAVAR_KERNEL": linux(), **DAVARLAB, **simulator("release")[1]}

@@ -151,10 +151,14 @@ static bool is_built(const davar_config_t *config)
 {
     const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
     const bool queue = (config->law != NULL) && (config->law->push != NULL);
-    const bool grid =
-        (config->engine == DAVAR_ENGINE_GRID) && ((config->stride > 1U) || (centred && queue));
-    return (DAVAR_GRID || !grid) && (DAVAR_CENTRED || !centred) &&
-           (DAVAR_LAWS || ((config->law == NULL) && (config->moments.segment == 0U)));
+    bool built = DAVAR_LAWS || ((config->law == NULL) && (config->moments.segment == 0U));
+    if (centred) {
+        built = built && DAVAR_CENTRED;
+    }
+    if ((config->engine == DAVAR_ENGINE_GRID) && ((config->stride > 1U) || (centred && queue))) {
+        built = built && DAVAR_GRID;
+    }
+    return built;
 }
 
 DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config,
@@ -208,8 +212,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_WINDOW_MAX] = "window_max below 4, or too long for the number type",
         [DAVAR_ERR_WINDOW_MIN] = "window_min 0, or above window_max",
         [DAVAR_ERR_WINDOW_ODD] = "window_max or window_min odd in centred mode",
-        [DAVAR_ERR_SEGMENT] = "segment not smaller than window_min, or 0 with a policy that needs "
-                              "it (fixed and glr do not)",
+        [DAVAR_ERR_SEGMENT] = "segment not below window_min, or 0 (which only fixed and glr allow)",
         [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
         [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
         [DAVAR_ERR_STEP] = "grow or shrink would move a window edge backwards (centred: 0 or 2)",
@@ -218,8 +221,8 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_STRIDE_LONG] =
             "stride above window_max: samples between two windows would never count",
         [DAVAR_ERR_ENGINE] = "engine unknown, or edges for policy glr with a stride above 1",
-        [DAVAR_ERR_TRACKING] = "policy glr: block, shock_blocks, long_cluster, window_max, "
-                               "window_min, stride or a rate out of range",
+        [DAVAR_ERR_TRACKING] =
+            "policy glr: block, shock_blocks, long_cluster, a window, stride or rate out of range",
         [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
