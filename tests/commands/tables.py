@@ -23,6 +23,7 @@ NOT_RUN = {
     "tools/test --only workbench": TESTS_ITSELF,
     "tools/test --only lab": TESTS_ITSELF,
     "tools/test --only wire": TESTS_ITSELF,
+    "tools/test --only python": TESTS_ITSELF,
     "tools/test --only examples,packages,targets": TESTS_ITSELF,
     "tools/davarlab live can:vcan0": BUS,
     "tools/davarlab live can:vcan0 --raw build/raw.csv": BUS,
