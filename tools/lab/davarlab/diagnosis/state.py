@@ -23,6 +23,7 @@ from ..inference.whittle import Fit
 from ..model import Model
 from ..thresholds import SEARCH, START
 from . import cells, judge
+from .cells import Cell
 from .judge import Judgement
 
 Progress = Callable[[str], None]  # receives what is being done
@@ -40,7 +41,7 @@ class State:
     shocks: Shocks
     blocks: Blocks | None = None
     adequacy: Adequacy | None = None
-    cells: tuple[cells.Cell, ...] = ()
+    cells: tuple[Cell, ...] = ()
     judgement: Judgement | None = None
     known: Bools | None = None
     seen: tuple[Observation, ...] = ()
@@ -245,7 +246,7 @@ def judged(state: State, quick: bool = False) -> Judged:
     )
 
 
-def cells_of(state: State, variance: Floats | None) -> tuple[list[cells.Cell], list[cells.Cell]]:
+def cells_of(state: State, variance: Floats | None) -> tuple[list[Cell], list[Cell]]:
     """(cells, short cells). Decoded levels are a course, which misses short visits, or the noise
     that they are, of which few switches scatter more than the cells' degrees of freedom say:
     whichever is nearer to its floor (6.5)."""
