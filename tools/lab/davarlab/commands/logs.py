@@ -24,16 +24,16 @@ from .shared import (
 def run_import(options: argparse.Namespace) -> int:
     how = log_options(options)
     if options.list:
-        found = door.listed(options.log, how)
+        sensors = door.listed(options.log, how)
         emit(
             options,
             {
                 "sensors": [
                     {"name": one.name, "gives": sorted(one.gives), "samples": one.samples}
-                    for one in found
+                    for one in sensors
                 ]
             },
-            "\n".join(one.said for one in found) or "no sensors",
+            "\n".join(one.said for one in sensors) or "no sensors",
         )
         return 0
     if not options.output:
@@ -74,7 +74,8 @@ def run_open(options: argparse.Namespace) -> int:
 def run_fleet(options: argparse.Namespace) -> int:
     from davarfleet import command  # Dask is needed here only
 
-    return command.run(options, progress, emit)
+    status: int = command.run(options, progress, emit)
+    return status
 
 
 def run_dbc(options: argparse.Namespace) -> int:

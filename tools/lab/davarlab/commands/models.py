@@ -5,6 +5,8 @@ import contextlib
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from .. import files, kalibr, option_types, simulate
 from .. import model as models
 from ..data import recording as recordings
@@ -35,7 +37,8 @@ def start_value(effect: Effect, parameter: Parameter, rate_hz: float) -> float |
         return parameter.default
     if parameter.text:
         return ""
-    hour = recordings.Recording({"time_s": range(int(3600 * rate_hz))}, rate_hz)
+    time = np.broadcast_to(0.0, int(3600 * rate_hz))  # only its length counts; it takes no memory
+    hour = recordings.Recording({"time_s": time}, rate_hz)
     with contextlib.suppress(BadInput, LookupError):
         values = list(effect.grid[parameter.name](hour))
         return values[len(values) // 2] if parameter.values else float(values[len(values) // 2])

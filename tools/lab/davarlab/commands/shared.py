@@ -57,13 +57,12 @@ def given_model(options: argparse.Namespace, path: str | None = None) -> models.
 
 def recorded(options: argparse.Namespace, path: str) -> recordings.Recording:
     """A recording, cached so that all axes share it."""
-    kept = options.__dict__.setdefault("recordings", {})
+    kept: dict[str, recordings.Recording] = options.__dict__.setdefault("recordings", {})
     if path not in kept:
-        kept[path] = door.read(path, log_options(options), progress)
-        if len(kept[path].gaps):
-            progress(
-                f"{len(kept[path].gaps)} gaps with {(~kept[path].known).sum()} missing samples"
-            )
+        found = kept[path] = door.read(path, log_options(options), progress)
+        if len(found.gaps):
+            missing = found.samples - found.measured_samples
+            progress(f"{len(found.gaps)} gaps with {missing} missing samples")
     return kept[path]
 
 

@@ -126,6 +126,7 @@ def redrawn(state: State, model: Model) -> State:
 def drawn_by(state: State, seed: int) -> Floats:
     """The record with its missing samples drawn from the spectrum, and about the course, of the
     state."""
+    assert state.known is not None  # samples are missing
     course, level = (
         state.bench.mean_course(state.parts, state.fit),
         state.bench.data.at_ordinates(state.fit.level),
@@ -206,7 +207,8 @@ def relative_variance(state: State) -> Floats | None:
         return None
     variance = changes.fit(blocks, rows)[1] * (1.0 if blocks.known is None else blocks.known)
     samples = np.minimum(np.arange(len(state.bench.y)) // blocks.length, len(variance) - 1)
-    return variance[samples] / variance.mean()
+    relative: Floats = variance[samples] / variance.mean()
+    return relative
 
 
 def judged(state: State, quick: bool = False) -> Judged:

@@ -122,7 +122,8 @@ def ratio_scale(*comparisons: Comparison) -> ScalarMappable:
 def cell_colour(cell: Cell, colours: ScalarMappable) -> Floats:
     """The colour of the cell's ratio, faded to white if it is consistent with noise."""
     sure = 0.08 + 0.92 * np.clip((abs(cell.z) - FADED) / (FULL - FADED), 0, 1)
-    return 1 - sure * (1 - np.array(colours.to_rgba(np.array(cell.ratio))[:3]))
+    faded: Floats = 1 - sure * (1 - np.array(colours.to_rgba(np.array(cell.ratio))[:3]))
+    return faded
 
 
 def draw_map(axes: Axes, comparison: Comparison, colours: ScalarMappable) -> None:

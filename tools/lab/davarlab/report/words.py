@@ -481,8 +481,9 @@ def gap_note(recording: Recording) -> str | None:
     """A note on how gaps affect the results; None without gaps."""
     if not len(recording.gaps):
         return None
+    missing = recording.samples - recording.measured_samples
     return (
-        f"The recording has {len(recording.gaps)} gaps with {(~recording.known).sum()} missing "
+        f"The recording has {len(recording.gaps)} gaps with {missing} missing "
         "samples. No Allan deviation spans a gap, so long averaging times use less data."
     )
 

@@ -93,8 +93,8 @@ def columns_in(path: str | Path, sensor: str | None = None) -> tuple[dict[str, F
     """(name -> numbers, line of the header or None) of a text as it is, of any other log in
     davarlab's names."""
     if door.format_of(path)[1] is texts.log:
-        found = tables.read(path, texts.SEPARATORS)
-        return found.columns, found.line
+        table_read = tables.read(path, texts.SEPARATORS)
+        return table_read.columns, table_read.line
     found = door.samples(path, door.Options(sensor=sensor))
     return found.columns, found.line
 

@@ -103,7 +103,8 @@ def spectrum(state: State) -> Json:
     rate = data.rate_hz
 
     def mean(x: Floats) -> Floats:
-        return np.add.reduceat(x[: edges[-1]], starts) / counts
+        means: Floats = np.add.reduceat(x[: edges[-1]], starts) / counts
+        return means
 
     peaks = np.array(
         [start + int(np.argmax(energy[start:stop])) for start, stop in zip(starts, edges[1:])]
