@@ -1,7 +1,7 @@
 """What comes onto the desk: a log is looked at, its columns named, its plausibility checked; then
 it is a recording."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
 from .. import desk as desks
-from ..steps import Sight, Steps, Stretch
+from ..steps import Log, Sight, Steps, Stretch
 
 if TYPE_CHECKING:
     from .visit import Visit
@@ -28,6 +28,11 @@ class Waiting:
     guesses: list[guess.Guess] = field(default_factory=list)
     sensor: str | None = None
     model: str | None = None  # a model file to look at, once the sensor is known
+
+
+def named(log: Log | None) -> list[guess.Guess]:
+    """The columns of a log as the session has them; none where it is read as it is."""
+    return [guess.Guess(**one) for one in log["columns"]] if log else []
 
 
 class Intake:
@@ -112,11 +117,9 @@ class Intake:
     ) -> Waiting:
         """A recording whose rate, units or levels are implausible waits until somebody corrects or
         confirms them."""
-        log: Mapping[str, Any] = steps.log or {}
-        guesses, shown = desks.preview(
-            path, log.get("sensor"), [guess.Guess(**one) for one in log.get("columns", [])]
-        )
-        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, log.get("sensor"), model)
+        sensor = steps.log["sensor"] if steps.log else None
+        guesses, shown = desks.preview(path, sensor, named(steps.log))
+        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model)
 
     def look_at(
         self, recording: Recording, steps: Steps, sight: Sight, given: models.Model | None = None
@@ -205,11 +208,11 @@ class Intake:
 
     def as_named(self, path: str | Path, steps: Steps) -> Recording:
         """A recording whose columns are those that the session's log was read with."""
-        log: Mapping[str, Any] = steps.log or {}
+        log = steps.log
         return desks.read(
             path,
-            [guess.Guess(**one) for one in log.get("columns", [])],
-            log.get("rate_hz"),
-            log.get("sensor"),
-            log.get("as_recorded", False),
+            named(log),
+            log["rate_hz"] if log else None,
+            log["sensor"] if log else None,
+            log.get("as_recorded", False) if log else False,
         )
