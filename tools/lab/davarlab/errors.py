@@ -15,7 +15,7 @@ class BadInput(Exception):
     status 2."""
 
 
-def printable(text):
+def printable(text: object) -> str:
     """A text in one line that any terminal shows as it is: what it would act upon, and what is no
     character, as Python writes it."""
     return "".join(
@@ -35,7 +35,7 @@ WORLD = (
 )
 
 
-def is_installed(name):
+def is_installed(name: int | str | bytes) -> bool:
     """Is a file one of this package or of the Python that runs it."""
     if isinstance(name, int):
         return False
@@ -49,7 +49,7 @@ def is_installed(name):
     )
 
 
-def outside_error(why):
+def outside_error(why: OSError) -> int:
     """An OSError that is the machine's, or names a file that is not of an installation: one line,
     status 2. Any other is a fault of this program."""
     if why.errno not in WORLD and (
@@ -64,7 +64,7 @@ def outside_error(why):
     return 2
 
 
-def shown(text):
+def shown(text: object) -> None:
     """Prints to standard output. What cannot be written is not tried again at the end."""
     try:
         print(text, flush=True)
@@ -74,14 +74,14 @@ def shown(text):
         raise
 
 
-def forget_output():
+def forget_output() -> None:
     """Whatever standard output still has to say goes nowhere."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())
     os.close(nowhere)
 
 
-def internal_error(why):
+def internal_error(why: BaseException) -> int:
     """What nobody foresaw: one line, and where it happened for whoever asks."""
     place = traceback.extract_tb(why.__traceback__)[-1]
     said = " ".join(str(why).split())[:200]

@@ -2,15 +2,12 @@
 (DESIGN 4)."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import stats
 
 from ..inference.parts import Part
 from ..thresholds import TRIES
-
-Shape = dict[str, Any]  # name of a shape parameter -> number or word
 
 
 @dataclass

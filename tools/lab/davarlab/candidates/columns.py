@@ -15,13 +15,13 @@ from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
 from ..effects import columns, table
-from ..effects.base import Effect
+from ..effects.base import Effect, Values, needed
 from ..inference import changes, modulation
 from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
 from ..thresholds import CHANCE, COLUMN, TRIES
-from .candidate import Candidate, Shape, log_tail
+from .candidate import Candidate, log_tail
 from .ranking import shapes_of
 
 Found = TypeVar("Found", bound=Candidate | None)
@@ -29,7 +29,8 @@ Found = TypeVar("Found", bound=Candidate | None)
 
 def block_means(x: Floats, length: int) -> Floats:
     count = len(x) // length
-    return x[: count * length].reshape(count, length).mean(axis=1)
+    means: Floats = x[: count * length].reshape(count, length).mean(axis=1)
+    return means
 
 
 def block_length(samples: int) -> int:
@@ -48,9 +49,9 @@ def block_length(samples: int) -> int:
 def coarse(recording: Recording, names: Iterable[str]) -> Recording:
     """The recording in block means, with these columns, denoised before they were averaged."""
     length = block_length(recording.samples)
-    small = recording.measured.setdefault(
-        "coarse",
-        Recording({"index": np.arange(recording.samples // length)}, recording.rate_hz / length),
+    index = np.arange(recording.samples // length, dtype=float)
+    small: Recording = recording.measured.setdefault(
+        "coarse", Recording({"index": index}, recording.rate_hz / length)
     )
     for name in names:
         if name not in small.columns:
@@ -82,14 +83,17 @@ class Scan:
         self.rest = self.without(rest * self.weight)
 
     def without(self, c: Floats) -> Floats:
-        return c - self.basis.T @ (self.basis @ c)
+        rest: Floats = c - self.basis.T @ (self.basis @ c)
+        return rest
 
     def ordinates(self, part: Part) -> Floats:
         """Of the course of a part, worked out once: they know nothing of the level."""
         if part.key not in self.small.measured:
-            x = part.effect.variants.get(part.form, part.effect.regressor)(self.small, part.shape)
+            regressor = needed(part.effect.variants.get(part.form, part.effect.regressor))
+            x = regressor(self.small, part.shape)
             self.small.measured[part.key] = signals.transform(x - x.mean())[1 : self.used + 1]
-        return self.small.measured[part.key]
+        found: Floats = self.small.measured[part.key]
+        return found
 
     def gain(self, part: Part) -> float:
         whole = self.ordinates(part) * self.weight
@@ -98,7 +102,7 @@ class Scan:
         return float((c @ self.rest) ** 2 / power / 2) if power > 1e-9 * (whole @ whole) else 0.0
 
 
-def with_lags(effect: Effect, shape: Shape) -> list[Part]:
+def with_lags(effect: Effect, shape: Values) -> list[Part]:
     """Parts of this shape; what the gyro felt before the record began matters only where it feels
     late."""
     return [
@@ -168,7 +172,7 @@ def at_once_unless(bench: Bench, parts: Sequence[Part], part: Part, full: Fit) -
 
 
 def thermal(
-    bench: Bench, parts: Sequence[Part], fit: Fit, kind: str, shapes: Sequence[Shape] | None = None
+    bench: Bench, parts: Sequence[Part], fit: Fit, kind: str, shapes: Sequence[Values] | None = None
 ) -> Candidate | None:
     """The best candidate of one kind on the temperature beside the parts; None without a
     temperature that moves."""

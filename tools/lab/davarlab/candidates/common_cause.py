@@ -250,7 +250,8 @@ def flattened(x: Floats, rate_hz: float) -> Floats | None:
     if len(c) < 20 or not np.any(c):
         return None
     slope, level = np.polyfit(np.log(f), np.log(np.maximum(c**2, 1e-300)), 1)
-    return c / np.exp((slope * np.log(f) + level) / 2)
+    flat: Floats = c / np.exp((slope * np.log(f) + level) / 2)
+    return flat
 
 
 def slow_coherence(recording: Recording, a: str, b: str) -> tuple[float, float]:

@@ -18,9 +18,8 @@ MEMORY = {"low_pass", "moving_average"}
 def worth(bench: Bench, parts: Sequence[Part]) -> float:
     """Log-likelihood less the price of noise behind a filter, a size of its own (half the logarithm
     of the samples)."""
-    return bench.fit(parts).log_likelihood - 0.5 * np.log(bench.data.samples) * sum(
-        bool(part.behind) for part in parts
-    )
+    price: float = 0.5 * np.log(bench.data.samples) * sum(bool(part.behind) for part in parts)
+    return bench.fit(parts).log_likelihood - price
 
 
 def unsaid(part: Part) -> list[Part]:
@@ -62,7 +61,8 @@ def terms_per_bin(bench: Bench, parts: Sequence[Part]) -> Floats:
     """What each bin adds to the log-likelihood."""
     fit = bench.fit(parts)
     energy = generalised_least_squares(bench.data, bench.all_keys(parts), fit.level)[2]
-    return -0.5 * (bench.data.counts * np.log(fit.level) + energy / fit.level)
+    terms: Floats = -0.5 * (bench.data.counts * np.log(fit.level) + energy / fit.level)
+    return terms
 
 
 def simpler_memory(bench: Bench, parts: Sequence[Part], found: Iterable[Candidate]) -> None:

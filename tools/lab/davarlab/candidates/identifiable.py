@@ -187,7 +187,8 @@ class Bed:
 
 
 def moving(recording: Recording) -> bool:
-    return "temp_degC" in recording.columns and np.ptp(recording.columns["temp_degC"]) > 0
+    columns = recording.columns
+    return "temp_degC" in columns and bool(np.ptp(columns["temp_degC"]) > 0)
 
 
 def likeliest_heat(rivals: Iterable[Rival]) -> Rival | None:
@@ -202,7 +203,7 @@ def likeliest_heat(rivals: Iterable[Rival]) -> Rival | None:
 
 
 def beyond_chance(rival: Rival) -> bool:
-    return log_tail(rival.gain, TRIALS[rival.kind]) < np.log(CHANCE.family_wise)
+    return log_tail(rival.gain, TRIALS[rival.kind]) < float(np.log(CHANCE.family_wise))
 
 
 def at_stake(found: Sequence[Candidate], bed: Bed) -> bool:

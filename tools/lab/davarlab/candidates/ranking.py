@@ -2,6 +2,7 @@
 (DESIGN 4)."""
 
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
 from ..effects import table
-from ..effects.base import Effect
+from ..effects.base import Effect, Values
 from ..effects.columns import SOUGHT_TOGETHER
 from ..inference import changes, modulation, refine, states
 from ..inference.changes import Blocks
@@ -17,7 +18,7 @@ from ..inference.parts import Bench, Part, as_spectra
 from ..inference.whittle import Fit, generalised_least_squares, score_of_column, score_of_row
 from ..thresholds import CHANCE, FIT, LEVELS, SEARCH
 from . import filters, intermittent, lines, steps
-from .candidate import Candidate, Shape, log_chance
+from .candidate import Candidate, log_chance
 
 LORENTZIAN = ("telegraph_noise", "gauss_markov")
 SEARCHES: dict[str, Callable[[Bench, Sequence[Part], Fit], tuple[Part, float, float] | None]] = {
@@ -47,14 +48,15 @@ Chain = tuple[float, float, float, float]
 Levels = tuple[float, float, float, float, Part]
 
 
-def shapes_of(effect: Effect, recording: Recording) -> list[Shape]:
+def shapes_of(effect: Effect, recording: Recording) -> list[Values]:
     """The product of an effect's grids; what a model file need not say of a filter is at its
     default: it is asked when the filter joins."""
-    found: list[Shape] = [{}]
+    found: list[Values] = [{}]
     for name in effect.shape_names:
         parameter = next(p for p in effect.parameters if p.name == name)
         late = effect.role == "filter" and parameter.default is not None
-        values = [parameter.default] if late else effect.grid.get(name, lambda _: [])(recording)
+        grid = effect.grid.get(name)
+        values: list[Any] = [parameter.default] if late else list(grid(recording)) if grid else []
         found = [
             {**shape, name: value if isinstance(value, (str, int)) else float(value)}
             for shape in found

@@ -34,7 +34,8 @@ def scores(c: Floats, level: Floats, same: Floats) -> Floats:
     pulled = fft.idct(np.concatenate([[0.0], c / level]), type=2, norm="ortho")
     total = -np.cumsum(pulled)[:-1]  # of what comes after: the whole is nothing
     norm = 0.5 * (same[0] - same[2 * np.arange(1, n)])
-    return total / np.sqrt(np.maximum(norm, 1e-300))
+    found: Floats = total / np.sqrt(np.maximum(norm, 1e-300))
+    return found
 
 
 def log_chance(peak: float, same: Floats, n: int) -> float:

@@ -1,5 +1,7 @@
 """open, import, live, fleet and dbc: logs, many recordings, and sensors on a wire."""
 
+import argparse
+
 from .. import files, option_types
 from ..errors import BadInput
 from ..logs import door
@@ -11,6 +13,7 @@ from .shared import (
     OUT,
     OUT_MAYBE,
     SENSOR,
+    Command,
     argument,
     emit,
     log_options,
@@ -18,19 +21,19 @@ from .shared import (
 )
 
 
-def run_import(options):
+def run_import(options: argparse.Namespace) -> int:
     how = log_options(options)
     if options.list:
-        found = door.listed(options.log, how)
+        sensors = door.listed(options.log, how)
         emit(
             options,
             {
                 "sensors": [
                     {"name": one.name, "gives": sorted(one.gives), "samples": one.samples}
-                    for one in found
+                    for one in sensors
                 ]
             },
-            "\n".join(one.said for one in found) or "no sensors",
+            "\n".join(one.said for one in sensors) or "no sensors",
         )
         return 0
     if not options.output:
@@ -56,25 +59,26 @@ def run_import(options):
     return 0
 
 
-def run_live(options):
+def run_live(options: argparse.Namespace) -> int:
     from ..wire import live  # python-can and cantools are needed here only
 
     return live.run(options)
 
 
-def run_open(options):
+def run_open(options: argparse.Namespace) -> int:
     from ..workbench import server  # a web server is needed here only
 
     return server.run(options)
 
 
-def run_fleet(options):
+def run_fleet(options: argparse.Namespace) -> int:
     from davarfleet import command  # Dask is needed here only
 
-    return command.run(options, progress, emit)
+    status: int = command.run(options, progress, emit)
+    return status
 
 
-def run_dbc(options):
+def run_dbc(options: argparse.Namespace) -> int:
     from ..wire import dbc
 
     channels = sorted(set(options.channel or [0]))
@@ -86,7 +90,7 @@ def run_dbc(options):
 
 
 # command: (function, what it does, arguments)
-COMMANDS = {
+COMMANDS: dict[str, Command] = {
     "open": (
         run_open,
         "opens the workbench in a browser; without a recording, it offers a tutorial and accepts "

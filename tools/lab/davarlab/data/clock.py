@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
+from ..arrays import Floats, Ints
 from ..errors import BadInput
+from ..files import StrPath
 
 DOUBTFUL_RATE = 0.01  # between --rate and the time stamps, as in davar-sim
 NEAR = 0.25  # of a period, between a step and a whole number of periods
@@ -34,14 +36,14 @@ class Clock:
     rms of the stamps about the grid."""
 
     rate_hz: float
-    places: object = None
+    places: Ints | None = None
     kind: str = "even"
-    cut: tuple = ()
+    cut: tuple[tuple[int, float], ...] = ()
     jitter_s: float = 0.0
-    rows: object = None
+    rows: Ints | None = None
 
 
-def agreed(rate_hz, stamped_hz, path):
+def agreed(rate_hz: float | None, stamped_hz: float, path: StrPath) -> float:
     """The rate that was given, if any; time stamps that contradict it win, so it is refused."""
     if rate_hz and abs(stamped_hz / rate_hz - 1) > DOUBTFUL_RATE:
         raise BadInput(
@@ -51,7 +53,7 @@ def agreed(rate_hz, stamped_hz, path):
     return float(rate_hz or stamped_hz)
 
 
-def check_order(steps, path, line):
+def check_order(steps: Floats, path: StrPath, line: int | None) -> None:
     back = np.flatnonzero(steps < 0)
     if len(back):
         where = f"{path}: sample {back[0] + 2}" if line is None else f"{path}:{line + back[0] + 2}"
@@ -60,7 +62,7 @@ def check_order(steps, path, line):
         raise BadInput(f"{path}: column time_s: the time does not advance")
 
 
-def gathered(steps):
+def gathered(steps: Floats) -> float:
     """Variance that the stamps gather over many steps, over what independent steps would: 0 for
     stamps about an even clock, 1 for a loop that waits anew each time."""
     count = len(steps)
@@ -70,17 +72,16 @@ def gathered(steps):
     return float(np.mean(moved**2) / (span * steps.var())) if steps.var() > 0 else 0.0
 
 
-def period_of(steps):
+def period_of(steps: Floats) -> float | None:
     """The period, when most steps are near a whole number of them; else None. Where half the
     samples are lost the median step may be two periods; stamps in coarse units alternate too, but
     gather nothing."""
     for share in (50, 25, 10):
-        period = np.percentile(steps, share)
+        period = float(np.percentile(steps, share))
         if period > 0 and (share == 50 or gathered(steps) > MEMORYLESS):
-            near = steps[
-                np.abs(steps - period) < 0.5 * period
-            ]  # none, where a percentile lies between two far ones
-            period = near.mean() if len(near) else period
+            # None, where a percentile lies between two far ones.
+            near = steps[np.abs(steps - period) < 0.5 * period]
+            period = float(near.mean()) if len(near) else period
             whole = np.round(steps / period)
             if (
                 len(near)
@@ -90,11 +91,12 @@ def period_of(steps):
     return None
 
 
-def phase(turns):
-    return np.angle(np.mean(np.exp(2j * np.pi * turns))) / (2 * np.pi)
+def phase(turns: Floats) -> float:
+    found: float = np.angle(np.mean(np.exp(2j * np.pi * turns))) / (2 * np.pi)
+    return found
 
 
-def one_phase(stamps, period):
+def one_phase(stamps: Floats, period: float) -> Floats:
     """Stamps in periods, moved by less than half of one after each long gap, so that the phase of
     the clock goes on."""
     steps = np.diff(stamps) / period
@@ -105,10 +107,11 @@ def one_phase(stamps, period):
     ):  # views: each is moved in its place
         apart = phase(run[:PHASE_SAMPLES]) - phase(before[-PHASE_SAMPLES:])
         run -= apart - np.round(apart)
-    return turns
+    found: Floats = turns
+    return found
 
 
-def lost_before(stamps, period):
+def lost_before(stamps: Floats, period: float) -> Ints:
     """Samples lost before each sample: whole periods at the phase of the clock around it, that
     later stamps do not take back."""
     turns = one_phase(stamps, period)
@@ -129,7 +132,7 @@ def lost_before(stamps, period):
     return np.maximum.accumulate(np.maximum(ahead, 0))
 
 
-def straightened(steps, period, lost):
+def straightened(steps: Floats, period: float, lost: Ints) -> float:
     """The period, once more, from all steps with the samples lost in them; gaps are left out
     (rounded anyway)."""
     periods = 1 + np.diff(lost)
@@ -137,7 +140,7 @@ def straightened(steps, period, lost):
     return float(steps[short].sum() / periods[short].sum())
 
 
-def longest_kept(gaps, most):
+def longest_kept(gaps: Ints, most: int) -> int:
     """The length to which gaps are cut so that all together hold no more than `most` samples."""
     if gaps.sum() <= most:
         return int(gaps.max(initial=0))
@@ -147,7 +150,7 @@ def longest_kept(gaps, most):
     return max(int(left[np.argmax(rising > left)]), 1)
 
 
-def of(stamps, rate_hz, path, line):
+def of(stamps: Floats, rate_hz: float | None, path: StrPath, line: int | None) -> Clock:
     """The clock behind a column of time stamps (seconds). Raises BadInput where time runs backwards
     or stands still."""
     if len(stamps) < 2:
@@ -172,14 +175,14 @@ def of(stamps, rate_hz, path, line):
     return with_places(stamps, steps, period, lost, agreed(rate_hz, 1.0 / period, path))
 
 
-def wandering(steps, gaps, period):
+def wandering(steps: Floats, gaps: Ints, period: float) -> bool:
     """Do the steps, less the whole periods in them, stray and gather what they stray: no even clock
     is behind them. A long gap is no part of a clock."""
     off = (steps - (1 + gaps) * period)[gaps < LATE]
     return bool(np.all(gaps < LATE)) and off.std() > JITTER * period and gathered(off) > MEMORYLESS
 
 
-def without_places(stamps, rate_hz, path):
+def without_places(stamps: Floats, rate_hz: float | None, path: StrPath) -> Clock:
     """About an even clock the index decides, the stamps only tell how many samples there are a
     second. Samples of an uneven clock are where their stamps say: at the nearest place of the grid,
     the first one where two meet there."""
@@ -196,7 +199,7 @@ def without_places(stamps, rate_hz, path):
     return Clock(rate, places, "uneven", (), float(late.std()), rows)
 
 
-def with_places(stamps, steps, period, lost, rate):
+def with_places(stamps: Floats, steps: Floats, period: float, lost: Ints, rate: float) -> Clock:
     gaps = np.diff(lost)
     longest = longest_kept(gaps, LOST_MOST * len(stamps))
     kept = np.minimum(gaps, longest)
@@ -216,7 +219,7 @@ def with_places(stamps, steps, period, lost, rate):
     )
 
 
-def behind_repeats(time, rate_hz, share, path):
+def behind_repeats(time: Floats, rate_hz: float, share: float, path: StrPath) -> Clock | None:
     """The even clock of a sensor whose fresh samples were read at these times; None where there is
     none: the reading failed at random, or for once."""
     steps = np.diff(time)

@@ -1,11 +1,15 @@
 """Disturbances in a record that are not errors of the sensor, detected before the fit (DESIGN
 13)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from ..arrays import Bools, Floats
 from . import motion, plausible, repeats, signals
+from .recording import Recording
 
 COARSE = 0.6  # of the noise per sample: larger counts are reported
 COARSER = (
@@ -22,12 +26,12 @@ class Observation:
     the analysis cannot use, or None."""
 
     kind: str
-    stretches: list
+    stretches: list[list[float]]
     share: float
     detail: str
-    mask: object = None
+    mask: Bools | None = None
 
-    def plain(self):
+    def plain(self) -> dict[str, Any]:
         """The JSON form."""
         return {
             "kind": self.kind,
@@ -37,15 +41,19 @@ class Observation:
         }
 
 
-def find(recording, column):
+def find(recording: Recording, column: str) -> list[Observation]:
     """Every observation on one gyro column."""
     known = np.ones(recording.samples, bool) if recording.known is None else recording.known
     x = recording.column(column)
     found = [
-        doubted(recording, column),
-        lost(recording, known),
-        stamps(recording),
-        clipped(recording, x, known),
+        entry
+        for entry in (
+            doubted(recording, column),
+            lost(recording, known),
+            stamps(recording),
+            clipped(recording, x, known),
+        )
+        if entry
     ]
     for look in (
         moved,
@@ -53,15 +61,12 @@ def find(recording, column):
         lambda recording, good: coarse(recording, x, good),
         lambda recording, good: outliers(recording, x, good),
     ):
-        found = [entry for entry in found if entry]
-        found.append(look(recording, kept(recording, column, found)))
-    return sorted(
-        (entry for entry in found if entry),
-        key=lambda entry: (entry.kind != plausible.KIND, entry.kind != "motion"),
-    )
+        entry = look(recording, kept(recording, column, found))
+        found += [entry] if entry else []
+    return sorted(found, key=lambda entry: (entry.kind != plausible.KIND, entry.kind != "motion"))
 
 
-def kept(recording, column, observations):
+def kept(recording: Recording, column: str, observations: Iterable[Observation]) -> Bools:
     """True where a sample may be used."""
     good = np.ones(recording.samples, bool) if recording.known is None else recording.known.copy()
     for entry in observations:
@@ -70,7 +75,7 @@ def kept(recording, column, observations):
     return good
 
 
-def in_seconds(recording, mask):
+def in_seconds(recording: Recording, mask: Bools) -> list[list[float]]:
     """The intervals of a mask, at most the LISTED longest."""
     runs = motion.stretches(mask)
     runs = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:LISTED])
@@ -84,11 +89,11 @@ def in_seconds(recording, mask):
     ]
 
 
-def of_mask(kind, recording, mask, detail):
+def of_mask(kind: str, recording: Recording, mask: Bools, detail: str) -> Observation:
     return Observation(kind, in_seconds(recording, mask), float(mask.mean()), detail, mask)
 
 
-def doubted(recording, column):
+def doubted(recording: Recording, column: str) -> Observation | None:
     """Implausible rates, units and levels."""
     said = "; ".join(plausible.of(recording, [column]))
     return (
@@ -103,7 +108,7 @@ def doubted(recording, column):
     )
 
 
-def moved(recording, good):
+def moved(recording: Recording, good: Bools) -> Observation | None:
     mask = motion.find(recording, good)
     if not mask.any():
         return None
@@ -118,7 +123,7 @@ def moved(recording, good):
     )
 
 
-def lost(recording, known):
+def lost(recording: Recording, known: Bools) -> Observation | None:
     if known.all() or recording.clock and recording.clock.kind == "uneven":
         return None
     mask, longest = ~known, max(end - first for first, end in motion.stretches(~known))
@@ -136,7 +141,7 @@ def lost(recording, known):
     return of_mask("lost_samples", recording, mask, detail)
 
 
-def stamps(recording):
+def stamps(recording: Recording) -> Observation | None:
     clock = recording.clock
     if not clock or clock.kind == "even":
         return None
@@ -144,7 +149,7 @@ def stamps(recording):
     if clock.kind == "uneven":
         where = (
             "The samples are treated as evenly spaced"
-            if clock.places is None
+            if clock.places is None or recording.known is None
             else "Each sample is moved to the nearest place of an even grid "
             f"({100 * np.mean(~recording.known):.2g} % of the places stay empty and count as "
             "missing)"
@@ -166,7 +171,7 @@ def stamps(recording):
     )
 
 
-def repeated(recording, known):
+def repeated(recording: Recording, known: Bools) -> Observation | None:
     """Samples that repeat the previous one: already removed by resampling to the sensor's own rate,
     or still in the record."""
     if recording.read_hz:
@@ -196,7 +201,7 @@ def repeated(recording, known):
     )
 
 
-def rhythm(equal):
+def rhythm(equal: Bools) -> str:
     """ ", every k-th"" if most repeats have the same distance, above 1."""
     apart = np.diff(np.flatnonzero(equal))
     if len(apart) < 5:
@@ -205,7 +210,7 @@ def rhythm(equal):
     return f", every {usual}th" if usual > 1 and np.mean(apart == usual) > 0.6 else ""
 
 
-def clipped(recording, x, known):
+def clipped(recording: Recording, x: Floats, known: Bools) -> Observation | None:
     """Samples at an extreme value that occurs far more often than its neighbouring values."""
     values, counts = np.unique(x[known], return_counts=True)
     mask = np.zeros(len(x), bool)
@@ -225,13 +230,13 @@ def clipped(recording, x, known):
     )
 
 
-def noise_per_sample(x, good):
+def noise_per_sample(x: Floats, good: Bools) -> float:
     """From differences of neighbouring samples: the median over blocks."""
     square = np.diff(x)[good[1:] & good[:-1]] ** 2 / 2
     return float(np.sqrt(np.median(motion.averaged(square, 256)))) if len(square) >= 512 else 0.0
 
 
-def coarse(recording, x, good):
+def coarse(recording: Recording, x: Floats, good: Bools) -> Observation | None:
     step, noise = signals.count_of(x[good]), noise_per_sample(x, good)
     if not step or step < COARSE * noise:
         return None
@@ -249,7 +254,7 @@ def coarse(recording, x, good):
     )
 
 
-def outliers(recording, x, good):
+def outliers(recording: Recording, x: Floats, good: Bools) -> Observation | None:
     if good.sum() < motion.MINIMUM:
         return None
     w = motion.whitened(x, good)

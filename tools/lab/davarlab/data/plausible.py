@@ -1,9 +1,13 @@
 """Rates, units and levels that no gyro has: doubted before anything is fitted, each with what it
 may be instead (DESIGN 13)."""
 
+from collections.abc import Iterable, Mapping
+
 import numpy as np
 
+from ..arrays import Bools, Floats
 from . import guess, motion, signals
+from .recording import Recording
 
 KIND = "implausible"  # of the observation
 CONFIRM = "--as-recorded"  # with which a user says that all of it is right
@@ -29,7 +33,9 @@ NEVER = 512  # samples, below which nothing is said of the noise
 LOOKED = 1 << 20  # samples at the beginning that levels and units are judged by
 
 
-def doubts(columns, rate_hz, known, gyros):
+def doubts(
+    columns: Mapping[str, Floats], rate_hz: float, known: Bools | None, gyros: Iterable[str]
+) -> list[str]:
     """What is implausible about a recording, a sentence each with the next step. columns: name ->
     numbers in the unit of the name; known: True where a sample is there, None: everywhere; gyros:
     the names of the gyro columns to look at. Cost: a few passes over the first LOOKED samples."""
@@ -53,7 +59,7 @@ def doubts(columns, rate_hz, known, gyros):
     return [said for said in (*found, temperature(columns), gravity(columns)) if said]
 
 
-def of(recording, columns=None):
+def of(recording: Recording, columns: Iterable[str] | None = None) -> list[str]:
     """The doubts about a recording and some of its gyro columns, all without any; none where its
     user has said that it is right."""
     if recording.as_recorded:
@@ -62,14 +68,14 @@ def of(recording, columns=None):
     return doubts(recording.columns, recording.read_hz or recording.rate_hz, recording.known, gyros)
 
 
-def note(columns, rate_hz):
+def note(columns: Mapping[str, Floats], rate_hz: float) -> str | None:
     """A note on a possible mistake, or None. It changes no verdict, because a log with one sample
     per 10 s has the same stamps."""
     said = stamps(columns.get("time_s"), rate_hz)
     return said and f"note: {said}"
 
 
-def unit_of_time(rate_hz):
+def unit_of_time(rate_hz: float) -> str | None:
     """The unit that gives a likely rate for stamps that were read as seconds; None without one."""
     return next(
         (
@@ -81,7 +87,7 @@ def unit_of_time(rate_hz):
     )
 
 
-def rate(rate_hz):
+def rate(rate_hz: float) -> str | None:
     if RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
         return None
     unit = unit_of_time(rate_hz)
@@ -97,7 +103,7 @@ def rate(rate_hz):
     )
 
 
-def stamps(time, rate_hz):
+def stamps(time: Floats | None, rate_hz: float) -> str | None:
     """Whole numbers spaced as milliseconds would be."""
     if time is None or not RATES_HZ[0] <= rate_hz <= WHOLE_HZ * 1.001:
         return None
@@ -111,11 +117,11 @@ def stamps(time, rate_hz):
     )
 
 
-def in_dps(name):
+def in_dps(name: str) -> float:
     return guess.RATES["rad/s"] if name.endswith("_rad_s") else 1.0
 
 
-def level(name, x):
+def level(name: str, x: Floats) -> str | None:
     rms = float(np.sqrt(np.mean(np.square(x, dtype=np.float64)))) * in_dps(name)
     return (
         f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use "
@@ -125,7 +131,7 @@ def level(name, x):
     )
 
 
-def counted(name, x):
+def counted(name: str, x: Floats) -> str | None:
     if np.ptp(x) <= 2 or np.any(x != np.round(x)):
         return None
     return (
@@ -134,7 +140,7 @@ def counted(name, x):
     )
 
 
-def noise(name, x, rate_hz):
+def noise(name: str, x: Floats, rate_hz: float) -> str | None:
     """The scatter of neighbouring samples, as if all of it were white noise."""
     if len(x) < NEVER:
         return None
@@ -149,11 +155,11 @@ def noise(name, x, rate_hz):
     )
 
 
-def near(step, known):
+def near(step: float, known: Iterable[float]) -> bool:
     return any(abs(step / one - 1) < LSB_NEAR for one in known)
 
 
-def radians(name, x):
+def radians(name: str, x: Floats) -> str | None:
     """Counts whose size matches a known sensor in the other unit, but none in the unit of the
     name."""
     step = signals.count_of(np.asarray(x, np.float64))
@@ -172,7 +178,7 @@ def radians(name, x):
     )
 
 
-def temperature(columns):
+def temperature(columns: Mapping[str, Floats]) -> str | None:
     for name, values in columns.items():
         if (
             name.startswith("temp")
@@ -187,7 +193,7 @@ def temperature(columns):
     return None
 
 
-def gravity(columns):
+def gravity(columns: Mapping[str, Floats]) -> str | None:
     """Three axes at rest measure 1 g; other units are near 9.8 or far above any range."""
     axes = [columns[name] for name in ("accel_x_g", "accel_y_g", "accel_z_g") if name in columns]
     if len(axes) < 3:

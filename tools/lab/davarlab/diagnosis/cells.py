@@ -88,7 +88,7 @@ class Expectation:
             variance,
             freedom,
             allan.expected(white, taus) / np.maximum(variance, 1e-300),
-            allan.expected(lines, taus) if steady else np.zeros(len(taus)),
+            np.zeros(len(taus)) if lines is None else allan.expected(lines, taus),
         )
 
 
@@ -161,7 +161,8 @@ def course_variances(state: "State", window: int, taus: Sequence[int]) -> Floats
             if np.any(course)
             else np.zeros((len(course) // window, len(taus)))
         )
-    return memory[window, len(taus)]
+    found: Floats = memory[window, len(taus)]
+    return found
 
 
 def remembered(
@@ -172,7 +173,8 @@ def remembered(
     key = (float(y.sum()), float(y @ y), None if known is None else hash(known.tobytes()), window)
     if key not in memory:
         memory[key] = allan.windows(y, window, taus, known)
-    return memory[key]
+    found: tuple[Floats, Floats] = memory[key]
+    return found
 
 
 def row_cells(

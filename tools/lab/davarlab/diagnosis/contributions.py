@@ -36,7 +36,8 @@ def of_course(
     for key, value, unit in zip(bench.keys(part), coefficients, bench.courses(part)):
         scale = bench.data.scale(key)
         course += value / scale * (unit - unit.mean()) if scale else 0.0
-    return allan.windows(course, len(course) // 2 * 2, taus)[0][0]
+    measured: Floats = allan.windows(course, len(course) // 2 * 2, taus)[0][0]
+    return measured
 
 
 def white_shares(state: State) -> dict[str, float]:

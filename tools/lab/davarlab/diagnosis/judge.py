@@ -56,7 +56,8 @@ def proven(cells: Sequence[Cell]) -> Floats:
     ratio = np.log([max(cell.ratio, 1e-9) for cell in cells])
     low = ratio - 0.5 * np.log(stats.chi2.isf(tail, freedom) / freedom)
     high = ratio - 0.5 * np.log(np.maximum(stats.chi2.ppf(tail, freedom), 1e-300) / freedom)
-    return np.maximum(low, 0.0) + np.minimum(high, 0.0)
+    off: Floats = np.maximum(low, 0.0) + np.minimum(high, 0.0)
+    return off
 
 
 def largest_of(cells: Sequence[Cell]) -> tuple[Deviation | None, float]:

@@ -23,6 +23,7 @@ from ..inference.whittle import Fit
 from ..model import Model
 from ..thresholds import SEARCH, START
 from . import cells, judge
+from .cells import Cell
 from .judge import Judgement
 
 Progress = Callable[[str], None]  # receives what is being done
@@ -40,7 +41,7 @@ class State:
     shocks: Shocks
     blocks: Blocks | None = None
     adequacy: Adequacy | None = None
-    cells: tuple[cells.Cell, ...] = ()
+    cells: tuple[Cell, ...] = ()
     judgement: Judgement | None = None
     known: Bools | None = None
     seen: tuple[Observation, ...] = ()
@@ -125,6 +126,7 @@ def redrawn(state: State, model: Model) -> State:
 def drawn_by(state: State, seed: int) -> Floats:
     """The record with its missing samples drawn from the spectrum, and about the course, of the
     state."""
+    assert state.known is not None  # samples are missing
     course, level = (
         state.bench.mean_course(state.parts, state.fit),
         state.bench.data.at_ordinates(state.fit.level),
@@ -205,7 +207,8 @@ def relative_variance(state: State) -> Floats | None:
         return None
     variance = changes.fit(blocks, rows)[1] * (1.0 if blocks.known is None else blocks.known)
     samples = np.minimum(np.arange(len(state.bench.y)) // blocks.length, len(variance) - 1)
-    return variance[samples] / variance.mean()
+    relative: Floats = variance[samples] / variance.mean()
+    return relative
 
 
 def judged(state: State, quick: bool = False) -> Judged:
@@ -245,7 +248,7 @@ def judged(state: State, quick: bool = False) -> Judged:
     )
 
 
-def cells_of(state: State, variance: Floats | None) -> tuple[list[cells.Cell], list[cells.Cell]]:
+def cells_of(state: State, variance: Floats | None) -> tuple[list[Cell], list[Cell]]:
     """(cells, short cells). Decoded levels are a course, which misses short visits, or the noise
     that they are, of which few switches scatter more than the cells' degrees of freedom say:
     whichever is nearer to its floor (6.5)."""

@@ -1,10 +1,29 @@
 """What an effect is. Frequencies in Hz, rates in deg/s, spectra two-sided and times the sample
 rate: the variance of one ordinate of the orthonormal cosine transform (DESIGN 1)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..arrays import Floats
+from ..data.recording import Recording
 
 INFINITE = float("inf")
+# Values of parameters by name. Each Parameter says whether its value is a number or a word.
+Values = dict[str, Any]
+Spectrum = Callable[[Floats, float, Values], Floats]
+Regressor = Callable[..., Floats]
+Simulation = Callable[[Recording, Values, np.random.Generator, Floats], Floats]
+Grid = Callable[[Recording], Iterable[Any]]
+Function = TypeVar("Function")
+
+
+def needed(function: Function | None) -> Function:
+    """A function of an effect whose role requires it."""
+    assert function is not None
+    return function
 
 
 @dataclass(frozen=True)
@@ -19,7 +38,7 @@ class Parameter:
     low: float
     high: float
     scale: float = 1.0
-    values: tuple = ()
+    values: tuple[str | int, ...] = ()
     default: float | str | None = None
     text: bool = False
     optional: bool = False
@@ -53,37 +72,37 @@ class Effect:
 
     kind: str
     physics: str
-    parameters: tuple
+    parameters: tuple[Parameter, ...]
     confirm: str
     role: str
     signature: str
-    spectrum: Callable | None = None
-    regressor: Callable | None = None
-    simulate: Callable | None = None
-    grid: dict = field(default_factory=dict)
-    needs: tuple = ()
-    variants: dict = field(default_factory=dict)
+    spectrum: Spectrum | None = None
+    regressor: Regressor | None = None
+    simulate: Simulation | None = None
+    grid: dict[str, Grid] = field(default_factory=dict)
+    needs: tuple[str, ...] = ()
+    variants: dict[str, Regressor] = field(default_factory=dict)
     slow: bool = False
     in_front: bool = True
     behind: str = ""
     sized: bool = True
 
     @property
-    def size(self):
+    def size(self) -> Parameter:
         return self.parameters[0]
 
     @property
-    def shape_names(self):
+    def shape_names(self) -> list[str]:
         sizes = 0 if self.role == "filter" or not self.sized else 1
         return [
             parameter.name for parameter in self.parameters[sizes:] if parameter.name != self.behind
         ]
 
     @property
-    def forms(self):
+    def forms(self) -> tuple[str, ...]:
         return ("raw", *self.variants)
 
-    def shape_of(self, parameters):
+    def shape_of(self, parameters: Values) -> Values:
         """The shape among parameters; what they do not say is at its default."""
         return {
             p.name: parameters.get(p.name, p.default)
@@ -91,11 +110,12 @@ class Effect:
             if p.name in self.shape_names
         }
 
-    def said(self, shape):
+    def said(self, shape: Values) -> Values:
         """The shape without what is optional and at its default: a lag of nothing."""
         unsaid = [p.name for p in self.parameters if p.optional and shape.get(p.name) == p.default]
         return {name: value for name, value in shape.items() if name not in unsaid}
 
-    def dps(self, parameters):
+    def dps(self, parameters: Values) -> float:
         """The size in deg/s."""
-        return parameters[self.size.name] * self.size.scale
+        found: float = parameters[self.size.name] * self.size.scale
+        return found

@@ -4,60 +4,65 @@ from functools import partial
 
 import numpy as np
 
+from ..arrays import Floats
 from ..data import signals
-from .base import INFINITE, Effect, Parameter
+from ..data.recording import Recording
+from .base import INFINITE, Effect, Parameter, Values
 
 ANY = (-INFINITE, INFINITE)
 AXIS = Parameter("axis", "x, y, z", *ANY, values=("x", "y", "z"))
 
 
-def axes(recording):
+def axes(recording: Recording) -> list[str]:
     return [axis for axis in "xyz" if f"accel_{axis}_g" in recording.columns]
 
 
-def ramp(recording, _):
+def ramp(recording: Recording, _: Values) -> Floats:
     return recording.time_s
 
 
-def line(recording, shape, turn=0.0):
-    return np.sin(2 * np.pi * (shape["frequency_hz"] * recording.time_s + turn))
+def line(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
+    found: Floats = np.sin(2 * np.pi * (shape["frequency_hz"] * recording.time_s + turn))
+    return found
 
 
-def line_for_a_while(recording, shape, turn=0.0):
+def line_for_a_while(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
     time = recording.time_s
     return np.where(
         (time >= shape["start_s"]) & (time < shape["stop_s"]), line(recording, shape, turn), 0.0
     )
 
 
-def step(recording, shape):
-    return (recording.time_s >= shape["time_s"]).astype(float)
+def step(recording: Recording, shape: Values) -> Floats:
+    found: Floats = (recording.time_s >= shape["time_s"]).astype(float)
+    return found
 
 
-def warm_up(recording, shape):
-    return np.exp(-recording.time_s / shape["time_constant_s"])
+def warm_up(recording: Recording, shape: Values) -> Floats:
+    found: Floats = np.exp(-recording.time_s / shape["time_constant_s"])
+    return found
 
 
-def acceleration(recording, shape):
+def acceleration(recording: Recording, shape: Values) -> Floats:
     return recording.column(f"accel_{shape['axis']}_g")
 
 
-def still_acceleration(recording, shape):
+def still_acceleration(recording: Recording, shape: Values) -> Floats:
     return signals.denoised(acceleration(recording, shape))
 
 
-def vibration_square(recording, shape, window_s=2.0):
+def vibration_square(recording: Recording, shape: Values, window_s: float = 2.0) -> Floats:
     return signals.local_mean_square(
         acceleration(recording, shape), int(window_s * recording.rate_hz)
     )
 
 
-def time_constants(recording):
+def time_constants(recording: Recording) -> Floats:
     span = recording.samples / recording.rate_hz
     return np.geomspace(span / 300, span, 20)
 
 
-def sudden_vibration_square(recording, shape):
+def sudden_vibration_square(recording: Recording, shape: Values) -> Floats:
     return signals.mean_square_between(
         acceleration(recording, shape),
         max(2, int(recording.rate_hz)),

@@ -5,19 +5,25 @@ asked."""
 import contextlib
 import sys
 import types
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .. import files
+from ..arrays import Floats
+from ..data.recording import Recording
 from ..errors import BadInput
+from ..files import StrPath
 from . import table
-from .base import Effect, Parameter
+from .base import Effect, Grid, Parameter, Spectrum, Values
+
+Answer = TypeVar("Answer")
 
 
-def executed(path):
+def executed(path: StrPath) -> types.ModuleType:
     """The module of a Python file; what it prints goes to standard error. No bytecode is left
     beside it."""
     if Path(path).suffix != ".py":
@@ -39,11 +45,11 @@ def executed(path):
     return module
 
 
-def in_one_line(why):
+def in_one_line(why: BaseException) -> str:
     return f"{type(why).__name__}: {' '.join(str(why).split())}"
 
 
-def asked(where, function, *arguments):
+def asked(where: str, function: Callable[..., Answer], *arguments: Any) -> Answer:
     """What a function of the file answers."""
     try:
         with np.errstate(all="ignore"):  # the answer is looked at anyway
@@ -54,7 +60,7 @@ def asked(where, function, *arguments):
         raise BadInput(f"{where}: {in_one_line(why)}") from None
 
 
-def numbers(where, value, shape):
+def numbers(where: str, value: Any, shape: tuple[int, ...]) -> Floats:
     try:
         found = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -69,17 +75,17 @@ def numbers(where, value, shape):
     return found
 
 
-def checked_course(where, function):
+def checked_course(where: str, function: Callable[..., Any]) -> Callable[..., Floats]:
     """A regressor, or what simulates: one value per sample of the recording, its first argument."""
 
-    def course(recording, *arguments):
+    def course(recording: Recording, *arguments: Any) -> Floats:
         return numbers(where, asked(where, function, recording, *arguments), (recording.samples,))
 
     return course
 
 
-def checked_spectrum(where, function):
-    def spectrum(f, rate_hz, shape):
+def checked_spectrum(where: str, function: Callable[..., Any]) -> Spectrum:
+    def spectrum(f: Floats, rate_hz: float, shape: Values) -> Floats:
         found = numbers(where, asked(where, function, f, rate_hz, shape), np.shape(f))
         if np.any(found < 0) or not np.any(found > 0):
             raise BadInput(
@@ -91,10 +97,10 @@ def checked_spectrum(where, function):
     return spectrum
 
 
-def checked_grid(where, parameter, function):
+def checked_grid(where: str, parameter: Parameter, function: Grid) -> Grid:
     """The values of a shape parameter that are worth trying, within its bounds."""
 
-    def grid(recording):
+    def grid(recording: Recording) -> list[Any]:
         found = asked(where, function, recording)
         if not isinstance(found, Iterable):
             raise BadInput(f"{where}: not a list of values")
@@ -112,14 +118,14 @@ def checked_grid(where, parameter, function):
     return grid
 
 
-def bounded(parameter):
+def bounded(parameter: Parameter) -> bool:
     return (
         all(isinstance(end, (int, float)) for end in (parameter.low, parameter.high))
         and parameter.low < parameter.high
     )
 
 
-def check_form(effect, where):
+def check_form(effect: Effect, where: str) -> None:
     """The fields that the table and the search rely on."""
     needed = {"mean": effect.regressor, "spectrum": effect.spectrum}
     if effect.role not in needed or not callable(needed[effect.role]):
@@ -156,7 +162,7 @@ def check_form(effect, where):
             )
 
 
-def checked(effect, path):
+def checked(effect: Effect, path: StrPath) -> Effect:
     """The effect with functions that say what is wrong with their answers."""
     where = f"--effects: {path}: {effect.kind}"
     check_form(effect, where)
@@ -178,7 +184,7 @@ def checked(effect, path):
     )
 
 
-def load(path):
+def load(path: StrPath) -> None:
     """Adds every Effect of a Python file to the table. Raises BadInput that names the file and the
     effect."""
     found = {

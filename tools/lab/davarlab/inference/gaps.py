@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from ..arrays import Bools, Floats
 from ..data import signals
 from ..thresholds import FIT
 
 
-def first_level(y, known):
+def first_level(y: Floats, known: Bools) -> Floats:
     """Variance per ordinate 1 .. n-1 from products of known samples alone (12.2): what the first
     draw starts from. From a fill by means the loop of draws and fits would take as many rounds as
     halve the share of missing samples away."""
@@ -30,7 +31,7 @@ def first_level(y, known):
     )
 
 
-def conditional_draw(y, known, level, rng):
+def conditional_draw(y: Floats, known: Bools, level: Floats, rng: np.random.Generator) -> Floats:
     """y with its missing samples drawn, given the known ones and the variance `level` of each
     ordinate 1 .. n-1. Solves (12.1) by conjugate gradients: four cosine transforms an iteration."""
     missing = ~known
@@ -49,14 +50,14 @@ def conditional_draw(y, known, level, rng):
     return drawn
 
 
-def within(x, missing, weight):
+def within(x: Floats, missing: Bools, weight: Floats) -> Floats:
     """The block of C' diag(weight) C between missing samples, times x."""
     whole = np.zeros(len(missing))
     whole[missing] = x
     return signals.inverse(weight * signals.transform(whole))[missing]
 
 
-def solved(right, missing, level):
+def solved(right: Floats, missing: Bools, level: Floats) -> Floats:
     """x of Q_mm x = right; the covariance of the missing samples is the preconditioner."""
     x, rest = np.zeros_like(right), right.copy()
     shaped = within(rest, missing, level)

@@ -2,19 +2,26 @@
 
 import importlib
 import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from .. import files
+from ..arrays import Ints
 from ..data import clock, plausible
 from ..data import recording as recordings
 from ..data import table as tables
+from ..data.guess import Guess
+from ..data.recording import Recording
 from ..errors import BadInput
+from ..files import StrPath
 from . import sensor as sensors
 from . import text
+from .sensor import Log, Samples, Sensor
 
 SECOND = 10**9
 FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second near the first
@@ -29,16 +36,20 @@ class Options:
 
     rate_hz: float | None = None
     sensor: str | None = None
-    units: list = field(default_factory=list)
-    renames: list = field(default_factory=list)
-    scales: list = field(default_factory=list)
-    types: list = field(default_factory=list)
-    names: list | None = None
+    units: list[str] = field(default_factory=list)
+    renames: list[str] = field(default_factory=list)
+    scales: list[str] = field(default_factory=list)
+    types: list[str] = field(default_factory=list)
+    names: list[str] | None = None
     plain: bool = False
     as_recorded: bool = False
 
 
-def by(module, name):
+Reader = Callable[[StrPath, Options], Log]
+Result = TypeVar("Result")
+
+
+def by(module: str, name: str) -> Reader:
     """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is
     loaded when it is needed."""
     return lambda path, options: getattr(importlib.import_module("." + module, __package__), name)(
@@ -76,7 +87,7 @@ ENDINGS = {
 }
 
 
-def format_of(path):
+def format_of(path: StrPath) -> tuple[str, Reader]:
     """(name, reader) by the first bytes; a folder is a ROS 2 bag, what nobody else knows is text.
     Raises BadInput for a file that is not what its name says."""
     if os.path.isdir(path):
@@ -105,7 +116,7 @@ def format_of(path):
     return found or ("CSV", text.log)
 
 
-def check_inside(folder):
+def check_inside(folder: StrPath) -> None:
     """Raises BadInput unless all that is in a folder are files and folders: the library that reads
     a bag opens them by their names."""
     try:
@@ -116,7 +127,7 @@ def check_inside(folder):
         files.check_regular(one.path)
 
 
-def guarded(path, name, work):
+def guarded(path: StrPath, name: str, work: Callable[[], Result]) -> Result:
     """work(), with whatever the libraries raise of a damaged file as one BadInput."""
     try:
         return work()
@@ -131,19 +142,19 @@ def guarded(path, name, work):
         raise BadInput(f"{path}: damaged, or not {name} ({said})") from None
 
 
-def opened(path, options):
+def opened(path: StrPath, options: Options) -> tuple[Log, str]:
     """(the log, the name of its format)."""
     name, reader = format_of(path)
     return guarded(path, name, lambda: reader(path, options)), name
 
 
-def listed(path, options=None):
+def listed(path: StrPath, options: Options | None = None) -> Sequence[Sensor]:
     """The sensors in a log."""
     log, _ = opened(path, options or Options())
     return log.sensors
 
 
-def samples(path, options):
+def samples(path: StrPath, options: Options) -> Samples:
     """The Samples of the sensor that was named, or of the only gyro, with what was measured beside
     it. Raises BadInput."""
     log, name = opened(path, options)
@@ -164,7 +175,7 @@ def samples(path, options):
     return checked(found, main.name, path, options)
 
 
-def checked(found, name, path, options):
+def checked(found: Samples, name: str, path: StrPath, options: Options) -> Samples:
     """Samples that every command can go on with: columns of one length and finite, what was beside
     them at their times, stamps in seconds."""
     count = (
@@ -176,7 +187,7 @@ def checked(found, name, path, options):
     if not count:
         raise BadInput(f"{where}: no samples")
     if found.stamps_ns is not None:
-        place(found)
+        place(found, found.stamps_ns)
     if options.renames and found.line is None:
         names = text.renamed(list(found.columns), options.renames, path)
         found.columns = dict(zip(names, found.columns.values()))
@@ -193,10 +204,10 @@ def checked(found, name, path, options):
     return found
 
 
-def place(found):
+def place(found: Samples, stamps_ns: Ints) -> None:
     """Stamps as a column time_s, and what was measured beside, each at its own times, where the
     gyro was read: interpolated between its own."""
-    first = int(found.stamps_ns[0])
+    first = int(stamps_ns[0])
     found.origin_ns = first // SECOND * SECOND if abs(first) > FAR_S * SECOND else 0
     for stamps, columns in found.beside:
         own = (stamps - found.origin_ns) / SECOND
@@ -204,13 +215,13 @@ def place(found):
             if np.any(np.isfinite(column)):
                 order = np.argsort(own, kind="stable")
                 found.columns[name] = np.interp(
-                    (found.stamps_ns - found.origin_ns) / SECOND, own[order], column[order]
+                    (stamps_ns - found.origin_ns) / SECOND, own[order], column[order]
                 ).astype(column.dtype)
-    found.columns = {"time_s": (found.stamps_ns - found.origin_ns) / SECOND, **found.columns}
+    found.columns = {"time_s": (stamps_ns - found.origin_ns) / SECOND, **found.columns}
     found.stamps_ns, found.beside = None, []
 
 
-def recording_of(found, path, rate_hz):
+def recording_of(found: Samples, path: StrPath, rate_hz: float | None) -> Recording:
     """A Recording on the even grid of the clock."""
     made = recordings.of_columns(
         found.columns, rate_hz or found.rate_hz, path, found.notes, found.line
@@ -219,7 +230,9 @@ def recording_of(found, path, rate_hz):
     return made
 
 
-def read(path, options=None, told=lambda text: None):
+def read(
+    path: StrPath, options: Options | None = None, told: Callable[[str], None] = lambda text: None
+) -> Recording:
     """The recording in any log, ready for every command. told: hears what was guessed. Raises
     BadInput that names file and reason."""
     options = options or Options()
@@ -241,12 +254,12 @@ def read(path, options=None, told=lambda text: None):
     return made
 
 
-def doubts(found, rate_hz):
+def doubts(found: Samples, rate_hz: float) -> list[str]:
     """What is implausible about Samples, before they are on a grid."""
     return plausible.of(recordings.Recording(found.columns, rate_hz))
 
 
-def said(guesses):
+def said(guesses: Iterable[Guess]) -> Iterator[str]:
     """What was guessed, a line for each column that is not as davarlab would call it."""
     for one in guesses:
         if one.quantity != "other" and (one.name != one.column or not one.sure):
@@ -260,7 +273,7 @@ def said(guesses):
             )
 
 
-def write(found, path, rate_hz, source):
+def write(found: Samples, path: StrPath, rate_hz: float | None, source: StrPath) -> float:
     """Samples as a CSV recording, every one as it was measured: nothing is filled in. Returns the
     rate. Raises BadInput where they are no recording: no time and no rate, time that runs
     backwards."""

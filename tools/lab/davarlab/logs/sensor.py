@@ -1,13 +1,20 @@
 """What a log holds: its sensors, and the samples of the one that is read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
+from ..arrays import Floats, Ints
 from ..data import table
+from ..data.guess import Guess
 from ..errors import BadInput
+from ..files import StrPath
 
 LISTED_MOST = 20
+Numbers = npt.NDArray[Any]  # as a log holds them, of whichever type
 
 
 @dataclass(frozen=True)
@@ -17,13 +24,13 @@ class Sensor:
     those of the lowest rank in a log are chosen without being named."""
 
     name: str
-    gives: frozenset
+    gives: frozenset[str]
     samples: int | None = None
     group: str = ""
     rank: int = 0
 
     @property
-    def said(self):
+    def said(self) -> str:
         return f"{self.name} ({', '.join(sorted(self.gives))}" + (
             ")" if self.samples is None else f"; {self.samples} samples)"
         )
@@ -37,17 +44,25 @@ class Samples:
     in which the header of the numbers stands, None where a log has no lines. origin_ns: of a column
     time_s."""
 
-    columns: dict
-    stamps_ns: object = None
-    beside: list = field(default_factory=list)
-    guesses: list = field(default_factory=list)
-    notes: dict = field(default_factory=dict)
+    columns: dict[str, Floats]
+    stamps_ns: Ints | None = None
+    beside: list[tuple[Ints, dict[str, Floats]]] = field(default_factory=list)
+    guesses: list[Guess] = field(default_factory=list)
+    notes: dict[str, str] = field(default_factory=dict)
     rate_hz: float | None = None
     line: int | None = None
     origin_ns: int = 0
 
 
-def check_finite(values, where):
+class Log(Protocol):
+    """What a reader makes of a file: its sensors, and the samples of one of them."""
+
+    sensors: list[Sensor]
+
+    def read(self, name: str, /) -> Samples: ...
+
+
+def check_finite(values: Numbers, where: str) -> None:
     """Raises BadInput that names the first sample whose number is none, or one that no sensor
     says."""
     wrong = np.flatnonzero(~(np.abs(values) < table.LARGEST))
@@ -60,14 +75,14 @@ def check_finite(values, where):
         raise BadInput(f"{where}: {what} at sample {wrong[0] + 1}")
 
 
-def listed(sensors):
+def listed(sensors: Sequence[Sensor]) -> str:
     names = [sensor.said for sensor in sensors[:LISTED_MOST]]
     return ", ".join(names) + (
         f" and {len(sensors) - LISTED_MOST} more" if len(sensors) > LISTED_MOST else ""
     )
 
 
-def chosen(sensors, name, path):
+def chosen(sensors: Sequence[Sensor], name: str | None, path: StrPath) -> Sensor:
     """The sensor of this name, or the only gyro of the lowest rank. Raises BadInput that lists what
     there is."""
     if name is not None:
@@ -97,7 +112,7 @@ def chosen(sensors, name, path):
     return first[0]
 
 
-def companions(sensors, main):
+def companions(sensors: Sequence[Sensor], main: Sensor) -> list[tuple[Sensor, str]]:
     """(sensor, quantity) of what was measured beside a gyro that the gyro does not say: by the
     first sensor of its group, or by the only one."""
     found = []

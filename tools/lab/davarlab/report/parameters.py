@@ -3,11 +3,12 @@ noise densities two-sided (DESIGN 1)."""
 
 import math
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from ..effects import table
 from ..errors import BadInput
+from ..model import Model
 
 FLAT = math.sqrt(
     2 * math.log(2) / math.pi
@@ -39,7 +40,7 @@ class Parameter:
     quantity: str
     unit: str
     formula: str
-    value: Callable
+    value: Callable[[Noise], float]
     several: bool = False
     meaning: str = ""
 
@@ -52,21 +53,21 @@ class Format:
 
     what: str
     comment: str
-    parameters: tuple
-    line: Callable
+    parameters: tuple[Parameter, ...]
+    line: Callable[[str, Sequence[float]], str]
     source: str
     inflate: str
-    around: Callable = lambda lines, noises: lines
+    around: Callable[[Sequence[str], Sequence[Noise]], Sequence[str]] = lambda lines, noises: lines
 
 
-def sized(model, kind):
+def sized(model: Model, kind: str) -> float:
     """Root sum of squares of all effects of a kind, in deg and seconds."""
     return math.hypot(
         *(table.find(kind).dps(term.parameters) for term in model.terms if term.kind == kind)
     )
 
 
-def noise_of(model, where, bias_time_s):
+def noise_of(model: Model, where: str, bias_time_s: float) -> Noise:
     """The Noise of a model. If the model has no random walk of the bias, an equivalent one for its
     slow noise within bias_time_s."""
     words = model.column.split("_")
@@ -105,7 +106,16 @@ def noise_of(model, where, bias_time_s):
     return Noise(words[0], words[1], white, flicker, walk, said, model.rate_hz)
 
 
-def sensor(gyro, accel, unit_gyro, unit_accel, formula, value, several=False, meaning=""):
+def sensor(
+    gyro: str,
+    accel: str,
+    unit_gyro: str,
+    unit_accel: str,
+    formula: str,
+    value: Callable[[Noise], float],
+    several: bool = False,
+    meaning: str = "",
+) -> tuple[Parameter, Parameter]:
     """The same parameter of both sensors."""
     return (
         Parameter(gyro, "gyro", unit_gyro, formula, value, several, meaning),
@@ -113,40 +123,40 @@ def sensor(gyro, accel, unit_gyro, unit_accel, formula, value, several=False, me
     )
 
 
-def density(noise):
+def density(noise: Noise) -> float:
     return noise.white
 
 
-def walk(noise):
+def walk(noise: Noise) -> float:
     return noise.walk
 
 
-def sample(noise):
+def sample(noise: Noise) -> float:
     return noise.white * math.sqrt(noise.rate_hz)
 
 
-def per_step(step_s):
+def per_step(step_s: float) -> tuple[Callable[[Noise], float], Callable[[Noise], float]]:
     """Converts a continuous density for a filter that adds (dt x)^2 in each step."""
     return (lambda noise: noise.white / math.sqrt(step_s)), (
         lambda noise: noise.walk / math.sqrt(step_s)
     )
 
 
-def real(value):
+def real(value: float) -> str:
     """Six digits, with a decimal point before an exponent, because YAML 1.1 reads 1e-05 as text."""
     text = f"{value:.6g}"
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
 
 
-def listed(values):
+def listed(values: Iterable[float]) -> str:
     return "[" + ", ".join(map(real, values)) + "]"
 
 
-def yaml_line(name, values):
+def yaml_line(name: str, values: Sequence[float]) -> str:
     return f"{name}: {real(values[0])}" if len(values) == 1 else f"{name}: {listed(values)}"
 
 
-def diagonal(values):
+def diagonal(values: Sequence[float]) -> list[float]:
     """A 3 x 3 diagonal matrix in row-major order, as in ROS."""
     return [values[row] if row == column else 0.0 for row in range(3) for column in range(3)]
 
@@ -173,7 +183,7 @@ KALIBR = (
 )
 
 
-def rate_lines(lines, noises):
+def rate_lines(lines: Sequence[str], noises: Sequence[Noise]) -> list[str]:
     """The assignments, then the rate and the topic of a kalibr file."""
     return [
         *lines,
@@ -190,7 +200,7 @@ STEP = (
 )
 
 
-def matlab_around(lines, noises):
+def matlab_around(lines: Sequence[str], noises: Sequence[Noise]) -> list[str]:
     """One object for each sensor."""
     out = []
     for quantity, maker in (("gyro", "gyroparams"), ("accel", "accelparams")):
@@ -480,7 +490,7 @@ FORMATS = {
 }
 
 
-def values_of(parameter, noises, inflate):
+def values_of(parameter: Parameter, noises: Sequence[Noise], inflate: float) -> list[float]:
     """One number per axis x, y, z, or only the largest."""
     own = {
         noise.axis: parameter.value(noise)
@@ -496,7 +506,7 @@ def values_of(parameter, noises, inflate):
     )
 
 
-def said_of(parameter, noises):
+def said_of(parameter: Parameter, noises: Sequence[Noise]) -> list[str]:
     """The comment lines of a parameter: unit, formula, axis."""
     own = [noise for noise in noises if noise.quantity == parameter.quantity]
     axes = "".join(noise.axis for noise in own)
@@ -512,7 +522,9 @@ def said_of(parameter, noises):
     ]
 
 
-def text(name, models, inflate=1.0, bias_time_s=300.0):
+def text(
+    name: str, models: Sequence[tuple[str, Model]], inflate: float = 1.0, bias_time_s: float = 300.0
+) -> str:
     """A file in the format FORMATS[name]. models: (path, Model), one per axis. Raises BadInput."""
     form, noises = FORMATS[name], [noise_of(model, path, bias_time_s) for path, model in models]
     keys = [(noise.quantity, noise.axis) for noise in noises]

@@ -2,11 +2,21 @@
 
 import re
 from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..data import plausible
+from ..data.observations import Observation
+from ..data.recording import Recording
+from ..diagnosis.compare import Comparison
+from ..diagnosis.improve import Estimates, Improvement
+from ..diagnosis.judge import Deviation, Judgement
+from ..diagnosis.state import Judged
 from ..effects import table
+from ..effects.base import Parameter
+from ..inference.estimate import Estimate
 from ..thresholds import CHANCE, JUDGE
 
 CONFIDENCE = f"{100 - 100 * CHANCE.family_wise:g} % confidence"  # of a proven deviation
@@ -24,6 +34,17 @@ TESTS = {
     "shocks": "single outlier samples",
 }
 
+# What to do, and the command that does it.
+Action = tuple[str, str | None]
+
+
+class FollowUp(Protocol):
+    """The run of a report, as far as its sentences name it (contents.Run)."""
+
+    output: str | None
+
+    def follow_up(self, command: str, *options: str) -> str: ...
+
 
 NAMES = {
     "gauss_markov": "Gauss-Markov noise",
@@ -35,11 +56,11 @@ NAMES = {
 UNITS = ("dps", "s", "hz", "hour", "per")
 
 
-def name(kind):
+def name(kind: str) -> str:
     return NAMES.get(kind, kind.replace("_", " "))
 
 
-def listed(kinds, shown=name, joint=" and "):
+def listed(kinds: Iterable[Any], shown: Callable[[Any], str] = name, joint: str = " and ") -> str:
     """Lists each kind once, in order of first appearance, with its count."""
     found = Counter(map(shown, kinds))
     names = [f"{text} ({count} times)" if count > 1 else text for text, count in found.items()]
@@ -52,7 +73,7 @@ def listed(kinds, shown=name, joint=" and "):
     )
 
 
-def number(value, digits=4):
+def number(value: float | str | None, digits: int = 4) -> str:
     """Formats a number with `digits` significant digits and a typeset power of ten."""
     if value is None or value != value:
         return "–"
@@ -68,7 +89,7 @@ def number(value, digits=4):
     return f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPT)}".replace("-", "−")
 
 
-def bounds(estimate):
+def bounds(estimate: Estimate) -> Callable[[float], str]:
     """Returns a formatter with enough digits to distinguish the two ends of an interval."""
     digits = next(
         (d for d in range(4, 10) if number(estimate.low, d) != number(estimate.high, d)), 9
@@ -76,7 +97,7 @@ def bounds(estimate):
     return lambda value: number(value, digits)
 
 
-def chance(p):
+def chance(p: float) -> str:
     return (
         "below 10⁻¹²"
         if p < TINY
@@ -88,7 +109,9 @@ def chance(p):
     )
 
 
-def evidence(before, after, count, added, alternative=False):
+def evidence(
+    before: float, after: float | None, count: int, added: bool, alternative: bool = False
+) -> str:
     """Rates one of `count` candidates from its p-values with the initial and the final model."""
     likely = before * count < CHANCE.family_wise
     if added:
@@ -106,19 +129,19 @@ def evidence(before, after, count, added, alternative=False):
     return "weak" if before < 0.05 else "not significant"
 
 
-def label(parameter):
+def label(parameter: Parameter) -> str:
     """The name of a parameter in a sentence. A coefficient needs no name."""
     words = [word for word in parameter.name.split("_") if word not in UNITS]
     return "" if words[0] == "coefficient" else " ".join(words) + " "
 
 
-def bare_value(parameter, estimate):
+def bare_value(parameter: Parameter, estimate: Estimate) -> str:
     if isinstance(estimate.value, str):
         return label(parameter) + estimate.value
     return f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
 
 
-def value_with_interval(parameter, estimate):
+def value_with_interval(parameter: Parameter, estimate: Estimate) -> str:
     if estimate.low is None:
         return bare_value(parameter, estimate) + (
             " (undetermined)" if estimate.undetermined else ""
@@ -129,20 +152,24 @@ def value_with_interval(parameter, estimate):
     )
 
 
-def strength(kind, estimates, shown=value_with_interval):
+def strength(
+    kind: str,
+    estimates: Estimates,
+    shown: Callable[[Parameter, Estimate], str] = value_with_interval,
+) -> str:
     """The fitted size and shape of an effect."""
     return "; ".join(
         shown(p, estimates[p.name]) for p in table.find(kind).parameters if p.name in estimates
     )
 
 
-def clause(kind):
+def clause(kind: str) -> str:
     """The physics of an effect, as a clause inside a sentence."""
     physics = table.find(kind).physics.rstrip(".").split(": ")[0].split(" (")[0]
     return physics[0].lower() + physics[1:]
 
 
-def adequacy(judgement):
+def adequacy(judgement: Judgement) -> str:
     """The verdict on a model: the same sentences on a page, in a terminal and in JSON."""
     shown = (
         "The recording is long enough to confirm a fit within 5 % up to "
@@ -184,7 +211,7 @@ def adequacy(judgement):
     )
 
 
-def seconds(value):
+def seconds(value: float) -> str:
     """A time in seconds, from two minutes on also in minutes or hours."""
     text = f"{number(value, 3)} s"
     if value < 120:
@@ -196,12 +223,12 @@ def seconds(value):
     )
 
 
-def place(deviation):
+def place(deviation: Deviation) -> str:
     start, stop = deviation["start_s"], deviation["stop_s"]
     return f"at {seconds(deviation['tau_s'])}, from {start:.0f} to {stop:.0f} s of the recording"
 
 
-def off(deviation):
+def off(deviation: Deviation) -> str:
     percent = number(abs(deviation["percent"]), 2)
     return (
         f"{percent} % {'above' if deviation['percent'] > 0 else 'below'} the model "
@@ -209,11 +236,11 @@ def off(deviation):
     )
 
 
-def factor(ratio):
+def factor(ratio: float) -> str:
     return f"{max(ratio, 1 / max(ratio, 1e-9)):.3g}"
 
 
-def proven(deviation):
+def proven(deviation: Deviation) -> str:
     """The largest deviation, as a factor by which the model is too low or too high, and its
     bound."""
     least = 1 + deviation["percent"] / 100
@@ -223,12 +250,12 @@ def proven(deviation):
     )
 
 
-def observation(one):
+def observation(one: Observation) -> str:
     """A disturbance in the recording that is not an error of the sensor."""
     return f"In the recording: {name(one.kind)}. {one.detail}"
 
 
-def misfit(comparison):
+def misfit(comparison: Comparison) -> str:
     """One sentence on where the whole recording deviates significantly from the model, and how
     far."""
     span = comparison.duration_s
@@ -261,13 +288,13 @@ def misfit(comparison):
     return "The Allan deviation agrees with the model at every averaging time and in every part."
 
 
-def times(ratio):
+def times(ratio: float) -> str:
     if 0.9 < ratio < 1.1:
         return f"{100 * abs(ratio - 1):.2g} % {'above' if ratio > 1 else 'below'} the model"
     return f"{ratio:.2g} times the model"
 
 
-def failed_tests(tests):
+def failed_tests(tests: Mapping[str, float]) -> str | None:
     """What each failed test detects, the smallest p-value first; None when no test fails."""
     bad = [
         TESTS.get(what, what)
@@ -277,21 +304,21 @@ def failed_tests(tests):
     return "; ".join(bad) or None
 
 
-def verdict_of_comparison(comparison):
+def verdict_of_comparison(comparison: Comparison) -> tuple[str, str]:
     tone = {"statistical": "good", "practical": "good", "no": "bad"}[comparison.judgement.adequacy]
     return tone, adequacy(comparison.judgement)
 
 
-def capital(text):
+def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def helpful(found):
+def helpful(found: Improvement) -> bool:
     """Whether the added effects reduce the error."""
     return found.last.error < found.base.error
 
 
-def verdict_of_unknown(found):
+def verdict_of_unknown(found: Improvement) -> str:
     added = found.added
     if not added:
         return (
@@ -311,10 +338,10 @@ def verdict_of_unknown(found):
     )
 
 
-def verdict_held_out(found):
+def verdict_held_out(found: Improvement) -> str | None:
     """A sentence on how well the final model fits the held-out recording; None without one."""
     error, floor = found.last.error_held_out, found.last.error_floor_held_out
-    if error is None:
+    if error is None or floor is None:
         return None
     sizes = f"its error there is {error:.3f}, and a true model would give about {floor:.3f}"
     return (
@@ -324,7 +351,7 @@ def verdict_held_out(found):
     )
 
 
-def verdict_of_missing(found):
+def verdict_of_missing(found: Improvement) -> str:
     added = found.added
     sizes = found.estimates[-len(added) :]
     if len(added) == 1:
@@ -337,14 +364,16 @@ def verdict_of_missing(found):
             f"The model lacks {name(added[0])}: {clause(added[0])} "
             f"({strength(added[0], sizes[0])})."
         )
-    named = listed(zip(added, sizes), lambda one: f"{name(one[0])} ({strength(*one, bare_value)})")
+    named = listed(
+        zip(added, sizes), lambda one: f"{name(one[0])} ({strength(one[0], one[1], bare_value)})"
+    )
     return (
         f"The model lacks {named}. With {'both' if len(added) == 2 else 'these'}, it explains "
         "this recording."
     )
 
 
-def verdict_of_diagnosis(found):
+def verdict_of_diagnosis(found: Improvement) -> tuple[str, str]:
     """(tone, sentences) of an improvement."""
     tone, sentence = verdict_of_recording(found)
     outside = verdict_held_out(found)
@@ -353,7 +382,7 @@ def verdict_of_diagnosis(found):
     return tone, f"{sentence} {outside}" if outside else sentence
 
 
-def verdict_of_recording(found):
+def verdict_of_recording(found: Improvement) -> tuple[str, str]:
     if found.judgement.doubted:
         return "bad", adequacy(found.judgement)
     final = adequacy(found.judgement)
@@ -371,7 +400,7 @@ def verdict_of_recording(found):
     )
 
 
-def improvement(found):
+def improvement(found: Improvement) -> str:
     first, last = found.steps[0], found.steps[-1]
     refitted = f" ({found.refitted.error:.3f} refitted)" if found.refitted else ""
     if len(found.steps) == 1:
@@ -391,7 +420,7 @@ def improvement(found):
     return sentence
 
 
-def confirmations(found):
+def confirmations(found: Improvement) -> list[str]:
     """How to confirm each effect that was found, and how to distinguish it from similar ones."""
     added = found.added if found.verdict != "unknown" or helpful(found) else []
     lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in dict.fromkeys(added)]
@@ -407,9 +436,10 @@ def confirmations(found):
     ]
 
 
-def what_next(found, run):
+def what_next(found: Improvement, run: FollowUp) -> list[Action]:
     """Actions in order: (what to do, the command that does it or None)."""
-    added, lines = found.added, []
+    added = found.added
+    lines: list[Action] = []
     if found.judgement.doubted:
         return []
     if found.verdict == "unknown":
@@ -433,7 +463,7 @@ def what_next(found, run):
     return lines
 
 
-def after_comparison(comparison, state, run):
+def after_comparison(comparison: Comparison, state: Judged, run: FollowUp) -> list[Action]:
     """The next actions after `davarlab compare`. state: the refitted effects."""
     if comparison.adequate or comparison.judgement.doubted:
         return []
@@ -447,17 +477,18 @@ def after_comparison(comparison, state, run):
     return [("Find the missing effect:", run.follow_up("diagnose", "--report", "DIAGNOSIS.html"))]
 
 
-def gap_note(recording):
+def gap_note(recording: Recording) -> str | None:
     """A note on how gaps affect the results; None without gaps."""
     if not len(recording.gaps):
         return None
+    missing = recording.samples - recording.measured_samples
     return (
-        f"The recording has {len(recording.gaps)} gaps with {(~recording.known).sum()} missing "
+        f"The recording has {len(recording.gaps)} gaps with {missing} missing "
         "samples. No Allan deviation spans a gap, so long averaging times use less data."
     )
 
 
-def in_ascii(text):
+def in_ascii(text: str) -> str:
     """Replaces every character outside ASCII, for terminals of any encoding."""
     text = re.sub("·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: "e" + found[1].translate(PLAIN_DIGITS), text)
     return (

@@ -1,11 +1,14 @@
 """Raw samples of a sender to recordings that every command reads."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import BadInput
-from .raw import written
+from .frames import Channel
+from .raw import Sample, written
 from .record import Output
+from .source import Say
 
 
 class RawRecorder:
@@ -13,17 +16,20 @@ class RawRecorder:
     z, and so on round). The first has the given name, others NAME-2 and so on; none that is there
     is touched. A disk that is full costs samples, which are counted."""
 
-    def __init__(self, path, say):
+    def __init__(self, path: str | Path, say: Say) -> None:
         self.given, self.say, self.unrecorded, self.failing = Path(path), say, 0, False
-        self.outputs = {}  # channel's number -> (stretch, Output) of its newest recording
+        # Channel's number -> (stretch, Output) of its newest recording.
+        self.outputs: dict[int, tuple[int, Output]] = {}
         if not os.path.isdir(self.given.parent):
             raise BadInput(f"--raw: {path}: No such file or directory")
 
-    def add(self, number, channel, samples):
+    def add(self, number: int, channel: Channel, samples: Sequence[Sample]) -> None:
         """Samples (index, deg/s) of a Channel."""
         try:
-            stretch, output = self.outputs.get(number, (None, None))
-            if stretch != channel.stretch:
+            found = self.outputs.get(number)
+            if found and found[0] == channel.stretch:
+                output = found[1]
+            else:
                 output = self._begin(number, channel)
             rate = written(channel.setup["rate_hz"])
             output.append(
@@ -38,11 +44,11 @@ class RawRecorder:
                 self.say(f"--raw: {self.given}: {why.strerror}: samples are lost")
             self.failing = True
 
-    def path(self, number):
+    def path(self, number: int) -> Path | None:
         """Where the newest samples of a channel are; None: there are none."""
         return self.outputs[number][1].path if number in self.outputs else None
 
-    def _begin(self, number, channel):
+    def _begin(self, number: int, channel: Channel) -> Output:
         path, count = self.given, 1
         while path.exists() and path.stat().st_size:
             count += 1
@@ -62,6 +68,6 @@ class RawRecorder:
             self.say(f"channel {number}: raw samples go to {path}")
         return output
 
-    def close(self):
+    def close(self) -> None:
         for _, output in self.outputs.values():
             output.file.close()

@@ -1,7 +1,8 @@
 """What may come in from outside: the requests of the page and the session file, each a model that
 is checked in one place."""
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
@@ -10,7 +11,7 @@ from ..errors import BadInput
 SHOWN = 80  # characters of a message
 
 
-def without_nul(text):
+def without_nul(text: str) -> str:
     if "\0" in text:
         raise ValueError("holds a NUL character")
     return text
@@ -167,7 +168,7 @@ class Drop(Given):
     purpose: Annotated[Literal["recording", "held-out"], Field(alias="as")] = "recording"
 
 
-REQUESTS = {
+REQUESTS: dict[str, type[Given]] = {
     "open": Open,
     "tutorial": Nothing,
     "sensor": Sensor,
@@ -247,7 +248,7 @@ class Session(Given):
 SIGHT = TypeAdapter(Sight, config=ConfigDict(strict=True))
 
 
-def said(why):
+def said(why: ValidationError) -> str:
     """The first thing that is wrong, in one line that names the field."""
     first = why.errors(include_url=False, include_input=False)[0]
     field = ".".join(map(str, first["loc"]))
@@ -256,12 +257,14 @@ def said(why):
     )[: 4 * SHOWN]
 
 
-def request(what, text=None, query=None):
+def request(
+    what: str, text: bytes | None = None, query: Mapping[str, str] | None = None
+) -> dict[str, Any]:
     """The fields of a request, those that were given: of a JSON object, or of the query of an
     address. Raises BadInput that names the field."""
     try:
         found = (
-            REQUESTS[what].model_validate_strings(query)
+            REQUESTS[what].model_validate_strings(query or {})
             if text is None
             else REQUESTS[what].model_validate_json(text)
         )
@@ -270,7 +273,7 @@ def request(what, text=None, query=None):
     return found.model_dump(exclude_unset=True)
 
 
-def session(data):
+def session(data: bytes) -> Session:
     """The Session in the bytes of its file. Raises ValueError, of which said() is the reason."""
     try:
         return Session.model_validate_json(data)
@@ -278,7 +281,7 @@ def session(data):
         raise ValueError(said(why)) from None
 
 
-def sight(text):
+def sight(text: str) -> tuple[str, tuple[()] | tuple[float, float], list[tuple[float, float]]]:
     """(column, stretch alone, stretches cut out) in the text of a sight. Raises ValueError."""
     try:
         return SIGHT.validate_json(text)

@@ -1,6 +1,7 @@
 """The workbench's own web server: this machine only, a token in the address, one worker that
 computes, every change told to all tabs."""
 
+import argparse
 import asyncio
 import contextlib
 import importlib.util
@@ -12,18 +13,20 @@ import sys
 import tempfile
 import threading
 import webbrowser
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
-from starlette.requests import ClientDisconnect
+from starlette.requests import ClientDisconnect, HTTPConnection, Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
-from starlette.websockets import WebSocketDisconnect
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from .. import files
 from ..errors import BadInput, internal_error
@@ -55,31 +58,33 @@ HEADERS = {
 
 
 @cache
-def plotly():
+def plotly() -> bytes:
     """The charts' JavaScript out of the wheel of plotly, without the address to which "Share chart"
     would send the data."""
-    script = (
-        Path(importlib.util.find_spec("plotly").origin).resolve().parent
-        / "package_data/plotly.min.js"
-    )
+    found = importlib.util.find_spec("plotly")
+    assert found and found.origin
+    script = Path(found.origin).resolve().parent / "package_data/plotly.min.js"
     return script.read_bytes().replace(CLOUD, b"")
+
+
+Work = Callable[[], Any]
 
 
 class Server:
     """Answers one visit. What computes goes one after the other in the worker; what only looks does
     not wait for it."""
 
-    def __init__(self, visit, token):
-        self.visit, self.token, self.tabs = visit, token, set()
+    def __init__(self, visit: Visit, token: str) -> None:
+        self.visit, self.token = visit, token
+        self.tabs: set[WebSocket] = set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
-        self.loop, self.waiting = (
-            None,
-            set(),
-        )  # waiting: calls that a person waits for and the worker has not begun
-        self.computing = set()  # calls that have begun and not ended
+        self.loop: asyncio.AbstractEventLoop | None = None
+        # Calls that a person waits for and the worker has not begun.
+        self.waiting: set[Work] = set()
+        self.computing: set[Work] = set()  # calls that have begun and not ended
         visit.tell, visit.hurried = self.tell, lambda: bool(self.waiting)
 
-    def app(self):
+    def app(self) -> Starlette:
         routes = [
             Route("/", self.index),
             Route("/page/{name:path}", self.page),
@@ -92,7 +97,7 @@ class Server:
             middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=[HOST, "localhost"])],
         )
 
-    def allowed(self, request):
+    def allowed(self, request: HTTPConnection) -> bool:
         """Only the page that was opened with the token, from this origin."""
         given = request.headers.get("x-davar-token") or request.query_params.get("token", "")
         origin = request.headers.get("origin")
@@ -101,7 +106,7 @@ class Server:
             f"http://{request.headers['host']}",
         )
 
-    async def index(self, request):
+    async def index(self, request: Request) -> Response:
         if not self.allowed(request):
             return PlainTextResponse(
                 "The address has no token, or an old one. Use the address that tools/davarlab "
@@ -110,7 +115,7 @@ class Server:
             )
         return self.file(PAGE / "index.html")
 
-    async def page(self, request):
+    async def page(self, request: Request) -> Response:
         name = request.path_params["name"]
         if name == "plotly.min.js":
             return Response(
@@ -122,15 +127,15 @@ class Server:
             return PlainTextResponse("no such file", 404)
         return self.file(SERVED[name])
 
-    def file(self, path):
+    def file(self, path: Path) -> FileResponse:
         return FileResponse(
             path, media_type=TYPES[path.suffix], headers=HEADERS | {"Cache-Control": "no-store"}
         )
 
-    async def ask(self, request):
+    async def ask(self, request: Request) -> Response:
         return await self.answer(request, (LOOK, QUESTION), query=self.query(request))
 
-    async def do(self, request):
+    async def do(self, request: Request) -> Response:
         if not self.allowed(request):
             return PlainTextResponse("no token", 403)
         if request.path_params["what"] == "drop":
@@ -147,12 +152,12 @@ class Server:
         return await self.answer(request, (ACTION,), text)
 
     @staticmethod
-    def query(request):
+    def query(request: Request) -> dict[str, str]:
         """What an address asks with, but for the token."""
         return {name: value for name, value in request.query_params.items() if name != "token"}
 
     @staticmethod
-    async def body(request):
+    async def body(request: Request) -> bytes | None:
         """The body of a request; None if it is too large. A client reads the error only after it
         has sent its body, so the rest is read and dropped, up to the size of a dropped file."""
         text, size = bytearray(), 0
@@ -164,7 +169,7 @@ class Server:
                 break
         return bytes(text) if size <= LARGEST_REQUEST else None
 
-    async def drop(self, request):
+    async def drop(self, request: Request) -> Response:
         """A file that was dropped on the page, as it comes."""
         try:
             given = schema.request("drop", query=self.query(request))
@@ -187,7 +192,13 @@ class Server:
         taken = self.visit.hold.hold_out if held_out else self.visit.intake.open
         return await self.computed(Call(ACTION, partial(taken, str(dropped.path))), "drop", {})
 
-    async def answer(self, request, kinds, text=None, query=None):
+    async def answer(
+        self,
+        request: Request,
+        kinds: Sequence[str],
+        text: bytes | None = None,
+        query: Mapping[str, str] | None = None,
+    ) -> Response:
         """Runs a call of the visit, of one of these kinds, on what was given with the request, in
         JSON or in the query, once it is what schema.py says."""
         what = request.path_params["what"]
@@ -202,8 +213,9 @@ class Server:
             return JSONResponse({"error": str(why)}, 400)
         return await self.computed(call, what, given)
 
-    async def computed(self, call, what, given):
+    async def computed(self, call: Call, what: str, given: dict[str, Any]) -> Response:
         """The answer of a call, from the worker."""
+        assert self.loop is not None  # run() has set it
         try:
             found = await self.loop.run_in_executor(
                 self.reader if call.kind == LOOK else self.worker,
@@ -217,7 +229,7 @@ class Server:
             return Response(found, media_type="application/octet-stream")
         return JSONResponse(values.plain(found))
 
-    def end(self):
+    def end(self) -> None:
         """Ends the workers; what is still being computed, perhaps for minutes, is given up with the
         process, but no file in the middle."""
         for pool in (self.worker, self.reader):
@@ -226,11 +238,11 @@ class Server:
             with files.WRITING:
                 os._exit(0)
 
-    def begun(self, call, what, given):
+    def begun(self, call: Call, what: str, given: dict[str, Any]) -> Work:
         """What the worker runs; one that a person is waiting for waits in sight until it begins,
         for a ranking gives way to it."""
 
-        def work():
+        def work() -> Any:
             self.waiting.discard(work)
             self.computing.add(work)
             try:
@@ -242,7 +254,7 @@ class Server:
             self.waiting.add(work)
         return work
 
-    def fault(self, why):
+    def fault(self, why: Exception) -> JSONResponse:
         """What nobody foresaw: said, and the visit goes on."""
         internal_error(why)
         return JSONResponse(
@@ -253,10 +265,10 @@ class Server:
             500,
         )
 
-    def tell(self, **event):
+    def tell(self, **event: Any) -> None:
         """Sends an event to every tab; may be called from the worker."""
 
-        async def send():
+        async def send() -> None:
             for tab in list(self.tabs):
                 try:
                     await tab.send_json(values.plain(event))
@@ -266,7 +278,7 @@ class Server:
         if self.loop and self.loop.is_running():
             asyncio.run_coroutine_threadsafe(send(), self.loop)
 
-    async def events(self, tab):
+    async def events(self, tab: WebSocket) -> None:
         if not self.allowed(tab):
             await tab.close(4403)
             return
@@ -281,7 +293,7 @@ class Server:
             self.tabs.discard(tab)
 
 
-def show(address, folder):
+def show(address: str, folder: str | Path) -> None:
     """Opens the address in the user's browser, by way of a file in a folder that nobody else can
     read: command lines are seen by all."""
     page = Path(folder) / "open.html"
@@ -291,7 +303,7 @@ def show(address, folder):
     threading.Thread(target=webbrowser.open, args=(page.as_uri(),), daemon=True).start()
 
 
-def run(options):
+def run(options: argparse.Namespace) -> int:
     """`davarlab open`: until interrupted."""
     token = secrets.token_urlsafe(16)
     visit = Visit(Path.cwd())
@@ -306,7 +318,7 @@ def run(options):
             listener.bind((HOST, options.port))
             listener.listen()
         except OSError as why:
-            raise BadInput(f"--port {options.port}: {why.strerror.lower()}") from None
+            raise BadInput(f"--port {options.port}: {files.reason(why)}") from None
         address = f"http://{HOST}:{listener.getsockname()[1]}/?token={token}"
         web = uvicorn.Server(
             uvicorn.Config(
@@ -314,7 +326,7 @@ def run(options):
             )
         )
 
-        async def serve():
+        async def serve() -> None:
             server.loop = asyncio.get_running_loop()
             print(address, flush=True)
             print(
