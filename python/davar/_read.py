@@ -81,8 +81,8 @@ def of_log(path: str, sensor: str | None) -> Recording:
     absent = lab.missing()
     if absent:
         raise ImportError(f"{path}: not CSV; other logs need the extra lab ({lab.said(absent)})")
-    from davarlab.errors import BadInput  # type: ignore[import-untyped, unused-ignore]
-    from davarlab.logs import door  # type: ignore[import-untyped, unused-ignore]
+    from davarlab.errors import BadInput
+    from davarlab.logs import door
 
     try:
         found = door.samples(path, door.Options(sensor=sensor))

@@ -37,6 +37,6 @@ def main() -> int:
     if absent:
         print(f"davarlab: {said(absent)}", file=sys.stderr)
         return 2
-    from davarlab import cli  # type: ignore[import-untyped, unused-ignore]
+    from davarlab import cli
 
     return int(cli.main(sys.argv[1:]))
