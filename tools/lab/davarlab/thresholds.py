@@ -407,7 +407,7 @@ class Column:
     lag_least: float = of(
         8.0,
         "log-likelihood",
-        "DESIGN 4 (a prototype on real recordings)",
+        "DESIGN 4 (measured on real recordings)",
         "of a lag over the temperature felt at once, below which a random walk does as well",
     )
 
