@@ -15,8 +15,8 @@ from ..inference.parts import Bench, Part
 from ..thresholds import CAUSE
 from .columns import coarse
 
-# A band: from Hz, to Hz, coefficient, standard error, share of real motion; as it is told: without
-# the share; as it is compared: coefficient and standard error.
+# Band: from Hz, to Hz, coefficient, standard error, share of real motion. Told: a band without the
+# share. Seen: the coefficient of a band and its standard error.
 Band = tuple[float, float, float, float, float]
 Told = tuple[float, float, float, float]
 Seen = tuple[float, float]

@@ -41,7 +41,8 @@ BENDS = (
     ("warm_up", "high_pass"),
 )
 
-# Which kind is next, and what was found so far (None: nothing of that kind). May raise.
+# Receives the kind that is tried next and what was found so far (None: nothing of a kind). It may
+# raise.
 Trying = Callable[[str, Sequence[Candidate | None]], None]
 # Of a chain of levels: log-likelihood, amplitude, dwell, middle; and the decoded part.
 Chain = tuple[float, float, float, float]

@@ -16,7 +16,7 @@ WANDER = {"rate_random_walk", "gauss_markov", "rate_ramp", "warm_up"}
 
 
 class Errors(Protocol):
-    """What the error of a step is, and that of a true model."""
+    """The error of a step, and the error that a true model would have."""
 
     error: float
     error_floor: float

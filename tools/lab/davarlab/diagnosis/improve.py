@@ -312,7 +312,7 @@ def final_of(
 
 
 def worse_held_out(before: Step, after: Step) -> bool:
-    """Has the error on the held-out recording risen, to more than a true model's."""
+    """Whether the error on the held-out recording has risen and is above a true model's."""
     error, floor = after.error_held_out, after.error_floor_held_out
     if before.error_held_out is None or error is None or floor is None:
         return False

@@ -64,7 +64,7 @@ class State:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Judged(State):
-    """A state with the words of the judge."""
+    """A state whose adequacy and judgement are computed."""
 
     adequacy: Adequacy
     judgement: Judgement

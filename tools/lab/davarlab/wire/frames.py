@@ -158,7 +158,7 @@ Joined = tuple[str, int, bytes, Signals]  # a frame: message, identifier, data, 
 
 
 class Setup(TypedDict, total=False):
-    """What DAVAR_Setup says of a channel."""
+    """What DAVAR_Setup reports about a channel."""
 
     rate_hz: float
     stride: int
@@ -226,7 +226,7 @@ class Burst:
         )
 
     def result(self, index: int, channel: "Channel") -> Result:
-        assert self.epoch is not None  # complete() has said so
+        assert self.epoch is not None  # complete() has checked it
         found = Result(index, self.tag, self.epoch, stretch=channel.stretch, of=channel)
         for _, signals, _ in self.places.values():
             for (name, key), value in parts(signals):
