@@ -21,7 +21,7 @@ MODEL = (
     '[sensor]\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
     "coefficient_deg_per_sqrt_h = 0.3\n"
 )
-LIMIT_S = 120  # behind which a command hangs
+LIMIT_S = 1800  # after which a command hangs, on a machine as busy as can be
 # {} is the odd path; r.csv and m.toml are sound. A command that takes a path and is not here fails
 # the test.
 READERS = {
@@ -67,7 +67,7 @@ WRONG_TO_WRITE = ("folder", "fifo", "socket", "loop", "/dev/zero", "long")
 
 
 def late(*_):
-    raise TimeoutError(f"not within {LIMIT_S} s")
+    raise AssertionError(f"not within {LIMIT_S} s")  # no OSError: multiprocessing would catch it
 
 
 @contextlib.contextmanager

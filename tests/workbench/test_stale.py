@@ -210,7 +210,7 @@ class Honest(Visiting):
         self.assertRegex(
             (self.folder / "r.html").read_text(),
             rf'data-key="samples" value="2500.0">2,500</data> samples \({shown["missing"]} '
-            r"more are missing\)",
+            r"others are missing\)",
         )
         expect(page.locator("#recording")).to_contain_text(
             f"2500 samples ({shown['missing']} missing in {shown['gaps']} gaps)"
