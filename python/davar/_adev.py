@@ -120,7 +120,8 @@ def adev(
         clock.rate_hz,
         unit if lsb is not None and data_type == "freq" else 0.0,
     )
-    return Adev(sizes / clock.rate_hz, rows[0], low, high, rows[1].astype(np.int64))
+    times: Floats = np.divide(sizes, clock.rate_hz)
+    return Adev(times, rows[0], low, high, rows[1].astype(np.int64))
 
 
 def differences(phase: Floats, clock: Clock, factor: float) -> tuple[Floats, Clock]:
@@ -128,7 +129,7 @@ def differences(phase: Floats, clock: Clock, factor: float) -> tuple[Floats, Clo
     gap is missing.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        found = np.diff(phase) * factor
+        found: Floats = np.multiply(np.diff(phase), factor)
     if clock.missing is not None:
         found[clock.missing[1:] > 0] = np.nan
     if np.isinf(found).any():

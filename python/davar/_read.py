@@ -88,8 +88,8 @@ def of_log(path: str, sensor: str | None) -> Recording:
     absent = lab.missing()
     if absent:
         raise ImportError(f"{path}: not CSV; other logs need the extra lab ({lab.said(absent)})")
-    from davarlab.errors import BadInput  # type: ignore[import-untyped, unused-ignore]
-    from davarlab.logs import door  # type: ignore[import-untyped, unused-ignore]
+    from davarlab.errors import BadInput
+    from davarlab.logs import door
 
     try:
         found = door.samples(path, door.Options(sensor=sensor))
@@ -147,7 +147,8 @@ def of_csv(path: str) -> Recording:
         back = np.flatnonzero(np.diff(columns["time_s"]) < 0)
         if len(back):
             raise ValueError(
-                f"{path}:{first + 3 + back[0]}: column time_s: time runs backwards, found {columns['time_s'][back[0] + 1]:.15g}"
+                f"{path}:{first + 3 + back[0]}: column time_s: time runs backwards, found "
+                f"{columns['time_s'][back[0] + 1]:.15g}"
             )
     return Recording(columns, rate_of(columns, path), notes)
 

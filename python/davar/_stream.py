@@ -290,7 +290,8 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
     low, high = float(taken.min()), float(taken.max())
     if given["lsb"] is None and max(high, -low) and not SCALES[0] < max(high, -low) < SCALES[1]:
         raise ValueError(
-            f"x: a largest value from {SCALES[0]:g} to {SCALES[1]:g} expected, found {low:g} to {high:g}"
+            f"x: a largest value from {SCALES[0]:g} to {SCALES[1]:g} expected, found "
+            f"{low:g} to {high:g}"
         )
     run.start(clock.rate_hz, low, high)
     feed = Feed(run, clock.rate_hz, int(given["stride"] or 1))
@@ -350,7 +351,8 @@ class Stream:
         given = locals()
         if (lsb is None) == (full_scale is None):
             raise ValueError(
-                "lsb or full_scale: a stream needs one of them, because the range of its samples is not known in advance"
+                "lsb or full_scale: a stream needs one of them, because the range of its samples "
+                "is not known in advance"
             )
         hz = _samples.positive("rate_hz", rate_hz)
         run = run_of({**given, "arith": "fixed" if full_scale is None else "float"}, hz)
@@ -369,7 +371,8 @@ class Stream:
         with self._lock:
             if self._inside:
                 raise RuntimeError(
-                    "davar: a Stream was called from within a call of it in the same thread (a signal handler?)"
+                    "davar: a Stream was called from within a call of it in the same thread "
+                    "(a signal handler?)"
                 )
             self._inside = True
             try:

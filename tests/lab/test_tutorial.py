@@ -1,4 +1,6 @@
-"""The tutorial of docs/WORKBENCH.md: its commands run as they stand, in order, and print what it says they print."""
+"""The tutorial of docs/WORKBENCH.md: its commands run as they stand, in order, and print what it
+says they print.
+"""
 
 import re
 import subprocess
@@ -8,9 +10,10 @@ import textwrap
 import unittest
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import tutorial
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/support"))
-import tutorial  # noqa: E402
 
 COMMANDS = 5
 CLOSE = 0.02  # relative: digits may differ between machines, the story may not
@@ -18,7 +21,9 @@ PICTURE_BYTES_MAX = 150_000
 
 
 def interval(text):
-    """value, low, high of the first "VALUE ... (95 %: LOW to HIGH" or "VALUE 95 %: LOW .. HIGH" about bias instability."""
+    """value, low, high of the first "VALUE ... (95 %: LOW to HIGH" or "VALUE 95 %: LOW .. HIGH"
+    about bias instability.
+    """
     found = re.search(r"([\d.]+)(?: deg/h)? *\(?\s*95 %: +([\d.]+)\s+(?:to|\.\.)\s+([\d.]+)", text)
     return [float(number) for number in found.groups()]
 

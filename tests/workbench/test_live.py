@@ -1,4 +1,6 @@
-"""A sensor on a serial line, watched in the page: what davar-sim sends over a pty is what it writes to a file; stopping, ending and wrong sources."""
+"""A sensor on a serial line, watched in the page: what davar-sim sends over a pty is what it writes
+to a file; stopping, ending and wrong sources.
+"""
 
 import csv
 import io

@@ -230,9 +230,10 @@ class Tries:
             "noise_step": 1.1e4,
         },
         "tries",
-        "measured on 240 recordings of 2 h, rounded up in the second digit; not "
-        "measured: angle_random_walk and bias_instability (in every model there), "
-        "filters (no gain by chance: a bound)",
+        "measured on 240 recordings of 2 h, rounded up in the second digit; raised when they "
+        "gained variants: temperature_rate, vibration_noise, vibration_rectification; not "
+        "measured: angle_random_walk and bias_instability (in every model there), filters (a "
+        "bound). docs/lab_benchmark.md has a later check on 100 recordings",
         "of a kind; of a line per sample",
     )
     of_own_effect: float = of(3.0, "tries", "choice", "of an effect of one's own")
