@@ -11,7 +11,7 @@ from pathlib import Path
 
 LAB = Path(__file__).resolve().parents[2] / "tools/lab/davarlab"
 FLEET = LAB.with_name("davarfleet")
-# From the data to the door; a module may import from its own room and from those before it.
+# From the data to the page; a module may import from its own room and from those before it.
 ROOMS = (
     "errors",
     "arrays",
@@ -49,7 +49,7 @@ OPENS = re.compile(
     r"|^(np|numpy)\.load$"
 )
 OWN = "a file of this package or of one that it needs"
-BY_THE_DOOR = "logs/door.py has opened it through files.reading to see what it is"
+BY_ITS_FORMAT = "logs/formats.py has opened it through files.reading to see what it is"
 NEW = "made here, under a name that nothing has"
 # Exceptions besides files.py: the module, the call, the reason.
 OPENED = {
@@ -62,20 +62,20 @@ OPENED = {
     ("report/contents.py", "VERSION_HEADER.read_text()"): OWN,
     ("workbench/server.py", "script.read_bytes()"): OWN,
     ("workbench/arrivals.py", "open(part, 'xb')"): NEW,
-    ("logs/arrays.py", "np.load(path, mmap_mode='r', allow_pickle=False)"): BY_THE_DOOR,
+    ("logs/arrays.py", "np.load(path, mmap_mode='r', allow_pickle=False)"): BY_ITS_FORMAT,
     (
         "logs/arrays.py",
         "np.load(file, allow_pickle=False)",
     ): "of a file that files.reading has opened",
-    ("logs/arrays.py", "parquet.ParquetFile(path)"): BY_THE_DOOR,
-    ("logs/dataflash.py", "DFReader.DFReader_binary(str(path))"): BY_THE_DOOR,
-    ("logs/dataflash.py", "DFReader.DFReader_text(str(path))"): BY_THE_DOOR,
+    ("logs/arrays.py", "parquet.ParquetFile(path)"): BY_ITS_FORMAT,
+    ("logs/dataflash.py", "DFReader.DFReader_binary(str(path))"): BY_ITS_FORMAT,
+    ("logs/dataflash.py", "DFReader.DFReader_text(str(path))"): BY_ITS_FORMAT,
     (
         "logs/dataflash.py",
         "np.fromfile(self.path, np.uint8, part[-1] - part[0] + self.kind.itemsize, offset=part[0])",
-    ): BY_THE_DOOR,
-    ("logs/matlab.py", "io.loadmat(path, squeeze_me=True, struct_as_record=False)"): BY_THE_DOOR,
-    ("logs/matlab.py", "h5py.File(path, 'r')"): BY_THE_DOOR,
+    ): BY_ITS_FORMAT,
+    ("logs/matlab.py", "io.loadmat(path, squeeze_me=True, struct_as_record=False)"): BY_ITS_FORMAT,
+    ("logs/matlab.py", "h5py.File(path, 'r')"): BY_ITS_FORMAT,
     (
         "logs/ros.py",
         "AnyReader([HeldPath(self.path)], default_typestore=self.store)",
@@ -99,7 +99,7 @@ OPENED = {
 OPENING = (
     "visit.intake.open",
     "self.open",
-)  # in workbench/: Intake.open, which reads through the door
+)  # in workbench/: Intake.open, which reads through it
 
 
 def room_of(path):

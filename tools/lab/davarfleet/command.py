@@ -15,7 +15,7 @@ from davarlab import files
 from davarlab import model as models
 from davarlab.diagnosis.state import Progress
 from davarlab.errors import BadInput
-from davarlab.logs import door
+from davarlab.logs import formats
 from davarlab.model import Model
 from davarlab.report import contents, values
 from davarlab.thresholds import CHANCE
@@ -72,7 +72,7 @@ def chosen(addresses: Sequence[str], count: int) -> set[str]:
 
 
 def work_of(options: Namespace, addresses: Sequence[str], model: Model) -> list[jobs.Job]:
-    how = door.Options(
+    how = formats.Options(
         options.rate,
         options.sensor,
         options.unit,

@@ -17,7 +17,7 @@ from davarlab.diagnosis.improve import Estimates
 from davarlab.diagnosis.state import Judged, State
 from davarlab.effects import own, table
 from davarlab.errors import BadInput
-from davarlab.logs import door
+from davarlab.logs import formats
 from davarlab.model import Model
 
 from . import sources
@@ -36,7 +36,7 @@ class Job:
     address: str
     model: str
     axes: str | None = None
-    how: door.Options = field(default_factory=door.Options)
+    how: formats.Options = field(default_factory=formats.Options)
     effects: tuple[str, ...] = ()
     chance: bool = False
 
@@ -81,7 +81,7 @@ def measured(job: Job) -> Done:
 
 
 def rows_of(path: str, job: Job) -> list[Row]:
-    recording, given = door.read(path, job.how), models.of_text(job.model, "model")
+    recording, given = formats.read(path, job.how), models.of_text(job.model, "model")
     columns = axes.columns_of(recording, job.axes) if job.axes else [given.column]
     return [row_of(recording, replace(given, column=column), job) for column in columns]
 

@@ -4,7 +4,7 @@ import argparse
 
 from .. import files, option_types
 from ..errors import BadInput
-from ..logs import door
+from ..logs import formats
 from .shared import (
     AXES,
     BASE,
@@ -24,7 +24,7 @@ from .shared import (
 def run_import(options: argparse.Namespace) -> int:
     how = log_options(options)
     if options.list:
-        sensors = door.listed(options.log, how)
+        sensors = formats.listed(options.log, how)
         emit(
             options,
             {
@@ -38,12 +38,12 @@ def run_import(options: argparse.Namespace) -> int:
         return 0
     if not options.output:
         raise BadInput("import: -o REC.csv or --list is missing")
-    found = door.samples(options.log, how)
+    found = formats.samples(options.log, how)
     count, columns = len(next(iter(found.columns.values()))), list(found.columns)
-    rate = door.write(found, options.output, options.rate, options.log)
-    for line in door.said(found.guesses):
+    rate = formats.write(found, options.output, options.rate, options.log)
+    for line in formats.said(found.guesses):
         progress(line)
-    for one in [] if options.as_recorded else door.doubts(found, rate):
+    for one in [] if options.as_recorded else formats.doubts(found, rate):
         progress(f"{options.log}: doubtful: {one}")
     emit(
         options,

@@ -12,7 +12,7 @@ from .. import kalibr, option_types
 from .. import model as models
 from ..data import recording as recordings
 from ..errors import printable, shown
-from ..logs import door
+from ..logs import formats
 from ..report import values
 
 Argument = tuple[tuple[str, ...], dict[str, Any]]  # names and settings, as of add_argument()
@@ -32,9 +32,9 @@ def argument(*names: str, **settings: Any) -> Argument:
     return names, settings
 
 
-def log_options(options: argparse.Namespace) -> door.Options:
+def log_options(options: argparse.Namespace) -> formats.Options:
     """The options for reading a log, from the command line."""
-    return door.Options(
+    return formats.Options(
         options.rate,
         options.sensor,
         options.unit,
@@ -59,7 +59,7 @@ def recorded(options: argparse.Namespace, path: str) -> recordings.Recording:
     """A recording, cached so that all axes share it."""
     kept: dict[str, recordings.Recording] = options.__dict__.setdefault("recordings", {})
     if path not in kept:
-        found = kept[path] = door.read(path, log_options(options), progress)
+        found = kept[path] = formats.read(path, log_options(options), progress)
         if len(found.gaps):
             missing = found.samples - found.measured_samples
             progress(f"{len(found.gaps)} gaps with {missing} missing samples")

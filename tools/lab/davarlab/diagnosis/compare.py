@@ -216,7 +216,7 @@ def sizes_agree(fitted: State, state: State) -> bool:
 
 def given_p_value(fitted: Judged, state: State) -> float:
     """p of the shape of the refitted model, and of the given parameters against the fitted ones
-    (7.2)."""
+    (7.4)."""
     if sizes_agree(fitted, state):
         return fitted.adequacy.p_value
     loss, free = loss_of(fitted, state)

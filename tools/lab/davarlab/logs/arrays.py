@@ -13,7 +13,7 @@ from . import named
 from .sensor import Numbers
 
 if TYPE_CHECKING:
-    from .door import Options
+    from .formats import Options
 
 ORDERS = {
     3: ["gyro_x", "gyro_y", "gyro_z"],

@@ -22,7 +22,7 @@ from . import units
 from .sensor import Numbers, Samples, Sensor
 
 if TYPE_CHECKING:
-    from .door import Options
+    from .formats import Options
 
 FIELDS = {"gyro": ("GyrX", "GyrY", "GyrZ"), "accel": ("AccX", "AccY", "AccZ"), "temp": ("T",)}
 KINDS = re.compile(r"^(IMU|GYR|ACC)([123]?)$")

@@ -16,7 +16,7 @@ from . import named
 from .sensor import Numbers
 
 if TYPE_CHECKING:
-    from .door import Options
+    from .formats import Options
 
 
 def check_survived(path: StrPath, load: Callable[[StrPath], object]) -> None:

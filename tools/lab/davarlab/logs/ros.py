@@ -21,7 +21,7 @@ from . import named, units
 from .sensor import Numbers, Samples, Sensor
 
 if TYPE_CHECKING:
-    from .door import Options
+    from .formats import Options
 
 IMU, TEMPERATURE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/Temperature"
 KNOWN = {

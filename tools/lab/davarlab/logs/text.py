@@ -15,7 +15,7 @@ from . import named
 from .sensor import Samples, Sensor
 
 if TYPE_CHECKING:
-    from .door import Options
+    from .formats import Options
 
 SEPARATORS = ";\t, "
 

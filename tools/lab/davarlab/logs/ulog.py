@@ -18,7 +18,7 @@ from . import units
 from .sensor import Numbers, Samples, Sensor
 
 if TYPE_CHECKING:
-    from .door import Options
+    from .formats import Options
 
 SINCE_BOOT, SELECTION = "seconds since boot", "sensor_selection"
 XYZ = ("x", "y", "z")

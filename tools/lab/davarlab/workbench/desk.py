@@ -24,7 +24,7 @@ from ..effects import columns as columns_of
 from ..effects import table
 from ..errors import BadInput
 from ..inference.parts import Part
-from ..logs import door
+from ..logs import formats
 from ..logs import text as texts
 from ..logs.sensor import Sensor
 from ..report.values import Json
@@ -56,9 +56,9 @@ class Outcome:
 def gyros_in(path: str | Path) -> list[Sensor]:
     """The gyros of a log that leaves open which one is meant; none where there is nothing to
     choose."""
-    if door.format_of(path)[1] is texts.log:
+    if formats.format_of(path)[1] is texts.log:
         return []
-    found = [one for one in door.listed(path) if "gyro" in one.gives]
+    found = [one for one in formats.listed(path) if "gyro" in one.gives]
     first = [one for one in found if one.rank == min(gyro.rank for gyro in found)]
     return found if len(first) > 1 else []
 
@@ -92,10 +92,10 @@ def preview(
 def columns_in(path: str | Path, sensor: str | None = None) -> tuple[dict[str, Floats], int | None]:
     """(name -> numbers, line of the header or None) of a text as it is, of any other log in
     davarlab's names."""
-    if door.format_of(path)[1] is texts.log:
+    if formats.format_of(path)[1] is texts.log:
         table_read = tables.read(path, texts.SEPARATORS)
         return table_read.columns, table_read.line
-    found = door.samples(path, door.Options(sensor=sensor))
+    found = formats.samples(path, formats.Options(sensor=sensor))
     return found.columns, found.line
 
 
@@ -126,9 +126,9 @@ def read(
     """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a
     log with several; as_recorded: its rate, units and levels were confirmed."""
     renames, scales = pairs(guesses or [])
-    options = door.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
+    options = formats.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
     return replace(
-        recordings.at_own_rate(door.recording_of(door.samples(path, options), path, rate_hz)),
+        recordings.at_own_rate(formats.recording_of(formats.samples(path, options), path, rate_hz)),
         as_recorded=as_recorded,
     )
 
