@@ -60,7 +60,8 @@ int main(void)
         if (i % 50 == 49) { /* a window that lacks the longest */
             b.tau[COUNT - 1U].differences = 0U;
             (void)davar_fit_white_ready(&ready, 100.0, &b);
-            if ((b.noise != DAVAR_NOISE_UNKNOWN) || b.coefficient[DAVAR_ANGLE_RANDOM_WALK].present || !isnan(b.tau[0].low)) {
+            if ((b.noise != DAVAR_NOISE_UNKNOWN) || !isnan(b.tau[0].low)
+                || b.coefficient[DAVAR_ANGLE_RANDOM_WALK].present) {
                 return puts("something out of nothing");
             }
             continue;
@@ -86,8 +87,7 @@ def plan(*words):
     return subprocess.run(
         [ROOT / "tools/davar-plan", *words],
         text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        capture_output=True,
         check=False,
     )
 
