@@ -32,7 +32,7 @@ static const char *const HELP[] = {
     "  --lsb DPS         size of a count in deg/s\n"
     "  --bandwidth FILTER  what the gyro's noise passes: HZ[:ORDER[:PERCENT]] (a low-pass of 1\n"
     "                    or 2 poles, default 2, known to PERCENT, default 10), average:N,\n"
-    "                    cicORDER:N, HZ+average:N or none (default: unknown; results that the\n"
+    "                    cic[ORDER]:N, HZ+average:N or none (default: unknown; results that the\n"
     "                    filter could falsify are then withheld)\n"
     "  --bits N          width of a count, 2 to 32 (default 24)\n"
     "\n"
@@ -196,7 +196,7 @@ static const char *expected(const entry_t *entry)
                                         [CONTENT] = "summary, full, intervals or fd",
                                         [POLICY] = "or or glr",
                                         [FILTER] =
-                                            "HZ[:ORDER[:PERCENT]], average:N, cicORDER:N or none"};
+                                            "HZ[:ORDER[:PERCENT]], average:N, cic:N or none"};
     return (strcmp(entry->name, "bits") == 0) ? "2 to 32" : WORDS[entry->kind];
 }
 

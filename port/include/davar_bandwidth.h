@@ -2,8 +2,8 @@
  *
  *   HZ[:ORDER[:PERCENT]]  a low-pass of 1 or 2 poles (2) with its -3 dB frequency, known to so many
  *                         percent (10)
- *   average:N             a moving average of N samples that keeps every N-th: the mean of blocks
- *   cicORDER:N            ORDER moving averages of N samples that keep every N-th
+ *   average[ORDER]:N      ORDER (1) moving averages of N samples
+ *   cic[ORDER]:N          the same, but every N-th sample is kept; cic:N is the mean of blocks
  *   FILTER+FILTER         a low-pass and then one of the others
  *   none                  no filter */
 #ifndef DAVAR_BANDWIDTH_H
@@ -41,17 +41,15 @@ static inline bool davar_bandwidth_averages(const char **text, davar_filter_t *f
     uint32_t order = 1U;
     uint32_t length = 0U;
     const bool is_cic = strncmp(*text, "cic", 3U) == 0;
-    *text += is_cic ? 3U : strlen("average");
-    const bool has_order = !is_cic || davar_bandwidth_count(text, 8U, &order);
-    if (!has_order || (**text != ':')) {
-        return false;
-    }
-    (*text)++;
-    const bool has_length = davar_bandwidth_count(text, 4096U, &length);
+    *text += strlen(is_cic ? "cic" : "average");
+    bool good = (**text == ':') || davar_bandwidth_count(text, 8U, &order);
+    good = good && (**text == ':');
+    *text += good ? 1U : 0U;
+    good = good && davar_bandwidth_count(text, 4096U, &length);
     filter->averages = (uint8_t)order;
     filter->length = (uint16_t)length;
-    filter->decimation = (uint16_t)length;
-    return has_length;
+    filter->decimation = (uint16_t)(is_cic ? length : 1U);
+    return good;
 }
 
 static inline bool davar_bandwidth_low_pass(const char **text, davar_bandwidth_t *bandwidth)
@@ -93,7 +91,7 @@ static inline bool davar_bandwidth_read(const char *text, davar_bandwidth_t *ban
         good = (*text == '+');
         text++;
     }
-    good = good && ((strncmp(text, "cic", 3U) == 0) || (strncmp(text, "average:", 8U) == 0)) &&
+    good = good && ((strncmp(text, "cic", 3U) == 0) || (strncmp(text, "average", 7U) == 0)) &&
            davar_bandwidth_averages(&text, &bandwidth->filter);
     return good && (*text == '\0');
 }

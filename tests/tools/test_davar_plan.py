@@ -24,8 +24,10 @@ FILTERS = {
     "&(davar_filter_t)DAVAR_LOW_PASS(40, 1000, 2))",
     ("--bandwidth", "50:1:5", "--rate", "200"): "davar_plan_init_filtered(&made, taus, COUNT, "
     "&(davar_filter_t){.cutoff = 0.25, .uncertainty = 0.01 * 5.0, .poles = 1U})",
-    ("--bandwidth", "average:8"): "davar_plan_init_filtered(&made, taus, COUNT, "
+    ("--bandwidth", "cic:8"): "davar_plan_init_filtered(&made, taus, COUNT, "
     "&(davar_filter_t)DAVAR_BLOCK_AVERAGE(8))",
+    ("--bandwidth", "average2:4"): "davar_plan_init_filtered(&made, taus, COUNT, "
+    "&(davar_filter_t){.averages = 2U, .length = 4U, .decimation = 1U})",
     ("--bandwidth", "cic3:64"): "davar_plan_init_filtered(&made, taus, COUNT, "
     "&(davar_filter_t){.averages = 3U, .length = 64U, .decimation = 64U})",
 }
@@ -191,8 +193,10 @@ class Plan(unittest.TestCase):
                     "20+30",
                     "average",
                     "average:0",
+                    "average9:2",
+                    "averages:2",
                     "average:5000",
-                    "cic:4",
+                    "cic0:4",
                     "cic9:4",
                     "cic3",
                     "cic3:4+20",

@@ -24,8 +24,9 @@ static const char usage[] =
     "                      withholds its result when the short cluster sizes read low. One of:\n"
     "                        HZ[:ORDER[:PERCENT]]  a low-pass of 1 or 2 poles (default 2), -3 dB\n"
     "                                              at HZ, known to PERCENT (default 10)\n"
-    "                        average:N             the mean of each block of N samples\n"
-    "                        cicORDER:N            a CIC filter that keeps every N-th sample\n"
+    "                        average[ORDER]:N      ORDER (default 1) moving averages of N samples\n"
+    "                        cic[ORDER]:N          the same, keeping every N-th sample; cic:N is\n"
+    "                                              the mean of blocks\n"
     "                        HZ...+average:N       a low-pass and then one of these\n"
     "                        none                  no filter\n"
     "  --rate HZ           sample rate of the samples that davar gets; for a low-pass\n"
@@ -174,7 +175,7 @@ static int read_option(request_t *request, const char *option, const char *value
         request->filter = value;
         return davar_bandwidth_read(value, &request->bandwidth)
                    ? 0
-                   : reject(option, "expected HZ[:ORDER[:PERCENT]], average:N, cicORDER:N or none",
+                   : reject(option, "expected HZ[:ORDER[:PERCENT]], average:N, cic:N or none",
                             value);
     }
     if (strcmp(option, "--rate") == 0) {
