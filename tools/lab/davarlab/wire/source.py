@@ -130,8 +130,8 @@ class SerialPort:
 
 
 class Source:
-    """An open source. faults (wire.Faults): its noise, link_lost and link_restored are counted; say:
-    told of them in a line."""
+    """An open source. faults (wire.Faults) counts its noise, link_lost and link_restored; say:
+    reports them in a line."""
 
     def __init__(self, name: str, faults: Faults, say: Say) -> None:
         self.kind, _, self.where = name.partition(":")
