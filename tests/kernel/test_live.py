@@ -83,7 +83,7 @@ class Live(KernelCase):
         self.assertEqual((0, 3 * RESULTS), (live.returncode, len(shown)), told)
         self.assertEqual(2, told.count("davarlab live: can:vcan0: lost ("), told)
         self.assertEqual(2, told.count("davarlab live: can:vcan0: reconnected\n"), told)
-        self.assertIn("2 link lost, 2 link back", told)
+        self.assertIn("2 link lost, 2 link restored", told)
         self.assertEqual(3 * RESULTS, len(self.epochs(record)))
         self.assertEqual(
             2,

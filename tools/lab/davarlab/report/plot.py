@@ -15,15 +15,15 @@ from ..diagnosis.compare import Comparison
 from ..diagnosis.contributions import Contribution
 
 matplotlib.use("Agg")
-import matplotlib.pyplot  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.collections import PatchCollection  # noqa: E402
-from matplotlib.colors import LogNorm  # noqa: E402
-from matplotlib.patches import Rectangle  # noqa: E402
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter  # noqa: E402
-from scipy import stats  # noqa: E402
+import matplotlib.pyplot
+import numpy as np
+from matplotlib.collections import PatchCollection
+from matplotlib.colors import LogNorm
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from scipy import stats
 
-from .. import files  # noqa: E402
+from .. import files
 
 plt = matplotlib.pyplot
 GIVEN, BETTER, QUIET = "#d55e00", "#0072b2", "0.45"

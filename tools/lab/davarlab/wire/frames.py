@@ -81,7 +81,7 @@ class Faults:
     orphaned: int = 0
     noise: int = 0  # lines of the serial link that are no frames
     link_lost: int = 0  # times interface or serial line went away
-    link_back: int = 0  # times it came back
+    link_restored: int = 0  # times it came back
     impossible: int = 0  # the Crc is right, and a value is none that a sender means: damage
     incomplete_results: int = 0  # not passed on: a frame is lost, too late, or another result's
     late_results: int = 0  # not passed on: complete after a newer one of the same run had been

@@ -130,8 +130,8 @@ class SerialPort:
 
 
 class Source:
-    """An open source. faults (wire.Faults): its noise, link_lost and link_back are counted; say:
-    told of them in a line."""
+    """An open source. faults (wire.Faults) counts its noise, link_lost and link_restored; say:
+    reports them in a line."""
 
     def __init__(self, name: str, faults: Faults, say: Say) -> None:
         self.kind, _, self.where = name.partition(":")
@@ -180,7 +180,7 @@ class Source:
         time.sleep(POLL_S)
         with contextlib.suppress(*FAILURES):
             self.port = self._open()
-            self.faults.link_back += 1
+            self.faults.link_restored += 1
             self.say(f"{self.name}: reconnected")
         return []
 
