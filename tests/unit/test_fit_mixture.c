@@ -20,7 +20,9 @@ static void test_general_fit_agrees_with_the_short_cut(void)
         const double share =
             (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
         const double sigma = share * (double)plan.unit[k] * model.a[1];
-        TEST_ASSERT_DOUBLE_WITHIN(0.05 * sigma, sigma, sqrt(model.variance[k]));
+        /* the weights of the short cut have the least variance */
+        TEST_ASSERT_TRUE(sqrt(model.variance[k]) > 0.9999 * sigma);
+        TEST_ASSERT_TRUE(sqrt(model.variance[k]) < 1.12 * sigma);
     }
 }
 

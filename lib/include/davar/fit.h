@@ -24,7 +24,7 @@ extern "C" {
  * averages, then every n-th sample. All zeros: no filter. DAVAR_LOW_PASS and DAVAR_BLOCK_AVERAGE
  * make the common ones. */
 typedef struct davar_filter {
-    double cutoff; /**< -3 dB over the sample rate that davar sees, 0.002 to 50; 0: no low-pass */
+    double cutoff; /**< -3 dB over the sample rate that davar sees, 0.002 to 2 times decimation */
     double uncertainty;  /**< relative standard uncertainty of cutoff, 0 to 0.5 */
     uint8_t poles;       /**< 1: first order; 2: second order, Butterworth; 0: no low-pass */
     uint8_t averages;    /**< moving averages in series, 0 to 8; a CIC of order n has n */

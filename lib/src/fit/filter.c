@@ -14,8 +14,9 @@
 /* White noise over rounding in the covariance: a sample scatters by six counts. */
 #define COUNTS 6.0
 
-/* Step of the cutoff for the derivative of the gains. */
+/* Step of the cutoff for the derivative of the gains, and its natural logarithm. */
 #define STEP 1.05
+#define LOG_STEP 0.0487901641694320031
 
 #define PI 3.14159265358979324
 
@@ -223,7 +224,7 @@ static void plan_size(davar_plan_t *plan, int t, const sums_t *sums, double mean
     plan->gain[t] = (float)(sums->gain[0] * mean);
     plan->flicker[t] = (float)davar_root(sums->flicker * mean / (FLICKER * m));
     plan->walk[t] = (float)davar_root(sums->walk * mean * 3.0 / square(m));
-    plan->offset[t] = (float)(uncertainty * (above - below) / (2.0 * (STEP - 1.0) * sums->gain[0]));
+    plan->offset[t] = (float)(uncertainty * (above - below) / (2.0 * LOG_STEP * sums->gain[0]));
 }
 
 /* Sizes beyond SIZE_MOST, from `first` on: the filter takes the same from every Allan variance. */

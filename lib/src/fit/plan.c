@@ -192,10 +192,12 @@ static void plan_amplitude(davar_plan_t *plan, int term, double functional[], do
     plan_variance(plan, term, functional, share);
     plan->scale[term] = (float)scale;
     const float per_share = (float)centre * plan->scale[term];
-    plan->centre[term] = (per_share < DAVAR_FIT_CENTRE_MOST) ? per_share : DAVAR_FIT_CENTRE_MOST;
+    const float most = (per_share < DAVAR_FIT_CENTRE_MOST) ? per_share : DAVAR_FIT_CENTRE_MOST;
+    plan->centre[term] = (most > DAVAR_FIT_CENTRE_LEAST) ? most : DAVAR_FIT_CENTRE_LEAST;
     plan->rounding[term] = (float)rounding_in(plan, functional);
     plan->offset_variance[term] = (float)(offset * offset);
 }
+
 /* White noise itself: the functional in units of 2^white_bits, at least 1. */
 static void plan_white(davar_plan_t *plan, double constant[], double share)
 {

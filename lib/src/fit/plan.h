@@ -64,8 +64,10 @@ int64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int co
 /* Sigma is at most 64 shares; above, the cluster sizes do not resolve the term. */
 #define DAVAR_FIT_SIGMA_MOST (UINT32_C(1) << 26U)
 
-/* A centre is at most 2^20: the smallest share then leaves no white noise. */
+/* A centre is at most 2^20: the smallest share then leaves no white noise. It is at least 2^-32, so
+ * that it fits a shift. Behind a filter it can be negative; the term then takes nothing. */
 #define DAVAR_FIT_CENTRE_MOST 1048576.0F
+#define DAVAR_FIT_CENTRE_LEAST 2.3283064365386963e-10F
 
 /* A term is resolved if its fit, next to a model without it, exceeds this many standard errors
  * (5.7). */

@@ -226,10 +226,12 @@ DAVAR_RARE static unrounded_t unrounded(const davar_plan_t *plan, uint32_t share
     return without;
 }
 
-/* Where rounding lowers the estimate, because the functional of a filter has negative factors. */
-DAVAR_RARE static unrounded_t raised(uint32_t share, uint32_t least, scaled_t high)
+/* Where rounding lowers the estimate, because the functional of a filter has negative factors. Its
+ * share may be several times the estimate. */
+DAVAR_RARE static unrounded_t raised(scaled_t share, uint32_t least, scaled_t high)
 {
-    const scaled_t root = root_of_share(CENTRE_ONE + share);
+    const scaled_t one = {SCALED_TOP, -31};
+    const scaled_t root = scaled_root(scaled_plus(one, share));
     return (unrounded_t){root, scaled_times(root, root_of_share(least | 1U)),
                          scaled_times(root, high)};
 }
@@ -329,14 +331,15 @@ static void white_present(const davar_plan_t *plan, const davar_white_t *white, 
     const scaled_t whole = scaled_times(root, scaled_of_double(plan->root[WHITE]));
     const uint32_t factor = davar_bits_of_float(plan->rounding[WHITE]);
     const uint32_t size = factor & 0x7FFFFFFFU;
-    const uint32_t share = scaled_to_fixed(
-        scaled_times(white->rounding, scaled_of_float(davar_float_of_bits(size))), NOISE_BITS);
+    const scaled_t rounded =
+        scaled_times(white->rounding, scaled_of_float(davar_float_of_bits(size)));
+    const uint32_t share = scaled_to_fixed(rounded, NOISE_BITS);
     const uint32_t least = least_square(plan, white);
     const scaled_t high = with_lack(plan, white, scaled_of_float(plan->white_high));
     const unrounded_t without =
         (factor == size)
             ? unrounded(plan, share, scaled_to_fixed(white->rounding, NOISE_BITS), least, high)
-            : raised(share, least, high);
+            : raised(rounded, least, high);
     coefficient->present = true;
     coefficient->value =
         scaled_to_double((share == 0U) ? whole : scaled_times(whole, without.value));
@@ -385,6 +388,22 @@ static void write_nothing(davar_result_t *result)
     davar_absent_coefficients(result);
 }
 
+/* Does the shortest size scatter by no more than twice the rounding and the noise that it hides?
+ * Otherwise N^2 is small because another term lowers it: behind a filter, weights can be negative. */
+DAVAR_RARE static bool is_within_counts(const davar_plan_t *plan, const davar_result_t *result,
+                                        const davar_white_t *white)
+{
+    const scaled_t count = scaled_of_double(result->unit_per_count);
+    const scaled_t hidden = scaled_times(count, scaled_of_float(plan->hidden));
+    const scaled_t noise =
+        scaled_times(scaled_times(hidden, hidden), scaled_of_float(plan->gain[0]));
+    const scaled_t most = scaled_plus(noise, davar_rounding(result));
+    const scaled_t found =
+        scaled_times(scaled_times(white->adev[0], white->adev[0]), scaled_of_float(plan->m[0]));
+    return scaled_to_fixed(scaled_times(found, scaled_inverse(most)), NOISE_BITS) <=
+           (2U * CENTRE_ONE);
+}
+
 /* davar_white_suffices with a plan that is up to date. */
 static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
                      davar_white_t *white)
@@ -401,6 +420,11 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     }
     white->rounding = scaled_times(davar_rounding(result), scaled_inverse(white->square));
     if (scaled_to_fixed(white->rounding, NOISE_BITS) >= plan->coarse) {
+        white->suspects = 0U;
+        white->explains = false;
+        if (!is_within_counts(plan, result, white)) {
+            return false;
+        }
         const scaled_t high =
             scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
         davar_write_coarse(plan, in_unit(plan, WHITE, high), result);
