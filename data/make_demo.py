@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Makes demo_disturbance.csv.gz, the bundled recording: simulated, seeded, the same bytes every time.
+"""Makes demo_disturbance.csv.gz, the bundled recording: simulated, seeded, the same bytes every
+time.
 
-White noise with two disturbances on a slow random walk of the bias, on the raster of a sensor. Standard library only.
+White noise with two disturbances on a slow random walk of the bias, on the raster of a sensor.
+Standard library only.
 """
 
 import gzip

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Simulated gyros of two batches, for docs/FLEET.md and the tests: noise that differs from unit to unit, and in batch B a coefficient of temperature so
-small that no recording of 30 minutes shows it beyond doubt.
+"""Simulated gyros of two batches, for docs/FLEET.md and the tests: noise that differs from unit to
+unit, and in batch B a coefficient of temperature so small that no recording of 30 minutes shows it
+beyond doubt.
 
     build/venv-lab/bin/python data/make_fleet.py OUT/ [--units 500] [--effect 0.0005]
 """
@@ -13,10 +14,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools/lab"))
+from davarlab import simulate
+from davarlab.model import Term
+
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab import simulate  # noqa: E402
-from davarlab.model import Term  # noqa: E402
 
 RATE_HZ, SECONDS = 20.0, 1800.0
 FIRST_S, SPACING_S = 1767600000, 9000  # 2026-01-05; a unit each two and a half hours

@@ -7,7 +7,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 COLOURS = {"bench": "tab:red", "worst": "tab:gray", "fed": "tab:blue", "true": "black"}
 WORDS = {"bench": "as on the bench", "worst": "as at worst", "fed": "fed by davar", "true": "truth"}

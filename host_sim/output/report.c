@@ -148,3 +148,15 @@ void report_coarse(uint64_t coarse, uint64_t rows)
                       coarse, rows);
     }
 }
+
+void report_filtered(uint64_t filtered, uint64_t rows, bool declared)
+{
+    if (filtered > 0U) {
+        (void)fprintf(
+            stderr, "davar-sim: note: %" PRIu64 " of %" PRIu64 " results withheld: %s\n", filtered,
+            rows,
+            declared ? "the short cluster sizes contradict the filter of --bandwidth"
+                     : "the short cluster sizes read low, as behind a low-pass. Give the filter "
+                       "of the data sheet (--bandwidth HZ[:ORDER]), or --bandwidth none");
+    }
+}

@@ -8,19 +8,21 @@
 
 #include "davar/wire.h"
 
+/** What davar_decode returns: the frame is valid, or why not. */
 typedef enum {
-    DAVAR_DECODED = 0,
+    DAVAR_DECODED = 0,    /**< valid */
     DAVAR_DECODE_FOREIGN, /**< not an identifier of this base */
     DAVAR_DECODE_LENGTH,  /**< not the length of this message */
     DAVAR_DECODE_CRC,     /**< damaged */
-    DAVAR_DECODE_VALUE /**< an index or a value that no sender writes: damage that passed the checksum */
+    /** an index or a value that no sender writes: damage that passed the checksum */
+    DAVAR_DECODE_VALUE
 } davar_decode_status_t;
 
 /** The content of one frame. Absent values are NaN. Units as in davar_result_t. */
 typedef struct {
-    davar_message_t message;
-    uint8_t channel;
-    uint8_t counter; /**< Counter, 0..15 */
+    davar_message_t message; /**< which fields below have a value follows from it (lib/WIRE.md) */
+    uint8_t channel;         /**< from the identifier */
+    uint8_t counter;         /**< Counter, 0..15 */
     /** Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
     uint8_t result;
     uint8_t session; /**< DAVAR_End, DAVAR_Health, DAVAR_Setup: see davar_encoder_session */
@@ -33,17 +35,17 @@ typedef struct {
     uint32_t number;
     /** DAVAR_Raw: the counts from sample `number` on; two of a pair, one of DAVAR_RAW_COUNT */
     int32_t count[2];
-    uint32_t window_samples;
-    bool unstable;
+    uint32_t window_samples; /**< as in davar_result_t */
+    bool unstable;           /**< as in davar_result_t */
     /** of ARW or of the Allan deviation: half the 95 % interval over the value */
     float relative_uncertainty;
     /** DAVAR_Monitor, health: index of the tau that decides it; DAVAR_MONITOR_NO_TAU: none */
     uint8_t worst;
-    float kurtosis;
-    float contribution;
-    bool alarm; /**< DAVAR_Change: this and the next four as in davar_result_t */
-    bool young;
-    uint32_t change_m;
+    float kurtosis;            /**< as in davar_result_t */
+    float contribution;        /**< as in davar_result_t */
+    bool alarm;                /**< DAVAR_Change: as in davar_result_t */
+    bool young;                /**< DAVAR_Change: as in davar_result_t */
+    uint32_t change_m;         /**< DAVAR_Change: m of davar_change_t */
     uint32_t cut_age_samples;  /**< item DAVAR_CHANGE_CUT only; 2^20 - 1: that or more */
     float dispersion;          /**< item DAVAR_CHANGE_CUT only */
     float adev[DAVAR_FD_TAUS]; /**< DAVAR_ResultFd */

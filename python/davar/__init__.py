@@ -1,4 +1,4 @@
-"""Dynamic Allan variance: the C core of the microcontroller with numpy arrays. See docs/PYTHON.md."""
+"""Dynamic Allan variance: the microcontroller's C core with numpy arrays. See docs/PYTHON.md."""
 
 from ._adev import Adev, adev
 from ._read import Recording, read

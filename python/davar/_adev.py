@@ -20,11 +20,16 @@ class Adev(NamedTuple):
     value.
     """
 
-    taus_s: Floats  #: averaging times, seconds
-    adev: Floats  #: overlapping Allan deviation, unit of x
-    low: Floats  # : 95 % interval, from the degrees of freedom of the fitted noise mix
+    taus_s: Floats
+    """Averaging times, seconds."""
+    adev: Floats
+    """Overlapping Allan deviations, unit of x."""
+    low: Floats
+    """Lower limits of the 95 % intervals, from the degrees of freedom of the fitted noise mix."""
     high: Floats
-    n: Array  # : number of differences in the estimate
+    """Upper limits."""
+    n: Array
+    """Numbers of differences in the estimates."""
 
 
 def adev(
@@ -42,29 +47,36 @@ def adev(
 ) -> Adev:
     """The overlapping Allan deviation of a record, with 95 % intervals.
 
-    x: samples (N) of one axis, as floats, or as integer counts (which need lsb). NaN and masked
-        entries are missing samples.
-    rate_hz: samples per second. Optional with time_s; the default is then the median time step.
-    data_type: "freq": x has rates or fractional frequencies, in any unit. "phase": x has their
-        integral, in that unit times seconds. An angle in degrees gives deviations in deg/s, a time
-        error in seconds gives fractional frequencies. Its N - 1 differences times rate_hz equal the
-        input for "freq".
-    Averaging times, one of three:
-        taus: a word: "octave" (1, 2, 4 ... samples, the default), "decade" (1, 2, 4, 10, 20, 40
-            ...), "all" (every size), "geometric:K" (K sizes, evenly on a log scale). All end at a
-            ninth of the record.
-        taus_s: seconds, ascending, up to half of the record, as in AllanTools. Each is rounded to a
-            whole number of sample periods.
-        clusters: samples (tau_s * rate_hz), ascending, up to half of the record.
-    gaps: indices of x: the first sample after each gap. time_s: time stamps of x, seconds (N),
-        ascending; a step longer than `gap` periods is a gap. No difference spans a gap.
-    lsb: unit of x per count. The deviations include the rounding to counts. If the noise is below
-        half a count, the intervals are 0 to infinity.
+    The sums are exact in integers. Floats are first rounded to 2^-31 or less of the largest
+    distance from their mean. If N m^2 is above 2^64 for the largest size m (from 10^7 samples with
+    "octave"), they are rounded to the bits that a sum of 128 bits leaves. Cost: O(N) per averaging
+    time.
 
-    Returns (taus_s, adev, low, high, n). The sums are exact in integers. Floats are first rounded
-    to 2^-31 or less of the largest distance from their mean. If N m^2 is above 2^64 for the largest
-    size m (from 10^7 samples with "octave"), they are rounded to the bits that a sum of 128 bits
-    leaves. Cost: O(N) per averaging time. Raises ValueError with the argument's name.
+    Args:
+        x: samples (N) of one axis, as floats, or as integer counts (which need lsb). NaN and masked
+            entries are missing samples.
+        rate_hz: samples per second. Optional with time_s; the default is then the median time step.
+        taus: averaging times as a word: "octave" (1, 2, 4 ... samples, the default), "decade" (1,
+            2, 4, 10, 20, 40 ...), "all" (every size), "geometric:K" (K sizes, evenly on a log
+            scale). All end at a ninth of the record. Give one of taus, taus_s and clusters.
+        taus_s: averaging times in seconds, ascending, up to half of the record, as in AllanTools.
+            Each is rounded to a whole number of sample periods.
+        clusters: averaging times in samples (tau_s * rate_hz), ascending, up to half of the record.
+        data_type: "freq": x has rates or fractional frequencies, in any unit. "phase": x has their
+            integral, in that unit times seconds. An angle in degrees gives deviations in deg/s, a
+            time error in seconds gives fractional frequencies. Its N - 1 differences times rate_hz
+            equal the input for "freq".
+        gaps: indices of x: the first sample after each gap. No difference spans a gap.
+        time_s: time stamps of x, seconds (N), ascending.
+        gap: with time_s, a step longer than this many periods is a gap.
+        lsb: unit of x per count. The deviations include the rounding to counts. If the noise is
+            below half a count, the intervals are 0 to infinity.
+
+    Returns:
+        (taus_s, adev, low, high, n).
+
+    Raises:
+        ValueError: the message begins with the argument's name.
     """
     values, counted = _samples.samples(x, lsb)
     clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
@@ -108,7 +120,8 @@ def adev(
         clock.rate_hz,
         unit if lsb is not None and data_type == "freq" else 0.0,
     )
-    return Adev(sizes / clock.rate_hz, rows[0], low, high, rows[1].astype(np.int64))
+    times: Floats = np.divide(sizes, clock.rate_hz)
+    return Adev(times, rows[0], low, high, rows[1].astype(np.int64))
 
 
 def differences(phase: Floats, clock: Clock, factor: float) -> tuple[Floats, Clock]:
@@ -116,7 +129,7 @@ def differences(phase: Floats, clock: Clock, factor: float) -> tuple[Floats, Clo
     gap is missing.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        found = np.diff(phase) * factor
+        found: Floats = np.multiply(np.diff(phase), factor)
     if clock.missing is not None:
         found[clock.missing[1:] > 0] = np.nan
     if np.isinf(found).any():

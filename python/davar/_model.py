@@ -24,7 +24,8 @@ def model_of(path: Path, rate_hz: float) -> tuple[npt.NDArray[np.uint32], Floats
     absent = [column for column in COLUMNS if column not in table.columns]
     if absent:
         raise ValueError(
-            f"model_table: {name}: no column {absent[0]} (found: {', '.join(table.columns)}); davarlab export MODEL -o TABLE.csv writes one"
+            f"model_table: {name}: no column {absent[0]} (found: {', '.join(table.columns)}); "
+            "davarlab export MODEL -o TABLE.csv writes one"
         )
     m, adev, tolerance = (table[column] for column in COLUMNS)
     if not np.all((m >= 1) & (m < 2**32) & (m == np.floor(m))):
@@ -35,7 +36,8 @@ def model_of(path: Path, rate_hz: float) -> tuple[npt.NDArray[np.uint32], Floats
         np.abs(table["tau_s"] - m / rate_hz) > TAU_TOLERANCE * m / rate_hz
     ):
         raise ValueError(
-            f"model_table: {name}: column tau_s: made for a different sample rate than {rate_hz:g} Hz"
+            f"model_table: {name}: column tau_s: made for a different sample rate "
+            f"than {rate_hz:g} Hz"
         )
     return (
         m.astype(np.uint32),

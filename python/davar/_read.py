@@ -33,14 +33,14 @@ NUMBER = re.compile(
 
 @dataclass
 class Recording:
-    """columns: name -> samples (N). A name ends in the unit: time_s, gyro_z_dps, temp_degC ...
-    rate_hz: from the median time step; None without time_s. notes: the `# key: value` lines of a
-    CSV, or the metadata of the log. recording["gyro_z_dps"] is a column.
-    """
+    """A recording from a file. recording["gyro_z_dps"] is a column."""
 
     columns: dict[str, Array]
+    """Samples (N) by name. A name ends in the unit: time_s, gyro_z_dps, temp_degC ..."""
     rate_hz: float | None
+    """Samples per second, from the median time step; None without time_s."""
     notes: dict[str, str] = field(default_factory=dict)
+    """The `# key: value` lines of a CSV, or the metadata of the log."""
 
     def __getitem__(self, name: str) -> Array:
         if name not in self.columns:
@@ -56,11 +56,18 @@ class Recording:
 def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording:
     """Reads the recording in a file.
 
-    CSV, plain or gzip: optional `# key: value` lines, a header row, then numbers. PX4 ULog,
-    ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and Parquet need the extra lab (pip install
-    "davar[lab]"). sensor: selects one if a log has several. Samples are unchanged, and time_s shows
-    the gaps. Raises ValueError with file, line and column, OSError if a file cannot be read,
-    ImportError without the extra.
+    Samples are unchanged, and time_s shows the gaps.
+
+    Args:
+        path: CSV, plain or gzip: optional `# key: value` lines, a header row, then numbers. PX4
+            ULog, ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and Parquet need the extra lab
+            (pip install "davar[lab]").
+        sensor: selects one if a log has several.
+
+    Raises:
+        ValueError: the message names file, line and column.
+        OSError: a file cannot be read.
+        ImportError: the extra is not installed.
     """
     name = os.fspath(path)
     if os.path.isdir(name):
@@ -81,11 +88,11 @@ def of_log(path: str, sensor: str | None) -> Recording:
     absent = lab.missing()
     if absent:
         raise ImportError(f"{path}: not CSV; other logs need the extra lab ({lab.said(absent)})")
-    from davarlab.errors import BadInput  # type: ignore[import-untyped, unused-ignore]
-    from davarlab.logs import door  # type: ignore[import-untyped, unused-ignore]
+    from davarlab.errors import BadInput
+    from davarlab.logs import formats
 
     try:
-        found = door.samples(path, door.Options(sensor=sensor))
+        found = formats.samples(path, formats.Options(sensor=sensor))
     except BadInput as why:
         raise ValueError(str(why)) from None
     columns = {name: np.asarray(column) for name, column in found.columns.items()}
@@ -140,7 +147,8 @@ def of_csv(path: str) -> Recording:
         back = np.flatnonzero(np.diff(columns["time_s"]) < 0)
         if len(back):
             raise ValueError(
-                f"{path}:{first + 3 + back[0]}: column time_s: time runs backwards, found {columns['time_s'][back[0] + 1]:.15g}"
+                f"{path}:{first + 3 + back[0]}: column time_s: time runs backwards, found "
+                f"{columns['time_s'][back[0] + 1]:.15g}"
             )
     return Recording(columns, rate_of(columns, path), notes)
 

@@ -46,7 +46,8 @@ def unmasked(name: str, value: npt.ArrayLike) -> Array:
     found = array_of(name, value)
     if ma.is_masked(found):
         raise ValueError(
-            f"{name}: masked at {int(np.flatnonzero(ma.getmaskarray(found))[0])}; only x may have missing samples"
+            f"{name}: masked at {int(np.flatnonzero(ma.getmaskarray(found))[0])}; only x may "
+            "have missing samples"
         )
     return np.asarray(found)
 
@@ -65,7 +66,8 @@ def samples(x: npt.ArrayLike, lsb: float | None, one: bool = False) -> tuple[Flo
     counted = given.dtype.kind in "iu"
     if counted and lsb is None:
         raise ValueError(
-            "lsb: needed for whole numbers, which are counts (deg/s per count); for rates, make x float"
+            "lsb: needed for whole numbers, which are counts (deg/s per count); for "
+            "rates, make x float"
         )
     masked = ma.getmaskarray(given) if ma.is_masked(given) else None
     values = np.ascontiguousarray(np.asarray(given), np.float64)
@@ -136,7 +138,8 @@ def listed(gaps: npt.ArrayLike, count: int) -> Array:
     wrong = found[(found < 1) | (found >= count)]
     if len(wrong):
         raise ValueError(
-            f"gaps: an index from 1 to {count - 1} expected (the first sample after the gap), found {int(wrong[0])}"
+            f"gaps: an index from 1 to {count - 1} expected (the first sample after the gap), "
+            f"found {int(wrong[0])}"
         )
     return found.astype(np.int64)
 
@@ -190,9 +193,9 @@ class There(NamedTuple):
 
     def starts(self) -> list[int]:
         """Start indices, among the present samples, of the runs without a gap. The first is 0."""
-        return (
-            [0] if self.missing is None else [0, *(np.flatnonzero(self.missing[1:]) + 1).tolist()]
-        )
+        if self.missing is None:
+            return [0]
+        return [0, *map(int, np.flatnonzero(self.missing[1:]) + 1)]
 
 
 def there(values: Floats, missing: Array | None) -> There:

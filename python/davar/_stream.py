@@ -15,31 +15,29 @@ from ._samples import Clock, There
 from ._types import Array, Floats, Pair, Path
 
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
-FLAGS = ("unstable", "alarm", "coarse")
+FLAGS = ("unstable", "alarm", "coarse", "filtered")
 SCALES = (1e-40, 1e20)  # range of rates that the library accepts
 BITS = 24  # width of a count, unless bits is given
 
 
 class Epochs(dict[str, Array]):
     """Results over epochs: arrays of one length, named like davar-sim's columns, as items and as
-    attributes.
+    attributes. NaN: the window cannot support the value. pandas.DataFrame(epochs) is a table.
 
-    epoch: index of a sample in x: the centre of the window, or its newest sample (trailing).
-    time_s, window_samples, kurtosis, contribution, unstable (bool).
-    arw_deg_per_sqrt_h with arw_low_... and arw_high_... (95 %), bi_deg_per_h,
-    rrw_deg_per_h_per_sqrt_h, rr_deg_per_h2, qn_deg.
-    adev_M (deg/s) for each cluster size M.
-    Policy glr: alarm (bool), cut_age_samples, dispersion.
-    details=True: adev_low_M, adev_high_M (95 %), differences_M, gaps_in_window, coarse (bool: the
-    noise is below half a count, so rounding hides the coefficients), arw_upper_... and similar
-    columns (95 % upper bounds of absent coefficients).
-    model_table: model_health, model_deviation_M.
-
-    NaN: the window cannot support the value.
-    pandas.DataFrame(epochs) is a table.
+    - `epoch`: index of a sample in x: the centre of the window, or its newest sample (trailing).
+    - `time_s`, `window_samples`, `kurtosis`, `contribution`, `unstable` (bool).
+    - `arw_deg_per_sqrt_h` with `arw_low_...` and `arw_high_...` (95 %), `bi_deg_per_h`,
+      `rrw_deg_per_h_per_sqrt_h`, `rr_deg_per_h2`, `qn_deg`.
+    - `adev_M` (deg/s) for each cluster size M.
+    - Policy glr: `alarm` (bool), `cut_age_samples`, `dispersion`.
+    - details=True: `adev_low_M`, `adev_high_M` (95 %), `differences_M`, `gaps_in_window`, `coarse`
+      (bool: the noise is below half a count, so rounding hides the coefficients),
+      `arw_upper_...` and similar columns (95 % upper bounds of absent coefficients).
+    - model_table: `model_health`, `model_deviation_M`.
     """
 
-    rate_hz: float  #: samples per second
+    rate_hz: float
+    """Samples per second."""
 
     def __getattr__(self, name: str) -> Array:
         try:
@@ -77,6 +75,7 @@ OPTIONS = (
     "bits",
     "arith",
     "full_scale",
+    "bandwidth",
     "policy",
     "mode",
     "window_max",
@@ -198,6 +197,7 @@ def dynamic(
     bits: int | None = None,
     arith: str | None = None,
     full_scale: float | None = None,
+    bandwidth: float | str | None = None,
     policy: str | None = None,
     mode: str | None = None,
     window_max: int | None = None,
@@ -222,25 +222,61 @@ def dynamic(
 ) -> Epochs:
     """The dynamic Allan variance of a record: davar-sim's numbers, bit for bit.
 
-    x: samples (N) of one axis: rates, deg/s, as floats, or integer counts (which need lsb). NaN and
-        masked entries are missing samples.
-    rate_hz: samples per second. Optional with time_s; the default is then the median time step.
-    time_s: time stamps of x, seconds (N), ascending. A step longer than `gap` periods is a gap, as
-        in davar-sim --gap.
-    gaps: indices of x: the first sample after each gap. No difference spans a gap.
-    lsb: deg/s per count. Counts use the exact arithmetic of the device. Floats are rounded to
-        counts of lsb, or by default of the smallest power of two with which the record fits 32
-        bits.
-    Averaging times, one of three: taus, a word, "octave" or "geometric:K"; taus_s, seconds,
-        ascending, each rounded to a whole number of sample periods; clusters, samples (tau_s *
-        rate_hz), ascending, as in davar-sim --taus N,N,... At most 32, up to half a window.
-    The other arguments are davar-sim's options with its defaults (davar-sim --help). Windows,
-        segment, steps, stride and long_cluster are in samples. details: more columns.
-        kurtosis=(K1, K2); contribution=(S1, S2); policy "fixed", "kurtosis", "or", "and", "glr";
-        mode "centred", "trailing"; arith "fixed", "float"; engine "grid", "edges"; model_table: the
-        file of an error model.
+    The options and their defaults are those of davar-sim (davar-sim --help).
 
-    Returns Epochs: one entry per epoch in every array. Raises ValueError that names the argument.
+    Args:
+        x: samples (N) of one axis: rates, deg/s, as floats, or integer counts (which need lsb). NaN
+            and masked entries are missing samples.
+        rate_hz: samples per second. Optional with time_s; the default is then the median time step.
+        time_s: time stamps of x, seconds (N), ascending.
+        gaps: indices of x: the first sample after each gap. No difference spans a gap.
+        gap: with time_s, a step longer than this many periods is a gap.
+        lsb: deg/s per count. Counts use the exact arithmetic of the device. Floats are rounded to
+            counts of lsb, or by default of the smallest power of two with which the record fits 32
+            bits.
+        bits: width of a count: 16, 24 (default) or 32. A larger value is an error. Needs lsb.
+        arith: "fixed" (default): integer counts. "float": float32 samples.
+        full_scale: with arith="float": larger samples, deg/s, saturate. By default a power of two
+            that covers the record.
+        bandwidth: what the noise passed before it was recorded: a low-pass as its -3 dB frequency
+            in Hz, or as "HZ:ORDER:PERCENT" (1 or 2 poles, default 2; known to 10 %), "average:N"
+            for a moving average, "cic:N" for the mean of blocks, or "none". By default unknown: results that a
+            filter could falsify are withheld (filtered).
+        policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
+            "glr".
+        mode: the epoch is the centre of the window ("centred", the default without glr) or its
+            newest sample ("trailing", the default with glr).
+        window_max: longest window, samples. Default 600; glr: 600 blocks.
+        window_min: shortest window, samples. Default 2/3 of the longest; glr: 2 blocks.
+        segment: short segment of the contribution test, samples. Default 1/6 of the longest window;
+            glr: 0.
+        kurtosis: stable range (K1, K2) of the kurtosis. Default (2.5, 3.3).
+        contribution: stable range (S1, S2) of the sliding contribution. Default (0, 0.07).
+        grow: growth of the window, samples per sample. Default 2; trailing: 1.
+        shrink: its shrinkage, samples per sample. Default 2; glr shrinks by at least 64.
+        taus: cluster sizes as a word: "octave" (default) or "geometric:K". At most 32, up to half a
+            window. Give one of taus, clusters and taus_s.
+        clusters: cluster sizes in samples (tau_s * rate_hz), ascending, as in davar-sim --taus
+            N,N,...
+        taus_s: averaging times in seconds, ascending, each rounded to a whole number of sample
+            periods.
+        stride: one epoch every so many samples. Default 1.
+        engine: "grid" (default) or "edges": equal results, different memory.
+        false_alarms_per_hour: glr: accepted false alarms per hour of unchanged noise. Default 0.01.
+        cut_interval: glr: accepted mean time between false cuts, seconds. Default 300.
+        block: glr: samples per block. Default 10.
+        shock_blocks: glr: longest shock, blocks. Default 2.
+        long_cluster: glr: also detect slow changes, in clusters of so many samples: a multiple of 4
+            blocks, at most 512. Off by default.
+        model_table: file of an error model (`davarlab export MODEL -o TABLE.csv`), to compare each
+            result with.
+        details: adds columns.
+
+    Returns:
+        One entry per epoch in every array.
+
+    Raises:
+        ValueError: the message begins with the argument's name.
     """
     given = locals()
     values, counted = _samples.samples(x, lsb)
@@ -260,7 +296,8 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
     low, high = float(taken.min()), float(taken.max())
     if given["lsb"] is None and max(high, -low) and not SCALES[0] < max(high, -low) < SCALES[1]:
         raise ValueError(
-            f"x: a largest value from {SCALES[0]:g} to {SCALES[1]:g} expected, found {low:g} to {high:g}"
+            f"x: a largest value from {SCALES[0]:g} to {SCALES[1]:g} expected, found "
+            f"{low:g} to {high:g}"
         )
     run.start(clock.rate_hz, low, high)
     feed = Feed(run, clock.rate_hz, int(given["stride"] or 1))
@@ -274,16 +311,18 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
 class Stream:
     """The dynamic Allan variance of samples as they arrive. Only one window is in memory.
 
-    rate_hz: samples per second. Give either lsb (deg/s per count: exact, as on the device; bits 16,
-    24 or 32, default 24) or full_scale (deg/s: float samples, which saturate above it). The other
-    options are those of dynamic(). Results do not depend on how samples are split into pushes.
-    Threads may share a stream. Calls run one at a time, and a block is pushed in one call.
-    RuntimeError: a call inside another call of the same thread (a signal handler).
+    Give either lsb (deg/s per count: exact, as on the device) or full_scale (deg/s: float samples,
+    which saturate above it). The other options are those of dynamic(). Results do not depend on how
+    samples are split into pushes. Threads may share a stream. Calls run one at a time, and a block
+    is pushed in one call. RuntimeError: a call inside another call of the same thread (a signal
+    handler).
 
-        stream = davar.Stream(100.0, lsb=0.05, stride=100)
-        for counts in blocks:
-            stream.push(counts)
-            print(stream.results().arw_deg_per_sqrt_h)
+    ```python
+    stream = davar.Stream(100.0, lsb=0.05, stride=100)
+    for counts in blocks:
+        stream.push(counts)
+        print(stream.results().arw_deg_per_sqrt_h)
+    ```
     """
 
     def __init__(
@@ -292,6 +331,7 @@ class Stream:
         *,
         lsb: float | None = None,
         full_scale: float | None = None,
+        bandwidth: float | str | None = None,
         bits: int | None = None,
         policy: str | None = None,
         mode: str | None = None,
@@ -318,7 +358,8 @@ class Stream:
         given = locals()
         if (lsb is None) == (full_scale is None):
             raise ValueError(
-                "lsb or full_scale: a stream needs one of them, because the range of its samples is not known in advance"
+                "lsb or full_scale: a stream needs one of them, because the range of its samples "
+                "is not known in advance"
             )
         hz = _samples.positive("rate_hz", rate_hz)
         run = run_of({**given, "arith": "fixed" if full_scale is None else "float"}, hz)
@@ -337,7 +378,8 @@ class Stream:
         with self._lock:
             if self._inside:
                 raise RuntimeError(
-                    "davar: a Stream was called from within a call of it in the same thread (a signal handler?)"
+                    "davar: a Stream was called from within a call of it in the same thread "
+                    "(a signal handler?)"
                 )
             self._inside = True
             try:

@@ -43,7 +43,8 @@ def wanted(
         return Wanted("taus_s", None, in_seconds(taus_s, rate_hz))
     if taus is not None and not isinstance(taus, str):
         raise ValueError(
-            "taus: a word expected; a list needs its unit: clusters= for cluster sizes in samples, taus_s= for seconds"
+            "taus: a word expected; a list needs its unit: clusters= for cluster sizes in "
+            "samples, taus_s= for seconds"
         )
     return Wanted("taus", "octave" if taus is None else str(taus), [])
 
@@ -68,7 +69,8 @@ def in_samples(clusters: npt.ArrayLike) -> list[int]:
     part = found[found != np.floor(found)]
     if part.size:
         raise ValueError(
-            f"clusters: whole numbers of samples expected, found {part[0]:g} (seconds go into taus_s=)"
+            f"clusters: whole numbers of samples expected, found {part[0]:g} "
+            "(seconds go into taus_s=)"
         )
     if np.any(np.diff(found) <= 0):
         raise ValueError("clusters: sizes must ascend")
@@ -94,7 +96,8 @@ def of_record(what: Wanted, count: int) -> Sizes:
         return of_word(what.word, count)
     if what.sizes[-1] > count // 2:
         raise ValueError(
-            f"{what.name}: cluster sizes up to {count // 2} samples (half of x) expected, found {what.sizes[-1]}"
+            f"{what.name}: cluster sizes up to {count // 2} samples (half of x) expected, "
+            f"found {what.sizes[-1]}"
         )
     return np.array(what.sizes, np.uint32)
 
@@ -124,7 +127,8 @@ def option(what: Wanted) -> str:
     """Text for davar-sim --taus. Raises ValueError."""
     if what.word in ("all", "decade"):
         raise ValueError(
-            f"taus: {what.word!r} works only in adev(); windows accept 'octave', 'geometric:K', or up to {TAUS_MAX} sizes as clusters= or taus_s="
+            f"taus: {what.word!r} works only in adev(); windows accept 'octave', 'geometric:K', "
+            f"or up to {TAUS_MAX} sizes as clusters= or taus_s="
         )
     if len(what.sizes) > TAUS_MAX:
         raise ValueError(

@@ -25,7 +25,10 @@ def missing() -> list[str]:
 
 def said(absent: list[str]) -> str:
     """The message for missing packages."""
-    return f'not installed: {", ".join(absent[:3])}{" ..." if absent[3:] else ""}; pip install "davar[lab]"'
+    return (
+        f"not installed: {', '.join(absent[:3])}{' ...' if absent[3:] else ''}; "
+        'pip install "davar[lab]"'
+    )
 
 
 def main() -> int:
@@ -34,6 +37,6 @@ def main() -> int:
     if absent:
         print(f"davarlab: {said(absent)}", file=sys.stderr)
         return 2
-    from davarlab import cli  # type: ignore[import-untyped, unused-ignore]
+    from davarlab import cli
 
     return int(cli.main(sys.argv[1:]))

@@ -51,8 +51,7 @@ class SimCase(unittest.TestCase):
         done = subprocess.run(
             [PROGRAM, *map(str, arguments)],
             input=stdin,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            capture_output=True,
             timeout=600,
             **keywords,
         )

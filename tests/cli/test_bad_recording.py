@@ -1,4 +1,4 @@
-"""Bad recordings: exit status 2, one line with file, line and column, nothing on standard output."""
+"""Bad recordings: exit status 2, one line with file, line and column, no standard output."""
 
 import gzip
 import os
@@ -357,8 +357,7 @@ class BadSurroundings(SimCase):
         path = self.recording(count=20000)
         done = subprocess.run(
             ["sh", "-c", '"$0" "$1" --lsb 0.01 | head -n 1', PROGRAM, path],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            capture_output=True,
         )
         self.assertEqual(b"", done.stderr)
         self.assertTrue(done.stdout.startswith(b"epoch,time_s,"))

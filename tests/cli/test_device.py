@@ -69,7 +69,8 @@ class Device(SimCase):
             (
                 2,
                 "",
-                "davar-sim: --pace: cannot be used with --device, because a device has its own clock\n",
+                "davar-sim: --pace: cannot be used with --device, because a device "
+                "has its own clock\n",
             ),
             (done.returncode, done.stdout, done.stderr),
         )

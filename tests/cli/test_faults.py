@@ -5,12 +5,14 @@ file remains.
 
 import errno
 import fcntl
+import io
 import os
 import resource
 import signal
 import subprocess
 import termios
 import unittest
+from functools import partial
 from pathlib import Path
 
 from sim_case import PROGRAM, SMALL_WINDOW, SimCase
@@ -29,6 +31,12 @@ WIDE = (
     "--taus",
     ",".join(map(str, range(1, 31))),
 )  # lines of more than PIPE_BUF
+
+
+def fill_up(ignored, limit):
+    """Limits the size of files of this process; at the limit comes SIGXFSZ, or an error."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN if ignored else signal.SIG_DFL)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
 
 class FaultCase(SimCase):
@@ -116,7 +124,8 @@ class Calls(FaultCase):
     @unittest.skipIf(SANITIZED, "the sanitizers have an allocator of their own")
     def test_an_allocation_that_fails(self):
         packed = self.write("rec.csv.gz", self.path.read_bytes())
-        for self.path in (self.path, packed):
+        for path in (self.path, packed):
+            self.path = path
             self.fails_cleanly("malloc", errno.ENOMEM, *LSB)
         self.fails_cleanly("malloc", errno.ENOMEM, *self.with_table())
         self.fails_cleanly("malloc", errno.ENOMEM, *self.with_device())
@@ -166,7 +175,7 @@ class Calls(FaultCase):
 
 class Signals(FaultCase):
     def stops(self, function, steps, options, output=None):
-        """A signal at every `steps`-th call. Returns how many arrived in the middle of the output."""
+        """A signal at every `steps`-th call. Returns how many arrived during the output."""
         whole = self.sim(self.path, *options).stdout
         middle = 0
         n = 1
@@ -242,7 +251,7 @@ class Signals(FaultCase):
                 self.path,
                 *LSB,
                 *PACED,
-                preexec_fn=lambda: signal.signal(limit, signal.SIG_IGN),
+                preexec_fn=partial(signal.signal, limit, signal.SIG_IGN),
             )
             with self.subTest(fault=fault):
                 self.assertIn(done.returncode, (-signal.SIGINT, -signal.SIGTERM))
@@ -257,7 +266,7 @@ class Signals(FaultCase):
             [PROGRAM, self.path, *options], stdout=writer, stderr=subprocess.PIPE
         )
         os.close(writer)
-        process.stdout = open(reader, "rb")
+        process.stdout = io.FileIO(reader)
         waiting = bytearray(4)
         while process.poll() is None:
             fcntl.ioctl(process.stdout, termios.FIONREAD, waiting)
@@ -299,22 +308,15 @@ class Signals(FaultCase):
     def test_a_disk_that_is_full_after_any_byte(self):
         whole = self.sim(self.path, *LSB).stdout
         for ignored in (False, True):
-            for limit in (
-                *range(0, 8000, 23 * STRIDE),
-                *range(8000, 8400, STRIDE),
-            ):  # at first the temporary file has no room
-
-                def full():
-                    signal.signal(signal.SIGXFSZ, signal.SIG_IGN if ignored else signal.SIG_DFL)
-                    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-
+            # at first the temporary file has no room
+            for limit in (*range(0, 8000, 23 * STRIDE), *range(8000, 8400, STRIDE)):
                 output = self.folder / "out.csv"
                 with open(output, "wb") as file:
                     done = subprocess.run(
                         [PROGRAM, self.path, *LSB],
                         stdout=file,
                         stderr=subprocess.PIPE,
-                        preexec_fn=full,
+                        preexec_fn=partial(fill_up, ignored, limit),
                     )
                 with self.subTest(limit=limit, ignored=ignored):
                     self.assertEqual(2 if ignored else -signal.SIGXFSZ, done.returncode)

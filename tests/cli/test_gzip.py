@@ -30,7 +30,7 @@ def member(data, extra=b""):
 
 
 def damaged(data, source):
-    """Typical damage of storage and tools: flipped, cut, inserted, lost, appended, repeated bytes."""
+    """Typical damage of storage and tools: flipped, cut, inserted, lost, added, repeated bytes."""
     at = source.choice(
         [source.randrange(len(data)), source.randrange(24), len(data) - 1 - source.randrange(24)]
     )

@@ -78,7 +78,7 @@ class Nbs14(SimCase):
             self.assertEqual(nine_digits(expected), row[f"adev_{m}"])
 
     def test_classical_deviation_from_averaged_points(self):
-        """ADEV(m) without overlap is the deviation at m = 1 of the record averaged over m points."""
+        """ADEV(m) without overlap is ADEV(1) of the record averaged over m points."""
         for m, published in self.CLASSICAL.items():
             means = [math.fsum(self.points[i : i + m]) / m for i in range(0, 1000, m)]
             record = self.write(

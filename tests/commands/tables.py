@@ -23,52 +23,111 @@ NOT_RUN = {
     "tools/test --only workbench": TESTS_ITSELF,
     "tools/test --only lab": TESTS_ITSELF,
     "tools/test --only wire": TESTS_ITSELF,
+    "tools/test --only reference": TESTS_ITSELF,
+    "tools/test --only python": TESTS_ITSELF,
     "tools/test --only examples,packages,targets": TESTS_ITSELF,
     "tools/davarlab live can:vcan0": BUS,
     "tools/davarlab live can:vcan0 --raw build/raw.csv": BUS,
     "ip link set can0 up type can bitrate 500000 restart-ms 100": "needs a CAN controller",
-    "tools/davar-bench --targets": "the same measurement as in tools/davar-bench --json, which runs here",
-    "tools/davar-bench --targets --write": "the same measurement as in tools/davar-bench --json, which runs here; the board of the page is not available",
+    "tools/davar-bench --targets": (
+        "the same measurement as in tools/davar-bench --json, which runs here"
+    ),
+    "tools/davar-bench --targets --write": (
+        "the same measurement as in tools/davar-bench --json, which runs here; the board of the "
+        "page is not available"
+    ),
     "tools/davar-mutants --sample 210": HOURS,
     "tools/davar-mutants --all": HOURS,
-    "python3 -B tests/proofs/proving.py push -DPUSHES=24U": "takes many minutes; tests/proofs runs it with narrower bounds",
-    "build/fuzz/tests/fuzz/fuzz_stream build/log/fuzz-stream-crash-SHA1": "needs an input that shows a fault",
-    "tests/fuzz/corpus.py add stream build/log/fuzz-stream-crash-SHA1": "needs an input that shows a fault",
-    "kernel=$(tools/support/uml/kernel.sh build/cache/uml)": "builds a Linux kernel; tests/kernel uses it",
-    'tools/support/uml/run -T -t 5400 "$kernel" env DAVAR_DAY_HZ=1 DAVAR_SIM=$PWD/build/release/host_sim/davar-sim '
-    "DAVAR_NODE=$PWD/build/release/gateway/davar-node build/venv-wire/bin/python -B tests/kernel/test_day.py": "takes an hour; tests/kernel runs a shorter day",
-    "tools/davarlab fleet 'build/fleet/*.parquet' -m data/fleet_model.toml -o build/fleet-out --batch '([AB])_\\d+' --limits data/fleet_limits.toml": "500 recordings take minutes; tests/lab/test_fleet.py runs the same with 48, and the next command of the page runs here",
-    'pip install ".[lab]"': "installs a hundred packages; tests/package runs the wheel beside the same pins",
+    "python3 -B tests/proofs/proving.py push -DPUSHES=24U": (
+        "takes many minutes; tests/proofs runs it with narrower bounds"
+    ),
+    "build/fuzz/tests/fuzz/fuzz_stream build/log/fuzz-stream-crash-SHA1": (
+        "needs an input that shows a fault"
+    ),
+    "tests/fuzz/corpus.py add stream build/log/fuzz-stream-crash-SHA1": (
+        "needs an input that shows a fault"
+    ),
+    "kernel=$(tools/support/uml/kernel.sh build/cache/uml)": (
+        "builds a Linux kernel; tests/kernel uses it"
+    ),
+    'tools/support/uml/run -T -t 5400 "$kernel" env DAVAR_DAY_HZ=1 '
+    "DAVAR_SIM=$PWD/build/release/host_sim/davar-sim "
+    "DAVAR_NODE=$PWD/build/release/gateway/davar-node build/venv-wire/bin/python -B "
+    "tests/kernel/test_day.py": "takes an hour; tests/kernel runs a shorter day",
+    (
+        "tools/davarlab fleet 'build/fleet/*.parquet' -m data/fleet_model.toml -o build/fleet-out "
+        "--batch '([AB])_\\d+' --limits data/fleet_limits.toml"
+    ): (
+        "500 recordings take minutes; tests/lab/test_fleet.py runs the same with 48, and the next "
+        "command of the page runs here"
+    ),
+    'pip install ".[lab]"': (
+        "installs a hundred packages; tests/package runs the wheel beside the same pins"
+    ),
     "tests/lab/benchmark_awkward.py 20 1": HOURS,
     "tests/lab/benchmark_elsewhere.py 40 1": HOURS,
-    "build/venv-browser/bin/python tests/workbench/benchmark_page.py 3": "times a browser, which needs a machine that does nothing else",
+    "build/venv-browser/bin/python tests/workbench/benchmark_page.py 3": (
+        "times a browser, which needs a machine that does nothing else"
+    ),
     "tools/davarlab nulls --recordings 100 --first-seed 1000": HOURS,
     "tools/davarlab nulls --recordings 100 --first-seed 2000 --adequacy-only": HOURS,
-    "build/venv-lab/bin/python tests/lab/benchmark_real.py [--axis NAME] [--out TABLE.md]": "needs recordings that are not in the project",
-    "ctest -R statistics/coverage -V": "minutes of statistics, in a build folder; part release of tools/test runs it",
-    "ctest -R statistics/rounding -V": "minutes of statistics, in a build folder; part release of tools/test runs it",
-    "ctest -R statistics/alarms -V": "minutes of statistics, in a build folder; part release of tools/test runs it",
-    "ctest -R long/glr": "minutes of statistics, in a build folder; part release of tools/test runs it",
-    "ctest -R tracking": "minutes of statistics, in a build folder; part release of tools/test runs it",
-    "dpkg -i libdavar-dev_V_amd64.deb": "changes this machine's packages; tests/packages/test_debian.py installs it into a root of its own",
+    "build/venv-lab/bin/python tests/lab/benchmark_real.py [--axis NAME] [--out TABLE.md]": (
+        "needs recordings that are not in the project"
+    ),
+    "ctest -R statistics/coverage -V": (
+        "minutes of statistics, in a build folder; part release of tools/test runs it"
+    ),
+    "ctest -R statistics/rounding -V": (
+        "minutes of statistics, in a build folder; part release of tools/test runs it"
+    ),
+    "ctest -R statistics/alarms -V": (
+        "minutes of statistics, in a build folder; part release of tools/test runs it"
+    ),
+    "ctest -R long/glr": (
+        "minutes of statistics, in a build folder; part release of tools/test runs it"
+    ),
+    "ctest -R tracking": (
+        "minutes of statistics, in a build folder; part release of tools/test runs it"
+    ),
+    "dpkg -i libdavar-dev_V_amd64.deb": (
+        "changes this machine's packages; tests/packages/test_debian.py installs it "
+        "into a root of its own"
+    ),
     "idf.py menuconfig": "needs ESP-IDF",
     "cpackget add": "needs the tools of Open-CMSIS-Pack",
-    "vcpkg install davar --overlay-ports=FOLDER": "needs vcpkg; tests/packages/test_vcpkg.py runs the port",
+    "vcpkg install davar --overlay-ports=FOLDER": (
+        "needs vcpkg; tests/packages/test_vcpkg.py runs the port"
+    ),
 }
 
 # The exact text: the test that runs it unchanged.
 RUN_BY = {
-    "cmake -S davar -B b -DDAVAR_BUILD_TESTS=OFF -DDAVAR_BUILD_SIM=OFF && cmake --build b && cmake --install b --prefix P": "tests/consumer/test_install.py",
+    (
+        "cmake -S davar -B b -DDAVAR_BUILD_TESTS=OFF -DDAVAR_BUILD_SIM=OFF && cmake --build b && "
+        "cmake --install b --prefix P"
+    ): "tests/consumer/test_install.py",
     "cp port/bare_metal/mps2.c port/bare_metal/my_board.c": "tests/target/test_porting.py",
-    "tools/davar-mcu --target my-board data/demo_disturbance.csv.gz --lsb 0.001 --stride 100 >device.csv": "tests/target/test_porting.py",
-    "tools/davar-sim data/demo_disturbance.csv.gz --lsb 0.001 --stride 100 | cmp - device.csv": "tests/target/test_porting.py",
+    (
+        "tools/davar-mcu --target my-board data/demo_disturbance.csv.gz --lsb 0.001 "
+        "--stride 100 >device.csv"
+    ): "tests/target/test_porting.py",
+    "tools/davar-sim data/demo_disturbance.csv.gz --lsb 0.001 --stride 100 | cmp - device.csv": (
+        "tests/target/test_porting.py"
+    ),
     "ip link add vcan0 type vcan && ip link set vcan0 up": "tests/kernel/test_readme.py",
     "candump vcan0 | cantools decode tools/davar.dbc": "tests/kernel/test_readme.py",
     "tools/davarlab live can:vcan0 --record build/arw.csv": "tests/kernel/test_readme.py",
-    "tools/davar-sim data/demo_disturbance.csv.gz --lsb 0.001 --stride 100 --pace 100 --out can:vcan0": "tests/kernel/test_readme.py",
-    "tools/davar-node --source value:/sys/bus/iio/devices/iio:device0/in_anglvel_z_raw --rate 100 --lsb 0.0076 --edges gpiochip0:17 "
+    (
+        "tools/davar-sim data/demo_disturbance.csv.gz --lsb 0.001 --stride 100 --pace "
+        "100 --out can:vcan0"
+    ): "tests/kernel/test_readme.py",
+    "tools/davar-node --source value:/sys/bus/iio/devices/iio:device0/in_anglvel_z_raw --rate 100 "
+    "--lsb 0.0076 --edges gpiochip0:17 "
     "--alarm gpiochip0:27 --channel 1 --out can:vcan0": "tests/kernel/test_readme.py",
-    "tools/davar-sim data/demo_disturbance.csv.gz --lsb 0.001 --stride 100 --pace 100 --out slcan:/dev/ttyUSB0": "tests/kernel/test_readme.py",
+    (
+        "tools/davar-sim data/demo_disturbance.csv.gz --lsb 0.001 --stride 100 --pace 100 --out "
+        "slcan:/dev/ttyUSB0"
+    ): "tests/kernel/test_readme.py",
     "python -m build": "tools/support/python_suites.py",
     "pio pkg pack": "tests/packages/test_platformio.py",
     "pio run": "tests/packages/test_platformio.py",
@@ -78,10 +137,10 @@ RUN_BY = {
 # Programs that run until they are stopped: their output when they are ready, and how to stop them.
 UNTIL_STOPPED = {
     "tools/davarlab open": (r"http://127\.0\.0\.1:\d+/\?token=", "SIGINT"),
-    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found $(tests/fuzz/corpus.py unpack stream)": (
-        r"INITED",
-        "SIGINT",
-    ),
+    (
+        "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found "
+        "$(tests/fuzz/corpus.py unpack stream)"
+    ): (r"INITED", "SIGINT"),
 }
 
 # A word that a reader replaces: its replacement here. A placeholder for a file becomes a file
@@ -97,10 +156,16 @@ REPLACED = {
 # Exit statuses other than 0 that are valid results.
 STATUS = {
     # the status of libFuzzer after an interrupt
-    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found $(tests/fuzz/corpus.py unpack stream)": 72,
+    (
+        "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found "
+        "$(tests/fuzz/corpus.py unpack stream)"
+    ): 72,
 }
 
 # Preparations that a page describes in text.
 BEFORE = {
-    "tools/davar-sim build/rec.csv --window-max 6000 --stride 6000 --policy fixed --mode trailing --model-table build/gyro_model.csv": "tools/davarlab export build/better.toml -o build/gyro_model.csv --window 6000",
+    (
+        "tools/davar-sim build/rec.csv --window-max 6000 --stride 6000 --policy fixed --mode "
+        "trailing --model-table build/gyro_model.csv"
+    ): "tools/davarlab export build/better.toml -o build/gyro_model.csv --window 6000",
 }

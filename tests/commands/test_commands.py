@@ -18,12 +18,15 @@ import time
 import unittest
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests/lab"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import release
+import tables
+import typed
+import writing_logs
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tools/support"), str(ROOT / "tests/lab"), str(Path(__file__).parent)]
-import release  # noqa: E402
-import tables  # noqa: E402
-import typed  # noqa: E402
-import writing_logs  # noqa: E402
 
 PLACEHOLDER = re.compile(r"\[.*|\w+\]|[A-Z][A-Z_]*(\.\w+)*/?|-.*")
 LONGEST_S = 1800  # after this time a command counts as hung
@@ -159,8 +162,7 @@ class Commands(unittest.TestCase):
         ).stdout.splitlines()
 
     def setUp(self):
-        self.said = tempfile.TemporaryFile()
-        self.addCleanup(self.said.close)
+        self.said = self.enterContext(tempfile.TemporaryFile())
 
     def start(self, text):
         self.said.seek(0)

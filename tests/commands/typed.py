@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 OURS = r"(?:tools|tests|build|data|examples)/[\w./-]+|davar-\w+|davarlab"
 PROGRAM = re.compile(
-    rf"(?:(?:[A-Z_]+=\S+|nice|sudo|time) )*(?:{OURS}|cmake|ctest|cpack|pip|python3?|conan|pio|dpkg|compote|cpackget|idf\.py|vcpkg|west|ip|candump|cantools"
-    r"|slcand|git|gcc|[\w-]+-gcc|zcat|mkdir|cp|cd)(?= )|^\w+=\$\("
+    r"(?:(?:[A-Z_]+=\S+|nice|sudo|time) )*"
+    rf"(?:{OURS}|cmake|ctest|cpack|pip|python3?|conan|pio|dpkg|compote|cpackget|idf\.py|vcpkg|west|ip"
+    r"|candump|cantools|slcand|git|gcc|[\w-]+-gcc|zcat|mkdir|cp|cd)(?= )|^\w+=\$\("
 )
 FENCE = re.compile(r"^( *)```(\w*)\n(.*?)^\1```$", re.DOTALL | re.MULTILINE)
 INDENTED = re.compile(r"(?:(?<=\n\n)|(?<=:\n))((?:(?: {3,}|\t)\S.*\n)+)")
@@ -65,7 +66,7 @@ def of_help(name, text):
 
 
 def pages(root):
-    """{name: text} of the pages of the tree, except the list of changes, which describes the past."""
+    """{name: text} of the tree's pages, except the list of changes, which describes the past."""
     names = subprocess.run(
         ["git", "ls-files", "*.md"], cwd=root, check=True, text=True, stdout=subprocess.PIPE
     ).stdout.split()

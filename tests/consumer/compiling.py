@@ -1,4 +1,4 @@
-"""Compiles C for the tests of this folder: one file at a time, through ccache if tools/test has it."""
+"""Compiles C for the tests of this folder: a file at a time, with ccache if tools/test has it."""
 
 import os
 import subprocess

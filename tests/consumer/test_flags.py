@@ -14,9 +14,10 @@ from pathlib import Path
 
 from compiling import LAUNCHER, run
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import result_cache
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/support"))
-import result_cache  # noqa: E402
 
 PASSED = result_cache.ResultCache(
     ROOT / "build/cache/flags"

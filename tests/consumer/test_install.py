@@ -57,7 +57,8 @@ class Install(unittest.TestCase):
                 self.assertTrue({"libdavar.a", "davar.h", "options.h"} <= found, found)
                 bare = BARE if settings else ()
                 run(
-                    f"cmake -S {HERE}/find_package -B user -DCMAKE_PREFIX_PATH={folder}/P {' '.join(map(str, [*wanted, *bare]))} && cmake --build user",
+                    f"cmake -S {HERE}/find_package -B user -DCMAKE_PREFIX_PATH={folder}/P "
+                    f"{' '.join(map(str, [*wanted, *bare]))} && cmake --build user",
                     folder,
                 )
                 if not settings:

@@ -88,7 +88,8 @@ class Options(unittest.TestCase):
                 source = Path(folder) / "sizes.c"
                 source.write_text(
                     '#include "davar/davar.h"\n#include <stdio.h>\n'
-                    'int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t)); return 0; }\n'
+                    'int main(void) { printf("%zu %zu", sizeof(davar_result_t), '
+                    "sizeof(davar_plan_t)); return 0; }\n"
                 )
                 subprocess.run(
                     [

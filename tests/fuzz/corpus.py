@@ -82,7 +82,8 @@ def main():
         ("add", "add files under their own names; they stay for good"),
         (
             "merge",
-            "add what libFuzzer found and drop inputs that reach nothing new (build preset fuzz first)",
+            "add what libFuzzer found and drop inputs that reach nothing new (build "
+            "preset fuzz first)",
         ),
     ):
         one = verbs.add_parser(verb, help=what)

@@ -9,10 +9,10 @@ import unittest
 import warnings
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "tests/lab"))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tests/lab"))
+from asking import run  # it also finds davarlab
 
-from asking import run  # noqa: E402  (it also finds davarlab)
+ROOT = Path(__file__).resolve().parents[2]
 
 ROOM_BYTES = 1 << 30  # additional memory that a small file may need
 PREFIX = "davarlab: "

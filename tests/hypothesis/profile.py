@@ -10,7 +10,7 @@ os.environ.setdefault(
     str(Path(__file__).resolve().parents[2] / "build/cache/hypothesis"),
 )
 
-from hypothesis import HealthCheck, settings  # noqa: E402
+from hypothesis import HealthCheck, settings
 
 TIMES = int(os.environ.get("DAVAR_HYPOTHESIS", "1"))
 

@@ -19,13 +19,19 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 KINDS = sorted(table.TABLE)
-BASE = '[sensor]\nrate_hz = 50.0\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
-FULL = (
-    BASE
-    + '[[effect]]\nkind = "sinusoid"\nfrequency_hz = 0.7\namplitude_dps = 0.02\n[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
+BASE = (
+    '[sensor]\nrate_hz = 50.0\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
+    "coefficient_deg_per_sqrt_h = 0.3\n"
+)
+FULL = BASE + (
+    '[[effect]]\nkind = "sinusoid"\nfrequency_hz = 0.7\namplitude_dps = 0.02\n[[effect]]\n'
+    'kind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
 )
 SCENARIO = FULL + "[simulate]\nduration_s = 30.0\nseed = 3\n"
-LIMITS = 'at_limit = 0.02\nadequate = true\n[[limit]]\ncoefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"\nmin = 0.1\nmax = 0.4\n'
+LIMITS = (
+    "at_limit = 0.02\nadequate = true\n[[limit]]\n"
+    'coefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"\nmin = 0.1\nmax = 0.4\n'
+)
 KALIBR = (
     "imu0:\n  gyroscope_noise_density: 1.5e-4\n  gyroscope_random_walk: 2.0e-06\n  rate_hz: 200\n"
 )
@@ -300,7 +306,8 @@ class Others(asked.Lawful):
     )
     @example("imu0: " + "[" * 20000)
     @example(
-        "a: &a [x, x]\nb: &b [*a, *a, *a, *a, *a, *a]\nc: &c [*b, *b, *b, *b]\ngyroscope_noise_density: *c"
+        "a: &a [x, x]\nb: &b [*a, *a, *a, *a, *a, *a]\nc: &c [*b, *b, *b, *b]\n"
+        "gyroscope_noise_density: *c"
     )
     @example("gyroscope_noise_density: 2024-99-99\n")
     @example("gyroscope_noise_density: !!int x\n")

@@ -195,7 +195,7 @@ class Exports(asked.Lawful):
             return
         rows = re.findall(r"\{ (\d+)U, (\S+), (\S+) \}", text)
         self.assertEqual(len(rows), int(re.search(r"TAU_COUNT (\d+)", text)[1]))
-        for m, adev, _ in rows:
+        for _, adev, _ in rows:
             self.assertGreater(float(adev), 0)
 
 

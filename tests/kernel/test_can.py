@@ -217,7 +217,7 @@ class Bus(KernelCase):
             line.hear(receiver)
         return receiver.faults.good - before
 
-    def test_after_bus_off_and_a_restart_of_the_interface_frames_flow_again_and_every_lost_one_is_counted(
+    def test_after_bus_off_and_a_restart_of_the_interface_frames_flow_again_and_all_lost_count(
         self,
     ):
         from davarlab.wire import frames as wire

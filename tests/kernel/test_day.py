@@ -36,8 +36,10 @@ from davarlab.wire import live, source
 
 def tell(*_):
     gc.collect()
-    rss = next(line.split()[1] for line in open("/proc/self/status", encoding="ascii") if line.startswith("VmRSS"))
-    os.write(int(sys.argv[3]), f"{sys.getallocatedblocks()} {len(gc.get_objects())} {rss} {len(os.listdir('/proc/self/fd'))}\\n".encode())
+    with open("/proc/self/status", encoding="ascii") as status:
+        rss = next(line.split()[1] for line in status if line.startswith("VmRSS"))
+    held = sys.getallocatedblocks(), len(gc.get_objects()), rss, len(os.listdir("/proc/self/fd"))
+    os.write(int(sys.argv[3]), (" ".join(map(str, held)) + "\\n").encode())
 
 source.POLL_S = float(sys.argv[2])
 signal.signal(signal.SIGALRM, tell)
@@ -160,7 +162,8 @@ class Day(KernelCase):
         self.assertGreaterEqual(len(hours), HOURS - 1)
         for number, (blocks, objects, rss, files) in enumerate(hours, 1):
             print(
-                f"hour {number:2}: {blocks} blocks, {objects} objects, {rss} KiB, {files} open files",
+                f"hour {number:2}: {blocks} blocks, {objects} objects, {rss} KiB, "
+                f"{files} open files",
                 flush=True,
             )
         warm = list(

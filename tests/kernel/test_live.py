@@ -21,7 +21,10 @@ from test_readme import listeners
 
 # The command of tools/davarlab live, without the other commands and their requirements
 # (test_readme.py runs the complete program).
-LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+LIVE = (
+    "import sys, json, argparse\nfrom davarlab.wire import live\n"
+    "sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+)
 RESULTS = len(sim_csv())
 FRAMES = RESULTS * 18 + 19
 
@@ -80,7 +83,7 @@ class Live(KernelCase):
         self.assertEqual((0, 3 * RESULTS), (live.returncode, len(shown)), told)
         self.assertEqual(2, told.count("davarlab live: can:vcan0: lost ("), told)
         self.assertEqual(2, told.count("davarlab live: can:vcan0: reconnected\n"), told)
-        self.assertIn("2 link lost, 2 link back", told)
+        self.assertIn("2 link lost, 2 link restored", told)
         self.assertEqual(3 * RESULTS, len(self.epochs(record)))
         self.assertEqual(
             2,
@@ -107,7 +110,7 @@ class Live(KernelCase):
         live = self.live(f"slcan:{name}")
         frames = b"".join(frame.encode() + b"\r" for frame in self.text())
         for part, again in ((frames[:1870], True), (frames[1870:3740], False)):
-            wait_for(lambda: b"O\r" in os.read(ends[0], 100), "davarlab live", 60)
+            wait_for(lambda board=ends[0]: b"O\r" in os.read(board, 100), "davarlab live", 60)
             os.write(ends[0], part)
             settle()
             for end in ends:

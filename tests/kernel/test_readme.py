@@ -2,6 +2,7 @@
 bus, the pins and the tty of the page. A file simulates the sensor's driver for davar-node.
 """
 
+import contextlib
 import csv
 import os
 import pty
@@ -57,7 +58,9 @@ class Readme(KernelCase):
 
     def terminal(self, text):
         """Starts a command. Its output goes to a file, so that it never waits for a reader."""
-        shown, said = (tempfile.TemporaryFile("w+", encoding="utf-8") for _ in range(2))
+        shown, said = (
+            self.enterContext(tempfile.TemporaryFile("w+", encoding="utf-8")) for _ in range(2)
+        )
         process = subprocess.Popen(
             ["bash", "-c", text],
             cwd=ROOT,
@@ -68,13 +71,8 @@ class Readme(KernelCase):
             start_new_session=True,
         )
         process.shown, process.said = shown, said
-        for undo in (
-            shown.close,
-            said.close,
-            process.wait,
-            lambda: process.poll() is None and os.killpg(process.pid, 9),
-        ):
-            self.addCleanup(undo)
+        self.addCleanup(process.wait)
+        self.addCleanup(lambda: process.poll() is None and os.killpg(process.pid, 9))
         return process
 
     def hang_up(self, process):
@@ -168,10 +166,8 @@ class Readme(KernelCase):
         os.set_blocking(ours, False)
         while sender.poll() is None:
             settle(0.02)
-            try:
+            with contextlib.suppress(BlockingIOError):
                 text = take(text + os.read(ours, 65536), receiver)
-            except BlockingIOError:
-                pass
         os.close(its)
         self.assertEqual((0, 0), (sender.returncode, receiver.faults.total()), receiver.faults)
         self.assertEqual(RESULTS * (3 + 7 + 5 + 3) + 19, receiver.faults.good)

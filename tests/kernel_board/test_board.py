@@ -19,9 +19,10 @@ from pathlib import Path
 
 from davarlab.wire import frames as wire
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import targets
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/support"))
-import targets  # noqa: E402 - from tools/support
 
 SIM, KERNEL = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_KERNEL", "linux")
 TARGET = "cortex-m4f"

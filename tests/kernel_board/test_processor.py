@@ -38,7 +38,7 @@ class Processor(unittest.TestCase):
         )
 
     def guest(self, size):
-        """Runs a command in the guest on a processor whose state has `size` bytes; 0: on this one."""
+        """Runs a command in the guest on a processor with `size` bytes of state; 0: on this one."""
         kernel = self.folder / "kernel"
         wide = f"{self.folder}/wide {size} " if size else ""
         kernel.write_text(f'#!/bin/sh\nexec {wide}{KERNEL} "$@"\n')
@@ -46,8 +46,7 @@ class Processor(unittest.TestCase):
         return subprocess.run(
             [ROOT / "tools/support/uml/run", "-t", "600", kernel, "echo", "started"],
             text=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            capture_output=True,
             check=False,
         )
 
@@ -67,7 +66,8 @@ class Processor(unittest.TestCase):
                 done = self.guest(size)
                 self.assertEqual((125, ""), (done.returncode, done.stdout))
                 self.assertIn(
-                    "The processor's state (XSTATE) does not fit into host_xstate: enlarge it in tools/support/uml/kernel.patch",
+                    "The processor's state (XSTATE) does not fit into host_xstate: enlarge it in "
+                    "tools/support/uml/kernel.patch",
                     done.stderr,
                 )
 

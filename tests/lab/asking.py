@@ -1,4 +1,6 @@
-"""Asks davarlab from outside: writes files, runs its command line in this process or in a copy of it, reads its JSON."""
+"""Asks davarlab from outside: writes files, runs its command line in this process or in a copy of
+it, reads its JSON.
+"""
 
 import contextlib
 import io
@@ -72,7 +74,9 @@ def run(*arguments):
 
 
 def typed(*arguments):
-    """The same in a process of its own, as tools/davarlab would start it: a copy of this one, which has loaded the libraries once."""
+    """The same in a process of its own, as tools/davarlab would start it: a copy of this one, which
+    has loaded the libraries once.
+    """
     from davarlab import cli
 
     def answer():

@@ -1,8 +1,10 @@
-"""Recordings of awkward sensors: what real ones do and textbooks do not. Numpy and scipy only, nothing of davarlab. 100 Hz, one hour, ARW 0.3 deg/sqrt(h),
-BI 5 deg/h unless a case says otherwise; all else is drawn. `awkward.py CASE SEED REC.csv` writes one.
+"""Recordings of awkward sensors: what real ones do and textbooks do not. Numpy and scipy only,
+nothing of davarlab. 100 Hz, one hour, ARW 0.3 deg/sqrt(h), BI 5 deg/h unless a case says otherwise;
+all else is drawn. `awkward.py CASE SEED REC.csv` writes one.
 
-A case is a row of ingredients (ingredients/) in the order of physics: what moves the rate, then the sensor's own filter, its counts, its clock. Each
-adds to the recording and to the truth."""
+A case is a row of ingredients (ingredients/) in the order of physics: what moves the rate, then the
+sensor's own filter, its counts, its clock. Each adds to the recording and to the truth.
+"""
 
 import sys
 

@@ -1,6 +1,9 @@
-"""How often davarlab is right about awkward sensors (awkward.py), beside a model of the true N and B (tools/davarlab effects makes the environment):
+"""How often davarlab is right about awkward sensors (awkward.py), beside a model of the true N and
+B (tools/davarlab effects makes the environment):
 
-build/venv-lab/bin/python tests/lab/benchmark_awkward.py FIRST_SEED SEEDS [CASE ...] [--jobs N] [--rate HZ] [--seconds S] [--rows FILE.json]"""
+build/venv-lab/bin/python tests/lab/benchmark_awkward.py FIRST_SEED SEEDS [CASE ...]
+    [--jobs N] [--rate HZ] [--seconds S] [--rows FILE.json]
+"""
 
 import argparse
 import json
@@ -90,7 +93,10 @@ def summary(rows):
     yield f"{len(rows)} recordings: " + ", ".join(
         f"{outcome} {share(rows, outcome):.1%}" for outcome in scoring.OUTCOMES
     )
-    yield f'goals: right {share(rows, "right"):.1%} ({GOALS["right"]:.0%}), wrong with "explains" {share(rows, "wrong"):.1%} ({GOALS["wrong"]:.0%} at most)'
+    yield (
+        f'goals: right {share(rows, "right"):.1%} ({GOALS["right"]:.0%}), wrong with "explains" '
+        f"{share(rows, 'wrong'):.1%} ({GOALS['wrong']:.0%} at most)"
+    )
     for name, of in (
         ("clean", [r for r in rows if r["clean"]]),
         ("rounded angles", [r for r in rows if r["case"] == "rounded_angle"]),
@@ -104,7 +110,10 @@ def summary(rows):
     )
     yield f"recordings with an untrue observation: {untrue}"
     if ratios:
-        yield f"error over floor: median {np.median(ratios):.2f}, {np.mean(np.array(ratios) <= 1.25):.1%} within 1.25, worst {max(ratios):.2f}"
+        yield (
+            f"error over floor: median {np.median(ratios):.2f}, "
+            f"{np.mean(np.array(ratios) <= 1.25):.1%} within 1.25, worst {max(ratios):.2f}"
+        )
     yield f"seconds: median {np.median(seconds):.1f}, worst {max(seconds):.1f}"
     for case in dict.fromkeys(row["case"] for row in rows):
         of = [row for row in rows if row["case"] == case]

@@ -1,7 +1,9 @@
-"""How often the verdict is right: every effect, pairs, none, and effects outside the table, over many seeds.
+"""How often the verdict is right: every effect, pairs, none, and effects outside the table, over
+many seeds.
 
-Sizes: a scenario's parameters are drawn per seed around a size that stands clearly above the baseline's Allan deviation
-("visible"); "hard" takes 0.4 of the amplitude."""
+Sizes: a scenario's parameters are drawn per seed around a size that stands clearly above the
+baseline's Allan deviation ("visible"); "hard" takes 0.4 of the amplitude.
+"""
 
 import time
 from multiprocessing import Pool
@@ -197,7 +199,8 @@ def run(seeds, size, only, jobs, progress):
     unknown = set(only.split(",") if only else []) - set(scenarios(size))
     if unknown:
         raise BadInput(
-            f"--only: no scenario {min(unknown)!r} of size {size} (there are: {', '.join(scenarios(size))})"
+            f"--only: no scenario {min(unknown)!r} of size {size} (there are: "
+            f"{', '.join(scenarios(size))})"
         )
     chosen = {
         name: kinds
@@ -211,7 +214,8 @@ def run(seeds, size, only, jobs, progress):
             rows.append(row)
             if not right(row):
                 progress(
-                    f"{row['name']} {row['seed']}: {row['verdict']} {row['added']} first {row['first']} p {row['p_value']:.2g} {row['tests']}"
+                    f"{row['name']} {row['seed']}: {row['verdict']} {row['added']} first "
+                    f"{row['first']} p {row['p_value']:.2g} {row['tests']}"
                 )
             if len(rows) % max(1, len(seeds)) == 0:
                 progress(f"{len(rows)} of {len(work)}")
@@ -269,7 +273,9 @@ def summary(rows, seeds, size):
 
 
 def against_oracle(rows):
-    """Per scenario with one effect: median gain of the oracle, recordings that it can call, those of them that were named."""
+    """Per scenario with one effect: median gain of the oracle, recordings that it can call, those
+    of them that were named.
+    """
     found = {}
     for name in dict.fromkeys(row["name"] for row in rows if row["oracle_gain"] is not None):
         gains = [

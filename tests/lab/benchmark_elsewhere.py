@@ -1,6 +1,9 @@
-"""How often davarlab is right on recordings that its own simulator did not make (elsewhere.py), beside a model of N and B as they are:
+"""How often davarlab is right on recordings that its own simulator did not make (elsewhere.py),
+beside a model of N and B as they are:
 
-PYTHONPATH=tools/lab build/venv-lab/bin/python tests/lab/benchmark_elsewhere.py FIRST_SEED SEEDS [CASE ...]"""
+PYTHONPATH=tools/lab build/venv-lab/bin/python tests/lab/benchmark_elsewhere.py
+    FIRST_SEED SEEDS [CASE ...]
+"""
 
 import sys
 import time
@@ -15,7 +18,9 @@ N, B = "coefficient_deg_per_sqrt_h", "coefficient_deg_per_h"
 
 
 def covered(found, model, truth):
-    """(kind, parameter, is the truth in the interval, value, low, high) of every number of the right model."""
+    """(kind, parameter, is the truth in the interval, value, low, high) of every number of the
+    right model.
+    """
     fitted, estimates = improve.fitted_model(found.states[-1], model)
     rows = []
     for term, entry in zip(fitted.terms, estimates):
@@ -67,7 +72,8 @@ def main(first, seeds, cases):
                 flush=True,
             )
     print(
-        f"{sum(verdicts)} of {len(verdicts)} right; {np.median(seconds):.2f} s, worst {max(seconds):.2f} s"
+        f"{sum(verdicts)} of {len(verdicts)} right; {np.median(seconds):.2f} s, worst "
+        f"{max(seconds):.2f} s"
     )
     hits = [hit for row in inside.values() for hit in row]
     print(f"coverage {np.mean(hits):.3f} of {len(hits)}")

@@ -1,7 +1,10 @@
-"""What davarlab says of every axis of every recording in $DAVAR_REAL_DATA (default: shared/data/real beside the repository), from N and B read
-off the Allan deviation. A table in Markdown, and how many axes reach the goals (tools/davarlab effects makes the environment):
+"""What davarlab says of every axis of every recording in $DAVAR_REAL_DATA (default:
+shared/data/real beside the repository), from N and B read off the Allan deviation. A table in
+Markdown, and how many axes reach the goals (tools/davarlab effects makes the environment):
 
-    build/venv-lab/bin/python tests/lab/benchmark_real.py [--axis "ADIS16405 run 1 z" ...] [--jobs N] [--out TABLE.md] [--rows FILE.json]"""
+    build/venv-lab/bin/python tests/lab/benchmark_real.py [--axis "ADIS16405 run 1 z" ...]
+        [--jobs N] [--out TABLE.md] [--rows FILE.json]
+"""
 
 import argparse
 import gzip
@@ -23,7 +26,7 @@ HALF_DECADE = np.sqrt(10)
 
 
 def rows_of(real):
-    """(header, lines) of the stretch, without the comment lines: davarlab gets the numbers alone."""
+    """(header, lines) of the stretch, without the comment lines: davarlab gets only the numbers."""
     with gzip.open(FOLDER / real.file, "rt") as file:
         header, *lines = (line for line in file if not line.startswith("#"))
     if real.first_s is not None:
@@ -32,8 +35,9 @@ def rows_of(real):
 
 
 def segments(real, t, gyro):
-    """Ranges of samples without a gap and at rest. Turns as an expert cuts them: the rate of any axis, averaged over 0.25 s, more than
-    0.25 deg/s from its median, and 1.2 s on either side."""
+    """Ranges of samples without a gap and at rest. Turns as an expert cuts them: the rate of any
+    axis, averaged over 0.25 s, more than 0.25 deg/s from its median, and 1.2 s on either side.
+    """
     cut = np.logical_or.reduce(
         [np.zeros(len(t), bool), *((t >= start) & (t < stop) for start, stop in real.events)]
     )
@@ -53,7 +57,9 @@ def segments(real, t, gyro):
 
 
 def allan(parts, rate):
-    """(taus, Allan deviations): overlapping, pooled over the parts, eight averages a decade and more, up to a ninth of what there is."""
+    """(taus, Allan deviations): overlapping, pooled over the parts, eight averages a decade and
+    more, up to a ninth of what there is.
+    """
     most = min(max(map(len, parts)) // 2 - 1, sum(map(len, parts)) // 9)
     taus, found = [], []
     angles = [np.concatenate([[0], np.cumsum(part - part.mean())]) for part in parts]
@@ -70,7 +76,9 @@ def allan(parts, rate):
 
 
 def quiet_level(parts, rate, low, high):
-    """Two-sided spectrum at the lower quartile of a band, as of white noise: three quarters of the frequencies have more, so lines and humps do not count."""
+    """Two-sided spectrum at the lower quartile of a band, as of white noise: three quarters of the
+    frequencies have more, so lines and humps do not count.
+    """
     length = int(32 * rate / high)
     total, pieces = 0.0, 0
     for part in parts:
@@ -84,9 +92,11 @@ def quiet_level(parts, rate, low, high):
 
 
 def white_reading(parts, rate, taus, adev):
-    """N in deg/sqrt(h) where half a decade is white: slope within 0.05 of -1/2, the minimum of the Allan variance below a tenth (flicker), the
-    level between the lines above nine tenths of what is read. None where there is no such half decade; of several the one nearest that level. It begins within
-    a second or four samples: what is white only later is a plateau below a corner."""
+    """N in deg/sqrt(h) where half a decade is white: slope within 0.05 of -1/2, the minimum of the
+    Allan variance below a tenth (flicker), the level between the lines above nine tenths of what is
+    read. None where there is no such half decade; of several the one nearest that level. It begins
+    within a second or four samples: what is white only later is a plateau below a corner.
+    """
     best = None
     for start in taus[(taus * HALF_DECADE <= taus[-1]) & (taus <= max(1.0, 4 * taus[0]))]:
         inside = (taus >= start * 0.999) & (taus <= start * HALF_DECADE * 1.03)
@@ -168,7 +178,9 @@ def said(real, axis, found):
 
 
 def adequacy(found):
-    """The word of the contract; where it is missing, an adequate model counts as statistically adequate."""
+    """The word of the contract; where it is missing, an adequate model counts as statistically
+    adequate.
+    """
     last = found["steps"][-1]
     return (
         last.get("adequacy")
@@ -271,17 +283,36 @@ def totals(rows):
         for row in white
         if row.get("fitted_n") is not None and abs(row["fitted_n"] / row["white"] - 1) <= 0.05
     ]
-    yield f"error within 1.25 of the floor: {sum(r['final'] <= 1.25 * r['floor'] for r in there)} of {len(rows)} (goal 26 of 30)"
-    yield f"practically adequate: {sum(r['adequacy'] != 'no' for r in there)} of {len(rows)} (goal 26 of 30)"
-    yield f"statistically adequate: {sum(r['adequacy'] == 'statistical' for r in there)} of {len(rows)} (goal 15 of 30)"
-    yield f"ARW within 5 % of the reading: {len(read)} of {len(white)} axes with a white part (goal 19 of 20)"
+    yield (
+        f"error within 1.25 of the floor: {sum(r['final'] <= 1.25 * r['floor'] for r in there)} "
+        f"of {len(rows)} (goal 26 of 30)"
+    )
+    yield (
+        f"practically adequate: {sum(r['adequacy'] != 'no' for r in there)} of "
+        f"{len(rows)} (goal 26 of 30)"
+    )
+    yield (
+        f"statistically adequate: {sum(r['adequacy'] == 'statistical' for r in there)} of "
+        f"{len(rows)} (goal 15 of 30)"
+    )
+    yield (
+        f"ARW within 5 % of the reading: {len(read)} of {len(white)} axes with a white "
+        "part (goal 19 of 20)"
+    )
     yield f"errors that rose: {sum(r['final'] > 1.0001 * r['given'] for r in there)} (goal 0)"
     wrong, agrees = [r for r in there if r["wrong"]], [r["agrees"] for r in there]
-    yield f"axes with a wrong cause: {len(wrong)}, of them called adequate {sum(r['adequacy'] != 'no' for r in wrong)} (goal 0)"
+    yield (
+        f"axes with a wrong cause: {len(wrong)}, of them called adequate "
+        f"{sum(r['adequacy'] != 'no' for r in wrong)} (goal 0)"
+    )
     yield "the expert agrees: " + ", ".join(
         f"{word} {agrees.count(word)}" for word in ("yes", "partly", "no")
     )
-    yield f"crashes: {len(rows) - len(there)}; seconds: median {np.median([r['seconds'] for r in rows]):.1f}, worst {max(r['seconds'] for r in rows):.1f}"
+    yield (
+        f"crashes: {len(rows) - len(there)}; seconds: median "
+        f"{np.median([r['seconds'] for r in rows]):.1f}, worst "
+        f"{max(r['seconds'] for r in rows):.1f}"
+    )
 
 
 def options():

@@ -1,6 +1,8 @@
-"""Recordings made with formulas of their own: numpy and scipy only, nothing of davarlab, and where physics leaves a choice another one than
-davarlab's simulator (exact AR(1), sums of AR(1), exponential dwells, analogue poles, real rounding). 50 Hz, gyro, temperature, accelerometer.
-`elsewhere.py CASE SEED REC.csv` writes one."""
+"""Recordings made with formulas of their own: numpy and scipy only, nothing of davarlab, and where
+physics leaves a choice another one than davarlab's simulator (exact AR(1), sums of AR(1),
+exponential dwells, analogue poles, real rounding). 50 Hz, gyro, temperature, accelerometer.
+`elsewhere.py CASE SEED REC.csv` writes one.
+"""
 
 import sys
 
@@ -18,7 +20,9 @@ def ar1(count, decay, rng):
 
 
 def flicker_sum(count, b_dps, rng):
-    """Two AR(1) an octave: S(f) = b^2 / (2 pi f) two-sided from below the record's lowest frequency to above half the rate."""
+    """Two AR(1) an octave: S(f) = b^2 / (2 pi f) two-sided from below the record's lowest frequency
+    to above half the rate.
+    """
     times = 2.0 ** np.arange(-7, 16, 0.5)
     return b_dps * sum(
         np.sqrt(np.log(2) * 0.5 / np.pi) * ar1(count, np.exp(-1 / (RATE * t)), rng) for t in times
@@ -394,7 +398,9 @@ CASES = {
 
 
 def recording(case, seed):
-    """(columns, what is hidden, N in deg/sqrt(h), B in deg/h). Of a line with harmonics the first is in what is hidden."""
+    """(columns, what is hidden, N in deg/sqrt(h), B in deg/h). Of a line with harmonics the first
+    is in what is hidden.
+    """
     hidden, how = CASES[case]
     number = sum(map(ord, case))
     rng = np.random.default_rng([seed, number])

@@ -1,4 +1,6 @@
-"""Recordings whose gyro follows a logged column, made with formulas of their own: numpy only, nothing of davarlab. 50 Hz, one hour."""
+"""Recordings whose gyro follows a logged column, made with formulas of their own: numpy only,
+nothing of davarlab. 50 Hz, one hour.
+"""
 
 import numpy as np
 
@@ -16,7 +18,9 @@ def flicker(count, b_dps, rng):
 
 
 def late(x, lag_s):
-    """A body that follows x, at rest before; Euler's rule in steps of half a second, then straight lines."""
+    """A body that follows x, at rest before; Euler's rule in steps of half a second, then straight
+    lines.
+    """
     step = int(RATE / 2)
     body, found = x[0], []
     for value in x[::step]:
@@ -96,7 +100,9 @@ def make(case, how, seed, seconds=3600):
 
 
 def accelerometers(seed, seconds=3600):
-    """Columns with a true sensitivity of 0.5 deg/s/g along x, and with a cause behind both sensors instead, felt by the gyro later."""
+    """Columns with a true sensitivity of 0.5 deg/s/g along x, and with a cause behind both sensors
+    instead, felt by the gyro later.
+    """
     rng = np.random.default_rng([seed, 32])
     t = np.arange(int(seconds * RATE)) / RATE
     tilt = {axis: walk(len(t), rng) for axis in "xyz"}

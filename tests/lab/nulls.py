@@ -1,7 +1,10 @@
-"""What chance alone does on recordings of an accepted model: gains of the candidates, the tries (thresholds.TRIES) that they come to (DESIGN 4), and how
-often a true model is called inadequate (DESIGN 7).
+"""What chance alone does on recordings of an accepted model: gains of the candidates, the tries
+(thresholds.TRIES) that they come to (DESIGN 4), and how often a true model is called inadequate
+(DESIGN 7).
 
-Parametric bootstrap: the benchmark's clean recordings (noise and bias instability drawn per seed, decoy columns), every candidate tried."""
+Parametric bootstrap: the benchmark's clean recordings (noise and bias instability drawn per seed,
+decoy columns), every candidate tried.
+"""
 
 from multiprocessing import Pool
 
@@ -21,7 +24,9 @@ TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tr
 
 
 def one(job):
-    """Of one clean recording: gains by chance, kind -> log-likelihood units (none unless `tried`); p-values by test, and of the whole."""
+    """Of one clean recording: gains by chance, kind -> log-likelihood units (none unless `tried`);
+    p-values by test, and of the whole.
+    """
     seed, seconds, tried = job
     rng = np.random.default_rng([seed, 40961])
     base = [
@@ -46,7 +51,9 @@ def one(job):
 
 
 def tries(kind, gains):
-    """C of p = C P(chi2_1 > 2 gain) (a line: of p = C n exp(-gain)): the largest over a few tail shares, and its standard error."""
+    """C of p = C P(chi2_1 > 2 gain) (a line: of p = C n exp(-gain)): the largest over a few tail
+    shares, and its standard error.
+    """
     best = (0.0, 0.0)
     for share in TAIL:
         gain = float(np.quantile(gains, 1 - share))
@@ -59,7 +66,8 @@ def tries(kind, gains):
 def run(count, first, seconds, tried, jobs, progress):
     if seconds * benchmark_effects.RATE_HZ < MINIMUM_SAMPLES:
         raise BadInput(
-            f"--seconds: {seconds:g}; at least {MINIMUM_SAMPLES / benchmark_effects.RATE_HZ:g} are needed"
+            f"--seconds: {seconds:g}; at least "
+            f"{MINIMUM_SAMPLES / benchmark_effects.RATE_HZ:g} are needed"
         )
     rows = []
     with Pool(min(jobs, count)) as pool:

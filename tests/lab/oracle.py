@@ -1,4 +1,6 @@
-"""How much of a hidden effect a recording can show at all: the gain of an oracle that knows noise and shape (DESIGN 4)."""
+"""How much of a hidden effect a recording can show at all: the gain of an oracle that knows noise
+and shape (DESIGN 4).
+"""
 
 import numpy as np
 from davarlab import simulate
@@ -7,12 +9,15 @@ from davarlab.effects import table
 from davarlab.thresholds import CHANCE
 from scipy import stats
 
-# Gain from which the one test that an oracle makes calls it: by chance as often as all tests of a search together.
+# Gain from which the one test that an oracle makes calls it: by chance as often as all tests of a
+# search together.
 CALLABLE = stats.chi2.isf(CHANCE.family_wise, 1) / 2
 
 
 def spectrum_of(terms, recording):
-    """Of the stationary terms behind the sensor's filters, per ordinate of the orthonormal cosine transform, (deg/s)^2."""
+    """Of the stationary terms behind the sensor's filters, per ordinate of the orthonormal cosine
+    transform, (deg/s)^2.
+    """
     f = signals.frequencies(recording.samples, recording.rate_hz)
     found, behind = np.zeros(len(f)), np.zeros(len(f))
     for term in terms:
@@ -63,10 +68,12 @@ def growth(term, base, recording):
 
 
 def gain(term, base, recording):
-    """Log-likelihood that a model of the truth is ahead, on average, of one without the term; base: the other true terms. Half the energy of
-    a known course over the spectrum; for spectra, filters and variances the divergence of the two likelihoods. Level and shape of all else are
-    known: a search, which fits them, has less; but levels that can be seen one by one tell more than their spectrum, which stands here, and
-    shocks are drawn anew."""
+    """Log-likelihood that a model of the truth is ahead, on average, of one without the term; base:
+    the other true terms. Half the energy of a known course over the spectrum; for spectra, filters
+    and variances the divergence of the two likelihoods. Level and shape of all else are known: a
+    search, which fits them, has less; but levels that can be seen one by one tell more than their
+    spectrum, which stands here, and shocks are drawn anew.
+    """
     role, noise = table.find(term.kind).role, spectrum_of(base, recording)
     if role in ("mean", "events"):
         course = simulate.contribution(term, recording, np.random.default_rng(0), None)

@@ -1,5 +1,7 @@
-"""The recordings of other people's sensors that benchmark_real.py asks davarlab about: which stretch and why, what an expert sees, and which
-words of davarlab that makes right or plainly wrong. Plain values; their README is the source."""
+"""The recordings of other people's sensors that benchmark_real.py asks davarlab about: which
+stretch and why, what an expert sees, and which words of davarlab that makes right or plainly wrong.
+Plain values; their README is the source.
+"""
 
 from dataclasses import dataclass, field
 
@@ -34,7 +36,7 @@ class Real:
     accepts: set
     wrong: set = field(default_factory=lambda: MADE_UP | {"noise_step"})
     first_s: float | None = None  # the stretch: from the start for so long
-    events: tuple = ()  # (start_s, stop_s) that the plain reading leaves out, as the README has them
+    events: tuple = ()  # (start_s, stop_s) that the plain reading leaves out, from the README
     apart_s: float | None = None  # a longer step between samples is a gap for the plain reading
     turns: bool = False  # the plain reading leaves out what moves
     even: bool = False  # an even clock below the stamps: the mean step is the true one
@@ -98,7 +100,10 @@ RECORDINGS = {
         "whole: the jolt, the turn and the gap are to be found",
         {
             "": "library subtracts a bias; jolt, turn, gap",
-            "y": "noise falls from 0.084 to 0.030 deg/s as it warms; bias subtracted; jolt, turn, gap",
+            "y": (
+                "noise falls from 0.084 to 0.030 deg/s as it warms; bias "
+                "subtracted; jolt, turn, gap"
+            ),
         },
         {
             "": ({"high_pass"}, {"motion", "outliers"}, {"lost_samples"}),

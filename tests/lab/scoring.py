@@ -1,4 +1,6 @@
-"""What an answer of davarlab (the JSON of diagnose) is worth beside the truth of awkward.py. Standard library only, and nothing of davarlab."""
+"""What an answer of davarlab (the JSON of diagnose) is worth beside the truth of awkward.py.
+Standard library only, and nothing of davarlab.
+"""
 
 import json
 import math
@@ -23,7 +25,9 @@ def final_effects(found):
 
 
 def adequate(found):
-    """Does the answer say that its final model explains the recording? (`adequacy` beside `adequate` in diagnose is of the model as given.)"""
+    """Does the answer say that its final model explains the recording? (`adequacy` beside
+    `adequate` in diagnose is of the model as given.)
+    """
     last = found["steps"][-1] if found.get("steps") else {}
     return found["verdict"] != "unknown" and last.get("adequacy", "") != "no"
 
@@ -33,7 +37,9 @@ def observed(found):
 
 
 def alternatives(found, most=3):
-    """Kinds that the answer leaves open. Who leaves everything open says nothing: only the first few count."""
+    """Kinds that the answer leaves open. Who leaves everything open says nothing: only the first
+    few count.
+    """
     return {a["kind"] for a in found.get("alternatives", [])[:most]}
 
 
@@ -92,8 +98,10 @@ def faults(found, truth):
 
 
 def outcome(found, truth):
-    """(one of OUTCOMES, reasons). wrong: a kind that is not there, with "explains this recording"; missed: something that is there is not said,
-    nothing false either; unknown: honestly not explained."""
+    """(one of OUTCOMES, reasons). wrong: a kind that is not there, with "explains this recording";
+    missed: something that is there is not said, nothing false either; unknown: honestly not
+    explained.
+    """
     false, lacking = faults(found, truth)
     reasons = [f"{kind} is not there" for kind in sorted(false)] + lacking
     if not adequate(found):
@@ -107,7 +115,9 @@ def outcome(found, truth):
 
 
 def intervals(found, truth):
-    """(kind, parameter, is the truth inside, true value, low, high) of every number that is reported with an interval."""
+    """(kind, parameter, is the truth inside, true value, low, high) of every number that is
+    reported with an interval.
+    """
     rows, kinds = [], final_effects(found)
     for entry in found.get("fitted") or []:
         for name, e in entry["parameters"].items():

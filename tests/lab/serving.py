@@ -1,4 +1,6 @@
-"""A server of files on this machine: plain HTTP with a page of links, and as much of S3 as reading takes (path style, no signatures checked)."""
+"""A server of files on this machine: plain HTTP with a page of links, and as much of S3 as reading
+takes (path style, no signatures checked).
+"""
 
 import contextlib
 import hashlib
@@ -77,14 +79,18 @@ class Handler(BaseHTTPRequestHandler):
             for path in files
         )
         return (
-            f'<?xml version="1.0"?><ListBucketResult xmlns="http://s3.amazonaws.com/doc/2006-03-01/"><Name>{bucket.name}</Name><Prefix>{escape(prefix)}</Prefix>'
+            '<?xml version="1.0"?>'
+            '<ListBucketResult xmlns="http://s3.amazonaws.com/doc/2006-03-01/">'
+            f"<Name>{bucket.name}</Name><Prefix>{escape(prefix)}</Prefix>"
             f"<KeyCount>{len(files)}</KeyCount><MaxKeys>1000</MaxKeys><IsTruncated>false</IsTruncated>{rows}</ListBucketResult>"
         ).encode()
 
 
 @contextlib.contextmanager
 def serving(folder):
-    """Serves the files below a folder; yields the server: `port`, and `fetched`, the names of files that were got."""
+    """Serves the files below a folder; yields the server: `port`, and `fetched`, the names of files
+    that were got.
+    """
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     server.folder, server.fetched, server.lock, server.port = (
         folder,

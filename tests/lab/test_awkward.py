@@ -1,4 +1,6 @@
-"""davarlab on a few recordings of awkward sensors (awkward.py), short ones; and the scoring of the benchmarks on made-up answers."""
+"""davarlab on a few recordings of awkward sensors (awkward.py), short ones; and the scoring of the
+benchmarks on made-up answers.
+"""
 
 import unittest
 from types import SimpleNamespace
@@ -9,7 +11,9 @@ import scoring
 
 
 class Awkward(unittest.TestCase):
-    """Short, so of each effect one that is seen in a few ten thousand samples. Where the benchmark allows a share of mistakes these allow none."""
+    """Short, so of each effect one that is seen in a few ten thousand samples. Where the benchmark
+    allows a share of mistakes these allow none.
+    """
 
     def right(self, case, seed, rate=None, seconds=None):
         row = benchmark_awkward.one((case, seed, rate, seconds))

@@ -1,4 +1,6 @@
-"""tools/davarlab on options, outputs and own effects that cannot be used: one line, exit status 2, nothing left behind."""
+"""tools/davarlab on options, outputs and own effects that cannot be used: one line, exit status 2,
+nothing left behind.
+"""
 
 import contextlib
 import errno
@@ -18,7 +20,10 @@ import numpy as np
 from davarlab import cli, errors
 from test_lab import BASE, ROOT, SENSOR, Folder, run
 
-HEAD = "from davarlab.effects.base import Effect, Parameter\nSIZE = (Parameter('a_dps', 'deg/s', 0, 1),)\n"
+HEAD = (
+    "from davarlab.effects.base import Effect, Parameter\n"
+    "SIZE = (Parameter('a_dps', 'deg/s', 0, 1),)\n"
+)
 REFUSED = {
     "diagnose {rec} -m {model} --rate 100": "--rate: 100 Hz contradicts column time_s",
     "fit {rec} -m {model} --rate -5": "--rate: a number above 0 expected, found '-5'",
@@ -38,11 +43,21 @@ REFUSED = {
     "effects --effects {model}": "a Python file (.py) expected",
 }
 OWN = {
-    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: r.time_s[1:])": "own: regressor: 1499 instead of 1500 values",
-    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: r.time_s / 0)": "own: regressor: not finite at index 0",
-    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: 1 / 0)": "own: regressor: ZeroDivisionError",
-    "Effect('own', '', SIZE, '', 'spectrum', '', spectrum=lambda f, r, s: -f)": "own: spectrum: negative",
-    "Effect('own', '', SIZE, '', 'spectrum', '', spectrum=lambda f, r, s: f[1:])": "own: spectrum: ",
+    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: r.time_s[1:])": (
+        "own: regressor: 1499 instead of 1500 values"
+    ),
+    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: r.time_s / 0)": (
+        "own: regressor: not finite at index 0"
+    ),
+    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: 1 / 0)": (
+        "own: regressor: ZeroDivisionError"
+    ),
+    "Effect('own', '', SIZE, '', 'spectrum', '', spectrum=lambda f, r, s: -f)": (
+        "own: spectrum: negative"
+    ),
+    "Effect('own', '', SIZE, '', 'spectrum', '', spectrum=lambda f, r, s: f[1:])": (
+        "own: spectrum: "
+    ),
     "Effect('own')": "TypeError",
 }
 
@@ -162,7 +177,9 @@ class Errors(unittest.TestCase):
         self.assertIn("internal error: IndexError", done.stderr)
 
     def test_only_a_file_of_the_user_is_bad_input(self):
-        """A file of this package or of Python that is missing is a fault; but a full disk is the machine's wherever it is met."""
+        """A file of this package or of Python that is missing is a fault; but a full disk is the
+        machine's wherever it is met.
+        """
         places = [errors.__file__, unittest.__file__, np.__file__]
         for path, code, status in (
             [(Path(path).parent / "gone", errno.ENOENT, 3) for path in places]

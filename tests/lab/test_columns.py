@@ -1,4 +1,6 @@
-"""Effects on logged columns and the test for a common cause, against formulas of their own (heat.py) and on real recordings."""
+"""Effects on logged columns and the test for a common cause, against formulas of their own
+(heat.py) and on real recordings.
+"""
 
 import os
 import unittest
@@ -26,6 +28,7 @@ BASE = [
     model.Term("bias_instability", {"coefficient_deg_per_h": 5.0}),
 ]
 MODEL = model.Model(heat.RATE, "gyro_z_dps", BASE)
+ALONG_X = Part("g_sensitivity", {"axis": "x"})
 
 
 def recording(case, how, seed):
@@ -164,7 +167,7 @@ class Chance(unittest.TestCase):
 
 
 class Causes(unittest.TestCase):
-    def judged(self, columns_of, part=Part("g_sensitivity", {"axis": "x"})):
+    def judged(self, columns_of, part=ALONG_X):
         state = state_of.start(Recording(columns_of, heat.RATE), MODEL)
         return common_cause.judge(state.bench, state.parts, part)
 

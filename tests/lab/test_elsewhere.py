@@ -1,4 +1,6 @@
-"""davarlab on recordings that its own simulator did not make (elsewhere.py); each of them was called something else once."""
+"""davarlab on recordings that its own simulator did not make (elsewhere.py); each of them was
+called something else once.
+"""
 
 import tempfile
 import unittest

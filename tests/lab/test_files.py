@@ -1,4 +1,6 @@
-"""Files that davarlab writes are whole or not there, whatever signal comes at whatever line; nothing else stays behind."""
+"""Files that davarlab writes are whole or not there, whatever signal comes at whatever line;
+nothing else stays behind.
+"""
 
 import os
 import signal
@@ -10,11 +12,13 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[2] / "tools/lab"
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-# argv: signal, number of the line of files.py at which it comes, call, file. Says on standard output that it has come.
+# argv: signal, number of the line of files.py at which it comes, call, file. Says on standard
+# output that it has come.
 CHILD = """
 import os, signal, sys
 from davarlab import files
-signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started the tests may ignore some
+# whoever started the tests may ignore some
+signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGTERM, signal.SIG_DFL)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 number, left = int(sys.argv[1]), int(sys.argv[2])
@@ -27,13 +31,16 @@ def at_line(frame, event, value):
             os.kill(os.getpid(), number)
         return at_line
 sys.settrace(at_line)
-{"write": lambda path: files.write_whole(path, b"new"), "check": files.check_writable}[sys.argv[3]](sys.argv[4])
+calls = {"write": lambda path: files.write_whole(path, b"new"), "check": files.check_writable}
+calls[sys.argv[3]](sys.argv[4])
 """
 
 
 class Signals(unittest.TestCase):
     def run_child(self, call, number, line):
-        """The exit status of a run with a signal at a line, and what the folder holds then; None: it has no such line."""
+        """The exit status of a run with a signal at a line, and what the folder holds then; None:
+        it has no such line.
+        """
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "file"
             path.write_bytes(b"old")

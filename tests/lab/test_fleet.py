@@ -1,4 +1,6 @@
-"""davarlab fleet from outside: the table against fit and diagnose, a second run, a killed one, HTTP and S3, limits, and what a population shows."""
+"""davarlab fleet from outside: the table against fit and diagnose, a second run, a killed one, HTTP
+and S3, limits, and what a population shows.
+"""
 
 import contextlib
 import json
@@ -21,7 +23,7 @@ from asking import ROOT, run  # before numpy: it says how many threads
 from serving import serving
 
 sys.path.insert(0, str(ROOT / "data"))
-import make_fleet  # noqa: E402
+import make_fleet
 
 MODEL = """[sensor]
 rate_hz = 20.0

@@ -1,19 +1,21 @@
-"""The rates that davarlab fleet states, against counting: false rejects of limits, outliers among normal values, hidden effects where there is none."""
+"""The rates that davarlab fleet states, against counting: false rejects of limits, outliers among
+normal values, hidden effects where there is none.
+"""
 
 import math
 import unittest
 from unittest import mock
 
-import numpy as np
-from asking import ROOT  # before numpy: it says how many threads
-from scipy import stats
+import asking  # noqa: F401  (it finds davarlab, and limits the threads before numpy loads)
 
-assert ROOT
-from davarfleet import limits, population  # noqa: E402
-from davarlab import simulate  # noqa: E402
-from davarlab.diagnosis import improve  # noqa: E402
-from davarlab.model import Model, Term  # noqa: E402
-from davarlab.thresholds import CHANCE  # noqa: E402
+# isort: split
+import numpy as np
+from davarfleet import limits, population
+from davarlab import simulate
+from davarlab.diagnosis import improve
+from davarlab.model import Model, Term
+from davarlab.thresholds import CHANCE
+from scipy import stats
 
 N = "angle_random_walk.coefficient_deg_per_sqrt_h"
 SENSORS = 300
@@ -189,7 +191,9 @@ class Hidden(unittest.TestCase):
     def test_of_two_kinds_that_gain_alike_the_simpler_is_named_whichever_falls_below_the_threshold(
         self,
     ):
-        """Gains of a coefficient of temperature and of its hysteresis differ by a little noise: p of the one is below 1 % and of the other above."""
+        """Gains of a coefficient of temperature and of its hysteresis differ by a little noise: p
+        of the one is below 1 % and of the other above.
+        """
         named, kinds = [], ("temperature", "temperature_hysteresis", "gauss_markov")
         for seed in range(120):
             rng = np.random.default_rng(seed)

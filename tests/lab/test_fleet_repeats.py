@@ -1,4 +1,6 @@
-"""A fleet says the same whatever the machine is busy with: workers, order, folder, load, threads, hash seed; and to nine digits on other processors."""
+"""A fleet says the same whatever the machine is busy with: workers, order, folder, load, threads,
+hash seed; and to nine digits on other processors.
+"""
 
 import contextlib
 import json
@@ -18,10 +20,11 @@ import pyarrow.parquet as pq
 from asking import ROOT  # before numpy: it says how many threads
 
 sys.path.insert(0, str(ROOT / "data"))
-import make_fleet  # noqa: E402
+import make_fleet
 
 MODEL = (
-    '[sensor]\nrate_hz = 20.0\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.35\n'
+    '[sensor]\nrate_hz = 20.0\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
+    "coefficient_deg_per_sqrt_h = 0.35\n"
     '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 8.0\n'
 )
 UNITS, SECONDS, EFFECT = 16, 100.0, 0.04
@@ -58,7 +61,9 @@ def busy():
 
 
 def cores():
-    """Those of OpenBLAS's kernels that this processor has; none where its linear algebra is another."""
+    """Those of OpenBLAS's kernels that this processor has; none where its linear algebra is
+    another.
+    """
     if "openblas" not in np.show_config(mode="dicts")["Build Dependencies"]["blas"]["name"]:
         return []
     flags = set(
@@ -82,9 +87,8 @@ class Repeated(unittest.TestCase):
         cls.top = Path(folder.name)
         (cls.top / "model.toml").write_text(MODEL)
         make_fleet.make(cls.top / "first", UNITS, EFFECT, SECONDS)
-        for place in range(
-            4
-        ):  # units that show what they lack by themselves, two of them of a kind that is hard to tell
+        # units that show what they lack by themselves, two of them of a kind that is hard to tell
+        for place in range(4):
             rng, count = np.random.default_rng(place), 3000
             hum, walk = (
                 0.01 * np.sin(2 * np.pi * 1.3 * np.arange(count) / 20),
@@ -105,7 +109,9 @@ class Repeated(unittest.TestCase):
 
     @classmethod
     def fleet(cls, folder, names, workers, **more):
-        """(rows by file without what was spent on them, what --json says of the population) of files in a folder."""
+        """(rows by file without what was spent on them, what --json says of the population) of
+        files in a folder.
+        """
         out = Path(tempfile.mkdtemp(dir=cls.top))
         done = subprocess.run(
             [
@@ -176,15 +182,19 @@ class Repeated(unittest.TestCase):
         )
 
     def test_other_processors_say_the_same_in_nine_digits(self):
-        """Their last digits are not the same: a product and a sum in one step round once. A log-likelihood of some 10 000 units has nine digits to 1e-5."""
+        """Their last digits are not the same: a product and a sum in one step round once. A
+        log-likelihood of some 10 000 units has nine digits to 1e-5.
+        """
         code = (
             "import json, sys\nfrom davarfleet import job\n"
-            "print(json.dumps([job.measured(job.Job(path, open(sys.argv[1]).read(), chance=True))['rows'] for path in sys.argv[2:]]))"
+            "print(json.dumps([job.measured(job.Job(path, open(sys.argv[1]).read(), "
+            "chance=True))['rows'] for path in sys.argv[2:]]))"
         )
         others = cores()
         if len(others) < 2:
             self.skipTest(
-                "this processor, or its linear algebra, has fewer than two kernels of OpenBLAS to compare"
+                "this processor, or its linear algebra, has fewer than two kernels of "
+                "OpenBLAS to compare"
             )
         chosen = self.names[::5] + self.names[-1:]
         found = {}
@@ -213,7 +223,8 @@ class Repeated(unittest.TestCase):
         others = cores()
         if len(others) < 2:
             self.skipTest(
-                "this processor, or its linear algebra, has fewer than two kernels of OpenBLAS to compare"
+                "this processor, or its linear algebra, has fewer than two kernels of "
+                "OpenBLAS to compare"
             )
         for core in others:
             self.assertEqual(

@@ -1,4 +1,6 @@
-"""tools/davarlab on recordings with known truth, and on bad input. The statistics in full: tools/davarlab benchmark."""
+"""tools/davarlab on recordings with known truth, and on bad input. The statistics in full:
+tools/davarlab benchmark.
+"""
 
 import csv
 import json
@@ -20,8 +22,10 @@ coefficient_deg_per_h = 5.0
 SENSOR = '[sensor]\nrate_hz = 50.0\ncolumn = "gyro_z_dps"\n'
 OWN = """from davarlab.effects.base import Effect, Parameter
 EFFECT = Effect("square_of_temperature", "The bias bends with temperature.",
-                (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", -1e9, 1e9),), "Heat it.", "mean", "slow",
-                regressor=lambda recording, shape: (recording.column("temp_degC") - 25) ** 2, needs=("temp_degC",))
+                (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", -1e9, 1e9),),
+                "Heat it.", "mean", "slow",
+                regressor=lambda recording, shape: (recording.column("temp_degC") - 25) ** 2,
+                needs=("temp_degC",))
 """
 
 
@@ -149,7 +153,8 @@ class Statistics(Folder):
         found = json.loads(done.stdout)
         shares = dict(zip(found["levels"], found["rejected"]["whole model"]))
         print(f"true models rejected: {shares}")
-        # binomial, 120 recordings: a miss at either end by chance is below 2 % for other seeds; these are fixed
+        # binomial, 120 recordings: a miss at either end by chance is below 2 % for other seeds;
+        # these are fixed
         self.assertTrue(2 / 120 <= shares[0.05] <= 13 / 120, shares)
         self.assertTrue(24 / 120 <= shares[0.3] <= 50 / 120, shares)
 
@@ -262,7 +267,9 @@ class Files(Folder):
 
 
 class Monitor(Folder):
-    """Back to the device: the misfit that davarlab found is seen by the device's arithmetic, and gone with the better model."""
+    """Back to the device: the misfit that davarlab found is seen by the device's arithmetic, and
+    gone with the better model.
+    """
 
     def healths(self, recording, model):
         table = self.work / f"{model.stem}.csv"
@@ -285,8 +292,7 @@ class Monitor(Folder):
                 table,
             ],
             text=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            capture_output=True,
         )
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = list(csv.DictReader(done.stdout.splitlines()))

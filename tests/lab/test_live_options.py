@@ -1,5 +1,6 @@
-"""tools/davarlab live and dbc: bad options and sources give one line, exit status 2 and nothing on standard output. What they
-do: tests/kernel/test_live.py, tests/wire/test_dbc.py."""
+"""tools/davarlab live and dbc: bad options and sources give one line, exit status 2 and nothing on
+standard output. What they do: tests/kernel/test_live.py, tests/wire/test_dbc.py.
+"""
 
 import os
 import pty

@@ -1,4 +1,6 @@
-"""tools/davarlab import, and every command that takes a recording, on other people's logs: what the formats' own libraries wrote comes back."""
+"""tools/davarlab import, and every command that takes a recording, on other people's logs: what the
+formats' own libraries wrote comes back.
+"""
 
 import contextlib
 import csv
@@ -81,9 +83,7 @@ class Logs(Folder):
 
 
 class Formats(Logs):
-    def test_px4_ulog_the_unit_that_was_named_with_its_temperature_and_the_accelerometer_at_its_own_stamps(
-        self,
-    ):
+    def test_px4_ulog_the_unit_named_with_its_temperature_and_the_accelerometer_at_its_stamps(self):
         log = self.work / "log.ulg"
         writing.ulog(log, self.truth)
         self.refused(log, "log.ulg", "--sensor", "sensor_gyro:0", "sensor_gyro:1")
@@ -220,7 +220,8 @@ class Text(Logs):
         gyro, accel = self.truth.rad_s, self.truth.m_s2
         log = self.rows(
             "log.csv",
-            "Zeit;Time (ms);GyroX [rad/s];GyroY [rad/s];GyroZ [rad/s];AccX m/s2;AccY m/s2;AccZ m/s2;Temperature",
+            "Zeit;Time (ms);GyroX [rad/s];GyroY [rad/s];GyroZ [rad/s];AccX m/s2;AccY "
+            "m/s2;AccZ m/s2;Temperature",
             lambda i: ";".join(
                 f"{value:.9f}"
                 for value in (7, i * 5, *gyro[:, i], *accel[:, i], self.truth.temp[i])
@@ -264,7 +265,7 @@ class Text(Logs):
             log = self.rows(
                 f"{unit}.csv",
                 f"timestamp_{unit},gyro_x_dps",
-                lambda i: f"{self.truth.stamps_ns[i] // size},{i % 5}",
+                lambda i, size=size: f"{self.truth.stamps_ns[i] // size},{i % 5}",
             )
             self.check_stamps(self.imported(log)[1], self.truth.stamps_ns // size * size)
         dates = np.array(self.truth.stamps_ns, "datetime64[ns]")

@@ -1,4 +1,6 @@
-"""davarlab export --to FORMAT: numbers that were worked out by hand, read back as the other program reads them; davarlab sheet: the way back."""
+"""davarlab export --to FORMAT: numbers that were worked out by hand, read back as the other program
+reads them; davarlab sheet: the way back.
+"""
 
 import math
 import re
@@ -35,8 +37,10 @@ class Parameters(Folder):
             made.append(
                 self.file(
                     f"{column}.toml",
-                    f'[sensor]\nrate_hz = {RATE}\ncolumn = "{column}"\n[[effect]]\nkind = "{white}"\ncoefficient_{unit}_per_sqrt_h = '
-                    f'{(0.3 if gyro else 0.06) * share}\n[[effect]]\nkind = "rate_random_walk"\ncoefficient_{unit}_per_h_per_sqrt_h = {20 * share}\n',
+                    f'[sensor]\nrate_hz = {RATE}\ncolumn = "{column}"\n[[effect]]\n'
+                    f'kind = "{white}"\ncoefficient_{unit}_per_sqrt_h = '
+                    f'{(0.3 if gyro else 0.06) * share}\n[[effect]]\nkind = "rate_random_walk"\n'
+                    f"coefficient_{unit}_per_h_per_sqrt_h = {20 * share}\n",
                 )
             )
         return made
@@ -144,7 +148,8 @@ class Parameters(Folder):
     ):
         model = self.file(
             "f.toml",
-            f'[sensor]\nrate_hz = {RATE}\ncolumn = "gyro_x_dps"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
+            f'[sensor]\nrate_hz = {RATE}\ncolumn = "gyro_x_dps"\n[[effect]]\n'
+            'kind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
             '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 10.0\n',
         )
         text = self.exported("kalibr", model, options=("--bias-time", "100"))

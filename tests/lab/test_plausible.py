@@ -1,5 +1,7 @@
-"""Mistakes of units, rates and levels: each is understood, refused, or doubted aloud before anything is fitted, and never comes out as adequate; recordings of
-real sensors' sizes are not doubted."""
+"""Mistakes of units, rates and levels: each is understood, refused, or doubted aloud before
+anything is fitted, and never comes out as adequate; recordings of real sensors' sizes are not
+doubted.
+"""
 
 import json
 import math
@@ -31,8 +33,10 @@ def sensor(seed=1, rate=RATE, sigma=SIGMA, count=COUNT, lsb=0.0):
 
 @dataclass
 class Mistake:
-    """rename: column -> the name that it bears in the file; factor: column -> what its numbers are multiplied with; options: of every command;
-    said: words of the doubt or the error; cure: options that give the truth."""
+    """rename: column -> the name that it bears in the file; factor: column -> what its numbers are
+    multiplied with; options: of every command; said: words of the doubt or the error; cure: options
+    that give the truth.
+    """
 
     rename: dict = field(default_factory=dict)
     factor: dict = field(default_factory=dict)
@@ -172,7 +176,9 @@ class Plausible(Folder):
         return json.loads(done.stdout), done
 
     def assert_true(self, path, model, *options, rate=RATE):
-        """The recording is as the sensor was: not doubted, its white noise and its rate as they are."""
+        """The recording is as the sensor was: not doubted, its white noise and its rate as they
+        are.
+        """
         found, done = self.asked("fit", path, model, *options)
         self.assertNotIn("doubtful", done.stderr)
         self.assertEqual([one for one in found["observations"] if one["kind"] == "implausible"], [])

@@ -35,7 +35,9 @@ def simulated(folder, name, effect="", seed=3):
 
 
 class Reader(HTMLParser):
-    """Tags with their attributes, the text of the verdict, and every <data> with its key, value and text."""
+    """Tags with their attributes, the text of the verdict, and every <data> with its key, value and
+    text.
+    """
 
     def __init__(self, text):
         super().__init__()
@@ -144,13 +146,13 @@ class Pages(unittest.TestCase):
         fit = json.loads(run("fit", self.recording, "-m", self.model, "--json").stdout)
         for name, page in self.pages.items():
             data = {"fitted": fit["effects"], **self.json[name]}
-            if (
-                name == "improve"
-            ):  # what is measured and tried does not depend on what is done with it
+            if name == "improve":
+                # what is measured and tried does not depend on what is done with it
                 data = {**self.json["warm"], **data, "candidates": self.json["warm"]["candidates"]}
             for key, value, _ in page.numbers:
                 if name == "improve" and "held_out" in key and key.startswith("candidates"):
-                    continue  # improve --json has no candidates, and the diagnosis had no second recording
+                    # improve --json has no candidates, and the diagnosis had no second recording
+                    continue
                 expected = looked_up(data, key)
                 self.assertEqual(
                     value if isinstance(expected, str) else float(value), expected, (name, key)

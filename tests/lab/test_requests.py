@@ -1,4 +1,6 @@
-"""The workbench's server on requests of the wrong type, made from its own schema, and on sessions and paths of other people: 400, never 500, never a wait."""
+"""The workbench's server on requests of the wrong type, made from its own schema, and on sessions
+and paths of other people: 400, never 500, never a wait.
+"""
 
 import json
 import os
@@ -128,7 +130,9 @@ class Bench:
 
 
 def accepts(field, value, query):
-    """Does the schema take this value, by itself, for the field? An oracle of its own for the plain types, so that a lax schema is found."""
+    """Does the schema take this value, by itself, for the field? An oracle of its own for the plain
+    types, so that a lax schema is found.
+    """
     kinds = typing.get_args(field.annotation) or (field.annotation,)
     if query:
         text = str(value)
@@ -386,11 +390,17 @@ class Interrupted(unittest.TestCase):
             folder = Path(name)
             model = folder / "model.toml"
             lines = "".join(
-                f'[[effect]]\nkind = "sinusoid"\nfrequency_hz = {0.5 + k * 0.04:.4f}\namplitude_dps = 0.001\n'
+                (
+                    f'[[effect]]\nkind = "sinusoid"\nfrequency_hz = {0.5 + k * 0.04:.4f}\n'
+                    "amplitude_dps = 0.001\n"
+                )
                 for k in range(600)
             )
             model.write_text(
-                '[sensor]\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
+                (
+                    '[sensor]\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
+                    "coefficient_deg_per_sqrt_h = 0.3\n"
+                )
                 + lines
             )
             bench = Bench(folder, recording(folder / "rec.csv", 600))
@@ -400,7 +410,8 @@ class Interrupted(unittest.TestCase):
                     [
                         sys.executable,
                         "-c",
-                        "import sys, urllib.request as u; u.urlopen(u.Request(sys.argv[1], sys.argv[2].encode(), "
+                        "import sys, urllib.request as u; u.urlopen(u.Request(sys.argv[1], "
+                        "sys.argv[2].encode(), "
                         "{'X-Davar-Token': sys.argv[3]}))",
                         f"{bench.origin}/api/open",
                         json.dumps({"path": str(folder / "rec.csv"), "model": str(model)}),
@@ -430,7 +441,8 @@ class Charts(unittest.TestCase):
         self.assertEqual(
             whole.count(server.CLOUD),
             1,
-            "a Plotly that shares charts in another way: look for it, and change CLOUD in workbench/server.py",
+            "a Plotly that shares charts in another way: look for it, and change CLOUD in "
+            "workbench/server.py",
         )
         self.assertEqual(server.plotly(), whole.replace(server.CLOUD, b""))
         self.assertNotIn(b"//cloud.", server.plotly())

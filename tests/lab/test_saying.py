@@ -156,13 +156,15 @@ class Sentences(unittest.TestCase):
             (
                 "no",
                 off,
-                "The model does not fit. At 2 s, from 0 to 600 s of the recording, its Allan deviation is "
-                "too low by a factor of 1.5 (at least 1.12 with 99 % confidence).",
+                "The model does not fit. At 2 s, from 0 to 600 s of the recording, its "
+                "Allan deviation is too low by a factor of 1.5 (at least 1.12 with 99 % "
+                "confidence).",
             ),
             (
                 "no",
                 below,
-                "At 7200 s (2 h), from 0 to 600 s of the recording, its Allan deviation is too high",
+                "At 7200 s (2 h), from 0 to 600 s of the recording, its Allan "
+                "deviation is too high",
             ),
             ("no", below, "by a factor of 2.5 (at least 2 with 99 % confidence)"),
             ("no", None, "4.33 times that of a true model"),

@@ -1,4 +1,6 @@
-"""Telegraph noise with two and more levels, against sums over all paths and drawn by formulas of this file."""
+"""Telegraph noise with two and more levels, against sums over all paths and drawn by formulas of
+this file.
+"""
 
 import itertools
 import unittest

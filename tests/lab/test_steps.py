@@ -131,7 +131,9 @@ class Lines(unittest.TestCase):
             self.assertAlmostEqual(value["amplitude_dps"].value / size, 1, delta=0.15)
 
     def test_a_weak_one_is_named_where_the_sizes_of_the_file_are_the_true_ones(self):
-        """The likeliest sizes of the given effects may do a little worse on the Allan deviation than the true ones: then those stay."""
+        """The likeliest sizes of the given effects may do a little worse on the Allan deviation
+        than the true ones: then those stay.
+        """
         found = benchmark_effects.one(("intermittent_line", ["intermittent_line"], "visible", 7002))
         self.assertEqual(
             (found["verdict"], found["added"]), ("intermittent_line", ["intermittent_line"])

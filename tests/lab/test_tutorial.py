@@ -1,15 +1,19 @@
-"""The tutorial of docs/WORKBENCH.md: its commands run as they stand, in order, and print what it says they print."""
+"""The tutorial of docs/WORKBENCH.md: its commands run as they stand, in order, and print what it
+says they print.
+"""
 
 import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 import unittest
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import tutorial
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/support"))
-import tutorial  # noqa: E402
 
 COMMANDS = 5
 CLOSE = 0.02  # relative: digits may differ between machines, the story may not
@@ -17,7 +21,9 @@ PICTURE_BYTES_MAX = 150_000
 
 
 def interval(text):
-    """value, low, high of the first "VALUE ... (95 %: LOW to HIGH" or "VALUE 95 %: LOW .. HIGH" about bias instability."""
+    """value, low, high of the first "VALUE ... (95 %: LOW to HIGH" or "VALUE 95 %: LOW .. HIGH"
+    about bias instability.
+    """
     found = re.search(r"([\d.]+)(?: deg/h)? *\(?\s*95 %: +([\d.]+)\s+(?:to|\.\.)\s+([\d.]+)", text)
     return [float(number) for number in found.groups()]
 
@@ -91,6 +97,17 @@ class Tutorial(unittest.TestCase):
             data = (ROOT / "docs" / picture).read_bytes()
             self.assertEqual(data[:4], b"\x89PNG")
             self.assertLess(len(data), PICTURE_BYTES_MAX, picture)
+
+    def test_the_model_file_and_the_effect_of_the_pages_are_accepted(self):
+        page = (ROOT / "docs/WORKBENCH.md").read_text(encoding="utf-8")
+        model = re.search(r"^```toml\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)[1]
+        (self.work / "model.toml").write_text(model, encoding="utf-8")
+        tutorial.run(["tools/davarlab", "export", "model.toml", "-o", "table.csv"], self.work)
+        design = (ROOT / "tools/lab/DESIGN.md").read_text(encoding="utf-8")
+        effect = re.search(r"^    from davarlab\..*\n(?:    .*\n)+", design, re.MULTILINE)[0]
+        (self.work / "own.py").write_text(textwrap.dedent(effect), encoding="utf-8")
+        kinds = tutorial.run(["tools/davarlab", "effects", "--effects", "own.py"], self.work)
+        self.assertRegex(kinds, r"(?m)^supply: (.*\n){3}  coefficient_dps_per_V ")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
-"""One recording of a known gyro, written as the log of every program whose logs davarlab reads, by the writers of those formats' own libraries."""
+"""One recording of a known gyro, written as the log of every program whose logs davarlab reads, by
+the writers of those formats' own libraries.
+"""
 
 import struct
 from pathlib import Path
@@ -18,7 +20,9 @@ CUSTOM = "std_msgs/Header header\nfloat32[3] gyro_dps\nfloat32[3] acc_g\nfloat32
 
 
 class Truth:
-    """count samples: stamps_ns (int64), gyro (deg/s, 3 rows), accel (g), temp (degC), as float32 can hold them."""
+    """count samples: stamps_ns (int64), gyro (deg/s, 3 rows), accel (g), temp (degC), as float32
+    can hold them.
+    """
 
     def __init__(self, count=400, seed=3):
         rng = np.random.default_rng(seed)
@@ -42,13 +46,18 @@ class Truth:
 
 
 def ulog(path, truth, gyros=2):
-    """PX4: sensor_gyro of several units, sensor_accel at half the rate, boot times. pyulog writes only what it has read: the bytes are ours, by
-    the documented layout of the format, and pyulog reads them."""
+    """PX4: sensor_gyro of several units, sensor_accel at half the rate, boot times. pyulog writes
+    only what it has read: the bytes are ours, by the documented layout of the format, and pyulog
+    reads them.
+    """
 
     def message(kind, body):
         return struct.pack("<HB", len(body), ord(kind)) + body
 
-    fields = "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float x;float y;float z;float temperature"
+    fields = (
+        "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;"
+        "float x;float y;float z;float temperature"
+    )
     out = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + message("B", bytes(40))
     out += b"".join(
         message("F", f"{topic}:{fields};".encode()) for topic in ("sensor_gyro", "sensor_accel")
@@ -87,7 +96,7 @@ def boot_us(truth):
 
 
 def dataflash(path, truth, instances=2):
-    """ArduPilot: FMT messages, then IMU with an instance field. pymavlink has no writer of these."""
+    """ArduPilot: FMT messages, then IMU with an instance field. pymavlink cannot write these."""
 
     def named(kind, length, name, form, columns):
         return struct.pack("<BBB", 0xA3, 0x95, 0x80) + struct.pack(

@@ -315,7 +315,8 @@ def table(results, listed, key):
         alive = len(those) - killed - same - unreached
         score = killed / max(len(those) - same, 1)
         lines.append(
-            f"{name:<22}{len(those):>8}{killed:>8}{alive:>9}{unreached:>10}{same:>11}{100 * score:>7.1f}%"
+            f"{name:<22}{len(those):>8}{killed:>8}{alive:>9}{unreached:>10}{same:>11}"
+            f"{100 * score:>7.1f}%"
         )
     return lines
 
@@ -331,7 +332,8 @@ def report(results, listed, everything):
     )
     low, high = wilson(killed, len(results) - same)
     print(
-        f"killed by a failing test {by['test']}, a crash {by['crash']}, CPU time {by['time']}; {len(results)} of {everything} mutants; "
+        f"killed by a failing test {by['test']}, a crash {by['crash']}, CPU time {by['time']}; "
+        f"{len(results)} of {everything} mutants; "
         f"score 95 % interval {100 * low:.1f} to {100 * high:.1f} %"
     )
     unlisted = [
@@ -408,7 +410,8 @@ def main():
         results = [again.get(result[0].key, result) for result in results]
     unlisted = report(results, listed, len(mutants))
     print(
-        f"{len(chosen)} mutants tested, {unlisted} neither killed nor listed, {len(stale)} listed that no longer exist"
+        f"{len(chosen)} mutants tested, {unlisted} neither killed nor listed, {len(stale)} listed "
+        "that no longer exist"
     )
     return 1 if unlisted or stale else 0
 

@@ -308,9 +308,9 @@ class Finder:
         self.condition(cursor, children)
         if parent.kind in STATEMENTS:
             self.statement(cursor, parent, place)
-        if kind == Kind.BREAK_STMT or kind == Kind.CONTINUE_STMT:
-            if source[slice(*span)] in ("break", "continue"):
-                self.file.add(span, self.function, "statement", "", is_void=True)
+        jumps = kind in (Kind.BREAK_STMT, Kind.CONTINUE_STMT)
+        if jumps and source[slice(*span)] in ("break", "continue"):
+            self.file.add(span, self.function, "statement", "", is_void=True)
 
     def binary(self, cursor, span, children, parts):
         (start, left), (right, end) = parts
@@ -502,7 +502,7 @@ def render(file, without=()):
                 text = text[: lasting - start] + text[lasting - start :].replace(
                     "static const", "const", 1
                 )
-        for first, last, name in tables:
+        for first, last, _ in tables:
             if start <= first and last < end:
                 text = text[: first - start] + text[first - start :].replace(
                     "static const", "static", 1
@@ -520,8 +520,10 @@ def render(file, without=()):
                 other = file.text[first : site.start] + after + file.text[site.end : last]
                 other = re.sub(rf"\b{name}\b", f"{name}_mutant", flat(other), count=1)
                 extra.append(
-                    f"__attribute__((constructor(102))) static void davar_table_{mutant.id}(void) {{ {other}; "
-                    f"if (DAVAR_SITE({site.mutants[0][0].id}U, {len(site.mutants)}U) && davar_mutant == {mutant.id}U) "
+                    "__attribute__((constructor(102))) static void "
+                    f"davar_table_{mutant.id}(void) {{ {other}; "
+                    f"if (DAVAR_SITE({site.mutants[0][0].id}U, {len(site.mutants)}U) && "
+                    f"davar_mutant == {mutant.id}U) "
                     f"__builtin_memcpy((void *)&{name}, &{name}_mutant, sizeof {name}); }}\n"
                 )
     close = text.rstrip().rfind("#endif") if text.rstrip().endswith("#endif") else len(text)

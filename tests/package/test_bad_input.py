@@ -226,7 +226,7 @@ class Arguments(unittest.TestCase):
 
     def test_a_missing_column(self):
         with self.assertRaisesRegex(AttributeError, "no column bias .*arw_deg_per_sqrt_h"):
-            davar.dynamic(X, 1.0).bias
+            _ = davar.dynamic(X, 1.0).bias
 
 
 class Files(unittest.TestCase):

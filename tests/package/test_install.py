@@ -99,7 +99,8 @@ class Installed(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             use = Path(folder, "use.py")
             use.write_text(
-                "import davar\nimport numpy as np\nfound = davar.adev(np.zeros(10), 1.0)\nreveal_type(found.n)\nreveal_type(davar.Stream(1.0, lsb=1.0).push([1]))\n"
+                "import davar\nimport numpy as np\nfound = davar.adev(np.zeros(10), 1.0)\n"
+                "reveal_type(found.n)\nreveal_type(davar.Stream(1.0, lsb=1.0).push([1]))\n"
                 "davar.dynamic([1.0], window_max='6')\n"
             )
             done = run(
@@ -199,7 +200,8 @@ class WithTheExtra(unittest.TestCase):
                 if name.startswith("gyro_")
             )
         (folder / "m.toml").write_text(
-            f'[sensor]\nrate_hz = 50.0\ncolumn = "{column}"\n\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
+            f'[sensor]\nrate_hz = 50.0\ncolumn = "{column}"\n\n[[effect]]\n'
+            'kind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
         )
         done = self.davarlab("compare", "rec.csv", "-m", "m.toml", "--json")
         self.assertIn(done.returncode, (0, 1), done.stderr)
@@ -210,7 +212,8 @@ class WithTheExtra(unittest.TestCase):
             "-c",
             "import numpy as np, davar\n"
             "t = np.arange(3000) / 200\n"
-            "np.savez('log.npz', time_s=t, gyro_x=np.sin(t), gyro_y=np.cos(t), gyro_z=np.sin(2 * t))\n"
+            "np.savez('log.npz', time_s=t, gyro_x=np.sin(t), gyro_y=np.cos(t), "
+            "gyro_z=np.sin(2 * t))\n"
             "made = davar.read('log.npz')\n"
             "print(round(made.rate_hz, 6), sorted(made.columns), len(made.time_s))\n"
             "open('log.npz', 'wb').write(b'PK\\x03\\x04broken')\n"

@@ -1,11 +1,15 @@
-"""Runs the code of docs/PYTHON.md from top to bottom, as in a notebook."""
+"""Runs the code of docs/PYTHON.md from top to bottom, as in a notebook, and the examples of the
+docstrings.
+"""
 
 import contextlib
 import io
 import re
+import textwrap
 import unittest
 from pathlib import Path
 
+import davar
 import numpy as np
 import together
 
@@ -34,6 +38,17 @@ class Page(unittest.TestCase):
         )
         self.assertAlmostEqual(before, 0.2 / 10 * 60, delta=0.06)
         self.assertIn("0 gaps", said.getvalue())
+
+    def test_the_examples_of_the_docstrings_run(self):
+        texts = [str(getattr(davar, name).__doc__) for name in davar.__all__]
+        examples = re.findall(r"^ *```python\n(.*?)^ *```$", "\n".join(texts), re.DOTALL | re.M)
+        self.assertEqual(1, len(examples))
+        blocks = np.random.default_rng(4).integers(-50, 50, (4, 1000))
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            exec(textwrap.dedent(examples[0]), {"davar": davar, "blocks": blocks})
+        arw = re.findall(r"\d+\.?\d*", said.getvalue())
+        self.assertEqual((4000 - 300) // 100, len(arw))  # the last half window needs finish()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The Debian packages: no complaint from lintian, and programs that use the installation of dpkg."""
+"""The Debian packages: no complaint from lintian, and programs that use what dpkg installed."""
 
 import os
 import re

@@ -70,7 +70,8 @@ class PlatformIO(PackageCase):
         install(native, "platform", "native", "1.0.0", title="native", packages={})
         (native / "builder").mkdir()
         (native / "platform.py").write_text(
-            "from platformio.platform.base import PlatformBase\n\n\nclass NativePlatform(PlatformBase):\n    pass\n"
+            "from platformio.platform.base import PlatformBase\n\n\n"
+            "class NativePlatform(PlatformBase):\n    pass\n"
         )
         shutil.copy(HERE / "platformio_platform.py", native / "builder/main.py")
 

@@ -84,7 +84,8 @@ class Zephyr(PackageCase):
     def test_without_its_symbol_nothing_is_built(self):
         (self.work / "settings.cmake").write_text("")
         (self.work / "CMakeLists.txt").write_text(
-            f"cmake_minimum_required(VERSION 3.20)\nproject(none LANGUAGES C)\nadd_subdirectory({CMAKE} davar)\n"
+            "cmake_minimum_required(VERSION 3.20)\nproject(none LANGUAGES C)\n"
+            f"add_subdirectory({CMAKE} davar)\n"
         )
         build(self.work, self.work / "build")
         self.assertEqual([], list((self.work / "build").rglob("*.a")))

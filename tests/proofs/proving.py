@@ -12,10 +12,11 @@ import sys
 from collections import namedtuple
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import amalgamate
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-sys.path.insert(0, str(ROOT / "tools/support"))
-import amalgamate  # noqa: E402
 
 MANIFEST = [path.relative_to(ROOT).as_posix() for path in amalgamate.SOURCES]
 # The pipelines: the sources of a stream.

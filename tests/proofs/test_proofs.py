@@ -12,7 +12,7 @@ from pathlib import Path
 from proving import HERE, ROOT, listed, prove
 
 sys.path.insert(0, str(ROOT / "tools/support"))
-import result_cache  # noqa: E402
+import result_cache
 
 # proof, and its bounds: (file, original text, the fault, bounds that are enough to find it)
 EDGES = ("-DSTRIDE=4", "-DEDGES=1")

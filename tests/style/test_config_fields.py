@@ -21,7 +21,7 @@ def listed():
 
 
 def members(body, prefix=""):
-    """The members that a struct's text declares; nested ones have their struct's name before a dot."""
+    """The members that a struct's text declares; nested ones begin with their struct's name."""
     body = re.sub(r"/\*.*?\*/", "", body, flags=re.DOTALL)
     found = []
     for nested, name, plain in re.findall(r"struct \{(.*?)\} (\w+);|\b(\w+);", body, re.DOTALL):

@@ -81,15 +81,22 @@ class Shape(unittest.TestCase):
         rows = {
             "lines / files of lib/": f"{sum(rooms.values())} / {len(self.files)}",
             "lines by room": ", ".join(f"{room} {lines}" for room, lines in rooms.items()),
-            "function median / 95 % / longest": f"{statistics.median(lengths):g} / {lengths[len(lengths) * 95 // 100]} / {lengths[-1]}",
+            "function median / 95 % / longest": (
+                f"{statistics.median(lengths):g} / "
+                f"{lengths[len(lengths) * 95 // 100]} / {lengths[-1]}"
+            ),
             "static functions with one caller": f"{100 * once / static:.0f} % of {static}",
             "comment lines %, public .h / private .h / .c and .inc": " / ".join(
                 f"{comment_share(names):.0f}" for names in (public, private, rest)
             ),
             "longest chain of includes": f"{depth(deepest, self.below)} files ({deepest})",
-            "files to follow one sample": f"{len(FOLLOWED)} ({' > '.join(name.split('/')[-1] for name, _ in FOLLOWED)})",
+            "files to follow one sample": (
+                f"{len(FOLLOWED)} ({' > '.join(name.split('/')[-1] for name, _ in FOLLOWED)})"
+            ),
             "lines of the first example": str(len(example.splitlines())),
-            "tracked files / of these fuzz inputs": f"{len(tracked)} / {sum(name.startswith('tests/fuzz/corpus/') for name in tracked)}",
+            "tracked files / of these fuzz inputs": (
+                f"{len(tracked)} / {sum(name.startswith('tests/fuzz/corpus/') for name in tracked)}"
+            ),
         }
         print("\n" + "\n".join(f"{name:<56} {value}" for name, value in rows.items()), flush=True)
         self.assertGreater(len(lengths), 500, "the functions were not recognised")

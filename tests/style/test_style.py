@@ -463,7 +463,8 @@ class Library(unittest.TestCase):
         self.assertGreater(len(found), 50, "the functions of lib/ were not recognised")
         lengths = sorted(lines for lines, _ in found)
         print(
-            f"lib/: {len(found)} functions, median {statistics.median(lengths):g} lines, nine in ten within "
+            f"lib/: {len(found)} functions, median {statistics.median(lengths):g} lines, "
+            "nine in ten within "
             f"{lengths[len(lengths) * 9 // 10]}, longest {max(found)[0]} ({max(found)[1]})",
             flush=True,
         )

@@ -71,7 +71,7 @@ class Cost(unittest.TestCase):
                 self.assertEqual([], target_cost.offences(target, where / "paths.elf", PUSH, GAPS))
 
     def test_the_check_of_the_path_finds_existing_calls(self):
-        """The evaluation of a result divides in floating point, so the same check must fail for it."""
+        """The evaluation of a result divides in floating point, so the check must fail for it."""
         for target in targets.BARE:
             where = targets.build(target)
             with self.subTest(target=target):
@@ -96,7 +96,7 @@ class Cost(unittest.TestCase):
                     )
 
     def test_the_check_of_the_path_follows_a_law_into_the_pipeline(self):
-        """Only law glr reaches a restart, which divides: it passes gaps on while it takes samples."""
+        """Only law glr can restart, which divides: it passes gaps on while it takes samples."""
         for target in targets.BARE:
             image = targets.build(target) / "paths.elf"
             with self.subTest(target=target):

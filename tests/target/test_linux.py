@@ -10,10 +10,10 @@ import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/support"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import targets
 
+ROOT = Path(__file__).resolve().parents[2]
 SIM = os.environ.get("DAVAR_SIM", "davar-sim")
 JOBS = {
     "rows": ("--lsb", "0.001", "--stride", "100"),
@@ -81,8 +81,7 @@ class Linux(unittest.TestCase):
         done = subprocess.run(
             [*targets.command(target, self.simulators[target]), self.recording, *options],
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            capture_output=True,
             check=False,
         )
         return done.returncode, done.stdout, done.stderr
@@ -92,8 +91,7 @@ class Linux(unittest.TestCase):
         done = subprocess.run(
             [SIM, cls.recording, *options],
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            capture_output=True,
             check=False,
         )
         return done.returncode, done.stdout, done.stderr

@@ -1,4 +1,4 @@
-"""tools/davar-mcu: the same bytes as davar-sim, on every target; the same errors for bad options."""
+"""tools/davar-mcu: the same bytes as davar-sim, on every target; equal errors for bad options."""
 
 import functools
 import random
@@ -8,11 +8,11 @@ import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/support"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import result_cache
 import targets
 
+ROOT = Path(__file__).resolve().parents[2]
 SAMPLES = 100_000
 TAUS = ("--taus", "1,2,4,8,16,32,64,128")
 JOBS = {
@@ -101,8 +101,7 @@ class Mcu(unittest.TestCase):
         done = subprocess.run(
             [ROOT / "tools" / name, *map(str, arguments)],
             text=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            capture_output=True,
             check=False,
         )
         return done.returncode, done.stdout, done.stderr

@@ -13,10 +13,10 @@ import tty
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/support"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import targets
 
+ROOT = Path(__file__).resolve().parents[2]
 SIM = os.environ.get("DAVAR_SIM", "davar-sim")
 RECORDING = (
     ROOT / "data/demo_disturbance.csv.gz",

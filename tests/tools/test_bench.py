@@ -1,4 +1,4 @@
-"""tools/davar-bench prints a table of figures for every program and target, and never a traceback."""
+"""tools/davar-bench prints a table of figures for every program and target, never a traceback."""
 
 import contextlib
 import io
@@ -8,9 +8,10 @@ import unittest
 from collections import defaultdict
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import bench
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/support"))
-import bench  # noqa: E402
 
 
 class Shown(unittest.TestCase):

@@ -17,12 +17,12 @@ from types import SimpleNamespace
 from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
-import c_suites  # noqa: E402
-import checks  # noqa: E402
-import result_cache  # noqa: E402
-import runner  # noqa: E402
-from python_suites import shares  # noqa: E402
-from runner import Tally  # noqa: E402
+import c_suites
+import checks
+import result_cache
+import runner
+from python_suites import shares
+from runner import Tally
 
 
 def printed(parts):

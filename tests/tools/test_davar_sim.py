@@ -10,9 +10,7 @@ COMMAND = ROOT / "tools/davar-sim"
 
 
 def run(*arguments, cwd):
-    return subprocess.run(
-        [COMMAND, *arguments], cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    return subprocess.run([COMMAND, *arguments], cwd=cwd, text=True, capture_output=True)
 
 
 class DavarSim(unittest.TestCase):

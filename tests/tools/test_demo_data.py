@@ -1,4 +1,4 @@
-"""The bundled recording equals the output of its script, is small, and states that it is simulated."""
+"""The bundled recording equals its script's output, is small, and states that it is simulated."""
 
 import gzip
 import runpy

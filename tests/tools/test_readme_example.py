@@ -1,5 +1,5 @@
-"""The firmware examples of the README and of docs/FIRMWARE.md compile unchanged, without a warning.
-The first is short.
+"""The firmware examples of all pages and header comments compile unchanged, without a warning. The
+first is short.
 """
 
 import random
@@ -11,15 +11,37 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
+PAGES = (README, ROOT / "docs/FIRMWARE.md")  # each block continues the one before
+ALONE = [ROOT / "packaging/common/README.md"]
+HEADERS = sorted([*ROOT.glob("lib/include/**/*.h"), *ROOT.glob("port/**/*.h")])
 LINES_MAX = 15
 
 
+def blocks(path):
+    """The texts of the ```c blocks of a page, or of the comments of a header."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".h":
+        text = re.sub(r"^ \* ?", "", text, flags=re.MULTILINE)
+    return re.findall(r"^```c\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+
+
 def examples():
-    """The texts of the ```c blocks; each continues the one before."""
-    text = README.read_text(encoding="utf-8") + (ROOT / "docs/FIRMWARE.md").read_text(
-        encoding="utf-8"
+    """The texts of the ```c blocks of PAGES."""
+    return [block for page in PAGES for block in blocks(page)]
+
+
+def compiled(text, *flags):
+    """The compiler's output for a C text."""
+    done = subprocess.run(
+        ["gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", *flags]
+        + ["-I", ROOT / "lib/include", "-fsyntax-only", "-x", "c", "-"],
+        input=text,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
     )
-    return re.findall(r"^```c\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    assert bool(done.returncode) == bool(done.stdout), done.stdout
+    return done.stdout
 
 
 class ReadmeExample(unittest.TestCase):
@@ -86,28 +108,26 @@ int main(void)
         self.assertAlmostEqual(widths[len(widths) // 2], 0.07, delta=0.01)  # as in the README
 
     def test_the_examples_compile_without_a_warning(self):
-        with tempfile.TemporaryDirectory() as folder:
-            source = Path(folder) / "example.c"
-            source.write_text("\n".join(examples()), encoding="utf-8")
-            done = subprocess.run(
-                [
-                    "gcc",
-                    "-std=c11",
-                    "-Wall",
-                    "-Wextra",
-                    "-Werror",
-                    "-I",
-                    ROOT / "lib/include",
-                    "-c",
-                    source,
-                    "-o",
-                    Path(folder) / "example.o",
-                ],
-                text=True,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-            )
-        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertEqual("", compiled("\n".join(examples())))
+
+    def test_those_that_stand_alone_compile_too(self):
+        for path in ALONE + HEADERS:
+            for block in blocks(path):
+                with self.subTest(path=path.name, block=block):
+                    text = f'#include "davar/davar.h"\n{block}'
+                    self.assertEqual("", compiled(text, "-Wno-unused-variable"))
+
+    def test_no_example_is_elsewhere(self):
+        self.assertEqual(["instance.h", "types.h"], [path.name for path in HEADERS if blocks(path)])
+        pages = [
+            path
+            for path in ROOT.rglob("*.md")
+            if path.relative_to(ROOT).parts[0] != "build" and blocks(path)
+        ]
+        self.assertEqual(sorted([*PAGES, *ALONE]), sorted(pages))
+
+    def test_an_example_that_does_not_compile_is_reported(self):
+        self.assertIn("no_such_field", compiled(examples()[0].replace(".stride", ".no_such_field")))
 
 
 if __name__ == "__main__":

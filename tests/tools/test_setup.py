@@ -42,11 +42,13 @@ class Setup(unittest.TestCase):
 
     def test_a_build_folder_is_configured_again_when_the_presets_are_newer(self):
         (self.work / "CMakeLists.txt").write_text(
-            "cmake_minimum_required(VERSION 3.22)\nproject(one LANGUAGES NONE)\nadd_custom_target(${WHICH})\n"
+            "cmake_minimum_required(VERSION 3.22)\nproject(one LANGUAGES NONE)\n"
+            "add_custom_target(${WHICH})\n"
         )
         presets = self.work / "CMakePresets.json"
         text = (
-            '{"version": 3, "configurePresets": [{"name": "p", "generator": "Unix Makefiles", "binaryDir": "${sourceDir}/build/p", "cacheVariables": {"WHICH": "@"}}],'
+            '{"version": 3, "configurePresets": [{"name": "p", "generator": "Unix Makefiles", '
+            '"binaryDir": "${sourceDir}/build/p", "cacheVariables": {"WHICH": "@"}}],'
             '"buildPresets": [{"name": "p", "configurePreset": "p"}]}'
         )
         presets.write_text(text.replace("@", "first"))

@@ -119,8 +119,8 @@ class Detector:
 
     def waits(self, b):
         if self.waiting:
-            over = any([self.above(w / b, 3.0, 1e-9) for w in self.waiting])
-            calm = over or not self.exceeds(b, 543 / 256)
+            over = [self.above(w / b, 3.0, 1e-9) for w in self.waiting]  # each moves the margin
+            calm = any(over) or not self.exceeds(b, 543 / 256)
             if not calm and len(self.waiting) < self.shock:
                 return True
             for w in self.waiting:

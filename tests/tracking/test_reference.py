@@ -124,7 +124,8 @@ class Reference(unittest.TestCase):
                 done, seen = self.decide(name, size, shock, seed)
                 total, runs, alarms = total + done, runs + 1, alarms + seen
         print(
-            f"{total} of {runs * BLOCKS} blocks before a decision that rounding may turn; {alarms} alarms"
+            f"{total} of {runs * BLOCKS} blocks before a decision that rounding may "
+            f"turn; {alarms} alarms"
         )
         self.assertGreater(total, 0.8 * runs * BLOCKS)
         self.assertGreater(alarms, 100)

@@ -28,7 +28,7 @@ COEFFICIENTS = (
 
 
 def crc8(data, crc=0xFF):
-    """CRC-8/SAE-J1850, bit by bit from its definition: polynomial 0x1D, start and final xor 0xFF."""
+    """CRC-8/SAE-J1850, bit by bit by its definition: polynomial 0x1D, start and final xor 0xFF."""
     for byte in data:
         crc ^= byte
         for _ in range(8):

@@ -21,7 +21,10 @@ from davarlab.wire import record, source
 from senders import ROOT, frames, run
 
 # The command of tools/davarlab live, without the other commands and their requirements.
-LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+LIVE = (
+    "import sys, json, argparse\nfrom davarlab.wire import live\n"
+    "sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+)
 
 
 MARK = 9
@@ -109,7 +112,8 @@ class Live(unittest.TestCase):
         self.assertEqual(
             1,
             told.count(
-                "davarlab live: channel 0: the sender has been restarted: a new section begins with epoch 99\n"
+                "davarlab live: channel 0: the sender has been restarted: a new section "
+                "begins with epoch 99\n"
             ),
         )
         self.assertIn(" 0 orphaned,", told)
@@ -170,7 +174,8 @@ class Live(unittest.TestCase):
             self.assertTrue(text == "" or text.endswith("\n"))
             kept = len(self.rows())
             self.assertIn(
-                f"arw.csv: {self.all_shown - max(text.count(chr(10)) - 1, 0)} results not recorded\n",
+                f"arw.csv: {self.all_shown - max(text.count(chr(10)) - 1, 0)} "
+                "results not recorded\n",
                 told,
             )
             self.assertEqual(

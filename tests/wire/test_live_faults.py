@@ -68,7 +68,9 @@ for fault in sys.stdin:
     if not child:
         for number, name in ((1, "out"), (2, "err")):
             os.dup2(os.open(f"{folder}/{name}", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
-        options = argparse.Namespace(source="slcan:" + where, base=wire.BASE, record=f"{folder}/arw.csv", raw=f"{folder}/raw.csv", count=None, idle=0.1, json=True)
+        options = argparse.Namespace(
+            source="slcan:" + where, base=wire.BASE, record=f"{folder}/arw.csv",
+            raw=f"{folder}/raw.csv", count=None, idle=0.1, json=True)
         arm(fault.strip().encode())
         os._exit(command(options))
     _, status = os.waitpid(child, 0)
@@ -163,7 +165,7 @@ class Signals(Case):
         while ended:
             left = line
 
-            def trace(frame, event, value):
+            def trace(frame, event, value, line=line):
                 nonlocal left
                 if frame.f_code.co_filename not in WATCHED:
                     return None

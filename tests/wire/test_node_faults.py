@@ -248,7 +248,8 @@ class Calls(Case):
                         gone_on += 1
                         back += self.adds_up(done).get("link restored", 0)
             print(
-                f"{function}: {refused} refused, {gone_on} gone on with, {back} times the link came back",
+                f"{function}: {refused} refused, {gone_on} gone on with, {back} times "
+                "the link came back",
                 flush=True,
             )
             self.assertGreater(refused + gone_on, 0)

@@ -1,6 +1,8 @@
-"""How the workbench feels: a real browser on 360 000 samples (one call of tools/test --only workbench makes the environment):
+"""How the workbench feels: a real browser on 360 000 samples (one call of tools/test --only
+workbench makes the environment):
 
-build/venv-browser/bin/python tests/workbench/benchmark_page.py [REPEATS]"""
+build/venv-browser/bin/python tests/workbench/benchmark_page.py [REPEATS]
+"""
 
 import statistics
 import sys
@@ -22,7 +24,11 @@ GOALS = {
     "cell to its samples, ms": 300.0,
 }
 SLIDE = """async (input) => {
-  const frame = () => new Promise((done) => requestAnimationFrame(() => { const c = new MessageChannel(); c.port1.onmessage = done; c.port2.postMessage(0); }));
+  const frame = () => new Promise((done) => requestAnimationFrame(() => {
+    const c = new MessageChannel();
+    c.port1.onmessage = done;
+    c.port2.postMessage(0);
+  }));
   const spent = [];
   for (let i = 0; i < 60; i++) {
     await frame();

@@ -1,4 +1,6 @@
-"""Who does not see well can use the page: axe finds nothing, light and dark, at a desk and on a phone, at every stage of a visit."""
+"""Who does not see well can use the page: axe finds nothing, light and dark, at a desk and on a
+phone, at every stage of a visit.
+"""
 
 import unittest
 

@@ -1,4 +1,6 @@
-"""A closer look: stretches alone or cut out against files that hold just that, a lag against the truth, data sheets against formulas, keys alone."""
+"""A closer look: stretches alone or cut out against files that hold just that, a lag against the
+truth, data sheets against formulas, keys alone.
+"""
 
 import json
 import math
@@ -26,6 +28,23 @@ def fit_of(path, folder):
     model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
     found = json.loads(run("fit", path, "-m", model, "--json").stdout)
     return [list(one["parameters"].values())[0] for one in found["effects"]], found["adequacy"]
+
+
+def pointer(page, x, y, finger):
+    """A function that moves the mouse or a finger to a place `across` and `up` from (x, y)."""
+    touch = page.context.new_cdp_session(page)
+    kinds = {"down": "touchStart", "move": "touchMove", "up": "touchEnd"}
+
+    def point(what, up, across=3):
+        at = {"x": x + across, "y": y - up}
+        if finger:
+            places = [] if what == "up" else [at]
+            touch.send("Input.dispatchTouchEvent", {"type": kinds[what], "touchPoints": places})
+        else:
+            page.mouse.move(**at)
+            getattr(page.mouse, what)(**at if what == "move" else {})
+
+    return point
 
 
 class Sights(Visiting):
@@ -148,28 +167,13 @@ class Looks(Visiting):
             page.locator("#deviation").scroll_into_view_if_needed()
             number, before = (bench.ask("step")[1][name] for name in ("number", "cards"))
             plot = page.locator("#deviation")
-            x, y, decade, ranges = (
-                plot.evaluate("""(plot) => { const one = plot.data.find((trace) => trace.name === "angle random walk"), { xaxis, yaxis } = plot._fullLayout;
-                return [xaxis._offset + xaxis.d2p(one.x[2]), yaxis._offset + yaxis.d2p(one.y[2]), yaxis._length / (yaxis.range[1] - yaxis.range[0]), [...xaxis.range]]; }""")
-            )
-            box, touch = plot.bounding_box(), page.context.new_cdp_session(page)
-
-            def point(what, up, across=3):
-                at = {"x": box["x"] + x + across, "y": box["y"] + y - up}
-                if finger:
-                    touch.send(
-                        "Input.dispatchTouchEvent",
-                        {
-                            "type": {"down": "touchStart", "move": "touchMove", "up": "touchEnd"}[
-                                what
-                            ],
-                            "touchPoints": [] if what == "up" else [at],
-                        },
-                    )
-                else:
-                    page.mouse.move(**at)
-                    getattr(page.mouse, what)(**at if what == "move" else {})
-
+            x, y, decade, ranges = plot.evaluate("""(plot) => {
+                const one = plot.data.find((trace) => trace.name === "angle random walk");
+                const { xaxis, yaxis } = plot._fullLayout;
+                return [xaxis._offset + xaxis.d2p(one.x[2]), yaxis._offset + yaxis.d2p(one.y[2]),
+                  yaxis._length / (yaxis.range[1] - yaxis.range[0]), [...xaxis.range]]; }""")
+            box = plot.bounding_box()
+            point = pointer(page, box["x"] + x, box["y"] + y, finger)
             point("down", 0, 0)
             point("move", decade / 6)
             point("move", decade / 3)
@@ -203,7 +207,10 @@ class Looks(Visiting):
             plot = page.locator("#spectrum")
             plot.scroll_into_view_if_needed()
             place = plot.evaluate(
-                """(plot, f) => { const d = plot.data[0], i = d.x.reduce((a, x, k) => (Math.abs(x - f) < 0.1 * f && (a < 0 || d.y[k] > d.y[a]) ? k : a), -1);
+                """(plot, f) => {
+                const d = plot.data[0], near = (x) => Math.abs(x - f) < 0.1 * f;
+                const i = d.x.reduce(
+                  (a, x, k) => (near(x) && (a < 0 || d.y[k] > d.y[a]) ? k : a), -1);
                 const { xaxis, yaxis } = plot._fullLayout;
                 return [xaxis._offset + xaxis.d2p(d.x[i]), yaxis._offset + yaxis.d2p(d.y[i])]; }""",
                 f_hz,
@@ -318,7 +325,8 @@ class Looks(Visiting):
             page.keyboard.press("Tab")
             reached.add(
                 page.evaluate(
-                    "document.activeElement.id || document.activeElement.type || document.activeElement.className"
+                    "document.activeElement.id || document.activeElement.type || "
+                    "document.activeElement.className"
                 )
             )
         self.assertLessEqual(

@@ -1,4 +1,6 @@
-"""Who may come in, and what may be brought along: tokens, origins, paths, logs of other people, files that are none."""
+"""Who may come in, and what may be brought along: tokens, origins, paths, logs of other people,
+files that are none.
+"""
 
 import gzip
 import json
@@ -14,15 +16,24 @@ from visiting import FIRST, Visiting, run, until
 
 
 def log(path, names, rows=2000):
-    """A log of somebody: a clock in us, a rate in rad/s, counts, acceleration in m/s^2, a voltage."""
+    """A log of somebody: time in us, a rate in rad/s, counts, acceleration in m/s^2, a voltage."""
     rng = random.Random(4)
     lines = [";".join(names)]
     for i in range(rows):
         lines.append(
-            f"{1_700_000_000_000_000 + 5000 * i};{rng.gauss(0.01, 0.0017):.7f};{round(rng.gauss(3, 20))};{rng.gauss(0.1, 0.02):.5f};"
-            f"{rng.gauss(0.0, 0.02):.5f};{rng.gauss(9.8, 0.02):.5f};{25 + 0.01 * math.sin(i / 300):.3f};{3.7 + i * 1e-5:.5f}"
+            f"{1_700_000_000_000_000 + 5000 * i};{rng.gauss(0.01, 0.0017):.7f};"
+            f"{round(rng.gauss(3, 20))};{rng.gauss(0.1, 0.02):.5f};"
+            f"{rng.gauss(0.0, 0.02):.5f};{rng.gauss(9.8, 0.02):.5f};"
+            f"{25 + 0.01 * math.sin(i / 300):.3f};{3.7 + i * 1e-5:.5f}"
         )
     path.write_text("\n".join(lines) + "\n")
+
+
+def held_back(page, requests):
+    """The list of the requests that match, from now on held back."""
+    held = []
+    page.route(requests, lambda route: held.append(route))
+    return held
 
 
 def flight(path, sigmas_dps, rows=2000):
@@ -173,7 +184,8 @@ class Logs(Visiting):
             (2, lambda: page.select_option("#axis", index=1)),
             (4, lambda: page.click("#close")),
         ):
-            until(page, lambda: len(late) == asked)  # they are under way, and the page waits
+            # they are under way, and the page waits
+            until(page, lambda asked=asked: len(late) == asked)
             leave()
         expect(page.locator("#file")).to_be_attached()
         for route in late:
@@ -183,7 +195,9 @@ class Logs(Visiting):
         self.assert_quiet()
 
     def test_no_picture_of_a_recording_that_was_left_is_asked_for(self):
-        """The pictures are asked for one after the other: whichever is under way when the recording is closed, or drawn, none comes behind it."""
+        """The pictures are asked for one after the other: whichever is under way when the recording
+        is closed, or drawn, none comes behind it.
+        """
         rng = random.Random(3)
         (self.folder / "flight.csv").write_text(
             "time_s,gyro_z_dps,temp_degC\n"
@@ -193,10 +207,9 @@ class Logs(Visiting):
         refused = []
         page.on("response", lambda answer: answer.status >= 400 and refused.append(answer.url))
         for what in ("stretch", "against", "spectrogram"):
-            held = []
-            page.route(f"**/api/{what}*", lambda route: held.append(route))
+            held = held_back(page, f"**/api/{what}*")
             page.set_input_files("#file", str(self.folder / "flight.csv"))
-            until(page, lambda: held)
+            until(page, lambda held=held: held)
             page.click("#close")
             expect(page.locator("#file")).to_be_visible()
             for route in held:

@@ -1,4 +1,6 @@
-"""What is implausible about a recording is shown before anything is fitted, and can be corrected or confirmed there."""
+"""What is implausible about a recording is shown before anything is fitted, and can be corrected or
+confirmed there.
+"""
 
 import random
 import unittest
@@ -20,7 +22,8 @@ class Doubtful(Visiting):
         bench = self.open(self.recording("time_s,gyro_z_dps", 10000))
         page = self.page(bench)
         expect(page.locator("#doubts")).to_contain_text(
-            "implausible sample rate 0.0001 Hz (gyros: 0.02 Hz to 40 kHz). If the time is in us, the rate is 100 Hz: use --unit time=us"
+            "implausible sample rate 0.0001 Hz (gyros: 0.02 Hz to 40 kHz). If the time is in us, "
+            "the rate is 100 Hz: use --unit time=us"
         )
         self.assertIsNone(bench.ask("all")[1]["recording"])
         self.shot(page, "doubt")

@@ -1,4 +1,6 @@
-"""Brought along and taken home: a recording that is held out, a kalibr file, what each effect is worth, the still report; all as the terminal says."""
+"""Brought along and taken home: a recording that is held out, a kalibr file, what each effect is
+worth, the still report; all as the terminal says.
+"""
 
 import json
 import math
@@ -9,7 +11,10 @@ from playwright.sync_api import expect
 from visiting import FIRST, Visiting, run, until
 
 RAMP = '[[effect]]\nkind = "rate_ramp"\ncoefficient_deg_per_h2 = 2000.0\n'
-KALIBR = "imu0:\n  rostopic: /imu0\n  gyroscope_noise_density: 1.0e-04\n  gyroscope_random_walk: 1.0e-06\n  update_rate: 200.0\n"
+KALIBR = (
+    "imu0:\n  rostopic: /imu0\n  gyroscope_noise_density: 1.0e-04\n"
+    "  gyroscope_random_walk: 1.0e-06\n  update_rate: 200.0\n"
+)
 
 
 class Home(Visiting):
@@ -140,9 +145,9 @@ class Home(Visiting):
             around = bench.ask("step")[1]
             values = [card["parameters"][0]["value"] for card in around["cards"]]
             self.assertEqual(values[place], by_hand["cards"][place]["parameters"][0]["value"])
-            if (
-                place == 2
-            ):  # flicker takes what is left of the ramp, 250 deg/h over the record: more than its fit left open
+            if place == 2:
+                # flicker takes what is left of the ramp, 250 deg/h over the record: more than its
+                # fit left open
                 self.assertGreater(values[1], sizes[1]["high"])
             else:  # white noise makes room for twice the flicker
                 self.assertLess(values[0], best[0])

@@ -1,4 +1,6 @@
-"""Everything stays on this machine: every control of every screen is clicked, live and still; requests to foreign origins and popups are counted."""
+"""Everything stays on this machine: every control of every screen is clicked, live and still;
+requests to foreign origins and popups are counted.
+"""
 
 import re
 import socketserver
@@ -9,25 +11,33 @@ from playwright.sync_api import expect
 from test_door import NAMES, flight, log
 from visiting import FIRST, Visiting, ranked, run, until
 
-# Everything that a person can click. What is there twice (the buttons of a row, the steps) is one control: its name without its numbers.
+# Everything that a person can click. What is there twice (the buttons of a row, the steps) is one
+# control: its name without its numbers.
 CONTROLS = """() => {
-  const name = (one) => [one.closest(".chart")?.id || "", one.tagName, one.id, one.dataset.title || one.dataset.kind || one.dataset.key || one.dataset.val
+  const name = (one) => [one.closest(".chart")?.id || "", one.tagName, one.id,
+    one.dataset.title || one.dataset.kind || one.dataset.key || one.dataset.val
     || one.getAttribute("aria-label") || one.textContent].join("|").replace(/[0-9.]+/g, "#");
   const found = new Map();
-  for (const one of document.querySelectorAll("a, area, button, input, select, summary, label, [role=button], [onclick], .modebar-btn, .legendtoggle, .nsewdrag"))
+  for (const one of document.querySelectorAll("a, area, button, input, select, summary, label, "
+      + "[role=button], [onclick], .modebar-btn, .legendtoggle, .nsewdrag"))
     if (!found.has(name(one)) && !one.disabled) found.set(name(one), one);
   window.controls = found;
   return [...found.keys()];
 }"""
 CLICK = """(name) => { const one = window.controls.get(name);
-  if (one.matches("select")) { one.selectedIndex = one.options.length - 1; one.dispatchEvent(new Event("change", { bubbles: true })); }
-  else if (one.click) one.click();
-  else for (const kind of ["pointerdown", "mousedown", "mouseup", "click"]) one.dispatchEvent(new MouseEvent(kind, { bubbles: true, view: window })); }"""
+  if (one.matches("select")) {
+    one.selectedIndex = one.options.length - 1;
+    one.dispatchEvent(new Event("change", { bubbles: true }));
+  } else if (one.click) one.click();
+  else for (const kind of ["pointerdown", "mousedown", "mouseup", "click"])
+    one.dispatchEvent(new MouseEvent(kind, { bubbles: true, view: window })); }"""
 # Every way out of a page that a script has, short of leaving the page.
 WAYS_OUT = """async (there) => {
   const link = Object.assign(document.createElement("a"), { href: there, target: "_blank" });
-  const form = Object.assign(document.createElement("form"), { action: there, method: "post", target: "_blank" });
-  const frame = Object.assign(document.createElement("iframe"), { src: there }), picture = Object.assign(document.createElement("img"), { src: there });
+  const form = Object.assign(document.createElement("form"),
+    { action: there, method: "post", target: "_blank" });
+  const frame = Object.assign(document.createElement("iframe"), { src: there });
+  const picture = Object.assign(document.createElement("img"), { src: there });
   const script = Object.assign(document.createElement("script"), { src: there });
   document.body.append(link, form, frame, picture, script);
   link.click();
@@ -61,7 +71,9 @@ class Private(Visiting):
         self.assertEqual(([one.url for one in self.popups], self.foreign), ([], []))
 
     def click_all(self, arrive, wanted):
-        """Clicks whatever is on a screen, and what appears by clicking, until nothing is new. wanted: controls that must have been among them."""
+        """Clicks whatever is on a screen, and what appears by clicking, until nothing is new.
+        wanted: controls that must have been among them.
+        """
         page, clicked = arrive(), set()
         while True:
             new = [name for name in page.evaluate(CONTROLS) if name not in clicked]

@@ -1,4 +1,6 @@
-"""What a page still shows while something else is so already: dimmed, dead, and refused by the server; and what it says when no server answers."""
+"""What a page still shows while something else is so already: dimmed, dead, and refused by the
+server; and what it says when no server answers.
+"""
 
 import contextlib
 import json
@@ -17,13 +19,16 @@ WARM_X, HUM_Z = 0.05, 0.02  # deg/s per degC on x alone, a line of 1 Hz on z alo
 
 
 def two_axes(path, rows=3000, first_missing=None):
-    """A log of two gyro axes, each with a failing of its own; every third sample of its last part missing where wanted."""
+    """A log of two gyro axes, each with a failing of its own; every third sample of its last part
+    missing where wanted.
+    """
     rng, lines = random.Random(3), ["time_s,gyro_x_dps,gyro_z_dps,temp_degC"]
     for i in range(rows):
         warm = 25 + 5 * math.sin(i / 400)
         if first_missing is None or i < first_missing or i % 3:
             lines.append(
-                f"{i / 50:.2f},{rng.gauss(0, 0.05) + WARM_X * (warm - 25):.6f},{rng.gauss(0, 0.05) + HUM_Z * math.sin(2 * math.pi * i / 50):.6f},{warm:.3f}"
+                f"{i / 50:.2f},{rng.gauss(0, 0.05) + WARM_X * (warm - 25):.6f},"
+                f"{rng.gauss(0, 0.05) + HUM_Z * math.sin(2 * math.pi * i / 50):.6f},{warm:.3f}"
             )
     path.write_text("\n".join(lines) + "\n")
     return len(lines) - 1
@@ -204,7 +209,8 @@ class Honest(Visiting):
         self.assertEqual((told["samples"], told["samples_missing"]), (2500, shown["missing"]))
         self.assertRegex(
             (self.folder / "r.html").read_text(),
-            rf'data-key="samples" value="2500.0">2,500</data> samples \({shown["missing"]} more are missing\)',
+            rf'data-key="samples" value="2500.0">2,500</data> samples \({shown["missing"]} '
+            r"others are missing\)",
         )
         expect(page.locator("#recording")).to_contain_text(
             f"2500 samples ({shown['missing']} missing in {shown['gaps']} gaps)"
@@ -226,7 +232,8 @@ class Honest(Visiting):
         (self.folder / "a.csv").write_text(
             "time_s,accel_x_g,accel_y_g,accel_z_g,w\n"
             + "".join(
-                f"{i / 50:.2f},{rng.gauss(0, 0.01):.5f},{rng.gauss(0, 0.01):.5f},{rng.gauss(1, 0.01):.5f},{rng.gauss(0, 0.5):.5f}\n"
+                f"{i / 50:.2f},{rng.gauss(0, 0.01):.5f},{rng.gauss(0, 0.01):.5f},"
+                f"{rng.gauss(1, 0.01):.5f},{rng.gauss(0, 0.5):.5f}\n"
                 for i in range(2000)
             )
         )

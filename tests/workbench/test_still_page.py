@@ -1,4 +1,6 @@
-"""The page of --report in a real browser, at a desk and in a hand: whole, quiet, fetching nothing, with the verdict that the terminal gives."""
+"""The page of --report in a real browser, at a desk and in a hand: whole, quiet, fetching nothing,
+with the verdict that the terminal gives.
+"""
 
 import re
 import unittest
@@ -77,7 +79,8 @@ class StillPage(Visiting):
                         page.evaluate("document.documentElement.scrollWidth"), width
                     )
                     sizes = page.evaluate(
-                        "[...document.images].map((one) => (one.complete ? one.naturalWidth * one.naturalHeight : 0))"
+                        "[...document.images].map((one) => (one.complete ? one.naturalWidth * "
+                        "one.naturalHeight : 0))"
                     )
                     self.assertEqual(len(sizes), pictures)
                     self.assertGreater(min(sizes), 0)

@@ -1,4 +1,6 @@
-"""The tutorial's sensor in a real browser: from two effects to an adequate model, back and forth, through every kind of interruption."""
+"""The tutorial's sensor in a real browser: from two effects to an adequate model, back and forth,
+through every kind of interruption.
+"""
 
 import json
 import signal

@@ -1,4 +1,6 @@
-"""What the tests of the workbench share: `tools/davarlab open` in a folder of its own, and Debian's chromium driven by Playwright."""
+"""What the tests of the workbench share: `tools/davarlab open` in a folder of its own, and Debian's
+chromium driven by Playwright.
+"""
 
 import json
 import os
@@ -20,7 +22,8 @@ HANG_MS = int(
     os.environ.get("DAVAR_HANG_MS", 600_000)
 )  # a page that takes longer hangs; a busy machine is no fault
 FIRST = (
-    '[sensor]\nrate_hz = {rate}\ncolumn = "{column}"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
+    '[sensor]\nrate_hz = {rate}\ncolumn = "{column}"\n[[effect]]\nkind = "angle_random_walk"\n'
+    "coefficient_deg_per_sqrt_h = 0.3\n"
     '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 5.0\n'
 )
 
@@ -89,7 +92,7 @@ class Workbench:
         return status, json.loads(text)
 
     def shown(self, what, given):
-        """What is given, with the state and the kind that a page shows which shows what is so now."""
+        """The arguments, with the state and the kind that an up-to-date page shows."""
         status, step = self.ask("step")
         if status != 200:
             return {"state": "none", **given}

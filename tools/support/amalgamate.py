@@ -9,6 +9,7 @@ its type as a suffix: tau_t becomes tau_t_q15 and tau_t_q31. Standard library on
 
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 LIB = Path(__file__).resolve().parents[2] / "lib"
@@ -21,7 +22,7 @@ APART = re.compile(
 MANIFEST = (LIB / "CMakeLists.txt").read_text()
 
 
-def listed(call):
+def listed(call: str) -> list[Path]:
     """The paths in the manifest's calls that begin with this text."""
     return [
         LIB / name
@@ -37,20 +38,20 @@ STARTS = {
 PER_TYPE = {*(LIB / "src").rglob("*.inc"), *STARTS["q15"], *STARTS["q31"]}
 
 
-def find(name):
+def find(name: str) -> Path:
     return next(path for path in (LIB / "include" / name, LIB / "src" / name) if path.is_file())
 
 
-def needed(path):
+def needed(path: Path) -> list[Path]:
     """The project files that a file includes, by their names in the include."""
     return [find(name) for name in INCLUDE.findall(path.read_text())]
 
 
-def all_needed(path):
+def all_needed(path: Path) -> set[Path]:
     return {path}.union(*map(all_needed, needed(path)))
 
 
-def inner(text):
+def inner(text: str) -> str:
     """C text at file level: no comments and strings, and nothing in braces."""
     text, depth, kept = APART.sub(" ", text), 0, []
     for part in re.split(r"([{}])", text):
@@ -61,7 +62,7 @@ def inner(text):
     return "".join(kept)
 
 
-def names(text):
+def names(text: str) -> tuple[set[str], set[str]]:
     """What a file defines at file level: (types, functions, constants and macros; tags)."""
     level = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", "", inner(text), flags=re.MULTILINE)
     found = set(re.findall(r"^#define (\w+)", text, re.MULTILINE))
@@ -82,7 +83,7 @@ def names(text):
     )
 
 
-def typed(text, found, tags, number):
+def typed(text: str, found: set[str], tags: set[str], number: str) -> str:
     """The text with the number type appended to each of those names; members of structs keep their
     names.
     """
@@ -97,7 +98,9 @@ def typed(text, found, tags, number):
     )
 
 
-def flat(path, seen, change=lambda path, text: text):
+def flat(
+    path: Path, seen: set[Path], change: Callable[[Path, str], str] = lambda path, text: text
+) -> str:
     """A file without its guard, with the project's includes expanded, each file only once."""
     if path in seen:
         return ""
@@ -111,15 +114,16 @@ def flat(path, seen, change=lambda path, text: text):
     return INCLUDE.sub(lambda match: flat(find(match.group(1)), seen, change), text)
 
 
-def header(seen):
+def header(seen: set[Path]) -> str:
     text = "".join(flat(path, seen) for path in sorted((LIB / "include/davar").glob("*.h")))
     return (
-        "/* davar - all public headers in one, made by tools/support/amalgamate.py. MIT licence. */\n#ifndef DAVAR_ONE_H\n"
-        f"#define DAVAR_ONE_H\n\n{text}#endif\n"
+        "/* davar - all public headers in one, made by tools/support/amalgamate.py. "
+        "MIT licence. */\n"
+        f"#ifndef DAVAR_ONE_H\n#define DAVAR_ONE_H\n\n{text}#endif\n"
     )
 
 
-def typed_once(start, number, seen):
+def typed_once(start: Path, number: str, seen: set[Path]) -> str:
     """The files that one source compiles with its number type, with the type appended to each name.
     `seen` collects the files that both types share.
     """
@@ -132,7 +136,7 @@ def typed_once(start, number, seen):
     return text
 
 
-def source(seen):
+def source(seen: set[Path]) -> str:
     """davar.c: one pipeline after the other, then the rest."""
     text = "".join(
         typed_once(start, number, seen) for number, starts in STARTS.items() for start in starts
@@ -140,18 +144,19 @@ def source(seen):
     seen |= PER_TYPE
     text += "".join(flat(path, seen) for path in SOURCES)
     return (
-        '/* davar - the library in one file, made by tools/support/amalgamate.py. MIT licence. */\n#include "davar.h"\n\n'
+        "/* davar - the library in one file, made by tools/support/amalgamate.py. MIT licence. */\n"
+        '#include "davar.h"\n\n'
         "#ifdef __GNUC__ /* not every type uses all that a header offers */\n"
         f'#pragma GCC diagnostic ignored "-Wunused-function"\n#endif\n\n{text}'
     )
 
 
-def main():
+def main() -> None:
     if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    seen = set()
+    seen: set[Path] = set()
     (folder / "davar.h").write_text(header(seen), encoding="utf-8")
     (folder / "davar.c").write_text(source(seen), encoding="utf-8")
 

@@ -14,10 +14,13 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import target_cost
 import targets as boards
 
+Figures = dict[str, Any]  # numbers, None for what is not installed
+PythonFigures = dict[str, dict[str, float]]
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "build/tools"
 WORK = ROOT / "build/bench"
@@ -28,7 +31,7 @@ WINDOWS = 50
 CLUSTERS = [1, 2, 4, 8, 16, 32, 64, 128]
 
 
-def library_figures():
+def library_figures() -> Figures:
     """The C program prints one `key value` line per figure."""
     output = subprocess.run(
         [PROGRAMS / "tests/bench/davar-bench"], check=True, text=True, stdout=subprocess.PIPE
@@ -36,7 +39,7 @@ def library_figures():
     return {key: float(value) for key, value in (line.split() for line in output.splitlines())}
 
 
-def recording():
+def recording() -> Path:
     """White noise of 0.2 deg/s on a bias, at 100 Hz. The file is written once."""
     path = WORK / f"white-{ROWS}.csv"
     if not path.exists():
@@ -52,10 +55,10 @@ def recording():
     return path
 
 
-def simulator_samples_per_s(runs=3):
+def simulator_samples_per_s(runs: int = 3) -> float:
     """CSV in, CSV out for every 100th sample, fixed arithmetic; the median of a few runs."""
     path, spent = recording(), []
-    command = [
+    command: list[str | Path] = [
         PROGRAMS / "host_sim/davar-sim",
         path,
         "--lsb",
@@ -73,7 +76,7 @@ def simulator_samples_per_s(runs=3):
     return ROWS / statistics.median(spent)
 
 
-def allantools_ns_per_sample():
+def allantools_ns_per_sample() -> float | None:
     """One value per sample is one call per sample, on the window that ends there. None if
     AllanTools is not installed.
     """
@@ -92,7 +95,7 @@ def allantools_ns_per_sample():
     return 1e9 * statistics.median(spent)
 
 
-def python_figures():
+def python_figures() -> PythonFigures | None:
     """The figures of bench_python.py, in this Python. None if AllanTools is not installed."""
     environment = {
         **os.environ,
@@ -108,14 +111,16 @@ def python_figures():
     )
     if done.returncode:
         print(
-            f"davar-bench: cannot measure the Python package: {(done.stderr.splitlines() or ['no reason'])[-1]}",
+            "davar-bench: cannot measure the Python package: "
+            f"{(done.stderr.splitlines() or ['no reason'])[-1]}",
             file=sys.stderr,
         )
         return None
-    return json.loads(done.stdout)
+    figures: PythonFigures = json.loads(done.stdout)
+    return figures
 
 
-def show_python(figures):
+def show_python(figures: PythonFigures) -> None:
     print(f"\nThe Python package{'':<35}{'davar':>12}{'AllanTools':>14}{'ratio':>10}")
     for name, found in figures.items():
         ours, theirs, ratio = found.values()
@@ -124,7 +129,7 @@ def show_python(figures):
         )
 
 
-def show(figures):
+def show(figures: Figures) -> None:
     fixed = figures["fixed_every_sample_8_taus_ns_per_sample"]
     rows = [
         ("davar, fixed", fixed),
@@ -144,24 +149,26 @@ def show(figures):
     )
     print("\nThe complete chain: kurtosis, contribution, window law, deviations, fit, intervals")
     print(
-        f"{'a result at every sample':<38}{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}"
+        f"{'a result at every sample':<38}"
+        f"{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}"
     )
     print(f"{'a result every 60 samples':<38}{figures['grid_8_taus_ns_per_sample']:>14,.1f}")
     print(f"\nCost of window 65536 over window 64   {figures['flatness_65536_over_64']:>14.2f}")
     print(f"... 65536 over 256, a result every 4  {figures['grid_flatness_65536_over_256']:>14.2f}")
     print(
-        f"davar-sim, CSV to CSV                 {figures['sim_samples_per_s'] / 1e6:>14.2f} million samples per second"
+        f"davar-sim, CSV to CSV                 {figures['sim_samples_per_s'] / 1e6:>14.2f} "
+        "million samples per second"
     )
 
 
-def show_all(figures, python, targets):
+def show_all(figures: Figures, python: PythonFigures | None, targets: target_cost.Costs) -> None:
     show(figures)
     if python:
         show_python(python)
     print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.printed(targets))
 
 
-def measure():
+def measure() -> tuple[Figures, PythonFigures | None, target_cost.Costs]:
     """(host, Python package or None, targets)."""
     figures = library_figures()
     figures["sim_samples_per_s"] = round(simulator_samples_per_s())
@@ -170,7 +177,7 @@ def measure():
     return figures, python_figures(), target_cost.measure_all()
 
 
-def main():
+def main() -> int:
     parser = argparse.ArgumentParser(prog="tools/davar-bench")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()

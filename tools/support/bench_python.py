@@ -9,10 +9,13 @@ import json
 import statistics
 import sys
 import time
+from collections.abc import Callable
+from typing import Any
 
 import allantools
 import davar
 import numpy as np
+import numpy.typing as npt
 
 RATE_HZ = 100.0
 RECORD = 1_000_000
@@ -22,7 +25,7 @@ CALLS = 30  # of AllanTools, one per epoch
 REPEATS = 5
 
 
-def seconds(work, repeats):
+def seconds(work: Callable[[int], object], repeats: int) -> float:
     """Median processor time of calls."""
     spent = []
     for i in range(repeats):
@@ -32,7 +35,7 @@ def seconds(work, repeats):
     return statistics.median(spent)
 
 
-def record(x):
+def record(x: npt.NDArray[np.float64]) -> dict[str, float]:
     """The Allan deviation of a complete record at octave taus."""
     taus_s = davar.adev(x, RATE_HZ).taus_s
     ours = seconds(lambda i: davar.adev(x, RATE_HZ), REPEATS)
@@ -42,11 +45,11 @@ def record(x):
     return {"davar_ms": 1e3 * ours, "allantools_ms": 1e3 * theirs, "ratio": theirs / ours}
 
 
-def windows(x, window, stride):
+def windows(x: npt.NDArray[np.float64], window: int, stride: int) -> dict[str, float]:
     """An epoch every `stride` samples: deviations and coefficients with their intervals, compared
     with AllanTools' deviations of each window.
     """
-    options = {
+    options: dict[str, Any] = {
         "policy": "fixed",
         "mode": "trailing",
         "window_max": window,
@@ -71,7 +74,7 @@ def windows(x, window, stride):
     }
 
 
-def main():
+def main() -> None:
     x = np.random.default_rng(1).normal(0.3, 0.2, RECORD)
     found = {f"python_adev_{RECORD}": record(x)}
     for window in WINDOWS:

@@ -12,6 +12,7 @@ import tempfile
 import threading
 import xml.etree.ElementTree
 from collections import defaultdict
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from pathlib import Path
 
 import coverage_report
@@ -22,7 +23,9 @@ from runner import BUILD, JOBS, LOGS, ROOT, Broken, Tally, once, run, tool
 # ctest labels that a kind of build excludes. Tests labelled `long` measure statistics or count to
 # 10^7; their results cannot depend on the kind of build.
 LEFT_OUT = {"debug": "long", "sanitize": "long", "coverage": "long", "m32": "long", "mcdc": "long"}
-TURN = defaultdict(threading.Lock)  # one build at a time in each folder
+TURN: defaultdict[str, threading.Lock] = defaultdict(
+    threading.Lock
+)  # one build at a time in each folder
 
 # Target of tests/fuzz: (runs, longest input). The limit is a number of runs, not of seconds,
 # because the inputs tried must not depend on the machine.
@@ -38,7 +41,7 @@ FUZZ = {
 }
 
 
-def use_ccache(variables):
+def use_ccache(variables: MutableMapping[str, str]) -> None:
     """Lets every build by CMake share its objects through ccache, also those in temporary copies of
     the tree.
     """
@@ -53,14 +56,14 @@ def use_ccache(variables):
         variables.setdefault("CCACHE_BASEDIR", os.path.realpath(tempfile.gettempdir()))
 
 
-def must_run(what, log, command):
+def must_run(what: str, log: str, command: Sequence[str]) -> None:
     status, output = run(command, log)
     if status:
         raise Broken(f"{what} failed:\n{output}")
 
 
 @once
-def configure(preset):
+def configure(preset: str) -> None:
     unity = os.environ.get("DAVAR_UNITY_DIR", "")
     must_run(
         f"configure {preset}",
@@ -70,7 +73,7 @@ def configure(preset):
 
 
 @once
-def build(preset, target="all"):
+def build(preset: str, target: str = "all") -> None:
     """Configures and builds a target of a preset (both are quick when nothing changed)."""
     with TURN[preset]:
         configure(preset)
@@ -81,13 +84,13 @@ def build(preset, target="all"):
         )
 
 
-def program(name, preset):
+def program(name: str, preset: str) -> str:
     """The path of a program. Builds only this program."""
     build(preset, Path(name).name)
     return str(BUILD / preset / name)
 
 
-def unity_tally(name, output, status):
+def unity_tally(name: str, output: str, status: str | None) -> Tally:
     """Counts the cases of one Unity program; a program that prints no summary is one case."""
     summary = re.search(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", output, re.MULTILINE)
     if not summary:
@@ -104,7 +107,7 @@ def unity_tally(name, output, status):
     return Tally(tests - failures - ignored, failures, ignored, lines)
 
 
-def cache_keys(preset, chosen):
+def cache_keys(preset: str, chosen: Sequence[str]) -> dict[str, str]:
     """{test: key of its program}, for tests that read nothing: their results depend on their own
     bytes and the C library's.
     """
@@ -128,7 +131,7 @@ def cache_keys(preset, chosen):
     }
 
 
-def ctest(preset, variables=None):
+def ctest(preset: str, variables: Mapping[str, str] | None = None) -> Tally:
     """Runs the suites of a build, except those with a cached result. Builds that measure coverage
     run them all.
     """
@@ -164,7 +167,7 @@ def ctest(preset, variables=None):
             raise Broken(output)
         return tally  # every suite was cached
     for case in xml.etree.ElementTree.parse(report).iter("testcase"):
-        name = case.get("name")
+        name = case.get("name", "")
         result = unity_tally(name, case.findtext("system-out") or "", case.get("status"))
         if name in keys and result.passed and not result.failed + result.skipped:
             cache.store(keys[name], result.passed)
@@ -174,14 +177,14 @@ def ctest(preset, variables=None):
     return tally
 
 
-def checked(tally, summary, missing):
+def checked(tally: Tally, summary: str, missing: Sequence[str]) -> Tally:
     """`tally` with one more case, which passed if nothing is missing."""
     tally.add(Tally(failed=1, lines=missing) if missing else Tally(passed=1))
     tally.lines.append(summary)
     return tally
 
 
-def coverage():
+def coverage() -> Tally:
     """Every line and branch of lib/ must have run, except the listed exceptions."""
     for old in (BUILD / "coverage").rglob("*.gcda"):
         old.unlink()
@@ -209,7 +212,7 @@ def coverage():
     return checked(tally, *coverage_report.missing(report, ROOT / "tests/coverage_exceptions.txt"))
 
 
-def mcdc():
+def mcdc() -> Tally:
     """Every condition of lib/ must have decided the outcome of its decision alone, except the
     listed exceptions.
     """
@@ -250,7 +253,7 @@ def mcdc():
     )
 
 
-def fuzz(name):
+def fuzz(name: str) -> Tally:
     """Runs one target on its corpus, then a fixed number of times from a seed. A failure leaves its
     input in build/log.
     """
@@ -281,7 +284,7 @@ def fuzz(name):
     return Tally(passed=1) if status == 0 and done else Tally(failed=1, lines=[output[-4000:]])
 
 
-def sources(*suffixes):
+def sources(*suffixes: str) -> list[str]:
     """All files with these suffixes in folders with C code, relative to the root."""
     folders = ("lib", "port", "host_sim", "gateway", "examples", "python", "tests")
     return sorted(
@@ -292,7 +295,7 @@ def sources(*suffixes):
     )
 
 
-def mutants(python):
+def mutants(python: Callable[[], str]) -> Tally:
     """Sixty small faults in lib/, the same every time. A suite must find each of them, or a list
     must contain it with a reason. The result is cached until a source, a build file or the compiler
     changes. python() returns the Python for this.

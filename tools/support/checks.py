@@ -8,28 +8,30 @@ import argparse
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import targets
 from c_suites import FUZZ, coverage, ctest, fuzz, mcdc, mutants, use_ccache
-from linters import clang_format, clang_tidy, cppcheck, shell
+from linters import clang_format, clang_tidy, cppcheck, mypy, ruff, shell
 from python_suites import (
     board,
     commands,
+    environment,
     guest,
     hypothesis,
     lab,
-    mutants_python,
     package,
     packages,
     python_module,
+    reference,
     simulator,
     suite,
     wire,
     workbench,
 )
-from runner import LOGS, ROOT, JobTimes, run_parts
+from runner import LOGS, ROOT, Job, JobTimes, run_parts
 
 BASE = (
     "gcc",
@@ -63,26 +65,27 @@ class Part:
     """
 
     what: str
-    jobs: list
-    quick: bool | tuple = False
-    packages: tuple = ()
-    quick_packages: tuple | None = None  # if the quick gear needs fewer
+    jobs: Sequence[Job]
+    quick: bool | tuple[str, ...] = False
+    packages: tuple[str, ...] = ()
+    quick_packages: tuple[str, ...] | None = None  # if the quick gear needs fewer
 
-    def gear(self):
+    def gear(self) -> str:
         """The gears in which the part runs, for --list."""
-        return {True: "quick", False: "all"}.get(self.quick, "partly")
+        return "partly" if isinstance(self.quick, tuple) else "quick" if self.quick else "all"
 
-    def jobs_in(self, quick):
+    def jobs_in(self, quick: bool) -> Sequence[Job]:
         if not quick or self.quick is True:
             return self.jobs
         return [self.job_of(*entry.partition(":")[::2]) for entry in self.quick or ()]
 
-    def job_of(self, module, cases):
+    def job_of(self, module: str, cases: str) -> Job:
         """The job of a module; with `cases`, only those whose name contains this word."""
-        job = next(job for job in self.jobs if module in job.args)
-        return partial(python_module, *job.args[:4], cases=cases) if cases else job
+        jobs = (job for job in self.jobs if isinstance(job, partial))
+        job = next(job for job in jobs if module in job.args)
+        return partial(job.func, *job.args[:4], cases=cases) if cases else job
 
-    def packages_in(self, quick):
+    def packages_in(self, quick: bool) -> Sequence[str]:
         return self.packages if not quick or self.quick_packages is None else self.quick_packages
 
 
@@ -170,7 +173,8 @@ PARTS = {
         ),
     ),
     "kernel": Part(
-        "CAN, serial lines and gpio, with faults, on a User-Mode Linux kernel (built once, in minutes)",
+        "CAN, serial lines and gpio, with faults, on a User-Mode Linux kernel "
+        "(built once, in minutes)",
         suite("kernel", setting=guest) + suite("kernel", "kernel_board", board),
         packages=(
             "linux-source-6.1",
@@ -238,7 +242,7 @@ PARTS = {
     ),
     "mutants": Part(
         "sixty small faults injected into lib/; a fast suite must find each",
-        [partial(mutants, mutants_python)],
+        [partial(mutants, partial(environment, "mutants"))],
         packages=VENV,
     ),
     "consumer": Part(
@@ -254,6 +258,11 @@ PARTS = {
         suite("packages", setting=packages),
         packages=("dpkg-dev", "lintian", "arduino-builder", "g++", *VENV, *BOARDS),
     ),
+    "reference": Part(
+        "API reference of the C headers and the Python package; every symbol is documented",
+        suite("reference", setting=reference),
+        packages=("doxygen", *VENV),
+    ),
     "style": Part(
         "style rules: includes, no heap, function length, one version",
         suite("style"),
@@ -266,6 +275,16 @@ PARTS = {
         packages=("clang-tidy",),
     ),
     "cppcheck": Part("cppcheck", [cppcheck], quick=True, packages=("cppcheck",)),
+    "python": Part(
+        "ruff and mypy --strict: layout, common mistakes and types of Python",
+        [
+            partial(ruff, "format", "--check"),
+            partial(ruff, "check", "--output-format=concise"),
+            mypy,
+        ],
+        quick=True,
+        packages=VENV,
+    ),
     "shell": Part("shellcheck", [shell], quick=True, packages=("shellcheck",)),
 }
 # Seconds of the long jobs on an idle core, for a tree without measured times. The longest jobs
@@ -301,12 +320,13 @@ TYPICAL = {
     "hypothesis": 40,
     "packages": 40,
     "package": 40,
+    "python": 10,
     "fuzz": 30,
     "tidy": 20,
 }
 
 
-def chosen(options):
+def chosen(options: argparse.Namespace) -> tuple[dict[str, Sequence[Job]], list[str]]:
     """{part: its jobs} and the Debian packages that they need. Without --all and --only it is the
     quick gear.
     """
@@ -321,7 +341,7 @@ def chosen(options):
     return parts, list(needed)
 
 
-def main():
+def main() -> int:
     parser = argparse.ArgumentParser(prog="tools/test")
     parser.add_argument("--only", default="")
     parser.add_argument("--all", action="store_true")

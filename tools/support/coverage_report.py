@@ -4,11 +4,12 @@ exceptions.
 
 import json
 from pathlib import Path
+from typing import Any
 
 
-def read_exceptions(path):
+def read_exceptions(path: Path) -> set[tuple[str, str]]:
     """Lines `file | source line | reason`; # starts a comment. Returns {(file, source line)}."""
-    exceptions = set()
+    exceptions: set[tuple[str, str]] = set()
     for text in path.read_text().splitlines():
         if text.strip() and not text.startswith("#"):
             name, source, reason = (field.strip() for field in text.split(" | "))
@@ -17,7 +18,7 @@ def read_exceptions(path):
     return exceptions
 
 
-def gaps(line):
+def gaps(line: dict[str, Any]) -> str:
     """The missing coverage of one line of the report, as text; empty if complete."""
     if line["count"] == 0:
         return "never ran"
@@ -25,7 +26,7 @@ def gaps(line):
     return f"{untaken} of {len(line['branches'])} branches not taken" if untaken else ""
 
 
-def missing(report, exceptions_path):
+def missing(report: Path, exceptions_path: Path) -> tuple[str, list[str]]:
     """Returns (summary line, list of missing lines)."""
     excepted, found, lines, branches = read_exceptions(exceptions_path), [], 0, 0
     for entry in json.loads(report.read_text())["files"]:

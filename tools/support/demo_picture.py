@@ -2,21 +2,30 @@
 for a control loop, DAVAR surface.
 """
 
+from collections.abc import Mapping, Sequence
+
 import matplotlib
 
 matplotlib.use("Agg")
 
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.colors import LogNorm  # noqa: E402
-from matplotlib.ticker import LogLocator  # noqa: E402
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
+
+Floats = npt.NDArray[np.float64]
+Rows = Sequence[Mapping[str, str]]
+Steps = Sequence[tuple[float, float]]  # time and value
 
 
-def column_of(rows, name):
+def column_of(rows: Rows, name: str) -> Floats:
     return np.array([float(row[name]) if row.get(name) else np.nan for row in rows])
 
 
-def extremes(time, rate, stretches):
+def extremes(time: Floats, rate: Floats, stretches: int) -> tuple[Floats, Floats]:
     """The smallest and the largest sample of each section of a recording, in the order of time."""
     length = len(rate) // stretches
     rows = rate[: stretches * length].reshape(stretches, length)
@@ -25,8 +34,8 @@ def extremes(time, rate, stretches):
     return time[kept], rate[kept]
 
 
-def draw_rate(axes, points, column):
-    """Plots dots, or the band between the extremes of a long recording, so that no shock is lost."""
+def draw_rate(axes: Axes, points: Steps, column: str) -> None:
+    """Plots dots, or the band between the extremes of a long recording, so no shock is lost."""
     time, rate = np.array(points).T
     if len(rate) > 50_000:
         axes.plot(*extremes(time, rate, 5000), color="0.25", linewidth=0.5, rasterized=True)
@@ -44,7 +53,7 @@ def draw_rate(axes, points, column):
     axes.set_ylabel(f"{column.rsplit('_', 1)[0]}\n[deg/s]" if column.endswith("_dps") else column)
 
 
-def draw_window(axes, time, rows):
+def draw_window(axes: Axes, time: Floats, rows: Rows) -> None:
     window = column_of(rows, "window_samples")
     axes.plot(time, window, color="tab:blue", linewidth=1)
     unstable = column_of(rows, "unstable") > 0
@@ -53,7 +62,7 @@ def draw_window(axes, time, rows):
         time,
         0,
         1,
-        where=unstable,
+        where=list(map(bool, unstable)),
         color="tab:red",
         alpha=0.2,
         transform=axes.get_xaxis_transform(),
@@ -65,7 +74,7 @@ def draw_window(axes, time, rows):
     axes.legend(loc="lower right", frameon=True)
 
 
-def draw_truth(axes, stop, truth):
+def draw_truth(axes: Axes, stop: float, truth: Steps) -> None:
     if truth:
         starts, values = zip(*truth)
         axes.step(
@@ -79,12 +88,12 @@ def draw_truth(axes, stop, truth):
         )
 
 
-def top_of(high, truth):
+def top_of(high: Floats, truth: Steps) -> float:
     top = np.nanpercentile(high, 99.5) if np.isfinite(high).any() else 1
-    return 1.35 * max([top, *(value for _, value in truth)])
+    return float(1.35 * max([top, *(value for _, value in truth)]))
 
 
-def draw_arw(axes, time, rows, truth):
+def draw_arw(axes: Axes, time: Floats, rows: Rows, truth: Steps) -> None:
     low, high = (
         column_of(rows, "arw_low_deg_per_sqrt_h"),
         column_of(rows, "arw_high_deg_per_sqrt_h"),
@@ -101,7 +110,7 @@ def draw_arw(axes, time, rows, truth):
     axes.legend(loc="upper right", ncols=3, frameon=True)
 
 
-def draw_laws(axes, laws, truth):
+def draw_laws(axes: Axes, laws: Sequence[Rows], truth: Steps) -> None:
     """Plots trailing windows, which use past samples only. laws: the results of the paper's law and
     of the likelihood ratio.
     """
@@ -124,16 +133,18 @@ def draw_laws(axes, laws, truth):
     axes.legend(loc="upper right", ncols=4, frameon=True)
 
 
-def edges(values):
+def edges(values: Floats) -> Floats:
     middle = np.sqrt(values[1:] * values[:-1]) if len(values) > 1 else values * 1.4
     return np.concatenate([[values[0] ** 2 / middle[0]], middle, [values[-1] ** 2 / middle[-1]]])
 
 
-def draw_surface(figure, axes, colour_axes, time, rows, period_s):
+def draw_surface(
+    figure: Figure, axes: Axes, colour_axes: Axes, time: Floats, rows: Rows, period_s: float
+) -> None:
     sizes = [int(name[5:]) for name in rows[0] if name.startswith("adev_") and name[5:].isdigit()]
     surface = np.array([column_of(rows, f"adev_{m}") for m in sizes])
     surface[surface <= 0] = np.nan
-    taus = np.array(sizes) * period_s
+    taus = np.multiply(sizes, period_s)
     clock = np.append(time, time[-1] + (time[-1] - time[-2] if len(time) > 1 else 1))
     colours = (
         LogNorm(*np.nanpercentile(surface, [0.1, 99.9])) if np.isfinite(surface).any() else None
@@ -151,7 +162,16 @@ def draw_surface(figure, axes, colour_axes, time, rows, period_s):
     bar.ax.minorticks_off()
 
 
-def draw(path, name, notes, points, column, rows, truth, laws):
+def draw(
+    path: str,
+    name: str,
+    notes: Mapping[str, str],
+    points: Steps,
+    column: str,
+    rows: Rows,
+    truth: Steps,
+    laws: Sequence[Rows],
+) -> None:
     time = column_of(rows, "time_s")
     epochs = column_of(rows, "epoch")
     period_s = np.median(np.diff(time) / np.diff(epochs)) if len(rows) > 1 else 1.0

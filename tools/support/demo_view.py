@@ -3,19 +3,21 @@
 import csv
 import gzip
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TextIO
 
 LINES = 25
 RESULTS = 10_000
 
 
-def open_text(path):
+def open_text(path: str) -> TextIO:
     with open(path, "rb") as file:
         packed = file.read(2) == b"\x1f\x8b"
     return gzip.open(path, "rt", errors="replace") if packed else open(path, errors="replace")
 
 
-def read_notes(path):
+def read_notes(path: str) -> dict[str, str]:
     """The `# key: value` lines at the start of a recording."""
     notes = {}
     with open_text(path) as file:
@@ -27,7 +29,7 @@ def read_notes(path):
     return notes
 
 
-def stride_for(path):
+def stride_for(path: str) -> int:
     """The stride: every sample of a short recording, about RESULTS of a long one. If a file cannot
     be read, davar-sim reports it.
     """
@@ -38,11 +40,11 @@ def stride_for(path):
         return 1
 
 
-def number(text):
+def number(text: str) -> float:
     return float(text) if text else float("nan")
 
 
-def read_results(path):
+def read_results(path: str) -> list[dict[str, str]]:
     """The rows of davar-sim as dictionaries; only the first of several channels."""
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
@@ -51,7 +53,7 @@ def read_results(path):
     return rows
 
 
-def digest_line(row):
+def digest_line(row: dict[str, str]) -> str:
     arw = "          -                  "
     if row["arw_deg_per_sqrt_h"]:
         value, low, high = (
@@ -59,10 +61,13 @@ def digest_line(row):
         )
         arw = f"{value:10.4g}  {low:8.4g} .. {high:<8.4g}"
     mark = "unstable" if row["unstable"] == "1" else ""
-    return f"{number(row['time_s']):10.1f} {row['window_samples']:>7} {number(row['kurtosis']):9.2f} {arw} {mark}".rstrip()
+    return (
+        f"{number(row['time_s']):10.1f} {row['window_samples']:>7} "
+        f"{number(row['kurtosis']):9.2f} {arw} {mark}"
+    ).rstrip()
 
 
-def print_digest(rows, notes, recording):
+def print_digest(rows: Sequence[dict[str, str]], notes: Mapping[str, str], recording: str) -> None:
     what = f"{Path(recording).name}: {notes.get('description', 'recording')}"
     print(f"{what}\n{len(rows)} results, {min(LINES, len(rows))} of them here:\n")
     print("    time s  window  kurtosis  ARW deg/sqrt(h)   95 % interval")
@@ -73,13 +78,14 @@ def print_digest(rows, notes, recording):
     print(f"\nunstable: {100 * unstable / len(rows):.0f} % of the epochs")
 
 
-def read_truth(notes):
+def read_truth(notes: Mapping[str, str]) -> list[tuple[float, float]]:
     """Steps (start_s, ARW) of a simulated recording, or an empty list."""
     text = notes.get("truth_arw_deg_per_sqrt_h", "")
-    return [tuple(float(part) for part in step.split(":")) for step in text.split(",") if step]
+    steps = (step.split(":") for step in text.split(",") if step)
+    return [(float(start), float(value)) for start, value in steps]
 
 
-def read_rate(path, channel):
+def read_rate(path: str, channel: str) -> tuple[list[tuple[float, float]], str]:
     """Time and rate of a recording, and the name of its column."""
     with open_text(path) as file:
         header = (
@@ -105,7 +111,7 @@ def read_rate(path, channel):
     return points, names[column]
 
 
-def main():
+def main() -> None:
     if sys.argv[1] == "stride":
         print(stride_for(sys.argv[2]))
         return

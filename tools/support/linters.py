@@ -1,4 +1,6 @@
-"""Runs the linters: clang-format, clang-tidy, cppcheck and shellcheck. Standard library only."""
+"""Runs the linters: clang-format, clang-tidy, cppcheck, shellcheck, ruff and mypy. Standard library
+only.
+"""
 
 import json
 import os
@@ -8,15 +10,16 @@ from pathlib import Path
 
 import result_cache
 from c_suites import build, sources
+from python_suites import environment
 from runner import BUILD, JOBS, ROOT, Broken, Tally, once, tool
 
 
-def clang_format():
+def clang_format() -> Tally:
     return tool("clang-format", "--dry-run", "-Werror", *sources(".c", ".h", ".inc"))
 
 
 @once
-def tidy_entries():
+def tidy_entries() -> tuple[str, dict[str, dict[str, str]]]:
     """(version of clang-tidy, {source: its entry of compile_commands.json})."""
     build("debug")
     if not shutil.which("clang-tidy"):
@@ -28,47 +31,34 @@ def tidy_entries():
     return version, {os.path.relpath(entry["file"], ROOT): entry for entry in commands}
 
 
-def clang_tidy(share, shares):
+def clang_tidy(share: int, shares: int) -> Tally:
     """Checks each source whose content, headers, settings or command line have changed since it
     last passed.
     """
     version, entries = tidy_entries()
     cache, tally = result_cache.ResultCache(BUILD / "cache/tidy"), Tally()
     for source in sorted(set(entries).intersection(sources(".c")))[share::shares]:
-        entry, result = entries[source], Tally(passed=1)
-
-        def check():
-            result.passed = 0
-            result.add(
-                tool(
-                    "clang-tidy",
-                    "--quiet",
-                    "-p",
-                    "build/debug",
-                    source,
-                    log=f"tidy-{source.replace('/', '-')}.log",
-                )
-            )
-            return not result.failed
-
         settings = sorted(
             path
             for folder in Path(ROOT, source).parents
             if folder.is_relative_to(ROOT)
             for path in folder.glob(".clang-tidy")
         )
-        cache.check(
-            result_cache.content_key(
-                version, entry["command"], *settings, *result_cache.compiled_from(entry)
-            ),
-            check,
-        )
+        read = [*settings, *result_cache.compiled_from(entries[source])]
+        key = result_cache.content_key(version, entries[source]["command"], *read)
+        if cache.cases(key):
+            tally.passed += 1
+            continue
+        log = f"tidy-{source.replace('/', '-')}.log"
+        result = tool("clang-tidy", "--quiet", "-p", "build/debug", source, log=log)
+        if not result.failed:
+            cache.store(key)
         tally.add(result)
     tally.cached = cache.hits
     return tally
 
 
-def cppcheck():
+def cppcheck() -> Tally:
     return tool(
         "cppcheck",
         "--quiet",
@@ -91,7 +81,7 @@ def cppcheck():
     )
 
 
-def shell():
+def shell() -> Tally:
     scripts = [
         str(path.relative_to(ROOT))
         for path in [*(ROOT / "tools").rglob("*"), ROOT / ".ci/run"]
@@ -99,3 +89,19 @@ def shell():
         and (path.suffix == ".sh" or path.read_bytes().startswith(b"#!/usr/bin/env bash"))
     ]
     return tool("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))
+
+
+def python_linter(name: str, *words: str, log: str) -> Tally:
+    """Runs a program of build/venv-lint."""
+    python = environment("lint", "tools/requirements-lint.txt")
+    return tool(str(Path(python).with_name(name)), *words, log=log)
+
+
+def ruff(verb: str, *options: str) -> Tally:
+    return python_linter("ruff", verb, *options, log=f"ruff-{verb}.log")
+
+
+def mypy() -> Tally:
+    """Checks types, those of the packages that the lab's Python has included."""
+    python = environment("lab", "tools/requirements-lab.txt")
+    return python_linter("mypy", "--python-executable", python, log="mypy.log")

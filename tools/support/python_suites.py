@@ -8,25 +8,32 @@ import re
 import shutil
 import sys
 import tempfile
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
 from c_suites import program
 from runner import BUILD, ROOT, Broken, Tally, once, run, tool
 
-HANG_S = (
-    "1800"  # seconds of real time after which a guest counts as hung, however busy the machine is
-)
+# The command line of a Python, and variables for its environment.
+Python = tuple[list[str], dict[str, str]]
+Setting = Callable[[], Python]
+# Seconds of real time after which a guest counts as hung, however busy the machine is.
+HANG_S = "1800"
 
 
-def plain():
+def plain() -> Python:
     return [sys.executable], {}
 
 
-def suite(part, folder=None, setting=plain, shared=None):
+def suite(
+    part: str,
+    folder: str | None = None,
+    setting: Setting = plain,
+    shared: Mapping[str, int] | None = None,
+) -> list[partial[Tally]]:
     """The unittest modules of tests/<folder>, one job each, or several jobs as given by `shared`
-    {module: jobs}. setting() builds their requirements and returns (the command line of a Python,
-    variables for its environment).
+    {module: jobs}. setting() builds their requirements.
     """
     folder, shared = f"tests/{folder or part}", shared or {}
     return [
@@ -36,11 +43,18 @@ def suite(part, folder=None, setting=plain, shared=None):
     ]
 
 
-def shares(count):
+def shares(count: int) -> list[str]:
     return [f"{share}/{count}" for share in range(1, count + 1)]
 
 
-def python_module(part, folder, name, setting, share="1/1", cases=None):
+def python_module(
+    part: str,
+    folder: str,
+    name: str,
+    setting: Setting,
+    share: str = "1/1",
+    cases: str | None = None,
+) -> Tally:
     """Runs a unittest module, or one share of it, or the cases whose name contains `cases`."""
     command, variables = setting()
     log = f"{part}-{Path(name).stem}{'' if share == '1/1' else '-' + share.split('/')[0]}.log"
@@ -73,53 +87,46 @@ def python_module(part, folder, name, setting, share="1/1", cases=None):
 
 
 @once
-def set_up(words, log):
-    """Runs functions of tools/support/setup.sh and returns the last line that they print."""
+def set_up(words: str, log: str) -> str:
+    """Runs functions of tools/support/setup.sh and returns the last line printed, if any."""
     status, output = run(["bash", "-c", f". tools/support/setup.sh && {words}"], log)
     if status:
         raise Broken(output)
-    return output.splitlines()[-1]
+    return (output.splitlines() or [""])[-1]
 
 
-def simulator(preset):
+def environment(name: str, requirements: str | None = None) -> str:
+    """The Python of build/venv-NAME, with the pins of requirements-NAME.txt."""
+    requirements = requirements or f"tools/support/requirements-{name}.txt"
+    return set_up(f"python_environment venv-{name} {requirements}", f"{name}-python.log")
+
+
+def simulator(preset: str) -> Python:
     return [sys.executable], {
         "DAVAR_SIM": program("host_sim/davar-sim", preset),
         "DAVAR_SETTINGS_PROBE": program("tests/settings_probe", preset),
     }
 
 
-def wire_python():
-    """The Python of build/venv-wire."""
-    return set_up(
-        "python_environment venv-wire tools/support/requirements-wire.txt", "wire-python.log"
-    )
-
-
 DAVARLAB = {"PYTHONPATH": str(ROOT / "tools/lab")}  # for modules that import davarlab
 
 
-def lab():
+def lab() -> Python:
     """The lab's own Python, for modules that import the lab. Also builds what the commands in
     tools/ build on their first use, because all modules would otherwise find it missing at the same
     time.
     """
-    python = set_up(
-        "build tools && build tools davar_lab && python_environment venv-lab tools/requirements-lab.txt",
-        "tools.log",
-    )
-    return [python], {
+    set_up("build tools && build tools davar_lab", "tools.log")
+    return [environment("lab", "tools/requirements-lab.txt")], {
         "DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"),
         "OPENBLAS_NUM_THREADS": "1",
         **DAVARLAB,
     }
 
 
-def hypothesis():
+def hypothesis() -> Python:
     """The lab's Python with Hypothesis added."""
-    extra = set_up(
-        "python_environment venv-hypothesis tools/support/requirements-hypothesis.txt",
-        "hypothesis-python.log",
-    )
+    extra = environment("hypothesis")
     command, variables = lab()
     return command, {
         **variables,
@@ -127,19 +134,14 @@ def hypothesis():
     }
 
 
-def workbench():
+def workbench() -> Python:
     """Playwright, which drives Debian's chromium."""
     lab()
-    return [
-        set_up(
-            "python_environment venv-browser tools/support/requirements-browser.txt",
-            "browser-python.log",
-        )
-    ], {}
+    return [environment("browser")], {}
 
 
-def wire():
-    return [wire_python()], {
+def wire() -> Python:
+    return [environment("wire")], {
         **DAVARLAB,
         "DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
         "DAVAR_NODE": program("gateway/davar-node", "release"),
@@ -148,14 +150,12 @@ def wire():
 
 
 @once
-def package():
+def package() -> Python:
     """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python
     outside the checkout, together with AllanTools and Hypothesis.
     """
-    maker = set_up(
-        "build tools davar-sim && python_environment venv-package tools/support/requirements-package.txt",
-        "package-python.log",
-    )
+    set_up("build tools davar-sim", "package-sim.log")
+    maker = environment("package")
     folder = tempfile.TemporaryDirectory()
     atexit.register(folder.cleanup)
     dist, python = Path(folder.name, "dist"), f"{folder.name}/python/bin/python"
@@ -185,25 +185,20 @@ def package():
 
 
 @once
-def commands():
+def commands() -> Python:
     """Makes everything that the commands of the pages make on their first use. The clone in which
     they run shares it.
     """
-    set_up(
-        "python_environment venv tools/requirements.txt && python_environment venv-bench tools/requirements-bench.txt && "
-        "python_environment venv-packages tools/support/requirements-packages.txt",
-        "commands.log",
-    )
+    set_up("python_environment venv tools/requirements.txt", "demo-python.log")
+    environment("bench", "tools/requirements-bench.txt")
+    environment("packages")
     return lab()
 
 
 @once
-def packages():
+def packages() -> Python:
     """Makes a draft of a release, and a Python with the packaging tools of each ecosystem."""
-    python = set_up(
-        "python_environment venv-packages tools/support/requirements-packages.txt",
-        "packages-python.log",
-    )
+    python = environment("packages")
     folder = BUILD / "release-test"
     shutil.rmtree(folder, ignore_errors=True)
     status, output = run(["tools/release", "--draft", "--out", str(folder)], "release.log")
@@ -213,7 +208,7 @@ def packages():
 
 
 @once
-def linux():
+def linux() -> str:
     """The User-Mode Linux kernel of tests/kernel, built if the cache has none."""
     status, output = run(["tools/support/uml/kernel.sh", "build/cache/uml"], "uml.log")
     if status:
@@ -221,7 +216,7 @@ def linux():
     return output.splitlines()[-1]
 
 
-def guest():
+def guest() -> Python:
     """A User-Mode Linux kernel in virtual time."""
     lab()  # files that the guest makes are lost when it ends
     command, variables = wire()
@@ -239,13 +234,13 @@ def guest():
     ], {}
 
 
-def board():
+def board() -> Python:
     """An emulated board connected to such a kernel."""
-    return [wire_python()], {"DAVAR_KERNEL": linux(), **DAVARLAB, **simulator("release")[1]}
+    return [environment("wire")], {"DAVAR_KERNEL": linux(), **DAVARLAB, **simulator("release")[1]}
 
 
-def mutants_python():
-    return set_up(
-        "python_environment venv-mutants tools/support/requirements-mutants.txt",
-        "mutants-python.log",
-    )
+def reference() -> Python:
+    """pdoc, which imports python/davar; that needs numpy, but not the library."""
+    return [environment("reference", "tools/requirements-reference.txt")], {
+        "PYTHONPATH": str(ROOT / "python")
+    }

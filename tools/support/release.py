@@ -19,6 +19,7 @@ import tarfile
 import time
 import tomllib
 import zipfile
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -39,16 +40,16 @@ class Refused(Exception):
     """The tree is not ready for a release; the text states the fix."""
 
 
-def version():
+def version() -> str:
     """MAJOR.MINOR.PATCH, from the header that defines it."""
     header = (ROOT / "lib/include/davar/version.h").read_text(encoding="utf-8")
     return ".".join(
-        re.search(rf"#define DAVAR_VERSION_{part} (\d+)", header)[1]
+        re.findall(rf"#define DAVAR_VERSION_{part} (\d+)", header)[0]
         for part in ("MAJOR", "MINOR", "PATCH")
     )
 
 
-def project():
+def project() -> dict[str, str]:
     """Address, maintainer and licence of every package, from the project table of pyproject.toml,
     by their names in the manifests.
     """
@@ -62,7 +63,7 @@ def project():
     }
 
 
-def check_changes(changes, number, draft):
+def check_changes(changes: str, number: str, draft: bool) -> None:
     """CHANGELOG.md must have a dated section of this version, in the form of Keep a Changelog; for
     a draft, [Unreleased] is enough.
     """
@@ -80,7 +81,7 @@ def check_changes(changes, number, draft):
         )
 
 
-def git(*words):
+def git(*words: str) -> str:
     """The output of git. Raises OSError without git, CalledProcessError outside a repository."""
     return subprocess.run(
         ["git", *words],
@@ -92,7 +93,7 @@ def git(*words):
     ).stdout
 
 
-def tree():
+def tree() -> list[str]:
     """The files of the tree that are, or would be, committed; names relative to the root."""
     try:
         if Path(git("rev-parse", "--show-toplevel").strip()) != ROOT:
@@ -108,7 +109,7 @@ def tree():
     return sorted(name for name in names if (ROOT / name).is_file())
 
 
-def moment():
+def moment() -> int:
     """The time in the archives, in seconds since 1970: that of the newest commit, so that the same
     commit gives the same bytes.
     """
@@ -125,7 +126,7 @@ def moment():
         return FIRST_DAY
 
 
-def fill(text, values):
+def fill(text: str, values: Mapping[str, str]) -> str:
     for name, value in values.items():
         text = text.replace(f"@{name}@", value)
     left = re.search(r"@[A-Z0-9_]+@", text)
@@ -134,12 +135,12 @@ def fill(text, values):
     return text
 
 
-def copy(source, target):
+def copy(source: Path, target: Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(source, target)
 
 
-def file_list():
+def file_list() -> str:
     """The lines of a .pdsc that list every source."""
     names = sorted(
         path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib/src").rglob("*.c")
@@ -147,7 +148,7 @@ def file_list():
     return "\n".join(f'        <file category="source" name="{name}"/>' for name in names)
 
 
-def lay_out(name, folder, values):
+def lay_out(name: str, folder: Path, values: Mapping[str, str]) -> None:
     """Writes the layout of package `name` into `folder`, which must not exist."""
     for target, source in LAYOUTS[name].items():
         for name_here in tree():
@@ -160,26 +161,26 @@ def lay_out(name, folder, values):
         copy(ROOT / "LICENSE", folder / "LICENSE")
     for path in sorted((ROOT / "packaging" / name).rglob("*")):
         if path.is_file():
-            target = folder / path.relative_to(ROOT / "packaging" / name)
+            place = folder / path.relative_to(ROOT / "packaging" / name)
             if path.suffix == ".in":
-                target.parent.mkdir(parents=True, exist_ok=True)
-                target.with_suffix("").write_text(
+                place.parent.mkdir(parents=True, exist_ok=True)
+                place.with_suffix("").write_text(
                     fill(path.read_text(encoding="utf-8"), values), encoding="utf-8"
                 )
             else:
-                copy(path, target)
+                copy(path, place)
     if name == "arduino":  # Arduino's library finder searches only src, not its subfolders
         (folder / "src/davar.h").write_text('#include "davar/davar.h"\n', encoding="utf-8")
 
 
-def members(folder):
+def members(folder: Path) -> list[tuple[str, Path]]:
     """(name, path) of every file below a folder, in one order on every machine."""
     return sorted(
         (path.relative_to(folder).as_posix(), path) for path in folder.rglob("*") if path.is_file()
     )
 
 
-def write_tar(target, files, seconds):
+def write_tar(target: Path, files: Iterable[tuple[str, Path]], seconds: int) -> None:
     """A .tar.gz of [(name, path)] without an author or a time of creation."""
     raw = io.BytesIO()
     with tarfile.open(fileobj=raw, mode="w", format=tarfile.PAX_FORMAT) as archive:
@@ -196,7 +197,7 @@ def write_tar(target, files, seconds):
         packed.write(raw.getvalue())
 
 
-def write_zip(target, files, seconds):
+def write_zip(target: Path, files: Iterable[tuple[str, Path]], seconds: int) -> None:
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, path in files:
             entry = zipfile.ZipInfo(name, time.gmtime(seconds)[:6])
@@ -204,20 +205,20 @@ def write_zip(target, files, seconds):
             archive.writestr(entry, path.read_bytes())
 
 
-def run(*command, folder=ROOT, **variables):
+def run(*command: object, folder: Path = ROOT, variables: Mapping[str, str] | None = None) -> None:
     done = subprocess.run(
         [str(word) for word in command],
         cwd=folder,
         text=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        env={**os.environ, **variables},
+        env={**os.environ, **(variables or {})},
     )
     if done.returncode:
         raise Refused(f"{' '.join(map(str, command))}:\n{done.stdout}")
 
 
-def make_debian(out, work, seconds):
+def make_debian(out: Path, work: Path, seconds: int) -> None:
     """libdavar-dev and davar-tools."""
     when = {"SOURCE_DATE_EPOCH": str(seconds)}
     run(
@@ -229,15 +230,15 @@ def make_debian(out, work, seconds):
         "-DCMAKE_INSTALL_PREFIX=/usr",
         "-DCMAKE_BUILD_TYPE=Release",
         "-DDAVAR_BUILD_TESTS=OFF",
-        **when,
+        variables=when,
     )
     run("cmake", "--build", work, "--parallel", os.cpu_count() or 1)
-    run("cpack", "-G", "DEB", folder=work, **when)
+    run("cpack", "-G", "DEB", folder=work, variables=when)
     for path in work.glob("*.deb"):
         shutil.copy(path, out)
 
 
-def make(out, number, debian):
+def make(out: Path, number: str, debian: bool) -> list[Path]:
     """All packages, into the empty folder `out`; the layouts stay in out/layout."""
     seconds, layout = moment(), out / "layout"
     source = out / f"davar-{number}.tar.gz"
@@ -283,7 +284,7 @@ def make(out, number, debian):
     return packages
 
 
-def main():
+def main() -> int:
     parser = argparse.ArgumentParser(
         prog="tools/release",
         description="Makes every package of davar, with the version number of "

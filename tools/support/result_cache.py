@@ -6,6 +6,7 @@ import hashlib
 import os
 import shlex
 import subprocess
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 
@@ -15,10 +16,10 @@ class ResultCache:
     (tools/test --again) no result is found.
     """
 
-    def __init__(self, folder):
+    def __init__(self, folder: Path | str) -> None:
         self.folder, self.hits = Path(folder), 0
 
-    def cases(self, key):
+    def cases(self, key: str) -> int:
         """The number of cases that passed with this key; 0 if none is stored."""
         stamp = self.folder / key
         if os.environ.get("DAVAR_AGAIN") or not stamp.exists():
@@ -26,11 +27,11 @@ class ResultCache:
         self.hits += 1
         return int(stamp.read_text() or 1)
 
-    def store(self, key, cases=1):
+    def store(self, key: str, cases: int = 1) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         (self.folder / key).write_text(str(cases))
 
-    def check(self, key, work):
+    def check(self, key: str, work: Callable[[], bool]) -> bool:
         """True if work() is true, or was true with this key."""
         if self.cases(key):
             return True
@@ -40,7 +41,7 @@ class ResultCache:
         return done
 
 
-def content_key(*parts):
+def content_key(*parts: object) -> str:
     """SHA-256 of texts and of the files (Path) among them, including their names."""
     digest = hashlib.sha256()
     for part in parts:
@@ -49,7 +50,7 @@ def content_key(*parts):
     return digest.hexdigest()
 
 
-def compiled_from(entry):
+def compiled_from(entry: Mapping[str, str]) -> list[Path]:
     """Every file that one entry of compile_commands.json reads: the source and its headers,
     including system headers.
     """

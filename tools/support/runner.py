@@ -9,9 +9,11 @@ import subprocess
 import threading
 import time
 import traceback
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed, wait
 from functools import partial
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
@@ -22,36 +24,44 @@ SLOTS = threading.Semaphore(
 )  # two more than cores: some jobs wait for a browser or the clock of a device
 STOPPED = threading.Event()  # set by Ctrl-C: no further job starts
 
+P = ParamSpec("P")
+T = TypeVar("T")
+
 
 class Tally:
     """Counts of one part; `lines` are for a person to read (failures, names of skipped tests)."""
 
-    def __init__(self, passed=0, failed=0, skipped=0, lines=()):
+    def __init__(
+        self, passed: int = 0, failed: int = 0, skipped: int = 0, lines: Iterable[str] = ()
+    ) -> None:
         self.passed, self.failed, self.skipped, self.lines = passed, failed, skipped, list(lines)
         self.cached = 0  # how many results came from a ResultCache
 
-    def add(self, other):
+    def add(self, other: "Tally") -> None:
         self.passed += other.passed
         self.failed += other.failed
         self.skipped += other.skipped
         self.lines += other.lines
         self.cached += other.cached
 
-    def must(self):
+    def must(self) -> None:
         """Raises Broken if anything failed."""
         if self.failed:
             raise Broken("\n".join(self.lines))
 
-    def __str__(self):
+    def __str__(self) -> str:
         counts = f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped"
         return counts + (f", {self.cached} cached" if self.cached else "")
+
+
+Job = Callable[[], Tally]
 
 
 class Broken(Exception):
     """A job cannot run: a build fails or a tool is missing."""
 
 
-def run(command, log, env=None):
+def run(command: Sequence[str], log: str, env: Mapping[str, str] | None = None) -> tuple[int, str]:
     """Runs a command with its output in build/log; returns (exit status, output)."""
     done = subprocess.run(
         command,
@@ -66,7 +76,7 @@ def run(command, log, env=None):
     return done.returncode, done.stdout
 
 
-def tool(*command, log=None):
+def tool(*command: str, log: str | None = None) -> Tally:
     """Runs an external tool as one test, which passes if the tool succeeds."""
     if not shutil.which(command[0]):
         raise Broken(f"{command[0]} is not installed")
@@ -74,19 +84,21 @@ def tool(*command, log=None):
     return Tally(failed=1, lines=[output]) if status else Tally(passed=1)
 
 
-def once(work):
+def once(work: Callable[P, T]) -> Callable[P, T]:
     """`work`, done once for each argument. A second caller waits for the first and gets its result
     or its failure. While it waits, another job runs.
     """
-    done, lock = {}, threading.Lock()
+    done: dict[object, Future[T]] = {}
+    lock = threading.Lock()
 
-    def result(*key):
+    def result(*words: P.args, **named: P.kwargs) -> T:
+        key = (words, *named.items())
         with lock:
             first = key not in done
             future = done.setdefault(key, Future())
         if first:
             try:
-                future.set_result(work(*key))
+                future.set_result(work(*words, **named))
             except BaseException as why:
                 future.set_exception(why)
         elif not future.done():
@@ -105,7 +117,7 @@ class JobTimes:
     or for its part.
     """
 
-    def __init__(self, path, typical):
+    def __init__(self, path: Path | str, typical: Mapping[str, float]) -> None:
         self.path, self.typical = Path(path), typical
         try:
             self.measured = {
@@ -114,24 +126,24 @@ class JobTimes:
         except (OSError, ValueError, AttributeError, TypeError):  # no such file, or a damaged one
             self.measured = {}
 
-    def expected(self, name):
+    def expected(self, name: str) -> float:
         return self.measured.get(
             name, self.typical.get(name, self.typical.get(name.split()[0], 0.0))
         )
 
-    def store(self, taken):
+    def store(self, taken: dict[str, float]) -> None:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self.path.write_text(json.dumps(self.measured | taken, indent=0, sort_keys=True))
 
 
-def named(part, job):
+def named(part: str, job: Job) -> str:
     """The name of a job in build/log/seconds.json."""
     values = [*job.args, *job.keywords.values()] if isinstance(job, partial) else []
     words = [str(word) for word in values if isinstance(word, (str, int))]
     return " ".join(word for word in dict.fromkeys([part, *words]) if word != "1/1")[:200]
 
 
-def attempt(job):
+def attempt(job: Job) -> tuple[Tally, float]:
     """(tally, seconds) of one job; a job that breaks is one failure."""
     with SLOTS:
         if STOPPED.is_set():
@@ -146,7 +158,7 @@ def attempt(job):
         return tally, time.monotonic() - start
 
 
-def show(name, results):
+def show(name: str, results: Sequence[tuple[Tally, float]]) -> Tally:
     """Prints one part: a line with its counts and the seconds of all its jobs, then the lines for
     the user. Returns its tally.
     """
@@ -161,22 +173,27 @@ def show(name, results):
     return tally
 
 
-def run_parts(parts, times=None):
+def run_parts(parts: Mapping[str, Sequence[Job]], times: JobTimes | None = None) -> Tally:
     """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last
     job is done.
     """
-    total, taken = Tally(), {}
+    total, taken = Tally(), dict[str, float]()
     jobs = [
         (times.expected(named(part, job)) if times else 0, part, number)
         for part, them in parts.items()
         for number, job in enumerate(them)
     ]
-    futures = {part: [None] * len(them) for part, them in parts.items()}
     with ThreadPoolExecutor(max(len(jobs), 1)) as pool:  # SLOTS limits how many run
-        for _, part, number in sorted(jobs, key=lambda job: -job[0]):
-            futures[part][number] = pool.submit(attempt, parts[part][number])
+        submitted = {
+            (part, number): pool.submit(attempt, parts[part][number])
+            for _, part, number in sorted(jobs, key=lambda job: -job[0])
+        }
+        futures = {
+            part: [submitted[part, number] for number in range(len(them))]
+            for part, them in parts.items()
+        }
         try:
-            for _ in as_completed(future for them in futures.values() for future in them):
+            for _ in as_completed(submitted.values()):
                 for part in [
                     part for part, them in futures.items() if all(job.done() for job in them)
                 ]:

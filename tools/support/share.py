@@ -7,11 +7,12 @@ All shares together run every test exactly once. Standard library only.
 import os
 import sys
 import unittest
+from collections.abc import Iterator
 
 sys.path[0] = os.getcwd()  # as for python -m unittest, instead of the folder of this file
 
 
-def tests_of(suite):
+def tests_of(suite: unittest.TestSuite) -> Iterator[unittest.TestCase]:
     for item in suite:
         if isinstance(item, unittest.TestSuite):
             yield from tests_of(item)
@@ -19,7 +20,7 @@ def tests_of(suite):
             yield item
 
 
-def main(share, folder, pattern):
+def main(share: str, folder: str, pattern: str) -> int:
     mine, shares = map(int, share.split("/"))
     tests = list(tests_of(unittest.defaultTestLoader.discover(folder, pattern)))[mine - 1 :: shares]
     return (

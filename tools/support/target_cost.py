@@ -16,11 +16,14 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import targets
 
+Figures = dict[str, float]  # of one target, by name
+Costs = dict[str, Figures]
 RECORD = targets.ROOT / "docs/cost.json"
 README = targets.ROOT / "README.md"
 COSTS = targets.ROOT / "docs/COST.md"
@@ -41,17 +44,17 @@ LINKED = {
 STRIDE = 60
 
 
-def tool(target, name, *arguments):
+def tool(target: str, name: str, *arguments: str | Path) -> str:
     return targets.run(
         [targets.MACHINES[target]["toolchain"] + name, *map(str, arguments)], f"{name} for {target}"
     )
 
 
-def symbols(target, path):
+def symbols(target: str, path: Path) -> dict[str, int]:
     """Name -> bytes of the code and constants in an image or an object. If several names share an
     address, the first one.
     """
-    found, places = {}, set()
+    found, places = dict[str, int](), set[tuple[str, str] | str]()
     for line in tool(target, "nm", "-S", "--defined-only", path).splitlines():
         fields = line.split()
         if len(fields) == 4 and fields[2] in "tTrRwW":
@@ -63,7 +66,7 @@ def symbols(target, path):
     return found
 
 
-def sources(target, where):
+def sources(target: str, where: Path) -> dict[str, str]:
     """Symbol -> source file of lib/ that defines it."""
     rooms = where / "davar/lib/CMakeFiles"
     lines = tool(
@@ -78,7 +81,7 @@ def sources(target, where):
     }
 
 
-def compiled(target, where, flags, files):
+def compiled(target: str, where: Path, flags: Sequence[str], files: Iterable[Path]) -> list[Path]:
     """Objects of these sources in a folder for these flags."""
     folder = where / "linked" / hashlib.sha256(" ".join(map(str, flags)).encode()).hexdigest()[:12]
     folder.mkdir(parents=True, exist_ok=True)
@@ -101,7 +104,7 @@ def compiled(target, where, flags, files):
     return objects
 
 
-def linked_bytes(target, where, what, options):
+def linked_bytes(target: str, where: Path, what: int, options: Sequence[str]) -> int:
     """Text and data of a program of tests/target/linked.c at -Os, with everything that the compiler
     adds.
     """
@@ -149,7 +152,7 @@ def linked_bytes(target, where, what, options):
     return int(text) + int(data)
 
 
-def linked(target, where):
+def linked(target: str, where: Path) -> dict[str, int]:
     """The bytes that each use of the library links, without those of an empty program."""
     nothing = linked_bytes(target, where, 0, LEAN)
     return {
@@ -158,7 +161,7 @@ def linked(target, where):
     }
 
 
-def flash(target, where):
+def flash(target: str, where: Path) -> dict[str, int]:
     """Bytes that a q15 application links: the path of a sample, the evaluation of a result, the
     compiler's soft float.
     """
@@ -180,7 +183,7 @@ def flash(target, where):
     return sizes
 
 
-def measure(target):
+def measure(target: str) -> Figures:
     """All figures of one target."""
     where = targets.build(target)
     status, output = targets.execute(
@@ -236,7 +239,7 @@ def measure(target):
     return figures
 
 
-def measure_all():
+def measure_all() -> Costs:
     return {target: measure(target) for target in targets.BARE}
 
 
@@ -257,12 +260,14 @@ OUTLIVES_NO_CALL = re.compile(r"r[0-3]|r12|ip|lr|[at]\d+|ra")
 
 
 class Registers:
-    """Which registers hold a word loaded from a known offset of an object: how a function of a table is called."""
+    """Which registers hold a word loaded from a known offset of an object: how a function of a
+    table is called.
+    """
 
-    def __init__(self):
-        self.offset = {}
+    def __init__(self) -> None:
+        self.offset: dict[str, int | None] = {}
 
-    def follow(self, operation, operands):
+    def follow(self, operation: str, operands: str) -> None:
         """One instruction, in the order of the code."""
         loaded = ADDRESS.match(operands)
         first, *others = re.findall(r"[A-Za-z]\w*", operands.split("@")[0]) or [""]
@@ -281,15 +286,18 @@ class Registers:
         elif not WRITES_NOTHING.match(operation):
             self.offset[first] = None
 
-    def goal(self, operands):
-        """What a call or jump to the register goes to: the function at an offset of a table, or an unknown one."""
+    def goal(self, operands: str) -> str | int:
+        """What a call or jump to the register goes to: the function at an offset of a table, or an
+        unknown one.
+        """
         offset = self.offset.get(operands.strip())
         return "a pointer" if offset is None else offset
 
 
-def disassembly(target, image):
+def disassembly(target: str, image: Path) -> dict[str, tuple[set[str], set[str | int]]]:
     """Function -> (instructions, what it goes to: names, and offsets of pointers in a table)."""
-    code, name, popped = {}, None, None
+    code: dict[str, tuple[set[str], set[str | int]]] = {}
+    name, popped = None, None
     registers = Registers()
     for line in tool(target, "objdump", "-d", "--no-show-raw-insn", image).splitlines():
         head = re.match(r"^[0-9a-f]+ <(.+)>:$", line)
@@ -322,9 +330,13 @@ def disassembly(target, image):
     return code
 
 
-def tables(target, image):
+def tables(target: str, image: Path) -> dict[str, dict[int, str]]:
     """Name -> {offset: function} of each table: the window laws and the number types."""
-    found, functions, places = {}, {}, {}
+    found, functions, places = (
+        dict[str, dict[int, str]](),
+        dict[int, str](),
+        dict[str, tuple[int, int]](),
+    )
     thumb = 1 if targets.MACHINES[target]["core"] == "cortex_m" else 0  # bit 0 of a pointer
     for line in tool(target, "nm", "-S", "--defined-only", image).splitlines():
         fields = line.split()
@@ -357,20 +369,23 @@ def tables(target, image):
     return found
 
 
-def laws():
+def laws() -> list[str]:
     """The names of the window laws that davar has."""
     header = (targets.ROOT / "lib/include/davar/law.h").read_text(encoding="utf-8")
     return re.findall(r"^extern const davar_law_t (\w+);", header, re.MULTILINE)
 
 
-def reached(goals, named):
+def reached(goals: Iterable[str | int], named: Mapping[str, Mapping[int, str]]) -> Iterator[str]:
     """The functions of these goals. The pointer at an offset can be that of any table."""
     for goal in goals:
-        at = [functions[goal] for functions in named.values() if goal in functions]
-        yield from at or [goal if isinstance(goal, str) else f"a pointer at offset {goal}"]
+        if isinstance(goal, str):
+            yield goal
+        else:
+            at = [functions[goal] for functions in named.values() if goal in functions]
+            yield from at or [f"a pointer at offset {goal}"]
 
 
-def offences(target, image, roots, gaps=()):
+def offences(target: str, image: Path, roots: Iterable[str], gaps: Sequence[str] = ()) -> list[str]:
     """Faults in the path of a sample: divisions, floating point, functions that are not davar's.
     Follows the functions of every window law. gaps: functions that handle a gap, once for each
     gap; they are not part of the path.
@@ -412,15 +427,23 @@ class Table(NamedTuple):
 
     page: Path
     name: str  # in the markers around it on the page
-    columns: tuple
-    cores: tuple = ()  # all if empty
+    columns: tuple[tuple[str, str], ...]
+    cores: tuple[str, ...] = ()  # all if empty
 
-    def text(self, figures):
+    def text(self, figures: Costs) -> str:
         rows = [
             (core, *(f"{figures[core][key]:.0f}" for _, key in self.columns))
             for core in self.cores or figures
         ]
         return markdown(("core", *(title for title, _ in self.columns)), rows)
+
+
+ENGINE_COLUMNS = (
+    ("one at a time", "instructions_per_sample"),
+    ("in blocks of the stride", "blocks_instructions_per_sample"),
+    ("worst push", "worst_push_instructions"),
+    ("RAM (bytes)", "ram_bytes"),
+)
 
 
 class Engines(NamedTuple):
@@ -429,28 +452,22 @@ class Engines(NamedTuple):
     page: Path
     name: str
     core: str
-    columns = (
-        ("one at a time", "instructions_per_sample"),
-        ("in blocks of the stride", "blocks_instructions_per_sample"),
-        ("worst push", "worst_push_instructions"),
-        ("RAM (bytes)", "ram_bytes"),
-    )
 
-    def text(self, figures):
+    def text(self, figures: Costs) -> str:
         values = figures[self.core]
         rows = [
             (
                 stride,
                 engine,
-                *(f"{values[f'{engine}{stride}_{key}']:.0f}" for _, key in self.columns),
+                *(f"{values[f'{engine}{stride}_{key}']:.0f}" for _, key in ENGINE_COLUMNS),
             )
             for stride in (10, 60)
             for engine in ("grid", "edges")
         ]
-        return markdown(("stride", "engine", *(title for title, _ in self.columns)), rows)
+        return markdown(("stride", "engine", *(title for title, _ in ENGINE_COLUMNS)), rows)
 
 
-TABLES = (
+TABLES: tuple[Table | Engines, ...] = (
     Table(
         README,
         "summary",
@@ -547,17 +564,20 @@ TABLES = (
 )
 
 
-def markdown(titles, rows):
+def markdown(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     lines = ["| " + " | ".join(map(str, row)) + " |" for row in (titles, *rows)]
     return "\n".join([lines[0], "|---" * len(titles) + "|", *lines[1:]])
 
 
-def enclosed(table, figures):
+def enclosed(table: Table | Engines, figures: Costs) -> str:
     """The table between its markers, as on its page."""
-    return f"<!-- {table.name}: made by tools/davar-bench -->\n{table.text(figures)}\n<!-- end of {table.name} -->"
+    return (
+        f"<!-- {table.name}: made by tools/davar-bench -->\n{table.text(figures)}\n"
+        f"<!-- end of {table.name} -->"
+    )
 
 
-def render(figures):
+def render(figures: Costs) -> None:
     """Writes every table into its page."""
     for table in TABLES:
         new = enclosed(table, figures)
@@ -566,12 +586,12 @@ def render(figures):
         table.page.write_text(before + new + rest.split(last)[1], encoding="utf-8")
 
 
-def printed(figures):
+def printed(figures: Costs) -> str:
     """All tables with their names, for a terminal."""
     return "\n\n".join(f"{table.name}\n{table.text(figures)}" for table in TABLES)
 
 
-def main():
+def main() -> int:
     parser = argparse.ArgumentParser()
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--pages", action="store_true")

@@ -1,4 +1,4 @@
-"""The emulated boards: how to build for each and how to run an image on it. Standard library only."""
+"""The emulated boards: how to build for each, how to run an image. Standard library only."""
 
 import fcntl
 import functools
@@ -6,33 +6,46 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TypedDict
 
 ROOT = Path(__file__).resolve().parents[2]
-MACHINES = json.loads(
+
+
+class Board(TypedDict):
+    """The fields of an entry of boards.json that the tools read."""
+
+    core: str
+    toolchain: str
+    cpu: str
+    emulator: str
+    small: bool
+
+
+MACHINES: dict[str, Board] = json.loads(
     (ROOT / "port/bare_metal/boards.json").read_text(encoding="ascii")
-)  # each entry is a board
-BARE = [
-    target for target, board in MACHINES.items() if board["core"] != "linux"
-]  # these count instructions and have a timer interrupt and a UART
+)
+# These count instructions and have a timer interrupt and a UART.
+BARE = [target for target, board in MACHINES.items() if board["core"] != "linux"]
 
 
 class TargetError(Exception):
     """A build or a run that failed. The text gives the command and its output."""
 
 
-def folder(target, kind="target"):
+def folder(target: str, kind: str = "target") -> Path:
     return ROOT / "build" / f"{kind}-{target}"
 
 
-def taus_max(target, kind):
+def taus_max(target: str, kind: str) -> int:
     """Cluster sizes of a result: eight for measurements; as many as the RAM allows for other
     images.
     """
     return 8 if kind == "target" or MACHINES[target]["small"] else 32
 
 
-def run(command, what, **settings):
+def run(command: Sequence[str | Path], what: str) -> str:
     done = subprocess.run(
         command,
         text=True,
@@ -40,14 +53,13 @@ def run(command, what, **settings):
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         check=False,
-        **settings,
     )
     if done.returncode:
         raise TargetError(f"{what} failed:\n{done.stdout}")
     return done.stdout
 
 
-def build(target, kind="target", image=None):
+def build(target: str, kind: str = "target", image: str | None = None) -> Path:
     """Configures and builds the images of a target (or one of them): "target" to measure, "job" for
     davar-mcu, "suites" with Unity (needs DAVAR_UNITY_DIR), "portable" the same without hand-written
     instructions. Returns the folder.
@@ -57,6 +69,7 @@ def build(target, kind="target", image=None):
     where.mkdir(parents=True, exist_ok=True)
     with open(where / "lock", "w", encoding="ascii") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # concurrent builds run one after the other
+        unity = os.environ["DAVAR_UNITY_DIR"] if kind in ("suites", "portable") else ""
         command = [
             "cmake",
             "-S",
@@ -68,7 +81,7 @@ def build(target, kind="target", image=None):
             "-DCMAKE_BUILD_TYPE=Release",
             f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
             f"-DDAVAR_PORTABLE={'ON' if kind == 'portable' else 'OFF'}",
-            f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind in ('suites', 'portable') else ''}",
+            f"-DDAVAR_UNITY_DIR={unity}",
         ]
         asked, stamp = (
             "\n".join([*command, json.dumps(MACHINES[target])]),
@@ -91,12 +104,18 @@ def build(target, kind="target", image=None):
     return where
 
 
-def counting_shift(target):
+def counting_shift(target: str) -> int:
     """With this shift the board's clock counts instructions (board.h)."""
     return {"cortex_m": 8, "riscv": 0}[MACHINES[target]["core"]]
 
 
-def command(target, image, arguments="", shift=None, serial="null"):
+def command(
+    target: str,
+    image: str | Path,
+    arguments: str = "",
+    shift: int | None = None,
+    serial: str = "null",
+) -> list[str]:
     """The emulator's command line. Bare board: with shift, an instruction takes exactly 2^shift ns
     of the board's time (None: not exact); serial is the destination of the UART (null, pty,
     file:PATH).
@@ -123,7 +142,14 @@ def command(target, image, arguments="", shift=None, serial="null"):
     ]
 
 
-def execute(target, image, arguments="", shift=None, serial="null", timeout=1200):
+def execute(
+    target: str,
+    image: Path,
+    arguments: str = "",
+    shift: int | None = None,
+    serial: str = "null",
+    timeout: float = 1200,
+) -> tuple[int, str]:
     """Runs one image (a path) on a target and returns (exit status, output)."""
     done = subprocess.run(
         command(target, image, arguments, shift, serial),
@@ -139,19 +165,19 @@ def execute(target, image, arguments="", shift=None, serial="null", timeout=1200
 
 
 @functools.cache
-def emulator_version(target):
+def emulator_version(target: str) -> str:
     return run([MACHINES[target]["emulator"].split()[0], "--version"], "querying the emulator")
 
 
-def identity(target, image):
+def identity(target: str, image: str | Path) -> list[str | Path]:
     """Everything that the result of an image without input depends on: its bytes and the emulator
     (result_cache.content_key).
     """
     return [emulator_version(target), *command(target, "image"), Path(image)]
 
 
-def main(arguments):
-    """targets.py list | build TARGET | run TARGET JOB RESULTS: the interface for tools/davar-mcu."""
+def main(arguments: Sequence[str]) -> int:
+    """targets.py list | build TARGET | run TARGET JOB RESULTS, for tools/davar-mcu."""
     if arguments == ["list"]:
         print(*MACHINES)
         return 0

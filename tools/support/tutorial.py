@@ -10,13 +10,14 @@ import re
 import shlex
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADING = "## Tutorial in five commands"
 
 
-def section():
+def section() -> str:
     """The part of the page with the tutorial."""
     return (
         (ROOT / "docs/WORKBENCH.md")
@@ -26,33 +27,31 @@ def section():
     )
 
 
-def block(language):
+def block(language: str) -> str:
     """The text of the only fenced block in this language."""
     found = re.findall(rf"^```{language}\n(.*?)^```$", section(), re.DOTALL | re.MULTILINE)
     assert len(found) == 1, f"docs/WORKBENCH.md, {HEADING}: {len(found)} blocks ```{language}"
-    return found[0]
+    return str(found[0])
 
 
-def commands():
+def commands() -> list[list[str]]:
     return [shlex.split(line) for line in block("sh").splitlines()]
 
 
-def run(command, folder):
+def run(command: Sequence[str], folder: Path) -> str:
     """Runs a command of the tutorial in a folder where build/ may be written; returns what it
     printed.
     """
     (folder / "build").mkdir(exist_ok=True)
     words = [str(ROOT / word) if word.startswith(("tools/", "data/")) else word for word in command]
-    done = subprocess.run(
-        words, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    done = subprocess.run(words, cwd=folder, text=True, capture_output=True)
     assert done.returncode == 0, (
         f"{shlex.join(command)}: exit status {done.returncode}\n{done.stdout}{done.stderr}"
     )
     return done.stdout
 
 
-def packed(png):
+def packed(png: bytes) -> bytes:
     """Reduces an image to a palette, which saves two thirds of the bytes."""
     from PIL import Image
 
@@ -63,7 +62,7 @@ def packed(png):
     return data.getvalue()
 
 
-def main():
+def main() -> None:
     from playwright.sync_api import sync_playwright
 
     for command in commands():
@@ -91,6 +90,7 @@ def main():
         )
         page = browser.new_page(viewport={"width": 1400, "height": 1560})
         page.set_default_timeout(120_000)
+        assert server.stdout
         page.goto(server.stdout.readline().strip())
         page.click("#tutorial")
         page.wait_for_selector("button.candidate")

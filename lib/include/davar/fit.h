@@ -44,9 +44,10 @@ typedef struct davar_filter {
         .averages = 1U, .length = (n), .decimation = (n)                                           \
     }
 
-/** Everything a fit needs that does not depend on the Allan deviations. The caller owns it. Fields
- * are private. */
+/** Everything a fit needs that does not depend on the Allan deviations: a cache, not a history.
+ * The caller owns it. Fields are private. */
 typedef struct davar_plan {
+    /** @privatesection */
     uint8_t count; /* usable cluster sizes that the plan is solved for (5.4) */
     uint8_t sizes; /* ... of all that it knows */
     bool declared; /* the filter is known, or known to be absent */
@@ -121,17 +122,22 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  * mirrored_samples; unit_per_count (0: rounding to counts is not removed). rate_hz: samples per
  * second, above 0. The cluster sizes must be those of the plan.
  * Writes result->noise, the coefficients, and edf, low and high of every tau. By result->noise:
- *   WHITE     The angle random walk has a value and an interval, every tau has an interval, and
- *             the other terms have upper limits.
- *   MIXED     White noise does not explain the window. The angle random walk has the upper limit
- *             that the shortest tau implies; everything else is absent. Call davar_fit.
- *   COARSE    Rounding to counts hides the noise. The angle random walk has an upper limit, the
- *             other terms are absent, and every tau has the interval 0 to infinity.
- *   CONSTANT  Every difference is 0. All terms are absent; every tau has that same interval.
- *   UNKNOWN   The window holds no difference. Everything is absent.
+ * - WHITE: the angle random walk has a value and an interval, every tau has an interval, and the
+ *   other terms have upper limits.
+ * - MIXED: white noise does not explain the window. The angle random walk has the upper limit that
+ *   the shortest tau implies; everything else is absent. Call davar_fit.
+ * - COARSE: rounding to counts hides the noise. The angle random walk has an upper limit, the other
+ *   terms are absent, and every tau has the interval 0 to infinity.
+ * - CONSTANT: every difference is 0. All terms are absent; every tau has that same interval.
+ * - FILTERED: the short cluster sizes read low, as behind a filter that the plan does not know.
+ *   All terms are absent, and every tau has that same interval. Declare the filter
+ *   (davar_plan_init_filtered), or that there is none (davar_plan_init_white).
+ * - UNKNOWN: the window holds no difference. Everything is absent.
+ *
  * @return True if white noise explains the window, so that the angle random walk is present.
- * Cost: O(T); for a new window length O(T) more; if the number of usable taus changes, O(T^2).
- * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.15). */
+ *
+ * Cost: O(T); for a new window length O(T) more; if the number of usable taus changes, O(T^3).
+ * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.17). */
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
@@ -148,7 +154,7 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * unresolved term has an upper limit.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
  * times without a double FPU. Stack: about 2 kB.
- * Formulas (5.3) to (5.11), (5.13) to (5.15). */
+ * Formulas (5.3) to (5.11), (5.13) to (5.17). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
@@ -157,6 +163,7 @@ void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
  * (asserted) without gaps. The rate ramp counts as rate random walk.
  * @return At least 1. Within 2 % of the exact value for window >= 6 m (5 % for rate random walk at
  *         m = 1), and never too large by more than that.
+ *
  * Cost: O(1). Formula (5.1), after Greenhall and Riley 2003. */
 double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window);
 
@@ -172,15 +179,17 @@ double davar_edf_least(const davar_result_t *result, uint8_t t);
  * counts as 1. The relative error is below 1e-3 of the exact quantiles. Cost: O(1). Formula (5.2). */
 void davar_chi_square_interval(double edf, double *low, double *high);
 
-/** Writes the octaves 1, 2, 4 .. that a window of `window` samples supports by the 25 % rule,
- * 9 m <= window; m = 1 always fits a window of 2 samples.
+/** Writes the octaves (1, 2, 4 and so on) that a window of `window` samples supports by the 25 %
+ * rule, 9 m <= window; m = 1 always fits a window of 2 samples.
  * @return How many it wrote to taus[], at most `capacity`. 0: window < 2.
+ *
  * Cost: O(capacity). Formula (1.3), [FAST]. */
 uint8_t davar_taus_octave(uint32_t window, uint32_t *taus, uint8_t capacity);
 
 /** Writes a geometric series of distinct sizes from 1 to window / 9, rounded: the "relevant times"
  * of [FAST] with its 25 % rule. `wanted` is the number of sizes before duplicates are removed.
  * @return How many it wrote to taus[], at most `capacity`. 0: window < 2, or wanted is 0.
+ *
  * Cost: O(capacity), and 100 steps of bisection. Formula (1.4). */
 uint8_t davar_taus_geometric(uint32_t window, uint8_t wanted, uint32_t *taus, uint8_t capacity);
 

@@ -1,5 +1,6 @@
-/* davar - the instance and the size of its memory. Fields are private; they stand here so that instances and their
- * memory can be static. */
+/** @file
+ * davar - the instance and the size of its memory. The types are complete so that instances and
+ * their memory can be static; their fields are private. */
 #ifndef DAVAR_INSTANCE_H
 #define DAVAR_INSTANCE_H
 
@@ -9,13 +10,15 @@
 extern "C" {
 #endif
 
-/* Which samples are inside. Positions count samples modulo 2^32 from the start (or the last restart). The window is
- * [received - lag - length, received - lag): told from the newest sample, it need not be told anew while all of it
- * moves on by one. DESIGN (4.2). */
+/** Which samples are in the window. Fields are private.
+ * Positions count samples modulo 2^32 from the start (or the last restart). The window is
+ * [received - lag - length, received - lag). The lag is measured back from the newest sample, so it
+ * stays constant while the window slides. DESIGN (4.2). */
 typedef struct {
+    /** @privatesection */
     uint64_t origin;      /* sample index of position 0 */
     uint32_t received;    /* samples in since the start: the position of the next one */
-    uint32_t lag;         /* samples behind the leading edge */
+    uint32_t lag;         /* samples from the end of the window to the newest sample */
     uint32_t length;      /* of the window */
     uint32_t next_length; /* of the next window, as the law decided */
     uint32_t wait;        /* samples until the next epoch is complete */
@@ -25,8 +28,10 @@ typedef struct {
     bool finished;        /* flush was called: positions from `end` on are mirrored */
 } davar_window_t;
 
-/* Boundaries that differences must not span: a boundary g lies between the samples g - 1 and g. Ascending. */
+/** Boundaries that differences must not span, ascending. Fields are private.
+ * A boundary g lies between the samples g - 1 and g. */
 typedef struct {
+    /** @privatesection */
     uint32_t *position;
     uint16_t capacity;
     uint16_t count;
@@ -34,12 +39,13 @@ typedef struct {
 
 struct davar_number;
 
-/* One stream of one sensor axis. */
+/** One stream of one sensor axis. The caller owns it. Fields are private. */
 typedef struct davar {
+    /** @privatesection */
     const davar_config_t *config;
     const struct davar_number *number; /* the pipeline of its number type */
     void *stages;    /* that pipeline's state, at the start of the caller's memory */
-    void *law_state; /* ... and that of the window law; null: none */
+    void *law_state; /* state of the window law, after it; null: none */
     davar_gaps_t gaps;
     float counts_per_unit; /* f32 only: a power of two */
     davar_window_t window;
@@ -49,20 +55,25 @@ typedef struct davar {
     volatile uint32_t seen;     /* the value of `produced` at the last take */
     bool ready;                 /* the sums are those of the newest result */
     uint32_t alarms_seen;       /* health.alarms at the last take */
-    bool unstable;              /* the verdict on it, where a policy asked for one */
-    bool is_float;              /* f32: samples pass the door of DESIGN 2.3 */
-    uint8_t accepts; /* ACCEPTS_*: the one type that may be pushed; none behind davar_flush */
+    bool unstable;              /* the law's flag for that result */
+    bool is_float;              /* f32: samples pass the input conversion of DESIGN 2.3 */
+    uint8_t accepts; /* ACCEPTS_*: the one type that may be pushed; none after davar_flush */
     bool in_gap;     /* f32: inside a run of NaN or inf */
 } davar_t;
 
-/** Bytes of memory for an instance configured by DAVAR_SONG or DAVAR_FIXED, as a constant. The arguments are the settings
- * by name, in this order; a wrong name or order does not compile. type: Q15, Q31 or F32.
- *     static uint64_t memory[DAVAR_MEMORY(Q15, longest(600), shortest(400), stride(60), largest(128), taus(8)) / 8];
- * largest: the largest cluster size. A fixed window has shortest equal to longest. Engine grid for strides above 1. */
+/** Bytes of memory for an instance configured by DAVAR_SONG or DAVAR_FIXED, as a constant.
+ * The arguments are the settings by name, in this order; a wrong name or order does not compile.
+ * ```c
+ * static uint64_t memory[DAVAR_MEMORY(Q15, longest(600), shortest(400), stride(60),
+ *                                     largest(128), taus(8)) / 8];
+ * ```
+ * type: Q15, Q31 or F32. largest: the largest cluster size. A fixed window has shortest equal to
+ * longest. Engine grid for strides above 1. Source: DESIGN 6. */
 #define DAVAR_MEMORY(type, a_longest, a_shortest, a_stride, a_largest, a_taus)                     \
     DAVAR_MEMORY_NUMBERS(type, DAVAR_NUMBER_OF_LONGEST_##a_longest,                                \
                          DAVAR_NUMBER_OF_SHORTEST_##a_shortest, DAVAR_NUMBER_OF_STRIDE_##a_stride, \
                          DAVAR_NUMBER_OF_LARGEST_##a_largest, DAVAR_NUMBER_OF_TAUS_##a_taus)
+/** @cond */
 #define DAVAR_NUMBER_OF_LONGEST_longest(samples) samples
 #define DAVAR_NUMBER_OF_SHORTEST_shortest(samples) samples
 #define DAVAR_NUMBER_OF_STRIDE_stride(samples) samples
@@ -75,15 +86,20 @@ typedef struct davar {
             : DAVAR_MEMORY_GRID_##type(W, (((w) == (W)) ? 0U : (w)),                               \
                                        (((w) == (W)) ? 0U : ((w) / 4U)), K, m, T, 4U))
 #define DAVAR_LARGER(a, b) (((a) > (b)) ? (a) : (b))
-
-/* The formulas behind it, for other settings. A value at every sample (stride 1), if every span fits the shortest window
- * (2 m_max <= shortest); a stride by edges: longest + stride - 1 instead of longest. A grid: DAVAR_MEMORY_GRID_*. Otherwise, and
- * for law glr, call davar_memory_size_*: on a grid glr records at every block, about ((longest + stride) / block + 4) 8 T bytes
- * (q15; q31: 16 T) and, with moments, 32 (64) more each. Per sample of the window and of the longest span 2 bytes (q15) or 4
- * (q31, f32). DESIGN 6. */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
 #define DAVAR_STAGES_BYTES_Q15 ((size_t)104U + (4U * sizeof(void *)))
 #define DAVAR_STAGES_BYTES_Q31 ((size_t)176U + (4U * sizeof(void *)))
+/** @endcond */
+
+/** @{ */
+/** The formulas behind DAVAR_MEMORY, for other settings, in bytes.
+ * They hold for a result at every sample (stride 1), if every span fits the shortest window
+ * (2 m_max <= shortest). For a stride by edges, window_max is longest + stride - 1 instead of
+ * longest. For a grid, use DAVAR_MEMORY_GRID_*. Otherwise, and for law glr, call
+ * davar_memory_size_*.
+ * On a grid glr records at every block, about ((longest + stride) / block + 4) 8 T bytes (q15;
+ * q31: 16 T) and, with moments, 32 (64) more each. Every sample of the window and of the longest
+ * span takes 2 bytes (q15) or 4 (q31, f32). Source: DESIGN 6. */
 #define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                            \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
      DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) +                             \
@@ -94,9 +110,9 @@ typedef struct davar {
      DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps)                                            \
     DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)
+/** @} */
 
-/* On a grid (stride above 1), both modes; window_min 0: a fixed window. With mirrored_end 2 bytes (q15) or 4 (q31, f32) more per sample
- * of window_max, rounded up to 8. The fewest records are needed where the stride divides half of both lengths (DESIGN 2.7). */
+/** @cond */
 #define DAVAR_GRID_BYTES ((size_t)304U + (41U * sizeof(void *)))
 #define DAVAR_GRID_EDGES(window_max, window_min, stride)                                           \
     ((size_t)1U +                                                                                  \
@@ -117,6 +133,13 @@ typedef struct davar {
       ((((size_t)DAVAR_GRID_LAG(window_max, window_min) / (stride)) + 2U) * ((sums) + (powers)) +  \
        ((((size_t)DAVAR_GRID_LAG(window_max, window_min) + (segment)) / (stride)) + 2U) *          \
            (powers))))
+/** @endcond */
+
+/** @{ */
+/** The same on a grid (stride above 1), in both modes, in bytes.
+ * window_min 0: a fixed window. With mirrored_end add 2 bytes (q15) or 4 (q31, f32) per sample of
+ * window_max, rounded up to 8. The fewest records are needed where the stride divides half of both
+ * lengths. Source: DESIGN 2.7. */
 #define DAVAR_MEMORY_GRID_Q15(window_max, window_min, segment, stride, m_max, taus, gaps)          \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
      DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
@@ -131,6 +154,7 @@ typedef struct davar {
                         2U * DAVAR_ROUND8((size_t)4U * (taus))))
 #define DAVAR_MEMORY_GRID_F32(window_max, window_min, segment, stride, m_max, taus, gaps)          \
     DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)
+/** @} */
 
 #ifdef __cplusplus
 }

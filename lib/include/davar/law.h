@@ -1,5 +1,8 @@
-/* davar - what decides how long the window is: a law is a const table of functions that the configuration names. A law that no
- * configuration names is not linked. DESIGN (4). */
+/** @file
+ * davar - window laws: what decides how long the window is.
+ *
+ * A law is a const table of functions that the configuration names. A law that no configuration
+ * names is not linked. DESIGN (4). */
 #ifndef DAVAR_LAW_H
 #define DAVAR_LAW_H
 
@@ -13,63 +16,83 @@ struct davar;
 struct davar_number;
 struct davar_central;
 
-/* Why a law's state starts over. */
+/** Why a law's state starts over. */
 typedef enum {
-    DAVAR_LAW_INIT,    /* init or reset: the state is all zeros */
-    DAVAR_LAW_RESTART, /* more gaps than the window can store: positions count from 0 again, the window's are still the old ones */
-    DAVAR_LAW_RESUME /* a saved state has been read back: set every pointer again, keep the rest */
+    DAVAR_LAW_INIT, /**< init or reset: the state is all zeros */
+    /** more gaps than the window can store: positions count from 0 again, the window's are still
+     * the old ones */
+    DAVAR_LAW_RESTART,
+    DAVAR_LAW_RESUME /**< a saved state was read back: set every pointer again, keep the rest */
 } davar_law_start_t;
 
-/* Where the windows of a law can begin and end, in samples. */
+/** Where the windows of a law can begin and end, in samples. */
 typedef struct {
-    uint32_t
-        block; /* every window begins this many samples, or a multiple of it, after position 0; 0: anywhere */
-    uint32_t
-        half; /* centred mode: from the epoch to the last sample of its window, at most; 0: mirrored ends (4.2) */
+    /** every window begins this many samples, or a multiple of it, after position 0; 0: anywhere */
+    uint32_t block;
+    /** centred mode: from the epoch to the last sample of its window, at most; 0: mirrored ends
+     * (4.2) */
+    uint32_t half;
 } davar_law_shape_t;
 
-/* What a law reads while no push is at work, and reports afterwards. */
+/** What a law reads while no push is at work, and reports afterwards. */
 typedef struct {
-    uint64_t word[6];
+    uint64_t word[6]; /**< the law's own layout */
 } davar_law_words_t;
 
-/* Every function but judge may be null. `state` is the law's part of the caller's memory, 8-byte aligned; null when bytes is null
- * or returns 0. All functions but read and report run in the producer's context (push, gap, flush) or with both sides stopped. */
+/** A window law. Every function except judge may be null.
+ * `state` is the law's part of the caller's memory, 8-byte aligned; null if bytes is null or
+ * returns 0. read and report run in the consumer's context, all other functions in the producer's
+ * (push, gap, flush) or with both sides stopped. */
 struct davar_law {
-    uint8_t id; /* in saved states and jobs; 0 is the fixed window, 1 to 4 are davar's own */
-    bool wants_moments; /* judge needs the moments: config.moments.segment must not be 0 */
+    uint8_t id; /**< in saved states and jobs; 0 is the fixed window, 1 to 4 are davar's own */
+    bool wants_moments; /**< judge needs the moments: moments.segment must not be 0 */
+    /** Checks the settings of the law. Returns DAVAR_OK, or the error that init returns. */
     davar_status_t (*check)(const davar_config_t *config, const struct davar_number *number);
-    void (*shape)(const davar_config_t *config, davar_law_shape_t *shape); /* null: zeros */
+    /** Fills *shape. Null: zeros. */
+    void (*shape)(const davar_config_t *config, davar_law_shape_t *shape);
+    /** Returns the size of `state` in bytes. */
     size_t (*bytes)(const davar_config_t *config);
+    /** Prepares `state` and everything that points into it. */
     void (*start)(struct davar *davar, void *state, davar_law_start_t why);
-    /* Places the window of the epoch that is due: sets window.next_length and returns the samples between its end and the newest
-     * sample. Sets *early when no result may be reported yet. Null: the length that judge chose, the lag of the mode (4.2). */
+    /** Places the window of the epoch that is due: sets window.next_length and returns the samples
+     * between its end and the newest sample. Sets *early if no result may be reported yet. Null:
+     * the length that judge chose, the lag of the mode (4.2). */
     uint32_t (*place)(struct davar *davar, void *state, bool *early);
-    /* After an epoch: returns the flag `unstable` and sets window.next_length. `moments`: of the whole window
-     * and of its first part, in this order; null unless wants_moments and the window has at least window_min samples. */
+    /** Runs after an epoch: returns the flag `unstable` and sets window.next_length. `moments` are
+     * those of the whole window and of its first part, in this order; null unless wants_moments is
+     * set and the window has at least window.shortest samples. */
     bool (*judge)(struct davar *davar, void *state, const struct davar_central *moments);
-    /* For davar_take: read copies under the sequence lock (repeated when a push interrupts it); report computes from the copies. */
+    /** For davar_take: copies from `state` under the sequence lock. It is repeated if a push
+     * interrupts it. */
     void (*read)(const struct davar *davar, const void *state, davar_result_t *result,
                  davar_law_words_t *words);
+    /** For davar_take: computes fields of *result from the copies. */
     void (*report)(const davar_config_t *config, double unit_per_count,
                    const davar_law_words_t *words, davar_result_t *result);
-    /* A law with a queue takes each sample first and feeds the pipeline itself; push, gap and flush go together. push takes samples
-     * up to the one that completes a result and returns how many; flush returns true when another result is complete. */
+    /** For a law with a queue, which takes each sample first and feeds the pipeline itself. push,
+     * gap and flush go together. Takes samples up to the one that completes a result and returns
+     * how many. */
     size_t (*push)(struct davar *davar, void *state, const void *samples, size_t count);
+    /** For a law with a queue: handles a gap that davar_gap has counted. */
     void (*gap)(struct davar *davar, void *state);
+    /** For a law with a queue: handles davar_flush. Returns true if another result is complete. */
     bool (*flush)(struct davar *davar, void *state);
 };
 
-/* [SONG18] section 4: the window shrinks while kurtosis or sliding contribution leave their bounds, and grows otherwise (4.1). */
-extern const davar_law_t davar_law_kurtosis; /* kurtosis alone ("DAVAR-K") */
-extern const davar_law_t davar_law_or;       /* kurtosis OR contribution: A-DAVAR, the paper's */
-extern const davar_law_t davar_law_and;      /* kurtosis AND contribution */
+/** Kurtosis alone ("DAVAR-K"). As the next two, after [SONG18] section 4: the window shrinks while
+ * kurtosis or sliding contribution leave their bounds, and grows otherwise (4.1). */
+extern const davar_law_t davar_law_kurtosis;
+extern const davar_law_t davar_law_or;  /**< Kurtosis OR contribution: A-DAVAR of [SONG18]. */
+extern const davar_law_t davar_law_and; /**< Kurtosis AND contribution. */
 
-/* A likelihood ratio: the window begins where the noise last changed (10). One table for each number type. */
-extern const davar_law_t davar_law_glr_q15; /* for davar_init_q15 */
-extern const davar_law_t davar_law_glr_q31; /* for davar_init_q31 and davar_init_f32 */
+/** @{ */
+/** A likelihood ratio: the window begins where the noise last changed (10). Q15 is for
+ * davar_init_q15, Q31 for davar_init_q31 and davar_init_f32. */
+extern const davar_law_t davar_law_glr_q15;
+extern const davar_law_t davar_law_glr_q31;
+/** @} */
 
-/* The law's id; 0 for the fixed window. */
+/** Returns the id of the configured law; 0 for the fixed window. Cost: O(1). */
 static inline uint8_t davar_law_id(const davar_config_t *config)
 {
     return (config->law == NULL) ? (uint8_t)0U : config->law->id;

@@ -21,42 +21,45 @@ extern "C" {
 typedef struct {
     uint32_t m;      /**< cluster size, samples */
     double adev_dps; /**< Allan deviation of the model, deg/s; above 0 */
-    double
-        relative_tolerance; /**< standard deviation of adev_dps over adev_dps; 0: the model is exact */
+    /** standard deviation of adev_dps over adev_dps; 0: the model is exact */
+    double relative_tolerance;
 } davar_model_tau_t;
 
 /** Whether a cluster size of the result was compared. */
 typedef enum {
-    DAVAR_TAU_COMPARED = 0,
+    DAVAR_TAU_COMPARED = 0, /**< the deviations are numbers */
     DAVAR_TAU_NOT_IN_MODEL, /**< no entry of the table has this m */
     DAVAR_TAU_NOT_IN_WINDOW /**< the window cannot support this m */
 } davar_tau_match_t;
 
 /** The comparison of one cluster size. */
 typedef struct {
-    davar_tau_match_t match;
-    double deviation; /**< this window: standard deviations above (+) or below (-) the model (9.2);
-                                NaN unless compared */
-    double
-        mean_deviation; /**< the same of the mean over the last windows (9.4); NaN before the first comparison */
+    davar_tau_match_t match; /**< whether it was compared */
+    /** this window: standard deviations above (+) or below (-) the model (9.2); NaN unless
+     * compared */
+    double deviation;
+    /** the same of the mean over the last windows (9.4); NaN before the first comparison */
+    double mean_deviation;
 } davar_misfit_tau_t;
 
 /** The comparison of a result with the model. */
 typedef struct {
-    double health; /**< the larger of fast and slow. Above 1, the sensor does not match the model;
-                            a matching sensor exceeds 1 in at most 1 % of windows (9.3) */
-    double
-        fast; /**< this window alone: reacts at once to a large change. NaN: nothing to compare */
-    double
-        slow; /**< the last windows together: detects a small lasting change. NaN: nothing to compare */
+    /** the larger of fast and slow. Above 1, the sensor does not match the model; a matching sensor
+     * exceeds 1 in at most 1 % of windows (9.3) */
+    double health;
+    /** this window alone: reacts at once to a large change. NaN: nothing to compare */
+    double fast;
+    /** the last windows together: detects a small lasting change. NaN: nothing to compare */
+    double slow;
     uint8_t worst;     /**< index of the tau that decides health; tau_count if there is none */
     uint8_t compared;  /**< number of taus with a deviation */
     uint8_t tau_count; /**< number of taus of the result */
-    davar_misfit_tau_t tau[DAVAR_TAUS_MAX];
+    davar_misfit_tau_t tau[DAVAR_TAUS_MAX]; /**< in the order of the result */
 } davar_misfit_t;
 
 /** The history of one tau. Fields are private. */
 typedef struct {
+    /** @privatesection */
     double excess;   /* weighted mean of the numerator of (9.2) */
     double variance; /* of that mean */
     double windows;  /* number of windows that the mean is worth */
@@ -65,6 +68,7 @@ typedef struct {
 
 /** The history of one channel, about 32 bytes per tau. The caller owns it. Fields are private. */
 typedef struct {
+    /** @privatesection */
     const davar_model_tau_t *model;
     uint8_t model_count;
     bool started;
@@ -81,6 +85,7 @@ typedef struct {
  * of windows that the slow comparison averages, at least 1.
  * @return False, with *monitor unchanged, if the table is empty, an adev_dps is not positive and
  *         finite, a tolerance is negative or not finite, an m occurs twice, or memory is below 1.
+ *
  * Cost: O(count^2). */
 #define davar_monitor_init DAVAR_SIZED(davar_monitor_init)
 bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count,

@@ -1,7 +1,8 @@
 /** @file
  * davar - the types: configuration in, results and counters out, one status per cause.
  *
- * Units are part of the names. Numbers in brackets cite formulas of lib/DESIGN.md and the pages it links. */
+ * Units are part of the names. Numbers in brackets cite formulas of lib/DESIGN.md and the pages it
+ * links. */
 #ifndef DAVAR_TYPES_H
 #define DAVAR_TYPES_H
 
@@ -15,16 +16,18 @@
 extern "C" {
 #endif
 
-/* Functions that fill a davar_result_t carry its size in their names: a library and a user that disagree about
- * DAVAR_TAUS_MAX do not link. */
+/* Functions that fill a davar_result_t carry its size in their names: a library and a user that
+ * disagree about DAVAR_TAUS_MAX do not link. */
+/** @cond */
 #define DAVAR_JOIN(name, count) name##_##count##_taus
 #define DAVAR_EXPAND(name, count) DAVAR_JOIN(name, count)
 #define DAVAR_SIZED(name) DAVAR_EXPAND(name, DAVAR_TAUS_MAX)
+/** @endcond */
 
-/** Why davar_init_* or davar_state_restore failed: one code per cause, with a value that never changes.
- * davar_status_text() describes it. */
+/** Why davar_init_* or davar_state_restore failed: one code per cause, with a value that never
+ * changes. davar_status_text() describes it. */
 typedef enum {
-    DAVAR_OK = 0,
+    DAVAR_OK = 0,               /**< no error */
     DAVAR_ERR_NULL = 1,         /**< a required pointer is null */
     DAVAR_ERR_BUILD = 2,        /**< disabled in this build (options.h) */
     DAVAR_ERR_MEMORY_SIZE = 3,  /**< memory smaller than davar_memory_size_*() */
@@ -37,62 +40,63 @@ typedef enum {
     DAVAR_ERR_WINDOW_MAX = 10, /**< window.longest outside 4..65536 (q15) or 4..2^24 (q31, f32) */
     DAVAR_ERR_WINDOW_MIN = 11, /**< window.shortest outside 1..window.longest */
     DAVAR_ERR_WINDOW_ODD = 12, /**< window.longest or window.shortest odd in centred mode */
-    DAVAR_ERR_SEGMENT =
-        13, /**< moments.segment not below window.shortest, or 0 with a law that needs moments */
+    /** moments.segment not below window.shortest, or 0 with a law that needs moments */
+    DAVAR_ERR_SEGMENT = 13,
     DAVAR_ERR_KURTOSIS = 14,     /**< kurtosis bounds not finite, negative, or low > high */
     DAVAR_ERR_CONTRIBUTION = 15, /**< contribution bounds not finite, negative, or low > high */
-    DAVAR_ERR_STEP =
-        16, /**< window.grow or window.shrink moves an edge backwards (centred: only 0 or 2) */
+    /** window.grow or window.shrink moves an edge backwards (centred: only 0 or 2) */
+    DAVAR_ERR_STEP = 16,
     DAVAR_ERR_SHRINK = 17, /**< window.shrink * stride above 2^31 - 1 */
     DAVAR_ERR_STRIDE = 18, /**< stride 0 or above 2^24 */
-    DAVAR_ERR_STRIDE_LONG =
-        19, /**< stride above window.longest: samples between two windows would never count */
-    DAVAR_ERR_ENGINE =
-        20, /**< engine not in davar_engine_t; or EDGES for law glr with a stride above 1 or centred */
-    DAVAR_ERR_TRACKING =
-        21, /**< law glr: a setting of glr out of range (davar_config_t.glr), or window.longest below
-                                         8 or above 768 blocks, or no window of whole blocks between shortest and longest */
+    /** stride above window.longest: samples between two windows would never count */
+    DAVAR_ERR_STRIDE_LONG = 19,
+    /** engine not in davar_engine_t; or EDGES for law glr with a stride above 1 or centred */
+    DAVAR_ERR_ENGINE = 20,
+    /** law glr: a setting of glr out of range (davar_config_t.glr), or window.longest below 8 or
+     * above 768 blocks, or no window of whole blocks between shortest and longest */
+    DAVAR_ERR_TRACKING = 21,
     DAVAR_ERR_TAU_COUNT = 22, /**< no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER = 23, /**< cluster sizes not strictly ascending */
     DAVAR_ERR_TAU_ZERO = 24,  /**< cluster size 0 */
     DAVAR_ERR_TAU_LONG = 25,  /**< twice the longest cluster size is above window.longest */
-    DAVAR_ERR_TAU_OVERFLOW =
-        26, /**< window.longest * m^2 exceeds the exact sums of this type (q15: use q31) */
+    /** window.longest * m^2 exceeds the exact sums of this type (q15: use q31) */
+    DAVAR_ERR_TAU_OVERFLOW = 26,
     DAVAR_ERR_STATE_STORAGE = 27, /**< state: a slot is too small, or the storage failed */
     DAVAR_ERR_STATE_NONE = 28,    /**< state: no intact image */
-    DAVAR_ERR_STATE_FOREIGN =
-        29 /**< state: an image of another version, number type, configuration or machine */
+    /** state: an image of another version, number type, configuration or machine */
+    DAVAR_ERR_STATE_FOREIGN = 29
 } davar_status_t;
 
-/** A window law (davar/law.h). */
+/* A window law (davar/law.h). */
 typedef struct davar_law davar_law_t;
 
 /** Where the epoch is in its window. DESIGN (4.2). */
 typedef enum {
     DAVAR_MODE_TRAILING = 0, /**< the newest sample: no latency */
-    DAVAR_MODE_CENTRED =
-        1 /**< the middle: latency longest / 2, ends mirrored. Law glr: 30 blocks, at most 300 samples */
+    /** the middle: latency longest / 2, ends mirrored. Law glr: 30 blocks, at most 300 samples */
+    DAVAR_MODE_CENTRED = 1
 } davar_mode_t;
 
-/** How a stride above 1 is computed: the same results at another cost (docs/COST.md). DESIGN (2.7), (2.9). */
+/** How a stride above 1 is computed: the same results at another cost (docs/COST.md). DESIGN (2.7),
+ * (2.9). */
 typedef enum {
-    DAVAR_ENGINE_GRID =
-        0, /**< running sums, recorded where an edge can be: least work; memory falls with the stride */
-    DAVAR_ENGINE_EDGES =
-        1 /**< sums follow both edges when a result is due: least memory for a short stride */
+    /** running sums, recorded where an edge can be: least work; memory falls with the stride */
+    DAVAR_ENGINE_GRID = 0,
+    /** sums follow both edges when a result is due: least memory for a short stride */
+    DAVAR_ENGINE_EDGES = 1
 } davar_engine_t;
 
-/** Settings. They may be const in flash and must outlive the instance. Start from davar_default_config, or from an
- * initialiser with DAVAR_SONG, DAVAR_FIXED or DAVAR_GLR. */
+/** Settings. They may be const in flash and must outlive the instance. Start from
+ * davar_default_config, or from an initialiser with DAVAR_SONG, DAVAR_FIXED or DAVAR_GLR_Q15. */
 typedef struct {
     double rate_hz;        /**< samples per second, 1e-50 to 1e50; no default */
     double unit_per_count; /**< q15, q31: deg/s per count, 1e-50 to 1e50; no default */
-    double
-        full_scale; /**< f32: largest |rate| expected, deg/s, 1e-20 to 1e20; from here on samples saturate */
-    uint8_t
-        sample_bits; /**< width of a count: q15 2 to 16, q31 2 to 32; 0: 16 or 24. Wider counts saturate */
-    const davar_law_t
-        *law; /**< what decides the window's length; null: always longest. Default davar_law_or */
+    /** f32: largest |rate| expected, deg/s, 1e-20 to 1e20; from here on samples saturate */
+    double full_scale;
+    /** width of a count: q15 2 to 16, q31 2 to 32; 0: 16 or 24. Wider counts saturate */
+    uint8_t sample_bits;
+    /** what decides the window's length; null: always longest. Default davar_law_or */
+    const davar_law_t *law;
 
     /** The window, in samples. */
     struct {
@@ -100,18 +104,19 @@ typedef struct {
         uint32_t longest; /**< default 600. Longer: narrower intervals, slower to follow a change */
         uint32_t shortest; /**< default 400. Shorter: sharper in a disturbance, wider intervals */
         uint32_t grow;     /**< growth per sample while stable; default 2 (trailing: at most 1) */
-        uint32_t
-            shrink; /**< shrinkage per sample while unstable; default 2. Law glr: at least 64 */
-        uint16_t
-            gaps_max; /**< gaps that a window stores; one more restarts it. Default 4. Law glr: shocks too */
-        bool
-            mirrored_end; /**< centred, grid: keep longest - 2 m_max more samples, which davar_flush needs */
+        /** shrinkage per sample while unstable; default 2. Law glr: at least 64 */
+        uint32_t shrink;
+        /** gaps that a window stores; one more restarts it. Default 4. Law glr: shocks too */
+        uint16_t gaps_max;
+        /** centred, grid: keep longest - 2 m_max more samples, which davar_flush needs */
+        bool mirrored_end;
     } window;
 
-    /** Kurtosis and sliding contribution ([SONG18]), for the laws that use them and for the result. */
+    /** Kurtosis and sliding contribution ([SONG18]), for the laws that use them and for the
+     * result. */
     struct {
-        uint32_t
-            segment; /**< short segment l, samples; default 100. 0: no moments (fixed window, glr) */
+        /** short segment l, samples; default 100. 0: no moments (fixed window, glr) */
+        uint32_t segment;
         double kurtosis_low;      /**< K1; default 2.5 */
         double kurtosis_high;     /**< K2; default 3.3 */
         double contribution_low;  /**< S1; default 0 */
@@ -120,14 +125,14 @@ typedef struct {
 
     /** Law glr only (10). */
     struct {
-        double
-            false_alarms_per_hour; /**< accepted in unchanged noise, 1e-9 to 1e9; default 0.01 (10.6) */
+        /** accepted in unchanged noise, 1e-9 to 1e9; default 0.01 (10.6) */
+        double false_alarms_per_hour;
         double cut_interval_s; /**< between windows cut without need, 1e-9 to 1e9; default 300 */
         uint32_t block; /**< samples of a block, 5 to 64; default 10. Longer: less work, later */
-        uint32_t
-            shock_blocks; /**< a shock of up to so many blocks counts as a gap, 0 to 2; default 2 */
-        uint32_t
-            long_cluster; /**< second channel for clusters of 4 k blocks, up to 512 samples. 0 (default): none */
+        /** a shock of up to so many blocks counts as a gap, 0 to 2; default 2 */
+        uint32_t shock_blocks;
+        /** second channel for clusters of 4 k blocks, up to 512 samples. 0 (default): none */
+        uint32_t long_cluster;
     } glr;
 
     uint32_t stride;       /**< samples from one result to the next, 1 to longest; default 1 */
@@ -136,8 +141,14 @@ typedef struct {
     uint8_t tau_count;     /**< 1 to DAVAR_TAUS_MAX */
 } davar_config_t;
 
-/** Windows of up to `longest` samples that A-DAVAR ([SONG18]) shrinks to `shortest`; part of an initialiser of davar_config_t:
- *     static const davar_config_t config = {.rate_hz = 100.0, .unit_per_count = 0.05, DAVAR_SONG(600, 400), ...}; */
+/** Windows of up to `longest` samples that A-DAVAR ([SONG18]) shrinks to `shortest`; part of an
+ * initialiser of davar_config_t:
+ * ```c
+ * static const uint32_t taus[] = {1, 2, 4, 8, 16, 32, 64, 128};
+ * static const davar_config_t config = {
+ *     .rate_hz = 100.0, .unit_per_count = 0.05, .stride = 60, DAVAR_SONG(600, 400),
+ *     .taus = taus, .tau_count = 8};
+ * ``` */
 #define DAVAR_SONG(longest_samples, shortest_samples)                                              \
     .law = &davar_law_or,                                                                          \
     .window = {.longest = (longest_samples),                                                       \
@@ -155,10 +166,13 @@ typedef struct {
     .law = NULL,                                                                                   \
     .window = {.longest = (longest_samples), .shortest = (longest_samples), .gaps_max = 4U}
 
-/** Windows of up to `blocks` blocks of 10 samples that begin where the noise last changed. */
+/** @{ */
+/** Windows of up to `blocks` blocks of 10 samples that begin where the noise last changed. Q15
+ * is for int16 counts, Q31 for int32 counts and floats. */
 #define DAVAR_GLR_Q15(blocks) .law = &davar_law_glr_q15, DAVAR_GLR_SETTINGS(blocks)
-#define DAVAR_GLR_Q31(blocks)                                                                      \
-    .law = &davar_law_glr_q31, DAVAR_GLR_SETTINGS(blocks) /**< ... and for f32 */
+#define DAVAR_GLR_Q31(blocks) .law = &davar_law_glr_q31, DAVAR_GLR_SETTINGS(blocks)
+/** @} */
+/** @cond */
 #define DAVAR_GLR_SETTINGS(blocks)                                                                 \
     .window = {.longest = 10U * (blocks),                                                          \
                .shortest = 20U,                                                                    \
@@ -167,17 +181,19 @@ typedef struct {
                .gaps_max = 4U},                                                                    \
     .glr = {                                                                                       \
         .false_alarms_per_hour = 0.01, .cut_interval_s = 300.0, .block = 10U, .shock_blocks = 2U}
+/** @endcond */
 
-/** Counts of input faults since the last reset, and of the detector's events. They stop at their largest value. */
+/** Counts of input faults since the last reset, and of the detector's events. They stop at their
+ * largest value. */
 typedef struct {
     uint32_t gaps; /**< calls of davar_gap, and runs of NaN or inf */
-    uint32_t
-        missing; /**< samples lost in those gaps, or rejected: pushed as another type, or after davar_flush */
-    uint32_t
-        saturated; /**< samples at or above the limit of their type, bits or full scale; they are used, clamped */
+    /** samples lost in those gaps, or rejected: pushed as another type, or after davar_flush */
+    uint32_t missing;
+    /** samples at or above the limit of their type, bits or full scale; they are used, clamped */
+    uint32_t saturated;
     uint32_t not_finite; /**< NaN or inf in float input; each run is a gap */
-    uint32_t
-        restarts; /**< windows discarded because of more than gaps_max gaps, with up to stride - 1 samples each */
+    /** windows discarded because of more than gaps_max gaps, with up to stride - 1 samples each */
+    uint32_t restarts;
     uint32_t missed; /**< results replaced before they were taken */
     uint32_t cuts;   /**< law glr: windows cut */
     uint32_t alarms; /**< law glr: alarms raised */
@@ -188,13 +204,14 @@ typedef struct {
 typedef struct {
     uint32_t m;           /**< cluster size, samples */
     uint32_t differences; /**< number of differences D; 0: the window is too short for this tau */
-    double
-        adev; /**< overlapping Allan deviation, deg/s; NaN if differences is 0 (1.1). It includes rounding to counts,
-                      which the coefficients do not (5.15) */
-    double
-        low; /**< 95 % interval from chi-square and edf (5.2); NaN if absent, and before davar_fit */
-    double high;
-    double edf; /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
+    /** overlapping Allan deviation, deg/s; NaN if differences is 0 (1.1). It includes rounding to
+     * counts, which the coefficients do not (5.15) */
+    double adev;
+    /** lower limit of the 95 % interval, deg/s, from chi-square and edf (5.2); NaN if absent, and
+     * before davar_fit */
+    double low;
+    double high; /**< upper limit, as low; may be infinite */
+    double edf;  /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
 } davar_adev_t;
 
 /** The five noise coefficients, in the order of the powers of tau. */
@@ -204,71 +221,79 @@ typedef enum {
     DAVAR_BIAS_INSTABILITY,  /**< B, deg/h */
     DAVAR_RATE_RANDOM_WALK,  /**< K, deg/h/sqrt(h) */
     DAVAR_RATE_RAMP,         /**< R, deg/h^2 */
-    DAVAR_COEFFICIENT_COUNT
+    DAVAR_COEFFICIENT_COUNT  /**< number of coefficients */
 } davar_coefficient_kind_t;
 
 /** A coefficient: resolved with a 95 % interval, or absent with an upper bound. */
 typedef struct {
-    bool
-        present; /**< false: the window does not resolve this term; value and low are NaN, high is the 95 % upper bound */
+    /** false: the window does not resolve this term; value and low are NaN, high is the 95 % upper
+     * bound */
+    bool present;
     double value; /**< in the unit of its kind */
-    double low;
-    double high;
+    double low;   /**< lower limit of the 95 % interval, same unit */
+    double high;  /**< upper limit, same unit */
 } davar_coefficient_t;
 
-/** Law glr: the two levels that the newest alarm distinguished (10.12). Both are Allan deviations at m samples, in deg/s. For m = 1
- * that is the standard deviation of a sample about the mean of its block; times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h), if the
- * noise is white. */
+/** Law glr: the two levels that the newest alarm distinguished (10.12). Both are Allan deviations
+ * at m samples, in deg/s. For m = 1 that is the standard deviation of a sample about the mean of
+ * its block; times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h), if the noise is white. */
 typedef struct {
-    uint32_t
-        m; /**< 1; long_cluster if the second channel raised it; 0: no alarm yet, the rest is NaN */
-    double
-        older; /**< level between the previous change and this one, over at most the longest window */
+    /** 1; long_cluster if the second channel raised it; 0: no alarm yet, the rest is NaN */
+    uint32_t m;
+    /** level between the previous change and this one, over at most the longest window */
+    double older;
     double newer; /**< level since this change; it improves with every block */
     double gain;  /**< logarithm of the likelihood ratio that raised the alarm */
 } davar_change_t;
 
 /** What a fit found in the window. */
 typedef enum {
-    DAVAR_NOISE_UNKNOWN =
-        0, /**< not fitted yet, or no cluster size of the plan has a difference in this window */
+    /** not fitted yet, or no cluster size of the plan has a difference in this window */
+    DAVAR_NOISE_UNKNOWN = 0,
     DAVAR_NOISE_WHITE, /**< white noise explains the window: the angle random walk is present */
-    DAVAR_NOISE_MIXED, /**< white noise alone does not. davar_fit_white gives an upper bound of the angle random walk;
-                             davar_fit separates the terms */
-    DAVAR_NOISE_CONSTANT, /**< every difference is 0: the noise is below one count, or the sensor is stuck */
-    DAVAR_NOISE_COARSE, /**< the noise is below about half a count and hidden by rounding (5.15). Every coefficient is absent; the
-                             angle random walk has an upper bound. Use a finer count: a smaller range, or more bits */
-    DAVAR_NOISE_FILTERED /**< the short cluster sizes read low, as behind a low-pass that the plan does not know (5.17).
-                             Everything is withheld. Declare the filter: davar_plan_init_filtered */
+    /** white noise alone does not. davar_fit_white gives an upper bound of the angle random walk;
+     * davar_fit separates the terms */
+    DAVAR_NOISE_MIXED,
+    /** every difference is 0: the noise is below one count, or the sensor is stuck */
+    DAVAR_NOISE_CONSTANT,
+    /** the noise is below about half a count and hidden by rounding (5.15). Every coefficient is
+     * absent; the angle random walk has an upper bound. Use a finer count: a smaller range, or more
+     * bits */
+    DAVAR_NOISE_COARSE,
+    /** the short cluster sizes read low, as behind a low-pass that the plan does not know (5.17).
+     * Everything is withheld. Declare the filter: davar_plan_init_filtered */
+    DAVAR_NOISE_FILTERED
 } davar_noise_t;
 
 /** The result of one epoch. */
 typedef struct {
     uint64_t epoch; /**< sample index from 0: window centre (centred) or newest sample (trailing) */
-    uint32_t window_samples; /**< L */
-    uint32_t
-        mirrored_samples; /**< of these, mirror images of others in the window (4.2); they carry no information (5.13) */
+    uint32_t window_samples; /**< length L of the window */
+    /** of these, mirror images of others in the window (4.2); they carry no information (5.13) */
+    uint32_t mirrored_samples;
     uint32_t gaps_in_window; /**< gaps inside this window */
-    uint32_t
-        cut_age_samples; /**< law glr: samples since the newest change, at the epoch; otherwise 0 */
+    /** law glr: samples since the newest change, at the epoch; otherwise 0 */
+    uint32_t cut_age_samples;
     davar_change_t change; /**< law glr: the newest change; otherwise m is 0 */
-    bool
-        unstable; /**< the law's flag f. Fixed window: f1 OR f2, for information. glr: cut since the previous epoch */
-    /** Law glr: the window was cut at most eight blocks ago, or is about to be. The estimate is biased towards the data that
-     * triggered the cut, or still contains older noise. Its intervals are wider and cover less often (10.14). */
+    /** the law's flag f. Fixed window: f1 OR f2, for information. glr: cut since the previous
+     * epoch */
+    bool unstable;
+    /** law glr: the window was cut at most eight blocks ago, or is about to be. The estimate is
+     * biased towards the data that triggered the cut, or still contains older noise. Its intervals
+     * are wider and cover less often (10.14) */
     bool young;
-    bool alarm; /**< law glr: an alarm since the previous take; otherwise false */
-    uint8_t tau_count;
+    bool alarm;          /**< law glr: an alarm since the previous take; otherwise false */
+    uint8_t tau_count;   /**< number of entries of tau, as configured */
     davar_noise_t noise; /**< what davar_fit or davar_fit_white found */
-    double
-        unit_per_count; /**< q15, q31: size of a count; the fit subtracts its rounding (5.15). f32: 0, unknown */
+    /** q15, q31: size of a count; the fit subtracts its rounding (5.15). f32: 0, unknown */
+    double unit_per_count;
     double kurtosis;     /**< of the whole window; NaN if its variance is 0 (3.1) */
     double contribution; /**< |K - Km| / K; NaN if K or Km is undefined (3.2) */
-    double
-        dispersion; /**< law glr: factor f >= 1 that widens the thresholds (10.3); otherwise NaN */
-    davar_adev_t tau[DAVAR_TAUS_MAX];
-    davar_coefficient_t coefficient
-        [DAVAR_COEFFICIENT_COUNT]; /**< from davar_fit or davar_fit_white; absent before */
+    /** law glr: factor f >= 1 that widens the thresholds (10.3); otherwise NaN */
+    double dispersion;
+    davar_adev_t tau[DAVAR_TAUS_MAX]; /**< the cluster sizes, ascending */
+    /** by davar_coefficient_kind_t, from davar_fit or davar_fit_white; absent before */
+    davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT];
 } davar_result_t;
 
 #ifdef __cplusplus

@@ -244,11 +244,11 @@ void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, in
 }
 
 /* factor * spread + floor as a block; below 2^96 */
-static void push_wide(davar_glr_t *state, const davar_glr_config_t *config, davar_u128_t spread,
-                      uint32_t factor, davar_glr_event_t *event)
+static void push_wide(davar_glr_t *state, const davar_glr_config_t *config,
+                      const davar_u128_t *spread, uint32_t factor, davar_glr_event_t *event)
 {
     const davar_u128_t floor = {config->floor, 0U};
-    const davar_u128_t b = davar_u128_add(davar_u128_scale(spread, factor), floor);
+    const davar_u128_t b = davar_u128_add(davar_u128_scale(*spread, factor), floor);
     const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
     davar_glr_push(state, config, &block, event);
 }
@@ -257,7 +257,8 @@ void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, in
                         const davar_u128_t *squares, davar_glr_event_t *event)
 {
     const davar_u128_t scaled = davar_u128_scale(*squares, config->block);
-    push_wide(state, config, davar_u128_subtract(scaled, davar_multiply_i64(sum, sum)), 12U, event);
+    const davar_u128_t spread = davar_u128_subtract(scaled, davar_multiply_i64(sum, sum));
+    push_wide(state, config, &spread, 12U, event);
 }
 
 /* b = 6 D^2 + m: 6 times the variance of D, plus that of rounding */
@@ -272,7 +273,8 @@ void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *c
 void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config,
                                  int64_t difference, davar_glr_event_t *event)
 {
-    push_wide(state, config, davar_multiply_i64(difference, difference), 6U, event);
+    const davar_u128_t spread = davar_multiply_i64(difference, difference);
+    push_wide(state, config, &spread, 6U, event);
 }
 
 /* --- dispersion ------------------------------------------------------------------------------- */

@@ -11,6 +11,9 @@
 /* Below this pivot, two terms have the same shape at these cluster sizes. */
 #define PIVOT_MIN 1e-10
 
+/* A plan whose shortest size has at least this gain declares no filter. */
+#define PASSES_ALL 0.99F
+
 /* Rounds of reweighting: enough to compare models, and to converge to a small fraction of a
  * standard error. */
 #define ROUNDS_TRIAL 2
@@ -130,12 +133,18 @@ bool davar_mixture_shows_white(const davar_mixture_t *model)
 
 bool davar_mixture_is_filtered(const davar_mixture_t *model)
 {
+    const davar_plan_t *const plan = model->plan;
+    const bool fits = !(model->grow > 1.0);
+    const bool quantized = has_term(model->terms, DAVAR_QUANTIZATION);
     const double lack = -model->beside[DAVAR_QUANTIZATION];
     const double sigma = davar_root(model->variance[DAVAR_QUANTIZATION]);
-    if (!has_term(model->terms, DAVAR_QUANTIZATION) && (lack > DAVAR_FIT_THRESHOLD * sigma)) {
+    if (!quantized && (lack > DAVAR_FIT_THRESHOLD * sigma)) {
         return true;
     }
-    return !model->plan->declared && ((model->grow > 1.0) || !davar_mixture_shows_white(model));
+    if (plan->declared) { /* a filter passes no quantization, and nothing that no term gives */
+        return (plan->gain[0] < PASSES_ALL) && (quantized || !fits);
+    }
+    return !fits || !davar_mixture_shows_white(model);
 }
 
 /* --- least squares (5.6) --- */

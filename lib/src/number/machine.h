@@ -273,11 +273,17 @@ static inline davar_u128_t davar_u128_subtract(davar_u128_t a, davar_u128_t b)
 
 static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
 {
+#ifdef __SIZEOF_INT128__
+    davar_u128_t product = davar_multiply_u64(a.low, factor);
+    product.high += a.high * factor;
+    return product;
+#else
     const uint64_t p0 = davar_multiply_u32((uint32_t)a.low, factor);
     const uint64_t p1 = davar_multiply_u32((uint32_t)(a.low >> 32U), factor) + (p0 >> 32U);
     const uint64_t p2 = davar_multiply_u32((uint32_t)a.high, factor) + (p1 >> 32U);
     const uint32_t p3 = (uint32_t)(a.high >> 32U) * factor;
     return (davar_u128_t){(p1 << 32U) | (uint32_t)p0, p2 + ((uint64_t)p3 << 32U)};
+#endif
 }
 
 static inline davar_u128_t davar_u128_of_i64(int64_t a)

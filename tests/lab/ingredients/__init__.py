@@ -1,1 +1,3 @@
-"""What real sensors do and textbooks do not, an ingredient a function: in the order of the physics (awkward.py)."""
+"""What real sensors do and textbooks do not, an ingredient a function: in the order of the physics
+(awkward.py).
+"""

@@ -18,7 +18,7 @@ def repeated_each(bench):
 
 
 def repeated_slower(bench):
-    """The sensor's own rate is a little lower than the host's: now and then a sample is read twice."""
+    """The sensor's own rate is a little lower than the host's: a sample is sometimes read twice."""
     ratio = bench.rng.uniform(0.7, 0.95)
     bench.white *= np.sqrt(ratio)
     held(bench, np.floor(np.floor(np.arange(bench.count) * ratio) / ratio).astype(int))
@@ -42,7 +42,9 @@ def jittered_stamps(bench):
 
 
 def uneven_clock(bench):
-    """The samples themselves come at uneven times, as the stamps say: a line is a line in time, not in samples. First of the ingredients."""
+    """The samples themselves come at uneven times, as the stamps say: a line is a line in time, not
+    in samples. First of the ingredients.
+    """
     steps = (
         1
         + 0.3 * bench.rng.uniform(-1, 1, bench.count)

@@ -7,7 +7,9 @@ from .bench import RATE
 
 
 def band(count, nu, half_width, rng):
-    """Unit variance about a frequency: an oscillator whose amplitude and phase are kicked. All in cycles per sample."""
+    """Unit variance about a frequency: an oscillator whose amplitude and phase are kicked. All in
+    cycles per sample.
+    """
     decay = np.exp(-2 * np.pi * half_width)
     return ar1(count, decay, rng) * np.cos(2 * np.pi * nu * np.arange(count)) + ar1(
         count, decay, rng

@@ -48,7 +48,9 @@ def axis_leak(bench):
 
 
 def common_cause(bench):
-    """A reference drifts that gyro and accelerometer share, each through a filter of its own. Nobody logs it."""
+    """A reference drifts that gyro and accelerometer share, each through a filter of its own.
+    Nobody logs it.
+    """
     rng = bench.rng
     cause = ar1(bench.count, np.exp(-1 / (bench.rate * rng.uniform(60, 300))), rng)
     through = bench.lagged(cause, rng.uniform(5, 20))
@@ -65,7 +67,9 @@ def common_cause(bench):
 
 
 def decoys(bench):
-    """Columns that move and that the gyro does not follow: bursts of vibration, the sensor set down anew about the other axes, volts, other axes."""
+    """Columns that move and that the gyro does not follow: bursts of vibration, the sensor set down
+    anew about the other axes, volts, other axes.
+    """
     rng = bench.rng
     for start in rng.uniform(0, 0.85, rng.integers(2, 5)) * bench.t[-1]:
         on = (bench.t >= start) & (bench.t < start + rng.uniform(20, 300))

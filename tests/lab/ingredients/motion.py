@@ -54,7 +54,9 @@ def motion_touched(bench):
 
 
 def motion_tilt(bench):
-    """Tilted about the axis that is measured, and nearly back some minutes later: gravity says so. The x axis points up."""
+    """Tilted about the axis that is measured, and nearly back some minutes later: gravity says so.
+    The x axis points up.
+    """
     rng = bench.rng
     there, angle, width = (
         rng.uniform(0.1, 0.5) * bench.t[-1],

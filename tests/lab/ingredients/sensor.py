@@ -15,7 +15,9 @@ def counted(bench):
 
 
 def two_tap_average(bench):
-    """The same filter as a bilinear pole at a quarter of the rate: no recording can tell them apart."""
+    """The same filter as a bilinear pole at a quarter of the rate: no recording can tell them
+    apart.
+    """
     bench.through(lambda x: signal.lfilter([0.5, 0.5], [1], x))
     bench.hide("moving_average", {"samples": 2}, {"low_pass"})
     if bench.rng.random() < 0.5:
@@ -26,7 +28,9 @@ def butterworth(bench):
     cutoff = 0.2 * bench.rate
     if bench.rng.random() < 0.5:
         bench.through(lambda x: signal.lfilter(*signal.butter(2, cutoff, fs=bench.rate), x))
-    else:  # ahead of the converter: ten times as fast, then every tenth; the white noise above half the rate folds back
+    else:
+        # before the converter: ten times as fast, then every tenth; the white noise above half the
+        # rate folds back
         fine = N / 60 * np.sqrt(10 * bench.rate) * bench.rng.standard_normal(10 * bench.count)
         white = signal.lfilter(*signal.butter(2, cutoff, fs=10 * bench.rate), fine)[::10]
         b, a = signal.butter(2, cutoff, fs=bench.rate)
@@ -44,7 +48,9 @@ def one_pole(bench):
 
 
 def bias_subtracted(bench):
-    """The driver subtracts its own running mean: an exponential one, which is a high pass of first order."""
+    """The driver subtracts its own running mean: an exponential one, which is a high pass of first
+    order.
+    """
     period = bench.rng.uniform(0.03, 0.12) * bench.t[-1]
     bench.through(lambda x: x - bench.lagged(x, period / (2 * np.pi)))
     bench.hide("high_pass", {"corner_period_s": period})

@@ -5,16 +5,23 @@ import logging
 import signal
 import threading
 import warnings
+from collections.abc import Iterator, Sequence
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from davarlab.errors import BadInput
 
 from . import job as jobs
+from .store import Done
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 WAIT_S = 30  # for a scheduler to answer
 
 
 @contextlib.contextmanager
-def client(address, workers):
+def client(address: str | None, workers: int) -> Iterator["Client"]:
     """A Dask client. Raises BadInput when no scheduler answers, or it has no workers."""
     import dask
     from dask import distributed
@@ -45,8 +52,10 @@ def client(address, workers):
 
 
 @contextlib.contextmanager
-def deaf():
-    """Processes that start in the block do not hear Ctrl-C, which a terminal sends to all: this one ends them."""
+def deaf() -> Iterator[None]:
+    """Processes that start in the block do not hear Ctrl-C, which a terminal sends to all: this one
+    ends them.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -58,7 +67,7 @@ def deaf():
 
 
 @contextlib.contextmanager
-def remote(distributed, address):
+def remote(distributed: ModuleType, address: str) -> Iterator["Client"]:
     try:
         found = distributed.Client(address, timeout=WAIT_S)
     except (OSError, ValueError, TimeoutError) as why:
@@ -71,13 +80,13 @@ def remote(distributed, address):
         yield found
 
 
-def version():
+def version() -> str:
     from davarlab.report import contents
 
     return contents.versions()["davar"]
 
 
-def check_versions(found, own):
+def check_versions(found: "Client", own: str) -> None:
     """Raises BadInput unless every worker has this davarlab."""
     try:
         there = found.run(version)
@@ -90,8 +99,10 @@ def check_versions(found, own):
             raise BadInput(f"--scheduler: worker {worker} has davar {other}, this is {own}")
 
 
-def results(found, work):
-    """(job, what measured() made of it) as they come; a worker that dies of a file twice is that file's failure."""
+def results(found: "Client", work: Sequence[jobs.Job]) -> Iterator[tuple[jobs.Job, Done]]:
+    """(job, what measured() made of it) as they come; a worker that dies of a file twice is that
+    file's failure.
+    """
     from dask import distributed
 
     futures = {
@@ -100,7 +111,7 @@ def results(found, work):
     }
     for future in distributed.as_completed(futures):
         if future.status == "finished":
-            done = future.result()
+            done: Done = future.result()
         else:
             why = future.exception()
             done = {

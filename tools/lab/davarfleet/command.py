@@ -7,37 +7,61 @@ import re
 import signal
 import time
 import zlib
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypedDict
 
 from davarlab import files
 from davarlab import model as models
+from davarlab.diagnosis.state import Progress
 from davarlab.errors import BadInput
-from davarlab.logs import door
+from davarlab.logs import formats
+from davarlab.model import Model
 from davarlab.report import contents, values
 from davarlab.thresholds import CHANCE
 
 from . import cluster, limits, population, sources, store
 from . import job as jobs
+from .store import Found, Row
 
 TOLD_S = 2.0  # between two lines of progress
 STOPPED = 130  # exit status behind Ctrl-C, as of a shell
+Todo = tuple[jobs.Job, str | None]  # with its marker
+Emit = Callable[[Namespace, object, str], None]
 
 
-def batch_of(pattern, address):
-    """The batch that an address tells: the first group of the pattern, or all that it matches; "" where it does not match."""
-    found = pattern and pattern.search(address)
-    return "" if not found else found.group(1 if pattern.groups else 0) or ""
+class Counted(TypedDict):
+    """What was done now. worker_s: seconds of all workers; cpu_s: of their processors."""
+
+    recordings: int
+    failed: int
+    samples: int
+    wall_s: float
+    worker_s: float
+    cpu_s: float
+    workers: int
 
 
-def pattern_of(text):
+def batch_of(pattern: re.Pattern[str] | None, address: str) -> str:
+    """The batch that an address tells: the first group of the pattern, or all that it matches; ""
+    where it does not match.
+    """
+    found = pattern.search(address) if pattern else None
+    return (found.group(1 if found.re.groups else 0) or "") if found else ""
+
+
+def pattern_of(text: str | None) -> re.Pattern[str] | None:
     try:
         return re.compile(text) if text else None
     except re.error as why:
         raise BadInput(f"--batch {text}: not a regular expression ({why})") from None
 
 
-def chosen(addresses, count):
-    """Those of which a recording is drawn by chance: as many as are wanted, by a number of their names, so that more files change little. Of the names
-    only what is behind the folder that all share counts: the same files are chosen wherever they lie."""
+def chosen(addresses: Sequence[str], count: int) -> set[str]:
+    """Those of which a recording is drawn by chance: as many as are wanted, by a number of their
+    names, so that more files change little. Of the names only what is behind the folder that all
+    share counts: the same files are chosen wherever they lie.
+    """
     shared = len(sources.shared_folder(addresses))
     return set(
         sorted(
@@ -47,8 +71,8 @@ def chosen(addresses, count):
     )
 
 
-def work_of(options, addresses, model):
-    how = door.Options(
+def work_of(options: Namespace, addresses: Sequence[str], model: Model) -> list[jobs.Job]:
+    how = formats.Options(
         options.rate,
         options.sensor,
         options.unit,
@@ -71,7 +95,9 @@ def work_of(options, addresses, model):
     ]
 
 
-def undone(work, kept, version, progress):
+def undone(
+    work: Sequence[jobs.Job], kept: store.Store, version: str, progress: Progress
+) -> list[Todo]:
     """(job, marker) of what is missing or has changed."""
     found = []
     for job in work:
@@ -82,14 +108,16 @@ def undone(work, kept, version, progress):
     return found
 
 
-def advance(options, todo, kept, version, progress):
-    """Does the jobs, each kept as it comes. Returns {recordings, failed, samples, wall_s, worker_s, cpu_s, workers}."""
+def advance(
+    options: Namespace, todo: Sequence[Todo], kept: store.Store, version: str, progress: Progress
+) -> Counted:
+    """Does the jobs, each kept as it comes."""
     markers, begin, told = (
         {job.address: marker for job, marker in todo},
         time.monotonic(),
         time.monotonic(),
     )
-    count = {
+    count: Counted = {
         "recordings": 0,
         "failed": 0,
         "samples": 0,
@@ -122,27 +150,31 @@ def advance(options, todo, kept, version, progress):
                 told = time.monotonic()
                 left = (len(todo) - count["recordings"]) * count["wall_s"] / count["recordings"]
                 progress(
-                    f"{count['recordings']} of {len(todo)}, {count['recordings'] / count['wall_s']:.2g} per second, {left:.0f} s remaining"
+                    f"{count['recordings']} of {len(todo)}, "
+                    f"{count['recordings'] / count['wall_s']:.2g} per second, "
+                    f"{left:.0f} s remaining"
                 )
     return count
 
 
-def rows_of(work, kept, pattern, version):
+def rows_of(
+    work: Sequence[jobs.Job], kept: store.Store, pattern: re.Pattern[str] | None, version: str
+) -> Iterator[Row]:
     """The rows of all recordings, done now or before."""
     for job in work:
-        found = kept.kept(job.address) or {"rows": [{"failed": "not done"}], "seconds": None}
-        for row in found["rows"]:
+        found = kept.kept(job.address)
+        for row in found["rows"] if found else [{"failed": "not done"}]:
             yield {
                 "file": job.address,
                 "batch": batch_of(pattern, job.address),
-                "seconds": found["seconds"],
+                "seconds": found["seconds"] if found else None,
                 "davar": version,
                 "table_version": store.TABLE_VERSION,
                 **row,
             }
 
 
-def judge(test, rows, path):
+def judge(test: limits.Test | None, rows: Sequence[Row], path: str) -> Found | None:
     """Puts pass or fail into the rows; what the limits come to."""
     if test is None:
         return None
@@ -164,7 +196,7 @@ def judge(test, rows, path):
     }
 
 
-def found_in(rows, counted, judged, version):
+def found_in(rows: Sequence[Row], counted: Counted, judged: Found | None, version: str) -> Found:
     """Everything that --json and the page say."""
     good = [row for row in rows if "failed" not in row]
     said = population.of(good)
@@ -194,7 +226,7 @@ def found_in(rows, counted, judged, version):
     }
 
 
-def named_alone(rows):
+def named_alone(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
     """batch -> verdict -> units, of units whose own recording names an effect."""
     return {
         batch: {
@@ -207,10 +239,10 @@ def named_alone(rows):
 
 
 @contextlib.contextmanager
-def ended_like_ctrl_c():
+def ended_like_ctrl_c() -> Iterator[None]:
     """SIGTERM ends the work as Ctrl-C does, workers too."""
 
-    def stop(*_):
+    def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGTERM, stop)
@@ -220,8 +252,10 @@ def ended_like_ctrl_c():
         signal.signal(signal.SIGTERM, before)
 
 
-def run(options, progress, emit):
-    """The command. Exit status 0: all is well; 1: a file failed, a unit failed its limits, or a batch lacks something."""
+def run(options: Namespace, progress: Progress, emit: Emit) -> int:
+    """The command. Exit status 0: all is well; 1: a file failed, a unit failed its limits, or a
+    batch lacks something.
+    """
     if str(options.model).endswith((".yaml", ".yml")):
         raise BadInput(
             f"{options.model}: not a model file (TOML). davarlab sheet --kalibr makes one"
@@ -243,13 +277,24 @@ def run(options, progress, emit):
             counted = advance(options, todo, kept, version, progress)
     except KeyboardInterrupt:
         progress(
-            f"stopped. Finished recordings are in {kept.units}. The same command continues from there"
+            f"stopped. Finished recordings are in {kept.units}. The same command "
+            "continues from there"
         )
         return STOPPED
     return finish(options, work, kept, pattern, version, test, counted, progress, emit)
 
 
-def finish(options, work, kept, pattern, version, test, counted, progress, emit):
+def finish(
+    options: Namespace,
+    work: Sequence[jobs.Job],
+    kept: store.Store,
+    pattern: re.Pattern[str] | None,
+    version: str,
+    test: limits.Test | None,
+    counted: Counted,
+    progress: Progress,
+    emit: Emit,
+) -> int:
     from . import page  # the pictures take a second to load
 
     rows = list(rows_of(work, kept, pattern, version))

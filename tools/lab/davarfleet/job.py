@@ -2,37 +2,46 @@
 
 import hashlib
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from davarlab import arithmetic, axes, simulate
 from davarlab import model as models
+from davarlab.candidates.candidate import Candidate
 from davarlab.data import recording as recordings
+from davarlab.data.recording import Recording
 from davarlab.diagnosis import diagnose, improve, search
 from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis.improve import Estimates
+from davarlab.diagnosis.state import Judged, State
 from davarlab.effects import own, table
 from davarlab.errors import BadInput
-from davarlab.logs import door
+from davarlab.logs import formats
+from davarlab.model import Model
 
 from . import sources
+from .store import Done, Row
 
 DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from somewhere else
 
 
 @dataclass(frozen=True)
 class Job:
-    """One recording. model: the text of a model file; axes: as --axes takes them, None: the column of the model; effects: files of own effects;
-    chance: also draw a recording of the fitted model, and ask what it would seem to lack."""
+    """One recording. model: the text of a model file; axes: as --axes takes them, None: the column
+    of the model; effects: files of own effects; chance: also draw a recording of the fitted model,
+    and ask what it would seem to lack.
+    """
 
     address: str
     model: str
     axes: str | None = None
-    how: door.Options = field(default_factory=door.Options)
-    effects: tuple = ()
+    how: formats.Options = field(default_factory=formats.Options)
+    effects: tuple[str, ...] = ()
     chance: bool = False
 
 
-def known_effects(paths):
+def known_effects(paths: Iterable[str]) -> None:
     """Own effects, once a process."""
     for path in paths:
         try:
@@ -42,8 +51,8 @@ def known_effects(paths):
                 raise
 
 
-def measured(job):
-    """{"rows", "seconds", "cpu_s" of this process, "again": is the failure one that may pass}. Raises nothing that a file could be the cause of."""
+def measured(job: Job) -> Done:
+    """The rows of a recording. Raises nothing that a file could be the cause of."""
     arithmetic.on_one_thread()
     begin, spent, again = time.perf_counter(), time.process_time(), False
     try:
@@ -71,14 +80,16 @@ def measured(job):
     }
 
 
-def rows_of(path, job):
-    recording, given = door.read(path, job.how), models.of_text(job.model, "model")
+def rows_of(path: str, job: Job) -> list[Row]:
+    recording, given = formats.read(path, job.how), models.of_text(job.model, "model")
     columns = axes.columns_of(recording, job.axes) if job.axes else [given.column]
     return [row_of(recording, replace(given, column=column), job) for column in columns]
 
 
-def row_of(recording, given, job):
-    """One axis as plain values: coefficients with intervals, verdict, gains of what the model lacks."""
+def row_of(recording: Recording, given: Model, job: Job) -> Row:
+    """One axis as plain values: coefficients with intervals, verdict, gains of what the model
+    lacks.
+    """
     seen, model = axes.for_analysis(recording, given)
     models.check_fits(model, seen, "model")
     state, ranking, verdict, alternatives = asked(seen, model)
@@ -105,9 +116,10 @@ def row_of(recording, given, job):
     return row
 
 
-def asked(recording, model):
-    """(judged state of the model, candidates beside it, verdict, kinds that cannot be told from it): what diagnose says, without asking twice where no
-    candidate is beyond chance."""
+def asked(recording: Recording, model: Model) -> tuple[Judged, list[Candidate], str, list[str]]:
+    """(judged state of the model, candidates beside it, verdict, kinds that cannot be told from
+    it): what diagnose says, without asking twice where no candidate is beyond chance.
+    """
     state = state_of.judged(state_of.start(recording, model))
     ranking = search.ranking(state)
     if state.known is None and not search.significant(ranking):
@@ -116,16 +128,20 @@ def asked(recording, model):
     return state, ranking, found.verdict, [one.kind for one in found.alternatives]
 
 
-def gains(ranking):
+def gains(ranking: Iterable[Candidate]) -> dict[str, float]:
     """kind -> log-likelihood units, none below 0."""
-    best = {}
+    best: dict[str, float] = {}
     for candidate in ranking:
         best[candidate.kind] = max(best.get(candidate.kind, 0.0), float(candidate.gain))
     return best
 
 
-def coefficients(fitted, entries, column):
-    """ "kind.parameter" as a model file of the column calls it -> [value, low, high]; low and high None where the record says next to nothing."""
+def coefficients(
+    fitted: Model, entries: Iterable[Estimates], column: str
+) -> dict[str, list[float | None]]:
+    """ "kind.parameter" as a model file of the column calls it -> [value, low, high]; low and high
+    None where the record says next to nothing.
+    """
     found = {}
     for term, entry in zip(fitted.terms, entries):
         kind = models.ACCEL_KINDS.get(term.kind, term.kind) if axes.is_accel(column) else term.kind
@@ -140,12 +156,12 @@ def coefficients(fitted, entries, column):
     return found
 
 
-def temperature(recording):
+def temperature(recording: Recording) -> float | None:
     name = next((name for name in recording.columns if name.startswith("temp")), None)
     return float(np.mean(recording.columns[name])) if name else None
 
 
-def start(recording):
+def start(recording: Recording) -> float | None:
     """Unix time of the first sample, None where the stamps count from somewhere else."""
     if "time_s" not in recording.columns:
         return None
@@ -153,8 +169,10 @@ def start(recording):
     return begin if begin > DATED_S else None
 
 
-def seed_of(recording, column):
-    """Of what was measured, so that a recording is drawn alike wherever it lies, under whatever name."""
+def seed_of(recording: Recording, column: str) -> int:
+    """Of what was measured, so that a recording is drawn alike wherever it lies, under whatever
+    name.
+    """
     return int.from_bytes(
         hashlib.sha256(np.ascontiguousarray(recording.columns[column], float).tobytes()).digest()[
             :8
@@ -163,8 +181,10 @@ def seed_of(recording, column):
     )
 
 
-def drawn(recording, fitted, state):
-    """The recording with its gyro drawn from the fitted model: what there is when nothing is missing."""
+def drawn(recording: Recording, fitted: Model, state: State) -> Recording:
+    """The recording with its gyro drawn from the fitted model: what there is when nothing is
+    missing.
+    """
     rng, terms = (
         np.random.default_rng(seed_of(recording, fitted.column)),
         [term for term in fitted.terms if not np.isnan(table.find(term.kind).dps(term.parameters))],

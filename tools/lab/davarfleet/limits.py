@@ -1,14 +1,17 @@
 """Limits of a production test: pass or fail from the intervals, and how often a good unit fails.
 
-A coefficient x is estimated with the standard error s of ln x (of x itself where the interval is even about the value): s = ln(high / low) / (2 * 1.96).
-A unit fails a limit L where its estimate is beyond L by more than z s, z the normal quantile of 1 - at_limit. So a unit whose true value is L fails with
-the chance `at_limit`, and one whose true value is t with
+A coefficient x is estimated with the standard error s of ln x (of x itself where the interval is
+even about the value): s = ln(high / low) / (2 * 1.96). A unit fails a limit L where its estimate is
+beyond L by more than z s, z the normal quantile of 1 - at_limit. So a unit whose true value is L
+fails with the chance `at_limit`, and one whose true value is t with
 
-    P(fail | t) = Phi((ln t - ln L) / s - z)        (max; the signs turned for min)                                        (F.1)
+    P(fail | t) = Phi((ln t - ln L) / s - z)        (max; the signs turned for min)        (F.1)
 
-tests/lab/test_fleet.py draws sensors at a limit and beside it, and counts."""
+tests/lab/test_fleet.py draws sensors at a limit and beside it, and counts.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +19,8 @@ from davarlab import model as models
 from davarlab.errors import BadInput
 from davarlab.thresholds import CHANCE
 from scipy import stats
+
+from .store import Found, Row
 
 AT_LIMIT = 0.025
 CAUGHT = 0.95
@@ -30,20 +35,22 @@ class Limit:
     side: int
 
     @property
-    def said(self):
+    def said(self) -> str:
         return f"{self.coefficient} {'<=' if self.side > 0 else '>='} {self.value:g}"
 
 
 @dataclass(frozen=True)
 class Test:
-    """at_limit: share of the units exactly at a limit that fail; adequate: must the model be adequate."""
+    """at_limit: share of the units exactly at a limit that fail; adequate: must the model be
+    adequate.
+    """
 
-    limits: tuple
+    limits: tuple[Limit, ...]
     at_limit: float
     adequate: bool
 
 
-def number(value, where):
+def number(value: object, where: str) -> float:
     if (
         isinstance(value, bool)
         or not isinstance(value, (int, float))
@@ -53,7 +60,7 @@ def number(value, where):
     return float(value)
 
 
-def limits_in(entry, where):
+def limits_in(entry: object, where: str) -> list[Limit]:
     if not isinstance(entry, dict) or not isinstance(entry.get("coefficient"), str):
         raise BadInput(f"{where}: a limit needs coefficient, as kind.parameter")
     wrong = set(entry) - {"coefficient", "min", "max"}
@@ -68,7 +75,7 @@ def limits_in(entry, where):
     ]
 
 
-def read(path):
+def read(path: str) -> Test:
     """The test in a TOML file. Raises BadInput."""
     data = models.load_toml(path)
     wrong = set(data) - {"at_limit", "adequate", "limit"}
@@ -96,7 +103,7 @@ def read(path):
     )
 
 
-def check_names(test, names, path):
+def check_names(test: Test, names: Sequence[str], path: str) -> None:
     """Raises BadInput for a limit on what no unit has."""
     for one in test.limits:
         if names and one.coefficient not in names:
@@ -105,12 +112,14 @@ def check_names(test, names, path):
             )
 
 
-def relative(value, low, high):
+def relative(value: float, low: float | None, high: float | None) -> bool:
     """Is the interval even in the logarithm."""
-    return low is not None and low > 0 and math.isclose(low * high, value * value, rel_tol=1e-6)
+    if low is None or high is None or low <= 0:
+        return False
+    return math.isclose(low * high, value * value, rel_tol=1e-6)
 
 
-def error_of(value, low, high):
+def error_of(value: float, low: float, high: float) -> tuple[float, bool]:
     """(standard error, is it of the logarithm) of an estimate."""
     if relative(value, low, high):
         return math.log(high / low) / (2 * CHANCE.normal_95), True
@@ -119,9 +128,11 @@ def error_of(value, low, high):
     ) / CHANCE.normal_95, False
 
 
-def beyond(limit, value, low, high):
-    """By how many standard errors the estimate is beyond the limit; None where the record says next to nothing."""
-    if low is None:
+def beyond(limit: Limit, value: float, low: float | None, high: float | None) -> float | None:
+    """By how many standard errors the estimate is beyond the limit; None where the record says next
+    to nothing.
+    """
+    if low is None or high is None:
         return None
     error, logarithm = error_of(value, low, high)
     if logarithm and limit.value > 0:
@@ -133,8 +144,10 @@ def beyond(limit, value, low, high):
     )
 
 
-def outcome(test, row):
-    """("pass", "fail" or "no result", what it failed). A unit that was not measured has not passed."""
+def outcome(test: Test, row: Row) -> tuple[str, list[str]]:
+    """("pass", "fail" or "no result", what it failed). A unit that was not measured has not
+    passed.
+    """
     threshold, failed, unknown = stats.norm.isf(test.at_limit), [], []
     for limit in test.limits:
         estimate = row["coefficients"].get(limit.coefficient)
@@ -148,14 +161,18 @@ def outcome(test, row):
     return ("fail", failed) if failed else ("no result", unknown) if unknown else ("pass", [])
 
 
-def chance_of_fail(limit, true, error, logarithm, at_limit):
+def chance_of_fail(
+    limit: Limit, true: float, error: float, logarithm: bool, at_limit: float
+) -> float:
     """(F.1): of a unit whose true value is `true`."""
     off = math.log(true / limit.value) if logarithm else true - limit.value
     return float(stats.norm.cdf(limit.side * off / error - stats.norm.isf(at_limit)))
 
 
-def stated(test, rows):
-    """Of each limit: the chances to fail of a unit at the limit and of the median unit, and the true value that fails in 95 of 100 cases."""
+def stated(test: Test, rows: Sequence[Row]) -> list[Found]:
+    """Of each limit: the chances to fail of a unit at the limit and of the median unit, and the
+    true value that fails in 95 of 100 cases.
+    """
     found = []
     for limit in test.limits:
         known = [

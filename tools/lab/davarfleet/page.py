@@ -1,6 +1,8 @@
 """The report on a population, as a page and in the terminal."""
 
 import shlex
+from argparse import Namespace
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -15,6 +17,7 @@ from markupsafe import Markup
 
 from . import limits as limits_of
 from . import pictures, population, sources
+from .store import Found, Row
 
 HERE = Path(__file__).resolve().parent
 ROWS_MAX = 40  # of a table; the Parquet file has all
@@ -24,7 +27,7 @@ LEAST_SHOWN = 1e-6  # smaller shares are printed as a bound
 
 
 @cache
-def template():
+def template() -> jinja2.Template:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(HERE),
         autoescape=True,
@@ -43,7 +46,7 @@ def template():
     return environment.get_template("page.html")
 
 
-def percent(share, digits=2):
+def percent(share: float | None, digits: int = 2) -> str:
     return (
         "–"
         if share is None
@@ -53,7 +56,7 @@ def percent(share, digits=2):
     )
 
 
-def command_of(typed):
+def command_of(typed: Sequence[str]) -> str:
     """The command as typed, without the middle of a long list of files."""
     return (
         shlex.join(["tools/davarlab", *typed])
@@ -66,17 +69,20 @@ def command_of(typed):
     )
 
 
-def where(one, many_axes=False):
+def where(one: Found, many_axes: bool = False) -> str:
     """The name of a batch in a sentence."""
     batch = f"Batch {one['batch']}" if one["batch"] else "The units"
     return f"{batch}, {one['axis']}" if many_axes else batch
 
 
-def verdict(found):
+def verdict(found: Found) -> tuple[str, str]:
     """(tone, the main results)."""
     said, many = [], len({one["axis"] for one in found["hidden"]}) > 1
     said += [
-        f"{where(one, many)} as a whole {'have' if not one['batch'] else 'has'} an effect that the model lacks: {words.name(one['kind'])}."
+        (
+            f"{where(one, many)} as a whole {'have' if not one['batch'] else 'has'} an effect that "
+            f"the model lacks: {words.name(one['kind'])}."
+        )
         for one in found["hidden"]
         if one["named"]
     ]
@@ -88,7 +94,8 @@ def verdict(found):
         )
     if found["failed"]:
         said.append(
-            f"{len(found['failed'])} recording{'s' if len(found['failed']) > 1 else ''} could not be used."
+            f"{len(found['failed'])} recording{'s' if len(found['failed']) > 1 else ''} "
+            "could not be used."
         )
     bad = judged and judged["fail"]
     return (
@@ -101,7 +108,7 @@ def verdict(found):
     )
 
 
-def hidden_sentences(found):
+def hidden_sentences(found: Found) -> list[str]:
     """For each batch with a missing effect: the evidence, and other explanations."""
     out, many = [], len({one["axis"] for one in found["hidden"]}) > 1
     for one in (one for one in found["hidden"] if one["named"]):
@@ -115,12 +122,16 @@ def hidden_sentences(found):
             and (other["axis"], other["batch"]) == (one["axis"], one["batch"])
         ]
         out.append(
-            f"{where(one, many)}: {words.name(one['kind'])} raises the log-likelihood by {one['mean_gain']:.2f} per unit, compared with "
-            f"{one['by_chance']:.2f} in simulated recordings without it. Over {one['units']} units, this is {one['deviations']:.1f} standard "
+            f"{where(one, many)}: {words.name(one['kind'])} raises the log-likelihood by "
+            f"{one['mean_gain']:.2f} per unit, compared with "
+            f"{one['by_chance']:.2f} in simulated recordings without it. Over {one['units']} "
+            f"units, this is {one['deviations']:.1f} standard "
             f"deviations (p {words.chance(one['p_value'])}). "
-            f"{alone} of the {one['units']} recordings {'shows' if alone == 1 else 'show'} it alone."
+            f"{alone} of the {one['units']} recordings "
+            f"{'shows' if alone == 1 else 'show'} it alone."
             + (
-                f" These recordings cannot distinguish it from {', '.join(map(words.name, one['tied']))}. The reported effect has the fewest "
+                " These recordings cannot distinguish it from "
+                f"{', '.join(map(words.name, one['tied']))}. The reported effect has the fewest "
                 "parameters."
                 if one["tied"]
                 else ""
@@ -135,8 +146,10 @@ def hidden_sentences(found):
     return out
 
 
-def attention(rows):
-    """(rows to show, their total number) of the units to check: those that fail a limit, then outliers."""
+def attention(rows: Sequence[Row]) -> tuple[list[Row], int]:
+    """(rows to show, their total number) of the units to check: those that fail a limit, then
+    outliers.
+    """
     found = [row for row in rows if row.get("limits") in ("fail", "no result")]
     found += [row for row in rows if row["outlier"] and row not in found]
     return [
@@ -153,7 +166,7 @@ def attention(rows):
     ], len(found)
 
 
-def contents_of(options, rows, found):
+def contents_of(options: Namespace, rows: Sequence[Row], found: Found) -> dict[str, object]:
     good = [row for row in rows if "failed" not in row]
     names = population.names_of(good)[:NAMES_MAX]
     read = limits_of.read(options.limits).limits if options.limits else ()
@@ -180,40 +193,44 @@ def contents_of(options, rows, found):
     }
 
 
-def write(contents, path):
+def write(contents: dict[str, object], path: Path) -> None:
     style = Markup((Path(pages.__file__).parent / "style.css").read_text(encoding="utf-8"))
     files.write_whole(path, template().render(contents, style=style).encode())
 
 
-def text(found, folder):
+def text(found: Found, folder: Path) -> str:
     """The output in the terminal."""
     out = [words.in_ascii(verdict(found)[1]), ""]
     out += [
         f"{'batch':<14}{'axis':<14}{'coefficient':<52}{'units':>6}{'median':>11}{'spread':>9}{'outliers':>9}"
     ]
     out += [
-        f"{one['batch']:<14}{one['axis']:<14}{one['coefficient']:<52}{one['units']:>6}{one['median']:>11.4g}{100 * one['spread']:>7.1f} %"
-        f"{len(one['outliers']):>9}"
+        f"{one['batch']:<14}{one['axis']:<14}{one['coefficient']:<52}{one['units']:>6}"
+        f"{one['median']:>11.4g}{100 * one['spread']:>7.1f} %{len(one['outliers']):>9}"
         for one in found["coefficients"]
     ]
     out += [words.in_ascii(line) for line in hidden_sentences(found)]
     for one in (found["limits"] or {}).get("stated", []):
         out.append(
-            f"{one['limit']}: a unit exactly at the limit fails in {100 * one['at_limit']:g} % of cases, the median unit in "
-            + words.in_ascii(percent(one["median_unit"]))
-            + f", and a unit at {one['caught_from']:.4g} in 95 %"
+            f"{one['limit']}: a unit exactly at the limit fails in {100 * one['at_limit']:g} % of "
+            f"cases, the median unit in {words.in_ascii(percent(one['median_unit']))}"
+            f", and a unit at {one['caught_from']:.4g} in 95 %"
         )
     out += [
-        f"{one['coefficient']} changes with {one['against']}: {100 * one['slope']:+.3g} % per {'day' if one['against'] == 'date' else 'degree'}"
+        f"{one['coefficient']} changes with {one['against']}: {100 * one['slope']:+.3g} % per "
+        f"{'day' if one['against'] == 'date' else 'degree'}"
         for one in found["trends"]
         if one["found"]
     ]
     now = found["done_now"]
     if now["recordings"]:
         out.append(
-            f"{now['recordings']} recordings in {now['wall_s']:.0f} s on {now['workers']} worker{'s' * (now['workers'] != 1)}: "
-            f"{now['recordings'] / max(now['worker_s'], 1e-9):.2g} per second and worker, {now['recordings'] / max(now['cpu_s'], 1e-9):.2g} per second "
-            f"of processor time, {now['recordings'] / max(now['wall_s'], 1e-9):.2g} per second in total"
+            f"{now['recordings']} recordings in {now['wall_s']:.0f} s on {now['workers']} "
+            f"worker{'s' * (now['workers'] != 1)}: "
+            f"{now['recordings'] / max(now['worker_s'], 1e-9):.2g} per second and worker, "
+            f"{now['recordings'] / max(now['cpu_s'], 1e-9):.2g} per second "
+            f"of processor time, {now['recordings'] / max(now['wall_s'], 1e-9):.2g} per second "
+            "in total"
         )
     out.append(f"{folder}/fleet.parquet, {folder}/fleet.html")
     return "\n".join(out)

@@ -1,20 +1,25 @@
 """The pictures of a population, each one SVG file in text."""
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 
+import matplotlib.pyplot as plt
 import numpy as np
+import numpy.typing as npt
 from davarlab.effects import table
 from davarlab.report import pictures, words
-from davarlab.report.plot import plt
+from matplotlib.figure import Figure
 
 from . import population
+from .limits import Limit
+from .store import Found, Row
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#999999")
 BATCHES_MAX = len(COLOURS)
 KINDS_MAX = 12
 
 
-def coefficient(name):
+def coefficient(name: str) -> str:
     """kind.parameter as people read it: a size of a gyro's effect by its unit."""
     kind, _, parameter = name.partition(".")
     size = table.TABLE[kind].size if kind in table.TABLE else None
@@ -25,13 +30,13 @@ def coefficient(name):
     )
 
 
-def framed(rows, height):
+def framed(rows: int, height: float) -> tuple[Figure, npt.NDArray[np.object_]]:
     return plt.subplots(
         rows, 1, figsize=(pictures.WIDTH, height * rows + 0.5), layout="constrained", squeeze=False
     )
 
 
-def batches_of(rows):
+def batches_of(rows: Sequence[Row]) -> list[tuple[str, list[Row], str]]:
     """(name, rows, colour), the last of many together."""
     found = list(population.groups(rows, "batch").items())
     shown, rest = (
@@ -45,7 +50,7 @@ def batches_of(rows):
     ]
 
 
-def distributions(rows, names, limits):
+def distributions(rows: Sequence[Row], names: Sequence[str], limits: Sequence[Limit]) -> str:
     """A histogram of each coefficient, the batches above each other."""
     with plt.rc_context(pictures.SETTINGS):
         figure, axes = framed(len(names), 2.0)
@@ -80,7 +85,7 @@ def distributions(rows, names, limits):
         return pictures.svg(figure)
 
 
-def gains(hidden):
+def gains(hidden: Sequence[Found]) -> str:
     """What candidates gain in each batch beyond chance, in standard deviations of chance."""
     kinds = list(dict.fromkeys(one["kind"] for one in hidden))[:KINDS_MAX]
     batches = sorted({(one["axis"], one["batch"]) for one in hidden})[:BATCHES_MAX]
@@ -118,7 +123,7 @@ def gains(hidden):
         return pictures.svg(figure)
 
 
-def over(rows, names, key):
+def over(rows: Sequence[Row], names: Sequence[str], key: str) -> str | None:
     """Each coefficient over date or temperature, a dot a unit; None where nothing is known."""
     rows = [row for row in rows if row.get(key) is not None]
     if len(rows) < 2 or np.ptp([row[key] for row in rows]) == 0:

@@ -1,15 +1,23 @@
-"""What many units say together: spread of each coefficient, outliers, batches, trends; and effects that no single recording shows."""
+"""What many units say together: spread of each coefficient, outliers, batches, trends; and effects
+that no single recording shows.
+"""
 
 import functools
+from collections.abc import Iterable, Sequence
 
 import numpy as np
+from davarlab.arrays import Floats
 from davarlab.effects import table
 from davarlab.thresholds import CHANCE
 from scipy import stats
 
 from . import limits
+from .store import Found, Row
 
-OUTLIER = 0.01  # share of groups (a coefficient in a batch) of normal values in which one is called an outlier
+Gains = dict[str, float]  # of candidates, by kind
+
+# share of groups (a coefficient in a batch) of normal values in which one is called an outlier
+OUTLIER = 0.01
 CAPPED = (
     0.99  # quantile of the gains of batch and chance together, above which a gain counts no more
 )
@@ -24,28 +32,29 @@ TO_SIGMA = 1.482602218505602  # of the median absolute deviation
 SLOPES_MAX = 1000  # units that the slopes of all pairs are taken of
 
 
-def groups(rows, key):
-    found = {}
+def groups(rows: Iterable[Row], key: str) -> dict[str, list[Row]]:
+    found: dict[str, list[Row]] = {}
     for row in rows:
         found.setdefault(row[key], []).append(row)
     return dict(sorted(found.items(), key=lambda item: str(item[0])))
 
 
-def estimates(rows, name):
-    """Rows that have a coefficient with an interval, and (value, low, high) of each, shape (n, 3)."""
+def estimates(rows: Iterable[Row], name: str) -> tuple[list[Row], Floats]:
+    """Rows that have a coefficient with an interval; (value, low, high) of each, shape (n, 3)."""
     have = [row for row in rows if row["coefficients"].get(name, [0, None])[1] is not None]
     return have, np.array([row["coefficients"][name] for row in have], float).reshape(-1, 3)
 
 
-def in_logarithm(values):
+def in_logarithm(values: Floats) -> bool:
     """Is a coefficient compared in its logarithm: all of its values are above 0."""
-    return len(values) > 0 and bool(np.all(values[:, 0] > 0)) and np.mean(values[:, 1] > 0) > 0.5
+    return bool(len(values) > 0 and np.all(values[:, 0] > 0) and np.mean(values[:, 1] > 0) > 0.5)
 
 
 @functools.cache
-def threshold(count):
-    """Robust deviations |x - median| / (1.4826 MAD) that the largest of so many normal values exceeds in 1 of 100 groups. By simulation, since the
-    scatter of the MAD itself matters."""
+def threshold(count: int) -> float:
+    """Robust deviations |x - median| / (1.4826 MAD) that the largest of so many normal values
+    exceeds in 1 of 100 groups. By simulation, since the scatter of the MAD itself matters.
+    """
     if count > DRAWN_TO:
         return float(stats.norm.isf(OUTLIER / (2 * count)))
     rng, largest = np.random.default_rng(count), []
@@ -54,14 +63,18 @@ def threshold(count):
     return float(np.quantile(np.concatenate(largest), 1 - OUTLIER))
 
 
-def robust(x):
+def robust(x: Floats) -> Floats:
     """(x - median) / (1.4826 MAD) along the last axis."""
     off = x - np.median(x, axis=-1, keepdims=True)
-    return off / np.maximum(TO_SIGMA * np.median(np.abs(off), axis=-1, keepdims=True), 1e-300)
+    spread = TO_SIGMA * np.median(np.abs(off), axis=-1, keepdims=True)
+    found: Floats = off / np.maximum(spread, 1e-300)
+    return found
 
 
-def summary(rows, axis, batch, name):
-    """One coefficient of one batch: median, spread, and how much of the spread the intervals explain; marks outliers in the rows."""
+def summary(rows: Sequence[Row], axis: str, batch: str, name: str) -> Found | None:
+    """One coefficient of one batch: median, spread, and how much of the spread the intervals
+    explain; marks outliers in the rows.
+    """
     have, values = estimates(rows, name)
     if not len(values):
         return None
@@ -100,7 +113,7 @@ def summary(rows, axis, batch, name):
     }
 
 
-def compared(rows, axis, name):
+def compared(rows: Sequence[Row], axis: str, name: str) -> Found | None:
     """Do the batches differ in a coefficient (Kruskal and Wallis)."""
     found = [estimates(part, name)[1] for part in groups(rows, "batch").values()]
     found = [values[:, 0] for values in found if len(values) >= LEAST]
@@ -109,17 +122,19 @@ def compared(rows, axis, name):
     return {"axis": axis, "coefficient": name, "p_value": float(stats.kruskal(*found).pvalue)}
 
 
-def trend(rows, axis, name, against):
-    """A coefficient, apart from the median of its batch, against date (against: start_s) or mean temperature: Spearman's p, the median slope of all
-    pairs with its 95 % interval, relative and per day or per degree."""
+def trend(rows: Sequence[Row], axis: str, name: str, against: str) -> Found | None:
+    """A coefficient, apart from the median of its batch, against date (against: start_s) or mean
+    temperature: Spearman's p, the median slope of all pairs with its 95 % interval, relative and
+    per day or per degree.
+    """
     rows = [row for row in rows if row.get(against) is not None]
-    x, y = [], []
+    places, sizes = list[float](), list[float]()
     for part in groups(rows, "batch").values():
         have, values = estimates(part, name)
         if len(values) and in_logarithm(values):
-            y += list(np.log(values[:, 0]) - np.median(np.log(values[:, 0])))
-            x += [row[against] for row in have]
-    x, y = np.array(x) / (86400 if against == "start_s" else 1), np.array(y)
+            sizes += list(np.log(values[:, 0]) - np.median(np.log(values[:, 0])))
+            places += [row[against] for row in have]
+    x, y = np.array(places) / (86400 if against == "start_s" else 1), np.array(sizes)
     if len(x) < 2 * LEAST or np.ptp(x) == 0 or np.ptp(y) == 0:
         return None
     step = -(-len(x) // SLOPES_MAX)
@@ -136,8 +151,10 @@ def trend(rows, axis, name, against):
     }
 
 
-def capped(rows, chance):
-    """(kinds, gains of the units, gains by chance), shapes (units, kinds) and (drawn, kinds); the largest hundredth counts as the next."""
+def capped(rows: Sequence[Row], chance: Sequence[Gains]) -> tuple[list[str], Floats, Floats]:
+    """(kinds, gains of the units, gains by chance), shapes (units, kinds) and (drawn, kinds); the
+    largest hundredth counts as the next.
+    """
     kinds = sorted({kind for gains in chance for kind in gains})
     own = np.array([[row["gains"].get(kind, 0.0) for kind in kinds] for row in rows])
     null = np.array([[gains.get(kind, 0.0) for kind in kinds] for gains in chance])
@@ -147,10 +164,13 @@ def capped(rows, chance):
     return kinds, np.minimum(own, most), np.minimum(null, most)
 
 
-def name_one(near, rows, chance):
-    """What is named in a batch that lacks something: of the kinds near its p the one that gains most beyond chance, or, among those that it does not beat
-    by twice the scatter of the difference over the units, the one with the fewest free parameters. It counts as found, and the others of these are its
-    alternatives: which of two kinds that gain alike falls below a threshold is chance. Puts `found`, `named`, `tied` and `alternatives` into the entries."""
+def name_one(near: Sequence[Found], rows: Sequence[Row], chance: Sequence[Gains]) -> None:
+    """What is named in a batch that lacks something: of the kinds near its p the one that gains
+    most beyond chance, or, among those that it does not beat by twice the scatter of the difference
+    over the units, the one with the fewest free parameters. It counts as found, and the others of
+    these are its alternatives: which of two kinds that gain alike falls below a threshold is
+    chance. Puts `found`, `named`, `tied` and `alternatives` into the entries.
+    """
     kinds, own, null = capped(rows, chance)
     beyond = own - null.mean(axis=0) if kinds else own
     place = {one["kind"]: kinds.index(one["kind"]) for one in near}
@@ -171,15 +191,20 @@ def name_one(near, rows, chance):
     chosen.update(found=True, named=True, tied=others, alternatives=others)
 
 
-def free_parameters(kind):
+def free_parameters(kind: str) -> int:
     return sum(not parameter.optional for parameter in table.find(kind).parameters)
 
 
-def hidden(rows, axis, batch, chance, seed=0):
-    """Effects that the model lacks in a batch as a whole. The gains of each candidate over the units of the batch, summed, against those of recordings
-    drawn from the fitted models: is the sum larger than that of as many drawn from both together? By permutation, of the largest standardised sum over
-    all candidates, so that p_value is of the family of all candidates of the batch. The largest hundredth of the gains counts as the next: a unit that
-    shows an effect by itself is named by itself, and does not speak for its batch."""
+def hidden(
+    rows: Sequence[Row], axis: str, batch: str, chance: Sequence[Gains], seed: int = 0
+) -> list[Found]:
+    """Effects that the model lacks in a batch as a whole. The gains of each candidate over the
+    units of the batch, summed, against those of recordings drawn from the fitted models: is the sum
+    larger than that of as many drawn from both together? By permutation, of the largest
+    standardised sum over all candidates, so that p_value is of the family of all candidates of the
+    batch. The largest hundredth of the gains counts as the next: a unit that shows an effect by
+    itself is named by itself, and does not speak for its batch.
+    """
     kinds, own, null = capped(rows, chance)
     if len(own) < LEAST or len(null) < LEAST or not kinds:
         return []
@@ -188,18 +213,19 @@ def hidden(rows, axis, batch, chance, seed=0):
     spread = np.std(everything, axis=0) * np.sqrt(count * len(null) / (len(everything) - 1))
     alive = spread > 1e-9
 
-    def deviations(sums):
-        return (sums[:, alive] - count * total[alive] / len(everything)) / spread[alive]
+    def deviations(sums: Floats) -> Floats:
+        off: Floats = (sums[:, alive] - count * total[alive] / len(everything)) / spread[alive]
+        return off
 
     if not alive.any():
         return []
-    rng, largest = np.random.default_rng(seed), []
+    rng, blocks = np.random.default_rng(seed), list[Floats]()
     for _ in range(PERMUTATIONS // 500):
         picked = np.argpartition(rng.random((500, len(everything))), count - 1, axis=1)[:, :count]
         chosen = np.zeros((500, len(everything)))
         np.put_along_axis(chosen, picked, 1.0, axis=1)
-        largest.append(deviations(chosen @ everything).max(axis=1))
-    largest, found = np.concatenate(largest), deviations(own.sum(axis=0)[None])[0]
+        blocks.append(deviations(chosen @ everything).max(axis=1))
+    largest, found = np.concatenate(blocks), deviations(own.sum(axis=0)[None])[0]
     return [
         {
             "axis": axis,
@@ -217,8 +243,10 @@ def hidden(rows, axis, batch, chance, seed=0):
     ]
 
 
-def hidden_effects(rows):
-    """Of all axes and batches, most certain first; `found`: beyond CHANCE.family_wise over all of them, or named; `named`: see name_one()."""
+def hidden_effects(rows: Sequence[Row]) -> list[Found]:
+    """Of all axes and batches, most certain first; `found`: beyond CHANCE.family_wise over all of
+    them, or named; `named`: see name_one().
+    """
     out = []
     parts = [
         (axis, batch, part)
@@ -239,12 +267,14 @@ def hidden_effects(rows):
     return sorted(out, key=lambda one: -one["deviations"])
 
 
-def names_of(rows):
+def names_of(rows: Iterable[Row]) -> list[str]:
     return list(dict.fromkeys(name for row in rows for name in row["coefficients"]))
 
 
-def of(rows):
-    """What the population says, plain values. rows: those that did not fail; each gets `outlier`, a list of words."""
+def of(rows: Iterable[Row]) -> Found:
+    """What the population says, plain values. rows: those that did not fail; each gets `outlier`, a
+    list of words.
+    """
     rows = sorted(
         rows, key=lambda row: (row["file"], row["axis"])
     )  # sums and draws go over them in this order, whatever order they came in
@@ -258,12 +288,12 @@ def of(rows):
         for batch, one in groups(part, "batch").items()
     ]
     trends = [
-        trend(part, axis, name, against)
+        one
         for axis, part, names in by_axis
         for name in names
         for against in ("start_s", "temperature_degC")
+        if (one := trend(part, axis, name, against))
     ]
-    trends = [one for one in trends if one]
     for one in trends:
         one["found"] = one["p_value"] * len(trends) < CHANCE.family_wise
     batches = [

@@ -3,10 +3,13 @@
 import contextlib
 import os
 import tempfile
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from davarlab.errors import BadInput
 
+Identity = list[list[int]] | dict[str, Any]  # plain values
 GLOB = set("*?[")
 TELLS = (
     "ETag",
@@ -20,22 +23,23 @@ TELLS = (
 )  # what a store says of a file's content
 
 
-def remote(address):
+def remote(address: str) -> bool:
     return "://" in address
 
 
-def store_of(address):
+def store_of(address: str) -> tuple[Any, str]:
     """(fsspec file system, path in it). Raises BadInput for a protocol that nobody serves."""
     import fsspec  # a tenth of a second
 
     try:
-        return fsspec.core.url_to_fs(address)
+        found: tuple[Any, str] = fsspec.core.url_to_fs(address)
+        return found
     except (ValueError, ImportError) as why:
         raise BadInput(f"{address}: {why}") from None
 
 
-def matches(pattern):
-    """The files that a glob names, sorted. Raises BadInput when it names none, or cannot be asked."""
+def matches(pattern: str) -> list[str]:
+    """The files that a glob names, sorted. Raises BadInput when it names none or fails."""
     store, path = store_of(pattern)
     try:
         found = sorted(store.glob(path))
@@ -53,32 +57,36 @@ def matches(pattern):
     ]
 
 
-def expanded(patterns):
-    """Addresses of recordings, each once, in the order given. A file that is there is no glob, whatever its name."""
-    found = []
+def expanded(patterns: Iterable[str]) -> list[str]:
+    """Addresses of recordings, each once, in the order given. A file that is there is no glob,
+    whatever its name.
+    """
+    found: list[str] = []
     for pattern in patterns:
         plain = not GLOB & set(pattern) or not remote(pattern) and os.path.lexists(pattern)
         found += [pattern] if plain else matches(pattern)
     return list(dict.fromkeys(found))
 
 
-def shared_folder(addresses):
+def shared_folder(addresses: Sequence[str]) -> str:
     """What the addresses have in common, up to the last folder."""
     common = os.path.commonprefix(addresses)
     return common[: common.rfind("/") + 1]
 
 
-def said(why):
+def said(why: BaseException) -> str:
     text = " ".join(str(getattr(why, "strerror", None) or why).split())[:200]
     return text or type(why).__name__
 
 
-def identity(address):
-    """What changes when the file does: size and time of change, of a store also its ETag; None where it cannot be told, or nothing is there."""
+def identity(address: str) -> Identity | None:
+    """What changes when the file does: size and time of change, of a store also its ETag; None
+    where it cannot be told, or nothing is there.
+    """
     try:
         if not remote(address):
-            path = Path(address)
-            parts = sorted(path.rglob("*")) if path.is_dir() else [path]
+            place = Path(address)
+            parts = sorted(place.rglob("*")) if place.is_dir() else [place]
             return [[one.stat().st_size, one.stat().st_mtime_ns] for one in parts]
         store, path = store_of(address)
         info = store.info(path)
@@ -89,8 +97,10 @@ def identity(address):
 
 
 @contextlib.contextmanager
-def fetched(address):
-    """The path of a file on this machine while the block lasts; a remote one is fetched whole. Raises OSError with what the store said."""
+def fetched(address: str) -> Iterator[str]:
+    """The path of a file on this machine while the block lasts; a remote one is fetched whole.
+    Raises OSError with what the store said.
+    """
     if not remote(address):
         yield address
         return

@@ -1,24 +1,55 @@
-"""What is done: a file for each recording in OUT/units/, written whole; and the table, OUT/fleet.parquet."""
+"""What is done: a file for each recording in OUT/units/, written whole; and the table,
+OUT/fleet.parquet.
+"""
 
 import hashlib
 import json
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from davarlab import files
 from davarlab.errors import BadInput
 
+from .sources import Identity
+
+if TYPE_CHECKING:
+    from .job import Job
+
 TABLE_VERSION = 2  # of the columns of the table and of the files beside it
+Row = dict[str, Any]  # of the table: plain values by the names of the columns
+Found = dict[str, Any]  # what a population shows: plain values, for --json and the page
 PER_PARAMETER = ("", ".low", ".high")
 
 
-def digest(value):
+class Done(TypedDict):
+    """What a worker made of a recording. cpu_s: of its process; again: is the failure one that may
+    pass.
+    """
+
+    rows: list[Row]
+    seconds: float
+    cpu_s: float
+    again: bool
+
+
+class Kept(TypedDict):
+    """The file of a recording."""
+
+    marker: str | None
+    address: str
+    seconds: float
+    rows: list[Row]
+
+
+def digest(value: object) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 
 class Store:
     """The folder of a fleet. Raises BadInput where it cannot be written."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: str) -> None:
         self.folder, self.units = Path(folder), Path(folder) / "units"
         try:
             self.units.mkdir(parents=True, exist_ok=True)
@@ -26,20 +57,20 @@ class Store:
             raise BadInput(f"{folder}: {files.reason(why)}") from None
         files.check_writable(self.units / "trial")
 
-    def holds(self, address):
+    def holds(self, address: str) -> bool:
         """Is an address this folder, or in it: no recording, though a glob names it."""
         return "://" not in address and files.real(self.folder) in (
             files.real(address),
             *files.real(address).parents,
         )
 
-    def path(self, address):
+    def path(self, address: str) -> Path:
         return self.units / f"{digest(address)[:24]}.json"
 
-    def kept(self, address):
+    def kept(self, address: str) -> Kept | None:
         """What is there of a recording, None: nothing that can be read."""
         try:
-            found = json.loads(files.read_whole(self.path(address)))
+            found: Kept = json.loads(files.read_whole(self.path(address)))
             sound = (
                 {"marker", "seconds", "rows"} <= set(found)
                 and found["rows"]
@@ -49,7 +80,7 @@ class Store:
         except (BadInput, ValueError, TypeError, RecursionError):
             return None
 
-    def keep(self, address, marker, done):
+    def keep(self, address: str, marker: str | None, done: Done) -> None:
         """marker: of file, model and versions; None: to be done again next time."""
         text = json.dumps(
             {
@@ -62,8 +93,10 @@ class Store:
         files.write_whole(self.path(address), text.encode())
 
 
-def marker(identity, job, version):
-    """Equal for a job that would come to the same; None where a change of the file could not be told."""
+def marker(identity: Identity | None, job: "Job", version: str) -> str | None:
+    """Equal for a job that would come to the same; None where a change of the file could not be
+    told.
+    """
     how = [job.how.rate_hz, job.how.sensor, job.how.units, job.how.types, job.how.names]
     own = [files.sha256(path) for path in job.effects]
     return (
@@ -73,26 +106,30 @@ def marker(identity, job, version):
     )
 
 
-def done(kept, wanted, chance):
-    """Need nothing be done: the marker is the same, and what chance gives was asked if it is needed."""
+def done(kept: Kept | None, wanted: str | None, chance: bool) -> bool:
+    """Need nothing be done: the marker is the same, and what chance gives was asked if it is
+    needed.
+    """
     return (
-        bool(kept)
+        kept is not None
         and wanted is not None
-        and kept.get("marker") == wanted
+        and kept["marker"] == wanted
         and not (
             chance and any("failed" not in row and "chance" not in row for row in kept["rows"])
         )
     )
 
 
-def columns_of(rows):
+def columns_of(rows: Iterable[Row]) -> tuple[list[str], list[str]]:
     """Names of the coefficients and of the gains, in the order in which they come."""
     names = dict.fromkeys(name for row in rows for name in row.get("coefficients", {}))
     return list(names), sorted({kind for row in rows for kind in row.get("gains", {})})
 
 
-def write_table(rows, path):
-    """The rows of population.py as Parquet. A row that failed has nothing but its address, batch and reason."""
+def write_table(rows: Sequence[Row], path: Path) -> None:
+    """The rows of population.py as Parquet. A row that failed has nothing but its address, batch
+    and reason.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -138,5 +175,5 @@ def write_table(rows, path):
     files.write_whole(path, sink.getvalue().to_pybytes())
 
 
-def joined(value):
+def joined(value: object) -> object:
     return ", ".join(value) if isinstance(value, list) else value

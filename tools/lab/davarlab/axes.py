@@ -1,17 +1,23 @@
-"""Several axes of one recording in one go, accelerometers among them, and the one table of what was found.
+"""Several axes of one recording in one go, accelerometers among them, and the one table of what was
+found.
 
-An accelerometer goes through the same arithmetic with m/s for deg: its white noise, in deg/sqrt(h) of a gyro, is the velocity random walk in
-m/s/sqrt(h), and so on for every unit. Its column is given to the analysis under another name, without the accelerometer beside it, so that no
-effect of acceleration is looked for in acceleration itself."""
+An accelerometer goes through the same arithmetic with m/s for deg: its white noise, in deg/sqrt(h)
+of a gyro, is the velocity random walk in m/s/sqrt(h), and so on for every unit. Its column is given
+to the analysis under another name, without the accelerometer beside it, so that no effect of
+acceleration is looked for in acceleration itself."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from .data import recording as recordings
+from .data.recording import Recording
 from .effects import table
 from .errors import BadInput
-from .model import ACCEL_KINDS, spoken
+from .inference.estimate import Estimate
+from .model import ACCEL_KINDS, Model, spoken
 
 TO_MPS2 = {"g": 9.80665, "mg": 9.80665e-3, "m_s2": 1.0, "mps2": 1.0}
 SHOWN = {
@@ -26,43 +32,45 @@ SHOWN = {
 
 @dataclass
 class Found:
-    """One axis: its column, the exit status, what --json says of it, (model, estimates) for the table."""
+    """One axis: its column, the exit status, what --json says of it, (model, estimates) for the
+    table."""
 
     column: str
     status: int
-    data: dict
-    model: object
-    entries: list
+    data: dict[str, Any]
+    model: Model
+    entries: list[dict[str, Estimate]]
 
 
-def is_accel(column):
+def is_accel(column: str) -> bool:
     return column.startswith("accel_")
 
 
-def columns_of(recording, words):
+def columns_of(recording: Recording, words: str) -> list[str]:
     """The columns that --axes names: gyro, accel, all, or columns, comma-separated."""
     kinds = {"gyro": ("gyro_",), "accel": ("accel_",), "all": ("gyro_", "accel_")}
     usable = [name for name in recording.columns if unit_of(name)]
-    out = []
+    out: list[str] = []
     for word in words.split(","):
         found = (
             [name for name in usable if name.startswith(kinds[word])] if word in kinds else [word]
         )
         if not found or not set(found) <= set(usable):
             raise BadInput(
-                f"--axes {word}: {recording.name} has no such axis (there are: {', '.join(usable) or 'none'})"
+                f"--axes {word}: {recording.name} has no such axis (there are: "
+                f"{', '.join(usable) or 'none'})"
             )
         out += found
     return list(dict.fromkeys(out))
 
 
-def unit_of(name):
+def unit_of(name: str) -> str | None:
     """dps, rad_s, g, ..; None for a column that is neither a gyro's nor an accelerometer's."""
     units = TO_MPS2 if is_accel(name) else recordings.TO_DPS
     return next((unit for unit in units if name.endswith("_" + unit)), None)
 
 
-def for_analysis(recording, model):
+def for_analysis(recording: Recording, model: Model) -> tuple[Recording, Model]:
     """(recording, model) as the analysis takes them."""
     if not is_accel(model.column):
         return recording, model
@@ -75,16 +83,16 @@ def for_analysis(recording, model):
     )
 
 
-def force_name(column):
+def force_name(column: str) -> str:
     return f"{column.split('_')[1]}_force_mps2"
 
 
-def called(model, column):
+def called(model: Model, column: str) -> Model:
     """A model of the analysis, by the column of the recording."""
     return replace(model, column=column)
 
 
-def in_units(text, column):
+def in_units(text: str, column: str) -> str:
     """What is printed of a gyro, for a column: m/s for deg where it is an accelerometer's."""
     if not is_accel(column):
         return text
@@ -98,7 +106,7 @@ def in_units(text, column):
     return re.sub(r"\bdeg\b(?=[/ )]|$)", "m/s", text)
 
 
-def plain_in_units(data, column):
+def plain_in_units(data: Any, column: str) -> Any:
     """The same of what --json says: names of parameters, kinds and sentences."""
     if not is_accel(column):
         return data
@@ -112,15 +120,15 @@ def plain_in_units(data, column):
     return in_units(data, column) if isinstance(data, str) else data
 
 
-def file_of(path, column):
+def file_of(path: str | Path, column: str) -> Path:
     """OUT.toml of one axis: OUT_gyro_x.toml."""
     path = Path(path)
     return path.with_name(f"{path.stem}_{'_'.join(column.split('_')[:2])}{path.suffix}")
 
 
-def rows_of(found):
+def rows_of(found: Iterable[Found]) -> dict[str, dict[str, str]]:
     """(label, {column: text}) of the table, in the order in which the effects come."""
-    rows = {}
+    rows: dict[str, dict[str, str]] = {}
     for one in found:
         for term, entry in zip(one.model.terms, one.entries):
             for parameter in table.find(term.kind).parameters:
@@ -142,14 +150,14 @@ def rows_of(found):
                     " undetermined"
                     if value.undetermined
                     else f" ({value.low * factor:.4g} .. {value.high * factor:.4g})"
-                    if value.low is not None
+                    if value.low is not None and value.high is not None
                     else ""
                 )
                 rows.setdefault(label, {})[one.column] = f"{value.value * factor:.4g}{between}"
     return rows
 
 
-def text(found):
+def text(found: Iterable[Found]) -> str:
     """The table: for each axis a row for each parameter, then what the judge says."""
     out = [f"{'axis':<14}{'effect':<44}value (95 %)"]
     rows = rows_of(found)
@@ -168,12 +176,11 @@ def text(found):
             if "error" in last
             else ""
         )
-        out.append(
-            f"{'' if own else one.column:<14}{'adequacy':<44}{one.data.get('final', one.data)['adequacy']}{error}"
-        )
+        adequacy = one.data.get("final", one.data)["adequacy"]
+        out.append(f"{'' if own else one.column:<14}{'adequacy':<44}{adequacy}{error}")
         if "missing" in one.data:  # a diagnosis
             named = ", ".join(one.data["missing"]) or "nothing"
-            out.append(
-                f"{'':<14}{'missing':<44}{'an effect that is not in the table' if one.data['verdict'] == 'unknown' else named}"
-            )
+            if one.data["verdict"] == "unknown":
+                named = "an effect that is not in the table"
+            out.append(f"{'':<14}{'missing':<44}{named}")
     return "\n".join(out)

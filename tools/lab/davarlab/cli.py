@@ -1,8 +1,11 @@
-"""The command line: results to standard output, progress to standard error. The commands are in commands/."""
+"""The command line: results to standard output, progress to standard error. The commands are in
+commands/."""
 
 import argparse
 import sys
 import warnings
+from collections.abc import Sequence
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -40,14 +43,15 @@ COMMANDS = {name: FOUND[name] for name in ORDER if name in FOUND}
 class Parser(argparse.ArgumentParser):
     """Reports command line errors in the same form as other errors."""
 
-    def error(self, message):
+    def error(self, message: str) -> NoReturn:
         raise BadInput(f"{message} (see --help)")
 
 
-def parser():
+def parser() -> Parser:
     top = Parser(
         prog="davarlab",
-        description="Compare a gyro error model with a recording, find the missing effect and add it.",
+        description="Compare a gyro error model with a recording, find the missing effect and add "
+        "it.",
     )
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (_, what, arguments) in COMMANDS.items():
@@ -62,14 +66,16 @@ def parser():
             action="append",
             default=[],
             metavar="FILE.py",
-            help="Python file with more effects. It runs with your rights: load only files that you trust",
+            help="Python file with more effects. It runs with your rights: load only files that "
+            "you trust",
         )
     return top
 
 
-def check_files(options):
-    """Checks that every output can be written and is not an input. A model may overwrite the model that it came from."""
-    given = {
+def check_files(options: argparse.Namespace) -> None:
+    """Checks that every output can be written and is not an input. A model may overwrite the model
+    that it came from."""
+    given: dict[str, Any] = {
         name: getattr(options, name, None)
         for name in (
             "kalibr",
@@ -94,7 +100,7 @@ def check_files(options):
     )
 
 
-def main(arguments):
+def main(arguments: Sequence[str]) -> int:
     """Exit status 0: done, 1: model not adequate, 2: bad input, 3: internal error, 130: Ctrl-C."""
     arithmetic.on_one_thread()
     try:
@@ -108,7 +114,8 @@ def main(arguments):
             warnings.catch_warnings(),
         ):  # NaN is reported where it is checked
             warnings.simplefilter("ignore", RuntimeWarning)
-            return COMMANDS[options.command][0](options)
+            found: int = COMMANDS[options.command][0](options)
+            return found
     except BadInput as why:
         print(f"davarlab: {printable(why)}", file=sys.stderr)
         return 2

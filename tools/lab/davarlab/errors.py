@@ -11,11 +11,13 @@ TRACEBACK = "DAVAR_LAB_TRACEBACK"
 
 
 class BadInput(Exception):
-    """A file, line, column or option that cannot be used; the command line prints it and exits with status 2."""
+    """A file, line, column or option that cannot be used; the command line prints it and exits with
+    status 2."""
 
 
-def printable(text):
-    """A text in one line that any terminal shows as it is: what it would act upon, and what is no character, as Python writes it."""
+def printable(text: object) -> str:
+    """A text in one line that any terminal shows as it is: what it would act upon, and what is no
+    character, as Python writes it."""
     return "".join(
         one if one.isprintable() else one.encode("unicode_escape", "surrogatepass").decode()
         for one in str(text)
@@ -33,7 +35,7 @@ WORLD = (
 )
 
 
-def is_installed(name):
+def is_installed(name: int | str | bytes) -> bool:
     """Is a file one of this package or of the Python that runs it."""
     if isinstance(name, int):
         return False
@@ -47,20 +49,22 @@ def is_installed(name):
     )
 
 
-def outside_error(why):
-    """An OSError that is the machine's, or names a file that is not of an installation: one line, status 2. Any other is a fault of this program."""
+def outside_error(why: OSError) -> int:
+    """An OSError that is the machine's, or names a file that is not of an installation: one line,
+    status 2. Any other is a fault of this program."""
     if why.errno not in WORLD and (
         why.errno is None or why.filename is None or is_installed(why.filename)
     ):
         return internal_error(why)
     print(
-        f"davarlab: {printable(why.filename) + ': ' if why.filename else ''}{os.strerror(why.errno).lower()}",
+        "davarlab: "
+        f"{printable(why.filename) + ': ' if why.filename else ''}{os.strerror(why.errno).lower()}",
         file=sys.stderr,
     )
     return 2
 
 
-def shown(text):
+def shown(text: object) -> None:
     """Prints to standard output. What cannot be written is not tried again at the end."""
     try:
         print(text, flush=True)
@@ -70,20 +74,21 @@ def shown(text):
         raise
 
 
-def forget_output():
+def forget_output() -> None:
     """Whatever standard output still has to say goes nowhere."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())
     os.close(nowhere)
 
 
-def internal_error(why):
+def internal_error(why: BaseException) -> int:
     """What nobody foresaw: one line, and where it happened for whoever asks."""
     place = traceback.extract_tb(why.__traceback__)[-1]
     said = " ".join(str(why).split())[:200]
     print(
-        f"davarlab: internal error: {type(why).__name__}: {printable(said)} ({os.path.basename(place.filename)}:{place.lineno}); please report it, "
-        f"with the files and the output under {TRACEBACK}=1",
+        f"davarlab: internal error: {type(why).__name__}: {printable(said)} "
+        f"({os.path.basename(place.filename)}:{place.lineno}); please report it, with the files "
+        f"and the output under {TRACEBACK}=1",
         file=sys.stderr,
     )
     if os.environ.get(TRACEBACK):

@@ -8,10 +8,13 @@ import secrets
 import signal
 import stat
 import threading
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from .errors import BadInput
 
+StrPath = str | os.PathLike[str]
 WRITING = threading.RLock()  # held while a file is written: whoever ends the process takes it first
 OTHERS = (
     (stat.S_ISDIR, "a folder"),
@@ -20,9 +23,10 @@ OTHERS = (
 )  # any other is a device
 
 
-def check_regular(path, found=None):
-    """Raises BadInput unless `path` is a regular file; symbolic links are followed. Opens nothing: a FIFO or a device may wait for ever, or act, when
-    it is opened. found: its os.stat_result, where that is known. Returns it."""
+def check_regular(path: StrPath, found: os.stat_result | None = None) -> os.stat_result:
+    """Raises BadInput unless `path` is a regular file; symbolic links are followed. Opens nothing:
+    a FIFO or a device may wait for ever, or act, when it is opened. found: its os.stat_result,
+    where that is known. Returns it."""
     try:
         found = found or os.stat(path)
     except (OSError, ValueError) as why:
@@ -33,12 +37,13 @@ def check_regular(path, found=None):
     return found
 
 
-def reading(path):
-    """A regular file, open to read its bytes. One whose size is 0 is empty and is not asked for more: those of /proc would wait. Raises BadInput that
-    names the path."""
+def reading(path: StrPath) -> io.BufferedReader:
+    """A regular file, open to read its bytes. One whose size is 0 is empty and is not asked for
+    more: those of /proc would wait. Raises BadInput that names the path."""
     check_regular(path)
+    flags = os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY
     try:
-        file = open(os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY), "rb")
+        file = open(os.open(path, flags), "rb")  # noqa: SIM115 the caller closes it
     except (OSError, ValueError) as why:
         raise BadInput(f"{path}: {getattr(why, 'strerror', None) or why}") from None
     try:
@@ -49,10 +54,10 @@ def reading(path):
     if size:
         return file
     file.close()
-    return io.BytesIO()
+    return io.BufferedReader(io.BytesIO())
 
 
-def read_whole(path):
+def read_whole(path: StrPath) -> bytes:
     """The bytes of a regular file. Raises BadInput that names the path."""
     try:
         with reading(path) as file:
@@ -61,16 +66,18 @@ def read_whole(path):
         raise BadInput(f"{path}: {reason(why)}") from None
 
 
-def real(path):
-    """The path without symbolic links. Path.resolve() raises RuntimeError of a link that leads to itself."""
+def real(path: StrPath) -> Path:
+    """The path without symbolic links. Path.resolve() raises RuntimeError of a link that leads to
+    itself."""
     return Path(os.path.realpath(path))
 
 
 @contextlib.contextmanager
-def unbroken():
-    """A signal that would end the program does so behind the block, and is in the list meanwhile. Handlers, not a mask: other threads have
-    masks of their own."""
-    came, before = [], {}
+def unbroken() -> Iterator[list[int]]:
+    """A signal that would end the program does so behind the block, and is in the list meanwhile.
+    Handlers, not a mask: other threads have masks of their own."""
+    came: list[int] = []
+    before: dict[signal.Signals, Any] = {}
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if threading.current_thread() is threading.main_thread() and signal.getsignal(
             number
@@ -81,11 +88,11 @@ def unbroken():
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        for number in came[:1]:
-            signal.raise_signal(number)
+        for first in came[:1]:
+            signal.raise_signal(first)
 
 
-def sha256(path):
+def sha256(path: StrPath) -> str:
     """Of a file's bytes. Raises BadInput."""
     try:
         with reading(path) as file:
@@ -94,18 +101,20 @@ def sha256(path):
         raise BadInput(f"{path}: {reason(why)}") from None
 
 
-def place_of(path, follow=True):
-    """Where a file that is written to a path comes to lie: not follow: in place of a symbolic link, not where it leads."""
+def place_of(path: StrPath, follow: bool = True) -> Path:
+    """Where a file that is written to a path comes to lie: not follow: in place of a symbolic link,
+    not where it leads."""
     return real(path) if follow else real(Path(path).parent) / Path(path).name
 
 
-def partial(path, follow=True):
+def partial(path: StrPath, follow: bool = True) -> Path:
     path = place_of(path, follow)
     return path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
 
 
-def check_writable(path):
-    """Raises BadInput when `path` could not be written; leaves nothing behind. For commands that work long before they write."""
+def check_writable(path: StrPath) -> None:
+    """Raises BadInput when `path` could not be written; leaves nothing behind. For commands that
+    work long before they write."""
     try:
         with contextlib.suppress(FileNotFoundError):
             if not stat.S_ISREG(os.stat(path).st_mode):
@@ -118,8 +127,9 @@ def check_writable(path):
         raise BadInput(f"{path}: cannot be written ({reason(why)})") from None
 
 
-def check_outputs(outputs, inputs):
-    """Raises BadInput unless every output could be written and is neither another output nor an input."""
+def check_outputs(outputs: Iterable[StrPath], inputs: Iterable[StrPath]) -> None:
+    """Raises BadInput unless every output could be written and is neither another output nor an
+    input."""
     seen = {real(path) for path in inputs}
     for path in outputs:
         check_writable(path)
@@ -128,19 +138,20 @@ def check_outputs(outputs, inputs):
         seen.add(real(path))
 
 
-def check_ending(path, endings):
+def check_ending(path: StrPath, endings: tuple[str, ...]) -> None:
     """Raises BadInput unless the name ends in one of these."""
     if not str(path).lower().endswith(endings):
         raise BadInput(f"{path}: the name must end in {' or '.join(endings)}")
 
 
-def reason(why):
+def reason(why: Exception) -> str:
     return (why.strerror or str(why)).lower() if isinstance(why, OSError) else str(why)
 
 
-def write_whole(path, data, follow=True):
-    """Writes bytes, or pieces of them as they come, to a file beside `path`, then takes its place. What was there stays until then; a signal
-    ends it between two pieces. follow: as of place_of(). Raises BadInput."""
+def write_whole(path: StrPath, data: bytes | Iterable[bytes], follow: bool = True) -> None:
+    """Writes bytes, or pieces of them as they come, to a file beside `path`, then takes its place.
+    What was there stays until then; a signal ends it between two pieces. follow: as of place_of().
+    Raises BadInput."""
     trial = partial(path, follow)
     with WRITING, unbroken() as came:
         try:

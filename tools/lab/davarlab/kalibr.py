@@ -1,14 +1,18 @@
-"""The numbers in a kalibr imu.yaml (https://github.com/ethz-asl/kalibr/wiki/yaml-formats) or of a data sheet, as effects of a model."""
+"""The numbers in a kalibr imu.yaml (https://github.com/ethz-asl/kalibr/wiki/yaml-formats) or of a
+data sheet, as effects of a model."""
 
 import math
 import re
 import reprlib
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import yaml
 
 from . import files
 from .effects import table
 from .errors import BadInput
+from .files import StrPath
 from .model import Model, Term
 
 KINDS = {
@@ -17,10 +21,11 @@ KINDS = {
 }  # rad/s/sqrt(Hz), rad/s^2/sqrt(Hz)
 
 
-class Texts(yaml.SafeLoader):
-    """YAML whose values are texts as they stand: YAML 1.1 takes 1:30 for ninety, and 1e-4 for a text."""
+class Texts(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML ships no types
+    """YAML whose values are texts as they stand: YAML 1.1 takes 1:30 for ninety, and 1e-4 for a
+    text."""
 
-    yaml_implicit_resolvers = {}
+    yaml_implicit_resolvers: dict[str, list[tuple[str, Any]]] = {}
 
 
 for _tag in ("int", "float", "bool"):
@@ -28,7 +33,7 @@ for _tag in ("int", "float", "bool"):
 NOTHING = ("", "~", "null", "Null", "NULL")  # what YAML calls so
 
 
-def number(value, where):
+def number(value: Any, where: StrPath) -> float:
     """Of a text, as it stands in the file."""
     try:
         found = float(value)
@@ -73,7 +78,7 @@ ACCEL_SHEET = {
 }
 
 
-def model_of(found, column, rate_hz):
+def model_of(found: Mapping[str, float], column: str, rate_hz: float | None) -> Model:
     """A Model of kind -> size."""
     return Model(
         rate_hz,
@@ -82,8 +87,9 @@ def model_of(found, column, rate_hz):
     )
 
 
-def of_sheet(words, column, rate_hz):
-    """A Model of the numbers of a data sheet, each with its unit, which says what it is: 0.005deg/s/sqrt(Hz), 10deg/h."""
+def of_sheet(words: Iterable[str], column: str, rate_hz: float | None) -> Model:
+    """A Model of the numbers of a data sheet, each with its unit, which says what it is:
+    0.005deg/s/sqrt(Hz), 10deg/h."""
     units, found = ACCEL_SHEET if column.startswith("accel") else SHEET, {}
     for word in words:
         match = re.fullmatch(r"([0-9.]+(?:[eE][-+]?\d+)?)\s*(\D.*)", word)
@@ -96,8 +102,9 @@ def of_sheet(words, column, rate_hz):
     return model_of(found, column, rate_hz)
 
 
-def of_file(path, column, rate_hz=None):
-    """A Model of a kalibr file: of its gyro, or of its accelerometer where the column is one. Raises BadInput."""
+def of_file(path: StrPath, column: str, rate_hz: float | None = None) -> Model:
+    """A Model of a kalibr file: of its gyro, or of its accelerometer where the column is one.
+    Raises BadInput."""
     try:
         text = files.read_whole(path).decode("utf-8")
     except UnicodeDecodeError as why:
@@ -107,7 +114,7 @@ def of_file(path, column, rate_hz=None):
     )
 
 
-def sizes(text, where, kinds=KINDS):
+def sizes(text: str, where: StrPath, kinds: Mapping[str, str] = KINDS) -> dict[str, float]:
     """kind -> size in the unit of a model file. Raises BadInput for what is no such file."""
     try:
         data = yaml.load(text, Texts)

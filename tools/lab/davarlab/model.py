@@ -3,11 +3,16 @@
 import json
 import re
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 from . import files
+from .data.recording import Recording
 from .effects import table
+from .effects.base import Effect, Parameter, Values
 from .errors import BadInput
+from .files import StrPath
 
 MOST_BYTES = 1 << 20  # of a file
 HUGE = 1e100  # TOML has inf, nan and whole numbers without end
@@ -18,27 +23,28 @@ class Term:
     """One effect of a model with its parameters in the units of the table."""
 
     kind: str
-    parameters: dict
+    parameters: Values
 
 
 @dataclass
 class Model:
     rate_hz: float | None
     column: str
-    terms: list = field(default_factory=list)
+    terms: list[Term] = field(default_factory=list)
 
     @property
-    def kinds(self):
+    def kinds(self) -> list[str]:
         return [term.kind for term in self.terms]
 
 
-def checked_value(effect, parameter, value, where):
+def checked_value(effect: Effect, parameter: Parameter, value: Any, where: str) -> float | str:
     if parameter.values:
         if value not in parameter.values:
             raise BadInput(
-                f"{where}: {parameter.name} must be one of {', '.join(parameter.values)}"
+                f"{where}: {parameter.name} must be one of {', '.join(map(str, parameter.values))}"
             )
-        return value
+        found: float | str = value
+        return found
     if parameter.text:
         if not isinstance(value, str) or not value or not set(value).isdisjoint(",\n\r"):
             raise BadInput(f"{where}: {parameter.name} must be the {parameter.unit}, in quotes")
@@ -49,15 +55,17 @@ def checked_value(effect, parameter, value, where):
         raise BadInput(f"{where}: {parameter.name} must be a finite number")
     if not parameter.low <= value <= parameter.high:
         raise BadInput(
-            f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. {parameter.high:g}"
+            f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. "
+            f"{parameter.high:g}"
         )
     if parameter.whole and value % 1:
         raise BadInput(f"{where}: {parameter.name} = {value:g} must be a whole number")
     return float(value)
 
 
-def checked_term(entry, where):
-    """A [[effect]] entry as a Term; raises BadInput for unknown kinds and parameters, missing and impossible values."""
+def checked_term(entry: object, where: str) -> Term:
+    """A [[effect]] entry as a Term; raises BadInput for unknown kinds and parameters, missing and
+    impossible values."""
     if not isinstance(entry, dict) or not isinstance(entry.get("kind"), str):
         raise BadInput(f"{where}: an effect needs a kind")
     effect = table.find(entry["kind"], where)
@@ -72,19 +80,20 @@ def checked_term(entry, where):
     ]
     if missing:
         raise BadInput(f"{where}: {effect.kind} needs {missing[0]}")
-    values = {
+    values: Values = {
         name: checked_value(effect, p, entry[name], where)
         for name, p in known.items()
         if name in entry
     }
     if "start_s" in values and values["stop_s"] < values["start_s"]:
         raise BadInput(
-            f"{where}: {effect.kind}: stop_s = {values['stop_s']:g} is before start_s = {values['start_s']:g}"
+            f"{where}: {effect.kind}: stop_s = {values['stop_s']:g} is before start_s = "
+            f"{values['start_s']:g}"
         )
     return Term(effect.kind, values)
 
 
-def load_toml(path):
+def load_toml(path: StrPath) -> dict[str, Any]:
     try:
         with files.reading(path) as file:
             data = file.read(MOST_BYTES + 1)
@@ -97,7 +106,7 @@ def load_toml(path):
         raise BadInput(f"{path}: not TOML: {why}") from None
 
 
-def parsed(text, path):
+def parsed(text: str, path: StrPath) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except ValueError as why:  # also of a whole number of thousands of digits
@@ -106,7 +115,7 @@ def parsed(text, path):
         raise BadInput(f"{path}: nested too deeply for a model") from None
 
 
-def check_lines(terms, rate_hz, where):
+def check_lines(terms: Iterable[Term], rate_hz: float | None, where: StrPath) -> None:
     """A line above half the sample rate cannot be told from its alias below."""
     for term in terms:
         if (
@@ -115,17 +124,19 @@ def check_lines(terms, rate_hz, where):
             and term.parameters["frequency_hz"] > rate_hz / 2
         ):
             raise BadInput(
-                f"{where}: {term.kind}: frequency_hz = {term.parameters['frequency_hz']:g} is above half the sample rate of "
-                f"{rate_hz:g} Hz"
+                f"{where}: {term.kind}: frequency_hz = {term.parameters['frequency_hz']:g} is "
+                f"above half the sample rate of {rate_hz:g} Hz"
             )
 
 
-def check_fits(model, recording, where):
-    """Raises BadInput unless the recording has the rate and the columns that the model speaks of."""
+def check_fits(model: Model, recording: Recording, where: StrPath) -> None:
+    """Raises BadInput unless the recording has the rate and the columns that the model speaks
+    of."""
     rates = [recording.rate_hz, recording.read_hz or recording.rate_hz]
     if model.rate_hz and all(abs(rate / model.rate_hz - 1) > 0.05 for rate in rates):
         raise BadInput(
-            f"{where}: rate_hz = {model.rate_hz:g}, but {recording.name} has {recording.rate_hz:.6g} Hz"
+            f"{where}: rate_hz = {model.rate_hz:g}, but {recording.name} has "
+            f"{recording.rate_hz:.6g} Hz"
         )
     check_lines(model.terms, recording.rate_hz, where)
     recording.rate_dps(model.column)
@@ -135,20 +146,22 @@ def check_fits(model, recording, where):
                 raise BadInput(f"{recording.name}: {kind} needs a column {need}...")
 
 
-def check_noise(model, where):
+def check_noise(model: Model, where: str) -> None:
     """Raises BadInput where all noise of a model has the size 0."""
     noises = [term for term in model.terms if table.find(term.kind).role in ("spectrum", "states")]
     if noises and not any(table.find(term.kind).dps(term.parameters) for term in noises):
         raise BadInput(
-            f"{where}: its noise is 0, so it cannot be compared with a recording. Use fit to find the values"
+            f"{where}: its noise is 0, so it cannot be compared with a recording. Use fit to find "
+            "the values"
         )
 
 
 ACCEL_KINDS = {"angle_random_walk": "velocity_random_walk"}
 
 
-def spoken(name, column):
-    """A parameter as a model file calls it: where the column is an accelerometer's, m/s stands for deg (coefficient_m_per_s_per_sqrt_h)."""
+def spoken(name: str, column: str) -> str:
+    """A parameter as a model file calls it: where the column is an accelerometer's, m/s stands for
+    deg (coefficient_m_per_s_per_sqrt_h)."""
     return (
         re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2")
         if column.startswith("accel_")
@@ -156,7 +169,7 @@ def spoken(name, column):
     )
 
 
-def unspoken(entry, column):
+def unspoken(entry: object, column: str) -> object:
     """An [[effect]] of a file with the names of the table."""
     if (
         not column.startswith("accel_")
@@ -173,7 +186,7 @@ def unspoken(entry, column):
     return {names.get(name, name): value for name, value in entry.items()} | {"kind": kind}
 
 
-def terms_of(data, path, column):
+def terms_of(data: dict[str, Any], path: StrPath, column: str) -> list[Term]:
     entries = data.get("effect", [])
     if not isinstance(entries, list):
         raise BadInput(f"{path}: effects are written as [[effect]]")
@@ -183,7 +196,7 @@ def terms_of(data, path, column):
     ]
 
 
-def table_in(data, name, path):
+def table_in(data: dict[str, Any], name: str, path: StrPath) -> dict[str, Any]:
     """A [table] of the file, empty when it is absent."""
     found = data.get(name, {})
     if not isinstance(found, dict):
@@ -191,7 +204,7 @@ def table_in(data, name, path):
     return found
 
 
-def of(data, path):
+def of(data: dict[str, Any], path: StrPath) -> Model:
     """The model in a file's data. [simulate], which makes a scenario of a model, is let be."""
     for key in data:
         if key not in ("sensor", "simulate", "effect"):
@@ -211,37 +224,37 @@ def of(data, path):
     return Model(rate, column, terms)
 
 
-def read(path):
+def read(path: StrPath) -> Model:
     return of(load_toml(path), path)
 
 
-def of_text(text, where):
+def of_text(text: str, where: StrPath) -> Model:
     """The model that text_of() wrote."""
     return of(parsed(text, where), where)
 
 
-def quoted(text):
+def quoted(text: str) -> str:
     """A text as TOML, which takes no DEL as it is; JSON does."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def text_of(model):
+def text_of(model: Model) -> str:
     lines = ["[sensor]"]
     if model.rate_hz:
         lines.append(f"rate_hz = {float(model.rate_hz)!r}")
     lines.append(f"column = {quoted(model.column)}")
     for term in model.terms:
+        kind = term.kind
+        if model.column.startswith("accel_"):
+            kind = ACCEL_KINDS.get(kind, kind)
+        lines += ["", "[[effect]]", f'kind = "{kind}"']
         lines += [
-            "",
-            "[[effect]]",
-            f'kind = "{ACCEL_KINDS.get(term.kind, term.kind) if model.column.startswith("accel_") else term.kind}"',
-        ]
-        lines += [
-            f"{spoken(name, model.column)} = {quoted(value) if isinstance(value, str) else repr(float(value))}"
+            f"{spoken(name, model.column)} = "
+            f"{quoted(value) if isinstance(value, str) else repr(float(value))}"
             for name, value in term.parameters.items()
         ]
     return "\n".join(lines) + "\n"
 
 
-def write(model, path):
+def write(model: Model, path: StrPath) -> None:
     files.write_whole(path, text_of(model).encode())

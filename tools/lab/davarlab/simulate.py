@@ -1,16 +1,24 @@
-"""Makes a recording from listed effects and from columns that wander whether the gyro feels them or not."""
+"""Makes a recording from listed effects and from columns that wander whether the gyro feels them or
+not."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from . import model as models
+from .arrays import Floats
 from .data import signals
 from .data import table as tables
 from .data.recording import MINIMUM_SAMPLES, Recording
 from .effects import spectra, table
+from .effects.base import needed
 from .errors import BadInput
+from .files import StrPath
+from .model import Term
 
 SAMPLES_MAX = 10**8  # 6 GB
-DEFAULTS = {
+DEFAULTS: dict[str, float] = {
     "duration_s": 7200.0,
     "seed": 1,
     "vibration_g": 0.05,
@@ -19,8 +27,9 @@ DEFAULTS = {
 }
 
 
-def wandering_temperature(time, span, rng):
-    """Warm-up of the box, a slow wave of the room, a random walk; then the thermometer's noise and its count of 0.01."""
+def wandering_temperature(time: Floats, span: float, rng: np.random.Generator) -> Floats:
+    """Warm-up of the box, a slow wave of the room, a random walk; then the thermometer's noise and
+    its count of 0.01."""
     warm = -rng.uniform(0.3, 1) * span * np.exp(-time / rng.uniform(300, 2500))
     room = (
         rng.uniform(0.1, 0.5)
@@ -28,13 +37,14 @@ def wandering_temperature(time, span, rng):
         * np.sin(2 * np.pi * time / rng.uniform(2000, 6000) + rng.uniform(0, 6))
     )
     walk = np.cumsum(rng.standard_normal(len(time)))
-    walk *= 0.2 * span / max(np.std(walk), 1e-12)
-    return np.round(25 + warm + room + walk + 0.02 * rng.standard_normal(len(time)), 2)
+    walk *= 0.2 * span / max(float(np.std(walk)), 1e-12)
+    found: Floats = np.round(25 + warm + room + walk + 0.02 * rng.standard_normal(len(time)), 2)
+    return found
 
 
-def vibration_envelope(time, size, rng):
+def vibration_envelope(time: Floats, size: float, rng: np.random.Generator) -> Floats:
     """Bursts of some minutes with soft edges."""
-    envelope = np.zeros(len(time))
+    envelope: Floats = np.zeros(len(time))
     for _ in range(rng.integers(3, 8)):
         start, length = rng.uniform(0, time[-1]), rng.uniform(60, 600)
         edge = rng.uniform(2, 20)
@@ -47,49 +57,59 @@ def vibration_envelope(time, size, rng):
     return envelope
 
 
-def wandering_column(name, time, seed):
-    """A column that only `follows` looks at, drawn apart from the others: another gyro axis that is turned slowly to and fro, or a
-    quantity about 5 that wanders by 0.1."""
+def wandering_column(name: str, time: Floats, seed: int) -> Floats:
+    """A column that only `follows` looks at, drawn apart from the others: another gyro axis that is
+    turned slowly to and fro, or a quantity about 5 that wanders by 0.1."""
     rng = np.random.default_rng([seed, *name.encode()])
     walk = np.cumsum(rng.standard_normal(len(time)))
-    walk /= max(np.std(walk), 1e-12)
+    walk /= max(float(np.std(walk)), 1e-12)
     wave = np.sin(2 * np.pi * time / rng.uniform(100, 1500) + rng.uniform(0, 6))
     noise = rng.standard_normal(len(time))
     if name.startswith("gyro_"):
-        return 0.1 * wave + 0.05 * (walk - walk.mean()) + 0.03 * noise
-    return np.round(5 + 0.1 * (wave + 0.5 * (walk - walk.mean())) + 0.005 * noise, 3)
+        found: Floats = 0.1 * wave + 0.05 * (walk - walk.mean()) + 0.03 * noise
+        return found
+    found = np.round(5 + 0.1 * (wave + 0.5 * (walk - walk.mean())) + 0.005 * noise, 3)
+    return found
 
 
-def accelerometer(time, gravity, settings, rng):
+def accelerometer(
+    time: Floats, gravity: float, settings: Mapping[str, float], rng: np.random.Generator
+) -> Floats:
     tilt = np.cumsum(rng.standard_normal(len(time)))
-    tilt *= settings["tilt_g"] / max(np.std(tilt), 1e-12)
+    tilt *= settings["tilt_g"] / max(float(np.std(tilt)), 1e-12)
     shake = vibration_envelope(time, settings["vibration_g"], rng) * rng.standard_normal(len(time))
-    return gravity + tilt - tilt.mean() + shake + 0.002 * rng.standard_normal(len(time))
+    found: Floats = gravity + tilt - tilt.mean() + shake + 0.002 * rng.standard_normal(len(time))
+    return found
 
 
-def contribution(term, recording, rng, white):
+def contribution(
+    term: Term, recording: Recording, rng: np.random.Generator, white: Floats
+) -> Floats:
     """What one effect adds to the gyro, deg/s."""
     effect, parameters = table.find(term.kind), term.parameters
     if effect.simulate:
         return effect.simulate(recording, parameters, rng, white)
     if effect.role == "mean":
-        course = effect.dps(parameters) * effect.regressor(recording, effect.shape_of(parameters))
+        regressor = needed(effect.regressor)
+        course = effect.dps(parameters) * regressor(recording, effect.shape_of(parameters))
         return course if term.kind in ("sinusoid", "intermittent_line") else course - course.mean()
+    spectrum = needed(effect.spectrum)
     return effect.dps(parameters) * spectra.from_spectrum(
-        lambda f: effect.spectrum(f, recording.rate_hz, parameters),
+        lambda f: spectrum(f, recording.rate_hz, parameters),
         recording.samples,
         recording.rate_hz,
         rng,
     )
 
 
-def in_front(term):
-    """Is the effect in front of the sensor's filters: all but counts and single wild samples are."""
+def in_front(term: Term) -> bool:
+    """Is the effect in front of the sensor's filters: all but counts and single wild samples
+    are."""
     effect = table.find(term.kind)
     return effect.in_front and effect.role != "events"
 
 
-def white_noise(terms, recording, rng):
+def white_noise(terms: Sequence[Term], recording: Recording, rng: np.random.Generator) -> Floats:
     size = np.sqrt(
         sum(
             table.find(t.kind).dps(t.parameters) ** 2
@@ -97,10 +117,13 @@ def white_noise(terms, recording, rng):
             if t.kind == "angle_random_walk"
         )
     )
-    return size * np.sqrt(recording.rate_hz) * rng.standard_normal(recording.samples)
+    found: Floats = size * np.sqrt(recording.rate_hz) * rng.standard_normal(recording.samples)
+    return found
 
 
-def behind_filters(terms, gyro, recording, rng):
+def behind_filters(
+    terms: Sequence[Term], gyro: Floats, recording: Recording, rng: np.random.Generator
+) -> Floats:
     """What the sensor's filters leave of the gyro, and the noise behind them."""
     filters = [
         (table.find(term.kind), term.parameters)
@@ -112,7 +135,7 @@ def behind_filters(terms, gyro, recording, rng):
     f = np.concatenate([[0.0], signals.frequencies(len(gyro), recording.rate_hz)])
     gain = np.prod(
         [
-            effect.spectrum(f, recording.rate_hz, effect.shape_of(values))
+            needed(effect.spectrum)(f, recording.rate_hz, effect.shape_of(values))
             for effect, values in filters
         ],
         axis=0,
@@ -122,8 +145,11 @@ def behind_filters(terms, gyro, recording, rng):
     return found + noise * rng.standard_normal(len(gyro)) if noise else found
 
 
-def make(terms, rate_hz, column="gyro_z_dps", **settings):
-    """A Recording with time, the gyro column, a temperature and three accelerometer columns. Seeded."""
+def make(
+    terms: Sequence[Term], rate_hz: float, column: str = "gyro_z_dps", **settings: float
+) -> Recording:
+    """A Recording with time, the gyro column, a temperature and three accelerometer columns.
+    Seeded."""
     settings = {**DEFAULTS, **settings}
     rng = np.random.default_rng(int(settings["seed"]))
     time = np.arange(int(settings["duration_s"] * rate_hz)) / rate_hz
@@ -158,13 +184,14 @@ def make(terms, rate_hz, column="gyro_z_dps", **settings):
     return recording
 
 
-def defaulted(data, path):
+def defaulted(data: dict[str, Any], path: StrPath) -> dict[str, Any]:
     """A scenario need not say its column."""
     return {**data, "sensor": {"column": "gyro_z_dps", **models.table_in(data, "sensor", path)}}
 
 
-def from_scenario(path, progress):
-    """SCENARIO.toml: a model file with a further table [simulate] (duration_s, seed, vibration_g, ...)."""
+def from_scenario(path: StrPath, progress: Callable[[str], None]) -> Recording:
+    """SCENARIO.toml: a model file with a further table [simulate] (duration_s, seed, vibration_g,
+    ...)."""
     data = models.load_toml(path)
     settings = models.table_in(data, "simulate", path)
     for name, value in settings.items():
@@ -188,7 +215,8 @@ def from_scenario(path, progress):
     samples = settings.get("duration_s", DEFAULTS["duration_s"]) * model.rate_hz
     if not MINIMUM_SAMPLES <= samples <= SAMPLES_MAX:
         raise BadInput(
-            f"{path}: [simulate] duration_s: {samples:.6g} samples; {MINIMUM_SAMPLES} to {SAMPLES_MAX:g} can be made"
+            f"{path}: [simulate] duration_s: {samples:.6g} samples; {MINIMUM_SAMPLES} to "
+            f"{SAMPLES_MAX:g} can be made"
         )
     if "simulate" not in data:
         said = ", ".join(f"{name} = {value:g}" for name, value in DEFAULTS.items())

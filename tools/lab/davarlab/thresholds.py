@@ -6,11 +6,12 @@ that was set by judgement. The benchmarks of docs/lab_benchmark.md were measured
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 from scipy import stats
 
 
-def of(value, unit, source, meaning):
+def of(value: object, unit: str, source: str, meaning: str) -> Any:
     """A field of the table. `meaning` continues "value, unit". Mappings are read-only."""
     said = {"unit": unit, "source": source, "meaning": meaning}
     if isinstance(value, dict):
@@ -96,7 +97,7 @@ class Judge:
         24, "stretches", "DESIGN 7.1", "of the record, of the cells in time and frequency"
     )
     narrow_ordinates: int = of(401, "ordinates", "DESIGN 7.1", "of a narrow band")
-    cell_windows: tuple = of(
+    cell_windows: tuple[int, ...] = of(
         (1, 4, 16), "parts of the record", "DESIGN 8", "windows of the Allan map"
     )
     short_windows: int = of(
@@ -178,7 +179,7 @@ class Search:
     certain: float = of(
         50.0, "log-likelihood", "DESIGN 4", "from which a part stays, whatever the filters do"
     )
-    most_of: Mapping = of(
+    most_of: Mapping[str, float] = of(
         {"sinusoid": 4, "narrow_band": 16, "intermittent_line": 4, "bias_step": 4},
         "effects",
         "DESIGN 4",
@@ -208,7 +209,7 @@ class Search:
 class Tries:
     """Independent tries that a free shape amounts to: C of DESIGN 4.1, by davarlab nulls."""
 
-    of_kind: Mapping = of(
+    of_kind: Mapping[str, float] = of(
         {
             "quantization": 0.66,
             "angle_random_walk": 0.5,
@@ -229,9 +230,10 @@ class Tries:
             "noise_step": 1.1e4,
         },
         "tries",
-        "measured on 240 recordings of 2 h, rounded up in the second digit; not "
-        "measured: angle_random_walk and bias_instability (in every model there), "
-        "filters (no gain by chance: a bound)",
+        "measured on 240 recordings of 2 h, rounded up in the second digit; raised when they "
+        "gained variants: temperature_rate, vibration_noise, vibration_rectification; not "
+        "measured: angle_random_walk and bias_instability (in every model there), filters (a "
+        "bound). docs/lab_benchmark.md has a later check on 100 recordings",
         "of a kind; of a line per sample",
     )
     of_own_effect: float = of(3.0, "tries", "choice", "of an effect of one's own")
@@ -248,7 +250,7 @@ class Tries:
         "measured as of_kind",
         "with which the tries of a line with a width grow with the samples",
     )
-    of_column: Mapping = of(
+    of_column: Mapping[str, float] = of(
         {
             "temperature": 3.2,
             "temperature beside": 5.1,
@@ -304,7 +306,7 @@ class Line:
         "from which the noise is white across the lobe of a line",
     )
     pieces: int = of(1000, "pieces", "choice", "of the record, in which a line's phase is followed")
-    visit_windows: tuple = of(
+    visit_windows: tuple[int, ...] = of(
         (4, 12, 36, 108, 324),
         "parts of the record",
         "DESIGN 15.2",
@@ -387,7 +389,7 @@ class Levels:
         "5 % of exponential ones at most (DESIGN 6.2)",
         "within which dwells are alike",
     )
-    simplex: Mapping = of(
+    simplex: Mapping[str, float] = of(
         {"maxfev": 120, "xatol": 1e-2, "fatol": 0.05},
         "options of Nelder-Mead",
         "choice",
@@ -405,7 +407,7 @@ class Column:
     lag_least: float = of(
         8.0,
         "log-likelihood",
-        "DESIGN 4 (a prototype on real recordings)",
+        "DESIGN 4 (measured on real recordings)",
         "of a lag over the temperature felt at once, below which a random walk does as well",
     )
 
@@ -414,7 +416,7 @@ class Column:
 class Cause:
     """One coefficient, or a cause that was not logged (candidates/common_cause.py)."""
 
-    edges_hz: tuple = of(
+    edges_hz: tuple[float, ...] = of(
         (0.0, 0.002, 0.01, 0.05, 0.25, 0.5, 2.5),
         "Hz",
         "DESIGN 4",

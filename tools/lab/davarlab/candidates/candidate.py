@@ -1,4 +1,5 @@
-"""A candidate: an effect beside the model, its gain in likelihood and what chance would give (DESIGN 4)."""
+"""A candidate: an effect beside the model, its gain in likelihood and what chance would give
+(DESIGN 4)."""
 
 from dataclasses import dataclass
 
@@ -20,18 +21,18 @@ class Candidate:
     replaces: Part | None = None  # the part of the model in whose place it joins
 
 
-def log_tail(gain, trials):
+def log_tail(gain: float, trials: float) -> float:
     x = max(2 * gain, 0.0)
     tail = stats.chi2.logsf(x, 1) if x < 500 else -x / 2 - 0.5 * np.log(np.pi * x / 2)
     return min(0.0, float(np.log(trials) + tail))
 
 
-def log_chance(kind, gain):
+def log_chance(kind: str, gain: float) -> float:
     """Of a gain by an effect with its own count of tries."""
     return log_tail(gain, TRIES.of_kind.get(kind, TRIES.of_own_effect))
 
 
-def log_tail_of_line(kind, gain, samples):
+def log_tail_of_line(kind: str, gain: float, samples: int) -> float:
     tries = (
         TRIES.of_kind[kind] * samples
         if kind == "sinusoid"

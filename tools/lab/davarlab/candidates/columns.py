@@ -1,27 +1,39 @@
-"""Effects on a logged column, tried: temperature late, squared, with hysteresis, in the noise; any other column (DESIGN 4).
+"""Effects on a logged column, tried: temperature late, squared, with hysteresis, in the noise; any
+other column (DESIGN 4).
 
-Their shapes are scanned on the slow ordinates of block means at a given level of the noise, milliseconds a shape; only the best one is fitted
-in full, and once more at the level that it leaves."""
+Their shapes are scanned on the slow ordinates of block means at a given level of the noise,
+milliseconds a shape; only the best one is fitted in full, and once more at the level that it
+leaves."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
 from scipy import fft
 
+from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
 from ..effects import columns, table
+from ..effects.base import Effect, Values, needed
 from ..inference import changes, modulation
-from ..inference.parts import Part
+from ..inference.changes import Blocks
+from ..inference.parts import Bench, Part
+from ..inference.whittle import Fit
 from ..thresholds import CHANCE, COLUMN, TRIES
 from .candidate import Candidate, log_tail
 from .ranking import shapes_of
 
+Found = TypeVar("Found", bound=Candidate | None)
 
-def block_means(x, length):
+
+def block_means(x: Floats, length: int) -> Floats:
     count = len(x) // length
-    return x[: count * length].reshape(count, length).mean(axis=1)
+    means: Floats = x[: count * length].reshape(count, length).mean(axis=1)
+    return means
 
 
-def block_length(samples):
+def block_length(samples: int) -> int:
     """Samples per mean; of a few lengths the first that makes a fast transform."""
     least = -(-samples // COLUMN.means_most)
     return next(
@@ -34,12 +46,12 @@ def block_length(samples):
     )
 
 
-def coarse(recording, names):
+def coarse(recording: Recording, names: Iterable[str]) -> Recording:
     """The recording in block means, with these columns, denoised before they were averaged."""
     length = block_length(recording.samples)
-    small = recording.measured.setdefault(
-        "coarse",
-        Recording({"index": np.arange(recording.samples // length)}, recording.rate_hz / length),
+    index = np.arange(recording.samples // length, dtype=float)
+    small: Recording = recording.measured.setdefault(
+        "coarse", Recording({"index": index}, recording.rate_hz / length)
     )
     for name in names:
         if name not in small.columns:
@@ -51,7 +63,14 @@ def coarse(recording, names):
 class Scan:
     """Gains of courses at a fixed level of the noise, beside the columns of the parts."""
 
-    def __init__(self, bench, parts, level, coefficients, names):
+    def __init__(
+        self,
+        bench: Bench,
+        parts: Sequence[Part],
+        level: Floats,
+        coefficients: Floats,
+        names: Iterable[str],
+    ) -> None:
         self.small = coarse(bench.recording, names)
         keys, data = bench.all_keys(parts), bench.data
         self.used = min(self.small.samples // 2, len(data.f))
@@ -63,25 +82,29 @@ class Scan:
         self.basis = np.linalg.qr(basis.T)[0].T if len(keys) else basis
         self.rest = self.without(rest * self.weight)
 
-    def without(self, c):
-        return c - self.basis.T @ (self.basis @ c)
+    def without(self, c: Floats) -> Floats:
+        rest: Floats = c - self.basis.T @ (self.basis @ c)
+        return rest
 
-    def ordinates(self, part):
+    def ordinates(self, part: Part) -> Floats:
         """Of the course of a part, worked out once: they know nothing of the level."""
         if part.key not in self.small.measured:
-            x = part.effect.variants.get(part.form, part.effect.regressor)(self.small, part.shape)
+            regressor = needed(part.effect.variants.get(part.form, part.effect.regressor))
+            x = regressor(self.small, part.shape)
             self.small.measured[part.key] = signals.transform(x - x.mean())[1 : self.used + 1]
-        return self.small.measured[part.key]
+        found: Floats = self.small.measured[part.key]
+        return found
 
-    def gain(self, part):
+    def gain(self, part: Part) -> float:
         whole = self.ordinates(part) * self.weight
         c = self.without(whole)
         power = c @ c
         return float((c @ self.rest) ** 2 / power / 2) if power > 1e-9 * (whole @ whole) else 0.0
 
 
-def with_lags(effect, shape):
-    """Parts of this shape; what the gyro felt before the record began matters only where it feels late."""
+def with_lags(effect: Effect, shape: Values) -> list[Part]:
+    """Parts of this shape; what the gyro felt before the record began matters only where it feels
+    late."""
     return [
         Part(effect.kind, shape, form)
         for form in effect.forms
@@ -89,7 +112,7 @@ def with_lags(effect, shape):
     ]
 
 
-def finer(part, recording):
+def finer(part: Part, recording: Recording) -> list[Part]:
     """The part with its lag or width moved a little."""
     name = next((name for name in ("width_degC", "lag_s") if part.shape.get(name)), None)
     limit = columns.LAG_SHARE * recording.samples / recording.rate_hz
@@ -104,11 +127,13 @@ def finer(part, recording):
     )
 
 
-def best_of(bench, parts, fit, tried, names):
-    """(part, its full fit) of the likeliest of the parts tried, beside `parts` whose fit is given. Tried parts of which the scan
-    knows only the slow half are judged by it; the winner by the full likelihood."""
-    if not tried:
-        return None
+def best_of(
+    bench: Bench, parts: Sequence[Part], fit: Fit, tried: Sequence[Part], names: Iterable[str]
+) -> tuple[Part, Fit]:
+    """(part, its full fit) of the likeliest of the parts tried, of which there is at least one,
+    beside `parts` whose fit is given.
+    Tried parts of which the scan knows only the slow half are judged by it; the winner by the full
+    likelihood."""
     scan = Scan(bench, parts, fit.level, fit.coefficients, names)
     part = max(tried, key=scan.gain)
     full = bench.fit([*parts, part], near=fit.level)
@@ -132,8 +157,9 @@ def best_of(bench, parts, fit, tried, names):
     return at_once_unless(bench, parts, part, full)
 
 
-def at_once_unless(bench, parts, part, full):
-    """(part, fit) without its lag, unless the recording can tell it. How late the temperature itself is felt, identifiable.py weighs."""
+def at_once_unless(bench: Bench, parts: Sequence[Part], part: Part, full: Fit) -> tuple[Part, Fit]:
+    """(part, fit) without its lag, unless the recording can tell it. How late the temperature
+    itself is felt, identifiable.py weighs."""
     if part.kind == "temperature" or not part.shape.get("lag_s"):
         return part, full
     prompt = part.moved("lag_s", 0.0)
@@ -145,37 +171,40 @@ def at_once_unless(bench, parts, part, full):
     )
 
 
-def thermal(bench, parts, fit, kind, shapes=None):
-    """The best candidate of one kind on the temperature beside the parts; None without a temperature that moves."""
+def thermal(
+    bench: Bench, parts: Sequence[Part], fit: Fit, kind: str, shapes: Sequence[Values] | None = None
+) -> Candidate | None:
+    """The best candidate of one kind on the temperature beside the parts; None without a
+    temperature that moves."""
     effect = table.find(kind)
     if np.ptp(bench.recording.column("temp_degC")) <= 0:
         return None
     shapes = shapes_of(effect, bench.recording) if shapes is None else shapes
-    best = best_of(
-        bench,
-        parts,
-        fit,
-        [part for shape in shapes for part in with_lags(effect, shape)],
-        ("temp_degC",),
-    )
-    return best and Candidate(kind, best[0], best[1].log_likelihood - fit.log_likelihood, 0.0)
+    tried = [part for shape in shapes for part in with_lags(effect, shape)]
+    if not tried:
+        return None
+    part, full = best_of(bench, parts, fit, tried, ("temp_degC",))
+    return Candidate(kind, part, full.log_likelihood - fit.log_likelihood, 0.0)
 
 
-def judged(candidate, trials):
-    if candidate:
+def judged(candidate: Found, trials: float) -> Found:
+    if candidate is not None:
         candidate.log_p = log_tail(candidate.gain, trials)
     return candidate
 
 
-def plain_temperature(parts):
+def plain_temperature(parts: Sequence[Part]) -> Part | None:
     """The part that says that the temperature is felt at once; None when there is none."""
     return next(
         (part for part in parts if part.kind == "temperature" and not part.shape.get("lag_s")), None
     )
 
 
-def replacing(bench, parts, fit, kind, old):
-    """The best candidate of a kind in place of a part of the model; its gain is over the model with that part."""
+def replacing(
+    bench: Bench, parts: Sequence[Part], fit: Fit, kind: str, old: Part
+) -> Candidate | None:
+    """The best candidate of a kind in place of a part of the model; its gain is over the model with
+    that part."""
     rest = [part for part in parts if part is not old]
     shapes = [
         shape
@@ -190,8 +219,9 @@ def replacing(bench, parts, fit, kind, old):
     return found
 
 
-def on_temperature(bench, parts, fit):
-    """Temperature and what may be mistaken for it: alone, or in place of or beside one that the model has."""
+def on_temperature(bench: Bench, parts: Sequence[Part], fit: Fit) -> Iterator[Candidate | None]:
+    """Temperature and what may be mistaken for it: alone, or in place of or beside one that the
+    model has."""
     kinds, plain = [part.kind for part in parts], plain_temperature(parts)
     if plain:
         yield judged(
@@ -207,16 +237,17 @@ def on_temperature(bench, parts, fit):
         )
     if "temperature_hysteresis" not in kinds:
         beside = thermal(bench, parts, fit, "temperature_hysteresis")
-        instead = plain and replacing(bench, parts, fit, "temperature_hysteresis", plain)
+        instead = replacing(bench, parts, fit, "temperature_hysteresis", plain) if plain else None
+        better = instead and (not beside or instead.gain > beside.gain - CHANCE.tell_apart)
         yield judged(
-            instead if instead and instead.gain > beside.gain - CHANCE.tell_apart else beside,
+            instead if better else beside,
             TRIES.of_column["temperature_hysteresis"],
         )
 
 
-def in_the_noise(bench, parts, blocks):
-    """White noise that goes with the temperature. A level that moves for other reasons too must not pass for it, so the gain
-    is divided by what stays restless."""
+def in_the_noise(bench: Bench, parts: Sequence[Part], blocks: Blocks) -> Candidate:
+    """White noise that goes with the temperature. A level that moves for other reasons too must not
+    pass for it, so the gain is divided by what stays restless."""
     relative, gain = modulation.best_growth(parts, bench.recording, blocks)
     part = Part("temperature_noise", {"relative_per_degC": relative})
     variance = changes.fit(
@@ -230,7 +261,7 @@ def in_the_noise(bench, parts, blocks):
     )
 
 
-def following(bench, parts, fit, gyro):
+def following(bench: Bench, parts: Sequence[Part], fit: Fit, gyro: str | None) -> list[Candidate]:
     """Every other logged column that the model does not follow yet, best lag and form of each."""
     known = [part.shape["column"] for part in parts if part.kind == "follows"]
     names = [name for name in columns.may_follow(bench.recording, gyro) if name not in known]
@@ -258,8 +289,11 @@ def following(bench, parts, fit, gyro):
     return sorted(found, key=lambda one: one.log_p - 1e-9 * one.gain)
 
 
-def tried(bench, parts, fit, gyro, blocks=None):
-    """Candidates on the logged columns, of `follows` one per column. gyro: the column of the model."""
+def tried(
+    bench: Bench, parts: Sequence[Part], fit: Fit, gyro: str | None, blocks: Blocks | None = None
+) -> list[Candidate]:
+    """Candidates on the logged columns, of `follows` one per column. gyro: the column of the
+    model."""
     found = following(bench, parts, fit, gyro)
     if "temp_degC" in bench.recording.columns and np.ptp(bench.recording.columns["temp_degC"]) > 0:
         found += [one for one in on_temperature(bench, parts, fit) if one]

@@ -1,15 +1,24 @@
-"""Reasons not to report a significant candidate: motion, software that subtracts the bias, a periodic signal, a common cause (DESIGN 4)."""
+"""Reasons not to report a significant candidate: motion, software that subtracts the bias, a
+periodic signal, a common cause (DESIGN 4)."""
+
+from collections.abc import Sequence
 
 from ..data import recording as recordings
+from ..data.observations import Observation
+from ..inference.parts import Bench, Part
 from ..thresholds import DOUBT, LINE
 from . import common_cause
+from .candidate import Candidate
 
 SUDDEN = ("shocks", "noise_step", "bias_step", "telegraph_noise")
 LINES = ("sinusoid", "narrow_band", "intermittent_line")
 
 
-def doubt(bench, seen, parts, candidate):
-    """The reason not to report the candidate in addition to the parts; "" without one. seen: the observations on the recording."""
+def doubt(
+    bench: Bench, seen: Sequence[Observation], parts: Sequence[Part], candidate: Candidate
+) -> str:
+    """The reason not to report the candidate in addition to the parts; "" without one. seen: the
+    observations on the recording."""
     part, rest = candidate.part, [one for one in parts if one is not candidate.replaces]
     why = of_motion(seen, part) or of_software(parts, part) or of_one_wave(bench, parts, part)
     if why or not common_cause.on_column(part):
@@ -18,29 +27,30 @@ def doubt(bench, seen, parts, candidate):
     return of_rotation(seen, part, judged.coefficient) or judged.why
 
 
-def was_moved(seen):
+def was_moved(seen: Sequence[Observation]) -> bool:
     """Whether the record has so much true motion that the rest of it looks like an effect."""
     return share_of_motion(seen) > DOUBT.moved_share
 
 
-def share_of_motion(seen):
+def share_of_motion(seen: Sequence[Observation]) -> float:
     return sum(one.share for one in seen if one.kind == "motion")
 
 
-def of_motion(seen, part):
+def of_motion(seen: Sequence[Observation], part: Part) -> str:
     """Residual motion is sudden, strong, and in every sensor of the board."""
     if not was_moved(seen) or not (
         part.kind in SUDDEN or part.kind != "g_sensitivity" and common_cause.in_acceleration(part)
     ):
         return ""
     return (
-        f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the recording, and residual motion looks like this effect. "
-        "Record the sensor at rest"
+        f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the recording, and "
+        "residual motion looks like this effect. Record the sensor at rest"
     )
 
 
-def of_rotation(seen, part, coefficient):
-    """Rotation about an axis between two gyro axes also makes them proportional. coefficient: deg/s per unit of the column."""
+def of_rotation(seen: Sequence[Observation], part: Part, coefficient: float) -> str:
+    """Rotation about an axis between two gyro axes also makes them proportional. coefficient: deg/s
+    per unit of the column."""
     column = part.shape.get("column", "")
     if not column.startswith("gyro_"):
         return ""
@@ -50,12 +60,13 @@ def of_rotation(seen, part, coefficient):
     if abs(leak) < (DOUBT.leak_moved if was_moved(seen) else DOUBT.leak_at_rest):
         return ""
     return (
-        f"a coupling of {leak:.2g} to {column} is more than cross-axis sensitivity explains. The sensor rotates about an axis between "
-        "the two, or both have a common cause that was not logged"
+        f"a coupling of {leak:.2g} to {column} is more than cross-axis sensitivity explains. The "
+        "sensor rotates about an axis between the two, or both have a common cause that was not "
+        "logged"
     )
 
 
-def of_software(parts, part):
+def of_software(parts: Sequence[Part], part: Part) -> str:
     """A thermal effect, a warm-up or a ramp next to software that subtracts the bias."""
     if part.kind not in ("warm_up", "rate_ramp") and (
         part.role != "mean" or "temp_degC" not in part.effect.needs
@@ -64,13 +75,14 @@ def of_software(parts, part):
     if not any(one.kind == "high_pass" for one in parts):
         return ""
     return (
-        "software that subtracts the bias removes slow effects, and its settling looks like this effect. "
-        "Record the output of the sensor before this software"
+        "software that subtracts the bias removes slow effects, and its settling looks like this "
+        "effect. Record the output of the sensor before this software"
     )
 
 
-def times_of(bench, base_hz, part):
-    """The number of the harmonic of base_hz that a line is; 0: none, or the frequency is too uncertain."""
+def times_of(bench: Bench, base_hz: float, part: Part) -> int:
+    """The number of the harmonic of base_hz that a line is; 0: none, or the frequency is too
+    uncertain."""
     if part.kind not in LINES:
         return 0
     times = max(1, round(part.shape["frequency_hz"] / base_hz))
@@ -83,8 +95,9 @@ def times_of(bench, base_hz, part):
     )
 
 
-def wave_of(bench, parts):
-    """Frequency of a periodic, non-sinusoidal signal of which the lines among the parts are harmonics; None without one."""
+def wave_of(bench: Bench, parts: Sequence[Part]) -> float | None:
+    """Frequency of a periodic, non-sinusoidal signal of which the lines among the parts are
+    harmonics; None without one."""
     base = min(
         (part.shape["frequency_hz"] for part in parts if part.kind in LINES), default=LINE.wave_hz
     )
@@ -94,12 +107,12 @@ def wave_of(bench, parts):
     return base if len(found) >= LINE.wave_harmonics else None
 
 
-def of_one_wave(bench, parts, part):
+def of_one_wave(bench: Bench, parts: Sequence[Part], part: Part) -> str:
     """A line that is another harmonic of a slow periodic signal."""
     base = wave_of(bench, [*parts, part]) if part.kind in LINES else None
     if base is None or not times_of(bench, base, part):
         return ""
     return (
-        f"lines at harmonics of {base:.4g} Hz are one non-sinusoidal signal that repeats every {1 / base:.4g} s. Look for a device that "
-        "switches or moves with this period"
+        f"lines at harmonics of {base:.4g} Hz are one non-sinusoidal signal that repeats every "
+        f"{1 / base:.4g} s. Look for a device that switches or moves with this period"
     )

@@ -1,25 +1,28 @@
 """The sensor's filter: which one, in which response, and is there noise behind it (DESIGN 4)."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from ..arrays import Floats
 from ..inference import refine
-from ..inference.whittle import generalised_least_squares
+from ..inference.parts import Bench, Part
+from ..inference.whittle import Fit, generalised_least_squares
 from ..thresholds import CHANCE, SEARCH
 from .candidate import Candidate, log_chance
 
 MEMORY = {"low_pass", "moving_average"}
 
 
-def worth(bench, parts):
-    """Log-likelihood less the price of noise behind a filter, a size of its own (half the logarithm of the samples)."""
-    return bench.fit(parts).log_likelihood - 0.5 * np.log(bench.data.samples) * sum(
-        bool(part.behind) for part in parts
-    )
+def worth(bench: Bench, parts: Sequence[Part]) -> float:
+    """Log-likelihood less the price of noise behind a filter, a size of its own (half the logarithm
+    of the samples)."""
+    price: float = 0.5 * np.log(bench.data.samples) * sum(bool(part.behind) for part in parts)
+    return bench.fit(parts).log_likelihood - price
 
 
-def unsaid(part):
+def unsaid(part: Part) -> list[Part]:
     """The part with every combination of what has a default in its shape and is not a number."""
     found = [part]
     for parameter in part.effect.parameters:
@@ -30,22 +33,22 @@ def unsaid(part):
     return found
 
 
-def responding(bench, parts):
-    """Filters in whichever response the gyro follows best beside the parts that are known by now."""
+def responding(bench: Bench, parts: Sequence[Part]) -> list[Part]:
+    """Filters in whichever response the gyro follows best beside the parts that are known by
+    now."""
+    best = list(parts)
     for index, part in enumerate(parts):
         if part.role == "filter":
             others = [replace(one, form=form) for one in unsaid(part) for form in part.effect.forms]
             trials = [
-                refine.refined(
-                    bench, [*parts[:index], other, *parts[index + 1 :]], only=(part.kind,)
-                )
+                refine.refined(bench, [*best[:index], other, *best[index + 1 :]], only=(part.kind,))
                 for other in others
             ]
-            parts = max([parts] + trials, key=lambda trial: worth(bench, trial))
-    return parts
+            best = max([best, *trials], key=lambda trial: worth(bench, trial))
+    return best
 
 
-def candidate(bench, parts, fit, crude):
+def candidate(bench: Bench, parts: Sequence[Part], fit: Fit, crude: Candidate) -> Candidate:
     """A filter that gained on its grid, in its best response and at its best shape."""
     if crude.gain < SEARCH.crude_gain:
         return crude
@@ -54,16 +57,18 @@ def candidate(bench, parts, fit, crude):
     return Candidate(part.kind, part, gain, log_chance(part.kind, gain))
 
 
-def terms_per_bin(bench, parts):
+def terms_per_bin(bench: Bench, parts: Sequence[Part]) -> Floats:
     """What each bin adds to the log-likelihood."""
     fit = bench.fit(parts)
     energy = generalised_least_squares(bench.data, bench.all_keys(parts), fit.level)[2]
-    return -0.5 * (bench.data.counts * np.log(fit.level) + energy / fit.level)
+    terms: Floats = -0.5 * (bench.data.counts * np.log(fit.level) + energy / fit.level)
+    return terms
 
 
-def simpler_memory(bench, parts, found):
-    """A low pass with noise behind it bends to whatever the model still lacks. It comes before a moving average, which has one number less, only
-    where it is likelier by more than the bins scatter about their difference (Vuong 1989: both models may be wrong)."""
+def simpler_memory(bench: Bench, parts: Sequence[Part], found: Iterable[Candidate]) -> None:
+    """A low pass with noise behind it bends to whatever the model still lacks. It comes before a
+    moving average, which has one number less, only where it is likelier by more than the bins
+    scatter about their difference (Vuong 1989: both models may be wrong)."""
     by_kind = {candidate.kind: candidate for candidate in found}
     mean, low = by_kind.get("moving_average"), by_kind.get("low_pass")
     if (

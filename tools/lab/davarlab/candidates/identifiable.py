@@ -1,13 +1,17 @@
-"""What a recording can tell of heat, and what it cannot: lag, square, hysteresis, slope, a random walk, a ramp explain much of each other.
-All are fitted on one footing, beside the temperature felt at once; the likeliest is named, those as likely are said (DESIGN 4)."""
+"""What a recording can tell of heat, and what it cannot: lag, square, hysteresis, slope, a random
+walk, a ramp explain much of each other. All are fitted on one footing, beside the temperature felt
+at once; the likeliest is named, those as likely are said (DESIGN 4)."""
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..data.recording import Recording
 from ..effects import table
 from ..inference import modulation, refine
-from ..inference.parts import Part
+from ..inference.parts import Bench, Part
+from ..inference.whittle import Fit
 from ..thresholds import CHANCE, COLUMN, TRIES
 from . import columns
 from . import ranking as candidates
@@ -56,13 +60,15 @@ DECIDES = {
     ): "heat and cool, then hold the temperature: hysteresis stays, the effect of the slope ends",
     frozenset(
         ("temperature_squared", "temperature_rate")
-    ): "hold the temperature at both ends of its range: a square stays, the effect of the slope ends",
+    ): "hold the temperature at both ends of its range: a square stays, the effect of the slope "
+    "ends",
 }
 
 
 @dataclass
 class Alternative:
-    """A kind that this recording cannot distinguish from the reported one, and the measurement that would."""
+    """A kind that this recording cannot distinguish from the reported one, and the measurement that
+    would."""
 
     kind: str
     confirm: str
@@ -70,7 +76,8 @@ class Alternative:
 
 @dataclass
 class Rival:
-    """An explanation: its gain over the temperature without lag, the candidate to add first for it, and whether it needs no second one."""
+    """An explanation: its gain over the temperature without lag, the candidate to add first for it,
+    and whether it needs no second one."""
 
     kind: str
     gain: float
@@ -78,12 +85,15 @@ class Rival:
     whole: bool = True
 
     @property
-    def score(self):
+    def score(self) -> float:
         """A second term must gain as much as distinguishes two effects."""
         return self.gain - (0.0 if self.whole else CHANCE.tell_apart)
 
 
-def alternative(named, other):
+Settled = tuple[list[Candidate], list[Alternative] | None]
+
+
+def alternative(named: str, other: str) -> Alternative:
     apart = other if named in HEAT else named
     how = DECIDES.get(frozenset((named, other))) or AGAIN.format(
         other="a " + NAMES[apart] if apart != "gauss_markov" else NAMES[apart]
@@ -91,8 +101,9 @@ def alternative(named, other):
     return Alternative(other, f"Undecided: {NAMES[named]} or {NAMES[other]}. To decide, {how}.")
 
 
-def best_beside(bench, parts, fit, kind):
-    """The best candidate of a kind next to the parts: thermal kinds by columns.py, other kinds by their grid."""
+def best_beside(bench: Bench, parts: Sequence[Part], fit: Fit, kind: str) -> Candidate | None:
+    """The best candidate of a kind next to the parts: thermal kinds by columns.py, other kinds by
+    their grid."""
     if kind in ("temperature_squared", "temperature_hysteresis"):
         return columns.thermal(bench, parts, fit, kind)
     return candidates.stationary(bench, parts, fit, table.find(kind))
@@ -101,7 +112,7 @@ def best_beside(bench, parts, fit, kind):
 class Bed:
     """Parts, the parts with the temperature without lag, and the candidates that were found."""
 
-    def __init__(self, found, bench, parts):
+    def __init__(self, found: Sequence[Candidate], bench: Bench, parts: Sequence[Part]) -> None:
         self.found, self.bench, self.parts = (
             {candidate.kind: candidate for candidate in reversed(found)},
             bench,
@@ -125,7 +136,7 @@ class Bed:
             )
         )
 
-    def refine_lag(self):
+    def refine_lag(self) -> None:
         """The lag at the maximum of the likelihood, in the candidate itself: a few units decide."""
         late = self.found.get("temperature")
         if late and late.part.shape["lag_s"]:
@@ -133,15 +144,15 @@ class Bed:
             late.part = refine.refined(self.bench, [*rest, late.part], only=("temperature",))[-1]
             late.gain = self.bench.fit([*rest, late.part]).log_likelihood - self.fit.log_likelihood
 
-    def over_base(self, candidate):
+    def over_base(self, candidate: Candidate) -> float:
         return candidate.gain - self.step
 
-    def alone(self, kind):
+    def alone(self, kind: str) -> Rival | None:
         """The candidate as it was found: without the temperature felt at once, or in its place."""
         found = self.found.get(kind)
-        return found and Rival(kind, self.over_base(found), found)
+        return Rival(kind, self.over_base(found), found) if found else None
 
-    def beside(self, kind):
+    def beside(self, kind: str) -> Rival | None:
         """Beside the temperature felt at once; of the two, what gains more joins first."""
         best = (
             self.found.get(kind)
@@ -157,7 +168,7 @@ class Bed:
         )
         return Rival(kind, best.gain, first, self.in_model)
 
-    def rivals(self):
+    def rivals(self) -> Iterator[Rival]:
         """One per kind, the simpler one unless the other gains CHANCE.tell_apart more."""
         kinds = [part.kind for part in self.parts]
         for kind in HEAT + NOISE + COURSES:
@@ -165,24 +176,24 @@ class Bed:
                 continue
             simple = self.alone(kind)
             if kind == "temperature":
-                if simple and simple.first.part.shape["lag_s"] > 0:
+                if simple and simple.first and simple.first.part.shape["lag_s"] > 0:
                     yield simple
                 continue
             full = self.beside(kind)
-            if simple or full:
-                yield (
-                    full
-                    if not simple or full and full.gain > simple.gain + CHANCE.tell_apart
-                    else simple
-                )
+            if full and (not simple or full.gain > simple.gain + CHANCE.tell_apart):
+                yield full
+            elif simple:
+                yield simple
 
 
-def moving(recording):
-    return "temp_degC" in recording.columns and np.ptp(recording.columns["temp_degC"]) > 0
+def moving(recording: Recording) -> bool:
+    columns = recording.columns
+    return "temp_degC" in columns and bool(np.ptp(columns["temp_degC"]) > 0)
 
 
-def likeliest_heat(rivals):
-    """Where one of the ways to feel heat is beyond chance, the likeliest; of those that the recording cannot tell from it a lag, or else what needs no second term."""
+def likeliest_heat(rivals: Iterable[Rival]) -> Rival | None:
+    """Where one of the ways to feel heat is beyond chance, the likeliest; of those that the
+    recording cannot tell from it a lag, or else what needs no second term."""
     heat = [rival for rival in rivals if rival.kind in HEAT]
     best = max((rival.score for rival in heat if beyond_chance(rival)), default=np.inf)
     near = [rival for rival in heat if rival.score > best - CHANCE.tell_apart]
@@ -191,11 +202,11 @@ def likeliest_heat(rivals):
     )
 
 
-def beyond_chance(rival):
-    return log_tail(rival.gain, TRIALS[rival.kind]) < np.log(CHANCE.family_wise)
+def beyond_chance(rival: Rival) -> bool:
+    return log_tail(rival.gain, TRIALS[rival.kind]) < float(np.log(CHANCE.family_wise))
 
 
-def at_stake(found, bed):
+def at_stake(found: Sequence[Candidate], bed: Bed) -> bool:
     """Is any way to feel heat beyond doubt by itself, or in the model already."""
     ways = [candidate.log_p for candidate in found if candidate.kind in HEAT] + (
         [bed.plain.log_p] if bed.plain else []
@@ -203,8 +214,9 @@ def at_stake(found, bed):
     return bed.in_model or min(ways, default=0.0) + np.log(len(found)) < np.log(CHANCE.family_wise)
 
 
-def at_once(found, bed):
-    """The candidates with a temperature that is felt at once, not late by chance; in their order."""
+def at_once(found: Sequence[Candidate], bed: Bed) -> list[Candidate]:
+    """The candidates with a temperature that is felt at once, not late by chance; in their
+    order."""
     changed = [
         replace(bed.plain) if candidate.kind == "temperature" and bed.plain else candidate
         for candidate in found
@@ -217,7 +229,7 @@ def at_once(found, bed):
     )
 
 
-def first(found, candidate):
+def first(found: list[Candidate], candidate: Candidate | None) -> list[Candidate]:
     """The candidates with this one before the others, as unlikely by chance as any."""
     if candidate is None:
         return found
@@ -232,9 +244,9 @@ def first(found, candidate):
     ]
 
 
-def settled(found, bench, parts):
-    """(candidates, alternatives): the one that is to be named and join first; what cannot be told from it. (found, None) where heat is not
-    the question."""
+def settled(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Settled:
+    """(candidates, alternatives): the one that is to be named and join first; what cannot be told
+    from it. (found, None) where heat is not the question."""
     if found and found[0].kind == "noise_step":
         return noise_of_heat(found, bench, parts)
     if not found or found[0].kind not in HEAT + NOISE + COURSES or not moving(bench.recording):
@@ -265,9 +277,10 @@ def settled(found, bench, parts):
     return first(found, heat.first), [alternative(heat.kind, kind) for kind in named]
 
 
-def noise_of_heat(found, bench, parts):
-    """A noise step may be the best interval of noise that goes with the temperature: that one comes first when it explains more. Its gain in the
-    ranking was divided by what stays restless, that of the step was not."""
+def noise_of_heat(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Settled:
+    """A noise step may be the best interval of noise that goes with the temperature: that one comes
+    first when it explains more. Its gain in the ranking was divided by what stays restless, that of
+    the step was not."""
     heat = next(
         (
             c
@@ -284,8 +297,9 @@ def noise_of_heat(found, bench, parts):
     return (first(found, heat), []) if whole > found[0].gain + CHANCE.tell_apart else (found, None)
 
 
-def outdone(found, bed):
-    """Nothing is beyond the temperature felt at once, or noise or a course explains more: the temperature, if it is worth anything, is felt at once."""
+def outdone(found: list[Candidate], bed: Bed) -> list[Candidate]:
+    """Nothing is beyond the temperature felt at once, or noise or a course explains more: the
+    temperature, if it is worth anything, is felt at once."""
     found = at_once(found, bed)
     return first(
         found,

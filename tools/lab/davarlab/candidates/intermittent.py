@@ -1,16 +1,27 @@
 """Lines that are there for a while: a machine that is switched on and off (DESIGN 15)."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 from scipy import fft
 
-from ..inference.parts import Part
+from ..arrays import Floats
+from ..inference.parts import Bench, Part
+from ..inference.whittle import Fit
 from ..thresholds import LINE, TRIES
 
+Complexes = npt.NDArray[np.complexfloating[Any, Any]]
 
-def strongest(w, bands=()):
-    """(gain, frequency over rate, first, last) of the best window of any length, without those that hold most of the record, and outside the
-    bands (low, high)."""
-    best, w = (-np.inf, 0.0, 0, 0), w.astype(np.float32)
+
+def strongest(
+    w: Floats, bands: Sequence[tuple[float, float]] = ()
+) -> tuple[float, float, int, int]:
+    """(gain, frequency over rate, first, last) of the best window of any length, without those that
+    hold most of the record, and outside the bands (low, high)."""
+    best: tuple[float, float, int, int] = (-np.inf, 0.0, 0, 0)
+    w = w.astype(np.float32)
     for count in LINE.visit_windows:
         length = len(w) // count
         if length < LINE.visit_least:
@@ -41,7 +52,7 @@ def strongest(w, bands=()):
     return best
 
 
-def best_interval(w, nu):
+def best_interval(w: Floats, nu: float) -> tuple[float, int, int]:
     """(gain, first, last) of the likeliest interval of a line of that frequency."""
     edges = np.linspace(0, len(w), LINE.visit_marks + 1).astype(int)
     turned = w * np.exp(-2j * np.pi * nu * np.arange(len(w)))
@@ -61,7 +72,7 @@ def best_interval(w, nu):
     return float(np.abs(fine[high] - fine[low]) ** 2 / (high - low)), int(low), int(high)
 
 
-def sharpened(total, low, high, reach):
+def sharpened(total: Complexes, low: int, high: int, reach: int) -> tuple[int, int]:
     """Both ends, each moved by no more than `reach`."""
     starts = np.arange(max(0, low - reach), min(high - LINE.visit_least, low + reach) + 1)
     if len(starts):
@@ -74,7 +85,7 @@ def sharpened(total, low, high, reach):
     return low, high
 
 
-def best_frequency(w, nu, low, high):
+def best_frequency(w: Floats, nu: float, low: int, high: int) -> float:
     """Within a lobe of the interval."""
     part, place = w[low:high], np.arange(high - low)
     pieces = np.linspace(0, len(part), min(256, len(part)), endpoint=False).astype(int)
@@ -84,8 +95,9 @@ def best_frequency(w, nu, low, high):
     return float(nu + off[np.argmax(np.abs(np.exp(-2j * np.pi * np.outer(off, middle)) @ turned))])
 
 
-def search(bench, parts, fit):
-    """(part, gain, log p) of the likeliest such line; the gain is held against the noise of its own interval."""
+def search(bench: Bench, parts: Sequence[Part], fit: Fit) -> tuple[Part, float, float] | None:
+    """(part, gain, log p) of the likeliest such line; the gain is held against the noise of its own
+    interval."""
     w, rate = bench.residual(parts, fit), bench.recording.rate_hz
     bands = [part.shape for part in parts if part.kind == "narrow_band"]
     reach = [(band["frequency_hz"], LINE.within_band * band["half_width_hz"]) for band in bands]

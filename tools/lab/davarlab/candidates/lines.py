@@ -1,17 +1,22 @@
-"""Lines, sharp and with a width: where the whitened residual stands above its surroundings (DESIGN 4)."""
+"""Lines, sharp and with a width: where the whitened residual stands above its surroundings
+(DESIGN 4)."""
+
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy import fft
 
+from ..arrays import Floats, Ints
 from ..inference import modulation, refine
-from ..inference.parts import Part
+from ..inference.parts import Bench, Part
+from ..inference.whittle import Fit
 from ..thresholds import LINE
 from .candidate import Candidate, log_tail_of_line
 
 
-def sharp(bench, parts, fit):
-    """The strongest line of the whitened residual, twice oversampled. Not beside one that the model has: what is left there is that line,
-    drifting."""
+def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
+    """The strongest line of the whitened residual, twice oversampled. Not beside one that the model
+    has: what is left there is that line, drifting."""
     w = bench.residual(parts, fit)
     power = np.abs(fft.rfft(w.astype(np.float32), 2 * len(w))) ** 2 / len(w)
     power[:6] = 0
@@ -34,21 +39,25 @@ def sharp(bench, parts, fit):
     return Candidate("sinusoid", part, gain, log_tail_of_line(part.kind, gain, len(w)))
 
 
-def excess(energy, width):
-    """Gain of a level of its own in each box of `width` ordinates whose mean energy is above 1 (a model's own), and the starts."""
+def excess(energy: Floats, width: int) -> tuple[Floats, Ints]:
+    """Gain of a level of its own in each box of `width` ordinates whose mean energy is above 1 (a
+    model's own), and the starts."""
     starts = np.arange(0, len(energy) - width, max(1, width // 4))
     total = np.concatenate([[0.0], np.cumsum(energy)])
     return gain_of(width, (total[starts + width] - total[starts]) / width), starts
 
 
-def gain_of(width, ratio):
-    """Of a level of its own for so many ordinates with that mean energy; 0 where it is below a model's own."""
+def gain_of(width: int, ratio: Floats) -> Floats:
+    """Of a level of its own for so many ordinates with that mean energy; 0 where it is below a
+    model's own."""
     return np.where(ratio > 1, 0.5 * width * (ratio - 1 - np.log(np.maximum(ratio, 1.0))), 0.0)
 
 
-def places(energy):
-    """(centre, half width, gain) in ordinates of the strongest boxes, best first, none within another."""
-    found, width = [], 4
+def places(energy: Floats) -> list[tuple[float, float, float]]:
+    """(centre, half width, gain) in ordinates of the strongest boxes, best first, none within
+    another."""
+    found: list[tuple[float, float, float]] = []
+    width = 4
     while width <= 4 * LINE.widest * len(energy):
         gain, starts = excess(energy, width)
         best = int(np.argmax(gain)) if len(gain) else 0
@@ -56,15 +65,16 @@ def places(energy):
             found.append((starts[best] + width / 2, width / 4, float(gain[best])))
         width = int(1.5 * width)
     found.sort(key=lambda place: -place[2])
-    kept = []
+    kept: list[tuple[float, float, float]] = []
     for place in found:
         if all(abs(place[0] - other[0]) > 2 * (place[1] + other[1]) for other in kept):
             kept.append(place)
     return kept[: LINE.places_refined]
 
 
-def wide_at(bench, parts, fit, f_hz):
-    """A line with a width where somebody saw one, from that of the box about it which stands out most."""
+def wide_at(bench: Bench, parts: Sequence[Part], fit: Fit, f_hz: float) -> Part:
+    """A line with a width where somebody saw one, from that of the box about it which stands out
+    most."""
     energy, scale = bench.whitened(parts, fit) ** 2, bench.recording.rate_hz / (2 * len(bench.y))
     centre = f_hz / scale
     widths = np.unique(
@@ -81,9 +91,11 @@ def wide_at(bench, parts, fit, f_hz):
     return refine.refined(bench.resolving([*parts, part]), [*parts, part], only_last=True)[-1]
 
 
-def wide(bench, parts, fit, scatter_of):
-    """The line with a width that gains most; None where nothing stands out. scatter_of: (bench, fit) -> of neighbouring ordinates,
-    where the white level changes."""
+def wide(
+    bench: Bench, parts: Sequence[Part], fit: Fit, scatter_of: Callable[[Bench, Fit], Floats | None]
+) -> Candidate | None:
+    """The line with a width that gains most; None where nothing stands out. scatter_of: (bench,
+    fit) -> of neighbouring ordinates, where the white level changes."""
     energy = bench.whitened(parts, fit) ** 2
     energy[: LINE.lowest] = 1.0
     scale, best = bench.recording.rate_hz / (2 * len(bench.y)), None

@@ -1,19 +1,30 @@
-"""Every effect that a model lacks, tried: the gain in likelihood and what chance would give (DESIGN 4)."""
+"""Every effect that a model lacks, tried: the gain in likelihood and what chance would give
+(DESIGN 4)."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
+from ..arrays import Floats
 from ..data import signals
+from ..data.recording import Recording
 from ..effects import table
+from ..effects.base import Effect, Values
 from ..effects.columns import SOUGHT_TOGETHER
 from ..inference import changes, modulation, refine, states
-from ..inference.parts import Part, as_spectra
-from ..inference.whittle import generalised_least_squares, score_of_column, score_of_row
+from ..inference.changes import Blocks
+from ..inference.parts import Bench, Part, as_spectra
+from ..inference.whittle import Fit, generalised_least_squares, score_of_column, score_of_row
 from ..thresholds import CHANCE, FIT, LEVELS, SEARCH
 from . import filters, intermittent, lines, steps
 from .candidate import Candidate, log_chance
 
 LORENTZIAN = ("telegraph_noise", "gauss_markov")
-SEARCHES = {"bias_step": steps.search, "intermittent_line": intermittent.search}
+SEARCHES: dict[str, Callable[[Bench, Sequence[Part], Fit], tuple[Part, float, float] | None]] = {
+    "bias_step": steps.search,
+    "intermittent_line": intermittent.search,
+}  # (part, gain, log p)
 SIMPLER = (
     "rate_random_walk",
     "gauss_markov",
@@ -30,14 +41,23 @@ BENDS = (
     ("warm_up", "high_pass"),
 )
 
+# Receives the kind that is tried next and what was found so far (None: nothing of a kind). It may
+# raise.
+Trying = Callable[[str, Sequence[Candidate | None]], None]
+# Of a chain of levels: log-likelihood, amplitude, dwell, middle; and the decoded part.
+Chain = tuple[float, float, float, float]
+Levels = tuple[float, float, float, float, Part]
 
-def shapes_of(effect, recording):
-    """The product of an effect's grids; what a model file need not say of a filter is at its default: it is asked when the filter joins."""
-    found = [{}]
+
+def shapes_of(effect: Effect, recording: Recording) -> list[Values]:
+    """The product of an effect's grids; what a model file need not say of a filter is at its
+    default: it is asked when the filter joins."""
+    found: list[Values] = [{}]
     for name in effect.shape_names:
         parameter = next(p for p in effect.parameters if p.name == name)
         late = effect.role == "filter" and parameter.default is not None
-        values = [parameter.default] if late else effect.grid.get(name, lambda _: [])(recording)
+        grid = effect.grid.get(name)
+        values: list[Any] = [parameter.default] if late else list(grid(recording)) if grid else []
         found = [
             {**shape, name: value if isinstance(value, (str, int)) else float(value)}
             for shape in found
@@ -46,12 +66,13 @@ def shapes_of(effect, recording):
     return found
 
 
-def available(effect, recording):
+def available(effect: Effect, recording: Recording) -> bool:
     return all(any(name.startswith(need) for name in recording.columns) for need in effect.needs)
 
 
-def robust_gain(bench, parts, part):
-    """The gain with the scatter of the products themselves: vibration must not pass for correlation with vibration."""
+def robust_gain(bench: Bench, parts: Sequence[Part], part: Part) -> float:
+    """The gain with the scatter of the products themselves: vibration must not pass for correlation
+    with vibration."""
     full = bench.fit([*parts, part])
     white = np.sqrt(bench.data.at_ordinates(full.level))
     column = np.zeros(len(white) + 1)
@@ -66,8 +87,9 @@ def robust_gain(bench, parts, part):
     )
 
 
-def screened(bench, parts, fit, effect):
-    """The shapes and forms of an effect that score best beside the model: those that are worth a fit."""
+def screened(bench: Bench, parts: Sequence[Part], fit: Fit, effect: Effect) -> list[Part]:
+    """The shapes and forms of an effect that score best beside the model: those that are worth a
+    fit."""
     forms = ("raw",) if effect.role == "filter" else effect.forms
     found = [
         Part(effect.kind, shape, form)
@@ -96,8 +118,11 @@ def screened(bench, parts, fit, effect):
     return [found[index] for index in sorted(best)]
 
 
-def stationary(bench, parts, fit, effect, scatter=None):
-    """Spectra, filters and regressors: the best of their shapes. `scatter`: of the energies where the white level changes."""
+def stationary(
+    bench: Bench, parts: Sequence[Part], fit: Fit, effect: Effect, scatter: Floats | None = None
+) -> Candidate | None:
+    """Spectra, filters and regressors: the best of their shapes. `scatter`: of the energies where
+    the white level changes."""
     robust = effect.role == "mean" and "accel" in effect.needs
     best = None
     for part in screened(bench, parts, fit, effect):
@@ -121,17 +146,21 @@ def stationary(bench, parts, fit, effect, scatter=None):
     return filters.candidate(bench, parts, fit, best) if best and effect.role == "filter" else best
 
 
-def beside_both(bench, parts, fit, effect, scatter):
-    """A spectrum or filter beside decoded states, and beside the noise that they are: the smaller gain counts (6.5)."""
+def beside_both(
+    bench: Bench, parts: Sequence[Part], fit: Fit, effect: Effect, scatter: Floats | None
+) -> Candidate | None:
+    """A spectrum or filter beside decoded states, and beside the noise that they are: the smaller
+    gain counts (6.5)."""
     found, noise = stationary(bench, parts, fit, effect, scatter), as_spectra(parts)
     if found and noise and found.log_p < 0 and found.part.role != "mean":
         other = stationary(bench, noise, bench.fit(noise), effect, scatter)
-        found = min(found, other, key=lambda candidate: candidate.gain)
+        found = min(found, other or found, key=lambda candidate: candidate.gain)
     return found
 
 
-def vibration(bench, parts, blocks):
-    """White noise that goes with the vibration. A level that moves for other reasons too must not pass for it."""
+def vibration(bench: Bench, parts: Sequence[Part], blocks: Blocks) -> Candidate | None:
+    """White noise that goes with the vibration. A level that moves for other reasons too must not
+    pass for it."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     before, best = changes.fit(blocks, rows)[1], None
     effect = table.find("vibration_noise")
@@ -152,7 +181,7 @@ def vibration(bench, parts, blocks):
     return best
 
 
-def noise_step(bench, parts, blocks):
+def noise_step(bench: Bench, parts: Sequence[Part], blocks: Blocks) -> Candidate:
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     sizes, variance, before = changes.fit(blocks, rows)
     low, high, _, _ = changes.best_interval(blocks, variance)
@@ -174,8 +203,9 @@ def noise_step(bench, parts, blocks):
     return Candidate("noise_step", part, gain, log_chance("noise_step", gain))
 
 
-def with_states(bench, parts, fit, found):
-    """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the one that has it."""
+def with_states(bench: Bench, parts: Sequence[Part], fit: Fit, found: Sequence[Candidate]) -> None:
+    """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the
+    one that has it."""
     telegraph = next((c for c in found if c.kind == "telegraph_noise"), None)
     best = max(
         (
@@ -190,8 +220,9 @@ def with_states(bench, parts, fit, found):
         decode_states(bench, parts, telegraph)
 
 
-def decode_states(bench, parts, telegraph):
-    """Two levels against a continuum beside the other parts; decoded when the levels can be seen (6.2) (6.3)."""
+def decode_states(bench: Bench, parts: Sequence[Part], telegraph: Candidate) -> None:
+    """Two levels against a continuum beside the other parts; decoded when the levels can be seen
+    (6.2) (6.3)."""
     trial = refine.refined(bench, [*parts, telegraph.part], only=("telegraph_noise",))
     joint = bench.fit(trial)
     telegraph.part = trial[-1]
@@ -223,10 +254,14 @@ def decode_states(bench, parts, telegraph):
         telegraph.part = part
 
 
-def best_levels(bench, parts, rest, start):
-    """(likelihood in white noise, amplitude, dwell, decoded part) of as many levels as the record is likeliest with beside the other parts,
-    by the lower bound of (6.3): in white noise further levels would follow the flicker. So each number is fitted once more without it."""
-    best, most = None, -np.inf
+def best_levels(
+    bench: Bench, parts: Sequence[Part], rest: Floats, start: tuple[float, float, float]
+) -> Levels:
+    """(likelihood in white noise, amplitude, dwell, decoded part) of as many levels as the record
+    is likeliest with beside the other parts, by the lower bound of (6.3): in white noise further
+    levels would follow the flicker. So each number is fitted once more without it."""
+    best: Levels | None = None
+    most = -np.inf
     for levels in range(2, LEVELS.most + 1):
         found = states.fit_levels(rest, bench.recording.rate_hz, *start, levels)
         part, divergence, doubt = decoded_part(bench, rest, found, start[2], levels)
@@ -243,10 +278,13 @@ def best_levels(bench, parts, rest, start):
             best, most = (*found, part), bound
         elif levels > 3:
             break
+    assert best is not None  # the first number of levels is always taken
     return best
 
 
-def lower_bound(bench, parts, part, divergence, doubt):
+def lower_bound(
+    bench: Bench, parts: Sequence[Part], part: Part, divergence: float, doubt: float
+) -> float:
     """Of the likelihood of levels beside other parts (6.3)."""
     fit = bench.fit([*parts, part])
     amplitude = bench.coefficients_of(bench.keys(part), [*parts, part], fit)[0] / (
@@ -255,17 +293,21 @@ def lower_bound(bench, parts, part, divergence, doubt):
     return float(fit.log_likelihood - amplitude**2 * doubt - divergence)
 
 
-def white_beside(bench, fit, dwell_s):
-    """The noise that levels of this dwell are seen against, as that of single samples: its density where blocks of a small part of a dwell
-    see it, not at the end of the spectrum, which the sensor's own low-pass may have emptied."""
+def white_beside(bench: Bench, fit: Fit, dwell_s: float) -> float:
+    """The noise that levels of this dwell are seen against, as that of single samples: its density
+    where blocks of a small part of a dwell see it, not at the end of the spectrum, which the
+    sensor's own low-pass may have emptied."""
     f = min(LEVELS.blocks_per_dwell / (2 * dwell_s), bench.data.f_bin[-1])
     return float(
         np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz)
     )
 
 
-def decoded_part(bench, rest, found, white, levels):
-    """The decoded course as a part; its divergence from what the chain says beforehand; what doubt costs per squared amplitude."""
+def decoded_part(
+    bench: Bench, rest: Floats, found: Chain, white: float, levels: int
+) -> tuple[Part, float, float]:
+    """The decoded course as a part; its divergence from what the chain says beforehand; what doubt
+    costs per squared amplitude."""
     _, level, dwell, middle = found
     part = Part(
         "telegraph_noise", {"mean_dwell_s": float(dwell), "levels": float(levels)}, "decoded"
@@ -276,9 +318,18 @@ def decoded_part(bench, rest, found, white, levels):
     return part, divergence, doubt
 
 
-def beside_flicker(bench, parts, part, rest, level, white, continuum):
-    """The gain of two levels over a continuum where the flicker of the other parts hides them: that flicker is estimated beside the
-    decoded course, taken out, and the course decoded again (6.3). Returns (gain, decoded part)."""
+def beside_flicker(
+    bench: Bench,
+    parts: Sequence[Part],
+    part: Part,
+    rest: Floats,
+    level: float,
+    white: float,
+    continuum: float,
+) -> tuple[float, Part]:
+    """The gain of two levels over a continuum where the flicker of the other parts hides them: that
+    flicker is estimated beside the decoded course, taken out, and the course decoded again (6.3).
+    Returns (gain, decoded part)."""
     rate, best = bench.recording.rate_hz, (-np.inf, part)
     fit = bench.fit([*parts, part])
     for _ in range(LEVELS.flicker_rounds):
@@ -302,7 +353,7 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
     return best
 
 
-def slow_noise(bench, parts, fit):
+def slow_noise(bench: Bench, parts: Sequence[Part], fit: Fit) -> Floats:
     """The expected course of what is not white in the noise (a Wiener filter), deg/s."""
     data = bench.data
     c = data.without(fit.coefficients, bench.all_keys(parts))
@@ -310,9 +361,9 @@ def slow_noise(bench, parts, fit):
     return signals.in_time(c * (1 - data.at_ordinates(share)))
 
 
-def simplest_first(found):
-    """A slow warm-up is a ramp that bends, noise with a long memory a random walk that turns: they are named only when the bend itself is
-    significant (likelihood ratio at 1 %)."""
+def simplest_first(found: Sequence[Candidate]) -> None:
+    """A slow warm-up is a ramp that bends, noise with a long memory a random walk that turns: they
+    are named only when the bend itself is significant (likelihood ratio at 1 %)."""
     by_kind = {candidate.kind: candidate for candidate in found}
     for straight, bent in BENDS:
         if (
@@ -342,31 +393,46 @@ def simplest_first(found):
         single.log_p = max(single.log_p, min(0.0, rival.log_p + 1e-6))
 
 
-def second_warm_up(bench, parts, fit):
+def second_warm_up(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | None:
     """A warm-up with another constant; the first was the mean of both while it was alone."""
     found = stationary(bench, parts, fit, table.find("warm_up"))
-    if found.gain > SEARCH.crude_gain:
+    if found is not None and found.gain > SEARCH.crude_gain:
         trial = refine.refined(bench, [*parts, found.part], FIT.rounds_of_two, only=("warm_up",))
         gain = bench.fit(trial).log_likelihood - fit.log_likelihood
         found = Candidate("warm_up", trial[-1], gain, log_chance("warm_up", gain))
     return found
 
 
-def scatter_of(bench, parts, fit, blocks, of=modulation.dispersion):
-    """Of the energies per bin, when the model lets the white level change; None: chi-square. `of`: dispersion, or crowding."""
+def scatter_of(
+    bench: Bench,
+    parts: Sequence[Part],
+    fit: Fit,
+    blocks: Blocks,
+    of: Callable[[Bench, Floats, Floats], Floats] = modulation.dispersion,
+) -> Floats | None:
+    """Of the energies per bin, when the model lets the white level change; None: chi-square. `of`:
+    dispersion, or crowding."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     if modulation.constant(rows):
         return None
     return of(bench, modulation.white_share(bench, parts, fit), changes.fit(blocks, rows)[1])
 
 
-def ranked(bench, parts, fit, skip=(), more=(), progress=lambda kind, found: None):
-    """All candidates, least likely by chance first; `more`: those that were found elsewhere (columns.py); `progress` hears which effect is next and
-    what was found so far, and may raise."""
+def ranked(
+    bench: Bench,
+    parts: Sequence[Part],
+    fit: Fit,
+    skip: Iterable[str] = (),
+    more: Iterable[Candidate] = (),
+    progress: Trying = lambda kind, found: None,
+) -> list[Candidate]:
+    """All candidates, least likely by chance first; `more`: those that were found elsewhere
+    (columns.py); `progress` hears which effect is next and what was found so far, and may raise."""
     blocks = bench.blocks(parts, fit)
     kinds = [part.kind for part in parts]
     most = {**SEARCH.most_of, "warm_up": SEARCH.warm_ups_most}
-    have, found = {kind for kind in kinds if kinds.count(kind) >= most.get(kind, 1)} | set(skip), []
+    have = {kind for kind in kinds if kinds.count(kind) >= most.get(kind, 1)} | set(skip)
+    tried: list[Candidate | None] = []
     scatter = scatter_of(bench, parts, fit, blocks)
     have |= {"vibration_noise", "noise_step"} if bench.counts and bench.counts.unsteady else set()
     for effect in table.TABLE.values():
@@ -376,11 +442,11 @@ def ranked(bench, parts, fit, skip=(), more=(), progress=lambda kind, found: Non
             or not available(effect, bench.recording)
         ):
             continue
-        progress(effect.kind, [*found, *more])
+        progress(effect.kind, [*tried, *more])
         if effect.kind == "sinusoid":
-            found.append(lines.sharp(bench, parts, fit))
+            tried.append(lines.sharp(bench, parts, fit))
         elif effect.kind == "narrow_band":
-            found.append(
+            tried.append(
                 lines.wide(
                     bench,
                     parts,
@@ -390,16 +456,16 @@ def ranked(bench, parts, fit, skip=(), more=(), progress=lambda kind, found: Non
             )
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
-            found.append(Candidate(effect.kind, *one) if one else None)
+            tried.append(Candidate(effect.kind, *one) if one else None)
         elif effect.kind == "warm_up" and "warm_up" in kinds:
-            found.append(second_warm_up(bench, parts, fit))
+            tried.append(second_warm_up(bench, parts, fit))
         elif effect.kind == "vibration_noise":
-            found.append(vibration(bench, parts, blocks))
+            tried.append(vibration(bench, parts, blocks))
         elif effect.kind == "noise_step":
-            found.append(noise_step(bench, parts, blocks))
+            tried.append(noise_step(bench, parts, blocks))
         else:
-            found.append(beside_both(bench, parts, fit, effect, scatter))
-    found = [candidate for candidate in [*found, *more] if candidate]
+            tried.append(beside_both(bench, parts, fit, effect, scatter))
+    found = [candidate for candidate in [*tried, *more] if candidate]
     with_states(bench, parts, fit, found)
     simplest_first(found)
     filters.simpler_memory(bench, parts, found)

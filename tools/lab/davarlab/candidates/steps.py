@@ -1,20 +1,26 @@
-"""Sudden steps of the bias, at every sample of the record, by generalised least squares (DESIGN 15)."""
+"""Sudden steps of the bias, at every sample of the record, by generalised least squares
+(DESIGN 15)."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from scipy import fft, stats
 
-from ..inference.parts import Part
+from ..arrays import Floats
+from ..inference.parts import Bench, Part
+from ..inference.whittle import Fit
 from ..thresholds import STEP
 
 
-def residual_over_level(bench, parts, level):
+def residual_over_level(bench: Bench, parts: Sequence[Part], level: Fit) -> tuple[Floats, Floats]:
     """The gyro's ordinates without the courses of the parts, and the level of each ordinate."""
     data = bench.data
     return data.without(level.coefficients, bench.all_keys(parts)), data.at_ordinates(level.level)
 
 
-def alike(level):
-    """C(m) = sum over j of w_j cos(pi j m / n), m = 0 .. 2 n: two steps at k and l have the inner product (C(k - l) - C(k + l)) / 2, whitened."""
+def alike(level: Floats) -> Floats:
+    """C(m) = sum over j of w_j cos(pi j m / n), m = 0 .. 2 n: two steps at k and l have the inner
+    product (C(k - l) - C(k + l)) / 2, whitened."""
     n = len(level) + 1
     weight = np.zeros(n + 1)
     weight[1:n] = 1 / (2 * n * np.sin(np.pi * np.arange(1, n) / (2 * n)) ** 2 * level)
@@ -22,17 +28,19 @@ def alike(level):
     return np.append(half, half[0])
 
 
-def scores(c, level, same):
+def scores(c: Floats, level: Floats, same: Floats) -> Floats:
     """The normal score of a step at each sample 1 .. n - 1."""
     n = len(c) + 1
     pulled = fft.idct(np.concatenate([[0.0], c / level]), type=2, norm="ortho")
     total = -np.cumsum(pulled)[:-1]  # of what comes after: the whole is nothing
     norm = 0.5 * (same[0] - same[2 * np.arange(1, n)])
-    return total / np.sqrt(np.maximum(norm, 1e-300))
+    found: Floats = total / np.sqrt(np.maximum(norm, 1e-300))
+    return found
 
 
-def log_chance(peak, same, n):
-    """Of a peak that high anywhere: crossings of a Gaussian process from mark to mark, smooth or rough, whichever are more."""
+def log_chance(peak: float, same: Floats, n: int) -> float:
+    """Of a peak that high anywhere: crossings of a Gaussian process from mark to mark, smooth or
+    rough, whichever are more."""
     marks = np.unique(np.linspace(0, n, STEP.marks + 1).astype(int)[1:-1])
     norm = 0.5 * (same[0] - same[2 * marks])
     inner = 0.5 * (same[np.diff(marks)] - same[marks[1:] + marks[:-1]])
@@ -41,7 +49,7 @@ def log_chance(peak, same, n):
     return min(0.0, float(np.log(2 * tries) + stats.norm.logsf(peak)))
 
 
-def search(bench, parts, fit):
+def search(bench: Bench, parts: Sequence[Part], fit: Fit) -> tuple[Part, float, float]:
     """(part, gain, log p) of the most likely step."""
     c, level = residual_over_level(bench, parts, fit)
     same = alike(level)

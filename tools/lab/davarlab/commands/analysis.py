@@ -1,9 +1,14 @@
 """fit, compare, diagnose, improve and plot: a model against a recording."""
 
+import argparse
+from collections.abc import Callable
+
 from .. import axes, files
 from .. import model as models
+from ..data.recording import Recording
 from ..diagnosis import compare, evidence, improve
 from ..diagnosis import state as state_of
+from ..diagnosis.state import Judged
 from ..errors import BadInput
 from ..report import terminal, values
 from .shared import (
@@ -15,6 +20,7 @@ from .shared import (
     OUT_MAYBE,
     REC,
     REPORT,
+    Command,
     emit,
     given_model,
     progress,
@@ -23,8 +29,11 @@ from .shared import (
 
 DETAIL = 3  # candidates that are described in full
 
+One = tuple[axes.Found, str]  # what a command found on an axis, and its text
+Run = Callable[[argparse.Namespace], int]
 
-def load(options):
+
+def load(options: argparse.Namespace) -> tuple[Recording, models.Model]:
     """(recording, model) for the analysis. axes.py converts those of an accelerometer."""
     given = given_model(options)
     recording, model = axes.for_analysis(recorded(options, options.recording), given)
@@ -34,7 +43,7 @@ def load(options):
     return recording, model
 
 
-def load_held_out(options, model):
+def load_held_out(options: argparse.Namespace, model: models.Model) -> Recording | None:
     if not options.held_out:
         return None
     held_out, model = axes.for_analysis(recorded(options, options.held_out), given_model(options))
@@ -42,11 +51,11 @@ def load_held_out(options, model):
     return held_out
 
 
-def column_of(options):
+def column_of(options: argparse.Namespace) -> str:
     return given_model(options).column
 
 
-def output_of(options):
+def output_of(options: argparse.Namespace) -> str | None:
     """The output file for the model of this axis."""
     return options.output and (
         str(axes.file_of(options.output, options.axis))
@@ -55,10 +64,11 @@ def output_of(options):
     )
 
 
-def each_axis(one):
-    """A command on the axis of the model, or on all axes of --axes. one(options) -> axes.Found and the text of one axis."""
+def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
+    """A command on the axis of the model, or on all axes of --axes. one(options) -> axes.Found and
+    the text of one axis."""
 
-    def run(options):
+    def run(options: argparse.Namespace) -> int:
         if not options.axes:
             found, text = one(options)
             emit(
@@ -74,21 +84,21 @@ def each_axis(one):
             files.check_outputs(
                 [axes.file_of(options.output, column) for column in columns], [options.recording]
             )
-        found = []
+        per_axis: list[axes.Found] = []
         for options.axis in columns:
             progress(f"axis {options.axis}")
-            found.append(one(options)[0])
+            per_axis.append(one(options)[0])
         emit(
             options,
-            {"axes": {one.column: axes.plain_in_units(one.data, one.column) for one in found}},
-            axes.text(found),
+            {"axes": {one.column: axes.plain_in_units(one.data, one.column) for one in per_axis}},
+            axes.text(per_axis),
         )
-        return max(one.status for one in found)
+        return max(one.status for one in per_axis)
 
     return run
 
 
-def fit_one(options):
+def fit_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     state, fitted, entries = improve.fit(recording, model, progress)
     column, output = column_of(options), output_of(options)
@@ -106,8 +116,14 @@ def fit_one(options):
     )
 
 
-def report(options, recording, model, found, state=None):
-    """Writes the page of --report for a comparison (state: the refitted model) or an improvement."""
+def report(
+    options: argparse.Namespace,
+    recording: Recording,
+    model: models.Model,
+    found: tuple[compare.Comparison, Judged] | improve.Improvement,
+) -> None:
+    """Writes the page of --report for a comparison, given with the refitted model, or for an
+    improvement."""
     if not options.report:
         return
     from ..report import contents, page  # the pictures take a second to load
@@ -128,16 +144,18 @@ def report(options, recording, model, found, state=None):
         getattr(options, "output", None),
     )
     page.write(
-        contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found),
+        contents.of_comparison(run, *found)
+        if isinstance(found, tuple)
+        else contents.of_improvement(run, found),
         options.report,
     )
 
 
-def compare_one(options):
+def compare_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     state = state_of.judged(state_of.start(recording, model, progress))
     found = compare.compare(recording, model, progress, state)
-    report(options, recording, model, found, state)
+    report(options, recording, model, (found, state))
     return (
         axes.Found(
             column_of(options),
@@ -150,7 +168,7 @@ def compare_one(options):
     )
 
 
-def diagnose_one(options):
+def diagnose_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
@@ -160,7 +178,7 @@ def diagnose_one(options):
     ), terminal.diagnosis(found)
 
 
-def improve_one(options):
+def improve_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
@@ -180,7 +198,7 @@ def improve_one(options):
     )
 
 
-def run_plot(options):
+def run_plot(options: argparse.Namespace) -> int:
     files.check_ending(options.output, (".png", ".pdf", ".svg"))
     from ..report import plot
 
@@ -192,7 +210,7 @@ def run_plot(options):
 
 
 # command: (function, what it does, arguments)
-COMMANDS = {
+COMMANDS: dict[str, Command] = {
     "fit": (
         each_axis(fit_one),
         "fits the parameters, with 95 %% intervals",

@@ -1,8 +1,10 @@
 """open, import, live, fleet and dbc: logs, many recordings, and sensors on a wire."""
 
+import argparse
+
 from .. import files, option_types
 from ..errors import BadInput
-from ..logs import door
+from ..logs import formats
 from .shared import (
     AXES,
     BASE,
@@ -11,6 +13,7 @@ from .shared import (
     OUT,
     OUT_MAYBE,
     SENSOR,
+    Command,
     argument,
     emit,
     log_options,
@@ -18,29 +21,29 @@ from .shared import (
 )
 
 
-def run_import(options):
+def run_import(options: argparse.Namespace) -> int:
     how = log_options(options)
     if options.list:
-        found = door.listed(options.log, how)
+        sensors = formats.listed(options.log, how)
         emit(
             options,
             {
                 "sensors": [
                     {"name": one.name, "gives": sorted(one.gives), "samples": one.samples}
-                    for one in found
+                    for one in sensors
                 ]
             },
-            "\n".join(one.said for one in found) or "no sensors",
+            "\n".join(one.said for one in sensors) or "no sensors",
         )
         return 0
     if not options.output:
         raise BadInput("import: -o REC.csv or --list is missing")
-    found = door.samples(options.log, how)
+    found = formats.samples(options.log, how)
     count, columns = len(next(iter(found.columns.values()))), list(found.columns)
-    rate = door.write(found, options.output, options.rate, options.log)
-    for line in door.said(found.guesses):
+    rate = formats.write(found, options.output, options.rate, options.log)
+    for line in formats.said(found.guesses):
         progress(line)
-    for one in [] if options.as_recorded else door.doubts(found, rate):
+    for one in [] if options.as_recorded else formats.doubts(found, rate):
         progress(f"{options.log}: doubtful: {one}")
     emit(
         options,
@@ -56,25 +59,26 @@ def run_import(options):
     return 0
 
 
-def run_live(options):
+def run_live(options: argparse.Namespace) -> int:
     from ..wire import live  # python-can and cantools are needed here only
 
     return live.run(options)
 
 
-def run_open(options):
+def run_open(options: argparse.Namespace) -> int:
     from ..workbench import server  # a web server is needed here only
 
     return server.run(options)
 
 
-def run_fleet(options):
+def run_fleet(options: argparse.Namespace) -> int:
     from davarfleet import command  # Dask is needed here only
 
-    return command.run(options, progress, emit)
+    status: int = command.run(options, progress, emit)
+    return status
 
 
-def run_dbc(options):
+def run_dbc(options: argparse.Namespace) -> int:
     from ..wire import dbc
 
     channels = sorted(set(options.channel or [0]))
@@ -86,10 +90,11 @@ def run_dbc(options):
 
 
 # command: (function, what it does, arguments)
-COMMANDS = {
+COMMANDS: dict[str, Command] = {
     "open": (
         run_open,
-        "opens the workbench in a browser; without a recording, it offers a tutorial and accepts a dropped file",
+        "opens the workbench in a browser; without a recording, it offers a tutorial and accepts "
+        "a dropped file",
         [
             argument("recording", nargs="?", help="any log, with any column names"),
             argument("-m", "--model", help="model file (TOML)"),
@@ -110,7 +115,8 @@ COMMANDS = {
         [
             argument(
                 "log",
-                help="PX4 ULog, ArduPilot DataFlash, ROS 1 or 2 bag, MCAP, MATLAB, NumPy, Parquet or any CSV",
+                help="PX4 ULog, ArduPilot DataFlash, ROS 1 or 2 bag, MCAP, MATLAB, NumPy, Parquet "
+                "or any CSV",
             ),
             OUT_MAYBE,
             *LOG,
@@ -121,20 +127,21 @@ COMMANDS = {
     ),
     "live": (
         run_live,
-        "checks, shows and records the stream of a CAN or serial source, and reconnects to a lost one",
+        "checks, shows and records the stream of a CAN or serial source, and reconnects to a lost "
+        "one",
         [
             argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
             argument(
                 "--record",
                 metavar="FILE.csv",
-                help="write the results to this file as they arrive. An existing file is appended to; "
-                "if it has other columns, FILE-2.csv is written instead",
+                help="write the results to this file as they arrive. An existing file is appended "
+                "to; if it has other columns, FILE-2.csv is written instead",
             ),
             argument(
                 "--raw",
                 metavar="REC.csv",
-                help="write the raw samples as a recording for the other commands (the sender also needs --raw), "
-                "with one file per channel and restart: REC-2.csv ...",
+                help="write the raw samples as a recording for the other commands (the sender also "
+                "needs --raw), with one file per channel and restart: REC-2.csv ...",
             ),
             argument("--count", type=option_types.whole, metavar="N", help="stop after N results"),
             argument(
@@ -169,7 +176,8 @@ COMMANDS = {
             argument(
                 "--batch",
                 metavar="REGEX",
-                help="regular expression whose first group, found in the path, is the batch of a recording",
+                help="regular expression whose first group, found in the path, is the batch of a "
+                "recording",
             ),
             argument(
                 "--limits", metavar="L.toml", help="limits that decide pass or fail of each unit"
@@ -177,7 +185,8 @@ COMMANDS = {
             argument(
                 "--scheduler",
                 metavar="ADDRESS",
-                help="scheduler of a Dask cluster with this davarlab on its workers (tcp://HOST:8786)",
+                help="scheduler of a Dask cluster with this davarlab on its workers "
+                "(tcp://HOST:8786)",
             ),
             argument(
                 "--workers",
@@ -191,8 +200,9 @@ COMMANDS = {
                 type=option_types.natural,
                 default=200,
                 metavar="N",
-                help="number of units (default 200) for which a recording of the fitted model is also simulated, as the null "
-                "distribution; 0: do not test whole batches for effects",
+                help="number of units (default 200) for which a recording of the fitted model is "
+                "also simulated, as the null distribution; 0: do not test whole batches for "
+                "effects",
             ),
             AXES,
             *LOG,

@@ -1,21 +1,25 @@
-"""benchmark and nulls: how often the search is right. They run modules of tests/lab, which only a checkout has."""
+"""benchmark and nulls: how often the search is right. They run modules of tests/lab, which only a
+checkout has."""
 
+import argparse
 import importlib
 import sys
+from types import ModuleType
 
 from .. import option_types, places
-from .shared import argument, emit, progress
+from .shared import Command, argument, emit, progress
 
 
-def from_tests(name):
-    """A module of tests/lab: what it measures is the search itself, so it is no part of the package."""
+def from_tests(name: str) -> ModuleType:
+    """A module of tests/lab: what it measures is the search itself, so it is no part of the
+    package."""
     folder = str(places.tests())
     if folder not in sys.path:
         sys.path.append(folder)
     return importlib.import_module(name)
 
 
-def run_benchmark(options):
+def run_benchmark(options: argparse.Namespace) -> int:
     benchmark = from_tests("benchmark_effects")
 
     result = benchmark.run(
@@ -29,7 +33,7 @@ def run_benchmark(options):
     return 0
 
 
-def run_nulls(options):
+def run_nulls(options: argparse.Namespace) -> int:
     nulls = from_tests("nulls")
 
     result = nulls.run(
@@ -45,7 +49,7 @@ def run_nulls(options):
 
 
 # command: (function, what it does, arguments)
-COMMANDS = {
+COMMANDS: dict[str, Command] = {
     "benchmark": (
         run_benchmark,
         "measures how often the verdict is right",

@@ -1,19 +1,25 @@
 """simulate, add, effects, export and sheet: models, and what is made of them."""
 
+import argparse
 import contextlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 
 from .. import files, kalibr, option_types, simulate
 from .. import model as models
 from ..data import recording as recordings
 from ..effects import table
+from ..effects.base import Effect, Parameter
 from ..errors import BadInput
 from ..report import parameters
-from .shared import OUT, RATE, argument, emit, progress
+from .shared import OUT, RATE, Command, argument, emit, progress
 
 PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
 
 
-def run_simulate(options):
+def run_simulate(options: argparse.Namespace) -> int:
     recording = simulate.from_scenario(options.scenario, progress)
     recordings.write(recording, options.output)
     emit(
@@ -24,14 +30,15 @@ def run_simulate(options):
     return 0
 
 
-def start_value(effect, parameter, rate_hz):
-    """The start value of a parameter that the user did not give: its default, otherwise the middle of its grid for a one-hour
-    recording, its first word, or 0.001."""
+def start_value(effect: Effect, parameter: Parameter, rate_hz: float) -> float | str:
+    """The start value of a parameter that the user did not give: its default, otherwise the middle
+    of its grid for a one-hour recording, its first word, or 0.001."""
     if parameter.default is not None:
         return parameter.default
     if parameter.text:
         return ""
-    hour = recordings.Recording({"time_s": range(int(3600 * rate_hz))}, rate_hz)
+    time = np.broadcast_to(0.0, int(3600 * rate_hz))  # only its length counts; it takes no memory
+    hour = recordings.Recording({"time_s": time}, rate_hz)
     with contextlib.suppress(BadInput, LookupError):
         values = list(effect.grid[parameter.name](hour))
         return values[len(values) // 2] if parameter.values else float(values[len(values) // 2])
@@ -40,7 +47,7 @@ def start_value(effect, parameter, rate_hz):
     )
 
 
-def run_add(options):
+def run_add(options: argparse.Namespace) -> int:
     model, effect = models.read(options.model), table.find(options.kind)
     values = {p.name: start_value(effect, p, model.rate_hz or 50.0) for p in effect.parameters}
     assumed = dict(values)
@@ -66,8 +73,9 @@ def run_add(options):
     return 0
 
 
-def tell_assumed(effect, assumed):
-    """Reports assumed start values. fit finds sizes from any start, but shapes only from a close one."""
+def tell_assumed(effect: Effect, assumed: Mapping[str, float | str]) -> None:
+    """Reports assumed start values. fit finds sizes from any start, but shapes only from a close
+    one."""
     shapes = [
         name
         for name in effect.shape_names
@@ -81,15 +89,16 @@ def tell_assumed(effect, assumed):
         progress(
             f"{effect.kind}: assumed start values for fit: {said}"
             + (
-                f". fit changes {', '.join(shapes)} little or not at all: set NAME=VALUE, or use improve to find it"
+                f". fit changes {', '.join(shapes)} little or not at all: set NAME=VALUE, or use "
+                "improve to find it"
                 if shapes
                 else ""
             )
         )
 
 
-def run_effects(options):
-    rows = [
+def run_effects(options: argparse.Namespace) -> int:
+    rows: list[dict[str, Any]] = [
         {
             "kind": e.kind,
             "physics": e.physics,
@@ -103,7 +112,8 @@ def run_effects(options):
         for e in table.TABLE.values()
     ]
     text = "\n".join(
-        f"{r['kind']}: {r['physics']}\n  Allan deviation: {r['signature']}\n  confirm: {r['confirm']}\n"
+        f"{r['kind']}: {r['physics']}\n  Allan deviation: {r['signature']}\n  confirm: "
+        f"{r['confirm']}\n"
         + "\n".join(
             f"  {p['name']}" + (f" [{p['unit']}]" if p["unit"] else "") for p in r["parameters"]
         )
@@ -113,7 +123,7 @@ def run_effects(options):
     return 0
 
 
-def run_export(options):
+def run_export(options: argparse.Namespace) -> int:
     given = [(path, models.read(path)) for path in options.models]
     if options.to:
         made = parameters.text(options.to, given, options.inflate, options.bias_time)
@@ -125,7 +135,8 @@ def run_export(options):
     files.check_ending(options.output, (".h", ".csv"))
     if len(given) > 1:
         raise BadInput(
-            "export: the table for the device takes one model (--to FORMAT takes one model per axis)"
+            "export: the table for the device takes one model (--to FORMAT takes one model per "
+            "axis)"
         )
     table = export.table_of(given[0][1], options.window, options.tolerance, options.models[0])
     files.write_whole(options.output, export.text(table, options.output).encode())
@@ -133,7 +144,7 @@ def run_export(options):
     return 0
 
 
-def run_sheet(options):
+def run_sheet(options: argparse.Namespace) -> int:
     if bool(options.kalibr) == bool(options.numbers):
         raise BadInput("sheet: give either numbers with their units, or --kalibr imu.yaml")
     made = (
@@ -151,7 +162,7 @@ def run_sheet(options):
 
 
 # command: (function, what it does, arguments)
-COMMANDS = {
+COMMANDS: dict[str, Command] = {
     "simulate": (
         run_simulate,
         "simulates a recording from listed effects",
@@ -170,7 +181,8 @@ COMMANDS = {
     "effects": (run_effects, "lists every effect", []),
     "export": (
         run_export,
-        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or as parameters of another program",
+        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or "
+        "as parameters of another program",
         [
             argument(
                 "models",
@@ -198,8 +210,8 @@ COMMANDS = {
                 type=option_types.positive,
                 default=300.0,
                 metavar="SECONDS",
-                help="averaging time T of the conversion from bias instability to bias random walk, for a model without random walk "
-                "(default 300)",
+                help="averaging time T of the conversion from bias instability to bias random "
+                "walk, for a model without random walk (default 300)",
             ),
             argument(
                 "--window",
@@ -211,8 +223,8 @@ COMMANDS = {
                 "--tolerance",
                 type=float,
                 default=0.02,
-                help="uncertainty of the model: the relative standard deviation of its Allan deviation "
-                "(default 0.02)",
+                help="uncertainty of the model: the relative standard deviation of its Allan "
+                "deviation (default 0.02)",
             ),
         ],
     ),
@@ -224,9 +236,10 @@ COMMANDS = {
                 "numbers",
                 nargs="*",
                 metavar="NUMBER",
-                help="number with its unit, for example 0.005deg/s/sqrt(Hz) 10deg/h, or for an accelerometer 100ug/sqrt(Hz) 40ug. "
-                "Bias instability is the coefficient B of IEEE 952. If the data sheet gives the minimum of the Allan deviation, "
-                "divide it by 0.664",
+                help="number with its unit, for example 0.005deg/s/sqrt(Hz) 10deg/h, or for an "
+                "accelerometer 100ug/sqrt(Hz) 40ug. Bias instability is the coefficient B of "
+                "IEEE 952. If the data sheet gives the minimum of the Allan deviation, divide "
+                "it by 0.664",
             ),
             argument("--kalibr", metavar="IMU.yaml"),
             argument(

@@ -1,32 +1,40 @@
-"""What commands share: where results and progress go, how recordings and models are read, arguments of the same name."""
+"""What commands share: where results and progress go, how recordings and models are read, arguments
+of the same name."""
 
+import argparse
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from .. import kalibr, option_types
 from .. import model as models
 from ..data import recording as recordings
 from ..errors import printable, shown
-from ..logs import door
+from ..logs import formats
 from ..report import values
 
+Argument = tuple[tuple[str, ...], dict[str, Any]]  # names and settings, as of add_argument()
+# What runs a command and returns its exit status, what it does, its arguments.
+Command = tuple[Callable[[argparse.Namespace], int], str, list[Argument]]
 
-def progress(text):
+
+def progress(text: str) -> None:
     print(f"davarlab: {printable(text)}", file=sys.stderr, flush=True)
 
 
-def emit(options, data, text):
+def emit(options: argparse.Namespace, data: Any, text: str) -> None:
     shown(json.dumps(values.plain(data), indent=2) if options.json else text)
 
 
-def argument(*names, **settings):
+def argument(*names: str, **settings: Any) -> Argument:
     return names, settings
 
 
-def log_options(options):
+def log_options(options: argparse.Namespace) -> formats.Options:
     """The options for reading a log, from the command line."""
-    return door.Options(
+    return formats.Options(
         options.rate,
         options.sensor,
         options.unit,
@@ -38,7 +46,7 @@ def log_options(options):
     )
 
 
-def given_model(options, path=None):
+def given_model(options: argparse.Namespace, path: str | None = None) -> models.Model:
     """The model of -m: a model file, or a kalibr imu.yaml, which applies to every axis."""
     path = path or options.model
     if str(path).endswith((".yaml", ".yml")):
@@ -47,21 +55,21 @@ def given_model(options, path=None):
     return replace(model, column=options.axis) if getattr(options, "axis", None) else model
 
 
-def recorded(options, path):
+def recorded(options: argparse.Namespace, path: str) -> recordings.Recording:
     """A recording, cached so that all axes share it."""
-    kept = options.__dict__.setdefault("recordings", {})
+    kept: dict[str, recordings.Recording] = options.__dict__.setdefault("recordings", {})
     if path not in kept:
-        kept[path] = door.read(path, log_options(options), progress)
-        if len(kept[path].gaps):
-            progress(
-                f"{len(kept[path].gaps)} gaps with {(~kept[path].known).sum()} missing samples"
-            )
+        found = kept[path] = formats.read(path, log_options(options), progress)
+        if len(found.gaps):
+            missing = found.samples - found.measured_samples
+            progress(f"{len(found.gaps)} gaps with {missing} missing samples")
     return kept[path]
 
 
 REC = argument(
     "recording",
-    help=f"CSV, or a PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet log, with at least {recordings.MINIMUM_SAMPLES} samples",
+    help="CSV, or a PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet log, with at least "
+    f"{recordings.MINIMUM_SAMPLES} samples",
 )
 MODEL = argument("-m", "--model", required=True, help="model file (TOML), or a kalibr imu.yaml")
 OUT = argument("-o", "--output", required=True)
@@ -86,8 +94,9 @@ RATE = argument(
 AXES = argument(
     "--axes",
     metavar="AXES",
-    help="process several axes instead of the column of the model: gyro, accel, all, or columns separated by commas. "
-    "Prints one table and writes one model file per axis (OUT_gyro_x.toml)",
+    help="process several axes instead of the column of the model: gyro, accel, all, or columns "
+    "separated by commas. Prints one table and writes one model file per axis "
+    "(OUT_gyro_x.toml)",
 )
 SENSOR = argument(
     "--sensor",
@@ -102,8 +111,9 @@ LOG = [
         action="append",
         default=[],
         metavar="NAME=UNIT",
-        help="unit of a column, or of all gyro, accel, temp or time columns, instead of the guessed one: rad/s, "
-        "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number, the factor to deg/s, g, degC or s",
+        help="unit of a column, or of all gyro, accel, temp or time columns, instead of the "
+        "guessed one: rad/s, deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number, "
+        "the factor to deg/s, g, degC or s",
     ),
     argument(
         "--as-recorded",
@@ -115,7 +125,8 @@ LOG = [
         action="append",
         default=[],
         metavar="PATH",
-        help="message types that the ROS 2 bag does not contain: PACKAGE/msg/NAME.msg, or a folder of them",
+        help="message types that the ROS 2 bag does not contain: PACKAGE/msg/NAME.msg, or a folder "
+        "of them",
     ),
     argument(
         "--names",

@@ -1,50 +1,59 @@
-"""Time stamps: the rate of the clock behind them, and the place of every sample on its even grid."""
+"""Time stamps: the rate of the clock behind them, and the place of every sample on its even
+grid."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
 
+from ..arrays import Floats, Ints
 from ..errors import BadInput
+from ..files import StrPath
 
 DOUBTFUL_RATE = 0.01  # between --rate and the time stamps, as in davar-sim
 NEAR = 0.25  # of a period, between a step and a whole number of periods
 WHOLE = 0.8  # of the steps must be near a whole number, for stamps that tell of lost samples
-MEMORYLESS = 0.3  # of the variance that independent steps would gather: an even clock, read late, gathers none
+# Of the variance that independent steps would gather: an even clock, read late, gathers none.
+MEMORYLESS = 0.3
 JITTER = 0.05  # of a period, rms, from which stamps are called late
-PHASE_SAMPLES = 31  # over which the phase of the clock is averaged; a period that is 1 % off turns it by a third meanwhile
+# Over which the phase of the clock is averaged. A period that is 1 % off turns it by a third
+# meanwhile.
+PHASE_SAMPLES = 31
 LONG = 32  # periods, from which a gap need not keep the phase
 LATE = 64  # samples within which a late stamp is made good
 CROWDED = 0.75  # of the samples of an uneven clock must find a place of their own
-SLOWER = 0.75  # of the rate of the file: a clock of the sensor's own below it is seen through samples that are equal by chance
+# Of the rate of the file: a clock of the sensor's own below it is seen through samples that are
+# equal by chance.
+SLOWER = 0.75
 LOST_MOST = 3  # missing samples of the grid per measured one; longer gaps are cut short
 
 
 @dataclass
 class Clock:
-    """places: index on the grid of each sample, None when they follow each other. kind: even, late (stamps jitter about an even clock),
-    uneven. rows: of the file that have a place, None: all.
-    cut: (index on the grid, seconds left out before it) of gaps too long to be filled. jitter_s: rms of the stamps about the grid."""
+    """places: index on the grid of each sample, None when they follow each other. kind: even, late
+    (stamps jitter about an even clock), uneven. rows: of the file that have a place, None: all.
+    cut: (index on the grid, seconds left out before it) of gaps too long to be filled. jitter_s:
+    rms of the stamps about the grid."""
 
     rate_hz: float
-    places: object = None
+    places: Ints | None = None
     kind: str = "even"
-    cut: tuple = ()
+    cut: tuple[tuple[int, float], ...] = ()
     jitter_s: float = 0.0
-    rows: object = None
+    rows: Ints | None = None
 
 
-def agreed(rate_hz, stamped_hz, path):
+def agreed(rate_hz: float | None, stamped_hz: float, path: StrPath) -> float:
     """The rate that was given, if any; time stamps that contradict it win, so it is refused."""
     if rate_hz and abs(stamped_hz / rate_hz - 1) > DOUBTFUL_RATE:
         raise BadInput(
-            f"--rate: {rate_hz:g} Hz contradicts column time_s of {path}, which gives {stamped_hz:.6g} Hz. Remove --rate, "
-            "or fix time_s"
+            f"--rate: {rate_hz:g} Hz contradicts column time_s of {path}, which gives "
+            f"{stamped_hz:.6g} Hz. Remove --rate, or fix time_s"
         )
     return float(rate_hz or stamped_hz)
 
 
-def check_order(steps, path, line):
+def check_order(steps: Floats, path: StrPath, line: int | None) -> None:
     back = np.flatnonzero(steps < 0)
     if len(back):
         where = f"{path}: sample {back[0] + 2}" if line is None else f"{path}:{line + back[0] + 2}"
@@ -53,9 +62,9 @@ def check_order(steps, path, line):
         raise BadInput(f"{path}: column time_s: the time does not advance")
 
 
-def gathered(steps):
-    """Variance that the stamps gather over many steps, over what independent steps would: 0 for stamps about an even clock, 1 for a
-    loop that waits anew each time."""
+def gathered(steps: Floats) -> float:
+    """Variance that the stamps gather over many steps, over what independent steps would: 0 for
+    stamps about an even clock, 1 for a loop that waits anew each time."""
     count = len(steps)
     line = np.cumsum(steps - steps.mean())
     span = max(2, count // 30)
@@ -63,16 +72,16 @@ def gathered(steps):
     return float(np.mean(moved**2) / (span * steps.var())) if steps.var() > 0 else 0.0
 
 
-def period_of(steps):
-    """The period, when most steps are near a whole number of them; else None. Where half the samples are lost the median step may be two
-    periods; stamps in coarse units alternate too, but gather nothing."""
+def period_of(steps: Floats) -> float | None:
+    """The period, when most steps are near a whole number of them; else None. Where half the
+    samples are lost the median step may be two periods; stamps in coarse units alternate too, but
+    gather nothing."""
     for share in (50, 25, 10):
-        period = np.percentile(steps, share)
+        period = float(np.percentile(steps, share))
         if period > 0 and (share == 50 or gathered(steps) > MEMORYLESS):
-            near = steps[
-                np.abs(steps - period) < 0.5 * period
-            ]  # none, where a percentile lies between two far ones
-            period = near.mean() if len(near) else period
+            # None, where a percentile lies between two far ones.
+            near = steps[np.abs(steps - period) < 0.5 * period]
+            period = float(near.mean()) if len(near) else period
             whole = np.round(steps / period)
             if (
                 len(near)
@@ -82,12 +91,14 @@ def period_of(steps):
     return None
 
 
-def phase(turns):
-    return np.angle(np.mean(np.exp(2j * np.pi * turns))) / (2 * np.pi)
+def phase(turns: Floats) -> float:
+    found: float = np.angle(np.mean(np.exp(2j * np.pi * turns))) / (2 * np.pi)
+    return found
 
 
-def one_phase(stamps, period):
-    """Stamps in periods, moved by less than half of one after each long gap, so that the phase of the clock goes on."""
+def one_phase(stamps: Floats, period: float) -> Floats:
+    """Stamps in periods, moved by less than half of one after each long gap, so that the phase of
+    the clock goes on."""
     steps = np.diff(stamps) / period
     turns = np.concatenate([[0.0], np.cumsum(steps)])
     starts = np.flatnonzero(steps > LONG) + 1
@@ -96,11 +107,13 @@ def one_phase(stamps, period):
     ):  # views: each is moved in its place
         apart = phase(run[:PHASE_SAMPLES]) - phase(before[-PHASE_SAMPLES:])
         run -= apart - np.round(apart)
-    return turns
+    found: Floats = turns
+    return found
 
 
-def lost_before(stamps, period):
-    """Samples lost before each sample: whole periods at the phase of the clock around it, that later stamps do not take back."""
+def lost_before(stamps: Floats, period: float) -> Ints:
+    """Samples lost before each sample: whole periods at the phase of the clock around it, that
+    later stamps do not take back."""
     turns = one_phase(stamps, period)
     around = np.exp(2j * np.pi * (turns % 1))
     width = min(PHASE_SAMPLES, len(turns))
@@ -119,14 +132,15 @@ def lost_before(stamps, period):
     return np.maximum.accumulate(np.maximum(ahead, 0))
 
 
-def straightened(steps, period, lost):
-    """The period, once more, from all steps with the samples lost in them; gaps are left out (rounded anyway)."""
+def straightened(steps: Floats, period: float, lost: Ints) -> float:
+    """The period, once more, from all steps with the samples lost in them; gaps are left out
+    (rounded anyway)."""
     periods = 1 + np.diff(lost)
     short = periods < LATE
     return float(steps[short].sum() / periods[short].sum())
 
 
-def longest_kept(gaps, most):
+def longest_kept(gaps: Ints, most: int) -> int:
     """The length to which gaps are cut so that all together hold no more than `most` samples."""
     if gaps.sum() <= most:
         return int(gaps.max(initial=0))
@@ -136,8 +150,9 @@ def longest_kept(gaps, most):
     return max(int(left[np.argmax(rising > left)]), 1)
 
 
-def of(stamps, rate_hz, path, line):
-    """The clock behind a column of time stamps (seconds). Raises BadInput where time runs backwards or stands still."""
+def of(stamps: Floats, rate_hz: float | None, path: StrPath, line: int | None) -> Clock:
+    """The clock behind a column of time stamps (seconds). Raises BadInput where time runs backwards
+    or stands still."""
     if len(stamps) < 2:
         raise BadInput(f"{path}: one sample has no rate")
     steps = np.diff(stamps)
@@ -160,16 +175,17 @@ def of(stamps, rate_hz, path, line):
     return with_places(stamps, steps, period, lost, agreed(rate_hz, 1.0 / period, path))
 
 
-def wandering(steps, gaps, period):
-    """Do the steps, less the whole periods in them, stray and gather what they stray: no even clock is behind them. A long gap is no
-    part of a clock."""
+def wandering(steps: Floats, gaps: Ints, period: float) -> bool:
+    """Do the steps, less the whole periods in them, stray and gather what they stray: no even clock
+    is behind them. A long gap is no part of a clock."""
     off = (steps - (1 + gaps) * period)[gaps < LATE]
     return bool(np.all(gaps < LATE)) and off.std() > JITTER * period and gathered(off) > MEMORYLESS
 
 
-def without_places(stamps, rate_hz, path):
-    """About an even clock the index decides, the stamps only tell how many samples there are a second. Samples of an uneven clock are where
-    their stamps say: at the nearest place of the grid, the first one where two meet there."""
+def without_places(stamps: Floats, rate_hz: float | None, path: StrPath) -> Clock:
+    """About an even clock the index decides, the stamps only tell how many samples there are a
+    second. Samples of an uneven clock are where their stamps say: at the nearest place of the grid,
+    the first one where two meet there."""
     steps = np.diff(stamps)
     late = np.cumsum(steps - steps.mean())
     rate = agreed(rate_hz, 1.0 / steps.mean(), path)
@@ -183,7 +199,7 @@ def without_places(stamps, rate_hz, path):
     return Clock(rate, places, "uneven", (), float(late.std()), rows)
 
 
-def with_places(stamps, steps, period, lost, rate):
+def with_places(stamps: Floats, steps: Floats, period: float, lost: Ints, rate: float) -> Clock:
     gaps = np.diff(lost)
     longest = longest_kept(gaps, LOST_MOST * len(stamps))
     kept = np.minimum(gaps, longest)
@@ -203,9 +219,9 @@ def with_places(stamps, steps, period, lost, rate):
     )
 
 
-def behind_repeats(time, rate_hz, share, path):
-    """The even clock of a sensor whose fresh samples were read at these times; None where there is none: the reading failed at random, or
-    for once."""
+def behind_repeats(time: Floats, rate_hz: float, share: float, path: StrPath) -> Clock | None:
+    """The even clock of a sensor whose fresh samples were read at these times; None where there is
+    none: the reading failed at random, or for once."""
     steps = np.diff(time)
     if gathered(np.round(steps * rate_hz)) < MEMORYLESS:
         own = len(steps) / float(time[-1] - time[0])

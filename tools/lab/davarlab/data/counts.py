@@ -1,22 +1,27 @@
-"""Counts: the step in which a sensor's rate, or its angle, comes, known from the record's own grid; what the rounding adds (DESIGN 14)."""
+"""Counts: the step in which a sensor's rate, or its angle, comes, known from the record's own grid;
+what the rounding adds (DESIGN 14)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import ndimage, optimize, stats
 
+from ..arrays import Floats, Ints
 from . import signals
 
 SAMPLES = 10**6
-ANGLE_UP_TO = (
-    3.0  # counts of noise, from which nobody can tell what is counted, and nothing hangs on it
-)
+# Counts of noise, from which nobody can tell what is counted, and nothing hangs on it.
+ANGLE_UP_TO = 3.0
 DISTINCT = 20  # samples per distinct value, from which values repeat
 UNEVEN = 0.12  # of a count: how far the values may lie from an even grid (root mean square)
 ON_GRID = 0.95  # length of the mean of the values as directions, one count a turn
 ROUNDING = 2e-6  # of the largest value, by which sums of counts may differ
-SPLIT = 20.0  # ratio of neighbouring distances from which the smaller ones are the rounding of one and the same count
-FINE = 0.6  # standard deviations in counts from which the rounding of a rate is white noise of q^2 / 12
+# Ratio of neighbouring distances from which the smaller ones are the rounding of one and the same
+# count.
+SPLIT = 20.0
+# Standard deviations in counts from which the rounding of a rate is white noise of q^2 / 12.
+FINE = 0.6
 SMEARED = 0.35  # the same of an angle, per sample
 SUSPENDED = 0.25
 WILD = 5.6  # standard deviations
@@ -35,40 +40,43 @@ PHASES = np.linspace(-0.5, 0.5, 401)
 
 @dataclass
 class Counts:
-    """q: the step, deg/s; of: "rate" or "angle"; sigma and mean per sample in counts; `added`: the variance per ordinate that the rounding
-    adds, over q^2, on an even grid of frequencies from 0 to half the rate; kurtosis: excess that the rounding gives to samples (rates)."""
+    """q: the step, deg/s; of: "rate" or "angle"; sigma and mean per sample in counts; `added`: the
+    variance per ordinate that the rounding adds, over q^2, on an even grid of frequencies from 0 to
+    half the rate; kurtosis: excess that the rounding gives to samples (rates)."""
 
     q: float
     of: str
     rate_hz: float
     sigma_counts: float
     mean_counts: float
-    added: np.ndarray = field(repr=False)
+    added: Floats = field(repr=False)
     kurtosis: float = 0.0
 
-    def level(self, f):
+    def level(self, f: Floats) -> Floats:
         """Variance per ordinate, (deg/s)^2, behind any filter."""
         return self.q**2 * np.interp(
             np.asarray(f) / self.rate_hz, np.linspace(0, 0.5, len(self.added)), self.added
         )
 
     @property
-    def coarse(self):
+    def coarse(self) -> bool:
         """Does the rounding do more than add white noise, or white noise of an angle."""
         return self.sigma_counts < (FINE if self.of == "rate" else SMEARED)
 
     @property
-    def reach_dps(self):
-        """How far single samples go from their mean by noise and rounding alone; 0 where rounding does not matter to that."""
+    def reach_dps(self) -> float:
+        """How far single samples go from their mean by noise and rounding alone; 0 where rounding
+        does not matter to that."""
         return self.q * (WILD * self.sigma_counts + 1) if self.coarse or self.of == "angle" else 0.0
 
     @property
-    def unsteady(self):
-        """Does the noise of the rounding change with the bias in a way that is not known block by block."""
+    def unsteady(self) -> bool:
+        """Does the noise of the rounding change with the bias in a way that is not known block by
+        block."""
         return self.of == "angle" and self.sigma_counts < SUSPENDED
 
     @property
-    def suspends(self):
+    def suspends(self) -> tuple[str, ...]:
         """Tests of adequacy that such counts fail by themselves."""
         if not self.coarse:
             return ()
@@ -81,11 +89,12 @@ class Counts:
         )
 
     @property
-    def detail(self):
+    def detail(self) -> str:
         what = (
             f"one count is {self.q:.4g} deg/s"
             if self.of == "rate"
-            else f"one count of the angle is {self.q / self.rate_hz:.4g} deg ({self.q:.4g} deg/s over one sample)"
+            else f"one count of the angle is {self.q / self.rate_hz:.4g} deg ({self.q:.4g} deg/s "
+            "over one sample)"
         )
         said = f"{what}, and the noise is {self.sigma_counts:.2g} counts per sample"
         if not self.coarse:
@@ -97,19 +106,20 @@ class Counts:
                 + (". The noise was not tested for changes over time" if self.unsteady else "")
             )
         return said + (
-            ". The rounding changes noise and bias as the bias moves through a count. The model accounts for the change of the noise. "
-            "The bias is off by up to "
+            ". The rounding changes noise and bias as the bias moves through a count. The model "
+            "accounts for the change of the noise. The bias is off by up to "
             f"{np.abs(rounded(self.sigma_counts)[0] - PHASES).max():.2g} counts"
         )
 
 
-# The grid ----------------------------------------------------------------------------------------------------------------------------
+# The grid -----------------------------------------------------------------------------------------
 
 
-def levels_of(x, together=False):
-    """Distinct values; `together`: those that differ by the rounding of a sum only are one. None where hardly any repeats."""
+def levels_of(x: Floats, together: bool = False) -> Floats | None:
+    """Distinct values; `together`: those that differ by the rounding of a sum only are one. None
+    where hardly any repeats."""
     values = np.unique(x)
-    edges = np.arange(len(values))
+    edges: Ints = np.arange(len(values))
     if together and len(values) > 2:
         steps = np.diff(values)
         order = np.sort(steps)
@@ -119,10 +129,11 @@ def levels_of(x, together=False):
             edges = np.concatenate([[0], np.flatnonzero(steps > least) + 1])
     if len(edges) < 2 or len(edges) * DISTINCT > len(x):
         return None
-    return np.add.reduceat(values, edges) / np.diff(np.append(edges, len(values)))
+    found: Floats = np.add.reduceat(values, edges) / np.diff(np.append(edges, len(values)))
+    return found
 
 
-def step_of(levels):
+def step_of(levels: Floats) -> float:
     """The count that an even grid through the levels has; 0 when there is none."""
     steps = np.diff(levels)
     least = steps[steps < 1.5 * steps.min()]
@@ -134,9 +145,9 @@ def step_of(levels):
     return 0.0
 
 
-def step(x):
-    """The count in which x comes, whatever its offset, scale and the digits of its file; 0 where there is none. The wildest samples
-    are not asked, and no more than SAMPLES of the others."""
+def step(x: Floats) -> float:
+    """The count in which x comes, whatever its offset, scale and the digits of its file; 0 where
+    there is none. The wildest samples are not asked, and no more than SAMPLES of the others."""
     x = x[:: max(1, len(x) // SAMPLES)]
     low, high = np.quantile(x, [0.005, 0.995])
     x = x[(x >= low) & (x <= high)]
@@ -147,19 +158,21 @@ def step(x):
     )
 
 
-# A rate in counts --------------------------------------------------------------------------------------------------------------------
+# A rate in counts ---------------------------------------------------------------------------------
 
 
-def chances(phase, sigma):
-    """(count, its chance) per phase: of a rate whose mean lies `phase` counts above a count, with that noise."""
+def chances(phase: Floats, sigma: float) -> tuple[Ints, Floats]:
+    """(count, its chance) per phase: of a rate whose mean lies `phase` counts above a count, with
+    that noise."""
     reach = int(np.ceil(0.5 + 6 * sigma)) + 1
     k = np.arange(-reach, reach + 1)
     edges = (np.arange(-reach, reach + 2) - 0.5 - np.asarray(phase)[..., None]) / sigma
     return k, np.diff(stats.norm.cdf(edges), axis=-1)
 
 
-def rounded(sigma, phase=PHASES):
-    """Mean and variance, in counts, of what comes out, and how much more than that of a Gaussian the square of its deviation scatters."""
+def rounded(sigma: float, phase: Floats = PHASES) -> tuple[Floats, Floats, Floats]:
+    """Mean and variance, in counts, of what comes out, and how much more than that of a Gaussian
+    the square of its deviation scatters."""
     k, p = chances(phase, sigma)
     mean = p @ k
     square = (k - mean[:, None]) ** 2
@@ -167,7 +180,7 @@ def rounded(sigma, phase=PHASES):
     return mean, variance, (np.sum(p * square**2, axis=1) / variance**2 - 1) / 2
 
 
-def phase_of(mean, sigma):
+def phase_of(mean: Floats, sigma: float) -> Floats:
     """The true mean, in counts, behind means of rounded samples."""
     whole = np.round(mean)
     known = np.maximum.accumulate(rounded(sigma)[0]) + 1e-12 * np.arange(
@@ -176,9 +189,10 @@ def phase_of(mean, sigma):
     return whole + np.interp(mean - whole, known, PHASES)
 
 
-def probit_sigma(k):
-    """Noise of rounded samples k (whole numbers), by ordered probit in short blocks with a mean of their own."""
-    blocks = k[: len(k) // PROBIT * PROBIT].reshape(-1, PROBIT)
+def probit_sigma(k: Floats) -> float:
+    """Noise of rounded samples k (whole numbers), by ordered probit in short blocks with a mean of
+    their own."""
+    blocks: Floats = k[: len(k) // PROBIT * PROBIT].reshape(-1, PROBIT)
     blocks = blocks[:: max(1, len(blocks) // PROBIT_BLOCKS)]
     means = blocks.mean(axis=1)
     whole = np.round(means)
@@ -191,7 +205,7 @@ def probit_sigma(k):
         axis=1,
     )
 
-    def loss(log_sigma):
+    def loss(log_sigma: float) -> float:
         sigma = np.exp(log_sigma)
         phase = phase_of(means, sigma) - whole
         edges = (np.arange(-reach, reach) + 0.5 - phase[:, None]) / sigma
@@ -206,16 +220,18 @@ def probit_sigma(k):
     found = optimize.minimize_scalar(
         loss, bounds=(np.log(0.05), np.log(1.5)), method="bounded", options={"xatol": 1e-3}
     )
-    return float(np.exp(found.x)) * np.sqrt(PROBIT / (PROBIT - 1))
+    out: float = float(np.exp(found.x)) * np.sqrt(PROBIT / (PROBIT - 1))
+    return out
 
 
-def slow_phase(k, sigma):
+def slow_phase(k: Floats, sigma: float) -> Floats:
     """The bias in counts around each sample."""
     return phase_of(ndimage.uniform_filter1d(k, PROBIT, mode="nearest"), sigma)
 
 
-def block_variances(k, sigma, length):
-    """Variance, in counts, that the bias gives to each block of `length` samples, and the scatter of rounded()."""
+def block_variances(k: Floats, sigma: float, length: int) -> list[Floats]:
+    """Variance, in counts, that the bias gives to each block of `length` samples, and the scatter
+    of rounded()."""
     phase = slow_phase(k, sigma)
     count = len(k) // length
     return [
@@ -226,13 +242,15 @@ def block_variances(k, sigma, length):
     ]
 
 
-# An angle in counts ------------------------------------------------------------------------------------------------------------------
+# An angle in counts -------------------------------------------------------------------------------
 
 
-def error_spectrum(increments, mean):
-    """Variance per ordinate of the rounding error of an angle, in counts, on an even grid of frequencies; increments: autocovariance of the
-    true angle's steps per sample; mean: the course of their mean. Exact for Gaussian steps:
-    cov(L) = sum over k of cos(2 pi k mean L) exp(-2 pi^2 k^2 var(angle over L samples)) / (2 pi^2 k^2)."""
+def error_spectrum(increments: Floats, mean: Floats) -> Floats:
+    """Variance per ordinate of the rounding error of an angle, in counts, on an even grid of
+    frequencies; increments: autocovariance of the true angle's steps per sample; mean: the course
+    of their mean. Exact for Gaussian steps:
+    cov(L) = sum over k of
+             cos(2 pi k mean L) exp(-2 pi^2 k^2 var(angle over L samples)) / (2 pi^2 k^2)."""
     lag = np.arange(len(increments))
     spread = np.concatenate(
         [[0.0], np.cumsum(increments[0] + 2 * np.concatenate([[0.0], np.cumsum(increments[1:])]))]
@@ -253,29 +271,32 @@ def error_spectrum(increments, mean):
     return np.maximum(even_transform(covariance), 0)
 
 
-def even_transform(covariance):
+def even_transform(covariance: Floats) -> Floats:
     """cov(0) + 2 sum cov(L) cos(2 pi nu L), nu from 0 to 1/2 in as many steps."""
     return np.fft.rfft(np.concatenate([covariance[:-1], covariance[:0:-1]])).real
 
 
-def differenced():
+def differenced() -> Floats:
     """Power gain of the difference of neighbours on the grid."""
-    return 4 * np.sin(np.pi * np.linspace(0, 0.5, LAGS + 1)) ** 2
+    found: Floats = 4 * np.sin(np.pi * np.linspace(0, 0.5, LAGS + 1)) ** 2
+    return found
 
 
-# Which of the two --------------------------------------------------------------------------------------------------------------------
+# Which of the two ---------------------------------------------------------------------------------
 
 
-def bands_of(k):
-    """(frequency over rate, robust level, ordinates) of bands in the upper part of the spectrum of k."""
+def bands_of(k: Floats) -> tuple[Floats, Floats, Ints]:
+    """(frequency over rate, robust level, ordinates) of bands in the upper part of the spectrum of
+    k."""
     c = signals.transform(k - k.mean())[1:] ** 2
     edges = np.unique(np.linspace(len(c) // 20, len(c), BANDS + 1).astype(int))
     level = np.array([np.median(c[a:b]) for a, b in zip(edges[:-1], edges[1:])]) / 0.4549
     return (edges[1:] + edges[:-1]) / 4 / len(c), np.maximum(level, 1e-9), np.diff(edges)
 
 
-def responses(nu):
-    """Power gains of what a sensor may have in front of its counts: nothing, a pole, a mean over two samples."""
+def responses(nu: Floats) -> Floats:
+    """Power gains of what a sensor may have in front of its counts: nothing, a pole, a mean over
+    two samples."""
     decay = np.exp(-2 * np.pi * np.geomspace(0.02, 0.7, 12))[:, None]
     poles = (1 - decay) ** 2 / ((1 - decay) ** 2 + decay * 4 * np.sin(np.pi * nu) ** 2)
     b = np.array([0.05, 0.1, 0.17, 0.25, 0.4])[:, None]
@@ -284,8 +305,11 @@ def responses(nu):
     )
 
 
-def misfit(level, count, rows, known=0.0):
-    """Twice the log-likelihood that sizes >= 0 of the rows, beside what is known, lose; and the sizes."""
+def misfit(
+    level: Floats, count: Ints, rows: Floats, known: Floats | float = 0.0
+) -> tuple[float, Floats]:
+    """Twice the log-likelihood that sizes >= 0 of the rows, beside what is known, lose; and the
+    sizes."""
     fitted = level
     for _ in range(8):
         weight = np.sqrt(count) / fitted
@@ -294,15 +318,19 @@ def misfit(level, count, rows, known=0.0):
     return float(np.sum(np.log(level / fitted) ** 2 * count / MEDIAN_SCATTER)), sizes
 
 
-def as_rate(nu, level, count):
+def as_rate(nu: Floats, level: Floats, count: Ints) -> float:
     return min(
         misfit(level, count, np.vstack([gain, np.ones_like(nu)]))[0] for gain in responses(nu)
     )
 
 
-def as_angle(nu, level, count, mean, gain, dense):
-    """(misfit, error spectrum, sigma per sample, size of the error were it free) behind a response, at the bands and on the grid."""
-    grid, error = np.linspace(0, 0.5, LAGS + 1), np.full(LAGS + 1, 1 / 12)
+def as_angle(
+    nu: Floats, level: Floats, count: Ints, mean: Floats, gain: Floats, dense: Floats
+) -> tuple[float, Floats, float, float]:
+    """(misfit, error spectrum, sigma per sample, size of the error were it free) behind a response,
+    at the bands and on the grid."""
+    grid = np.linspace(0, 0.5, LAGS + 1)
+    error: Floats = np.full(LAGS + 1, 1 / 12)
     for _ in range(ROUNDS):
         known = np.interp(nu, grid, differenced() * error)
         loss, sizes = misfit(level, count, gain[None, :], known)
@@ -314,8 +342,9 @@ def as_angle(nu, level, count, mean, gain, dense):
     return loss, error, float(np.sqrt(max(increments[0], 0))), float(free)
 
 
-def of_angle(k):
-    """(error spectrum, sigma) when k fits as differences of a counted angle, clearly better than as a counted rate; else None."""
+def of_angle(k: Floats) -> tuple[Floats, float] | None:
+    """(error spectrum, sigma) when k fits as differences of a counted angle, clearly better than as
+    a counted rate; else None."""
     nu, level, count = bands_of(k)
     pieces = np.array([piece.mean() for piece in np.array_split(k, COURSE)])
     gains = list(zip(responses(nu), responses(np.linspace(0, 0.5, LAGS + 1))))
@@ -331,7 +360,7 @@ def of_angle(k):
     return None
 
 
-def of(y, rate_hz):
+def of(y: Floats, rate_hz: float) -> Counts | None:
     """Counts of the record y (deg/s, as it was logged), or None."""
     q = step(y)
     if not q:
@@ -356,31 +385,35 @@ def of(y, rate_hz):
     )
 
 
-def whole_numbers(y, q):
+def whole_numbers(y: Floats, q: float) -> Floats:
     """y in counts; the grid need not go through 0."""
     start = y[len(y) // 2]
     offset = start - q * np.round(start / q)
-    return np.round((y - offset) / q)
+    found: Floats = np.round((y - offset) / q)
+    return found
 
 
-def known_spectrum(y, rate_hz):
-    """The variance per ordinate that the rounding of y adds, as a function of the frequency, behind any filter; None without counts."""
+def known_spectrum(y: Floats, rate_hz: float) -> Callable[[Floats], Floats] | None:
+    """The variance per ordinate that the rounding of y adds, as a function of the frequency, behind
+    any filter; None without counts."""
     counts = of(y, rate_hz)
-    return counts and counts.level
+    return counts.level if counts else None
 
 
-def relative_variance(y, counts, length):
-    """Variance of each block of `length` samples over their mean, as far as it is known from the counts, and how much more its energy
-    scatters than that of Gaussian noise; None where counts do not move it."""
+def relative_variance(y: Floats, counts: Counts | None, length: int) -> tuple[Floats, float] | None:
+    """Variance of each block of `length` samples over their mean, as far as it is known from the
+    counts, and how much more its energy scatters than that of Gaussian noise; None where counts do
+    not move it."""
     if counts is None or counts.of != "rate" or not counts.coarse:
         return None
     variance, scatter = block_variances(whole_numbers(y, counts.q), counts.sigma_counts, length)
     return variance / variance.mean(), max(1.0, float(scatter.mean()))
 
 
-def explained(y, counts, length):
-    """(slope, its standard error, chi-square per degree of freedom before and after) of the variances of blocks against those that the counts
-    give them: a slope of 1 says that the counts explain why the noise changes."""
+def explained(y: Floats, counts: Counts, length: int) -> tuple[float, float, float, float]:
+    """(slope, its standard error, chi-square per degree of freedom before and after) of the
+    variances of blocks against those that the counts give them: a slope of 1 says that the counts
+    explain why the noise changes."""
     k = whole_numbers(y, counts.q)
     expected, scatter = block_variances(k, counts.sigma_counts, length)
     measured = k[: len(expected) * length].reshape(-1, length).var(axis=1, ddof=1)

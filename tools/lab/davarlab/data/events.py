@@ -1,10 +1,12 @@
-"""Isolated outliers: found on a record whitened by its own smooth spectrum, cut out before anything else is fitted."""
+"""Isolated outliers: found on a record whitened by its own smooth spectrum, cut out before anything
+else is fitted."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage, stats
 
+from ..arrays import Bools, Floats, Ints
 from . import signals
 
 THRESHOLD = 5.6
@@ -15,15 +17,15 @@ REACH = 4
 class Shocks:
     count: int
     amplitude_dps: float
-    times: np.ndarray
+    times: Ints
     log_p: float
     gain: float
-    clean: np.ndarray
-    raw: np.ndarray
+    clean: Floats
+    raw: Floats
     error_dps: float = 0.0
 
 
-def self_whitened(y):
+def self_whitened(y: Floats) -> Floats:
     c = signals.transform(y - np.median(y))
     c[0] = 0
     edges = signals.bin_edges(len(y) - 1)
@@ -32,9 +34,10 @@ def self_whitened(y):
     return signals.inverse(c)
 
 
-def local_scale(w, block):
-    """Robust standard deviation around each sample: by the median and by the upper fifth of the sizes, whichever is larger, because the
-    median alone says nothing where a few counts are all that there is."""
+def local_scale(w: Floats, block: int) -> Floats:
+    """Robust standard deviation around each sample: by the median and by the upper fifth of the
+    sizes, whichever is larger, because the median alone says nothing where a few counts are all
+    that there is."""
     block = min(block, len(w))
     blocks = len(w) // block
     sizes = np.partition(
@@ -45,22 +48,26 @@ def local_scale(w, block):
     return np.interp(np.arange(len(w)), (np.arange(blocks) + 0.5) * block, spread)
 
 
-def local_mean(y, good, width):
+def local_mean(y: Floats, good: Bools, width: int) -> Floats:
     """Mean of the good samples around each sample."""
     y0 = np.median(y[good])
     total = ndimage.uniform_filter1d(np.where(good, y - y0, 0.0), width)
-    return y0 + total / np.maximum(ndimage.uniform_filter1d(good.astype(float), width), 1e-9)
+    found: Floats = y0 + total / np.maximum(
+        ndimage.uniform_filter1d(good.astype(float), width), 1e-9
+    )
+    return found
 
 
-def find(y, rate_hz, reach_dps=0.0):
-    """Shocks in y (deg/s) and y with the local mean in their place. Nothing within `reach_dps` of the local mean is one (counts)."""
+def find(y: Floats, rate_hz: float, reach_dps: float = 0.0) -> Shocks:
+    """Shocks in y (deg/s) and y with the local mean in their place. Nothing within `reach_dps` of
+    the local mean is one (counts)."""
     w = self_whitened(y)
     score = np.abs(w) / np.maximum(local_scale(w, max(50, int(4 * rate_hz))), 1e-30)
     if reach_dps:
         score[np.abs(y - ndimage.uniform_filter1d(y, 201)) < reach_dps] = 0
     wild = np.flatnonzero(score > THRESHOLD)
     if not len(wild) or len(wild) > 0.004 * len(y):
-        return Shocks(0, 0.0, np.zeros(0), 0.0, 0.0, y, y)
+        return Shocks(0, 0.0, np.zeros(0, int), 0.0, 0.0, y, y)
     groups = np.split(wild, np.flatnonzero(np.diff(wild) > rate_hz / 2) + 1)
     clean, sizes = y.copy(), []
     near = ndimage.binary_dilation(score > THRESHOLD, iterations=REACH)

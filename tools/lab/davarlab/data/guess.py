@@ -1,9 +1,15 @@
-"""What the columns of somebody's log are: names, units and factors, guessed from what they are called and from their numbers."""
+"""What the columns of somebody's log are: names, units and factors, guessed from what they are
+called and from their numbers."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Floats
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 RATES = {"deg/s": 1.0, "mdeg/s": 1e-3, "rad/s": 180 / np.pi}
@@ -26,16 +32,16 @@ AXES = {
     "pitch": "y",
     "yaw": "z",
 }
-QUIET_RAD = 0.006  # scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad gyro's
-STEPS = (
-    ("ns", 1e5),
-    ("us", 50.0),
-    ("ms", 0.5),
-    ("s", 0.0),
-)  # least time from sample to sample, for rates up to 10 kHz
+# Scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad
+# gyro's.
+QUIET_RAD = 0.006
+# Least time from sample to sample, for rates up to 10 kHz.
+STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
 WORDS = {
-    "time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns|usec|msec|nsec|micros|millis|nanos|(micro|milli|nano)seconds)$",
-    "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]|angvel|angular|rate|p|q|r)$",
+    "time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns|usec|msec|nsec"
+    r"|micros|millis|nanos|(micro|milli|nano)seconds)$",
+    "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]"
+    r"|angvel|angular|rate|p|q|r)$",
     "accel": r"^(a|acc|accel|accelerometer|acceleration|specific|a[xyz]|acc[xyz]|accel[xyz])$",
     "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$",
 }
@@ -60,7 +66,8 @@ SAID = (
 
 @dataclass
 class Guess:
-    """A column of the file: what it is (time, gyro, accel, temp, other), its axis, its unit, and the factor to s, deg/s, g or degC."""
+    """A column of the file: what it is (time, gyro, accel, temp, other), its axis, its unit, and
+    the factor to s, deg/s, g or degC."""
 
     name: str
     quantity: str
@@ -70,7 +77,7 @@ class Guess:
     sure: bool = True
 
     @property
-    def column(self):
+    def column(self) -> str:
         """The name that davarlab gives it."""
         return {
             "time": "time_s",
@@ -80,12 +87,12 @@ class Guess:
         }.get(self.quantity, self.name)
 
 
-def tokens(name):
+def tokens(name: str) -> list[str]:
     spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
     return [token for token in re.split(r"[^A-Za-z0-9]+", spaced.lower()) if token]
 
 
-def quantity_of(name):
+def quantity_of(name: str) -> str:
     """time, gyro, accel, temp or other: by the first word that says one of them."""
     words = tokens(name)
     if (
@@ -100,7 +107,7 @@ def quantity_of(name):
     return "other"
 
 
-def axis_of(name):
+def axis_of(name: str) -> str:
     words = tokens(name)
     for word in reversed(words):
         if word in AXES:
@@ -111,7 +118,7 @@ def axis_of(name):
     return last or {"p": "x", "q": "y", "r": "z"}.get(words[-1] if words else "", "")
 
 
-def said_unit(name, quantity):
+def said_unit(name: str, quantity: str) -> str:
     found = [unit for unit, pattern in SAID if re.search(pattern, DEGREE.sub("deg", name.lower()))]
     return next(
         (
@@ -123,11 +130,11 @@ def said_unit(name, quantity):
     )
 
 
-def whole(values):
+def whole(values: Floats) -> bool:
     return bool(np.all(values == np.round(values)) and np.ptp(values) > 20)
 
 
-def unit_by_numbers(quantity, values):
+def unit_by_numbers(quantity: str, values: Floats) -> tuple[str, float]:
     """(unit, factor) where the name says none."""
     if quantity == "time":
         step = float(np.median(np.diff(values))) if len(values) > 1 else 0.01
@@ -143,7 +150,7 @@ def unit_by_numbers(quantity, values):
     return unit, UNITS[quantity][unit]
 
 
-def units_of(name, values):
+def units_of(name: str, values: npt.ArrayLike) -> dict[str, str]:
     """quantity -> the unit that a column would have if it were one."""
     values = np.asarray(values, float)
     told = {quantity: said_unit(name, quantity) for quantity in UNITS}
@@ -155,7 +162,7 @@ def units_of(name, values):
     }
 
 
-def of_column(name, values):
+def of_column(name: str, values: Floats) -> Guess:
     """The guess for one column; of one that cannot be told it stays `other`, by its own name."""
     quantity, axis = quantity_of(name), axis_of(name)
     if (
@@ -173,9 +180,10 @@ def of_column(name, values):
     return Guess(name, quantity, axis, unit, UNITS[quantity][unit])
 
 
-def of(columns):
-    """Guesses for the columns of a file (name -> numbers), in their order: one time, one temperature, one of each axis; the norm of the
-    accelerometer says its unit where its name does not."""
+def of(columns: Mapping[str, npt.NDArray[Any]]) -> list[Guess]:
+    """Guesses for the columns of a file (name -> numbers), in their order: one time, one
+    temperature, one of each axis; the norm of the accelerometer says its unit where its name does
+    not."""
     found, taken = {}, set()
     guesses = [of_column(name, np.asarray(values, float)) for name, values in columns.items()]
     for guess in sorted(
@@ -190,8 +198,9 @@ def of(columns):
     return ordered
 
 
-def weighed(found, columns):
-    """Gravity is 1 g: whatever the accelerometer's numbers are, at rest their norm tells the unit."""
+def weighed(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]) -> None:
+    """Gravity is 1 g: whatever the accelerometer's numbers are, at rest their norm tells the
+    unit."""
     unsaid = [guess for guess in found if guess.quantity == "accel" and not guess.sure]
     if len(unsaid) != 3:
         return

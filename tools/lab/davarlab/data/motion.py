@@ -1,35 +1,43 @@
-"""Motion: true rotation in a record of a sensor that should be at rest (DESIGN 13). No error of the sensor may be called so."""
+"""Motion: true rotation in a record of a sensor that should be at rest (DESIGN 13). No error of the
+sensor may be called so."""
+
+from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from scipy import ndimage, stats
 
+from ..arrays import Bools, Floats, Ints
 from . import events, signals
 from . import recording as recordings
+from .recording import Recording
 
+# Spread of rates averaged over a quarter of a second, and of samples about their mean, at rest.
+Level = tuple[float, float]
 BLOCKS = (16, 64, 256, 1024)
 MEDIAN_BLOCKS = 9
-SCORE, RATIO = (
-    6.5,
-    1.25,
-)  # robust standard deviations, and times the running median, from which a block is loud
-WITNESS = 12.0  # over the square root of a block's samples: by so much the accelerometer must be louder than usual to bear the gyro out
+# Robust standard deviations, and times the running median, from which a block is loud.
+SCORE, RATIO = 6.5, 1.25
+# Over the square root of a block's samples: by so much the accelerometer must be louder than usual
+# to bear the gyro out.
+WITNESS = 12.0
 PIECE = 1_000_000  # samples that are asked at once
 MINIMUM = 500  # samples that a level at rest takes
 ROUNDS = 4
 TURN = 6.0  # times the level at rest, of rates averaged over SMOOTH_S
 VIOLENT = 50.0  # times that level, which no noise of a sensor reaches
 SMOOTH_S, SPAN_S, RING_S = 0.25, 2.0, 1.2
-SLOW = 5.0  # by as much more than differences of samples must slow rates have grown, or noise has (by chance up to 3.5)
+# By as much more than differences of samples must slow rates have grown, or noise has (by chance up
+# to 3.5).
+SLOW = 5.0
 SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accelerometer saw it
-TILT_S, TILT = (
-    10.0,
-    7.0,
-)  # over which gravity is averaged; robust standard deviations, all axes, from which it has moved
+# Over which gravity is averaged; robust standard deviations, all axes, from which it has moved.
+TILT_S, TILT = 10.0, 7.0
 TILT_BLOCKS = 9  # before and after, that the course of a tilt is compared in
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
 
-def gyros(recording):
+def gyros(recording: Recording) -> list[Floats]:
     """Every gyro column in deg/s that moves at all."""
     return [
         recording.column(name) * factor
@@ -41,7 +49,7 @@ def gyros(recording):
     ]
 
 
-def accelerometers(recording):
+def accelerometers(recording: Recording) -> list[Floats]:
     return [
         recording.column(name)
         for name in recording.columns
@@ -49,17 +57,18 @@ def accelerometers(recording):
     ]
 
 
-def stretches(mask):
+def stretches(mask: Bools) -> list[tuple[int, int]]:
     """(first, end) of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     return list(zip(edges[::2], edges[1::2]))
 
 
-def widened(mask, samples):
-    return ndimage.maximum_filter1d(mask.astype(np.int8), 2 * int(samples) + 1) > 0
+def widened(mask: Bools, samples: float) -> Bools:
+    found: Bools = ndimage.maximum_filter1d(mask.astype(np.int8), 2 * int(samples) + 1) > 0
+    return found
 
 
-def holes_kept(mask, samples):
+def holes_kept(mask: Bools, samples: float) -> Bools:
     """A mask without its runs that are shorter than so many samples."""
     kept = np.zeros(len(mask), bool)
     for first, end in stretches(mask):
@@ -67,43 +76,44 @@ def holes_kept(mask, samples):
     return kept
 
 
-def averaged(x, length):
+def averaged(x: Floats, length: int) -> Floats:
     blocks = len(x) // length
-    return x[: blocks * length].reshape(blocks, length).mean(axis=1)
+    found: Floats = x[: blocks * length].reshape(blocks, length).mean(axis=1)
+    return found
 
 
-def spread(x, span):
+def spread(x: Floats, span: int) -> Floats:
     """Standard deviation over `span` values around each."""
     mean = ndimage.uniform_filter1d(x, span)
-    return np.sqrt(np.maximum(ndimage.uniform_filter1d(x**2, span) - mean**2, 0))
+    found: Floats = np.sqrt(np.maximum(ndimage.uniform_filter1d(x**2, span) - mean**2, 0))
+    return found
 
 
-def slow_and_fast(y, good, rate_hz):
-    """Spread of rates averaged over a quarter of a second, size of the differences of samples, and whether all of it was measured; per
-    block of a quarter of a second, from two seconds around it."""
+def slow_and_fast(y: Floats, good: Bools, rate_hz: float) -> tuple[Floats, Floats, Bools]:
+    """Spread of rates averaged over a quarter of a second, size of the differences of samples, and
+    whether all of it was measured; per block of a quarter of a second, from two seconds around
+    it."""
     length, span = max(1, int(SMOOTH_S * rate_hz)), max(8, int(SPAN_S / SMOOTH_S))
     y = recordings.filled(y[good], good) - np.median(y[good])
     count = averaged(good.astype(float), length)
     mean = averaged(np.where(good, y, 0), length) / np.maximum(count, 1e-9)
     there = count > min(0.5, count.max() / 2)
     slow = spread(recordings.filled(mean[there], there), span)
-    fast = np.sqrt(
-        np.maximum(
-            ndimage.uniform_filter1d(averaged(np.diff(y, append=y[-1]) ** 2, length), span), 0
-        )
-    )
+    steps: Floats = np.diff(y, append=y[-1])
+    fast = np.sqrt(np.maximum(ndimage.uniform_filter1d(averaged(steps**2, length), span), 0))
     whole = ndimage.uniform_filter1d(averaged(good.astype(float), length), span) > 0.9
     return slow, fast, whole
 
 
-def low_level(x, whole, share):
+def low_level(x: Floats, whole: Bools, share: float) -> float:
     """The quantile of what was measured and moves at all."""
     x = x[whole & (x > 0)]
-    return np.quantile(x, share) if len(x) else np.inf
+    return float(np.quantile(x, share)) if len(x) else np.inf
 
 
-def turning(y, good, rate_hz):
-    """Where rates averaged over a quarter of a second have grown by far more than differences of single samples have."""
+def turning(y: Floats, good: Bools, rate_hz: float) -> Bools:
+    """Where rates averaged over a quarter of a second have grown by far more than differences of
+    single samples have."""
     slow, fast, whole = slow_and_fast(y, good, rate_hz)
     grown = slow / low_level(slow, whole, 0.1)
     noise = fast / low_level(fast, whole, 0.1)
@@ -114,18 +124,19 @@ def turning(y, good, rate_hz):
     )
 
 
-def expanded(mask, length, count):
+def expanded(mask: Bools, length: int, count: int) -> Bools:
     """A mask of blocks as one of samples."""
     mask = np.repeat(mask, length)
     return np.concatenate([mask, np.full(count - len(mask), mask[-1] if len(mask) else False)])
 
 
-def whitened(x, good):
-    """x whitened by the record's own spectrum, of variance about one; 0 where nothing was measured."""
+def whitened(x: Floats, good: Bools) -> Floats:
+    """x whitened by the record's own spectrum, of variance about one; 0 where nothing was
+    measured."""
     return np.where(good, events.self_whitened(recordings.filled(x[good], good)), 0.0)
 
 
-def wilder(w, good):
+def wilder(w: Floats, good: Bools) -> Bools:
     """Measured samples that no noise of the size around them has in a record this long."""
     found, part = np.zeros(len(w), bool), w[good]
     scale = np.maximum(events.local_scale(part, min(len(part) // 2, 200)), 1e-30)
@@ -133,7 +144,7 @@ def wilder(w, good):
     return found
 
 
-def lone(w, good):
+def lone(w: Floats, good: Bools) -> tuple[Bools, Bools]:
     """Wild samples by themselves."""
     wild = wilder(w, good)
     found = np.zeros(len(w), bool)
@@ -142,7 +153,7 @@ def lone(w, good):
     return wild & found, widened(wild & found, 2)
 
 
-def loud(energy, good, length):
+def loud(energy: Floats, good: Bools, length: int) -> Bools:
     """Blocks whose energy stands out of the running median."""
     count = averaged(good.astype(float), length)
     mean = averaged(energy, length) / np.maximum(count, 1e-9)
@@ -156,10 +167,13 @@ def loud(energy, good, length):
     ratio = mean / usual
     normal = np.cbrt(ratio)
     sd = 1.4826 * np.median(np.abs(normal - np.median(normal)))
-    return (normal - np.median(normal) > SCORE * max(sd, 1e-9)) & (ratio > RATIO) & (count > 0.5)
+    found: Bools = (
+        (normal - np.median(normal) > SCORE * max(sd, 1e-9)) & (ratio > RATIO) & (count > 0.5)
+    )
+    return found
 
 
-def loud_anywhere(energy, good):
+def loud_anywhere(energy: Floats, good: Bools) -> Bools:
     """From short blocks to long ones, which are asked about what is left."""
     found = np.zeros(len(energy), bool)
     for length in BLOCKS:
@@ -169,23 +183,22 @@ def loud_anywhere(energy, good):
     return found
 
 
-def steady(w, first, end):
-    """Is a loud stretch of whitened rate noise that has grown: as much in every band, and all along."""
+def steady(w: Floats, first: int, end: int) -> bool:
+    """Is a loud stretch of whitened rate noise that has grown: as much in every band, and all
+    along."""
     part = w[first:end]
     power = signals.transform(part)[1:] ** 2
     bands = np.array([band.mean() for band in np.array_split(power, 4)])
     doubt = 5 * np.sqrt(2 * 4 / len(power))
     blocks = averaged(part**2, 64)
-    even = np.all(
-        blocks < ndimage.uniform_filter1d(blocks, 9) * (1 + 7 * np.sqrt(2 / 64))
-    )  # it may grow and fade slowly
-    return even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(
-        doubt, 0.5
-    )  # what is not white need not grow with it
+    # It may grow and fade slowly; what is not white need not grow with it.
+    even = np.all(blocks < ndimage.uniform_filter1d(blocks, 9) * (1 + 7 * np.sqrt(2 / 64)))
+    return bool(even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(doubt, 0.5))
 
 
-def passing(energy, seen, first, end):
-    """Is a loud stretch louder than what came before and than what comes after: not the beginning of vibration or of noise that stays."""
+def passing(energy: Floats, seen: Bools, first: int, end: int) -> bool:
+    """Is a loud stretch louder than what came before and than what comes after: not the beginning
+    of vibration or of noise that stays."""
     reach = max(256, end - first)
     sides = [
         energy[part][seen[part]]
@@ -197,8 +210,9 @@ def passing(energy, seen, first, end):
     )
 
 
-def courses(accels, first, end, rate_hz):
-    """What a gyro may follow without being turned: a level, a slope, acceleration, its local square."""
+def courses(accels: Sequence[Floats], first: int, end: int, rate_hz: float) -> list[Floats]:
+    """What a gyro may follow without being turned: a level, a slope, acceleration, its local
+    square."""
     count = end - first
     rows = [np.ones(count), np.linspace(-1, 1, count)]
     for a in accels:
@@ -207,7 +221,7 @@ def courses(accels, first, end, rate_hz):
     return rows
 
 
-def without_courses(y, rows):
+def without_courses(y: Floats, rows: Sequence[Floats]) -> Floats:
     """y less its best fit by the rows and by one step."""
     basis = np.linalg.qr(np.column_stack(rows))[0]
     rest = y - basis @ (basis.T @ y)
@@ -219,10 +233,11 @@ def without_courses(y, rows):
         size = step @ rest / max(step @ step, 1e-12)
         if size**2 * (step @ step) > gain:
             best, gain = rest - size * step, size**2 * (step @ step)
-    return best
+    found: Floats = best
+    return found
 
 
-def without_lines(y):
+def without_lines(y: Floats) -> Floats:
     """y less its strongest lines, when these are most of it."""
     c = np.fft.rfft(y * 1.0)
     power = np.abs(c) ** 2
@@ -235,21 +250,25 @@ def without_lines(y):
     return np.fft.irfft(c, len(y))
 
 
-def levels_at_rest(y, good, rate_hz):
-    """(slow, fast): spread of rates averaged over a quarter of a second, and of samples about their mean over a second, at rest."""
+def levels_at_rest(y: Floats, good: Bools, rate_hz: float) -> Level:
+    """(slow, fast): spread of rates averaged over a quarter of a second, and of samples about their
+    mean over a second, at rest."""
     slow, _, whole = slow_and_fast(y, good, rate_hz)
     y = recordings.filled(y[good], good)
     fast = averaged(spread(y, max(4, int(rate_hz))), max(1, int(SMOOTH_S * rate_hz)))
     return low_level(slow, whole, 0.3), low_level(fast, whole, 0.3)
 
 
-def explained(y, levels, accels, first, end, rate_hz):
-    """Does a level, a step, a line, or what the gyro feels of acceleration leave nothing loud of a stretch."""
+def explained(
+    y: Floats, levels: Level, accels: Sequence[Floats], first: int, end: int, rate_hz: float
+) -> bool:
+    """Does a level, a step, a line, or what the gyro feels of acceleration leave nothing loud of a
+    stretch."""
     length, second = max(1, int(SMOOTH_S * rate_hz)), max(4, int(rate_hz))
     margin = max(64, (end - first) // 2)
     low, high = max(0, first - margin), min(len(y), end + margin)
-    rest = without_courses(y[low:high], courses(accels, low, high, rate_hz))
-    for rest in (rest, without_lines(rest)):
+    less = without_courses(y[low:high], courses(accels, low, high, rate_hz))
+    for rest in (less, without_lines(less)):
         slow = spread(averaged(rest, length), max(8, int(SPAN_S / SMOOTH_S))).max(initial=0)
         fast = np.sqrt(np.mean(spread(rest, second)[first - low : end - low] ** 2))
         if (
@@ -260,7 +279,13 @@ def explained(y, levels, accels, first, end, rate_hz):
     return False
 
 
-def turns(rates, levels, accels, good, rate_hz):
+def turns(
+    rates: Sequence[Floats],
+    levels: Sequence[Level],
+    accels: Sequence[Floats],
+    good: Bools,
+    rate_hz: float,
+) -> Bools:
     """Where the sensor was turned: the rate says so by itself."""
     found = np.zeros(len(good), bool)
     for y, level in zip(rates, levels):
@@ -272,23 +297,32 @@ def turns(rates, levels, accels, good, rate_hz):
     return widened(found, RING_S * rate_hz / 2)
 
 
-def touches(rates, levels, accels, good, rate_hz):
-    """Where the sensor was touched: rates are louder for a while, and the accelerometer felt it too."""
+def touches(
+    rates: Sequence[Floats],
+    levels: Sequence[Level],
+    accels: Sequence[Floats],
+    good: Bools,
+    rate_hz: float,
+) -> Bools:
+    """Where the sensor was touched: rates are louder for a while, and the accelerometer felt it
+    too."""
     ws = [whitened(y, good) for y in rates]
     alone = [lone(w, good) for w in ws]
     energies = [np.where(near, 0, w**2) for w, (_, near) in zip(ws, alone)]
     seen = good & ~np.any([near for _, near in alone], axis=0)
-    heard = loud_anywhere(sum(energies), seen)
-    wild = np.any([at for at, _ in alone], axis=0)
+    energy = cast(Floats, sum(energies))
+    heard = loud_anywhere(energy, seen)
+    wild: Bools = np.logical_or.reduce([at for at, _ in alone])
     if not heard.any() and not (wild.any() and accels):
         return heard
     witness = witnesses(accels, energies, good)
     found = widened(wild, 2) & witness[1]
-    if found.any():  # what these leave in the whitened record is asked about when they, and how they fade, are out
+    # What these leave in the whitened record is tested when they, and how they fade, are out.
+    if found.any():
         return widened(found, SMOOTH_S * rate_hz)
     for first, end in stretches(widened(heard, rate_hz / 2)):
         if not any(borne_out(felt, good, first, end) for felt in witness[0]) or not passing(
-            sum(energies), seen, first, end
+            energy, seen, first, end
         ):
             continue
         if end - first > STEADY_S * rate_hz and all(steady(w, first, end) for w in ws):
@@ -300,15 +334,19 @@ def touches(rates, levels, accels, good, rate_hz):
     return found
 
 
-def witnesses(accels, energies, good):
-    """Energies that bear the gyro out, and where one is wild: of the accelerometer; without one, of the second loudest axis of the gyro."""
+def witnesses(
+    accels: Sequence[Floats], energies: Sequence[Floats], good: Bools
+) -> tuple[list[Floats], Bools]:
+    """Energies that bear the gyro out, and where one is wild: of the accelerometer; without one, of
+    the second loudest axis of the gyro."""
     if accels:
         ws = [whitened(a, good) for a in accels]
-        return [sum(w**2 for w in ws)], widened(np.any([wilder(w, good) for w in ws], axis=0), 2)
+        felt = cast(Floats, sum(w**2 for w in ws))
+        return [felt], widened(np.logical_or.reduce([wilder(w, good) for w in ws]), 2)
     return ([np.sort(energies, axis=0)[-2]] if len(energies) > 1 else []), np.zeros(len(good), bool)
 
 
-def borne_out(energy, good, first, end):
+def borne_out(energy: Floats, good: Bools, first: int, end: int) -> bool:
     """Is an energy larger in a stretch than beside it, all along or in its loudest 16 samples."""
     reach = max(256, end - first)
     low, high = max(0, first - reach), min(len(energy), end + reach)
@@ -321,13 +359,14 @@ def borne_out(energy, good, first, end):
         energy[low:high][beside].mean(),
         ndimage.uniform_filter1d(inside, 16, mode="constant").max(),
     )
-    return (
+    found: bool = (
         inside.mean() > (1 + WITNESS / np.sqrt(len(inside))) * usual
         or peak > (1 + WITNESS / 4) * usual
     )
+    return found
 
 
-def find(recording, good):
+def find(recording: Recording, good: Bools) -> Bools:
     """True where the recording holds motion. A long recording is asked in pieces."""
     rates, accels = gyros(recording), accelerometers(recording)
     marks = np.linspace(0, len(good), max(1, len(good) // PIECE) + 1).astype(int)
@@ -339,8 +378,10 @@ def find(recording, good):
     )
 
 
-def between(rates, accels, good, rate_hz):
-    moved = np.zeros(len(good), bool)
+def between(
+    rates: Sequence[Floats], accels: Sequence[Floats], good: Bools, rate_hz: float
+) -> Bools:
+    moved: Bools = np.zeros(len(good), bool)
     if good.sum() < MINIMUM or not rates or len(good) < SPAN_S * rate_hz:
         return moved
     levels = [levels_at_rest(y, good, rate_hz) for y in rates]
@@ -357,9 +398,9 @@ def between(rates, accels, good, rate_hz):
     return moved | tilts(rates, accels, good & ~moved, rate_hz)
 
 
-def tilts(rates, accels, good, rate_hz):
-    """Where gravity's direction changed and the gyro turned meanwhile, quickly or slowly; all of a stretch between two tilts that undo each
-    other."""
+def tilts(rates: Sequence[Floats], accels: Sequence[Floats], good: Bools, rate_hz: float) -> Bools:
+    """Where gravity's direction changed and the gyro turned meanwhile, quickly or slowly; all of a
+    stretch between two tilts that undo each other."""
     found = np.zeros(len(good), bool)
     length = int(TILT_S * rate_hz)
     if not accels or not rates or length < 16 or len(good) < 30 * length:
@@ -403,30 +444,35 @@ def tilts(rates, accels, good, rate_hz):
     return found
 
 
-def robust(x):
-    return np.maximum(
+def robust(x: Floats) -> Floats:
+    found: Floats = np.maximum(
         1.4826 * np.median(np.abs(x - np.median(x, axis=1, keepdims=True)), axis=1, keepdims=True),
         1e-12,
     )
+    return found
 
 
-def levels(signals_of, good, count, length):
-    """Means of blocks per axis, and, of three neighbouring blocks, the largest variance that their samples would give such a mean."""
-    mean = np.array(
-        [averaged(np.where(good, x - x[good].mean(), 0), length) for x in signals_of]
-    ) / np.maximum(count, 1e-9)
-    square = np.array(
-        [averaged(np.where(good, x - x[good].mean(), 0) ** 2, length) for x in signals_of]
-    ) / np.maximum(count, 1e-9)
+def levels(
+    signals_of: Sequence[Floats], good: Bools, count: Floats, length: int
+) -> tuple[Floats, Floats]:
+    """Means of blocks per axis, and, of three neighbouring blocks, the largest variance that their
+    samples would give such a mean."""
+    about: list[Floats] = [np.where(good, x - x[good].mean(), 0) for x in signals_of]
+    mean = np.array([averaged(x, length) for x in about]) / np.maximum(count, 1e-9)
+    square = np.array([averaged(x**2, length) for x in about]) / np.maximum(count, 1e-9)
     variance = ndimage.maximum_filter1d(np.maximum(square - mean**2, 0) / length, 3, axis=1)[
         :, 1:-1
     ]
     return np.array([recordings.filled(row[count > 0.5], count > 0.5) for row in mean]), variance
 
 
-def followed(rate, gravity, whole, centre, unit, limit):
-    """The blocks of a tilt whose rate the gyro followed, by chance no more often than the limit says and by an angle worth the tilt; none where
-    it did not. What the gyro feels of gravity itself, its level and its slope are no turn. `rate` in units of its scatter, `unit` in degrees."""
+def followed(
+    rate: Floats, gravity: Floats, whole: Bools, centre: int, unit: Floats, limit: float
+) -> Ints:
+    """The blocks of a tilt whose rate the gyro followed, by chance no more often than the limit
+    says and by an angle worth the tilt; none where it did not. What the gyro feels of gravity
+    itself, its level and its slope are no turn. `rate` in units of its scatter, `unit` in
+    degrees."""
     near = np.arange(max(1, centre - TILT_BLOCKS), min(len(whole) - 1, centre + TILT_BLOCKS + 1))
     near = near[whole[near - 1] & whole[near] & whole[near + 1]]
     way = gravity[:, centre + 1] - gravity[:, centre - 1]
@@ -436,21 +482,24 @@ def followed(rate, gravity, whole, centre, unit, limit):
         [np.ones(len(near)), near - centre, course[near] - course[near].mean(), turn]
     )
     if len(near) < 2 * rows.shape[1]:
-        return near[:0]
+        found: Ints = near[:0]
+        return found
     q, r = np.linalg.qr(rows)
     score = rate[:, near] @ q[:, -1]
     share = np.linalg.norm(score * unit[:, 0]) / max(abs(r[-1, -1]), 1e-12)
-    return (
+    found = (
         near[np.abs(turn) > 0.05 * np.abs(turn).max()]
         if np.sum(score**2) > limit and share > 0.3
         else near[:0]
     )
+    return found
 
 
-def turned(back, size, moved, i, seconds, limit):
-    """Did the gyro leave its level for the time of a quick tilt, by chance no more often than the limit says, and by an angle worth the tilt. Of two axes
-    or more: one may be the vertical one."""
+def turned(back: Floats, size: Floats, moved: Floats, i: int, seconds: float, limit: float) -> bool:
+    """Did the gyro leave its level for the time of a quick tilt, by chance no more often than the
+    limit says, and by an angle worth the tilt. Of two axes or more: one may be the vertical one."""
     near = slice(max(0, i - 1), i + 2)
     place = near.start + np.argmax(np.sum((back[:, near] / size[:, near]) ** 2, axis=0))
     angle, tilt = np.linalg.norm(back[:, place]) * seconds, np.degrees(np.linalg.norm(moved[:, i]))
-    return np.sum((back[:, place] / size[:, place]) ** 2) > limit and angle > 0.3 * tilt
+    found: bool = np.sum((back[:, place] / size[:, place]) ** 2) > limit and angle > 0.3 * tilt
+    return found

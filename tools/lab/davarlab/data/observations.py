@@ -1,10 +1,15 @@
-"""Disturbances in a record that are not errors of the sensor, detected before the fit (DESIGN 13)."""
+"""Disturbances in a record that are not errors of the sensor, detected before the fit (DESIGN
+13)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from ..arrays import Bools, Floats
 from . import motion, plausible, repeats, signals
+from .recording import Recording
 
 COARSE = 0.6  # of the noise per sample: larger counts are reported
 COARSER = (
@@ -17,15 +22,16 @@ LISTED = 100  # number of intervals that are listed, the longest ones
 
 @dataclass
 class Observation:
-    """stretches: [[start_s, stop_s]]. share: of the samples. detail: sentences. mask: samples that the analysis cannot use, or None."""
+    """stretches: [[start_s, stop_s]]. share: of the samples. detail: sentences. mask: samples that
+    the analysis cannot use, or None."""
 
     kind: str
-    stretches: list
+    stretches: list[list[float]]
     share: float
     detail: str
-    mask: object = None
+    mask: Bools | None = None
 
-    def plain(self):
+    def plain(self) -> dict[str, Any]:
         """The JSON form."""
         return {
             "kind": self.kind,
@@ -35,15 +41,19 @@ class Observation:
         }
 
 
-def find(recording, column):
+def find(recording: Recording, column: str) -> list[Observation]:
     """Every observation on one gyro column."""
     known = np.ones(recording.samples, bool) if recording.known is None else recording.known
     x = recording.column(column)
     found = [
-        doubted(recording, column),
-        lost(recording, known),
-        stamps(recording),
-        clipped(recording, x, known),
+        entry
+        for entry in (
+            doubted(recording, column),
+            lost(recording, known),
+            stamps(recording),
+            clipped(recording, x, known),
+        )
+        if entry
     ]
     for look in (
         moved,
@@ -51,15 +61,12 @@ def find(recording, column):
         lambda recording, good: coarse(recording, x, good),
         lambda recording, good: outliers(recording, x, good),
     ):
-        found = [entry for entry in found if entry]
-        found.append(look(recording, kept(recording, column, found)))
-    return sorted(
-        (entry for entry in found if entry),
-        key=lambda entry: (entry.kind != plausible.KIND, entry.kind != "motion"),
-    )
+        entry = look(recording, kept(recording, column, found))
+        found += [entry] if entry else []
+    return sorted(found, key=lambda entry: (entry.kind != plausible.KIND, entry.kind != "motion"))
 
 
-def kept(recording, column, observations):
+def kept(recording: Recording, column: str, observations: Iterable[Observation]) -> Bools:
     """True where a sample may be used."""
     good = np.ones(recording.samples, bool) if recording.known is None else recording.known.copy()
     for entry in observations:
@@ -68,7 +75,7 @@ def kept(recording, column, observations):
     return good
 
 
-def in_seconds(recording, mask):
+def in_seconds(recording: Recording, mask: Bools) -> list[list[float]]:
     """The intervals of a mask, at most the LISTED longest."""
     runs = motion.stretches(mask)
     runs = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:LISTED])
@@ -82,11 +89,11 @@ def in_seconds(recording, mask):
     ]
 
 
-def of_mask(kind, recording, mask, detail):
+def of_mask(kind: str, recording: Recording, mask: Bools, detail: str) -> Observation:
     return Observation(kind, in_seconds(recording, mask), float(mask.mean()), detail, mask)
 
 
-def doubted(recording, column):
+def doubted(recording: Recording, column: str) -> Observation | None:
     """Implausible rates, units and levels."""
     said = "; ".join(plausible.of(recording, [column]))
     return (
@@ -101,7 +108,7 @@ def doubted(recording, column):
     )
 
 
-def moved(recording, good):
+def moved(recording: Recording, good: Bools) -> Observation | None:
     mask = motion.find(recording, good)
     if not mask.any():
         return None
@@ -110,29 +117,31 @@ def moved(recording, good):
         "motion",
         recording,
         mask,
-        f"The sensor was turned, tilted or touched in {len(runs)} interval{'s' * (len(runs) != 1)}, {seconds:.4g} s in total. "
-        "These samples are excluded, because true rotation is not an error of the sensor.",
+        f"The sensor was turned, tilted or touched in {len(runs)} "
+        f"interval{'s' * (len(runs) != 1)}, {seconds:.4g} s in total. These samples are excluded, "
+        "because true rotation is not an error of the sensor.",
     )
 
 
-def lost(recording, known):
+def lost(recording: Recording, known: Bools) -> Observation | None:
     if known.all() or recording.clock and recording.clock.kind == "uneven":
         return None
     mask, longest = ~known, max(end - first for first, end in motion.stretches(~known))
     detail = (
-        f"{mask.sum()} samples are missing, at most {longest} in a row. The analysis fills them with random noise from the model's "
-        "spectrum. No Allan deviation spans them."
+        f"{mask.sum()} samples are missing, at most {longest} in a row. The analysis fills them "
+        "with random noise from the model's spectrum. No Allan deviation spans them."
     )
     cut = recording.clock.cut if recording.clock else ()
     if cut:
         detail += (
-            f" {len(cut)} gaps of up to {max(seconds for _, seconds in cut) + longest / recording.rate_hz:.4g} s are shortened to "
-            f"{longest} samples."
+            f" {len(cut)} gaps of up to "
+            f"{max(seconds for _, seconds in cut) + longest / recording.rate_hz:.4g} s are "
+            f"shortened to {longest} samples."
         )
     return of_mask("lost_samples", recording, mask, detail)
 
 
-def stamps(recording):
+def stamps(recording: Recording) -> Observation | None:
     clock = recording.clock
     if not clock or clock.kind == "even":
         return None
@@ -140,9 +149,10 @@ def stamps(recording):
     if clock.kind == "uneven":
         where = (
             "The samples are treated as evenly spaced"
-            if clock.places is None
+            if clock.places is None or recording.known is None
             else "Each sample is moved to the nearest place of an even grid "
-            f"({100 * np.mean(~recording.known):.2g} % of the places stay empty and count as missing)"
+            f"({100 * np.mean(~recording.known):.2g} % of the places stay empty and count as "
+            "missing)"
         )
         return Observation(
             "jitter",
@@ -155,22 +165,25 @@ def stamps(recording):
         "jitter",
         whole,
         1.0,
-        f"The time stamps have {clock.jitter_s:.2g} s rms jitter ({clock.jitter_s * recording.rate_hz:.2g} periods) "
-        f"around an even clock of {recording.rate_hz:.5g} Hz. The samples are treated as evenly spaced.",
+        f"The time stamps have {clock.jitter_s:.2g} s rms jitter "
+        f"({clock.jitter_s * recording.rate_hz:.2g} periods) around an even clock of "
+        f"{recording.rate_hz:.5g} Hz. The samples are treated as evenly spaced.",
     )
 
 
-def repeated(recording, known):
-    """Samples that repeat the previous one: already removed by resampling to the sensor's own rate, or still in the record."""
+def repeated(recording: Recording, known: Bools) -> Observation | None:
+    """Samples that repeat the previous one: already removed by resampling to the sensor's own rate,
+    or still in the record."""
     if recording.read_hz:
         share = 1 - recording.rate_hz / recording.read_hz
         return Observation(
             "repeated_samples",
             [[0.0, float(recording.samples / recording.rate_hz)]],
             share,
-            f"{100 * share:.3g} % of the samples "
-            f"repeat the previous one, at even intervals: the sensor outputs {recording.rate_hz:.5g} samples per second, but was read at "
-            f"{recording.read_hz:.5g} Hz. The repeats are excluded, and the analysis uses {recording.rate_hz:.5g} Hz.",
+            f"{100 * share:.3g} % of the samples repeat the previous one, at even intervals: the "
+            f"sensor outputs {recording.rate_hz:.5g} samples per second, but was read at "
+            f"{recording.read_hz:.5g} Hz. The repeats are excluded, and the analysis uses "
+            f"{recording.rate_hz:.5g} Hz.",
         )
     found = repeats.find(recording.columns, known)
     if not found:
@@ -180,14 +193,15 @@ def repeated(recording, known):
         "repeated_samples",
         recording,
         found.equal,
-        f"{100 * found.share:.3g} % of the samples repeat the previous one"
-        f"{rhythm(found.equal)}. Coarse counts explain only {100 * found.chance:.2g} %. The sensor outputs about "
-        f"{recording.rate_hz * (1 - real):.4g} samples per second, but was read at {recording.rate_hz:.4g} Hz. The repeats count as missing. "
-        "Read the sensor at its own rate, on its data-ready signal.",
+        f"{100 * found.share:.3g} % of the samples repeat the previous one{rhythm(found.equal)}. "
+        f"Coarse counts explain only {100 * found.chance:.2g} %. The sensor outputs about "
+        f"{recording.rate_hz * (1 - real):.4g} samples per second, but was read at "
+        f"{recording.rate_hz:.4g} Hz. The repeats count as missing. Read the sensor at its own "
+        "rate, on its data-ready signal.",
     )
 
 
-def rhythm(equal):
+def rhythm(equal: Bools) -> str:
     """ ", every k-th"" if most repeats have the same distance, above 1."""
     apart = np.diff(np.flatnonzero(equal))
     if len(apart) < 5:
@@ -196,7 +210,7 @@ def rhythm(equal):
     return f", every {usual}th" if usual > 1 and np.mean(apart == usual) > 0.6 else ""
 
 
-def clipped(recording, x, known):
+def clipped(recording: Recording, x: Floats, known: Bools) -> Observation | None:
     """Samples at an extreme value that occurs far more often than its neighbouring values."""
     values, counts = np.unique(x[known], return_counts=True)
     mask = np.zeros(len(x), bool)
@@ -210,18 +224,19 @@ def clipped(recording, x, known):
         "clipped",
         recording,
         mask,
-        f"{mask.sum()} samples are at an extreme value ({', '.join(f'{v:.6g}' for v in np.unique(x[mask]))}), "
-        "because the rate exceeded the range. These samples are excluded.",
+        f"{mask.sum()} samples are at an extreme value "
+        f"({', '.join(f'{v:.6g}' for v in np.unique(x[mask]))}), because the rate exceeded the "
+        "range. These samples are excluded.",
     )
 
 
-def noise_per_sample(x, good):
+def noise_per_sample(x: Floats, good: Bools) -> float:
     """From differences of neighbouring samples: the median over blocks."""
     square = np.diff(x)[good[1:] & good[:-1]] ** 2 / 2
     return float(np.sqrt(np.median(motion.averaged(square, 256)))) if len(square) >= 512 else 0.0
 
 
-def coarse(recording, x, good):
+def coarse(recording: Recording, x: Floats, good: Bools) -> Observation | None:
     step, noise = signals.count_of(x[good]), noise_per_sample(x, good)
     if not step or step < COARSE * noise:
         return None
@@ -234,11 +249,12 @@ def coarse(recording, x, good):
         "coarse_counts",
         [[0.0, float(recording.samples / recording.rate_hz)]],
         1.0,
-        f"One count is {step:.4g}, which is {step / max(noise, 1e-30):.2g} times the noise per sample. {what}.",
+        f"One count is {step:.4g}, which is {step / max(noise, 1e-30):.2g} times the noise per "
+        f"sample. {what}.",
     )
 
 
-def outliers(recording, x, good):
+def outliers(recording: Recording, x: Floats, good: Bools) -> Observation | None:
     if good.sum() < motion.MINIMUM:
         return None
     w = motion.whitened(x, good)
@@ -249,6 +265,7 @@ def outliers(recording, x, good):
         "outliers",
         recording,
         mask,
-        f"{mask.sum()} single sample{'s are outliers' if mask.sum() != 1 else ' is an outlier'} (up to {np.abs(w[mask]).max():.3g} times the "
-        "noise), and no other column moves. Outliers are excluded. The effect `shocks` models them.",
+        f"{mask.sum()} single sample{'s are outliers' if mask.sum() != 1 else ' is an outlier'} "
+        f"(up to {np.abs(w[mask]).max():.3g} times the noise), and no other column moves. Outliers "
+        "are excluded. The effect `shocks` models them.",
     )

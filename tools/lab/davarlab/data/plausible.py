@@ -1,8 +1,13 @@
-"""Rates, units and levels that no gyro has: doubted before anything is fitted, each with what it may be instead (DESIGN 13)."""
+"""Rates, units and levels that no gyro has: doubted before anything is fitted, each with what it
+may be instead (DESIGN 13)."""
+
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from ..arrays import Bools, Floats
 from . import guess, motion, signals
+from .recording import Recording
 
 KIND = "implausible"  # of the observation
 CONFIRM = "--as-recorded"  # with which a user says that all of it is right
@@ -28,9 +33,12 @@ NEVER = 512  # samples, below which nothing is said of the noise
 LOOKED = 1 << 20  # samples at the beginning that levels and units are judged by
 
 
-def doubts(columns, rate_hz, known, gyros):
-    """What is implausible about a recording, a sentence each with the next step. columns: name -> numbers in the unit of the name; known: True where a
-    sample is there, None: everywhere; gyros: the names of the gyro columns to look at. Cost: a few passes over the first LOOKED samples."""
+def doubts(
+    columns: Mapping[str, Floats], rate_hz: float, known: Bools | None, gyros: Iterable[str]
+) -> list[str]:
+    """What is implausible about a recording, a sentence each with the next step. columns: name ->
+    numbers in the unit of the name; known: True where a sample is there, None: everywhere; gyros:
+    the names of the gyro columns to look at. Cost: a few passes over the first LOOKED samples."""
     there = slice(None) if known is None else known[:LOOKED]
     columns = {name: column[:LOOKED][there] for name, column in columns.items()}
     found = [rate(rate_hz)]
@@ -51,21 +59,23 @@ def doubts(columns, rate_hz, known, gyros):
     return [said for said in (*found, temperature(columns), gravity(columns)) if said]
 
 
-def of(recording, columns=None):
-    """The doubts about a recording and some of its gyro columns, all without any; none where its user has said that it is right."""
+def of(recording: Recording, columns: Iterable[str] | None = None) -> list[str]:
+    """The doubts about a recording and some of its gyro columns, all without any; none where its
+    user has said that it is right."""
     if recording.as_recorded:
         return []
     gyros = [name for name in columns or recording.columns if name.endswith(("_dps", "_rad_s"))]
     return doubts(recording.columns, recording.read_hz or recording.rate_hz, recording.known, gyros)
 
 
-def note(columns, rate_hz):
-    """A note on a possible mistake, or None. It changes no verdict, because a log with one sample per 10 s has the same stamps."""
+def note(columns: Mapping[str, Floats], rate_hz: float) -> str | None:
+    """A note on a possible mistake, or None. It changes no verdict, because a log with one sample
+    per 10 s has the same stamps."""
     said = stamps(columns.get("time_s"), rate_hz)
     return said and f"note: {said}"
 
 
-def unit_of_time(rate_hz):
+def unit_of_time(rate_hz: float) -> str | None:
     """The unit that gives a likely rate for stamps that were read as seconds; None without one."""
     return next(
         (
@@ -77,19 +87,23 @@ def unit_of_time(rate_hz):
     )
 
 
-def rate(rate_hz):
+def rate(rate_hz: float) -> str | None:
     if RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
         return None
     unit = unit_of_time(rate_hz)
     instead = (
-        f"If the time is in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz: use --unit time={unit}"
+        f"If the time is in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz: use --unit "
+        f"time={unit}"
         if unit
         else "Check the unit of the time (--unit time=UNIT) or --rate"
     )
-    return f"implausible sample rate {rate_hz:.4g} Hz (gyros: {RATES_HZ[0]:g} Hz to {RATES_HZ[1] / 1e3:g} kHz). {instead}"
+    return (
+        f"implausible sample rate {rate_hz:.4g} Hz (gyros: {RATES_HZ[0]:g} Hz to "
+        f"{RATES_HZ[1] / 1e3:g} kHz). {instead}"
+    )
 
 
-def stamps(time, rate_hz):
+def stamps(time: Floats | None, rate_hz: float) -> str | None:
     """Whole numbers spaced as milliseconds would be."""
     if time is None or not RATES_HZ[0] <= rate_hz <= WHOLE_HZ * 1.001:
         return None
@@ -97,31 +111,36 @@ def stamps(time, rate_hz):
     if not unit or np.any(time != np.round(time)):
         return None
     return (
-        f"the time stamps are whole numbers, {1 / rate_hz:.4g} apart. If they are in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz and not "
-        f"{rate_hz:.4g} Hz: use --unit time={unit}"
+        f"the time stamps are whole numbers, {1 / rate_hz:.4g} apart. If they are in {unit}, the "
+        f"rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz and not {rate_hz:.4g} Hz: use --unit "
+        f"time={unit}"
     )
 
 
-def in_dps(name):
+def in_dps(name: str) -> float:
     return guess.RATES["rad/s"] if name.endswith("_rad_s") else 1.0
 
 
-def level(name, x):
+def level(name: str, x: Floats) -> str | None:
     rms = float(np.sqrt(np.mean(np.square(x, dtype=np.float64)))) * in_dps(name)
     return (
-        f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use --unit gyro=UNIT. For counts, UNIT is the deg/s per count"
+        f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use "
+        "--unit gyro=UNIT. For counts, UNIT is the deg/s per count"
         if rms > LEVEL_DPS
         else None
     )
 
 
-def counted(name, x):
+def counted(name: str, x: Floats) -> str | None:
     if np.ptp(x) <= 2 or np.any(x != np.round(x)):
         return None
-    return f"column {name}: all values are whole numbers, as counts are. Use --unit gyro=FACTOR, with the deg/s per count of the data sheet"
+    return (
+        f"column {name}: all values are whole numbers, as counts are. Use --unit gyro=FACTOR, with "
+        "the deg/s per count of the data sheet"
+    )
 
 
-def noise(name, x, rate_hz):
+def noise(name: str, x: Floats, rate_hz: float) -> str | None:
     """The scatter of neighbouring samples, as if all of it were white noise."""
     if len(x) < NEVER:
         return None
@@ -130,15 +149,19 @@ def noise(name, x, rate_hz):
     arw = 60 * per_sample / np.sqrt(rate_hz)
     if not per_sample or ARW[0] <= arw <= ARW[1]:
         return None
-    return f"column {name}: implausible noise {arw:.3g} deg/sqrt(h) (gyros: {ARW[0]:g} to {ARW[1]:g}). Check its unit (--unit gyro=UNIT) and the sample rate"
+    return (
+        f"column {name}: implausible noise {arw:.3g} deg/sqrt(h) (gyros: {ARW[0]:g} to "
+        f"{ARW[1]:g}). Check its unit (--unit gyro=UNIT) and the sample rate"
+    )
 
 
-def near(step, known):
+def near(step: float, known: Iterable[float]) -> bool:
     return any(abs(step / one - 1) < LSB_NEAR for one in known)
 
 
-def radians(name, x):
-    """Counts whose size matches a known sensor in the other unit, but none in the unit of the name."""
+def radians(name: str, x: Floats) -> str | None:
+    """Counts whose size matches a known sensor in the other unit, but none in the unit of the
+    name."""
     step = signals.count_of(np.asarray(x, np.float64))
     deg = guess.RATES["rad/s"]
     if not step:
@@ -148,24 +171,29 @@ def radians(name, x):
     else:
         other, own, unit = near(step * deg, LSB_DPS), near(step, LSB_DPS), "rad/s"
     return (
-        f"column {name}: its counts of {step:.4g} match a known sensor in {unit}. If the unit is {unit}, use --unit gyro={unit}"
+        f"column {name}: its counts of {step:.4g} match a known sensor in {unit}. If the unit is "
+        f"{unit}, use --unit gyro={unit}"
         if other and not own
         else None
     )
 
 
-def temperature(columns):
+def temperature(columns: Mapping[str, Floats]) -> str | None:
     for name, values in columns.items():
         if (
             name.startswith("temp")
             and name.endswith("_degC")
             and not TEMPERATURES[0] <= float(np.median(values)) <= TEMPERATURES[1]
         ):
-            return f"column {name}: implausible temperature {float(np.median(values)):.4g} degC ({TEMPERATURES[0]:g} to {TEMPERATURES[1]:g}). Use --unit temp=UNIT. For counts, UNIT is the degC per count"
+            return (
+                f"column {name}: implausible temperature {float(np.median(values)):.4g} degC "
+                f"({TEMPERATURES[0]:g} to {TEMPERATURES[1]:g}). Use --unit temp=UNIT. For counts, "
+                "UNIT is the degC per count"
+            )
     return None
 
 
-def gravity(columns):
+def gravity(columns: Mapping[str, Floats]) -> str | None:
     """Three axes at rest measure 1 g; other units are near 9.8 or far above any range."""
     axes = [columns[name] for name in ("accel_x_g", "accel_y_g", "accel_z_g") if name in columns]
     if len(axes) < 3:
@@ -174,4 +202,7 @@ def gravity(columns):
     unit = "m/s^2" if 8.8 < norm < 10.8 else "mg" if 880 < norm < 1080 else ""
     if not unit and norm < 100:
         return None
-    return f"columns accel_x_g, accel_y_g, accel_z_g: their norm is {norm:.4g} g, but at rest it must be 1 g. Use --unit accel={unit or 'FACTOR'}"
+    return (
+        f"columns accel_x_g, accel_y_g, accel_z_g: their norm is {norm:.4g} g, but at rest it must "
+        f"be 1 g. Use --unit accel={unit or 'FACTOR'}"
+    )

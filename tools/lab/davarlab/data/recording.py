@@ -1,14 +1,19 @@
 """A recording: samples on a uniform grid with the columns that were logged beside them."""
 
 import zlib
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
 from .. import files
+from ..arrays import Bools, Floats, Ints
 from ..errors import BadInput, printable
+from ..files import StrPath
 from . import clock, repeats, table
+from .clock import Clock
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
 FORCE = {"force_mps2": 1.0}
@@ -20,39 +25,39 @@ RATES_HZ = (1e-9, 1e9)  # that a gyro may have
 
 @dataclass
 class Recording:
-    """Columns by name (all of one length) on an even grid, and the sample rate. known: True where a sample was measured, None when all were;
-    the values of the others are interpolated and stand for nothing. gaps: index of the first sample after each run of missing ones."""
+    """Columns by name (all of one length) on an even grid, and the sample rate. known: True where a
+    sample was measured, None when all were; the values of the others are interpolated and stand for
+    nothing. gaps: index of the first sample after each run of missing ones."""
 
-    columns: dict
+    columns: dict[str, Floats]
     rate_hz: float
     name: str = ""
-    notes: dict = field(default_factory=dict)
-    gaps: np.ndarray = field(default_factory=lambda: np.array([], int))
-    measured: dict = field(
-        default_factory=dict
-    )  # what was worked out of it before: observations, Allan deviations
-    known: object = None
-    clock: object = None
-    origin_ns: int = 0  # of the stamps: time_s is counted from it, where doubles alone would round it (Unix times)
-    as_recorded: bool = (
-        False  # its user says that rate, units and levels are right, however implausible
-    )
-    read_hz: float | None = (
-        None  # rate of the file, when the sensor measures less often and its repeats are left out
-    )
+    notes: dict[str, str] = field(default_factory=dict)
+    gaps: Ints = field(default_factory=lambda: np.array([], int))
+    # What was worked out of it before: observations, Allan deviations.
+    measured: dict[Any, Any] = field(default_factory=dict)
+    known: Bools | None = None
+    clock: Clock | None = None
+    # Of the stamps: time_s is counted from it, where doubles alone would round it (Unix times).
+    origin_ns: int = 0
+    # Its user says that rate, units and levels are right, however implausible.
+    as_recorded: bool = False
+    # Rate of the file, when the sensor measures less often and its repeats are left out.
+    read_hz: float | None = None
 
     @property
-    def samples(self):
+    def samples(self) -> int:
         return len(next(iter(self.columns.values())))
 
     @property
-    def measured_samples(self):
+    def measured_samples(self) -> int:
         """How many samples there are, without the missing ones of the grid."""
         return self.samples if self.known is None else int(np.count_nonzero(self.known))
 
     @property
-    def time_s(self):
-        """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes on in time, not in samples. Not to be written to."""
+    def time_s(self) -> Floats:
+        """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes
+        on in time, not in samples. Not to be written to."""
         if "time" not in self.measured:
             uneven = self.clock and self.clock.kind == "uneven" and self.clock.places is not None
             time = (
@@ -64,20 +69,22 @@ class Recording:
                 time[place:] += seconds
             time.setflags(write=False)
             self.measured["time"] = time
-        return self.measured["time"]
+        found: Floats = self.measured["time"]
+        return found
 
-    def column(self, name):
+    def column(self, name: str) -> Floats:
         if name not in self.columns:
             raise BadInput(f"{self.name}: no column {name} (there are: {', '.join(self.columns)})")
         return self.columns[name].astype(np.float64, copy=False)
 
-    def rate_dps(self, name):
+    def rate_dps(self, name: str) -> Floats:
         """A gyro column in deg/s; one that an accelerometer's was made into (axes.py) in m/s^2."""
         factors = TO_DPS | FORCE
         unit = next((unit for unit in factors if name.endswith("_" + unit)), None)
         if unit is None:
             raise BadInput(
-                f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps or _rad_s)"
+                f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps "
+                "or _rad_s)"
             )
         rate = self.column(name) * factors[unit]
         spread = float(np.ptp(rate))
@@ -88,17 +95,20 @@ class Recording:
         return rate
 
 
-def gridded(columns, rate_hz, path, line):
-    """The columns on the even grid of the clock: (columns, known, clock). What was lost is filled by interpolation, a placeholder."""
+def gridded(
+    columns: dict[str, Floats], rate_hz: float | None, path: StrPath, line: int | None
+) -> tuple[dict[str, Floats], Bools | None, Clock]:
+    """The columns on the even grid of the clock: (columns, known, clock). What was lost is filled
+    by interpolation, a placeholder."""
     if "time_s" not in columns:
         if not rate_hz:
             raise BadInput(f"{path}: no column time_s and no --rate")
-        return columns, None, clock.Clock(float(rate_hz))
+        return columns, None, Clock(float(rate_hz))
     found = clock.of(columns["time_s"], rate_hz, path, line)
     return *on_grid(columns, found), found
 
 
-def on_grid(columns, found):
+def on_grid(columns: dict[str, Floats], found: Clock) -> tuple[dict[str, Floats], Bools | None]:
     """(columns on the grid of a clock, where they are known or None)."""
     if found.places is None:
         return columns, None
@@ -110,11 +120,11 @@ def on_grid(columns, found):
     }, known
 
 
-def gaps_of(known):
+def gaps_of(known: Bools | None) -> Ints:
     return np.array([], int) if known is None else np.flatnonzero(known[1:] & ~known[:-1]) + 1
 
 
-def filled(values, known):
+def filled(values: Floats, known: Bools) -> Floats:
     """Values at the known samples of a grid, the rest interpolated."""
     out = np.empty(len(known), values.dtype)
     out[known] = values
@@ -122,7 +132,13 @@ def filled(values, known):
     return out
 
 
-def of_columns(columns, rate_hz, path, notes, line):
+def of_columns(
+    columns: dict[str, Floats],
+    rate_hz: float | None,
+    path: StrPath,
+    notes: dict[str, str],
+    line: int | None,
+) -> Recording:
     """A Recording of columns that were read from the file `path`, whose header stands in `line`."""
     columns, known, found = gridded(columns, rate_hz, path, line)
     if not RATES_HZ[0] < found.rate_hz < RATES_HZ[1]:
@@ -132,9 +148,10 @@ def of_columns(columns, rate_hz, path, notes, line):
     )
 
 
-def at_own_rate(made):
-    """The recording on the clock of the sensor where that was read more often than it measures: with half the samples repeated evenly,
-    no analysis at the rate of the file tells a frequency from its image."""
+def at_own_rate(made: Recording) -> Recording:
+    """The recording on the clock of the sensor where that was read more often than it measures:
+    with half the samples repeated evenly, no analysis at the rate of the file tells a frequency
+    from its image."""
     known = np.ones(made.samples, bool) if made.known is None else made.known
     found = repeats.find(made.columns, known)
     if not found:
@@ -145,20 +162,20 @@ def at_own_rate(made):
     own = clock.behind_repeats(made.time_s[fresh], made.rate_hz, found.share, made.name)
     if not own:
         return made
-    columns, known = on_grid({name: column[fresh] for name, column in made.columns.items()}, own)
+    columns, placed = on_grid({name: column[fresh] for name, column in made.columns.items()}, own)
     return replace(
         made,
         columns=columns,
         rate_hz=own.rate_hz,
-        gaps=gaps_of(known),
-        known=known,
+        gaps=gaps_of(placed),
+        known=placed,
         clock=own,
         read_hz=made.rate_hz,
         measured={},
     )
 
 
-def read(path, rate_hz=None):
+def read(path: StrPath, rate_hz: float | None = None) -> Recording:
     """Reads a CSV or .csv.gz recording. Raises BadInput that names file, line and column."""
     found = table.read(path)
     count = len(next(iter(found.columns.values())))
@@ -169,18 +186,23 @@ def read(path, rate_hz=None):
     return at_own_rate(made)
 
 
-def write(recording, path):
+def write(recording: Recording, path: StrPath) -> None:
     """Writes CSV (gzip when the name ends in .gz), whole or not at all."""
     write_columns(recording.columns, recording.notes, path, recording.origin_ns)
 
 
-def write_columns(columns, notes, path, origin_ns=0):
-    """The same of columns of one length: nine digits, but of time_s as many as there are down to a nanosecond."""
+def write_columns(
+    columns: Mapping[str, Floats], notes: dict[str, str], path: StrPath, origin_ns: int = 0
+) -> None:
+    """The same of columns of one length: nine digits, but of time_s as many as there are down to a
+    nanosecond."""
     lines = text_of(columns, notes, origin_ns)
     files.write_whole(path, packed(lines) if Path(path).suffix == ".gz" else lines)
 
 
-def text_of(columns, notes, origin_ns):
+def text_of(
+    columns: Mapping[str, Floats], notes: dict[str, str], origin_ns: int
+) -> Iterator[bytes]:
     """The bytes of a CSV recording, a piece at a time."""
     yield (
         "".join(f"# {printable(key)}: {printable(value)}\n" for key, value in notes.items())
@@ -192,25 +214,25 @@ def text_of(columns, notes, origin_ns):
     for first in range(0, count, WRITTEN):
         pieces = [column[first : first + WRITTEN] for column in columns.values()]
         lists = [
-            stamps_text(piece, origin_ns) if name == "time_s" else piece.tolist()
+            stamps_text(piece, origin_ns)
+            if name == "time_s"
+            else cast("list[float]", piece.tolist())
             for name, piece in zip(columns, pieces)
         ]
         values = [value for together in zip(*lists) for value in together]
         yield (row * len(lists[0]) % tuple(values)).encode()
 
 
-def stamps_text(seconds, origin_ns):
+def stamps_text(seconds: Floats, origin_ns: int) -> list[str]:
     """Stamps since an origin, as text."""
     if not origin_ns:
-        return [
-            f"{value:.9f}".rstrip("0").rstrip(".")
-            for value in np.asarray(seconds, np.float64).tolist()
-        ]
+        values = cast("list[float]", np.asarray(seconds, np.float64).tolist())
+        return [f"{value:.9f}".rstrip("0").rstrip(".") for value in values]
     whole = origin_ns + np.round(np.asarray(seconds, np.float64) * 1e9).astype(np.int64)
     return [f"{'-' * (ns < 0)}{abs(ns) // 10**9}.{abs(ns) % 10**9:09d}" for ns in whole.tolist()]
 
 
-def packed(pieces):
+def packed(pieces: Iterable[bytes]) -> Iterator[bytes]:
     """Pieces of bytes, in one gzip stream."""
     packer = zlib.compressobj(1, wbits=31)
     for piece in pieces:

@@ -1,10 +1,13 @@
-"""Samples that repeat the one before: a sensor that is read more often than it measures (DESIGN 13)."""
+"""Samples that repeat the one before: a sensor that is read more often than it measures (DESIGN
+13)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
+from ..arrays import Bools, Floats
 from . import signals
 
 CHANCE = 1e-6  # of a sensor without repeats, per recording
@@ -12,16 +15,18 @@ CHANCE = 1e-6  # of a sensor without repeats, per recording
 
 @dataclass
 class Repeats:
-    """equal: True where a sample repeats the one before on all axes of the gyro; share: of the samples; chance: the share that counts explain."""
+    """equal: True where a sample repeats the one before on all axes of the gyro; share: of the
+    samples; chance: the share that counts explain."""
 
-    equal: object
+    equal: Bools
     share: float
     chance: float
 
 
-def chance_of_equal(x, known):
-    """Share of samples that equal the one before by their counts alone (from differences of one and two counts, whose sizes fall as those of
-    a Gaussian), or None where the counts are too coarse to say, or the axis is dead."""
+def chance_of_equal(x: Floats, known: Bools) -> float | None:
+    """Share of samples that equal the one before by their counts alone (from differences of one and
+    two counts, whose sizes fall as those of a Gaussian), or None where the counts are too coarse to
+    say, or the axis is dead."""
     if not np.ptp(x[known]):
         return None
     steps = np.abs(np.diff(x))[known[1:] & known[:-1]]
@@ -36,7 +41,7 @@ def chance_of_equal(x, known):
     return one / 2 * np.cbrt(one / two) if two > 0.01 * one else None
 
 
-def find(columns, known):
+def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
     """The repeats beyond chance, or None."""
     if not known.any():
         return None

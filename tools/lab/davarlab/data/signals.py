@@ -1,9 +1,15 @@
 """Plain operations on sampled signals."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from scipy import fft, ndimage
 
-NARROW_FROM = 2_000_000  # samples from which columns are kept in single precision, but for the time and, in a fit, the gyro's
+from ..arrays import Floats, Ints
+
+# Samples from which columns are kept in single precision, but for the time and, in a fit, the
+# gyro's.
+NARROW_FROM = 2_000_000
 MEMORY, ASKED = 16, 20_000  # samples before one, and how many are asked, whether they foretell it
 ROUNDING = 1e-6  # of the scatter of a record: below are no noise of a sensor, only digits
 SHORTEST = 4  # samples of a window whose scatter is asked
@@ -12,41 +18,44 @@ SINGLE_ORDINATES = 80
 BIN_RATIO = 1.04
 TOP_RATIO = 1.08  # towards half the sample rate, where a digital filter may have a zero
 TOP_NEAREST = 512
-BAND_STEPS = np.concatenate(
-    [np.arange(0.25, 4, 0.5), 4 * 1.2 ** np.arange(20)]
-)  # edges about a line, in half widths
+# Edges about a line, in half widths.
+BAND_STEPS = np.concatenate([np.arange(0.25, 4, 0.5), 4 * 1.2 ** np.arange(20)])
 
 
-def foretold(x):
-    """Does each sample follow from those before it, but for the rounding of the numbers: a counter, a pure sine, a pattern that repeats."""
+def foretold(x: Floats) -> bool:
+    """Does each sample follow from those before it, but for the rounding of the numbers: a counter,
+    a pure sine, a pattern that repeats."""
     rows = np.lib.stride_tricks.sliding_window_view(x - x.mean(), MEMORY + 1)
     rows = rows[:: max(1, len(rows) // ASKED)]
     best = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
     return bool(np.std(rows[:, -1] - rows[:, :-1] @ best) < ROUNDING * np.std(x))
 
 
-def transform(x):
+def transform(x: Floats) -> Floats:
     """The orthonormal cosine transform (DCT-II) along the first axis."""
-    return fft.dct(x, type=2, norm="ortho", axis=0)
+    found: Floats = fft.dct(x, type=2, norm="ortho", axis=0)
+    return found
 
 
-def inverse(c):
-    return fft.idct(c, type=2, norm="ortho", axis=0)
+def inverse(c: Floats) -> Floats:
+    found: Floats = fft.idct(c, type=2, norm="ortho", axis=0)
+    return found
 
 
-def in_time(ordinates):
+def in_time(ordinates: Floats) -> Floats:
     """The record of mean zero with these ordinates 1 .. n - 1."""
     return inverse(np.concatenate([[0.0], ordinates]))
 
 
-def frequencies(samples, rate_hz):
+def frequencies(samples: int, rate_hz: float) -> Floats:
     """Of the ordinates 1 .. samples - 1 of the transform."""
     return np.arange(1, samples) * rate_hz / (2 * samples)
 
 
-def bin_edges(ordinates, bands=()):
-    """Starts of the bins and the end: single ordinates first, then a geometric series, and one towards the end; about each of the bands
-    (centre, half width in ordinates) half a half width, growing away from it."""
+def bin_edges(ordinates: int, bands: Iterable[tuple[float, float]] = ()) -> Ints:
+    """Starts of the bins and the end: single ordinates first, then a geometric series, and one
+    towards the end; about each of the bands (centre, half width in ordinates) half a half width,
+    growing away from it."""
     first = min(SINGLE_ORDINATES, ordinates)
     count = int(np.log(ordinates / first) / np.log(BIN_RATIO)) + 2
     grown = np.round(np.geomspace(first, ordinates, count)).astype(int)
@@ -68,12 +77,14 @@ def bin_edges(ordinates, bands=()):
             [np.arange(first), grown, ordinates - np.asarray(top, int), [ordinates], *fine]
         )
     )
-    return edges[(edges >= 0) & (edges <= ordinates)]
+    found: Ints = edges[(edges >= 0) & (edges <= ordinates)]
+    return found
 
 
-def denoised(x):
-    """x without the white noise of its own sensor: each octave of its spectrum is kept in the share that stands above
-    the floor (a Wiener filter). A course that is smooth to begin with passes unchanged."""
+def denoised(x: Floats) -> Floats:
+    """x without the white noise of its own sensor: each octave of its spectrum is kept in the share
+    that stands above the floor (a Wiener filter). A course that is smooth to begin with passes
+    unchanged."""
     mean = x.mean()
     c = transform(x - mean)
     power = c[1:] ** 2
@@ -86,11 +97,13 @@ def denoised(x):
         0  # single low ordinates may be empty: those of a ramp are, every other one
     )
     c[1:] *= np.repeat(keep, np.diff(edges))
-    return inverse(c) + mean
+    found: Floats = inverse(c) + mean
+    return found
 
 
-def count_of(x):
-    """The step in which x comes: the least distance between two of its values, where they repeat; 0 where hardly any does."""
+def count_of(x: Floats) -> float:
+    """The step in which x comes: the least distance between two of its values, where they repeat; 0
+    where hardly any does."""
     steps = np.diff(np.sort(x))
     steps = steps[
         steps > 1e-9 * (x.max(initial=-np.inf) - x.min(initial=np.inf))
@@ -98,14 +111,15 @@ def count_of(x):
     return float(steps.min()) if 0 < len(steps) < len(x) / 20 else 0.0
 
 
-def high_passed(x, window):
+def high_passed(x: Floats, window: int) -> Floats:
     """x without what moves slower than about `window` samples."""
-    return x - ndimage.uniform_filter1d(x, window, mode="nearest")
+    found: Floats = x - ndimage.uniform_filter1d(x, window, mode="nearest")
+    return found
 
 
-def sudden_changes(square, second):
-    """Where the level of a square changes within a second by more than a factor of SUDDEN: the first samples after. Levels are running
-    medians over ten seconds, which keep edges."""
+def sudden_changes(square: Floats, second: int) -> Ints:
+    """Where the level of a square changes within a second by more than a factor of SUDDEN: the
+    first samples after. Levels are running medians over ten seconds, which keep edges."""
     level = np.log(np.maximum(ndimage.median_filter(square, 10 * second, mode="nearest"), 1e-30))
     change = np.abs(level[second:] - level[:-second])
     peak = (change > np.log(SUDDEN)) & (change == ndimage.maximum_filter1d(change, 4 * second + 1))
@@ -114,7 +128,7 @@ def sudden_changes(square, second):
     ).astype(int)
 
 
-def likely_change(square, place, reach):
+def likely_change(square: Floats, place: int, reach: int) -> int:
     """The most likely place, within `reach` samples, of one change of the variance."""
     low = max(0, place - 2 * reach)
     total = np.cumsum(square[low : place + 2 * reach])
@@ -127,12 +141,12 @@ def likely_change(square, place, reach):
     return low + int(before[np.argmin(loss)])
 
 
-def mean_square_between(x, second, window):
-    """As local_mean_square of what moves faster than a second, but never across a sudden change of vibration."""
+def mean_square_between(x: Floats, second: int, window: int) -> Floats:
+    """As local_mean_square of what moves faster than a second, but never across a sudden change of
+    vibration."""
     square = high_passed(x, second) ** 2 * second / max(second - 1, 1)
-    parts = np.split(
-        square, sudden_changes(np.diff(x, prepend=x[0]) ** 2, second)
-    )  # differences know nothing of what is to come
+    steps: Floats = np.diff(x, prepend=x[0])  # differences know nothing of what is to come
+    parts = np.split(square, sudden_changes(steps**2, second))
     return np.concatenate(
         [
             ndimage.uniform_filter1d(part, min(window, len(part)), mode="reflect")
@@ -142,12 +156,13 @@ def mean_square_between(x, second, window):
     )
 
 
-def local_mean_square(x, window):
-    """Of what moves faster than the window, per sample; the mean that is taken off counts as one of its degrees of freedom.
-    At a slow rate the window is as short as still shows a scatter."""
+def local_mean_square(x: Floats, window: int) -> Floats:
+    """Of what moves faster than the window, per sample; the mean that is taken off counts as one of
+    its degrees of freedom. At a slow rate the window is as short as still shows a scatter."""
     window = max(window, SHORTEST)
-    return (
+    found: Floats = (
         ndimage.uniform_filter1d(high_passed(x, window) ** 2, window, mode="nearest")
         * window
         / max(window - 1, 1)
     )
+    return found

@@ -1,69 +1,85 @@
-"""Tables of numbers in text files, plain or gzip, read in a stream: ten million rows take little more memory than their numbers."""
+"""Tables of numbers in text files, plain or gzip, read in a stream: ten million rows take little
+more memory than their numbers."""
 
 import contextlib
 import csv
 import gzip
+import io
 import os
 import re
 import zlib
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from typing import Any, Protocol
 
 import numpy as np
 
 from .. import files
+from ..arrays import Floats
 from ..errors import BadInput
+from ..files import StrPath
 from . import guess, signals
 
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
 BLOCK_BYTES = 1 << 22
-FAR = 1e6  # from 0, beyond which a time is kept as a whole origin and what is above it: a double alone has Unix times to 0.24 us
+# From 0, beyond which a time is kept as a whole origin and what is above it: a double alone has
+# Unix times to 0.24 us.
+FAR = 1e6
 FORMS = {
     "whole": r"[+-]?[0-8]?\d{1,18}",
     "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}",
     "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?",
 }
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-UNNAMED = re.compile(
-    '[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]'
-)  # what no name of a column holds
+# What no name of a column holds.
+UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')
 SHOWN = 80  # characters of a field in a message
 UNPACKED_BYTES, UNPACKED_TIMES = 64 << 20, 100  # of a gzip file
 LINE_BYTES = 1 << 20  # of the longest line that a table may have
 SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
-RESULTS = {
-    "epoch",
-    "window_samples",
-    "arw_deg_per_sqrt_h",
-}  # columns that davar-sim and `davarlab live --record` write, and no sensor
+# Columns that davar-sim and `davarlab live --record` write, and no sensor.
+RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}
+
+
+class Stream(Protocol):
+    """What is read of a file, packed or not."""
+
+    def read(self, size: int = -1, /) -> bytes: ...
+
+    def readline(self, size: int = -1, /) -> bytes: ...
+
+    def peek(self, size: int, /) -> bytes: ...
 
 
 class Unpacked(gzip.GzipFile):
-    """The text of a gzip file, as far as it is believed: so that a few kilobytes do not fill the memory. As davar-sim."""
+    """The text of a gzip file, as far as it is believed: so that a few kilobytes do not fill the
+    memory. As davar-sim."""
 
-    def __init__(self, raw, path):
+    def __init__(self, raw: io.BufferedReader, path: StrPath) -> None:
         super().__init__(fileobj=raw)
         self.path, self.most = (
             path,
             max(UNPACKED_BYTES, UNPACKED_TIMES * os.fstat(raw.fileno()).st_size),
         )
 
-    def believed(self, text):
+    def believed(self, text: bytes) -> bytes:
         if self.tell() > self.most:
             raise BadInput(
-                f"{self.path}: the gzip file expands to more than 64 MiB and 100 times its size. If it is a recording, unpack it first"
+                f"{self.path}: the gzip file expands to more than 64 MiB and 100 times its size. "
+                "If it is a recording, unpack it first"
             )
         return text
 
-    def read(self, size=-1):
+    def read(self, size: int | None = -1) -> bytes:
         return self.believed(super().read(size))
 
-    def readline(self, size=-1):
+    def readline(self, size: int | None = -1) -> bytes:
         return self.believed(super().readline(size))
 
 
 @contextlib.contextmanager
-def opened(path):
+def opened(path: StrPath) -> Iterator[Stream]:
     """The bytes of a file, unpacked; damage that shows later is named too."""
     try:
         with files.reading(path) as raw:
@@ -76,18 +92,19 @@ def opened(path):
         raise BadInput(f"{path}: {why.strerror or why}") from None
 
 
-def text_of(row, path):
+def text_of(row: bytes, path: StrPath) -> str:
     if b"\0" in row:
         raise BadInput(f"{path}: not a text file in UTF-8")
     return row.decode("utf-8", errors="replace").strip(" \t\r\n")
 
 
-def header(stream, path):
-    """The `# key: value` notes, the row of names, and its line number; the stream then stands at the numbers."""
+def header(stream: Stream, path: StrPath) -> tuple[dict[str, str], str, int]:
+    """The `# key: value` notes, the row of names, and its line number; the stream then stands at
+    the numbers."""
     notes = {}
-    for line, row in enumerate(iter(lambda: stream.readline(LINE_BYTES + 1), b""), 1):
-        check_length(row, f"{path}:{line}")
-        row = text_of(row, path).removeprefix("\ufeff" if line == 1 else "").lstrip(" ")
+    for line, raw in enumerate(iter(lambda: stream.readline(LINE_BYTES + 1), b""), 1):
+        check_length(raw, f"{path}:{line}")
+        row = text_of(raw, path).removeprefix("\ufeff" if line == 1 else "").lstrip(" ")
         if row.startswith("#"):
             key, _, value = row[1:].partition(":")
             notes[key.strip()] = value.strip()
@@ -96,12 +113,12 @@ def header(stream, path):
     raise BadInput(f"{path}: no header row and no samples")
 
 
-def check_length(row, where):
+def check_length(row: bytes, where: StrPath) -> None:
     if len(row) > LINE_BYTES:
         raise BadInput(f"{where}: a line longer than {LINE_BYTES} bytes")
 
 
-def is_name(name):
+def is_name(name: str) -> bool:
     """Can a header of commas hold it, and does it come back as it is?"""
     return (
         bool(name)
@@ -111,11 +128,12 @@ def is_name(name):
     )
 
 
-def check_names(names, where):
+def check_names(names: Sequence[str], where: StrPath) -> None:
     """Every column has a name of its own, and they are those of samples."""
     if set(names) >= RESULTS:
         raise BadInput(
-            f"{where}: results of davar-sim or davarlab live, one row per epoch. Use the recording that they were computed from"
+            f"{where}: results of davar-sim or davarlab live, one row per epoch. Use the recording "
+            "that they were computed from"
         )
     met = set()
     for name in names:
@@ -126,7 +144,7 @@ def check_names(names, where):
         met.add(name)
 
 
-def blocks(stream, line, path):
+def blocks(stream: Stream, line: int, path: StrPath) -> Iterator[bytes]:
     """The rest of a stream behind a line in blocks of whole rows."""
     while block := stream.read(BLOCK_BYTES):
         rest = stream.readline(LINE_BYTES + 1)
@@ -135,8 +153,9 @@ def blocks(stream, line, path):
         yield block + rest
 
 
-def split(row, separator):
-    """The fields of a row, without the quotes about them; as they stand where a quote does not close."""
+def split(row: str, separator: str) -> list[str]:
+    """The fields of a row, without the quotes about them; as they stand where a quote does not
+    close."""
     if separator == " ":
         fields = row.split()
     elif '"' in row:
@@ -153,29 +172,31 @@ def split(row, separator):
 
 @dataclass
 class Form:
-    """How the rows of a file are to be read: its names and separator, a decimal comma or point, and which column is its time, in what form (of
-    FORMS, "" for a plain number), counted from what origin (whole, in the unit of the column)."""
+    """How the rows of a file are to be read: its names and separator, a decimal comma or point, and
+    which column is its time, in what form (of FORMS, "" for a plain number), counted from what
+    origin (whole, in the unit of the column)."""
 
-    names: list
+    names: list[str]
     separator: str
     decimal: str = "."
     time: str = ""
     kind: str = ""
     origin: int = 0
 
-    def of(self, row):
+    def of(self, row: str) -> list[str]:
         """The fields of a row of text."""
         return split(row, self.separator)
 
-    def number(self, field):
-        """A field as float() takes it. Raises ValueError for what is no number: a point in a file with decimal commas may stand for thousands."""
+    def number(self, field: str) -> str:
+        """A field as float() takes it. Raises ValueError for what is no number: a point in a file
+        with decimal commas may stand for thousands."""
         text = field.replace(",", ".") if self.decimal == "," and "." not in field else field
         if not NUMBER.fullmatch(text) or self.decimal == "," and "." in field:
             raise ValueError(field)
         return text
 
 
-def form_of(names, separator, block):
+def form_of(names: list[str], separator: str, block: bytes) -> Form:
     """Of a file by its first row of numbers."""
     first = (
         next((line for line in block.split(b"\n") if line.strip()), b"")
@@ -211,8 +232,9 @@ def form_of(names, separator, block):
     return found
 
 
-def date_ns(text):
-    """Nanoseconds from 1970 to a date. Raises ValueError for what is none, and for one that 64 bits of nanoseconds do not reach (1678 to 2261)."""
+def date_ns(text: str) -> int:
+    """Nanoseconds from 1970 to a date. Raises ValueError for what is none, and for one that 64 bits
+    of nanoseconds do not reach (1678 to 2261)."""
     if not re.fullmatch(FORMS["date"], text, re.ASCII):
         raise ValueError(text)
     whole, _, part = text.rstrip("Z").partition(".")
@@ -222,7 +244,7 @@ def date_ns(text):
     return seconds * 10**9 + int(part.ljust(9, "0"))
 
 
-def types_of(form):
+def types_of(form: Form) -> dict[str, Any]:
     """The pyarrow type of each column."""
     from pyarrow import decimal128, float64, int64, timestamp
 
@@ -233,8 +255,9 @@ def types_of(form):
     }
 
 
-def since(column, form):
-    """A column of times as seconds, or whatever its unit is, since the origin; None where 64 bits do not hold them."""
+def since(column: Any, form: Form) -> Floats | None:
+    """A column of times as seconds, or whatever its unit is, since the origin; None where 64 bits
+    do not hold them."""
     if form.kind == "whole":
         ticks, unit = column.to_numpy(), 1
     else:
@@ -252,11 +275,13 @@ def since(column, form):
     origin = form.origin * unit
     if abs(origin) >= SAFE or np.any((ticks >= SAFE) | (ticks <= -SAFE)):
         return None
-    return (ticks - origin).astype(np.float64) / unit
+    found: Floats = (ticks - origin).astype(np.float64) / unit
+    return found
 
 
-def parsed(block, form):
-    """The numbers of a block, one array per name; None where a row is not as it should be, or not as pyarrow takes numbers."""
+def parsed(block: bytes, form: Form) -> list[Floats] | None:
+    """The numbers of a block, one array per name; None where a row is not as it should be, or not
+    as pyarrow takes numbers."""
     from pyarrow import ArrowInvalid, BufferReader, csv
 
     if block.startswith("\ufeff".encode()):  # which pyarrow leaves out
@@ -282,27 +307,29 @@ def parsed(block, form):
         else column.to_numpy() - (form.origin if name == form.time else 0)
         for name, column in zip(form.names, found.columns)
     ]
-    return (
-        columns
-        if all(column is not None and (np.abs(column) < LARGEST).all() for column in columns)
-        else None
-    )
+    usable = [one for one in columns if one is not None and (np.abs(one) < LARGEST).all()]
+    return usable if len(usable) == len(columns) else None
 
 
-def joined(parts, narrow):
+def joined(parts: list[Floats], narrow: bool) -> Floats:
     """One column from its blocks, which are let go."""
     kind = np.float32 if narrow else np.float64
-    out = np.empty(sum(map(len, parts)), kind)
+    out: Floats = np.empty(sum(map(len, parts)), kind)
     place = 0
-    for index, part in enumerate(parts):
+    while parts:
+        part = parts.pop(0)
         out[place : place + len(part)] = part
-        place, parts[index] = place + len(part), None
+        place += len(part)
     return out
 
 
-def read_columns(stream, names, line, path, separator=","):
+def read_columns(
+    stream: Stream, names: list[str], line: int, path: StrPath, separator: str = ","
+) -> tuple[dict[str, Floats], Form]:
     """(name -> column, Form); line: that of the header."""
-    parts, rows, form = [[] for _ in names], 0, None
+    parts: list[list[Floats]] = [[] for _ in names]
+    rows = 0
+    form: Form | None = None
     for block in blocks(stream, line, path):
         form = form or form_of(names, separator, block)
         block = (
@@ -320,7 +347,7 @@ def read_columns(stream, names, line, path, separator=","):
                 if name == form.time or rows < signals.NARROW_FROM
                 else column.astype(np.float32)
             )
-    if not rows:
+    if form is None or not rows:
         raise BadInput(f"{path}: no samples")
     return {
         name: joined(part, rows >= signals.NARROW_FROM and name != form.time)
@@ -328,17 +355,18 @@ def read_columns(stream, names, line, path, separator=","):
     }, form
 
 
-def by_row(block, form, line, path):
-    """The same row by row: names the line and the column of what is no number, and reads what only Python takes for one (a leading +)."""
+def by_row(block: bytes, form: Form, line: int, path: StrPath) -> list[Floats]:
+    """The same row by row: names the line and the column of what is no number, and reads what only
+    Python takes for one (a leading +)."""
     found = []
-    for number, row in enumerate(block.split(b"\n"), line + 1):
-        row = text_of(row, path)
+    for number, raw in enumerate(block.split(b"\n"), line + 1):
+        row = text_of(raw, path)
         if row:
             found.append(numbers(form.of(row), form, f"{path}:{number}"))
-    return np.array(found).reshape(-1, len(form.names)).T
+    return list(np.array(found).reshape(-1, len(form.names)).T)
 
 
-def numbers(fields, form, where):
+def numbers(fields: Sequence[str], form: Form, where: StrPath) -> Floats:
     if len(fields) != len(form.names):
         raise BadInput(f"{where}: {len(fields)} fields, the header has {len(form.names)}")
     values = []
@@ -352,7 +380,7 @@ def numbers(fields, form, where):
     return np.array(values)
 
 
-def above(field, form):
+def above(field: str, form: Form) -> float:
     """A time since the origin, exact to the last digit that a double then has."""
     if form.kind == "date":
         return (date_ns(field) - form.origin * 10**9) / 1e9
@@ -362,18 +390,19 @@ def above(field, form):
 
 @dataclass
 class Table:
-    """columns: name -> numbers; line: of the header; time: the column that is taken for the time ("" for none), which counts from origin, a
-    whole number of its unit."""
+    """columns: name -> numbers; line: of the header; time: the column that is taken for the time
+    ("" for none), which counts from origin, a whole number of its unit."""
 
-    notes: dict
-    columns: dict
+    notes: dict[str, str]
+    columns: dict[str, Floats]
     line: int
     time: str
     origin: int
 
 
-def separated(row, separators, below):
-    """(separator, names): the first of the separators that the header holds; spaces where the row below has as many fields."""
+def separated(row: str, separators: str, below: str) -> tuple[str, list[str]]:
+    """(separator, names): the first of the separators that the header holds; spaces where the row
+    below has as many fields."""
     separator = next(
         (
             one
@@ -385,7 +414,11 @@ def separated(row, separators, below):
     return separator, [name.strip('"').strip() for name in split(row, separator)]
 
 
-def read(path, separators=",", naming=lambda names, where: names):
+def read(
+    path: StrPath,
+    separators: str = ",",
+    naming: Callable[[list[str], StrPath], list[str]] = lambda names, where: names,
+) -> Table:
     """The Table in a file; the first of the separators that its header holds is the file's."""
     with opened(path) as stream:
         notes, row, line = header(stream, path)

@@ -1,13 +1,22 @@
-"""Measured and expected Allan deviations of the whole record, its quarters and sixteenths (DESIGN 8)."""
+"""Measured and expected Allan deviations of the whole record, its quarters and sixteenths
+(DESIGN 8)."""
 
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import special
 
+from ..arrays import Bools, Floats
 from ..inference import adequacy, allan
-from ..inference.parts import spectrum_of
+from ..inference.parts import Part, spectrum_of
 from ..thresholds import JUDGE
+
+if TYPE_CHECKING:
+    from .state import State
+
+Chosen = Callable[[Part], bool]
 
 
 @dataclass
@@ -24,22 +33,26 @@ class Cell:
     freedom: float
 
 
-def narrow(part, window_s):
+def narrow(part: Part, window_s: float) -> bool:
     return (
         part.kind == "narrow_band" and part.shape["half_width_hz"] * window_s < JUDGE.course_turns
     )
 
 
 class Expectation:
-    """What the fitted noise gives: Allan variance, degrees of freedom, the share of the sensor's white noise, and the Allan variance of
-    lines that keep their phase in a window; one value per tau."""
+    """What the fitted noise gives: Allan variance, degrees of freedom, the share of the sensor's
+    white noise, and the Allan variance of lines that keep their phase in a window; one value per
+    tau."""
 
-    def __init__(self, state):
+    def __init__(self, state: "State") -> None:
         self.bench, self.parts, self.sizes = state.bench, state.parts, state.fit.sizes
-        self.noise = [part for part in self.parts if part.role == "spectrum"] or [None]
-        self.cached = {}
+        # None: a model without noise has one row all the same.
+        self.noise: Sequence[Part | None] = [
+            part for part in self.parts if part.role == "spectrum"
+        ] or [None]
+        self.cached: dict[Hashable, Floats] = {}
 
-    def spectrum(self, chosen, rest):
+    def spectrum(self, chosen: Chosen, rest: bool) -> Callable[[Floats], Floats]:
         """Of the chosen parts; `rest`: with what is behind the filters and in the counts."""
         kept = [part is None or chosen(part) for part in self.noise]
         sizes = self.sizes * np.append(kept, np.full(len(self.sizes) - len(kept), float(rest)))
@@ -47,18 +60,18 @@ class Expectation:
             self.parts, sizes, self.bench.data.rate_hz, self.bench.counts if rest else None
         )
 
-    def on_grid(self, name, chosen, rest):
+    def on_grid(self, name: Hashable, chosen: Chosen, rest: bool) -> Floats:
         if name not in self.cached:
             self.cached[name] = allan.on_grid(self.spectrum(chosen, rest), self.bench.data.rate_hz)
         return self.cached[name]
 
-    def of(self, window, taus):
+    def of(self, window: int, taus: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
         rate = self.bench.data.rate_hz
         steady = tuple(
             part for part in self.noise if part is not None and narrow(part, window / rate)
         )
 
-        def loud(part):
+        def loud(part: Part) -> bool:
             return part not in steady
 
         power = self.on_grid(("noise", len(steady)), loud, True)
@@ -75,16 +88,17 @@ class Expectation:
             variance,
             freedom,
             allan.expected(white, taus) / np.maximum(variance, 1e-300),
-            allan.expected(lines, taus) if steady else np.zeros(len(taus)),
+            np.zeros(len(taus)) if lines is None else allan.expected(lines, taus),
         )
 
 
-def cells_of(state, y, relative=None):
-    """Cells of the record and of its quarters and sixteenths; `relative`: the white level per sample over its mean, None: constant."""
+def cells_of(state: "State", y: Floats, relative: Floats | None = None) -> list[Cell]:
+    """Cells of the record and of its quarters and sixteenths; `relative`: the white level per
+    sample over its mean, None: constant."""
     return cells_in(state, y, relative, JUDGE.cell_windows, None)
 
 
-def short_cells(state, y, relative=None):
+def short_cells(state: "State", y: Floats, relative: Floats | None = None) -> list[Cell]:
     return (
         []
         if state.bench.counts and state.bench.counts.unsteady
@@ -92,7 +106,9 @@ def short_cells(state, y, relative=None):
     )
 
 
-def cells_in(state, y, relative, windows, most):
+def cells_in(
+    state: "State", y: Floats, relative: Floats | None, windows: Sequence[int], most: int | None
+) -> list[Cell]:
     """Cells of so many windows, of the `most` shortest averaging times."""
     bench = state.bench
     expectation, found = Expectation(state), []
@@ -104,7 +120,7 @@ def cells_in(state, y, relative, windows, most):
         noise, freedom, share, steady = expectation.of(window, taus)
         measured, valid = remembered(bench.recording.measured, y, window, taus, state.known)
         if (
-            not valid.any()
+            state.known is not None and not valid.any()
         ):  # no two neighbours were measured: the record as it was drawn, for as much as it knows
             measured = remembered(bench.recording.measured, y, window, taus, None)[0]
             valid = np.full_like(measured, state.known.mean())
@@ -135,7 +151,7 @@ def cells_in(state, y, relative, windows, most):
     return found
 
 
-def course_variances(state, window, taus):
+def course_variances(state: "State", window: int, taus: Sequence[int]) -> Floats:
     """Allan variances of the course of the fit in windows, measured once."""
     memory = state.fit.measured
     if (window, len(taus)) not in memory:
@@ -145,18 +161,32 @@ def course_variances(state, window, taus):
             if np.any(course)
             else np.zeros((len(course) // window, len(taus)))
         )
-    return memory[window, len(taus)]
+    found: Floats = memory[window, len(taus)]
+    return found
 
 
-def remembered(memory, y, window, taus, known):
-    """Allan deviations of y in windows and the share of valid differences, measured once however many models are compared with them."""
+def remembered(
+    memory: dict[Any, Any], y: Floats, window: int, taus: Sequence[int], known: Bools | None
+) -> tuple[Floats, Floats]:
+    """Allan deviations of y in windows and the share of valid differences, measured once however
+    many models are compared with them."""
     key = (float(y.sum()), float(y @ y), None if known is None else hash(known.tobytes()), window)
     if key not in memory:
         memory[key] = allan.windows(y, window, taus, known)
-    return memory[key]
+    found: tuple[Floats, Floats] = memory[key]
+    return found
 
 
-def row_cells(row, window, taus, measured, noise, known, freedom, rate_hz):
+def row_cells(
+    row: int,
+    window: int,
+    taus: Sequence[int],
+    measured: Floats,
+    noise: Floats,
+    known: Floats,
+    freedom: Floats,
+    rate_hz: float,
+) -> list[Cell]:
     """`known`: variance of what is no noise, which makes the sum scatter less (8.2)."""
     model = noise + known
     share = noise / model
@@ -178,7 +208,7 @@ def row_cells(row, window, taus, measured, noise, known, freedom, rate_hz):
     ]
 
 
-def error_of(cells):
+def error_of(cells: Sequence[Cell]) -> float:
     return (
         float(np.sqrt(np.mean([np.log10(max(cell.ratio, 1e-9)) ** 2 for cell in cells])))
         if cells
@@ -186,7 +216,7 @@ def error_of(cells):
     )
 
 
-def floor_of(cells):
+def floor_of(cells: Sequence[Cell]) -> float:
     if not cells:
         return float("nan")
     half = np.array([cell.freedom for cell in cells]) / 2

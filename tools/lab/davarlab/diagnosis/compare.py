@@ -1,47 +1,69 @@
-"""Model against measurement: Allan deviations over time and tau, one error, its floor, one p-value (DESIGN 7, 8)."""
+"""Model against measurement: Allan deviations over time and tau, one error, its floor, one p-value
+(DESIGN 7, 8)."""
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from scipy import stats
 
+from ..arrays import Floats, Ints
 from ..data import signals
+from ..data.observations import Observation
+from ..data.recording import Recording
 from ..effects.changes import vibration_square
 from ..inference import changes, modulation
 from ..inference.estimate import vector_likelihood
-from ..inference.parts import part_of
+from ..inference.parts import Bench, Part, part_of
 from ..inference.whittle import generalised_least_squares
+from ..model import Model, Term
 from . import judge
 from . import state as state_of
+from .cells import Cell
 from .judge import Judgement
+from .state import Judged, Progress, State
+
+Residual = tuple[Floats, Floats, Ints]  # f, measured over model, degrees of freedom
+AnyState = TypeVar("AnyState", bound=State)
 
 
 @dataclass
 class Comparison:
-    """samples: those that are there; missing: places of the even grid without one; duration_s: of the grid."""
+    """samples: those that are there; missing: places of the even grid without one; duration_s: of
+    the grid."""
 
     samples: int
     rate_hz: float
-    effects: list
+    effects: list[str]
     judgement: Judgement
-    cells: list
-    tests: dict
-    where: list = field(default_factory=list)
-    spectrum: tuple = ()  # f, measured over model, degrees of freedom
-    correlations: dict = field(default_factory=dict)  # column -> (correlation, p)
-    observations: list = field(
-        default_factory=list
-    )  # what is in the record and no error of the sensor
-    missing: int = 0
-    duration_s: float = 0.0
+    cells: Sequence[Cell]
+    tests: dict[str, float]
+    where: list[Cell]
+    spectrum: Residual
+    correlations: dict[str, tuple[float, float]]  # column -> (correlation, p)
+    observations: Sequence[Observation]  # what is in the record and no error of the sensor
+    missing: int
+    duration_s: float
 
-    error = property(lambda self: self.judgement.error)
-    error_floor = property(lambda self: self.judgement.floor)
-    p_value = property(lambda self: self.judgement.p_value)
-    adequate = property(lambda self: self.judgement.adequate)
+    @property
+    def error(self) -> float:
+        return self.judgement.error
+
+    @property
+    def error_floor(self) -> float:
+        return self.judgement.floor
+
+    @property
+    def p_value(self) -> float:
+        return self.judgement.p_value
+
+    @property
+    def adequate(self) -> bool:
+        return self.judgement.adequate
 
 
-def residual_spectrum(state):
+def residual_spectrum(state: State) -> Residual:
     data = state.bench.data
     c = state.bench.whitened(state.parts, state.fit)
     edges = np.unique(np.round(np.geomspace(1, len(c), 90)).astype(int)) - 1
@@ -53,7 +75,7 @@ def residual_spectrum(state):
     )
 
 
-def correlations(state, column):
+def correlations(state: State, column: str) -> dict[str, tuple[float, float]]:
     """Of the whitened residual with every other column, slow part (below rate / 100) and whole."""
     bench, found = state.bench, {}
     w = state.bench.residual(state.parts, state.fit)
@@ -67,10 +89,11 @@ def correlations(state, column):
     return found
 
 
-def as_given(state, model):
-    """The state with the parameters of the file instead of the fitted ones; the mean of the gyro stays free."""
+def as_given(state: AnyState, model: Model) -> AnyState:
+    """The state with the parameters of the file instead of the fitted ones; the mean of the gyro
+    stays free."""
 
-    def of_file(part, term):
+    def of_file(part: Part, term: Term) -> Part:
         return replace(
             part,
             shape=part.shape
@@ -82,11 +105,12 @@ def as_given(state, model):
         for part, term in zip(state.parts, model.terms)
     ]
     bench = state.bench.resolving(given)
-    sizes, coefficients = [], []
+    found: list[float] = []
+    coefficients: list[float] = []
     for part, term in zip(given, model.terms):
         size = part.effect.dps(term.parameters)
         if part.role == "spectrum":
-            sizes.append(size**2 * whiter(model, part, state))
+            found.append(size**2 * whiter(model, part, state))
         elif part.role == "mean":
             coefficients += (
                 line_as_given(bench, part, size)
@@ -103,19 +127,19 @@ def as_given(state, model):
         for part, term in zip(given, model.terms)
         if part.behind
     ]
-    sizes, coefficients = np.array((sizes or [1e-30]) + behind), np.array(coefficients)
+    sizes, courses = np.array((found or [1e-30]) + behind), np.array(coefficients)
     level = np.maximum(bench.rows(given).T @ sizes + bench.fixed(given), 1e-30)
     fit = type(state.fit)(
         sizes,
-        coefficients,
-        vector_likelihood(bench, given, sizes, coefficients),
+        courses,
+        vector_likelihood(bench, given, sizes, courses),
         level,
         np.zeros((0, 0)),
     )
     return replace(state, bench=bench, parts=tuple(given), fit=fit)
 
 
-def whiter(model, part, state):
+def whiter(model: Model, part: Part, state: State) -> float:
     """Mean of what modulates the white noise, over its quiet level, as the file says."""
     if part.kind != "angle_random_walk":
         return 1.0
@@ -142,7 +166,7 @@ def whiter(model, part, state):
     return factor
 
 
-def line_as_given(bench, part, amplitude):
+def line_as_given(bench: Bench, part: Part, amplitude: float) -> list[float]:
     """The file has no phase: it is taken from the recording, the amplitude from the file."""
     keys = bench.keys(part)
     values = np.array(
@@ -152,7 +176,7 @@ def line_as_given(bench, part, amplitude):
     return [float(value * bench.data.scale(key)) for value, key in zip(values, keys)]
 
 
-def of_state(state, column):
+def of_state(state: Judged, column: str) -> Comparison:
     """The comparison that a judged state comes to."""
     where = sorted(
         (cell for cell, off in zip(state.cells, judge.proven(state.cells)) if off),
@@ -175,22 +199,24 @@ def of_state(state, column):
     )
 
 
-def loss_of(fitted, state):
-    """Twice the log-likelihood that the given parameters lose against the fitted ones, and how many they are."""
+def loss_of(fitted: State, state: State) -> tuple[float, int]:
+    """Twice the log-likelihood that the given parameters lose against the fitted ones, and how many
+    they are."""
     return (
         2 * (fitted.fit.log_likelihood - state.fit.log_likelihood),
         len(fitted.fit.sizes) + len(fitted.fit.coefficients),
     )
 
 
-def sizes_agree(fitted, state):
+def sizes_agree(fitted: State, state: State) -> bool:
     """Were the given parameters fitted on this recording."""
     loss, free = loss_of(fitted, state)
     return loss < 0.02 * free
 
 
-def given_p_value(fitted, state):
-    """p of the shape of the refitted model, and of the given parameters against the fitted ones (7.2)."""
+def given_p_value(fitted: Judged, state: State) -> float:
+    """p of the shape of the refitted model, and of the given parameters against the fitted ones
+    (7.4)."""
     if sizes_agree(fitted, state):
         return fitted.adequacy.p_value
     loss, free = loss_of(fitted, state)
@@ -198,7 +224,7 @@ def given_p_value(fitted, state):
     return 1 - (1 - p) ** 2
 
 
-def given(fitted, model):
+def given(fitted: Judged, model: Model) -> Judged:
     """The state of the model with the parameters of the file, judged (7.4)."""
     state = replace(as_given(fitted, model), adequacy=fitted.adequacy)
     found, short = state_of.cells_of(state, state_of.relative_variance(state))
@@ -206,7 +232,12 @@ def given(fitted, model):
     return replace(state, cells=tuple(found), judgement=judgement)
 
 
-def compare(recording, model, progress=lambda text: None, fitted=None):
+def compare(
+    recording: Recording,
+    model: Model,
+    progress: Progress = lambda text: None,
+    fitted: Judged | None = None,
+) -> Comparison:
     """The model as given against the recording."""
     fitted = fitted or state_of.judged(state_of.start(recording, model, progress))
     progress("Allan deviations")

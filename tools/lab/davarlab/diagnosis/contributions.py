@@ -1,12 +1,23 @@
-"""The Allan deviation of each effect of a fitted model by itself, over the whole record (DESIGN 8)."""
+"""The Allan deviation of each effect of a fitted model by itself, over the whole record
+(DESIGN 8)."""
+
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from ..arrays import Floats
+from ..data.recording import Recording
 from ..inference import allan, changes, modulation
-from ..inference.parts import spectrum_of
+from ..inference.parts import Bench, Part, spectrum_of
+from ..model import Model
+from .state import State
+
+Contribution = tuple[str, Floats, Floats]  # kind, taus in s, deviations in deg/s
 
 
-def of_spectrum(bench, parts, part, size, taus):
+def of_spectrum(
+    bench: Bench, parts: Sequence[Part], part: Part, size: float, taus: Sequence[int]
+) -> Floats:
     filters = [other for other in parts if other.role == "filter"] if part.effect.in_front else []
     spectrum = spectrum_of(
         [part, *filters],
@@ -17,16 +28,19 @@ def of_spectrum(bench, parts, part, size, taus):
     return np.sqrt(allan.expected(allan.on_grid(spectrum, bench.data.rate_hz), taus))
 
 
-def of_course(bench, part, coefficients, taus):
+def of_course(
+    bench: Bench, part: Part, coefficients: Iterable[float], taus: Sequence[int]
+) -> Floats:
     """A known course: what lib/ measures of it."""
     course = np.zeros(len(bench.y))
     for key, value, unit in zip(bench.keys(part), coefficients, bench.courses(part)):
         scale = bench.data.scale(key)
         course += value / scale * (unit - unit.mean()) if scale else 0.0
-    return allan.windows(course, len(course) // 2 * 2, taus)[0][0]
+    measured: Floats = allan.windows(course, len(course) // 2 * 2, taus)[0][0]
+    return measured
 
 
-def white_shares(state):
+def white_shares(state: State) -> dict[str, float]:
     """kind -> share of the mean white variance that a part whose variance changes adds."""
     changing = [part.kind for part in state.parts if part.kind in ("vibration_noise", "noise_step")]
     if not changing or state.blocks is None:
@@ -39,9 +53,9 @@ def white_shares(state):
     }
 
 
-def of_state(state, recording, model):
-    """(kind, taus in s, deviations in deg/s) of every part that has one; a filter has none. Cost: one pass of lib/ per
-    known course."""
+def of_state(state: State, recording: Recording, model: Model) -> list[Contribution]:
+    """(kind, taus in s, deviations in deg/s) of every part that has one; a filter has none. Cost:
+    one pass of lib/ per known course."""
     bench, y = state.bench, recording.rate_dps(model.column)
     taus = allan.octaves(len(y) // 2 * 2)
     sizes, coefficients, found, white = (

@@ -2,29 +2,37 @@
 
 from dataclasses import dataclass, field
 
+from ..candidates.candidate import Candidate
+from ..candidates.identifiable import Alternative
+from ..data.recording import Recording
+from ..inference.parts import Part
+from ..model import Model
 from . import search
-from .state import start
+from .state import Judged, Progress, start
 
 
 @dataclass
 class Diagnosis:
-    """verdict: a kind, "none" or "unknown"; ranking: candidates for the model as given (its shapes refitted), best first;
-    alternatives: what the recording cannot tell from what was named, and how to find out (identifiable.Alternative);
-    added: the kinds that forward selection took, in order; states: the model before and after each of them; remaining:
-    candidates beside the last model; useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds of
-    what was beyond chance and is not named, and why."""
+    """verdict: a kind, "none" or "unknown"; ranking: candidates for the model as given (its shapes
+    refitted), best first; alternatives: what the recording cannot tell from what was named, and how
+    to find out (identifiable.Alternative); added: the kinds that forward selection took, in order;
+    states: the model before and after each of them; remaining: candidates beside the last model;
+    useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds
+    of what was beyond chance and is not named, and why."""
 
     verdict: str
-    ranking: list
-    alternatives: list
-    added: list = field(default_factory=list)
-    states: list = field(default_factory=list)
-    remaining: list = field(default_factory=list)
-    useless: list = field(default_factory=list)
-    doubtful: dict = field(default_factory=dict)
+    ranking: list[Candidate]
+    alternatives: list[Alternative]
+    added: list[str] = field(default_factory=list)
+    states: list[Judged] = field(default_factory=list)
+    remaining: list[Candidate] = field(default_factory=list)
+    useless: list[Part] = field(default_factory=list)
+    doubtful: dict[str, str] = field(default_factory=dict)
 
 
-def diagnose(recording, model, progress=lambda text: None):
+def diagnose(
+    recording: Recording, model: Model, progress: Progress = lambda text: None
+) -> Diagnosis:
     """Forward selection from the given model. Cost: one to three seconds at 360 000 samples."""
     states, way, useless = search.search(start(recording, model, progress), model, progress)
     added = [part.kind for part in states[-1].parts[way.given :]]

@@ -1,23 +1,36 @@
 """The evidence for a candidate, and the notes on a recording, in one line each."""
 
+from collections.abc import Iterable, Iterator
+from typing import Protocol
+
 import numpy as np
 
 from ..candidates import common_cause
+from ..candidates.candidate import Candidate
+from ..data.recording import Recording
 from ..effects import table
+from ..model import Model
 from ..thresholds import CHANCE
 
 WANDER = {"rate_random_walk", "gauss_markov", "rate_ramp", "warm_up"}
 
 
-def share(after, base):
-    """Percent of the avoidable error of the refitted model `base` that an effect removes alone. None when `after` was not computed
-    (NaN), or when `base` has no avoidable error."""
+class Errors(Protocol):
+    """The error of a step, and the error that a true model would have."""
+
+    error: float
+    error_floor: float
+
+
+def share(after: float, base: Errors) -> float | None:
+    """Percent of the avoidable error of the refitted model `base` that an effect removes alone.
+    None when `after` was not computed (NaN), or when `base` has no avoidable error."""
     if after != after or base.error < CHANCE.above_floor * base.error_floor:
         return None
     return 100 * min(1.0, max(0.0, (base.error - after) / (base.error - base.error_floor)))
 
 
-def why(candidate, taken):
+def why(candidate: Candidate, taken: float | None) -> str:
     """The evidence for a candidate in one line. taken: its share() or None."""
     gain = (
         f"likelihood gain {candidate.gain:.1f}" if candidate.gain >= 0.05 else "no likelihood gain"
@@ -34,13 +47,14 @@ def why(candidate, taken):
     return f"{gain}{odds if candidate.gain >= 0.05 else ''}{part}. {candidate.part.effect.physics}"
 
 
-def notes(recording, model, added=()):
-    """Notes that apply to every verdict and are not observations. added: the kinds that the model lacked."""
+def notes(recording: Recording, model: Model, added: Iterable[str] = ()) -> list[str]:
+    """Notes that apply to every verdict and are not observations. added: the kinds that the model
+    lacked."""
     shared = common_cause.several_axes(recording, model.column) if WANDER & set(added) else ""
     return [*still_notes(recording, model), *([f"Shared drift: {shared}."] if shared else [])]
 
 
-def still_notes(recording, model):
+def still_notes(recording: Recording, model: Model) -> Iterator[str]:
     """Effects that could not be tested because the column that drives them is constant."""
     for need in dict.fromkeys(need for effect in table.TABLE.values() for need in effect.needs):
         columns = [name for name in recording.columns if name.startswith(need)]

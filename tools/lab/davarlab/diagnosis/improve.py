@@ -1,24 +1,33 @@
 """Fit, and the loop: compare, diagnose, add, refit, with the history of the error (DESIGN 9)."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..candidates.candidate import Candidate as Lacking
 from ..data import signals
+from ..data.recording import Recording
 from ..inference import estimate, refine
-from ..inference.parts import as_spectra
+from ..inference.parts import Part, as_spectra
 from ..model import Model, Term
 from ..thresholds import CHANCE, SEARCH
-from . import compare, diagnose, evidence, judge
+from . import compare, diagnose, evidence
 from . import state as state_of
+from .diagnose import Diagnosis
+from .judge import Judgement
+from .state import Judged, Progress, State
+
+Estimates = dict[str, estimate.Estimate]  # of the parameters of an effect, by name
 
 
 @dataclass
 class Step:
-    """The model after `added` joined (None: the model as given, or refitted); errors beside those that a true model would have."""
+    """The model after `added` joined (None: the model as given, or refitted); errors beside those
+    that a true model would have."""
 
     added: str | None
-    effects: list
+    effects: list[str]
     error: float
     error_floor: float
     error_held_out: float | None
@@ -36,42 +45,43 @@ class Candidate:
     p_value: float
     error_after: float
     error_held_out_after: float | None
-    parameters: dict
+    parameters: Estimates
     why: str
 
 
 @dataclass
 class Improvement:
-    """`added`: the kinds that the final model has more than the given one; `judgement`: of the final model; `comparisons`: of the given
-    model, and of the final one when it is another; `refitted`: the given effects with their sizes fitted, None: those of the file are as
-    good; `useless`: parts that are likelier than chance and do not lower the error."""
+    """`added`: the kinds that the final model has more than the given one; `judgement`: of the
+    final model; `comparisons`: of the given model, and of the final one when it is another;
+    `refitted`: the given effects with their sizes fitted, None: those of the file are as good;
+    `useless`: parts that are likelier than chance and do not lower the error."""
 
     comparison: compare.Comparison
     diagnosis: diagnose.Diagnosis
-    steps: list
+    steps: list[Step]
     verdict: str
-    added: list
-    judgement: judge.Judgement
+    added: list[str]
+    judgement: Judgement
     model: Model
-    estimates: list
-    candidates: list = field(default_factory=list)
-    comparisons: list = field(default_factory=list)
+    estimates: list[Estimates]
+    candidates: list[Candidate] = field(default_factory=list)
+    comparisons: list[compare.Comparison] = field(default_factory=list)
     refitted: Step | None = None
-    notes: list = field(default_factory=list)  # what is unusual about the recording, in words
-    state: object = None  # the final model on the recording
+    notes: list[str] = field(default_factory=list)  # what is unusual about the recording, in words
+    state: State | None = None  # the final model on the recording
 
     @property
-    def base(self):
+    def base(self) -> Step:
         """The given effects at their best."""
         return self.refitted or self.steps[0]
 
     @property
-    def last(self):
+    def last(self) -> Step:
         """The final model."""
         return self.steps[-1] if len(self.steps) > 1 else self.base
 
 
-def estimates_of(state):
+def estimates_of(state: State) -> list[Estimates]:
     """(state refitted for estimation, list of name -> Estimate per part)."""
     fit = state.bench.fit(state.parts, restricted=True)
     blocks = state.blocks
@@ -90,7 +100,7 @@ def estimates_of(state):
     return found
 
 
-def fitted_model(state, model):
+def fitted_model(state: State, model: Model) -> tuple[Model, list[Estimates]]:
     """The model file of a fitted state, and its estimates."""
     found = estimates_of(state)
     terms = []
@@ -100,31 +110,34 @@ def fitted_model(state, model):
     return Model(state.bench.recording.rate_hz, model.column, terms), found
 
 
-def fit(recording, model, progress=lambda text: None):
+def fit(
+    recording: Recording, model: Model, progress: Progress = lambda text: None
+) -> tuple[Judged, Model, list[Estimates]]:
     """(judged state, fitted model, its estimates) of the model's own effects on this recording."""
     state = state_of.judged(state_of.start(recording, model, progress))
     progress("intervals")
     return state, *fitted_model(state, model)
 
 
-def fit_around(state, model, held):
-    """(model, estimates): the effects at the places `held` as they stand in the model, spectra, filters and courses, the others at their best beside
-    them. state: the fit of the same effects."""
+def fit_around(state: State, model: Model, held: Collection[int]) -> tuple[Model, list[Estimates]]:
+    """(model, estimates): the effects at the places `held` as they stand in the model, spectra,
+    filters and courses, the others at their best beside them. state: the fit of the same
+    effects."""
     given = compare.as_given(state, model)
-    bench, sizes, coefficients, noise, keys = (
+    bench, sizes, coefficients = (
         given.bench,
         iter(given.fit.sizes),
         iter(given.fit.coefficients),
-        [],
-        {},
     )
+    noise: list[tuple[Part, float]] = []
+    keys: dict[str, float] = {}
     for place, part in enumerate(given.parts):
         if part.role == "spectrum":
             size = next(sizes)
             noise += [(part, size)] if place in held else []
         elif part.role == "mean":
-            found = {key: next(coefficients) for key in bench.keys(part)}
-            keys.update(found if place in held else {})
+            own = {key: next(coefficients) for key in bench.keys(part)}
+            keys.update(own if place in held else {})
     course = signals.in_time(
         bench.data.columns["gyro"][0]
         - bench.data.without(np.array(list(keys.values())), list(keys))
@@ -156,15 +169,19 @@ def fit_around(state, model, held):
     return Model(fitted.rate_hz, model.column, terms), found
 
 
-def held_out_errors(held_out, model):
+def held_out_errors(
+    held_out: Recording | None, model: Model | None
+) -> tuple[float, float] | tuple[None, None]:
     """(error, floor) on the held-out recording of the model as it is; None, None without one."""
-    if held_out is None:
+    if held_out is None or model is None:
         return None, None
     found = compare.given(state_of.judged(state_of.start(held_out, model)), model).judgement
     return found.error, found.floor
 
 
-def step_of(added, state, model, held_out):
+def step_of(
+    added: str | None, state: Judged, model: Model | None, held_out: Recording | None
+) -> Step:
     """state: with the parameters of the model."""
     error, floor = held_out_errors(held_out, model)
     found = state.judgement
@@ -180,22 +197,27 @@ def step_of(added, state, model, held_out):
     )
 
 
-def refitted(model, state, given, held_out):
-    """The step from the sizes of the file to the best ones; None when those of the file are as good (7.4)."""
+def refitted(model: Model, state: Judged, given: Judged, held_out: Recording | None) -> Step | None:
+    """The step from the sizes of the file to the best ones; None when those of the file are as good
+    (7.4)."""
     if compare.sizes_agree(state, given):
         return None
     return step_of(None, state, fitted_model(state, model)[0], held_out)
 
 
-def with_candidate(found, candidate):
-    """The model as given with one candidate: the second state of the search when it is the one that was taken first."""
+def with_candidate(found: Diagnosis, candidate: Lacking) -> State:
+    """The model as given with one candidate: the second state of the search when it is the one that
+    was taken first."""
     first, second = found.states[0], found.states[min(1, len(found.states) - 1)]
     taken = [part.kind for part in first.parts] + [candidate.kind] == second.model_kinds
     return second if taken else state_of.joined(first, candidate.part, candidate.replaces)
 
 
-def described(model, found, base, held_out, detail):
-    """The first `detail` candidates with their error after and parameters, the others with their gain. base: the step before them."""
+def described(
+    model: Model, found: Diagnosis, base: Step, held_out: Recording | None, detail: int
+) -> list[Candidate]:
+    """The first `detail` candidates with their error after and parameters, the others with their
+    gain. base: the step before them."""
     out = []
     for rank, candidate in enumerate(found.ranking):
         after, outside, parameters = float("nan"), None, {}
@@ -219,13 +241,20 @@ def described(model, found, base, held_out, detail):
     return out
 
 
-def improve(recording, model, held_out=None, progress=lambda text: None, detail=0):
-    """Adds what is missing, step by step; the error is that of the model as given first, then of each refitted model."""
+def improve(
+    recording: Recording,
+    model: Model,
+    held_out: Recording | None = None,
+    progress: Progress = lambda text: None,
+    detail: int = 0,
+) -> Improvement:
+    """Adds what is missing, step by step; the error is that of the model as given first, then of
+    each refitted model."""
     found = diagnose.diagnose(recording, model, progress)
     return improved(recording, model, found, held_out, progress, detail)
 
 
-def as_it_is(model):
+def as_it_is(model: Model) -> list[Estimates]:
     """The given model's parameters as estimates, which they are not."""
     return [
         {name: estimate.Estimate(value) for name, value in term.parameters.items()}
@@ -233,7 +262,7 @@ def as_it_is(model):
     ]
 
 
-def verdict_of(found, added, judgement):
+def verdict_of(found: Diagnosis, added: Sequence[str], judgement: Judgement) -> str:
     if not judgement.adequate:
         return "unknown"
     return next(
@@ -242,9 +271,12 @@ def verdict_of(found, added, judgement):
     )
 
 
-def beside_the_file(last, given, model, added):
-    """(state, model, estimates) of so many effects added beside the sizes of the file, where these do better than the likeliest ones; None where
-    the error rises even so, or the model is not adequate."""
+def beside_the_file(
+    last: Judged, given: Judged, model: Model, added: int
+) -> tuple[Judged, Model, list[Estimates]] | None:
+    """(state, model, estimates) of so many effects added beside the sizes of the file, where these
+    do better than the likeliest ones; None where the error rises even so, or the model is not
+    adequate."""
     fitted, entries = fitted_model(last, model)
     count = len(model.terms)
     if (
@@ -257,17 +289,20 @@ def beside_the_file(last, given, model, added):
     return (state, whole, as_it_is(model) + entries[count:]) if better else None
 
 
-def by_chance(last, given):
-    """Has the error risen by no more than chance, while the record contradicts the given model and not the last one."""
+def by_chance(last: Judgement, given: Judgement) -> bool:
+    """Has the error risen by no more than chance, while the record contradicts the given model and
+    not the last one."""
     return (
         last.adequacy == "statistical" != given.adequacy
         and last.error <= given.error + SEARCH.slack * last.floor
     )
 
 
-def final_of(last, given, model, added):
-    """(state, model, estimates) of the last model, or of what is left of it where its error has risen; the state is None where
-    nothing is."""
+def final_of(
+    last: Judged, given: Judged, model: Model, added: int
+) -> tuple[Judged | None, Model, list[Estimates]]:
+    """(state, model, estimates) of the last model, or of what is left of it where its error has
+    risen; the state is None where nothing is."""
     if not last.judgement.error > given.judgement.error:
         return last, *fitted_model(last, model)
     beside = beside_the_file(last, given, model, added)
@@ -276,12 +311,28 @@ def final_of(last, given, model, added):
     return beside or (None, model, as_it_is(model))
 
 
-def improved(recording, model, found, held_out=None, progress=lambda text: None, detail=0):
-    """What a diagnosis comes to: errors, parameters, words. The final model is the last whose error has not risen."""
+def worse_held_out(before: Step, after: Step) -> bool:
+    """Whether the error on the held-out recording has risen and is above a true model's."""
+    error, floor = after.error_held_out, after.error_floor_held_out
+    if before.error_held_out is None or error is None or floor is None:
+        return False
+    return error > before.error_held_out and error > CHANCE.above_floor * floor
+
+
+def improved(
+    recording: Recording,
+    model: Model,
+    found: Diagnosis,
+    held_out: Recording | None = None,
+    progress: Progress = lambda text: None,
+    detail: int = 0,
+) -> Improvement:
+    """What a diagnosis comes to: errors, parameters, words. The final model is the last whose error
+    has not risen."""
     given = compare.given(found.states[0], model)
     steps = [step_of(None, given, model, held_out)]
     base = refitted(model, found.states[0], given, held_out)
-    for before, state in zip(found.states, found.states[1:]):
+    for state in found.states[1:]:
         progress(f"adding {state.parts[-1].kind}")
         step = step_of(
             state.parts[-1].kind,
@@ -289,11 +340,7 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
             fitted_model(state, model)[0] if held_out else None,
             held_out,
         )
-        if (
-            held_out
-            and step.error_held_out > steps[-1].error_held_out
-            and step.error_held_out > CHANCE.above_floor * step.error_floor_held_out
-        ):
+        if worse_held_out(steps[-1], step):
             break
         steps.append(step)
     reached = found.states[len(steps) - 1]
@@ -305,7 +352,7 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
     added = found.added[: len(steps) - 1]
     judgement = last.judgement if last else given.judgement
     comparisons = [compare.of_state(given, model.column)] + (
-        [compare.of_state(last, model.column)] if added else []
+        [compare.of_state(last, model.column)] if last and added else []
     )
     shown = described(model, found, base or steps[0], held_out, detail)
     return Improvement(

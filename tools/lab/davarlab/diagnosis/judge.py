@@ -1,38 +1,52 @@
-"""The verdict on a model: statistically adequate, practically adequate within 5 %, or neither (DESIGN 7)."""
+"""The verdict on a model: statistically adequate, practically adequate within 5 %, or neither
+(DESIGN 7)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 from scipy import special, stats
 
+from ..arrays import Floats
 from ..thresholds import CHANCE, JUDGE
-from .cells import error_of, floor_of
+from .cells import Cell, error_of, floor_of
+
+
+class Deviation(TypedDict):
+    """A proven deviation in one window and at one tau."""
+
+    percent: float
+    ratio: float
+    tau_s: float
+    start_s: float
+    stop_s: float
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """adequacy: "statistical", "practical" or "no".
-    largest: the largest proven deviation {percent, ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the
-    bound with 99 % confidence, ratio the measured Allan deviation over the model's.
-    shown_to_tau_s: the longest tau at which the record confirms a fit within 5 %; 0: no tau.
-    doubted: whether the recording is implausible; no model of it is adequate."""
+    """adequacy: "statistical", "practical" or "no". largest: the largest proven deviation {percent,
+    ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the bound with 99 %
+    confidence, ratio the measured Allan deviation over the model's. shown_to_tau_s: the longest tau
+    at which the record confirms a fit within 5 %; 0: no tau. doubted: whether the recording is
+    implausible; no model of it is adequate."""
 
     adequacy: str
     error: float
     floor: float
     p_value: float
-    largest: dict | None
+    largest: Deviation | None
     shown_to_tau_s: float
     doubted: bool = False
 
     @property
-    def adequate(self):
+    def adequate(self) -> bool:
         return self.adequacy != "no"
 
 
-def proven(cells):
-    """The least factor by which each true ratio differs from 1, as a signed logarithm, from its family-wise 99 % interval; 0: no
-    deviation is proven (7.2)."""
+def proven(cells: Sequence[Cell]) -> Floats:
+    """The least factor by which each true ratio differs from 1, as a signed logarithm, from its
+    family-wise 99 % interval; 0: no deviation is proven (7.2)."""
     if not cells:
         return np.zeros(0)
     freedom, tail = (
@@ -42,10 +56,11 @@ def proven(cells):
     ratio = np.log([max(cell.ratio, 1e-9) for cell in cells])
     low = ratio - 0.5 * np.log(stats.chi2.isf(tail, freedom) / freedom)
     high = ratio - 0.5 * np.log(np.maximum(stats.chi2.ppf(tail, freedom), 1e-300) / freedom)
-    return np.maximum(low, 0.0) + np.minimum(high, 0.0)
+    off: Floats = np.maximum(low, 0.0) + np.minimum(high, 0.0)
+    return off
 
 
-def largest_of(cells):
+def largest_of(cells: Sequence[Cell]) -> tuple[Deviation | None, float]:
     """The largest proven deviation and its signed logarithm."""
     if not cells:
         return None, 0.0
@@ -63,8 +78,9 @@ def largest_of(cells):
     }, float(off[worst])
 
 
-def shown_to(cells):
-    """The longest tau up to which the whole record shows that the model is within the tolerance (TOST at 5 %) (7.3)."""
+def shown_to(cells: Sequence[Cell]) -> float:
+    """The longest tau up to which the whole record shows that the model is within the tolerance
+    (TOST at 5 %) (7.3)."""
     longest = max((cell.stop_s - cell.start_s for cell in cells), default=0.0)
     shown = 0.0
     for cell in (cell for cell in cells if cell.stop_s - cell.start_s == longest):
@@ -77,8 +93,11 @@ def shown_to(cells):
     return float(shown)
 
 
-def judged(cells, short, p_value, doubted=False):
-    """short: cells of short windows, which the error does not count. p_value: of the residual (inference/adequacy.py). doubted: see Judgement."""
+def judged(
+    cells: list[Cell], short: list[Cell], p_value: float, doubted: bool = False
+) -> Judgement:
+    """short: cells of short windows, which the error does not count. p_value: of the residual
+    (inference/adequacy.py). doubted: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
     small = not error > CHANCE.above_floor * floor

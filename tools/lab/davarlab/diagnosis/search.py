@@ -1,35 +1,47 @@
 """Forward selection by likelihood, then only what lowers the error (DESIGN 4)."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from ..candidates import columns, doubts, filters, identifiable
 from ..candidates import ranking as candidates
 from ..candidates.candidate import Candidate
+from ..candidates.identifiable import Alternative
+from ..candidates.ranking import Trying
 from ..effects import columns as columns_of
 from ..effects import table
 from ..inference import changes, modulation
 from ..inference.parts import Part
+from ..model import Model
 from ..thresholds import CHANCE, SEARCH
-from .state import State, errors_of, joined, judged, redrawn, with_parts
+from .state import Judged, Progress, State, errors_of, joined, judged, redrawn, with_parts
 
-EARNING = {
-    "noise_step",
-    "bias_step",
-}  # of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as much
+# Of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as
+# much.
+EARNING = {"noise_step", "bias_step"}
+
+Source = tuple[str, str | None]  # kind, and the column where any may be followed
+Try = tuple[State, Part]
 
 
-def shock_candidate(state):
+def shock_candidate(state: State) -> Candidate:
     if state.shocks.count == 0:
         return Candidate("shocks", Part("shocks"), 0.0, 0.0)
     return Candidate("shocks", Part("shocks"), state.shocks.gain, state.shocks.log_p)
 
 
-def ranking(state, skip=(), only=None, progress=lambda kind, found: None):
-    """Every effect that the model lacks, best first; `only`: of these kinds; `progress`: see ranked()."""
+def ranking(
+    state: State,
+    skip: Iterable[str] = (),
+    only: Collection[str] | None = None,
+    progress: Trying = lambda kind, found: None,
+) -> list[Candidate]:
+    """Every effect that the model lacks, best first; `only`: of these kinds; `progress`: see
+    ranked()."""
     skip = set(skip) | (set(table.TABLE) - set(only) if only else set())
     asked = set(columns_of.SOUGHT_TOGETHER) - skip
     more = (
@@ -47,13 +59,14 @@ def ranking(state, skip=(), only=None, progress=lambda kind, found: None):
     return sorted(found, key=lambda c: c.log_p)
 
 
-def significant(found):
+def significant(found: Sequence[Candidate]) -> bool:
     """Is the best of the candidates more than chance, as many as are tried."""
     return bool(found) and found[0].log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)
 
 
-def retold(state, given):
-    """Gauss-Markov that was taken while another course hid its levels: now that the course is known, is it telegraph noise?"""
+def retold(state: State, given: int) -> State:
+    """Gauss-Markov that was taken while another course hid its levels: now that the course is
+    known, is it telegraph noise?"""
     fresh = state.parts[-1]
     for part in state.parts[given:-1]:
         if part.kind == "gauss_markov" and fresh.role == "mean":
@@ -67,8 +80,9 @@ def retold(state, given):
     return state
 
 
-def pruned(state, given):
-    """Terms that a later one has made needless go (a random walk that was a ramp); those of the given model stay."""
+def pruned(state: State, given: int) -> State:
+    """Terms that a later one has made needless go (a random walk that was a ramp); those of the
+    given model stay."""
     for part in state.parts[given:-1]:
         rest = [other for other in state.parts if other is not part]
         loss = SEARCH.certain if part.role == "events" else loss_without(state, rest, part)
@@ -80,7 +94,7 @@ def pruned(state, given):
     return state
 
 
-def loss_without(state, rest, part):
+def loss_without(state: State, rest: Sequence[Part], part: Part) -> float:
     """Log-likelihood that the model loses with this part."""
     if part.role != "variance":
         return state.fit.log_likelihood - state.bench.fit(rest).log_likelihood
@@ -93,50 +107,53 @@ def loss_without(state, rest, part):
     return with_it - without
 
 
-def nothing():
+def nothing() -> Any:
     """An empty mapping, for a field."""
     return field(default_factory=lambda: MappingProxyType({}))
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What was asked of a state: of all kinds or `only` some, but for those skipped; and the candidates."""
+    """What was asked of a state: of all kinds or `only` some, but for those skipped; and the
+    candidates."""
 
     state: State
-    only: frozenset | None
-    skipped: frozenset
-    found: tuple
+    only: frozenset[str] | None
+    skipped: frozenset[str]
+    found: tuple[Candidate, ...]
 
-    def answers(self, state, only, skip):
+    def answers(self, state: State, only: frozenset[str] | None, skip: frozenset[str]) -> bool:
         return self.state is state and self.only == only and self.skipped <= skip
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The way forward: the state reached, how many of its first parts are the given ones, and what was learned on the way.
-    Each step returns another one."""
+    """The way forward: the state reached, how many of its first parts are the given ones, and what
+    was learned on the way. Each step returns another one."""
 
     begin: State
     state: State
     given: int
     draft: bool = False
-    first: tuple = ()  # candidates beside the first state
-    last: tuple = ()  # and beside this one
-    alternatives: tuple = ()
-    doubtful: Mapping = nothing()  # kind -> why it is not what it seems
-    hopeless: frozenset = frozenset()  # kinds that seemed to be chance
-    only: frozenset | None = None  # kinds that are asked now
+    first: tuple[Candidate, ...] = ()  # candidates beside the first state
+    last: tuple[Candidate, ...] = ()  # and beside this one
+    alternatives: tuple[Alternative, ...] = ()
+    doubtful: Mapping[str, str] = nothing()  # kind -> why it is not what it seems
+    hopeless: frozenset[str] = frozenset()  # kinds that seemed to be chance
+    only: frozenset[str] | None = None  # kinds that are asked now
     bands: int = SEARCH.bands_free
-    undecided: tuple | None = ()
-    set_aside: frozenset = frozenset()  # source() of what is not what it seems
-    waves: tuple = ()  # Hz, of courses that repeat and are no sine wave
-    idle: Mapping = nothing()  # kinds that left the error where it was: (state, part)
+    undecided: tuple[Alternative, ...] | None = ()
+    set_aside: frozenset[Source] = frozenset()  # source() of what is not what it seems
+    waves: tuple[float, ...] = ()  # Hz, of courses that repeat and are no sine wave
+    idle: Mapping[str, tuple[Try, ...]] = nothing()  # kinds that left the error where it was
     asked: Asked | None = None
 
-    def ranked(self):
-        """(the search, candidates beside its state as they are to be taken); those that are not what they seem are left out."""
+    def ranked(self) -> tuple["Search", list[Candidate]]:
+        """(the search, candidates beside its state as they are to be taken); those that are not
+        what they seem are left out."""
         asked = self.answered()
-        found, undecided = self.allowed(asked), self.undecided
+        found = self.allowed(asked)
+        undecided: Sequence[Alternative] | None = self.undecided
         if not self.only:
             found, undecided = identifiable.settled(found, self.state.bench, self.state.parts)
         first, found = found[:1], [one for one in found if self.stands(one)]
@@ -152,30 +169,32 @@ class Search:
             last=tuple(found),
         ), found
 
-    def stands(self, candidate):
+    def stands(self, candidate: Candidate) -> bool:
         """Is a candidate neither set aside nor a harmonic of a wave."""
         return source(candidate.part) not in self.set_aside and not any(
             doubts.times_of(self.state.bench, wave, candidate.part) for wave in self.waves
         )
 
-    def skip(self):
+    def skip(self) -> frozenset[str]:
         """Kinds that are not asked."""
         columnless = {kind for kind, column in self.set_aside if column is None}
         return self.hopeless | columnless | self.aside()
 
-    def answered(self):
-        """All candidates; those beside the same state are not asked for twice because some of them are put aside."""
+    def answered(self) -> Asked:
+        """All candidates; those beside the same state are not asked for twice because some of them
+        are put aside."""
         skip = self.skip()
         if self.asked and self.asked.answers(self.state, self.only, skip):
             return self.asked
         return Asked(self.state, self.only, skip, tuple(ranking(self.state, skip, self.only)))
 
-    def allowed(self, asked):
+    def allowed(self, asked: Asked) -> list[Candidate]:
         skip = self.skip()
         return [one for one in asked.found if one.kind not in skip]
 
-    def aside(self):
-        """Kinds that left the error where it was, twice; further bands, which would only follow what the model lacks elsewhere."""
+    def aside(self) -> set[str]:
+        """Kinds that left the error where it was, twice; further bands, which would only follow
+        what the model lacks elsewhere."""
         spent = {
             kind
             for kind, tries in self.idle.items()
@@ -185,7 +204,7 @@ class Search:
             {"narrow_band"} if self.state.model_kinds.count("narrow_band") >= self.bands else set()
         )
 
-    def questioned(self, candidate):
+    def questioned(self, candidate: Candidate) -> tuple["Search", bool]:
         """(the search, is the candidate what it seems); if not, it is put aside and why is kept."""
         part = candidate.part
         why = doubts.doubt(self.state.bench, self.state.seen, self.state.parts, candidate)
@@ -203,8 +222,9 @@ class Search:
             way = replace(self, set_aside=self.set_aside | {source(part)})
         return replace(way, doubtful=MappingProxyType({**self.doubtful, part.kind: said})), False
 
-    def take(self, candidate):
-        """The search with the candidate in its model, or with it as one that leaves the error where it was."""
+    def take(self, candidate: Candidate) -> "Search":
+        """The search with the candidate in its model, or with it as one that leaves the error where
+        it was."""
         given = self.given - any(
             part is candidate.replaces for part in self.state.parts[: self.given]
         )
@@ -230,7 +250,7 @@ class Search:
             given=given,
         )
 
-    def without_use(self, candidate):
+    def without_use(self, candidate: Candidate) -> "Search":
         """The search that knows a candidate which leaves the error where it was."""
         tries = (*self.idle.get(candidate.kind, ()), (self.state, candidate.part))
         return replace(
@@ -240,20 +260,21 @@ class Search:
             only=None,
         )
 
-    def bands_with(self, candidate, after):
+    def bands_with(self, candidate: Candidate, after: State) -> int:
         """How many lines with a width may be sought, once a candidate has joined."""
         count = after.model_kinds.count("narrow_band")
         if candidate.kind != "narrow_band" or count <= SEARCH.bands_free - 1:
             return self.bands
         return count + self.lower(after)
 
-    def lower(self, after):
+    def lower(self, after: State) -> bool:
         """Does the error fall by more than the slack."""
         error, floor = errors_of(after)
         return error < errors_of(self.state)[0] - SEARCH.slack * floor
 
-    def beside(self, taken):
-        """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it is asked among them while it gains as much."""
+    def beside(self, taken: Candidate) -> frozenset[str] | None:
+        """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it
+        is asked among them while it gains as much."""
         kind, near = (
             taken.kind,
             {
@@ -270,7 +291,7 @@ class Search:
             return self.only - filters.MEMORY
         return frozenset({kind}) if kind in SEARCH.most_of else None
 
-    def step(self):
+    def step(self) -> tuple["Search", bool]:
         """(the search one candidate further, or looking less, is anything left)."""
         way, found = self.ranked()
         if significant(found):
@@ -284,23 +305,24 @@ class Search:
         return way, False
 
 
-def without_wave(state, given, base_hz):
+def without_wave(state: State, given: int, base_hz: float) -> State:
     """The state without the added lines that are harmonics of one wave."""
     wave = [part for part in state.parts[given:] if doubts.times_of(state.bench, base_hz, part)]
     return with_parts(state, [part for part in state.parts if part not in wave]) if wave else state
 
 
-def source(part):
+def source(part: Part) -> Source:
     """What a coefficient is asked of: each column by itself where any may be followed."""
     return part.kind, part.shape["column"] if part.kind == "follows" else None
 
 
-def about(part):
+def about(part: Part) -> str:
     return f"{part.shape['column']}: " if part.kind == "follows" else ""
 
 
-def earning(part, rest):
-    """Must the part lower the error: also a line that comes and goes beside bands, which is what wanders in them; a warm-up that is over at once."""
+def earning(part: Part, rest: State) -> bool:
+    """Must the part lower the error: also a line that comes and goes beside bands, which is what
+    wanders in them; a warm-up that is over at once."""
     span_s = len(rest.bench.y) / rest.bench.recording.rate_hz
     return (
         part.kind in EARNING
@@ -311,11 +333,11 @@ def earning(part, rest):
     )
 
 
-def waits(one, taken):
+def waits(one: Candidate, taken: Candidate) -> bool:
     return one.kind == "intermittent_line" and one.gain < SEARCH.waiting_share * taken.gain
 
 
-def close_ones(found):
+def close_ones(found: Sequence[Candidate]) -> list[Alternative]:
     """Kinds that this recording cannot tell from the first, and how to tell them."""
     if not found:
         return []
@@ -326,15 +348,17 @@ def close_ones(found):
     ]
 
 
-def forward(state, given, progress, draft=False):
-    """Candidates beyond chance one after the other, the likeliest first. What chance explains beside one state is not tried beside the
-    next ones, until nothing else is left (a draft of the spectrum does not ask again); lines are taken one after the other."""
+def forward(state: State, given: int, progress: Progress, draft: bool = False) -> Search:
+    """Candidates beyond chance one after the other, the likeliest first. What chance explains
+    beside one state is not tried beside the next ones, until nothing else is left (a draft of the
+    spectrum does not ask again); lines are taken one after the other."""
     way = Search(state, state, given, draft)
     for _ in range(SEARCH.steps_most):
         progress(
             f"looking for lines in addition to {len(way.state.parts)} effects"
             if way.only
-            else f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects in addition to {', '.join(way.state.model_kinds)}"
+            else f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects in addition "
+            f"to {', '.join(way.state.model_kinds)}"
         )
         way, more = way.step()
         if not more:
@@ -342,10 +366,12 @@ def forward(state, given, progress, draft=False):
     return way
 
 
-def useful(state, given):
-    """The state without the added parts that leave the error where it is or raise it; those that stay, what matters most first; those that
-    do not."""
-    (error, floor), useless, kept = errors_of(state), [], []
+def useful(state: State, given: int) -> tuple[State, list[Part], list[Part]]:
+    """The state without the added parts that leave the error where it is or raise it; those that
+    stay, what matters most first; those that do not."""
+    error, floor = errors_of(state)
+    useless: list[Part] = []
+    kept: list[tuple[float, Part]] = []
     for part in reversed(state.parts[given:]):
         rest = with_parts(state, [other for other in state.parts if other is not part])
         without = errors_of(rest)[0]
@@ -360,9 +386,9 @@ def useful(state, given):
     return state, [part for _, part in sorted(kept, key=lambda pair: -pair[0])], useless
 
 
-def certain(state, part, rest, error, floor):
-    """Does the record contradict the model without the part, `rest`, while the error is no larger than a true model's: a line that hardly any
-    averaging time shows."""
+def certain(state: State, part: Part, rest: State, error: float, floor: float) -> bool:
+    """Does the record contradict the model without the part, `rest`, while the error is no larger
+    than a true model's: a line that hardly any averaging time shows."""
     return (
         error <= floor
         and not earning(part, rest)
@@ -370,9 +396,9 @@ def certain(state, part, rest, error, floor):
     )
 
 
-def path(state, given, by_weight):
-    """The states from the given effects to the last one, a part at a time: in the order found if the error falls all the way, else what
-    matters most first."""
+def path(state: State, given: int, by_weight: Sequence[Part]) -> list[State]:
+    """The states from the given effects to the last one, a part at a time: in the order found if
+    the error falls all the way, else what matters most first."""
     for added in (state.parts[given:], by_weight):
         states = [
             with_parts(state, [*state.parts[:given], *added[:count]])
@@ -384,9 +410,11 @@ def path(state, given, by_weight):
     return states
 
 
-def search(state, model, progress):
-    """(judged states from the given effects to the last, the search, useless parts). Missing samples are drawn anew from what was found,
-    and the search begins again."""
+def search(
+    state: State, model: Model, progress: Progress
+) -> tuple[list[Judged], Search, list[Part]]:
+    """(judged states from the given effects to the last, the search, useless parts). Missing
+    samples are drawn anew from what was found, and the search begins again."""
     given = len(model.terms)
     way = forward(state, given, progress, draft=state.known is not None)
     if state.known is not None:

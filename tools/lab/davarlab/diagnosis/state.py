@@ -1,57 +1,81 @@
 """A model at its best on one recording, and before the judge."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import Bools, Floats
 from ..candidates import doubts, filters
 from ..candidates import ranking as candidates
+from ..candidates.candidate import Candidate
 from ..data import counts, events, observations, plausible, signals
 from ..data import recording as recordings
-from ..data.recording import MINIMUM_SAMPLES
+from ..data.events import Shocks
+from ..data.observations import Observation
+from ..data.recording import MINIMUM_SAMPLES, Recording
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
-from ..inference.parts import Bench, as_spectra, part_of
+from ..inference.adequacy import Adequacy
+from ..inference.changes import Blocks
+from ..inference.parts import Bench, Part, as_spectra, part_of
+from ..inference.whittle import Fit
+from ..model import Model
 from ..thresholds import SEARCH, START
 from . import cells, judge
+from .cells import Cell
+from .judge import Judgement
+
+Progress = Callable[[str], None]  # receives what is being done
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A model at its best on one recording; what changes it returns another. known: True where a sample was measured and may be used, None: everywhere; the others are drawn.
-    seen: the observations on the recording."""
+    """A model at its best on one recording; what changes it returns another. known: True where a
+    sample was measured and may be used, None: everywhere; the others are drawn. seen: the
+    observations on the recording."""
 
     bench: Bench
-    parts: tuple
-    fit: object
-    shocks: object
-    blocks: object = None
-    adequacy: object = None
-    cells: tuple = ()
-    judgement: object = None
-    known: object = None
-    seen: tuple = ()
+    parts: tuple[Part, ...]
+    fit: Fit
+    shocks: Shocks
+    blocks: Blocks | None = None
+    adequacy: Adequacy | None = None
+    cells: tuple[Cell, ...] = ()
+    judgement: Judgement | None = None
+    known: Bools | None = None
+    seen: tuple[Observation, ...] = ()
 
     @property
-    def doubted(self):
+    def doubted(self) -> bool:
         """Is the recording itself implausible."""
         return any(one.kind == plausible.KIND for one in self.seen)
 
     @property
-    def model_kinds(self):
+    def model_kinds(self) -> list[str]:
         return [part.kind for part in self.parts]
 
     @property
-    def record(self):
-        """What the Allan deviation is measured of: the gyro, without the shocks that the model has."""
+    def record(self) -> Floats:
+        """What the Allan deviation is measured of: the gyro, without the shocks that the model
+        has."""
         return self.shocks.clean if "shocks" in self.model_kinds else self.shocks.raw
 
 
-def start(recording, model, progress=lambda text: None):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Judged(State):
+    """A state whose adequacy and judgement are computed."""
+
+    adequacy: Adequacy
+    judgement: Judgement
+
+
+def start(recording: Recording, model: Model, progress: Progress = lambda text: None) -> State:
     """The given model's terms refitted on the recording."""
     if recording.samples < START.least_s * recording.rate_hz:
         raise BadInput(
-            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s are too short. At least {START.least_s} s are needed to estimate slow noise"
+            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s are too short. At "
+            f"least {START.least_s} s are needed to estimate slow noise"
         )
     progress("reading the spectrum")
     key = ("observations", model.column)
@@ -72,18 +96,20 @@ def start(recording, model, progress=lambda text: None):
     progress(f"simulating {np.count_nonzero(~known)} missing samples")
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
     first = fitted(recording, model, drawn, known, seen)
-    # The ripple of the first level is chance and would confirm itself; so would a model that is far from the record.
+    # The ripple of the first level is chance and would confirm itself; so would a model that is far
+    # from the record.
     return redrawn(first, model) if spectrum_p(first) > START.far_p else first
 
 
-def spectrum_p(state):
+def spectrum_p(state: State) -> float:
     c = state.bench.whitened(state.parts, state.fit)
     return adequacy.spectrum_score(c, len(state.fit.sizes) + len(state.fit.coefficients))
 
 
-def at_rest(recording, known, gyro):
-    """The recording with the other columns of the sensor interpolated over what is missing: a turn that was cut out weighs more than all the rest, and
-    what is drawn there would confirm the coefficient that it was drawn with."""
+def at_rest(recording: Recording, known: Bools, gyro: str) -> Recording:
+    """The recording with the other columns of the sensor interpolated over what is missing: a turn
+    that was cut out weighs more than all the rest, and what is drawn there would confirm the
+    coefficient that it was drawn with."""
     moved = [
         name for name in recording.columns if name.startswith(("gyro_", "accel_")) and name != gyro
     ]
@@ -91,13 +117,16 @@ def at_rest(recording, known, gyro):
     return replace(recording, columns=recording.columns | still, measured={})
 
 
-def redrawn(state, model):
-    """The given model on the record whose missing samples are drawn anew: from the spectrum, and about the course, of this state."""
+def redrawn(state: State, model: Model) -> State:
+    """The given model on the record whose missing samples are drawn anew: from the spectrum, and
+    about the course, of this state."""
     return fitted(state.bench.recording, model, drawn_by(state, 1), state.known, state.seen)
 
 
-def drawn_by(state, seed):
-    """The record with its missing samples drawn from the spectrum, and about the course, of the state."""
+def drawn_by(state: State, seed: int) -> Floats:
+    """The record with its missing samples drawn from the spectrum, and about the course, of the
+    state."""
+    assert state.known is not None  # samples are missing
     course, level = (
         state.bench.mean_course(state.parts, state.fit),
         state.bench.data.at_ordinates(state.fit.level),
@@ -107,24 +136,27 @@ def drawn_by(state, seed):
     )
 
 
-def check_alive(recording, model, y):
+def check_alive(recording: Recording, model: Model, y: Floats) -> None:
     if len(y) < MINIMUM_SAMPLES:
         raise BadInput(
-            f"{recording.name}: column {model.column}: {len(y)} samples remain without motion, repeated and clipped samples; "
-            f"at least {MINIMUM_SAMPLES} are needed"
+            f"{recording.name}: column {model.column}: {len(y)} samples remain without motion, "
+            f"repeated and clipped samples; at least {MINIMUM_SAMPLES} are needed"
         )
     if np.mean(np.diff(y) != 0) < START.moving_share:
         raise BadInput(
-            f"{recording.name}: column {model.column} hardly changes, so there is no noise to compare a model with"
+            f"{recording.name}: column {model.column} hardly changes, so there is no noise to "
+            "compare a model with"
         )
     if signals.foretold(y):
         raise BadInput(
-            f"{recording.name}: column {model.column}: every sample is predictable from the earlier ones, so there is no noise to compare a "
-            "model with"
+            f"{recording.name}: column {model.column}: every sample is predictable from the "
+            "earlier ones, so there is no noise to compare a model with"
         )
 
 
-def fitted(recording, model, y, known, seen):
+def fitted(
+    recording: Recording, model: Model, y: Floats, known: Bools | None, seen: Sequence[Observation]
+) -> State:
     """The model's terms at their best on a record without holes."""
     logged = recording.rate_dps(model.column)
     known_counts = counts.of(logged if known is None else logged[known], recording.rate_hz)
@@ -139,8 +171,9 @@ def fitted(recording, model, y, known, seen):
     return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
 
 
-def with_forms(bench, parts):
-    """Variants of regressors, and what a model file need not say of a shape: whichever the gyro follows."""
+def with_forms(bench: Bench, parts: list[Part]) -> list[Part]:
+    """Variants of regressors, and what a model file need not say of a shape: whichever the gyro
+    follows."""
     for index, part in enumerate(parts):
         others = [
             replace(one, form=form) for one in filters.unsaid(part) for form in part.effect.forms
@@ -153,18 +186,18 @@ def with_forms(bench, parts):
     return parts
 
 
-def with_decoded_states(bench, parts):
+def with_decoded_states(bench: Bench, parts: list[Part]) -> list[Part]:
     """Telegraph noise of the given model as its decoded course, when its levels can be seen."""
     for index, part in enumerate(parts):
         if part.kind == "telegraph_noise":
             trial = [*parts[:index], *parts[index + 1 :]]
-            found = candidates.Candidate(part.kind, part, 0.0, -1e9)
+            found = Candidate(part.kind, part, 0.0, -1e9)
             candidates.decode_states(bench, trial, found)
             parts = [*parts[:index], found.part, *parts[index + 1 :]]
     return parts
 
 
-def relative_variance(state):
+def relative_variance(state: State) -> Floats | None:
     """White level per sample over its mean, when the model or the counts let it change."""
     if not modulation.changing(state.parts) and state.bench.counts is None:
         return None
@@ -174,11 +207,13 @@ def relative_variance(state):
         return None
     variance = changes.fit(blocks, rows)[1] * (1.0 if blocks.known is None else blocks.known)
     samples = np.minimum(np.arange(len(state.bench.y)) // blocks.length, len(variance) - 1)
-    return variance[samples] / variance.mean()
+    relative: Floats = variance[samples] / variance.mean()
+    return relative
 
 
-def judged(state, quick=False):
-    """The state with its adequacy, cells and judgement; `quick`: without the tests in time, for a step on the way."""
+def judged(state: State, quick: bool = False) -> Judged:
+    """The state with its adequacy, cells and judgement; `quick`: without the tests in time, for a
+    step on the way."""
     variance, data = relative_variance(state), state.bench.data
     blocks = state.bench.blocks(state.parts, state.fit)
     c = state.bench.whitened(state.parts, state.fit)
@@ -199,12 +234,24 @@ def judged(state, quick=False):
     left = adequacy.judge(c, free, extra, quick, state.bench.counts)
     found, short = cells_of(state, variance)
     judgement = judge.judged(found, short, left.p_value, state.doubted)
-    return replace(state, blocks=blocks, adequacy=left, cells=tuple(found), judgement=judgement)
+    return Judged(
+        state.bench,
+        state.parts,
+        state.fit,
+        state.shocks,
+        blocks=blocks,
+        adequacy=left,
+        cells=tuple(found),
+        judgement=judgement,
+        known=state.known,
+        seen=state.seen,
+    )
 
 
-def cells_of(state, variance):
-    """(cells, short cells). Decoded levels are a course, which misses short visits, or the noise that they are, of which few switches scatter more
-    than the cells' degrees of freedom say: whichever is nearer to its floor (6.5)."""
+def cells_of(state: State, variance: Floats | None) -> tuple[list[Cell], list[Cell]]:
+    """(cells, short cells). Decoded levels are a course, which misses short visits, or the noise
+    that they are, of which few switches scatter more than the cells' degrees of freedom say:
+    whichever is nearer to its floor (6.5)."""
     noise = as_spectra(state.parts)
     views = [state] if noise is None else [state, with_parts(state, noise)]
     found = [cells.cells_of(view, state.record, variance) for view in views]
@@ -212,14 +259,15 @@ def cells_of(state, variance):
     return found[best], cells.short_cells(views[best], state.record, variance)
 
 
-def errors_of(state):
+def errors_of(state: State) -> tuple[float, float]:
     """(error, its floor)."""
     found = cells_of(state, relative_variance(state))[0]
     return cells.error_of(found), cells.floor_of(found)
 
 
-def cleaned_again(state):
-    """A course that is known now neither hides shocks nor passes for them: they are sought again beside it (6.1)."""
+def cleaned_again(state: State) -> State:
+    """A course that is known now neither hides shocks nor passes for them: they are sought again
+    beside it (6.1)."""
     course = state.bench.mean_course(state.parts, state.fit)
     reach = state.bench.counts.reach_dps if state.bench.counts else 0.0
     shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz, reach)
@@ -230,9 +278,9 @@ def cleaned_again(state):
     return replace(state, bench=bench, fit=bench.fit(state.parts), shocks=shocks)
 
 
-def joined(state, part, replaces=None):
-    """The model with one more part, or with one in the place of another, its shape at its best; unless it is a line also those of the
-    others."""
+def joined(state: State, part: Part, replaces: Part | None = None) -> State:
+    """The model with one more part, or with one in the place of another, its shape at its best;
+    unless it is a line also those of the others."""
     parts = [*(other for other in state.parts if other is not replaces), part]
     bench = state.bench.resolving(parts)
     if part.kind not in SEARCH.most_of:
@@ -256,11 +304,12 @@ def joined(state, part, replaces=None):
     )
 
 
-def refilled(state):
-    """A course that is known now goes on through the missing samples; drawn without it they would pass for a noise of their own."""
+def refilled(state: State) -> State:
+    """A course that is known now goes on through the missing samples; drawn without it they would
+    pass for a noise of their own."""
     return replace(state, shocks=replace(state.shocks, raw=drawn_by(state, 2)))
 
 
-def with_parts(state, parts):
+def with_parts(state: State, parts: Sequence[Part]) -> State:
     """Other parts on the same bench."""
     return replace(state, parts=tuple(parts), fit=state.bench.fit(parts))

@@ -1,18 +1,28 @@
-"""Effects that a spectrum cannot describe: a variance that changes, outliers, jumps between levels."""
+"""Effects that a spectrum cannot describe: a variance that changes, outliers, jumps between
+levels."""
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import ndimage
 
+from ..arrays import Floats
 from ..data import signals
-from .base import INFINITE, Effect, Parameter
+from ..data.recording import Recording
+from .base import INFINITE, Effect, Parameter, Values
 from .means import AXIS, axes
 from .spectra import correlation_times, gauss_markov
 
+if TYPE_CHECKING:
+    from ..inference.changes import Blocks
 
-def vibration_square(recording, axis, blocks, together=1):
-    """Mean square of the accelerometer's fast part around each block, over so many blocks together, g^2."""
+
+def vibration_square(
+    recording: Recording, axis: str, blocks: "Blocks", together: int = 1
+) -> Floats:
+    """Mean square of the accelerometer's fast part around each block, over so many blocks together,
+    g^2."""
     window, count = max(3, int(recording.rate_hz)), len(blocks.energy)
     fast = signals.high_passed(recording.column(f"accel_{axis}_g"), window)
     square = (
@@ -20,22 +30,27 @@ def vibration_square(recording, axis, blocks, together=1):
         * window
         / (window - 1)
     )
-    return ndimage.uniform_filter1d(square, together, mode="nearest")
+    found: Floats = ndimage.uniform_filter1d(square, together, mode="nearest")
+    return found
 
 
-def lorentzian(f, rate_hz, shape):
-    """Unit telegraph noise: levels 2 apart (+1 and -1, correlation time half the mean dwell), each switch to any of the others."""
+def lorentzian(f: Floats, rate_hz: float, shape: Values) -> Floats:
+    """Unit telegraph noise: levels 2 apart (+1 and -1, correlation time half the mean dwell), each
+    switch to any of the others."""
     levels = shape.get("levels", 2.0)
-    return (
+    found: Floats = (
         (levels**2 - 1)
         / 3
         * gauss_markov(
             f, rate_hz, {"correlation_time_s": shape["mean_dwell_s"] * (levels - 1) / levels}
         )
     )
+    return found
 
 
-def simulate_telegraph(recording, parameters, rng, _):
+def simulate_telegraph(
+    recording: Recording, parameters: Values, rng: np.random.Generator, _: Floats
+) -> Floats:
     flips = rng.random(recording.samples) < 1 - np.exp(
         -1 / (recording.rate_hz * parameters["mean_dwell_s"])
     )
@@ -44,31 +59,42 @@ def simulate_telegraph(recording, parameters, rng, _):
         moves = np.cumsum(
             np.where(flips, rng.integers(1, levels, recording.samples), 0)
         ) + rng.integers(levels)
-        return parameters["amplitude_dps"] * (2.0 * (moves % levels) - (levels - 1))
-    return parameters["amplitude_dps"] * np.where(
+        found: Floats = parameters["amplitude_dps"] * (2.0 * (moves % levels) - (levels - 1))
+        return found
+    found = parameters["amplitude_dps"] * np.where(
         (np.cumsum(flips) + rng.integers(2)) % 2, 1.0, -1.0
     )
+    return found
 
 
-def simulate_shocks(recording, parameters, rng, _):
+def simulate_shocks(
+    recording: Recording, parameters: Values, rng: np.random.Generator, _: Floats
+) -> Floats:
     hit = rng.random(recording.samples) < parameters["rate_per_hour"] / 3600 / recording.rate_hz
-    return parameters["amplitude_dps"] * hit * rng.choice([-1.0, 1.0], recording.samples)
+    found: Floats = parameters["amplitude_dps"] * hit * rng.choice([-1.0, 1.0], recording.samples)
+    return found
 
 
-def simulate_noise_step(recording, parameters, rng, white):
+def simulate_noise_step(
+    recording: Recording, parameters: Values, rng: np.random.Generator, white: Floats
+) -> Floats:
     inside = (recording.time_s >= parameters["start_s"]) & (recording.time_s < parameters["stop_s"])
-    return white * inside * (parameters["ratio"] - 1)
+    found: Floats = white * inside * (parameters["ratio"] - 1)
+    return found
 
 
-def simulate_vibration_noise(recording, parameters, rng, _):
+def simulate_vibration_noise(
+    recording: Recording, parameters: Values, rng: np.random.Generator, _: Floats
+) -> Floats:
     square = signals.local_mean_square(
         recording.column(f"accel_{parameters['axis']}_g"), int(recording.rate_hz)
     )
-    return (
+    found: Floats = (
         parameters["coefficient_dps_per_g"]
         * np.sqrt(square)
         * rng.standard_normal(recording.samples)
     )
+    return found
 
 
 TELEGRAPH_NOISE = Effect(

@@ -1,12 +1,15 @@
-"""Effects that follow a logged column: the temperature, late, squared, with hysteresis or in the noise, and any other column (DESIGN 4)."""
+"""Effects that follow a logged column: the temperature, late, squared, with hysteresis or in the
+noise, and any other column (DESIGN 4)."""
 
 from functools import partial
 
 import numpy as np
 from scipy import signal
 
+from ..arrays import Floats
 from ..data import signals
-from .base import INFINITE, Effect, Parameter
+from ..data.recording import Recording
+from .base import INFINITE, Effect, Parameter, Values
 
 ANY = (-INFINITE, INFINITE)
 SOUGHT_TOGETHER = (
@@ -21,27 +24,27 @@ LAG_SHARE = 0.25  # of the record, the longest lag that it can show
 WIDTHS = (0.05, 0.1, 0.2, 0.4, 0.7)  # of the range of the temperature
 REFERENCE_DEGC = 25.0
 LAG = Parameter("lag_s", "s", 0, 1e6, default=0.0, optional=True)
-NOT_FOLLOWED = (
-    "time",
-    "temp_degC",
-    "accel_",
-)  # columns of which other effects know more; time is no cause
-COPY = 0.9  # correlation of the sample-to-sample changes from which a column is the gyro itself in other words
+# Columns of which other effects know more; time is no cause.
+NOT_FOLLOWED = ("time", "temp_degC", "accel_")
+# Correlation of the sample-to-sample changes from which a column is the gyro itself in other words.
+COPY = 0.9
 CLOCKLIKE = 1e-6  # of its range, that a column may depart from a straight line to count as a clock
 
 
-def still(recording, name):
+def still(recording: Recording, name: str) -> Floats:
     """A column without the white noise of its own sensor; worked out once."""
     key = ("still", name)
     if key not in recording.measured:
         recording.measured[key] = signals.denoised(recording.column(name)).astype(
             recording.columns[name].dtype, copy=False
         )
-    return recording.measured[key]
+    found: Floats = recording.measured[key]
+    return found
 
 
-def lagged(x, rate_hz, lag_s, moving=False):
-    """x through a body that takes `lag_s` to follow (first order). Before the first sample x stood still, or moved on as it begins."""
+def lagged(x: Floats, rate_hz: float, lag_s: float, moving: bool = False) -> Floats:
+    """x through a body that takes `lag_s` to follow (first order). Before the first sample x stood
+    still, or moved on as it begins."""
     if lag_s * rate_hz < 1:
         return x
     decay = np.exp(-1 / (rate_hz * lag_s))
@@ -49,11 +52,13 @@ def lagged(x, rate_hz, lag_s, moving=False):
     if moving:
         reach = int(np.clip(lag_s * rate_hz, 1, len(x) - 1))
         first = x[0] - (x[reach] - x[0]) / reach * lag_s * rate_hz
-    return signal.lfilter([share, share], [1, -decay], x, zi=[first - share * x[0]])[0]
+    found: Floats = signal.lfilter([share, share], [1, -decay], x, zi=[first - share * x[0]])[0]
+    return found
 
 
-def play(x, width):
-    """Follows x only where x pushes it: x moves freely within `width`. A chain of clips is a clip, so blocks of the chain go in parallel."""
+def play(x: Floats, width: float) -> Floats:
+    """Follows x only where x pushes it: x moves freely within `width`. A chain of clips is a clip,
+    so blocks of the chain go in parallel."""
     side = int(np.ceil(np.sqrt(len(x))))
     padded = np.append(x, np.full(side * side - len(x), x[-1])).reshape(side, side)
     low, high = padded - width / 2, padded + width / 2
@@ -68,53 +73,55 @@ def play(x, width):
     return np.minimum(np.maximum(starts, low), high).ravel()[: len(x)]
 
 
-def slow_temperature(recording):
+def slow_temperature(recording: Recording) -> Floats:
     return still(recording, "temp_degC")
 
 
-def temperature(recording, shape, moving=False):
+def temperature(recording: Recording, shape: Values | None, moving: bool = False) -> Floats:
     return lagged(
         slow_temperature(recording), recording.rate_hz, (shape or {}).get("lag_s", 0.0), moving
     )
 
 
-def temperature_rate(recording, _, half_s=5.0):
+def temperature_rate(recording: Recording, _: Values, half_s: float = 5.0) -> Floats:
     """The slope of the denoised temperature over twice `half_s`."""
     reach = max(1, int(half_s * recording.rate_hz))
-    smooth = np.pad(temperature(recording, None), reach, mode="reflect", reflect_type="odd")
+    smooth: Floats = np.pad(temperature(recording, None), reach, mode="reflect", reflect_type="odd")
     return (smooth[2 * reach :] - smooth[: -2 * reach]) * recording.rate_hz / (2 * reach)
 
 
-def squared(recording, shape, about_mean=False):
+def squared(recording: Recording, shape: Values, about_mean: bool = False) -> Floats:
     felt = temperature(recording, shape)
-    return (felt - (slow_temperature(recording).mean() if about_mean else REFERENCE_DEGC)) ** 2
+    middle: float = slow_temperature(recording).mean() if about_mean else REFERENCE_DEGC
+    return (felt - middle) ** 2
 
 
-def hysteresis(recording, shape):
+def hysteresis(recording: Recording, shape: Values) -> Floats:
     return play(slow_temperature(recording), shape["width_degC"])
 
 
-def follow(recording, shape, denoised=False):
+def follow(recording: Recording, shape: Values, denoised: bool = False) -> Floats:
     values = still(recording, shape["column"]) if denoised else recording.column(shape["column"])
     return lagged(values, recording.rate_hz, shape["lag_s"])
 
 
-def lags(recording):
+def lags(recording: Recording) -> list[float]:
     return [lag for lag in LAGS_S if lag <= LAG_SHARE * recording.samples / recording.rate_hz]
 
 
-def widths(recording):
+def widths(recording: Recording) -> list[float]:
     return [share * float(np.ptp(slow_temperature(recording))) for share in WIDTHS]
 
 
-def clocklike(x):
+def clocklike(x: Floats) -> bool:
     """Does it go up with the samples: an index, a clock."""
     line = x[0] + (x[-1] - x[0]) * np.linspace(0, 1, len(x))
-    return np.ptp(x) <= 0 or np.max(np.abs(x - line)) < CLOCKLIKE * np.ptp(x)
+    return bool(np.ptp(x) <= 0 or np.max(np.abs(x - line)) < CLOCKLIKE * np.ptp(x))
 
 
-def may_follow(recording, gyro=None):
-    """The columns that `follows` may look at; `gyro`: the column that follows, of which none may be a copy."""
+def may_follow(recording: Recording, gyro: str | None = None) -> list[str]:
+    """The columns that `follows` may look at; `gyro`: the column that follows, of which none may be
+    a copy."""
     found = [
         name
         for name, values in recording.columns.items()
@@ -128,18 +135,21 @@ def may_follow(recording, gyro=None):
     ]
 
 
-def correlation(a, b):
+def correlation(a: Floats, b: Floats) -> float:
     spread = np.std(a) * np.std(b)
     return float(np.mean((a - a.mean()) * (b - b.mean())) / spread) if spread > 0 else 0.0
 
 
-def growth(recording, relative):
+def growth(recording: Recording, relative: float) -> Floats:
     """How the standard deviation of the white noise goes with the temperature; 1 at its mean."""
     slow = slow_temperature(recording)
-    return np.exp(np.clip(relative * (slow - slow.mean()), -20, 20))
+    found: Floats = np.exp(np.clip(relative * (slow - slow.mean()), -20, 20))
+    return found
 
 
-def simulate_temperature_noise(recording, parameters, _, white):
+def simulate_temperature_noise(
+    recording: Recording, parameters: Values, _: np.random.Generator, white: Floats
+) -> Floats:
     return white * (growth(recording, parameters["relative_per_degC"]) - 1)
 
 
@@ -158,9 +168,11 @@ TEMPERATURE = Effect(
 )
 TEMPERATURE_RATE = Effect(
     "temperature_rate",
-    "Thermal gradients inside the package make the bias follow the rate of change of the temperature.",
+    "Thermal gradients inside the package make the bias follow the rate of change of the "
+    "temperature.",
     (Parameter("coefficient_dps_per_degC_per_s", "deg/s/(degC/s)", *ANY),),
-    "Heat to the same temperature at two rates. The bias differs during heating, but not afterwards.",
+    "Heat to the same temperature at two rates. The bias differs during heating, but not "
+    "afterwards.",
     "mean",
     "that of the temperature's slope",
     regressor=temperature_rate,
@@ -172,7 +184,8 @@ TEMPERATURE_SQUARED = Effect(
     "temperature_squared",
     "The bias depends on the temperature quadratically, with its vertex at 25 degC.",
     (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", *ANY), LAG),
-    "Hold three temperatures, 10 degC apart. The bias at the middle one is off the line through the other two.",
+    "Hold three temperatures, 10 degC apart. The bias at the middle one is off the line through "
+    "the other two.",
     "mean",
     "that of the temperature, at long tau",
     regressor=squared,
@@ -183,12 +196,14 @@ TEMPERATURE_SQUARED = Effect(
 )
 TEMPERATURE_HYSTERESIS = Effect(
     "temperature_hysteresis",
-    "Friction between package and die: after a reversal, the bias follows the temperature only after it has changed by a width.",
+    "Friction between package and die: after a reversal, the bias follows the temperature only "
+    "after it has changed by a width.",
     (
         Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY),
         Parameter("width_degC", "degC", 0, 1e3),
     ),
-    "Heat and cool over the same range. At a given temperature, the bias differs between heating and cooling, however slow they are.",
+    "Heat and cool over the same range. At a given temperature, the bias differs between heating "
+    "and cooling, however slow they are.",
     "mean",
     "that of the temperature, at long tau",
     regressor=hysteresis,
@@ -200,7 +215,8 @@ TEMPERATURE_NOISE = Effect(
     "temperature_noise",
     "The white noise grows with the temperature.",
     (Parameter("relative_per_degC", "1/degC", -10, 10),),
-    "Hold two temperatures. The noise of single samples must differ, and return with the temperature.",
+    "Hold two temperatures. The noise of single samples must differ, and return with the "
+    "temperature.",
     "variance",
     "slope -1/2, higher while it is hot",
     simulate=simulate_temperature_noise,

@@ -1,45 +1,56 @@
-"""Filters of the sensor or its software, described by their power gain. They act on every effect before them, but not on the noise
-of counts, which is added after them."""
+"""Filters of the sensor or its software, described by their power gain. They act on every effect
+before them, but not on the noise of counts, which is added after them."""
 
 import numpy as np
 
-from .base import INFINITE, Effect, Parameter
+from ..arrays import Floats
+from ..data.recording import Recording
+from .base import INFINITE, Effect, Parameter, Values
 from .spectra import angular
 
 RESPONSES = ("sampled", "bilinear", "analogue")
 IMAGES = 8  # on each side; of order 2 they fall with the fourth power
 
 
-def folded(f, rate_hz, cutoff_hz, order):
-    """Of an analogue filter that is sampled: its power gain with all images; of one pole the discrete pole exp(-2 pi fc / rate)."""
+def folded(f: Floats, rate_hz: float, cutoff_hz: float, order: int) -> Floats:
+    """Of an analogue filter that is sampled: its power gain with all images; of one pole the
+    discrete pole exp(-2 pi fc / rate)."""
     if order == 1:
         decay = np.exp(-2 * np.pi * cutoff_hz / rate_hz)
-        return (1 - decay) ** 2 / np.abs(1 - decay * np.exp(-1j * angular(f, rate_hz))) ** 2
+        found: Floats = (1 - decay) ** 2 / np.abs(
+            1 - decay * np.exp(-1j * angular(f, rate_hz))
+        ) ** 2
+        return found
     image = np.arange(-IMAGES, IMAGES + 1) * rate_hz
-    return sum(1 / (1 + ((f + one) / cutoff_hz) ** 4) for one in image) / float(
+    found = sum(1 / (1 + ((f + one) / cutoff_hz) ** 4) for one in image) / float(
         np.sum(1 / (1 + (image / cutoff_hz) ** 4))
     )
+    return found
 
 
-def low_pass(f, rate_hz, shape):
-    """Power gain of a Butterworth low pass of order 1 or 2, 1 at low frequencies, in the response that the shape names: "sampled", as of
-    an analogue filter that is sampled (of order 1: or of exponential smoothing); "bilinear", the digital filter of
-    that name; "analogue", 1 / (1 + (f / fc)^(2 order)), as of a filter at a much higher rate whose images are kept out."""
+def low_pass(f: Floats, rate_hz: float, shape: Values) -> Floats:
+    """Power gain of a Butterworth low pass of order 1 or 2, 1 at low frequencies, in the response
+    that the shape names: "sampled", as of an analogue filter that is sampled (of order 1: or of
+    exponential smoothing); "bilinear", the digital filter of that name; "analogue", 1 / (1 + (f /
+    fc)^(2 order)), as of a filter at a much higher rate whose images are kept out."""
     order, response = int(shape.get("order", 1)), shape.get("response", RESPONSES[0])
     if response == "analogue":
-        return 1 / (1 + (f / shape["cutoff_hz"]) ** (2 * order))
+        found: Floats = 1 / (1 + (f / shape["cutoff_hz"]) ** (2 * order))
+        return found
     if response == "bilinear":
         edge = min(shape["cutoff_hz"] / rate_hz, 0.499)
-        return 1 / (
+        found = 1 / (
             1
             + (np.tan(np.minimum(np.pi * f / rate_hz, 0.4999 * np.pi)) / np.tan(np.pi * edge))
             ** (2 * order)
         )
+        return found
     return folded(f, rate_hz, shape["cutoff_hz"], order)
 
 
-def moving_average(f, rate_hz, shape):
-    """Power gain of the mean of so many samples; of a fraction, the oldest has that part of the weight: 1.2 is (1, 0.2) / 1.2."""
+def moving_average(f: Floats, rate_hz: float, shape: Values) -> Floats:
+    """Power gain of the mean of so many samples; of a fraction, the oldest has that part of the
+    weight: 1.2 is (1, 0.2) / 1.2."""
     samples = shape["samples"]
     whole = int(samples)
     turn = np.exp(-1j * angular(f, rate_hz))
@@ -48,36 +59,40 @@ def moving_average(f, rate_hz, shape):
         (1 - turn**whole) / np.where(np.abs(1 - turn) > 1e-9, 1 - turn, 1),
         whole,
     )
-    return np.abs(start + (samples - whole) * turn**whole) ** 2 / samples**2
+    found: Floats = np.abs(start + (samples - whole) * turn**whole) ** 2 / samples**2
+    return found
 
 
-def high_pass(f, rate_hz, shape):
+def high_pass(f: Floats, rate_hz: float, shape: Values) -> Floats:
     """Power gain of what is left when a slow mean is subtracted."""
     square = (f * shape["corner_period_s"]) ** 2
-    return square / (1 + square)
+    found: Floats = square / (1 + square)
+    return found
 
 
-def settle(recording, shape):
+def settle(recording: Recording, shape: Values) -> Floats:
     """How the first sample, which the software took for the bias, is forgotten."""
-    return np.exp(-2 * np.pi * recording.time_s / shape["corner_period_s"])
+    found: Floats = np.exp(-2 * np.pi * recording.time_s / shape["corner_period_s"])
+    return found
 
 
-def cutoffs(recording):
+def cutoffs(recording: Recording) -> Floats:
     return np.geomspace(recording.rate_hz / 500, recording.rate_hz * 0.45, 12)
 
 
-def lengths(_):
+def lengths(_: Recording) -> Floats:
     return np.array([1.1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32])
 
 
-def corner_periods(recording):
+def corner_periods(recording: Recording) -> Floats:
     span = recording.samples / recording.rate_hz
     return np.geomspace(span / 1000, span / 3, 16)
 
 
 LOW_PASS = Effect(
     "low_pass",
-    "The sensor's own bandwidth attenuates every effect before it. Quantization noise is added after it.",
+    "The sensor's own bandwidth attenuates every effect before it. Quantization noise is added "
+    "after it.",
     (
         Parameter("cutoff_hz", "Hz", 1e-3, 1e6),
         Parameter("response", "", -INFINITE, INFINITE, values=RESPONSES, default=RESPONSES[0]),
@@ -96,7 +111,8 @@ MOVING_AVERAGE = Effect(
     "moving_average",
     "The sensor outputs a moving average of its samples, so consecutive outputs are correlated.",
     (Parameter("samples", "", 1, 1e6),),
-    "Change the decimation or averaging setting of the sensor. The zeros of the spectrum must move.",
+    "Change the decimation or averaging setting of the sensor. The zeros of the spectrum must "
+    "move.",
     "filter",
     "slope between 0 and -1/2 below the length of the mean",
     moving_average,
@@ -106,7 +122,8 @@ HIGH_PASS = Effect(
     "high_pass",
     "Software subtracts its own slow estimate of the bias.",
     (Parameter("corner_period_s", "s", 1e-3, 1e7),),
-    "Switch off the bias correction of the driver. Without it, a slow constant rotation no longer fades in the output.",
+    "Switch off the bias correction of the driver. Without it, a slow constant rotation no longer "
+    "fades in the output.",
     "filter",
     "falls faster than -1/2 at long tau",
     high_pass,

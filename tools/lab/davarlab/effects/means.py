@@ -4,60 +4,65 @@ from functools import partial
 
 import numpy as np
 
+from ..arrays import Floats
 from ..data import signals
-from .base import INFINITE, Effect, Parameter
+from ..data.recording import Recording
+from .base import INFINITE, Effect, Parameter, Values
 
 ANY = (-INFINITE, INFINITE)
 AXIS = Parameter("axis", "x, y, z", *ANY, values=("x", "y", "z"))
 
 
-def axes(recording):
+def axes(recording: Recording) -> list[str]:
     return [axis for axis in "xyz" if f"accel_{axis}_g" in recording.columns]
 
 
-def ramp(recording, _):
+def ramp(recording: Recording, _: Values) -> Floats:
     return recording.time_s
 
 
-def line(recording, shape, turn=0.0):
-    return np.sin(2 * np.pi * (shape["frequency_hz"] * recording.time_s + turn))
+def line(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
+    found: Floats = np.sin(2 * np.pi * (shape["frequency_hz"] * recording.time_s + turn))
+    return found
 
 
-def line_for_a_while(recording, shape, turn=0.0):
+def line_for_a_while(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
     time = recording.time_s
     return np.where(
         (time >= shape["start_s"]) & (time < shape["stop_s"]), line(recording, shape, turn), 0.0
     )
 
 
-def step(recording, shape):
-    return (recording.time_s >= shape["time_s"]).astype(float)
+def step(recording: Recording, shape: Values) -> Floats:
+    found: Floats = (recording.time_s >= shape["time_s"]).astype(float)
+    return found
 
 
-def warm_up(recording, shape):
-    return np.exp(-recording.time_s / shape["time_constant_s"])
+def warm_up(recording: Recording, shape: Values) -> Floats:
+    found: Floats = np.exp(-recording.time_s / shape["time_constant_s"])
+    return found
 
 
-def acceleration(recording, shape):
+def acceleration(recording: Recording, shape: Values) -> Floats:
     return recording.column(f"accel_{shape['axis']}_g")
 
 
-def still_acceleration(recording, shape):
+def still_acceleration(recording: Recording, shape: Values) -> Floats:
     return signals.denoised(acceleration(recording, shape))
 
 
-def vibration_square(recording, shape, window_s=2.0):
+def vibration_square(recording: Recording, shape: Values, window_s: float = 2.0) -> Floats:
     return signals.local_mean_square(
         acceleration(recording, shape), int(window_s * recording.rate_hz)
     )
 
 
-def time_constants(recording):
+def time_constants(recording: Recording) -> Floats:
     span = recording.samples / recording.rate_hz
     return np.geomspace(span / 300, span, 20)
 
 
-def sudden_vibration_square(recording, shape):
+def sudden_vibration_square(recording: Recording, shape: Values) -> Floats:
     return signals.mean_square_between(
         acceleration(recording, shape),
         max(2, int(recording.rate_hz)),
@@ -93,16 +98,19 @@ INTERMITTENT_LINE = Effect(
         Parameter("start_s", "s", 0, INFINITE, searched=True),
         Parameter("stop_s", "s", 0, INFINITE, searched=True),
     ),
-    "Find out which device was switched on at these times, and switch it on again. The line must return.",
+    "Find out which device was switched on at these times, and switch it on again. The line must "
+    "return.",
     "mean",
     "a hump at 0.4 periods in these windows only",
     regressor=line_for_a_while,
 )
 BIAS_STEP = Effect(
     "bias_step",
-    "The bias jumps once: a stress that relaxes, a supply that switches, or a range or register that changes.",
+    "The bias jumps once: a stress that relaxes, a supply that switches, or a range or register "
+    "that changes.",
     (Parameter("step_dps", "deg/s", *ANY), Parameter("time_s", "s", 0, INFINITE, searched=True)),
-    "Repeat the recording. A step occurs at another time or not at all. Find out what happened at that time.",
+    "Repeat the recording. A step occurs at another time or not at all. Find out what happened at "
+    "that time.",
     "mean",
     "slope up to +1/2 in the windows that hold the step only",
     regressor=step,

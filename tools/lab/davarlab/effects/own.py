@@ -1,23 +1,31 @@
-"""People's own effects: a Python file that is not trusted to be right. What is wrong with it is said in one line that names file and
-effect, when it is loaded or when one of its functions is first asked."""
+"""People's own effects: a Python file that is not trusted to be right. What is wrong with it is
+said in one line that names file and effect, when it is loaded or when one of its functions is first
+asked."""
 
 import contextlib
 import sys
 import types
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .. import files
+from ..arrays import Floats
+from ..data.recording import Recording
 from ..errors import BadInput
+from ..files import StrPath
 from . import table
-from .base import Effect, Parameter
+from .base import Effect, Grid, Parameter, Spectrum, Values
+
+Answer = TypeVar("Answer")
 
 
-def executed(path):
-    """The module of a Python file; what it prints goes to standard error. No bytecode is left beside it."""
+def executed(path: StrPath) -> types.ModuleType:
+    """The module of a Python file; what it prints goes to standard error. No bytecode is left
+    beside it."""
     if Path(path).suffix != ".py":
         raise BadInput(f"--effects: {path}: a Python file (.py) expected")
     try:
@@ -37,11 +45,11 @@ def executed(path):
     return module
 
 
-def in_one_line(why):
+def in_one_line(why: BaseException) -> str:
     return f"{type(why).__name__}: {' '.join(str(why).split())}"
 
 
-def asked(where, function, *arguments):
+def asked(where: str, function: Callable[..., Answer], *arguments: Any) -> Answer:
     """What a function of the file answers."""
     try:
         with np.errstate(all="ignore"):  # the answer is looked at anyway
@@ -52,45 +60,47 @@ def asked(where, function, *arguments):
         raise BadInput(f"{where}: {in_one_line(why)}") from None
 
 
-def numbers(where, value, shape):
+def numbers(where: str, value: Any, shape: tuple[int, ...]) -> Floats:
     try:
         found = np.array(value, dtype=float)
     except (TypeError, ValueError):
         raise BadInput(f"{where}: not an array of numbers") from None
     if found.shape != shape:
         raise BadInput(
-            f"{where}: {found.shape[0] if found.ndim == 1 else f'shape {found.shape}'} instead of {shape[0]} values"
+            f"{where}: {found.shape[0] if found.ndim == 1 else f'shape {found.shape}'} instead of "
+            f"{shape[0]} values"
         )
     if not np.all(np.isfinite(found)):
         raise BadInput(f"{where}: not finite at index {int(np.argmin(np.isfinite(found)))}")
     return found
 
 
-def checked_course(where, function):
+def checked_course(where: str, function: Callable[..., Any]) -> Callable[..., Floats]:
     """A regressor, or what simulates: one value per sample of the recording, its first argument."""
 
-    def course(recording, *arguments):
+    def course(recording: Recording, *arguments: Any) -> Floats:
         return numbers(where, asked(where, function, recording, *arguments), (recording.samples,))
 
     return course
 
 
-def checked_spectrum(where, function):
-    def spectrum(f, rate_hz, shape):
+def checked_spectrum(where: str, function: Callable[..., Any]) -> Spectrum:
+    def spectrum(f: Floats, rate_hz: float, shape: Values) -> Floats:
         found = numbers(where, asked(where, function, f, rate_hz, shape), np.shape(f))
         if np.any(found < 0) or not np.any(found > 0):
             raise BadInput(
-                f"{where}: {'negative' if np.any(found < 0) else 'zero'} at {f[int(np.argmin(found))]:.4g} Hz"
+                f"{where}: {'negative' if np.any(found < 0) else 'zero'} at "
+                f"{f[int(np.argmin(found))]:.4g} Hz"
             )
         return found
 
     return spectrum
 
 
-def checked_grid(where, parameter, function):
+def checked_grid(where: str, parameter: Parameter, function: Grid) -> Grid:
     """The values of a shape parameter that are worth trying, within its bounds."""
 
-    def grid(recording):
+    def grid(recording: Recording) -> list[Any]:
         found = asked(where, function, recording)
         if not isinstance(found, Iterable):
             raise BadInput(f"{where}: not a list of values")
@@ -108,14 +118,14 @@ def checked_grid(where, parameter, function):
     return grid
 
 
-def bounded(parameter):
+def bounded(parameter: Parameter) -> bool:
     return (
         all(isinstance(end, (int, float)) for end in (parameter.low, parameter.high))
         and parameter.low < parameter.high
     )
 
 
-def check_form(effect, where):
+def check_form(effect: Effect, where: str) -> None:
     """The fields that the table and the search rely on."""
     needed = {"mean": effect.regressor, "spectrum": effect.spectrum}
     if effect.role not in needed or not callable(needed[effect.role]):
@@ -135,7 +145,8 @@ def check_form(effect, where):
         or not all(isinstance(one, Parameter) for one in parameters)
     ):
         raise BadInput(
-            f"{where}: its parameters must be a tuple of Parameter, the size first: (Parameter(...),)"
+            f"{where}: its parameters must be a tuple of Parameter, the size first: "
+            "(Parameter(...),)"
         )
     for one in parameters:
         if (
@@ -146,11 +157,12 @@ def check_form(effect, where):
             raise BadInput(f"{where}: parameter {one.name}: a word and bounds low < high expected")
         if one.name in effect.shape_names and not callable(effect.grid.get(one.name)):
             raise BadInput(
-                f"{where}: shape parameter {one.name} needs a grid: a function of the recording that gives values to try"
+                f"{where}: shape parameter {one.name} needs a grid: a function of the recording "
+                "that gives values to try"
             )
 
 
-def checked(effect, path):
+def checked(effect: Effect, path: StrPath) -> Effect:
     """The effect with functions that say what is wrong with their answers."""
     where = f"--effects: {path}: {effect.kind}"
     check_form(effect, where)
@@ -172,8 +184,9 @@ def checked(effect, path):
     )
 
 
-def load(path):
-    """Adds every Effect of a Python file to the table. Raises BadInput that names the file and the effect."""
+def load(path: StrPath) -> None:
+    """Adds every Effect of a Python file to the table. Raises BadInput that names the file and the
+    effect."""
     found = {
         id(value): value for value in vars(executed(path)).values() if isinstance(value, Effect)
     }

@@ -1,7 +1,9 @@
-"""The one table that everything which lists effects reads; people's own effects join it (own.py)."""
+"""The one table that everything which lists effects reads; people's own effects join it
+(own.py)."""
 
 from ..errors import BadInput
 from . import changes, columns, filters, means, spectra
+from .base import Effect
 
 TABLE = {
     effect.kind: effect
@@ -38,7 +40,7 @@ TABLE = {
 BUILT_IN = tuple(TABLE)
 
 
-def find(kind, where=""):
+def find(kind: object, where: str = "") -> Effect:
     if not isinstance(kind, str) or kind not in TABLE:
         raise BadInput(
             f"{where + ': ' if where else ''}unknown kind {kind!r} (known: {', '.join(TABLE)})"

@@ -1,29 +1,35 @@
-"""What is left over, against chance: standardised residuals in frequency and in time, one honest p-value (DESIGN 7)."""
+"""What is left over, against chance: standardised residuals in frequency and in time, one honest
+p-value (DESIGN 7)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage, stats
 
+from ..arrays import Floats
 from ..data import signals
+from ..data.counts import Counts
 from ..thresholds import JUDGE
 
 
 @dataclass(frozen=True)
 class Adequacy:
-    """p of the whole, the p-values of the tests by name, and the cells (bands x times) as normal scores."""
+    """p of the whole, the p-values of the tests by name, and the cells (bands x times) as normal
+    scores."""
 
     p_value: float
-    tests: dict
-    cells: np.ndarray
+    tests: dict[str, float]
+    cells: Floats
 
 
-def normal_score(energy, freedom):
+def normal_score(energy: Floats, freedom: Floats | float) -> Floats:
     """Wilson and Hilferty: a chi-square over its freedom as a normal score."""
-    return (np.cbrt(energy) - 1 + 2 / (9 * freedom)) / np.sqrt(2 / (9 * freedom))
+    found: Floats = (np.cbrt(energy) - 1 + 2 / (9 * freedom)) / np.sqrt(2 / (9 * freedom))
+    return found
 
 
-def spectrum_score(c, free):
+def spectrum_score(c: Floats, free: int) -> float:
     edges = np.unique(np.round(np.geomspace(4, len(c), 70)).astype(int))
     counts = np.diff(edges)
     z = normal_score(
@@ -32,9 +38,10 @@ def spectrum_score(c, free):
     return float(stats.chi2.sf(np.sum(z**2), max(len(z) - free, 1)))
 
 
-def cells_of(c, kurtosis=0.0):
-    """Energies of octave bands in equal stretches of time, as normal scores after each band's own mean is taken out.
-    kurtosis: excess of the samples; energy in a share of the band scatters by that share of it more."""
+def cells_of(c: Floats, kurtosis: float = 0.0) -> Floats:
+    """Energies of octave bands in equal stretches of time, as normal scores after each band's own
+    mean is taken out. kurtosis: excess of the samples; energy in a share of the band scatters by
+    that share of it more."""
     edges = np.unique(
         np.round(
             np.geomspace(len(c) / 2 ** (JUDGE.octave_bands - 1), len(c), JUDGE.octave_bands)
@@ -60,7 +67,7 @@ def cells_of(c, kurtosis=0.0):
     return np.array(rows).reshape(-1, JUDGE.time_stretches)
 
 
-def narrow_p(c):
+def narrow_p(c: Floats) -> float:
     """The strongest of the narrow bands, half overlapping."""
     mean = ndimage.uniform_filter1d(c**2, JUDGE.narrow_ordinates)[
         JUDGE.narrow_ordinates // 2 : -(JUDGE.narrow_ordinates // 2) : 100
@@ -79,9 +86,16 @@ def narrow_p(c):
     )
 
 
-def judge(c, free, extra=None, quick=False, counts=None):
-    """c: whitened residual ordinates; free: fitted parameters; extra: further p-values by name; `quick`: without the cells in time;
-    counts (data/counts.py): what they do to single samples is known, and some tests fail by it."""
+def judge(
+    c: Floats,
+    free: int,
+    extra: Mapping[str, float] | None = None,
+    quick: bool = False,
+    counts: Counts | None = None,
+) -> Adequacy:
+    """c: whitened residual ordinates; free: fitted parameters; extra: further p-values by name;
+    `quick`: without the cells in time; counts (data/counts.py): what they do to single samples is
+    known, and some tests fail by it."""
     tests = {"spectrum": spectrum_score(c, free), "narrow band": narrow_p(c)}
     cells = (
         np.zeros((0, JUDGE.time_stretches))

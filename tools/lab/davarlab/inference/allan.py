@@ -1,18 +1,21 @@
-"""Allan deviations: measured by lib/ itself through a shared library, and expected from a model (DESIGN 8)."""
+"""Allan deviations: measured by lib/ itself through a shared library, and expected from a model
+(DESIGN 8)."""
 
 import ctypes
 import os
+from collections.abc import Callable, Sequence
 from functools import cache
 
 import numpy as np
 
 from .. import places
+from ..arrays import Bools, Floats
 from ..errors import BadInput
 from ..thresholds import JUDGE
 
 
 @cache
-def library():
+def library() -> ctypes.CDLL:
     """The shared library that tools/davarlab builds, or pip installed."""
     path = os.environ.get(
         "DAVAR_LAB_LIBRARY", str(places.shared("build/tools/tools/lab/libdavar_lab.so"))
@@ -38,21 +41,24 @@ def library():
     return found
 
 
-def octaves(window):
+def octaves(window: int) -> list[int]:
     """1, 2, 4 ... <= window / 9."""
     return [2**i for i in range(JUDGE.cluster_octaves) if 9 * 2**i <= window]
 
 
-def windows(y, window, taus, known=None):
-    """Allan deviations of the full windows that follow each other, in the unit of y, and the share of their differences that touch known
-    samples only: two arrays (windows, taus). A deviation without any such difference is nan."""
+def windows(
+    y: Floats, window: int, taus: Sequence[int], known: Bools | None = None
+) -> tuple[Floats, Floats]:
+    """Allan deviations of the full windows that follow each other, in the unit of y, and the share
+    of their differences that touch known samples only: two arrays (windows, taus). A deviation
+    without any such difference is nan."""
     if known is not None and not known.all():
         return masked(y, window, taus, known)
     found = measured(y, window, taus)
     return found, np.ones_like(found)
 
 
-def masked(y, window, taus, known):
+def masked(y: Floats, window: int, taus: Sequence[int], known: Bools) -> tuple[Floats, Floats]:
     """As measured(), from the differences that lie in known samples."""
     total = np.concatenate([[0.0], np.cumsum(np.where(known, y - y[known].mean(), 0.0))])
     lost = np.concatenate([[0], np.cumsum(~known)])
@@ -70,8 +76,9 @@ def masked(y, window, taus, known):
     return found, shares
 
 
-def measured(y, window, taus):
-    """Allan deviations of the full windows that follow each other, by lib/: (windows, taus), in the unit of y."""
+def measured(y: Floats, window: int, taus: Sequence[int]) -> Floats:
+    """Allan deviations of the full windows that follow each other, by lib/: (windows, taus), in the
+    unit of y."""
     data = np.ascontiguousarray(y - np.mean(y), dtype=np.float32)
     rows = len(data) // window
     out = np.full((rows, len(taus)), np.nan)
@@ -94,39 +101,45 @@ def measured(y, window, taus):
 
 
 @cache
-def grid():
+def grid() -> tuple[Floats, Floats]:
     """Frequencies over the sample rate, and the width of each."""
     nu = np.concatenate([np.geomspace(1e-8, 1e-4, 2000), np.geomspace(1e-4, 0.5, 40000)[1:]])
     return np.sqrt(nu[1:] * nu[:-1]), np.diff(nu)
 
 
 @cache
-def response(m):
+def response(m: int) -> Floats:
     """What the Allan variance of m samples takes of each frequency of the grid."""
     middle, width = grid()
     ripples = np.sin(np.pi * middle * m) ** 4
     ripples[middle * m > 300] = 0.375  # the grid no longer follows the ripples: their mean
-    return ripples * width * 4 / (np.sin(np.pi * middle) * m) ** 2
+    found: Floats = ripples * width * 4 / (np.sin(np.pi * middle) * m) ** 2
+    return found
 
 
-def on_grid(spectrum, rate_hz):
+def on_grid(spectrum: Callable[[Floats], Floats], rate_hz: float) -> Floats:
     return spectrum(grid()[0] * rate_hz)
 
 
-def expected(power, taus):
-    """Allan variance of noise with this ordinate variance on the grid: the integral over the response of D (8.1)."""
+def expected(power: Floats, taus: Sequence[int]) -> Floats:
+    """Allan variance of noise with this ordinate variance on the grid: the integral over the
+    response of D (8.1)."""
     return np.array([power @ response(int(m)) for m in taus])
 
 
-def unit(power):
-    """The same shape with 1 as its largest value, for the square of a faint one would be 0; silence counts as white."""
+def unit(power: Floats) -> Floats:
+    """The same shape with 1 as its largest value, for the square of a faint one would be 0; silence
+    counts as white."""
     peak = power.max()
     return power / peak if peak > 0 else np.ones_like(power)
 
 
-def freedom(spectrum, power, m, window, rate_hz):
-    """Degrees of freedom of the overlapping estimate of noise with this spectrum (`power`: on the grid): M R0^2 / sum (1 - |k|/M) R_k^2, R the
-    autocovariance of the M = window - 2 m + 1 differences (8.3)."""
+def freedom(
+    spectrum: Callable[[Floats], Floats], power: Floats, m: int, window: int, rate_hz: float
+) -> float:
+    """Degrees of freedom of the overlapping estimate of noise with this spectrum (`power`: on the
+    grid): M R0^2 / sum (1 - |k|/M) R_k^2, R the autocovariance of the M = window - 2 m + 1
+    differences (8.3)."""
     count = window - 2 * m + 1
     if count > JUDGE.parseval_clusters * m:  # Parseval
         width = grid()[1]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize, special
 
+from ..arrays import Floats, Ints
 from ..thresholds import CHANGE
 
 
@@ -12,21 +13,21 @@ from ..thresholds import CHANGE
 class Blocks:
     """Mean squares of the whitened residual in blocks of `length` samples."""
 
-    energy: np.ndarray
+    energy: Floats
     length: int
     period_s: float
-    freedom: (
-        float  # of each energy: its length, fewer where counts scatter more than Gaussian noise
-    )
-    known: np.ndarray | None = None  # relative variance that is divided out already
+    # Of each energy: its length, fewer where counts scatter more than Gaussian noise.
+    freedom: float
+    known: Floats | None = None  # relative variance that is divided out already
 
 
-def block_length(rate_hz):
+def block_length(rate_hz: float) -> int:
     return max(8, int(rate_hz))
 
 
-def blocks_of(w, rate_hz, known=None):
-    """known: (relative variance of the blocks, scatter of their energies over that of Gaussian noise), from the counts."""
+def blocks_of(w: Floats, rate_hz: float, known: tuple[Floats, float] | None = None) -> Blocks:
+    """known: (relative variance of the blocks, scatter of their energies over that of Gaussian
+    noise), from the counts."""
     length = block_length(rate_hz)
     count = len(w) // length
     energy, (variance, scatter) = (
@@ -42,12 +43,13 @@ def blocks_of(w, rate_hz, known=None):
     )
 
 
-def log_likelihood(blocks, variance):
+def log_likelihood(blocks: Blocks, variance: Floats) -> float:
     return -0.5 * blocks.freedom * float(np.sum(np.log(variance) + blocks.energy / variance))
 
 
-def steady_gain(blocks, before, after):
-    """Gain in likelihood from one variance to another without the few blocks (CHANGE.touch_blocks) that tell most for it: a touch is no vibration."""
+def steady_gain(blocks: Blocks, before: Floats, after: Floats) -> float:
+    """Gain in likelihood from one variance to another without the few blocks (CHANGE.touch_blocks)
+    that tell most for it: a touch is no vibration."""
     each = (
         0.5
         * blocks.freedom
@@ -56,7 +58,7 @@ def steady_gain(blocks, before, after):
     return float(np.sort(each)[: -CHANGE.touch_blocks].sum())
 
 
-def fit(blocks, shapes):
+def fit(blocks: Blocks, shapes: Floats) -> tuple[Floats, Floats, float]:
     """Non-negative sizes of the shapes (rows) of the variance, and the log-likelihood."""
     variance = np.full(len(blocks.energy), blocks.energy.mean())
     for _ in range(30):
@@ -69,17 +71,18 @@ def fit(blocks, shapes):
     return sizes, variance, log_likelihood(blocks, variance)
 
 
-def size_covariance(blocks, shapes, variance):
+def size_covariance(blocks: Blocks, shapes: Floats, variance: Floats) -> Floats:
     design = shapes / variance * np.sqrt(blocks.freedom / 2)
     return np.linalg.pinv(design @ design.T)
 
 
-def best_interval(blocks, variance):
-    """The interval of blocks with the most likely larger variance: (first, last + 1, ratio of variances, gain)."""
+def best_interval(blocks: Blocks, variance: Floats) -> tuple[int, int, float, float]:
+    """The interval of blocks with the most likely larger variance: (first, last + 1, ratio of
+    variances, gain)."""
     relative = blocks.energy / variance
     total = np.concatenate([[0], np.cumsum(relative)])
 
-    def gain(first, last):
+    def gain(first: Ints, last: Ints) -> Floats:
         inside, n = total[last] - total[first], last - first
         a, b = inside / n, (total[-1] - inside) / np.maximum(len(relative) - n, 1)
         mean = total[-1] / len(relative)
@@ -106,16 +109,17 @@ def best_interval(blocks, variance):
     return int(low), int(high), inside / outside, float(gain(np.array([low]), np.array([high]))[0])
 
 
-def excess_scatter(blocks, variance, share):
-    """How much more than chi-square each block scatters, >= 1, where `share` of its variance is known from a short stretch of the accelerometer
-    only: its mean square has a scatter of its own, which enters as share^2 (5.4)."""
+def excess_scatter(blocks: Blocks, variance: Floats, share: Floats) -> Floats:
+    """How much more than chi-square each block scatters, >= 1, where `share` of its variance is
+    known from a short stretch of the accelerometer only: its mean square has a scatter of its own,
+    which enters as share^2 (5.4)."""
     score = (blocks.energy / variance - 1) ** 2 * blocks.freedom / 2 - 1
     weight = share**2
     total = float(np.sum(weight**2))
     return 1 + weight * max(0.0, float(np.sum(weight * score)) / total if total > 0 else 0.0)
 
 
-def restless(energy, length):
+def restless(energy: Floats, length: int) -> float:
     """How much more than chance the level of the noise moves between stretches; at least 1."""
     count = min(CHANGE.restless_stretches, len(energy))
     edges = np.linspace(0, len(energy), count + 1).astype(int)
@@ -127,6 +131,6 @@ def restless(energy, length):
     )
 
 
-def trigamma_scatter(blocks):
+def trigamma_scatter(blocks: Blocks) -> float:
     """Variance of the logarithm of one block's energy."""
     return float(special.polygamma(1, blocks.freedom / 2))

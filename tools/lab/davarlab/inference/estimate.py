@@ -1,28 +1,47 @@
-"""Parameters of a fitted model in the units of the model file, with 95 % intervals from the joint curvature (DESIGN 3)."""
+"""Parameters of a fitted model in the units of the model file, with 95 % intervals from the joint
+curvature (DESIGN 3)."""
 
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from scipy import linalg, stats
 
+from ..arrays import Floats
+from ..data.events import Shocks
+from ..data.recording import Recording
 from ..thresholds import CHANCE, FIT
 from . import changes, modulation
+from .changes import Blocks
+from .parts import Bench, Part
 from .refine import numeric_shapes, turns
-from .whittle import size_covariance
+from .whittle import Fit, size_covariance
 
 
 @dataclass
 class Estimate:
-    """A parameter with its 95 % interval. low, high None: it has none, because it is a word or was taken as it is, or, when `undetermined`,
-    because the record says next to nothing about it."""
+    """A parameter with its 95 % interval. low, high None: it has none, because it is a word or was
+    taken as it is, or, when `undetermined`, because the record says next to nothing about it."""
 
     value: float | str
     low: float | None = None
     high: float | None = None
     undetermined: bool = False
 
+    @property
+    def number(self) -> float:
+        """The value of a parameter that is no word."""
+        return cast(float, self.value)
 
-def vector_likelihood(bench, parts, sizes, coefficients):
+
+Entry = dict[str, Estimate]  # of a part, by the name of the parameter
+Place = tuple[int, str]  # of a shape: index of its part, name
+
+
+def vector_likelihood(
+    bench: Bench, parts: Sequence[Part], sizes: Floats, coefficients: Floats
+) -> float:
     """Log-likelihood with every parameter given."""
     data, keys = bench.data, bench.all_keys(parts)
     level = np.maximum(bench.rows(parts).T @ sizes + bench.fixed(parts), 1e-30)
@@ -34,14 +53,14 @@ def vector_likelihood(bench, parts, sizes, coefficients):
     return -0.5 * float(np.sum(data.counts * np.log(level) + np.maximum(energy, 0) / level))
 
 
-def with_shapes(parts, moves):
+def with_shapes(parts: Sequence[Part], moves: Iterable[tuple[Place, float]]) -> list[Part]:
     parts = list(parts)
     for (index, name), factor in moves:
         parts[index] = parts[index].moved(name, parts[index].shape[name] * float(np.exp(factor)))
     return parts
 
 
-def curvature(function, steps):
+def curvature(function: Callable[[Floats], float], steps: Floats) -> Floats:
     """Minus the Hessian of `function` at 0."""
     count, centre = len(steps), function(np.zeros(len(steps)))
     unit = np.diag(steps)
@@ -56,8 +75,11 @@ def curvature(function, steps):
     return -hessian
 
 
-def standard_errors(bench, parts, fit):
-    """Of log sizes, log shapes, and coefficients (absolute), jointly. Sizes at zero are left out (infinite)."""
+def standard_errors(
+    bench: Bench, parts: Sequence[Part], fit: Fit
+) -> tuple[Floats, dict[Place, float], Floats]:
+    """Of log sizes, log shapes, and coefficients (absolute), jointly. Sizes at zero are left out
+    (infinite)."""
     places = [(i, name) for i, part in enumerate(parts) for name in numeric_shapes(part)]
     live = np.flatnonzero(fit.sizes > 0)
     own = (
@@ -71,7 +93,7 @@ def standard_errors(bench, parts, fit):
 
     tried = {}
 
-    def at(x):
+    def at(x: Floats) -> float:
         sizes = fit.sizes.copy()
         sizes[live] *= np.exp(x[: len(live)])
         moved = with_shapes(parts, zip(places, x[len(live) : len(live) + len(places)]))
@@ -101,13 +123,13 @@ def standard_errors(bench, parts, fit):
     )
 
 
-def shape_step(bench, part):
+def shape_step(bench: Bench, part: Part) -> float:
     if part.kind == "sinusoid":
         return 0.1 / turns(bench, part)
     return 0.03
 
 
-def interval(value, error, relative):
+def interval(value: float, error: float, relative: bool) -> Estimate:
     value, reach = float(value), CHANCE.normal_95 * error
     if (
         not np.isfinite(value)
@@ -118,23 +140,24 @@ def interval(value, error, relative):
     ):
         return Estimate(value, undetermined=True)
     if relative:
-        return Estimate(
-            value, *sorted((float(value * np.exp(-reach)), float(value * np.exp(reach))))
-        )
+        low, high = sorted((float(value * np.exp(-reach)), float(value * np.exp(reach))))
+        return Estimate(value, low, high)
     return Estimate(value, float(value - reach), float(value + reach))
 
 
-def wider(one, two):
-    """Estimates of `one`, with intervals that hold those of `two` too: of the same parameters, the model put in another way."""
-    return {
-        name: e
-        if e.low is None or two[name].low is None
-        else Estimate(e.value, min(e.low, two[name].low), max(e.high, two[name].high))
-        for name, e in one.items()
-    }
+def wider(one: Entry, two: Entry) -> Entry:
+    """Estimates of `one`, with intervals that hold those of `two` too: of the same parameters, the
+    model put in another way."""
+    return {name: widened(estimate, two[name]) for name, estimate in one.items()}
 
 
-def spectrum_estimate(scale, size, error, bound):
+def widened(one: Estimate, two: Estimate) -> Estimate:
+    if one.low is None or one.high is None or two.low is None or two.high is None:
+        return one
+    return Estimate(one.value, min(one.low, two.low), max(one.high, two.high))
+
+
+def spectrum_estimate(scale: float, size: float, error: float, bound: float) -> Estimate:
     """`bound`: standard error of the size itself, for one that is fitted as nothing."""
     if size <= 0:
         return (
@@ -145,7 +168,9 @@ def spectrum_estimate(scale, size, error, bound):
     return interval(np.sqrt(size) / scale, error / 2, True)
 
 
-def mean_estimates(bench, part, keys, values, errors):
+def mean_estimates(
+    bench: Bench, part: Part, keys: Sequence[str], values: Floats, errors: Floats
+) -> Estimate:
     scales = np.array([bench.data.scale(key) or np.inf for key in keys])
     values, errors = values / scales, errors / scales
     if part.turning:
@@ -156,7 +181,13 @@ def mean_estimates(bench, part, keys, values, errors):
     return interval(values[0] / part.effect.size.scale, errors[0] / part.effect.size.scale, False)
 
 
-def all_estimates(bench, parts, fit, blocks=None, shocks=None):
+def all_estimates(
+    bench: Bench,
+    parts: Sequence[Part],
+    fit: Fit,
+    blocks: Blocks | None = None,
+    shocks: Shocks | None = None,
+) -> list[Entry]:
     """One dictionary name -> Estimate per part, in the order of the parts."""
     size_errors, shape_errors, coefficient_errors = standard_errors(bench, parts, fit)
     found, s, c = [], 0, 0
@@ -186,6 +217,7 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
             )
             behind += 1
         elif part.kind == "shocks":
+            assert shocks is not None  # cut out of the record before the fit
             entry = shock_estimates(shocks, bench.recording)
         for name, value in part.effect.said(part.shape).items():
             error = shape_errors.get((index, name))
@@ -206,29 +238,34 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
     return found
 
 
-def instants(bench, part, entry, level):
+def instants(bench: Bench, part: Part, entry: Entry, level: Floats) -> Entry:
     """When a step was, when a line came and went, and its frequency; nothing of other parts."""
     span = bench.recording.samples / bench.recording.rate_hz
     if part.kind == "bias_step":
-        return {"time_s": instant(bench, part.shape["time_s"], entry["step_dps"].value ** 2, level)}
+        return {
+            "time_s": instant(bench, part.shape["time_s"], entry["step_dps"].number ** 2, level)
+        }
     if part.kind != "intermittent_line":
         return {}
-    frequency, power = part.shape["frequency_hz"], entry["amplitude_dps"].value ** 2
+    frequency, power = part.shape["frequency_hz"], entry["amplitude_dps"].number ** 2
     noise = np.interp(np.log(frequency), np.log(bench.data.f_bin), level)
     found = {
         name: instant(bench, min(part.shape[name], span), power / 2, level, frequency)
         for name in ("start_s", "stop_s")
     }
-    seconds = max(found["stop_s"].value - found["start_s"].value, 1 / bench.recording.rate_hz)
+    seconds = max(found["stop_s"].number - found["start_s"].number, 1 / bench.recording.rate_hz)
     error = np.sqrt(6 * noise / max(power * seconds * bench.recording.rate_hz, 1e-300)) / (
         np.pi * seconds
     )  # Cramer and Rao
     return {**found, "frequency_hz": interval(frequency, min(float(error), frequency), False)}
 
 
-def instant(bench, time_s, power, level, frequency=None):
-    """A change of that power in the noise: by the noise of single samples, as it is at its frequency or over the time in doubt, the likeliest
-    place moves by CHANGE_DOUBT noise / power samples in 95 of 100 cases."""
+def instant(
+    bench: Bench, time_s: float, power: float, level: Floats, frequency: float | None = None
+) -> Estimate:
+    """A change of that power in the noise: by the noise of single samples, as it is at its
+    frequency or over the time in doubt, the likeliest place moves by CHANGE_DOUBT noise / power
+    samples in 95 of 100 cases."""
     reach = 1 / bench.recording.rate_hz
     for _ in range(5):
         noise = np.interp(np.log(frequency or 0.5 / reach), np.log(bench.data.f_bin), level)
@@ -243,7 +280,9 @@ def instant(bench, time_s, power, level, frequency=None):
     )
 
 
-def dynamic_estimates(bench, parts, fit, blocks):
+def dynamic_estimates(
+    bench: Bench, parts: Sequence[Part], fit: Fit, blocks: Blocks | None
+) -> dict[str, Entry]:
     """White level and what modulates it, from the energies of blocks."""
     dynamic = [part for part in parts if part.role == "variance"]
     if not dynamic:
@@ -302,8 +341,9 @@ def dynamic_estimates(bench, parts, fit, blocks):
     return found
 
 
-def ends(parts, blocks, ratio):
-    """Where a noise step begins and stops: within a block, and within what the likelihood of a block on the wrong side leaves open."""
+def ends(parts: Sequence[Part], blocks: Blocks, ratio: float) -> Entry:
+    """Where a noise step begins and stops: within a block, and within what the likelihood of a
+    block on the wrong side leaves open."""
     part = next(part for part in parts if part.kind == "noise_step")
     nats = 0.5 * blocks.length * abs(ratio**2 - 1 - 2 * np.log(max(ratio, 1e-3)))
     reach = blocks.period_s * (0.5 + 3 / max(nats, 1e-3))
@@ -315,7 +355,9 @@ def ends(parts, blocks, ratio):
     }
 
 
-def growth_estimates(parts, recording, blocks, share):
+def growth_estimates(
+    parts: Sequence[Part], recording: Recording, blocks: Blocks, share: float
+) -> dict[str, Entry]:
     """Of temperature_noise: the energies of the blocks know it as far as the spectrum is white."""
     spread = (
         np.sqrt(2 * blocks.length * np.sum(modulation.block_temperature(recording, blocks) ** 2))
@@ -333,18 +375,17 @@ def growth_estimates(parts, recording, blocks, share):
     }
 
 
-def of_levels(estimate, course, square):
-    """The size of levels where the column is their posterior mean: sum(y m) / (n square), the maximum of the chain's likelihood, for the
-    sum(y m) / sum(m^2) of least squares (6.4). square: mean of the squared state, 1 of two levels."""
+def of_levels(estimate: Estimate, course: Floats, square: float) -> Estimate:
+    """The size of levels where the column is their posterior mean: sum(y m) / (n square), the
+    maximum of the chain's likelihood, for the sum(y m) / sum(m^2) of least squares (6.4). square:
+    mean of the squared state, 1 of two levels."""
     factor = float(np.mean(course**2)) / square
-    return (
-        estimate
-        if estimate.low is None
-        else Estimate(estimate.value * factor, estimate.low * factor, estimate.high * factor)
-    )
+    if estimate.low is None or estimate.high is None:
+        return estimate
+    return Estimate(estimate.number * factor, estimate.low * factor, estimate.high * factor)
 
 
-def shock_estimates(shocks, recording):
+def shock_estimates(shocks: Shocks, recording: Recording) -> Entry:
     hours = recording.samples / recording.rate_hz / 3600
     low, high = (
         stats.chi2.ppf(0.025, 2 * shocks.count) / 2,

@@ -2,13 +2,15 @@
 
 import numpy as np
 
+from ..arrays import Bools, Floats
 from ..data import signals
 from ..thresholds import FIT
 
 
-def first_level(y, known):
-    """Variance per ordinate 1 .. n-1 from products of known samples alone (12.2): what the first draw starts from. From a fill by means the
-    loop of draws and fits would take as many rounds as halve the share of missing samples away."""
+def first_level(y: Floats, known: Bools) -> Floats:
+    """Variance per ordinate 1 .. n-1 from products of known samples alone (12.2): what the first
+    draw starts from. From a fill by means the loop of draws and fits would take as many rounds as
+    halve the share of missing samples away."""
     count = len(y)
     values = np.where(known, y - y[known].mean(), 0.0)
     products, pairs = (
@@ -29,9 +31,9 @@ def first_level(y, known):
     )
 
 
-def conditional_draw(y, known, level, rng):
-    """y with its missing samples drawn, given the known ones and the variance `level` of each ordinate 1 .. n-1. Solves (12.1) by conjugate
-    gradients: four cosine transforms an iteration."""
+def conditional_draw(y: Floats, known: Bools, level: Floats, rng: np.random.Generator) -> Floats:
+    """y with its missing samples drawn, given the known ones and the variance `level` of each
+    ordinate 1 .. n-1. Solves (12.1) by conjugate gradients: four cosine transforms an iteration."""
     missing = ~known
     if not missing.any():
         return y
@@ -39,23 +41,23 @@ def conditional_draw(y, known, level, rng):
     level = np.concatenate([[level[0]], level])
     pull = signals.transform(np.where(known, y - mean, 0.0)) / level
     push = rng.standard_normal(len(y)) / np.sqrt(level)
-    drawn = y.astype(
-        float
-    )  # the mean and the draw apart: beside a strong slow course the fast part of a draw would be lost in its tolerance
+    # The mean and the draw apart: beside a strong slow course the fast part of a draw would be lost
+    # in its tolerance.
+    drawn = y.astype(float)
     drawn[missing] = mean + sum(
         solved(signals.inverse(one)[missing], missing, level) for one in (-pull, push)
     )
     return drawn
 
 
-def within(x, missing, weight):
+def within(x: Floats, missing: Bools, weight: Floats) -> Floats:
     """The block of C' diag(weight) C between missing samples, times x."""
     whole = np.zeros(len(missing))
     whole[missing] = x
     return signals.inverse(weight * signals.transform(whole))[missing]
 
 
-def solved(right, missing, level):
+def solved(right: Floats, missing: Bools, level: Floats) -> Floats:
     """x of Q_mm x = right; the covariance of the missing samples is the preconditioner."""
     x, rest = np.zeros_like(right), right.copy()
     shaped = within(rest, missing, level)

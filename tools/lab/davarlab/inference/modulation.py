@@ -1,17 +1,26 @@
-"""White noise whose level changes while the rest of the spectrum does not: what that does to the whitened residual (DESIGN 5)."""
+"""White noise whose level changes while the rest of the spectrum does not: what that does to the
+whitened residual (DESIGN 5)."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from scipy import optimize
 
+from ..arrays import Floats
 from ..data import signals
+from ..data.recording import Recording
 from ..effects import columns
 from ..effects.changes import vibration_square
 from ..thresholds import CHANGE
 from . import changes
+from .changes import Blocks
+from .parts import Bench, Part
+from .whittle import Fit
 
 
-def variance_shapes(parts, recording, blocks):
-    """Rows of the variance of the blocks that the parts say: the white noise first, constant or as the temperature has it."""
+def variance_shapes(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> Floats:
+    """Rows of the variance of the blocks that the parts say: the white noise first, constant or as
+    the temperature has it."""
     rows = [white_growth(parts, recording, blocks)]
     for part in parts:
         if part.kind == "vibration_noise":
@@ -28,43 +37,47 @@ def variance_shapes(parts, recording, blocks):
     return np.array(rows)
 
 
-def white_growth(parts, recording, blocks):
+def white_growth(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> Floats:
     """The variance of the white noise per block, 1 at the mean temperature (5.5)."""
     relative = sum(
         part.shape["relative_per_degC"] for part in parts if part.kind == "temperature_noise"
     )
     if not relative:
         return np.ones(len(blocks.energy))
-    return np.exp(np.clip(2 * relative * block_temperature(recording, blocks), -40, 40))
+    found: Floats = np.exp(np.clip(2 * relative * block_temperature(recording, blocks), -40, 40))
+    return found
 
 
-def block_temperature(recording, blocks):
+def block_temperature(recording: Recording, blocks: Blocks) -> Floats:
     """Of each block, from the mean of the record, degC."""
     slow = columns.slow_temperature(recording)
     count = len(blocks.energy)
-    return slow[: count * blocks.length].reshape(count, blocks.length).mean(axis=1) - slow.mean()
+    found: Floats = (
+        slow[: count * blocks.length].reshape(count, blocks.length).mean(axis=1) - slow.mean()
+    )
+    return found
 
 
-def changing(parts):
+def changing(parts: Sequence[Part]) -> bool:
     """May the parts let the white level change."""
     return any(part.role == "variance" for part in parts)
 
 
-def constant(rows):
+def constant(rows: Floats) -> bool:
     """Does nothing change the white level."""
     return len(rows) == 1 and np.ptp(rows[0]) == 0
 
 
-def best_growth(parts, recording, blocks):
-    """The exponent of temperature_noise, of the parts' own or beside them, at the maximum of the likelihood of the blocks:
-    (relative_per_degC, gain over none)."""
+def best_growth(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> tuple[float, float]:
+    """The exponent of temperature_noise, of the parts' own or beside them, at the maximum of the
+    likelihood of the blocks: (relative_per_degC, gain over none)."""
     others = [part for part in parts if part.kind != "temperature_noise"]
     rows = variance_shapes(others, recording, blocks)
     warm = block_temperature(recording, blocks)
     if np.ptp(warm) <= 0:
         return 0.0, 0.0
 
-    def loss(relative):
+    def loss(relative: float) -> float:
         return -changes.fit(blocks, np.vstack([rows[:1] * np.exp(2 * relative * warm), rows[1:]]))[
             2
         ]
@@ -81,7 +94,7 @@ def best_growth(parts, recording, blocks):
     return float(found.x), float(loss(0.0) - found.fun)
 
 
-def regrown(bench, parts, fit):
+def regrown(bench: Bench, parts: list[Part], fit: Fit) -> list[Part]:
     """The parts with the exponent of temperature_noise refitted."""
     if not any(part.kind == "temperature_noise" for part in parts):
         return parts
@@ -93,7 +106,7 @@ def regrown(bench, parts, fit):
     ]
 
 
-def white_share(bench, parts, fit):
+def white_share(bench: Bench, parts: Sequence[Part], fit: Fit) -> Floats:
     """The share of the sensor's white noise in the fitted spectrum, per bin."""
     noise = [part for part in parts if part.role == "spectrum"]
     if not noise:
@@ -111,13 +124,15 @@ def white_share(bench, parts, fit):
     )
 
 
-def local(variance, share, mean):
-    """Variance of the whitened residual where the white noise has this share; `variance`: that of all ordinates together (5.2)."""
+def local(variance: Floats, share: Floats | float, mean: float) -> Floats:
+    """Variance of the whitened residual where the white noise has this share; `variance`: that of
+    all ordinates together (5.2)."""
     return np.maximum(1 + share / max(mean, 1e-6) * (variance - 1), 0.05)
 
 
-def levelled(c, variance, share):
-    """Whitened ordinates with the change of the white level divided out, in each frequency as far as it is white."""
+def levelled(c: Floats, variance: Floats, share: Floats) -> Floats:
+    """Whitened ordinates with the change of the white level divided out, in each frequency as far
+    as it is white."""
     mean, out = share.mean(), np.zeros_like(c)
     groups = np.minimum((share * CHANGE.share_groups).astype(int), CHANGE.share_groups - 1)
     for group in np.unique(groups):
@@ -127,8 +142,9 @@ def levelled(c, variance, share):
     return out
 
 
-def dispersion(bench, share, variance):
-    """How much more than chi-square the energy of each bin scatters: mean of the squared local variance over its squared mean (5.3)."""
+def dispersion(bench: Bench, share: Floats, variance: Floats) -> Floats:
+    """How much more than chi-square the energy of each bin scatters: mean of the squared local
+    variance over its squared mean (5.3)."""
     mean = float(np.sum(share * bench.data.counts) / np.sum(bench.data.counts))
     relative = variance / variance.mean()
     found = []
@@ -138,9 +154,9 @@ def dispersion(bench, share, variance):
     return np.array(found)
 
 
-def crowding(bench, share, variance):
-    """How much more than chi-square a few neighbouring ordinates have together, at most: they go with each other where the noise is loud for a
-    while, by its level there over its mean (5.3)."""
+def crowding(bench: Bench, share: Floats, variance: Floats) -> Floats:
+    """How much more than chi-square a few neighbouring ordinates have together, at most: they go
+    with each other where the noise is loud for a while, by its level there over its mean (5.3)."""
     mean = float(np.sum(share * bench.data.counts) / np.sum(bench.data.counts))
     loudest = max(
         np.mean(piece)
@@ -151,8 +167,11 @@ def crowding(bench, share, variance):
     return local(loudest, share, mean)
 
 
-def discounted(gain, before, after, counts, scatter):
-    """A gain of spectra in the units that it would have if bins scattered as chi-square: weighted where the spectra differ (5.3)."""
+def discounted(
+    gain: float, before: Floats, after: Floats, counts: Floats, scatter: Floats
+) -> float:
+    """A gain of spectra in the units that it would have if bins scattered as chi-square: weighted
+    where the spectra differ (5.3)."""
     weight = counts * np.log(np.maximum(after, 1e-300) / np.maximum(before, 1e-300)) ** 2
     total = float(weight.sum())
     return gain if total <= 0 else gain * total / float(np.sum(weight * scatter))

@@ -1,13 +1,16 @@
 """Shapes (time constants, cut-offs, frequencies) by maximum likelihood, one after the other."""
 
+from collections.abc import Collection, Sequence
+
 import numpy as np
 from scipy import optimize
 
 from ..data import signals
 from ..thresholds import FIT, LINE
+from .parts import Bench, Part
 
 
-def numeric_shapes(part):
+def numeric_shapes(part: Part) -> list[str]:
     fixed = {parameter.name for parameter in part.effect.parameters if parameter.searched}
     return (
         [
@@ -20,16 +23,18 @@ def numeric_shapes(part):
     )
 
 
-def half_width(bench, part, name):
-    """How far to look, in natural logarithm; of a line half its lobe, within which there is one peak only."""
+def half_width(bench: Bench, part: Part, name: str) -> float:
+    """How far to look, in natural logarithm; of a line half its lobe, within which there is one
+    peak only."""
     if part.kind == "sinusoid":
         return 0.5 / turns(bench, part)
     if part.kind == "narrow_band" and name == "frequency_hz":
-        return min(0.45, 2 * part.shape["half_width_hz"] / part.shape["frequency_hz"])
+        found: float = min(0.45, 2 * part.shape["half_width_hz"] / part.shape["frequency_hz"])
+        return found
     return 0.45
 
 
-def bounds(bench, part, name):
+def bounds(bench: Bench, part: Part, name: str) -> tuple[float, float]:
     """Where a shape makes sense on this recording: (least, most)."""
     rate, samples = bench.data.rate_hz, bench.data.samples
     widest = (
@@ -47,12 +52,14 @@ def bounds(bench, part, name):
     return max(least, parameter.low), min(most, parameter.high)
 
 
-def turns(bench, part):
-    return part.shape["frequency_hz"] * bench.recording.samples / bench.recording.rate_hz
+def turns(bench: Bench, part: Part) -> float:
+    found: float = part.shape["frequency_hz"] * bench.recording.samples / bench.recording.rate_hz
+    return found
 
 
-def line_frequency(bench, parts, index):
-    """Of the line parts[index]: where the power of the whitened residual of the others peaks, within half a lobe. One pass over the record."""
+def line_frequency(bench: Bench, parts: list[Part], index: int) -> float:
+    """Of the line parts[index]: where the power of the whitened residual of the others peaks,
+    within half a lobe. One pass over the record."""
     part, fit = parts[index], bench.fit(parts)
     keys, coefficients = bench.all_keys(parts), fit.coefficients.copy()
     coefficients[[keys.index(key) for key in bench.keys(part)]] = 0.0
@@ -68,10 +75,11 @@ def line_frequency(bench, parts, index):
         method="bounded",
         options={"xatol": 1e-4 * reach},
     )
-    return part.shape["frequency_hz"] + float(best.x)
+    found: float = part.shape["frequency_hz"] + float(best.x)
+    return found
 
 
-def line_refined(bench, parts, index):
+def line_refined(bench: Bench, parts: list[Part], index: int) -> list[Part]:
     moved = parts[index].moved("frequency_hz", line_frequency(bench, parts, index))
     trial = [*parts[:index], moved, *parts[index + 1 :]]
     better = bench.fit(trial).log_likelihood > bench.fit(parts).log_likelihood
@@ -79,17 +87,17 @@ def line_refined(bench, parts, index):
     return trial if better else parts
 
 
-def refine_one(bench, parts, index, name):
+def refine_one(bench: Bench, parts: list[Part], index: int, name: str) -> list[Part]:
     part = parts[index]
     if part.kind == "sinusoid" and turns(bench, part) > LINE.white_turns:
         return line_refined(bench, parts, index)
     centre, width = part.shape[name], half_width(bench, part, name)
     least, most = bounds(bench, part, name)
 
-    def at(x):
+    def at(x: float) -> Part:
         return part.moved(name, float(min(max(centre * np.exp(x), least), most)))
 
-    def loss(x):
+    def loss(x: float) -> float:
         moved = at(x)
         trial = [*parts[:index], moved, *parts[index + 1 :]]
         value = -bench.fit(trial).log_likelihood
@@ -109,7 +117,7 @@ def refine_one(bench, parts, index, name):
     return [*parts[:index], at(best.x), *parts[index + 1 :]]
 
 
-def sweeps_for(parts, kind):
+def sweeps_for(parts: Sequence[Part], kind: str) -> int:
     """Two of a kind give way to each other in turns, each by little."""
     return (
         FIT.rounds_of_two
@@ -118,8 +126,15 @@ def sweeps_for(parts, kind):
     )
 
 
-def refined(bench, parts, sweeps=1, only=None, only_last=False):
-    """Parts with their shapes at the maximum of the likelihood; `only`: kinds to move; `only_last`: the last part alone."""
+def refined(
+    bench: Bench,
+    parts: Sequence[Part],
+    sweeps: int = 1,
+    only: Collection[str] | None = None,
+    only_last: bool = False,
+) -> list[Part]:
+    """Parts with their shapes at the maximum of the likelihood; `only`: kinds to move; `only_last`:
+    the last part alone."""
     parts = list(parts)
     for _ in range(sweeps):
         for index in range(len(parts)):

@@ -1,42 +1,51 @@
-"""A few levels or a continuum? Telegraph noise and Gauss-Markov share a spectrum; their amplitudes differ (DESIGN 6)."""
+"""A few levels or a continuum? Telegraph noise and Gauss-Markov share a spectrum; their amplitudes
+differ (DESIGN 6)."""
 
+from collections.abc import Iterable, Sequence
 from math import exp, log, pi, sqrt
 
 import numpy as np
 from scipy import optimize, signal
 
+from ..arrays import Floats
 from ..thresholds import LEVELS
 
 
-def averaged(x, block):
+def averaged(x: Floats, block: int) -> Floats:
     count = len(x) // block
-    return x[: count * block].reshape(count, block).mean(axis=1)
+    found: Floats = x[: count * block].reshape(count, block).mean(axis=1)
+    return found
 
 
-def times(a, b):
-    """Products of matrices that stand along the last axis, each scaled to 1, and the logarithms of the scales."""
+def times(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Products of matrices that stand along the last axis, each scaled to 1, and the logarithms of
+    the scales."""
     found = np.einsum("ijn,jkn->ikn", a, b)
     scale = found.max(axis=(0, 1))
     return found / scale, np.log(scale)
 
 
-def places(levels):
+def places(levels: int) -> Floats:
     """Where the levels lie, 2 apart, the highest first."""
     return np.arange(levels - 1, -levels, -2.0)
 
 
-def mean_square(levels):
+def mean_square(levels: int) -> float:
     """Of places that are all as likely."""
     return (levels**2 - 1) / 3
 
 
-def staying(period, dwell, levels=2):
-    """The chance to be on the same level a period later, when every switch goes to any of the others."""
+def staying(period: float, dwell: float, levels: int = 2) -> float:
+    """The chance to be on the same level a period later, when every switch goes to any of the
+    others."""
     return (1 + (levels - 1) * exp(-levels / (levels - 1) * period / dwell)) / levels
 
 
-def steps_of(values, level, noise, stay, levels=2):
-    """One matrix per value: the change of the state, then how well the value fits each level; and the log-likelihood that the scaling took."""
+def steps_of(
+    values: Floats, level: float, noise: float, stay: float, levels: int = 2
+) -> tuple[Floats, float]:
+    """One matrix per value: the change of the state, then how well the value fits each level; and
+    the log-likelihood that the scaling took."""
     lean = -0.5 * ((values - level * places(levels)[:, None]) / noise) ** 2
     top = lean.max(axis=0)
     other = (1 - stay) / (levels - 1)
@@ -47,9 +56,11 @@ def steps_of(values, level, noise, stay, levels=2):
     )
 
 
-def two_level_log_likelihood(values, level, noise, stay, levels=2):
-    """Forward algorithm of a symmetric chain of levels in white noise, as a product of matrices taken in pairs: one pass of numpy per
-    doubling instead of one of Python per value."""
+def two_level_log_likelihood(
+    values: Floats, level: float, noise: float, stay: float, levels: int = 2
+) -> float:
+    """Forward algorithm of a symmetric chain of levels in white noise, as a product of matrices
+    taken in pairs: one pass of numpy per doubling instead of one of Python per value."""
     steps, total = steps_of(values, level, noise, stay, levels)
     while steps.shape[-1] > 1:
         even = steps.shape[-1] // 2 * 2
@@ -59,8 +70,9 @@ def two_level_log_likelihood(values, level, noise, stay, levels=2):
     return total + log(float(steps.sum()) / levels)
 
 
-def gauss_markov_log_likelihood(values, std, noise, decay):
-    """Kalman filter of a first-order process in white noise; once its gain has settled it is a plain recursive filter."""
+def gauss_markov_log_likelihood(values: Floats, std: float, noise: float, decay: float) -> float:
+    """Kalman filter of a first-order process in white noise; once its gain has settled it is a
+    plain recursive filter."""
     mean, variance, total = 0.0, std**2, 0.0
     grow, white = std**2 * (1 - decay**2), noise**2
     for i, value in enumerate(values):
@@ -76,18 +88,19 @@ def gauss_markov_log_likelihood(values, std, noise, decay):
                 if len(rest)
                 else rest
             )
-            return total - 0.5 * float(
+            found: float = total - 0.5 * float(
                 len(rest) * log(2 * pi * spread) + np.sum((rest - means) ** 2) / spread
             )
+            return found
     return total
 
 
-def bounded(logarithms):
+def bounded(logarithms: Iterable[float]) -> list[float]:
     """Their exponentials, kept where arithmetic is safe however far a search strays."""
     return [exp(max(-60.0, min(60.0, value))) for value in logarithms]
 
 
-def blocks_for(x, rate_hz, dwell_s):
+def blocks_for(x: Floats, rate_hz: float, dwell_s: float) -> tuple[Floats, int]:
     """Means of x over a small part of the dwell, and the length of a block in samples."""
     block = min(
         max(1, int(max(dwell_s / LEVELS.blocks_per_dwell * rate_hz, len(x) / LEVELS.blocks_most))),
@@ -97,13 +110,16 @@ def blocks_for(x, rate_hz, dwell_s):
     return values - values.mean(), block
 
 
-def fit_levels(x, rate_hz, std, dwell_s, white, levels=2):
-    """(log-likelihood, amplitude, dwell, middle of the levels) of a chain of levels in white noise; std, dwell_s: of the two-level chain with
-    its spectrum. The mean is not the middle: few dwells are not shared out evenly."""
+def fit_levels(
+    x: Floats, rate_hz: float, std: float, dwell_s: float, white: float, levels: int = 2
+) -> tuple[float, float, float, float]:
+    """(log-likelihood, amplitude, dwell, middle of the levels) of a chain of levels in white noise;
+    std, dwell_s: of the two-level chain with its spectrum. The mean is not the middle: few dwells
+    are not shared out evenly."""
     values, block = blocks_for(x, rate_hz, dwell_s)
     period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
 
-    def loss(p):
+    def loss(p: Sequence[float]) -> float:
         level, spread, dwell = bounded(p[:3])
         return -two_level_log_likelihood(
             values - p[3] * level, level, spread, staying(period, dwell, levels), levels
@@ -131,24 +147,25 @@ def fit_levels(x, rate_hz, std, dwell_s, white, levels=2):
     )
 
 
-def fit_continuum(x, rate_hz, std, dwell_s, white):
+def fit_continuum(x: Floats, rate_hz: float, std: float, dwell_s: float, white: float) -> float:
     """Log-likelihood of a first-order process in white noise, on the same blocks."""
     values, block = blocks_for(x, rate_hz, dwell_s)
     period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
 
-    def loss(p):
+    def loss(p: Sequence[float]) -> float:
         size, spread, dwell = bounded(p)
         return -gauss_markov_log_likelihood(values, size, spread, exp(-2 * period / dwell))
 
-    return -optimize.minimize(
+    found: float = -optimize.minimize(
         loss,
         [log(std), log(noise * 1.1), log(dwell_s)],
         method="Nelder-Mead",
         options=LEVELS.simplex,
     ).fun
+    return found
 
 
-def running_products(steps):
+def running_products(steps: Floats) -> Floats:
     """The product of the first, the first two, the first three ... matrices, each scaled to 1."""
     count = steps.shape[-1]
     if count == 1:
@@ -161,25 +178,38 @@ def running_products(steps):
     return found
 
 
-def posterior(values, level, noise, stay, levels=2):
+def posterior(values: Floats, level: float, noise: float, stay: float, levels: int = 2) -> Floats:
     """The chance of each level at each value."""
     steps = steps_of(values, level, noise, stay, levels)[0]
     forward = running_products(steps).sum(axis=0)
     back = np.ones_like(forward)
     back[:, :-1] = running_products(steps[..., ::-1].swapaxes(0, 1)).sum(axis=0)[:, -2::-1]
     both = forward * back
-    return both / both.sum(axis=0)
+    found: Floats = both / both.sum(axis=0)
+    return found
 
 
-def smoothed(values, level, noise, stay, levels=2):
-    """(log-likelihood of the chain, posterior mean of its state, -1 .. 1 of two levels) of each value."""
+def smoothed(
+    values: Floats, level: float, noise: float, stay: float, levels: int = 2
+) -> tuple[float, Floats]:
+    """(log-likelihood of the chain, posterior mean of its state, -1 .. 1 of two levels) of each
+    value."""
     chance = posterior(values, level, noise, stay, levels)
     return two_level_log_likelihood(values, level, noise, stay, levels), places(levels) @ chance
 
 
-def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
-    """Of x around the middle of its levels: posterior mean of the state (places()) at every sample; its divergence from what the chain says
-    beforehand; the sum of its variance / (2 noise^2), what doubt about the state costs per squared amplitude (6.3); and its mean square."""
+def decoded(
+    x: Floats,
+    rate_hz: float,
+    level: float,
+    dwell_s: float,
+    white: float,
+    levels: int = 2,
+    resolution: int = 240,
+) -> tuple[Floats, float, float, float]:
+    """Of x around the middle of its levels: posterior mean of the state (places()) at every sample;
+    its divergence from what the chain says beforehand; the sum of its variance / (2 noise^2), what
+    doubt about the state costs per squared amplitude (6.3); and its mean square."""
     block = min(
         max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEVELS.blocks_least
     )
@@ -206,14 +236,16 @@ def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
     )
 
 
-def many_switches(dwell_s, x, rate_hz):
-    """Can a record of this length show chance at work: some dwells (LEVELS.switches_least), each of some samples."""
+def many_switches(dwell_s: float, x: Floats, rate_hz: float) -> bool:
+    """Can a record of this length show chance at work: some dwells (LEVELS.switches_least), each of
+    some samples."""
     return 4 / rate_hz < dwell_s < len(x) / rate_hz / LEVELS.switches_least
 
 
-def like_chance(path, levels=2):
-    """Do the switches come at random: five of them at least, dwells that scatter as exponential ones do, and no length that most of them share
-    (a clock with a few of its periods cut in two still ticks)."""
+def like_chance(path: Floats, levels: int = 2) -> bool:
+    """Do the switches come at random: five of them at least, dwells that scatter as exponential
+    ones do, and no length that most of them share (a clock with a few of its periods cut in two
+    still ticks)."""
     level = np.clip(np.round((levels - 1 - path) / 2), 0, levels - 1).astype(int)
     sure = np.flatnonzero(np.abs(path - places(levels)[level]) < 0.5)
     switches = sure[1:][np.diff(level[sure]) != 0]

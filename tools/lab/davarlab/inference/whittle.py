@@ -1,44 +1,57 @@
 """The likelihood of a recording in the cosine domain, and its maximum (DESIGN 1 to 3)."""
 
 import copy
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 import numpy as np
 from scipy import linalg, optimize
 
+from ..arrays import Floats, Ints
 from ..data import signals
 from ..thresholds import FIT
+
+Bands = tuple[tuple[float, float], ...]  # (frequency, half width in Hz) of each
 
 
 @dataclass
 class Fit:
-    """Sizes (>= 0) of the spectra, coefficients of the columns, log-likelihood, level per bin; `measured`: Allan variances of the columns' course."""
+    """Sizes (>= 0) of the spectra, coefficients of the columns, log-likelihood, level per bin;
+    `measured`: Allan variances of the columns' course."""
 
-    sizes: np.ndarray
-    coefficients: np.ndarray
+    sizes: Floats
+    coefficients: Floats
     log_likelihood: float
-    level: np.ndarray
-    covariance: np.ndarray
-    measured: dict = field(default_factory=dict)
+    level: Floats
+    covariance: Floats
+    measured: dict[Any, Any] = field(default_factory=dict)
 
 
 class Data:
-    """A recording in the cosine domain: the gyro and, on demand, columns; all products summed per bin and remembered."""
+    """A recording in the cosine domain: the gyro and, on demand, columns; all products summed per
+    bin and remembered."""
 
-    def __init__(self, y, rate_hz, edges=None):
+    def __init__(self, y: Floats, rate_hz: float, edges: Ints | None = None) -> None:
         self.rate_hz, self.samples = rate_hz, len(y)
         self.f = signals.frequencies(len(y), rate_hz)
-        self.columns, self.bands, self.logarithms = {}, (), None
+        self.columns: dict[str, tuple[Floats, float]] = {}
+        self.bands: Bands = ()
+        self.logarithms: Floats | None = None
         self.cut(signals.bin_edges(len(y) - 1))
         self.add("gyro", y)
 
-    def cut(self, edges):
+    def cut(self, edges: Ints) -> None:
         """Takes these bins: what was summed per bin is forgotten."""
-        self.edges, self.starts, self.counts = edges, edges[:-1], np.diff(edges).astype(float)
-        self.f_bin = np.add.reduceat(self.f, self.starts) / self.counts
-        self.products, self.spectra, self.fits = {}, {}, {}
+        self.edges, self.starts = edges, edges[:-1]
+        self.counts: Floats = np.diff(edges).astype(float)
+        self.f_bin: Floats = np.add.reduceat(self.f, self.starts) / self.counts
+        self.products: dict[tuple[str, str], Floats] = {}
+        self.spectra: dict[Hashable, Floats] = {}
+        # By the keys of the parts, and whether the fit is restricted.
+        self.fits: dict[tuple[tuple[Hashable, ...], bool], Fit] = {}
 
-    def with_gyro(self, y):
+    def with_gyro(self, y: Floats) -> "Data":
         """The same columns and bins with another gyro record."""
         other = copy.copy(self)
         other.columns = dict(self.columns)
@@ -49,11 +62,12 @@ class Data:
         other.add("gyro", y)
         return other
 
-    def resolves(self, bands):
+    def resolves(self, bands: Bands) -> bool:
         return set(bands) <= set(self.bands)
 
-    def resolving(self, bands):
-        """The same columns with bins that are narrow about each band (frequency, half width in Hz) (1.3)."""
+    def resolving(self, bands: Bands) -> "Data":
+        """The same columns with bins that are narrow about each band (frequency, half width in Hz)
+        (1.3)."""
         other, scale = copy.copy(self), 2 * self.samples / self.rate_hz
         other.bands = bands
         other.cut(
@@ -61,9 +75,10 @@ class Data:
         )
         return other
 
-    def add(self, key, x, together=1):
-        """Columns are scaled to unit norm inside; `scale` undoes it. A constant column has scale 0. Of a slow one, means of `together`
-        samples say all: the ordinates behind theirs are 0 and not kept (1.4)."""
+    def add(self, key: str, x: Floats, together: int = 1) -> None:
+        """Columns are scaled to unit norm inside; `scale` undoes it. A constant column has scale 0.
+        Of a slow one, means of `together` samples say all: the ordinates behind theirs are 0 and
+        not kept (1.4)."""
         count = len(x) // together
         x = x[: count * together].reshape(count, together).mean(axis=1) if together > 1 else x
         c = np.sqrt(together) * signals.transform(x - x.mean())[1:]
@@ -75,10 +90,10 @@ class Data:
             norm if ok else 0.0,
         )
 
-    def scale(self, key):
+    def scale(self, key: str) -> float:
         return self.columns[key][1]
 
-    def product(self, a, b):
+    def product(self, a: str, b: str) -> Floats:
         key = (a, b) if a <= b else (b, a)
         if key not in self.products:
             x, y = self.columns[a][0], self.columns[b][0]
@@ -90,7 +105,7 @@ class Data:
             )
         return self.products[key]
 
-    def without(self, coefficients, keys):
+    def without(self, coefficients: Floats, keys: Sequence[str]) -> Floats:
         """The gyro's ordinates less those of the columns."""
         c = self.columns["gyro"][0].copy()
         for key, value in zip(keys, coefficients):
@@ -98,17 +113,20 @@ class Data:
             c[: len(column)] -= value * column
         return c
 
-    def binned(self, key, spectrum):
-        """A spectrum at the bins (narrow enough that the value at the mean frequency is the mean within 2e-4)."""
+    def binned(self, key: Hashable, spectrum: Callable[[Floats], Floats]) -> Floats:
+        """A spectrum at the bins (narrow enough that the value at the mean frequency is the mean
+        within 2e-4)."""
         if key not in self.spectra:
             self.spectra[key] = spectrum(self.f_bin)
         return self.spectra[key]
 
-    def whitened(self, level, coefficients, keys):
-        """The residual with the model's spectrum divided out: unit white noise when the model is true."""
-        return self.without(coefficients, keys) / np.sqrt(self.at_ordinates(level))
+    def whitened(self, level: Floats, coefficients: Floats, keys: Sequence[str]) -> Floats:
+        """The residual with the model's spectrum divided out: unit white noise when the model is
+        true."""
+        found: Floats = self.without(coefficients, keys) / np.sqrt(self.at_ordinates(level))
+        return found
 
-    def at_ordinates(self, level):
+    def at_ordinates(self, level: Floats) -> Floats:
         """A level per bin at every ordinate."""
         if self.logarithms is None:
             self.logarithms = np.log(self.f)
@@ -117,15 +135,16 @@ class Data:
 
 @dataclass
 class Sums:
-    """What a fit needs of the record and of some columns: energies of the gyro, its products with the columns (k rows), theirs with each other, all
-    per bin."""
+    """What a fit needs of the record and of some columns: energies of the gyro, its products with
+    the columns (k rows), theirs with each other, all per bin."""
 
-    energy: np.ndarray
-    cross: np.ndarray
-    gram: np.ndarray
+    energy: Floats
+    cross: Floats
+    gram: Floats
 
-    def at(self, level):
-        """(coefficients of the columns at this level, their covariance, energy of the residual per bin, leverage per bin)."""
+    def at(self, level: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """(coefficients of the columns at this level, their covariance, energy of the residual per
+        bin, leverage per bin)."""
         if not len(self.cross):
             return np.zeros(0), np.zeros((0, 0)), self.energy, np.zeros_like(self.energy)
         weight = 1 / level
@@ -138,7 +157,7 @@ class Sums:
         return beta, inverse, np.maximum(residual, 0), leverage
 
 
-def sums(data, keys):
+def sums(data: Data, keys: Sequence[str]) -> Sums:
     bins = len(data.counts)
     return Sums(
         data.product("gyro", "gyro"),
@@ -149,17 +168,21 @@ def sums(data, keys):
     )
 
 
-def generalised_least_squares(data, keys, level):
-    """Coefficients of the columns, their covariance, the energy of the residual and the leverage per bin."""
+def generalised_least_squares(
+    data: Data, keys: Sequence[str], level: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Coefficients of the columns, their covariance, the energy of the residual and the leverage
+    per bin."""
     return sums(data, keys).at(level)
 
 
-def log_likelihood(data, energy, level):
+def log_likelihood(data: Data, energy: Floats, level: Floats) -> float:
     return -0.5 * float(np.sum(data.counts * np.log(level) + energy / level))
 
 
-def non_negative_step(shapes, wanted, weight):
-    """The sizes >= 0 with which the shapes come nearest to what is wanted per bin, by least squares."""
+def non_negative_step(shapes: Floats, wanted: Floats, weight: Floats) -> Floats:
+    """The sizes >= 0 with which the shapes come nearest to what is wanted per bin, by least
+    squares."""
     weight = np.sqrt(weight)
     design = shapes * weight
     norm = np.sqrt(np.einsum("ij,ij->i", design, design))
@@ -167,10 +190,11 @@ def non_negative_step(shapes, wanted, weight):
     free = solved(design @ design.T, design @ wanted)
     if free is None or free.min() < 0:
         free = optimize.nnls(design.T, wanted)[0]
-    return free / norm
+    found: Floats = free / norm
+    return found
 
 
-def solved(matrix, right):
+def solved(matrix: Floats, right: Floats) -> Floats | None:
     """The solution of well-posed normal equations; None: they are not."""
     try:
         factor = linalg.cho_factor(matrix, check_finite=False)
@@ -183,18 +207,22 @@ def solved(matrix, right):
     )
 
 
-def inverse_of(matrix):
+def inverse_of(matrix: Floats) -> Floats:
     """Of a symmetric matrix; the pseudo-inverse where columns are too much alike."""
     size = np.diag(matrix)
+    inverse: Floats
     if size.min() <= 0:
-        return linalg.pinvh(matrix)
+        inverse = linalg.pinvh(matrix)
+        return inverse
     scale = 1 / np.sqrt(np.outer(size, size))
     found = solved(matrix * scale, np.eye(len(matrix)))
-    return linalg.pinvh(matrix) if found is None else found * scale
+    inverse = linalg.pinvh(matrix) if found is None else found * scale
+    return inverse
 
 
-def score_of_row(data, shapes, residual, level, row):
-    """What a further spectrum would gain, to second order: its score beside the others over its information, squared (4.2)."""
+def score_of_row(data: Data, shapes: Floats, residual: Floats, level: Floats, row: Floats) -> float:
+    """What a further spectrum would gain, to second order: its score beside the others over its
+    information, squared (4.2)."""
     weight = data.counts / (2 * level**2)
     others = shapes * weight
     slope = row @ (weight * (residual / data.counts - level))
@@ -205,7 +233,7 @@ def score_of_row(data, shapes, residual, level, row):
     return 0.5 * max(slope, 0.0) ** 2 / information if information > 0 else 0.0
 
 
-def score_of_column(data, keys, level, key):
+def score_of_column(data: Data, keys: Sequence[str], level: Floats, key: str) -> float:
     """What a further column would gain at this level, exactly (4.2)."""
     others = (
         np.array([data.product(a, key) for a in keys]) / level
@@ -222,9 +250,17 @@ def score_of_column(data, keys, level, key):
     return 0.5 * slope**2 / information if information > 1e-9 else 0.0
 
 
-def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
-    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to start from; `fixed`: variance that is there
-    besides. With `restricted`, leverages of the columns are taken off the degrees of freedom (REML, DESIGN 3)."""
+def maximise(
+    data: Data,
+    shapes: Floats,
+    keys: Sequence[str],
+    near: Floats | None = None,
+    restricted: bool = False,
+    fixed: Floats | float = 0.0,
+) -> Fit:
+    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to
+    start from; `fixed`: variance that is there besides. With `restricted`, leverages of the columns
+    are taken off the degrees of freedom (REML, DESIGN 3)."""
     counts, known = data.counts, sums(data, keys)
     least = 1e-12 * known.energy.sum() / counts.sum()
     level = near if near is not None else np.maximum(known.energy / counts, 1e-30)
@@ -233,7 +269,7 @@ def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
             shapes.T @ non_negative_step(shapes, known.energy / counts, counts) + fixed,
             1e-12 * level.max(),
         )
-    sizes, before = None, -np.inf
+    sizes, before = cast(Floats, None), -np.inf  # there are none before the first step
     for turn in range(FIT.iterations):
         beta, covariance, residual, leverage = known.at(level)
         free = np.maximum(counts - leverage, 1e-3 * counts) if restricted else counts
@@ -261,7 +297,8 @@ def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
     return Fit(sizes, beta, log_likelihood(data, residual, level), level, covariance)
 
 
-def size_covariance(data, shapes, level):
+def size_covariance(data: Data, shapes: Floats, level: Floats) -> Floats:
     """Of the sizes, from the Fisher information."""
     design = shapes * np.sqrt(data.counts / 2) / level
-    return linalg.pinvh(design @ design.T)
+    found: Floats = linalg.pinvh(design @ design.T)
+    return found

@@ -1,12 +1,19 @@
 """NumPy files and Parquet tables."""
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import pyarrow
 from pyarrow import parquet
 
 from .. import files
 from ..errors import BadInput
+from ..files import StrPath
 from . import named
+from .sensor import Numbers
+
+if TYPE_CHECKING:
+    from .formats import Options
 
 ORDERS = {
     3: ["gyro_x", "gyro_y", "gyro_z"],
@@ -14,8 +21,9 @@ ORDERS = {
 }  # of the columns of an array without names
 
 
-def npy(path, options):
-    """A structured array by its fields; an array without names of 3 or 4 columns as (time,) gyro x, y, z; others must be named."""
+def npy(path: StrPath, options: "Options") -> named.Log:
+    """A structured array by its fields; an array without names of 3 or 4 columns as (time,) gyro x,
+    y, z; others must be named."""
     array = np.load(path, mmap_mode="r", allow_pickle=False)
     if array.dtype.names:
         found = {name: array[name] for name in array.dtype.names}
@@ -28,7 +36,8 @@ def npy(path, options):
         names = options.names or ORDERS.get(array.shape[1])
         if names is None or len(names) != array.shape[1]:
             raise BadInput(
-                f"{path}: {array.shape[1]} columns without names. Use --names (time,gyro_x,gyro_y,gyro_z,temp ..)"
+                f"{path}: {array.shape[1]} columns without names. Use --names "
+                "(time,gyro_x,gyro_y,gyro_z,temp ..)"
             )
         found = {name: array[:, place] for place, name in enumerate(names)}
     return named.Log(
@@ -41,7 +50,7 @@ def npy(path, options):
     )
 
 
-def npz(path, options):
+def npz(path: StrPath, options: "Options") -> named.Log:
     with files.reading(path) as file, np.load(file, allow_pickle=False) as archive:
         found = {
             name: archive[name] for name in archive.files if member_kind(archive, name) in "iufM"
@@ -51,15 +60,16 @@ def npz(path, options):
     )
 
 
-def member_kind(archive, name):
+def member_kind(archive: Any, name: str) -> str:
     """The kind of an array in the archive; of one that only pickle could read, O."""
     try:
-        return archive[name].dtype.kind
+        found: str = archive[name].dtype.kind
+        return found
     except ValueError:
         return "O"
 
 
-def table(path, options):
+def table(path: StrPath, options: "Options") -> named.Log:
     file = parquet.ParquetFile(path)
     fields = [field for field in file.schema_arrow if numeric(field.type)]
     count = file.metadata.num_rows
@@ -75,24 +85,27 @@ def table(path, options):
     )
 
 
-def numeric(kind):
+def numeric(kind: Any) -> bool:
     types = pyarrow.types
-    return (
+    found: bool = (
         types.is_integer(kind)
         or types.is_floating(kind)
         or types.is_timestamp(kind)
         or types.is_decimal(kind)
     )
+    return found
 
 
-def column(file, path, name):
+def column(file: Any, path: StrPath, name: str) -> Numbers:
     """One column, in pieces: stamps as whole nanoseconds."""
-    out, place = None, 0
+    out: Numbers | None = None
+    place = 0
     for batch in file.iter_batches(columns=[name]):
         piece = batch.column(0)
         if piece.null_count:
             raise BadInput(
-                f"{path}: column {name}: empty at row {place + int(np.flatnonzero(piece.is_null().to_numpy(False))[0]) + 1}"
+                f"{path}: column {name}: empty at row "
+                f"{place + int(np.flatnonzero(piece.is_null().to_numpy(False))[0]) + 1}"
             )
         if pyarrow.types.is_timestamp(piece.type):
             piece = piece.cast(pyarrow.timestamp("ns")).cast(pyarrow.int64())
@@ -102,4 +115,5 @@ def column(file, path, name):
         out = np.empty(file.metadata.num_rows, values.dtype) if out is None else out
         out[place : place + len(values)] = values
         place += len(values)
+    assert out is not None  # a table without rows was refused
     return out

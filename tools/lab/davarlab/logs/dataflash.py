@@ -1,5 +1,5 @@
-"""ArduPilot DataFlash (.bin, or .log as text), indexed by pymavlink, whose format messages say what is where. Gyros in rad/s, accelerometers in
-m/s^2."""
+"""ArduPilot DataFlash (.bin, or .log as text), indexed by pymavlink, whose format messages say what
+is where. Gyros in rad/s, accelerometers in m/s^2."""
 
 import contextlib
 import io
@@ -8,14 +8,21 @@ import re
 import sys
 import tempfile
 from array import array
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pymavlink import DFReader
 
 from .. import files
+from ..arrays import Ints
 from ..errors import BadInput
+from ..files import StrPath
 from . import units
-from .sensor import Samples, Sensor
+from .sensor import Numbers, Samples, Sensor
+
+if TYPE_CHECKING:
+    from .formats import Options
 
 FIELDS = {"gyro": ("GyrX", "GyrY", "GyrZ"), "accel": ("AccX", "AccY", "AccZ"), "temp": ("T",)}
 KINDS = re.compile(r"^(IMU|GYR|ACC)([123]?)$")
@@ -29,9 +36,10 @@ HEAD = b"\xa3\x95"  # of a message
 
 
 @contextlib.contextmanager
-def silenced():
-    """The lines that pymavlink and its indexer, which is C, print meanwhile: a list that is full behind the block."""
-    said = []
+def silenced() -> Iterator[list[str]]:
+    """The lines that pymavlink and its indexer, which is C, print meanwhile: a list that is full
+    behind the block."""
+    said: list[str] = []
     with tempfile.TemporaryFile() as file:
         sys.stdout.flush(), sys.stderr.flush()
         kept = [os.dup(number) for number in (1, 2)]
@@ -54,8 +62,10 @@ def silenced():
 class Log:
     """sensors: of the log; rows: name -> (Message or TextMessage, places of its messages)."""
 
-    def __init__(self, path, options):
-        self.path, self.sensors, self.rows = path, [], {}
+    def __init__(self, path: StrPath, options: "Options") -> None:
+        self.path = path
+        self.sensors: list[Sensor] = []
+        self.rows: dict[str, tuple[Message | TextMessage, Ints]] = {}
         with silenced() as said:
             log = DFReader.DFReader_binary(str(path))
         self.notes = (
@@ -70,24 +80,25 @@ class Log:
                 end = max(end, int(places[-1]) + form.len) if len(places) else end
                 if end > log.data_len:
                     raise BadInput(
-                        f"{path}: cut short: its last message, {form.name}, is incomplete (ArduPilot DataFlash)"
+                        f"{path}: cut short: its last message, {form.name}, is incomplete "
+                        "(ArduPilot DataFlash)"
                     )
-                if len(places) and KINDS.match(form.name):
-                    self.take(form, places)
+                match = KINDS.match(form.name)
+                if len(places) and match:
+                    self.instances(match[1], match[2], Message(self.path, form), places)
         finally:
             log.close()
         with files.reading(path) as file:
             file.seek(end)
             if file.read(len(HEAD)) in (HEAD[:1], HEAD):
                 raise BadInput(
-                    f"{path}: cut short: after its last message, another one begins (ArduPilot DataFlash)"
+                    f"{path}: cut short: after its last message, another one begins (ArduPilot "
+                    "DataFlash)"
                 )
 
-    def take(self, form, places):
-        """Lists the messages of one format."""
-        self.instances(*KINDS.match(form.name).groups(), Message(self.path, form), places)
-
-    def instances(self, kind, number, message, places):
+    def instances(
+        self, kind: str, number: str, message: "Message | TextMessage", places: Ints
+    ) -> None:
         """One sensor for each instance in the messages of a format."""
         if "I" not in message.form.columns:
             self.add(message.form.name, str(max(int(number or 1) - 1, 0)), message, places)
@@ -96,7 +107,7 @@ class Log:
         for one in np.unique(instance):
             self.add(f"{kind}:{one}", str(one), message, places[instance == one])
 
-    def add(self, name, group, message, places):
+    def add(self, name: str, group: str, message: "Message | TextMessage", places: Ints) -> None:
         gives = [
             quantity
             for quantity, fields in FIELDS.items()
@@ -107,7 +118,7 @@ class Log:
         self.sensors.append(Sensor(name, frozenset(gives), len(places), group))
         self.rows[name] = message, places
 
-    def read(self, name):
+    def read(self, name: str) -> Samples:
         message, places = self.rows.pop(
             name
         )  # read once: 80 MB of places in a log of ten million messages
@@ -144,7 +155,7 @@ class Log:
 class Message:
     """Where the numbers of one format stand in the bytes of its messages."""
 
-    def __init__(self, path, form):
+    def __init__(self, path: StrPath, form: Any) -> None:
         self.path, self.form = path, form
         codes = [DFReader.FORMAT_TO_STRUCT[one] for one in form.format]
         self.kind = np.dtype(
@@ -153,7 +164,7 @@ class Message:
         )
         self.factors = {name: factor or 1 for name, (_, factor, _) in zip(form.columns, codes)}
 
-    def columns(self, places, names):
+    def columns(self, places: Ints, names: Sequence[str]) -> dict[str, Numbers]:
         """name -> numbers of the messages that begin at these places."""
         out = {name: np.empty(len(places), self.kind[name]) for name in names}
         for first in range(0, len(places), ROWS):
@@ -175,21 +186,22 @@ class Message:
 class TextMessage:
     """The numbers of one format of a log in text, as pymavlink read them: places are rows."""
 
-    def __init__(self, form):
+    def __init__(self, form: Any) -> None:
         self.form, self.rows = form, {name: array("d") for name in form.columns}
 
-    def append(self, message):
+    def append(self, message: Any) -> None:
         for name, column in self.rows.items():
             value = getattr(message, name)
             column.append(value if isinstance(value, (int, float)) else np.nan)
 
-    def columns(self, places, names):
+    def columns(self, places: Ints, names: Sequence[str]) -> dict[str, Numbers]:
         return {name: np.frombuffer(self.rows[name])[places] for name in names}
 
 
 class TextLog(Log):
-    def __init__(self, path, options):
-        self.path, self.sensors, self.rows, self.notes, found = path, [], {}, {}, {}
+    def __init__(self, path: StrPath, options: "Options") -> None:
+        self.path, self.sensors, self.rows, self.notes = path, [], {}, {}
+        found: dict[str, TextMessage] = {}
         with silenced():
             log = DFReader.DFReader_text(str(path))
             kinds = [form.name for form in log.formats.values() if KINDS.match(form.name)]
@@ -197,11 +209,11 @@ class TextLog(Log):
                 found.setdefault(message.get_type(), TextMessage(message.fmt)).append(message)
             log.close()
         for name, message in found.items():
-            kind, number = KINDS.match(name).groups()
-            self.instances(
-                kind, number, message, np.arange(len(message.rows[message.form.columns[0]]))
-            )
+            match = KINDS.match(name)
+            if match:
+                count = len(message.rows[message.form.columns[0]])
+                self.instances(match[1], match[2], message, np.arange(count))
 
 
-def numpy_type(code):
+def numpy_type(code: str) -> str:
     return f"S{code[:-1]}" if code.endswith("s") else "<f2" if code == "e" else "<" + code

@@ -1,18 +1,27 @@
-"""MATLAB files: version 5 read by scipy, version 7.3 (an HDF5 file, as others are too) by h5py. Arrays in structs go by STRUCT.FIELD."""
+"""MATLAB files: version 5 read by scipy, version 7.3 (an HDF5 file, as others are too) by h5py.
+Arrays in structs go by STRUCT.FIELD."""
 
 import os
 import resource
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 from scipy import io
 
 from ..errors import BadInput
+from ..files import StrPath
 from . import named
+from .sensor import Numbers
+
+if TYPE_CHECKING:
+    from .formats import Options
 
 
-def check_survived(path, load):
-    """Raises BadInput where reading a file kills the process that does it: one of its own, because scipy takes a damaged type for an address."""
+def check_survived(path: StrPath, load: Callable[[StrPath], object]) -> None:
+    """Raises BadInput where reading a file kills the process that does it: one of its own, because
+    scipy takes a damaged type for an address."""
     child = os.fork()
     if not child:
         status = 1
@@ -26,7 +35,7 @@ def check_survived(path, load):
         raise BadInput(f"{path}: damaged, or not MATLAB 5 (scipy crashes on it)")
 
 
-def numeric(found):
+def numeric(found: Mapping[str, Any]) -> Iterator[tuple[str, Numbers]]:
     """name -> array of what is in a file or a struct of version 5."""
     for name, value in found.items():
         if name.startswith("__"):
@@ -46,11 +55,12 @@ def numeric(found):
             yield name, np.asarray(value)
 
 
-def loaded_5(path):
-    return io.loadmat(path, squeeze_me=True, struct_as_record=False)
+def loaded_5(path: StrPath) -> dict[str, Any]:
+    found: dict[str, Any] = io.loadmat(path, squeeze_me=True, struct_as_record=False)
+    return found
 
 
-def version_5(path, options):
+def version_5(path: StrPath, options: "Options") -> named.Log:
     check_survived(path, loaded_5)
     found = dict(numeric(loaded_5(path)))
     return named.Log(
@@ -62,7 +72,7 @@ def version_5(path, options):
     )
 
 
-def hdf5(path, options):
+def hdf5(path: StrPath, options: "Options") -> named.Log:
     shapes = {}
     with h5py.File(path, "r") as file:
         file.visititems(
@@ -79,6 +89,7 @@ def hdf5(path, options):
     )
 
 
-def loaded(path, name):
+def loaded(path: StrPath, name: str) -> Numbers:
     with h5py.File(path, "r") as file:
-        return file[name if name in file else name.replace(".", "/")][()]
+        found: Numbers = file[name if name in file else name.replace(".", "/")][()]
+        return found

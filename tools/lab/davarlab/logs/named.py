@@ -1,14 +1,20 @@
-"""Arrays with names (a MATLAB or NumPy file, the columns of a table): which of them are a gyro's axes, and what belongs beside them."""
+"""Arrays with names (a MATLAB or NumPy file, the columns of a table): which of them are a gyro's
+axes, and what belongs beside them."""
 
 import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from ..arrays import Floats, Ints
 from ..data import guess
+from ..data.guess import Guess
 from ..errors import BadInput
+from ..files import StrPath
 from . import units
-from .sensor import Samples, Sensor, check_finite
+from .sensor import Numbers, Samples, Sensor, check_finite
 
 AXIS = re.compile(r"roll|pitch|yaw|[xyzXYZ](?![a-z])|(?<![0-9])[012](?![0-9])")
 RATE = re.compile(
@@ -21,7 +27,8 @@ FOREIGN = ("datetime64", "timedelta64")
 
 @dataclass
 class Column:
-    """A row or column of an array. name: as it is called from here on; array, place: where it is; count: of its numbers."""
+    """A row or column of an array. name: as it is called from here on; array, place: where it is;
+    count: of its numbers."""
 
     name: str
     array: str
@@ -29,8 +36,9 @@ class Column:
     count: int
 
 
-def columns_of(shapes):
-    """The columns in arrays of these shapes (name -> shape): vectors as they are, 3 x N and N x 3 as axes."""
+def columns_of(shapes: Mapping[str, Sequence[int]]) -> Iterator[Column]:
+    """The columns in arrays of these shapes (name -> shape): vectors as they are, 3 x N and N x 3
+    as axes."""
     for name, shape in shapes.items():
         size = [one for one in shape if one != 1]
         if len(size) == 1:
@@ -41,7 +49,7 @@ def columns_of(shapes):
             )
 
 
-def stem_of(name):
+def stem_of(name: str) -> str:
     """A name without its axis, so that those of one sensor are alike."""
     found = [
         match
@@ -52,9 +60,11 @@ def stem_of(name):
     return (name[: cut.start()] + name[cut.end() :] if cut else name).strip(" _.-")
 
 
-def sets_of(names, quantity):
-    """stem -> {axis: name} of a quantity; one set where no axis is there twice, whatever the stems."""
-    found, axes = {}, []
+def sets_of(names: Iterable[str], quantity: str) -> dict[str, dict[str, str]]:
+    """stem -> {axis: name} of a quantity; one set where no axis is there twice, whatever the
+    stems."""
+    found: dict[str, dict[str, str]] = {}
+    axes: list[str] = []
     for name in names:
         axis = guess.axis_of(name)
         if guess.quantity_of(name) == quantity and axis:
@@ -65,8 +75,9 @@ def sets_of(names, quantity):
     return found
 
 
-def quantities(names):
-    """quantity -> names of the numbers: x, y, z of the first whole gyro and accelerometer, and a temperature."""
+def quantities(names: Sequence[str]) -> dict[str, list[str]]:
+    """quantity -> names of the numbers: x, y, z of the first whole gyro and accelerometer, and a
+    temperature."""
     out = {}
     for quantity in ("gyro", "accel"):
         whole = [axes for axes in sets_of(names, quantity).values() if set(axes) == set("xyz")]
@@ -76,7 +87,7 @@ def quantities(names):
     return out | ({"temp": [temperature]} if temperature else {})
 
 
-def words_of(stem):
+def words_of(stem: str) -> set[str]:
     """What a name says but the quantity and the unit: the device."""
     return {
         word
@@ -85,8 +96,9 @@ def words_of(stem):
     }
 
 
-def nearest(stem, others):
-    """The one of other names that speaks of the same device, in a unit where this one does; None where two do as well."""
+def nearest(stem: str, others: Sequence[str]) -> str | None:
+    """The one of other names that speaks of the same device, in a unit where this one does; None
+    where two do as well."""
     if len(others) < 2:
         return next(iter(others), None)
     has_unit = {
@@ -104,10 +116,21 @@ def nearest(stem, others):
 
 
 class Log:
-    """shapes: name -> shape of the arrays; load(name): one of them; whole: a table, of which every column is kept. given: names as the user
-    calls them (--unit NAME=UNIT). origins: name -> what the numbers of a column count from."""
+    """shapes: name -> shape of the arrays; load(name): one of them; whole: a table, of which every
+    column is kept. given: names as the user calls them (--unit NAME=UNIT). origins: name -> what
+    the numbers of a column count from."""
 
-    def __init__(self, path, shapes, load, given, what, whole=False, line=None, origins=None):
+    def __init__(
+        self,
+        path: StrPath,
+        shapes: Mapping[str, Sequence[int]],
+        load: Callable[[str], Any],
+        given: Iterable[str],
+        what: str,
+        whole: bool = False,
+        line: int | None = None,
+        origins: Mapping[str, int] | None = None,
+    ) -> None:
         self.path, self.load, self.given, self.what, self.whole, self.line, self.origins = (
             path,
             load,
@@ -138,7 +161,7 @@ class Log:
             for quantity, stem, axes in sets
         ]
 
-    def picked(self, stem):
+    def picked(self, stem: str) -> list[str]:
         """Names of the columns of a sensor: its axes, its time, and what was measured beside it."""
         axes = self.gyros.get(stem) or self.accels[stem]
         count = self.columns[next(iter(axes.values()))].count
@@ -168,8 +191,9 @@ class Log:
         )
         return found + (list(self.accels[beside].values()) if beside and stem in self.gyros else [])
 
-    def apart(self, stem, quantity):
-        """(stamps, columns) of what was measured beside a gyro at a rate and with a time of its own."""
+    def apart(self, stem: str, quantity: str) -> Iterator[tuple[Ints, dict[str, Floats]]]:
+        """(stamps, columns) of what was measured beside a gyro at a rate and with a time of its
+        own."""
         singles = {
             name: {"": name}
             for name, one in self.columns.items()
@@ -177,8 +201,10 @@ class Log:
         }
         sets = self.accels if quantity == "accel" else singles
         best = nearest(stem, list(sets))
-        names = list(sets[best].values()) if best else []
-        time = names and nearest(
+        if best is None:
+            return
+        names = list(sets[best].values())
+        time = nearest(
             best,
             [
                 name
@@ -200,10 +226,12 @@ class Log:
                 self.path,
                 self.origins,
             )
+            assert found.stamps_ns is not None  # a time is among the columns
             yield found.stamps_ns, found.columns
 
-    def read(self, stem):
-        columns, last = {}, (None, None)
+    def read(self, stem: str) -> Samples:
+        columns: dict[str, Numbers] = {}
+        last: tuple[str | None, Any] = (None, None)
         for name in self.picked(stem):
             one = self.columns[name]
             last = last if last[0] == one.array else (one.array, self.load(one.array))
@@ -222,27 +250,31 @@ class Log:
         return found
 
 
-def vector(values, column, where):
+def vector(values: Any, column: Column, where: str) -> Numbers:
     """The numbers of one column, of a type that they can be counted in."""
     values = np.squeeze(np.asarray(values))
     if column.place is not None:
         values = values[column.place] if values.shape[0] == 3 else values[:, column.place]
     if values.dtype.name.startswith(FOREIGN):
-        return values.astype(f"{values.dtype.name.split('[')[0]}[ns]").astype(np.int64)
+        found: Numbers = values.astype(f"{values.dtype.name.split('[')[0]}[ns]").astype(np.int64)
+        return found
     if values.dtype.kind not in "iufb":
         raise BadInput(f"{where}: no numbers ({values.dtype})")
-    return values
+    found = values
+    return found
 
 
-def overridden(guesses, given, path):
-    """Guesses with what --unit NAME=UNIT says: of a column, or of all of a quantity. A number is a factor to deg/s, g, degC or s."""
+def overridden(guesses: list[Guess], given: Iterable[str], path: StrPath) -> list[Guess]:
+    """Guesses with what --unit NAME=UNIT says: of a column, or of all of a quantity. A number is a
+    factor to deg/s, g, degC or s."""
     for pair in given:
         name, _, unit = pair.partition("=")
         met = [one for one in guesses if name in (one.name, one.quantity)]
         if not met:
             names = ", ".join(one.name for one in guesses)
             raise BadInput(
-                f"--unit {pair}: {path} has no such column (there are: {names}; or gyro, accel, temp, time for all of one kind)"
+                f"--unit {pair}: {path} has no such column (there are: {names}; or gyro, accel, "
+                "temp, time for all of one kind)"
             )
         for one in met:
             factors = guess.UNITS.get(one.quantity, {})
@@ -254,14 +286,17 @@ def overridden(guesses, given, path):
                 )
             except ValueError:
                 raise BadInput(
-                    f"--unit {pair}: not a unit of {one.name} (there are: {', '.join(factors)}; or a number, the factor to "
-                    f"{next(iter(factors), '1')})"
+                    f"--unit {pair}: not a unit of {one.name} (there are: {', '.join(factors)}; or "
+                    f"a number, the factor to {next(iter(factors), '1')})"
                 ) from None
     return guesses
 
 
-def dressed(columns, given, path, origins):
-    """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden. Columns of no known quantity keep their names."""
+def dressed(
+    columns: dict[str, Numbers], given: Iterable[str], path: StrPath, origins: Mapping[str, int]
+) -> Samples:
+    """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden.
+    Columns of no known quantity keep their names."""
     guesses = overridden(guess.of(columns), given, path)
     out, stamps = {}, None
     for one in guesses:
@@ -283,15 +318,16 @@ def dressed(columns, given, path, origins):
     return Samples(out, stamps, guesses=guesses)
 
 
-def column_name(one):
+def column_name(one: Guess) -> str:
     """Counts that nobody has given a unit stay counts."""
     if one.unit == "counts" and one.factor == 1 and one.quantity == "gyro":
         return f"gyro_{one.axis}_counts"
     return one.column
 
 
-def nanoseconds(values, one, origin, path):
-    """Stamps as whole nanoseconds: exact where the log has whole numbers. origin: what they count from, in their unit."""
+def nanoseconds(values: Numbers, one: Guess, origin: int, path: StrPath) -> Ints:
+    """Stamps as whole nanoseconds: exact where the log has whole numbers. origin: what they count
+    from, in their unit."""
     unit, where = TICKS.get(one.unit), f"{path}: column {one.name}"
     if values.dtype.kind in "iu" and unit:
         return units.nanoseconds(values, unit, where, origin)

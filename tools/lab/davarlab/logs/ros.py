@@ -1,19 +1,27 @@
-"""ROS 1 bags, ROS 2 bags (a folder, a db3 or an MCAP file), read message by message by rosbags; message types come from the bag, or from .msg files."""
+"""ROS 1 bags, ROS 2 bags (a folder, a db3 or an MCAP file), read message by message by rosbags;
+message types come from the bag, or from .msg files."""
 
 import io
 import os
 from array import array
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from .. import files
+from ..arrays import Ints
 from ..data import guess
 from ..errors import BadInput
+from ..files import StrPath
 from . import named, units
-from .sensor import Samples, Sensor
+from .sensor import Numbers, Samples, Sensor
+
+if TYPE_CHECKING:
+    from .formats import Options
 
 IMU, TEMPERATURE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/Temperature"
 KNOWN = {
@@ -33,23 +41,24 @@ LONGEST = 9  # numbers of an array that is looked into
 
 
 class Held(io.BufferedReader):
-    """A file of which no more is asked than it holds: a reader takes the length that a damaged record claims, and memory of that size, at its word."""
+    """A file of which no more is asked than it holds: a reader takes the length that a damaged
+    record claims, and memory of that size, at its word."""
 
-    def read(self, size=-1):
+    def read(self, size: int | None = -1) -> bytes:
         if size is not None and size > io.DEFAULT_BUFFER_SIZE:
             size = min(size, max(os.fstat(self.fileno()).st_size - self.tell(), 0))
         return super().read(size)
 
 
-class HeldPath(type(Path())):
+class HeldPath(type(Path())):  # type: ignore[misc]  # that of the system: Path has none below it
     """The path of a bag."""
 
-    def open(self, mode="r", *how, **more):
+    def open(self, mode: str = "r", *how: Any, **more: Any) -> Any:
         files.check_regular(self)
         return Held(io.FileIO(self)) if mode == "rb" else super().open(mode, *how, **more)
 
 
-def typestore(paths):
+def typestore(paths: Sequence[StrPath]) -> Any:
     """The types of ROS 2, and those of .msg files (PACKAGE/msg/NAME.msg, or a folder of such)."""
     store = get_typestore(Stores.LATEST)
     found = [
@@ -76,17 +85,18 @@ def typestore(paths):
 
 
 class Log:
-    def __init__(self, path, options):
+    def __init__(self, path: StrPath, options: "Options") -> None:
         self.path, self.units, self.store = path, options.units, typestore(options.types)
-        self.sensors, self.fields = [], {}
+        self.sensors: list[Sensor] = []
+        self.fields: dict[str, dict[str, list[str]]] = {}
         with self.opened() as bag:
             for topic in dict.fromkeys(one.topic for one in bag.connections):
                 self.look(bag, topic)
 
-    def opened(self):
+    def opened(self) -> Any:
         return AnyReader([HeldPath(self.path)], default_typestore=self.store)
 
-    def look(self, bag, topic):
+    def look(self, bag: Any, topic: str) -> None:
         """Lists a topic if it is a sensor's."""
         connections = [one for one in bag.connections if one.topic == topic]
         kind, count = connections[0].msgtype, sum(one.msgcount for one in connections)
@@ -101,7 +111,7 @@ class Log:
                 Sensor(topic, frozenset(fields), count, topic.rsplit("/", 1)[0], rank)
             )
 
-    def read(self, topic):
+    def read(self, topic: str) -> Samples:
         fields = [field for names in self.fields[topic].values() for field in names]
         numbers, sent, stamped = [array("d") for _ in fields], array("q"), array("q")
         with self.opened() as bag:
@@ -131,7 +141,14 @@ class Log:
             topic, kind, columns, stamps if own else np.frombuffer(sent, np.int64), notes
         )
 
-    def dressed(self, topic, kind, columns, stamps, notes):
+    def dressed(
+        self,
+        topic: str,
+        kind: str,
+        columns: dict[str, Numbers],
+        stamps: Ints,
+        notes: dict[str, str],
+    ) -> Samples:
         """Samples: of a known type with its units, else guessed."""
         if kind in KNOWN:
             out = {}
@@ -154,13 +171,13 @@ class Log:
         return found
 
 
-def followed(message, way):
+def followed(message: Any, way: Sequence[int | str]) -> Any:
     for step in way:
         message = message[step] if isinstance(step, int) else getattr(message, step)
     return message
 
 
-def numbers_of(value, name=""):
+def numbers_of(value: Any, name: str = "") -> Iterator[str]:
     """The names of the numbers in a message, as paths."""
     if isinstance(value, (bool, str, bytes)) or value is None:
         return
@@ -178,9 +195,10 @@ def numbers_of(value, name=""):
                 yield from numbers_of(getattr(value, field), f"{name}.{field}".lstrip("."))
 
 
-def sought(message, topic):
-    """quantity -> fields of a message of somebody's own type: axes of a gyro or an accelerometer, a temperature; empty without one. A topic that
-    is called after the temperature has it in its first number."""
+def sought(message: Any, topic: str) -> dict[str, list[str]]:
+    """quantity -> fields of a message of somebody's own type: axes of a gyro or an accelerometer, a
+    temperature; empty without one. A topic that is called after the temperature has it in its first
+    number."""
     names = list(numbers_of(message))
     found = named.quantities(names)
     return found or ({"temp": names[:1]} if names and guess.quantity_of(topic) == "temp" else {})

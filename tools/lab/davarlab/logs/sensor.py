@@ -1,28 +1,36 @@
 """What a log holds: its sensors, and the samples of the one that is read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
+from ..arrays import Floats, Ints
 from ..data import table
+from ..data.guess import Guess
 from ..errors import BadInput
+from ..files import StrPath
 
 LISTED_MOST = 20
+Numbers = npt.NDArray[Any]  # as a log holds them, of whichever type
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """name: as --sensor takes it. gives: what it measures, of gyro, accel, temp. samples: how many, None where only reading would tell.
-    group: of what belongs together on a device. rank: only those of the lowest rank in a log are chosen without being named."""
+    """name: as --sensor takes it. gives: what it measures, of gyro, accel, temp. samples: how many,
+    None where only reading would tell. group: of what belongs together on a device. rank: only
+    those of the lowest rank in a log are chosen without being named."""
 
     name: str
-    gives: frozenset
+    gives: frozenset[str]
     samples: int | None = None
     group: str = ""
     rank: int = 0
 
     @property
-    def said(self):
+    def said(self) -> str:
         return f"{self.name} ({', '.join(sorted(self.gives))}" + (
             ")" if self.samples is None else f"; {self.samples} samples)"
         )
@@ -30,22 +38,33 @@ class Sensor:
 
 @dataclass
 class Samples:
-    """columns: name -> one number per sample, in deg/s, g and degC where the name says so. stamps_ns: int64, None where the log has none.
-    beside: (stamps_ns, columns) of what was measured at times of its own. guesses: how names and units were found, of data.guess.
-    line: of the file in which the header of the numbers stands, None where a log has no lines. origin_ns: of a column time_s."""
+    """columns: name -> one number per sample, in deg/s, g and degC where the name says so.
+    stamps_ns: int64, None where the log has none. beside: (stamps_ns, columns) of what was measured
+    at times of its own. guesses: how names and units were found, of data.guess. line: of the file
+    in which the header of the numbers stands, None where a log has no lines. origin_ns: of a column
+    time_s."""
 
-    columns: dict
-    stamps_ns: object = None
-    beside: list = field(default_factory=list)
-    guesses: list = field(default_factory=list)
-    notes: dict = field(default_factory=dict)
+    columns: dict[str, Floats]
+    stamps_ns: Ints | None = None
+    beside: list[tuple[Ints, dict[str, Floats]]] = field(default_factory=list)
+    guesses: list[Guess] = field(default_factory=list)
+    notes: dict[str, str] = field(default_factory=dict)
     rate_hz: float | None = None
     line: int | None = None
     origin_ns: int = 0
 
 
-def check_finite(values, where):
-    """Raises BadInput that names the first sample whose number is none, or one that no sensor says."""
+class Log(Protocol):
+    """What a reader makes of a file: its sensors, and the samples of one of them."""
+
+    sensors: list[Sensor]
+
+    def read(self, name: str, /) -> Samples: ...
+
+
+def check_finite(values: Numbers, where: str) -> None:
+    """Raises BadInput that names the first sample whose number is none, or one that no sensor
+    says."""
     wrong = np.flatnonzero(~(np.abs(values) < table.LARGEST))
     if len(wrong):
         what = (
@@ -56,20 +75,22 @@ def check_finite(values, where):
         raise BadInput(f"{where}: {what} at sample {wrong[0] + 1}")
 
 
-def listed(sensors):
+def listed(sensors: Sequence[Sensor]) -> str:
     names = [sensor.said for sensor in sensors[:LISTED_MOST]]
     return ", ".join(names) + (
         f" and {len(sensors) - LISTED_MOST} more" if len(sensors) > LISTED_MOST else ""
     )
 
 
-def chosen(sensors, name, path):
-    """The sensor of this name, or the only gyro of the lowest rank. Raises BadInput that lists what there is."""
+def chosen(sensors: Sequence[Sensor], name: str | None, path: StrPath) -> Sensor:
+    """The sensor of this name, or the only gyro of the lowest rank. Raises BadInput that lists what
+    there is."""
     if name is not None:
         found = next((sensor for sensor in sensors if sensor.name == name), None)
         if found is None:
             raise BadInput(
-                f"--sensor {name}: {path} has no such sensor (there are: {listed(sensors) or 'none'})"
+                f"--sensor {name}: {path} has no such sensor (there are: "
+                f"{listed(sensors) or 'none'})"
             )
         return found
     gyros = [sensor for sensor in sensors if "gyro" in sensor.gives]
@@ -85,13 +106,15 @@ def chosen(sensors, name, path):
     first = [sensor for sensor in gyros if sensor.rank == min(gyro.rank for gyro in gyros)]
     if len(first) > 1:
         raise BadInput(
-            f"{path}: more than one gyro. Select one with --sensor NAME (there are: {listed(gyros)})"
+            f"{path}: more than one gyro. Select one with --sensor NAME (there are: "
+            f"{listed(gyros)})"
         )
     return first[0]
 
 
-def companions(sensors, main):
-    """(sensor, quantity) of what was measured beside a gyro that the gyro does not say: by the first sensor of its group, or by the only one."""
+def companions(sensors: Sequence[Sensor], main: Sensor) -> list[tuple[Sensor, str]]:
+    """(sensor, quantity) of what was measured beside a gyro that the gyro does not say: by the
+    first sensor of its group, or by the only one."""
     found = []
     for quantity in ("accel", "temp"):
         if "gyro" in main.gives and quantity not in main.gives:

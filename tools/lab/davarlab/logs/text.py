@@ -1,18 +1,26 @@
-"""CSV with any separator, decimal point or comma, any names: davarlab's own recordings as they are, others by guesses."""
+"""CSV with any separator, decimal point or comma, any names: davarlab's own recordings as they are,
+others by guesses."""
 
 import contextlib
 import math
+from collections.abc import Collection, Iterable, Sequence
+from typing import TYPE_CHECKING
 
+from ..arrays import Floats
 from ..data import guess, table
 from ..data import recording as recordings
 from ..errors import BadInput
+from ..files import StrPath
 from . import named
 from .sensor import Samples, Sensor
+
+if TYPE_CHECKING:
+    from .formats import Options
 
 SEPARATORS = ";\t, "
 
 
-def renamed(names, mapping, path):
+def renamed(names: list[str], mapping: Iterable[str], path: StrPath) -> list[str]:
     """`old=new` pairs; new names must carry a unit."""
     for pair in mapping:
         old, equals, new = pair.partition("=")
@@ -28,8 +36,9 @@ def renamed(names, mapping, path):
     return names
 
 
-def check_renames(mapping, scales):
-    """Raises BadInput where a column would get a name that contradicts the unit in its own one, and no --scale turns the one into the other."""
+def check_renames(mapping: Iterable[str], scales: Sequence[str]) -> None:
+    """Raises BadInput where a column would get a name that contradicts the unit in its own one, and
+    no --scale turns the one into the other."""
     for pair in mapping:
         old, _, new = pair.partition("=")
         quantity = guess.quantity_of(new)
@@ -45,12 +54,13 @@ def check_renames(mapping, scales):
         ):
             factor = guess.UNITS[quantity][said] / guess.UNITS[quantity][wanted]
             raise BadInput(
-                f"--rename {pair}: column {old}: its name has unit {said}, but {new} is in {wanted}. Add --scale {new}={factor:.9g}, or remove --rename "
-                "where davarlab reads the column by its name"
+                f"--rename {pair}: column {old}: its name has unit {said}, but {new} is in "
+                f"{wanted}. Add --scale {new}={factor:.9g}, or remove --rename where davarlab "
+                "reads the column by its name"
             )
 
 
-def factor_of(pair, names):
+def factor_of(pair: str, names: Iterable[str]) -> tuple[str, float]:
     """A `NAME=FACTOR` pair of --scale."""
     name, _, factor = pair.partition("=")
     if name not in names:
@@ -61,14 +71,14 @@ def factor_of(pair, names):
     raise BadInput(f"--scale {pair}: a finite factor other than 0 expected")
 
 
-def scaled(columns, scales):
+def scaled(columns: dict[str, Floats], scales: Sequence[str]) -> dict[str, Floats]:
     for pair in scales:
         name, factor = factor_of(pair, columns)
         columns[name] = columns[name] * factor
     return columns
 
 
-def is_own(names, rate_hz):
+def is_own(names: Collection[str], rate_hz: float | None) -> bool:
     """Are the columns called as davarlab calls them: then nothing is guessed."""
     return any(
         name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) for name in names
@@ -78,20 +88,20 @@ def is_own(names, rate_hz):
 class Own:
     """A recording of davarlab's: one sensor, every column as it is."""
 
-    def __init__(self, found):
+    def __init__(self, found: table.Table) -> None:
         self.found = found
         self.sensors = [
             Sensor("recording", frozenset(["gyro"]), len(next(iter(found.columns.values()))))
         ]
 
-    def read(self, name):
+    def read(self, name: str) -> Samples:
         found = self.found
         return Samples(
             found.columns, notes=dict(found.notes), line=found.line, origin_ns=found.origin * 10**9
         )
 
 
-def log(path, options):
+def log(path: StrPath, options: "Options") -> Own | named.Log:
     found = table.read(
         path, SEPARATORS, lambda names, where: renamed(names, options.renames, where)
     )

@@ -1,21 +1,29 @@
-"""PX4 ULog (docs.px4.io, ULog file format), read by pyulog. Gyros in rad/s, accelerometers in m/s^2, stamps in microseconds since boot."""
+"""PX4 ULog (docs.px4.io, ULog file format), read by pyulog. Gyros in rad/s, accelerometers in
+m/s^2, stamps in microseconds since boot."""
 
 import contextlib
 import io
 import os
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyulog import ULog
 
 from .. import files
+from ..arrays import Ints
 from ..errors import BadInput
+from ..files import StrPath
 from . import units
-from .sensor import Samples, Sensor
+from .sensor import Numbers, Samples, Sensor
+
+if TYPE_CHECKING:
+    from .formats import Options
 
 SINCE_BOOT, SELECTION = "seconds since boot", "sensor_selection"
 XYZ = ("x", "y", "z")
 # topic: (what it measures: fields of x, y, z; rank). Rank 1: filtered, made of the others.
-TOPICS = {
+TOPICS: dict[str, tuple[dict[str, Sequence[str]], int]] = {
     "sensor_combined": (
         {
             "gyro": [f"gyro_rad[{i}]" for i in range(3)],
@@ -36,7 +44,7 @@ NO_ACCEL = np.iinfo(
 
 
 class Log:
-    def __init__(self, path, options):
+    def __init__(self, path: StrPath, options: "Options") -> None:
         self.path = path
         with files.reading(path) as file, contextlib.redirect_stdout(io.StringIO()) as said:
             whole = Watched(file, os.path.getsize(path))
@@ -44,9 +52,8 @@ class Log:
         if whole.cut:
             raise BadInput(f"{path}: cut short: its last message is incomplete (PX4 ULog)")
         if log.file_corruption:
-            raise BadInput(
-                f"{path}: damaged ({said.getvalue().strip().splitlines()[0] if said.getvalue().strip() else 'messages of a wrong length'})"
-            )
+            what = [*said.getvalue().strip().splitlines(), "messages of a wrong length"][0]
+            raise BadInput(f"{path}: damaged ({what})")
         self.data = {
             f"{one.name}:{one.multi_id}": one
             for one in log.data_list
@@ -66,7 +73,7 @@ class Log:
             for name, one in self.data.items()
         ]
 
-    def read(self, name):
+    def read(self, name: str) -> Samples:
         one = self.data[name]
         found = (fifo if one.name.endswith("_fifo") else plain)(one, f"{self.path}: {name}")
         found.notes.update({"source": f"PX4 ULog, {name}", "time_s": SINCE_BOOT})
@@ -74,22 +81,24 @@ class Log:
 
 
 class Watched:
-    """A file that remembers whether somebody asked for more than was left of it, other than at its very end."""
+    """A file that remembers whether somebody asked for more than was left of it, other than at its
+    very end."""
 
-    def __init__(self, file, size):
+    def __init__(self, file: io.BufferedReader, size: int) -> None:
         self.file, self.size, self.cut = file, size, False
 
-    def read(self, count):
+    def read(self, count: int) -> bytes:
         data = self.file.read(count)
         self.cut |= 0 < len(data) < count or not data and count > 3
         return data
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         return getattr(self.file, name)
 
 
-def selected_gyro(topics):
-    """The instance of the gyro that sensor_combined was made of; empty where the log does not say, or it changed."""
+def selected_gyro(topics: Iterable[Any]) -> str:
+    """The instance of the gyro that sensor_combined was made of; empty where the log does not say,
+    or it changed."""
     device = next(
         (set(one.data["gyro_device_id"].tolist()) for one in topics if one.name == SELECTION), set()
     )
@@ -104,7 +113,7 @@ def selected_gyro(topics):
     )
 
 
-def fields(one):
+def fields(one: Any) -> list[str]:
     """Those that a topic must have: its axes."""
     if one.name.endswith("_fifo"):
         return [f"{axis}[0]" for axis in XYZ] + ["dt", "samples", "scale", "timestamp_sample"]
@@ -116,7 +125,7 @@ def fields(one):
     ]
 
 
-def gives(one):
+def gives(one: Any) -> list[str]:
     return [
         quantity
         for quantity, names in TOPICS[one.name][0].items()
@@ -124,7 +133,7 @@ def gives(one):
     ]
 
 
-def stamps(data, where):
+def stamps(data: Mapping[str, Numbers], where: str) -> Ints:
     """Of the samples where the topic has them, else of its messages: nanoseconds."""
     sampled = data.get("timestamp_sample")
     return units.nanoseconds(
@@ -132,7 +141,7 @@ def stamps(data, where):
     )
 
 
-def plain(one, where):
+def plain(one: Any, where: str) -> Samples:
     data, own, beside = one.data, {}, []
     for quantity in gives(one):
         columns = units.axes(
@@ -152,7 +161,7 @@ def plain(one, where):
     return Samples(own, stamps(data, where), beside)
 
 
-def fifo(one, where):
+def fifo(one: Any, where: str) -> Samples:
     """Many samples in a message, dt microseconds apart, the last of them at timestamp_sample."""
     data, quantity = one.data, next(iter(TOPICS[one.name][0]))
     width = sum(name.startswith("x[") for name in data)

@@ -6,16 +6,23 @@ import os
 import platform
 import re
 import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
 from .. import files, places
 from .. import model as models
+from ..data.recording import Recording
 from ..diagnosis import contributions, evidence, improve
+from ..diagnosis.compare import Comparison
+from ..diagnosis.improve import Estimates, Improvement
+from ..diagnosis.state import Judged, State
 from ..effects import table
+from ..model import Model
 from ..thresholds import CHANCE
 from . import pictures, words
+from .values import Json
 
 VERSION_HEADER = places.shared("lib/include/davar/version.h")
 PACKAGES = ("numpy", "scipy", "matplotlib", "Jinja2")
@@ -24,30 +31,30 @@ WHERE_MAX = 6
 
 @dataclass
 class Run:
-    """A run: the command as typed, the files and their contents, and the options for further commands."""
+    """A run: the command as typed, the files and their contents, and the options for further
+    commands."""
 
-    typed: list
-    recording: object
-    model: object
-    files: dict = field(default_factory=dict)  # role -> path
-    common: list = field(default_factory=list)
+    typed: list[str]
+    recording: Recording
+    model: Model
+    files: dict[str, str] = field(default_factory=dict)  # role -> path
+    common: list[str] = field(default_factory=list)
     output: str | None = None  # the model file that was written
-    called: tuple | None = (
-        None  # names of recording and model in further commands; None: the file names
-    )
+    # Names of recording and model in further commands; None: the file names.
+    called: tuple[str, str] | None = None
 
     @property
-    def command(self):
+    def command(self) -> str:
         return shlex.join(["tools/davarlab", *self.typed])
 
-    def follow_up(self, command, *options):
+    def follow_up(self, command: str, *options: str) -> str:
         """Another command on the same files."""
         recording, model = self.called or (self.files["recording"], self.files["model"])
         files = [recording, "-m", model]
         return shlex.join(["tools/davarlab", command, *files, *self.common, *options])
 
 
-def versions():
+def versions() -> dict[str, str]:
     found = {
         "davar": ".".join(
             re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", VERSION_HEADER.read_text())
@@ -57,7 +64,7 @@ def versions():
     return {**found, **{name: importlib.metadata.version(name) for name in PACKAGES}}
 
 
-def file_facts(given):
+def file_facts(given: Mapping[str, str]) -> list[Json]:
     """Path, size and SHA-256, which identify the file."""
     rows = []
     for role, path in given.items():
@@ -78,7 +85,7 @@ def file_facts(given):
     return rows
 
 
-def run_facts(run):
+def run_facts(run: Run) -> Json:
     recording = run.recording
     return {
         "command": run.command,
@@ -96,9 +103,11 @@ def run_facts(run):
     }
 
 
-def parameter_rows(model, given, estimates):
-    """One row per parameter: the value in the model file (None: absent), the fitted value and its 95 % interval."""
-    before, rows = {term.kind: term.parameters for term in given.terms}, []
+def parameter_rows(model: Model, given: Model, estimates: Sequence[Estimates]) -> list[Json]:
+    """One row per parameter: the value in the model file (None: absent), the fitted value and its
+    95 % interval."""
+    before = {term.kind: term.parameters for term in given.terms}
+    rows: list[Json] = []
     for place, (term, entry) in enumerate(zip(model.terms, estimates)):
         for index, parameter in enumerate(
             p for p in table.find(term.kind).parameters if p.name in entry
@@ -118,9 +127,13 @@ def parameter_rows(model, given, estimates):
     return rows
 
 
-def candidate_rows(found):
-    """(candidates to show, names of those that only imitate an added effect, names of those that are not significant)."""
-    count, added, shown, imitators, chance = len(found.candidates), found.added, [], [], []
+def candidate_rows(found: Improvement) -> tuple[list[Json], list[str], list[str]]:
+    """(candidates to show, names of those that only imitate an added effect, names of those that
+    are not significant)."""
+    count, added = len(found.candidates), found.added
+    shown: list[Json] = []
+    imitators: list[str] = []
+    chance: list[str] = []
     remaining = (
         {candidate.kind: math.exp(candidate.log_p) for candidate in found.diagnosis.remaining}
         if added
@@ -158,7 +171,7 @@ def candidate_rows(found):
     return shown, imitators, chance
 
 
-def test_rows(given, better):
+def test_rows(given: Comparison, better: Comparison | None) -> list[Json]:
     return [
         {
             "name": name,
@@ -170,7 +183,7 @@ def test_rows(given, better):
     ]
 
 
-def correlation_rows(given, better):
+def correlation_rows(given: Comparison, better: Comparison | None) -> list[Json]:
     after = better.correlations if better else {}
     return [
         {"name": name, "value": value, "p": p, "after": after.get(name, (None, None))[0]}
@@ -180,9 +193,16 @@ def correlation_rows(given, better):
     ]
 
 
-def measured(run, comparison, better, state, model, estimates):
-    """The part that every report has. better: the comparison of the final model, if it has more effects than the initial one.
-    state, model, estimates: the final model on this recording."""
+def measured(
+    run: Run,
+    comparison: Comparison,
+    better: Comparison | None,
+    state: State,
+    model: Model,
+    estimates: Sequence[Estimates],
+) -> Json:
+    """The part that every report has. better: the comparison of the final model, if it has more
+    effects than the initial one. state, model, estimates: the final model on this recording."""
     effects = contributions.of_state(state, run.recording, run.model) if better else []
     added = [
         (words.name(kind), tau, deviation)
@@ -214,7 +234,7 @@ def measured(run, comparison, better, state, model, estimates):
     }
 
 
-def of_comparison(run, comparison, state):
+def of_comparison(run: Run, comparison: Comparison, state: Judged) -> Json:
     """`davarlab compare`. state: the model refitted on the recording."""
     tone, verdict = words.verdict_of_comparison(comparison)
     return {
@@ -226,8 +246,9 @@ def of_comparison(run, comparison, state):
     }
 
 
-def of_improvement(run, found):
+def of_improvement(run: Run, found: Improvement) -> Json:
     """`davarlab diagnose` and `davarlab improve`."""
+    assert found.state is not None  # improve.improved() gives it
     better = found.comparisons[-1] if len(found.comparisons) > 1 else None
     tone, verdict = words.verdict_of_diagnosis(found)
     shown, imitators, chance = candidate_rows(found)

@@ -1,9 +1,13 @@
-"""The model as a table for the device: C for the firmware's monitor, CSV for davar-sim --model-table."""
+"""The model as a table for the device: C for the firmware's monitor, CSV for davar-sim
+--model-table."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from ..arrays import Floats
 from ..errors import BadInput
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
@@ -12,8 +16,9 @@ from ..model import Model
 DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "sinusoid")
 
 
-def noise_variance(model, taus, rate_hz):
-    """Allan variance of the stationary part of a model and of its ramp and lines; what a static device sees."""
+def noise_variance(model: Model, taus: Sequence[int], rate_hz: float) -> Floats:
+    """Allan variance of the stationary part of a model and of its ramp and lines; what a static
+    device sees."""
     pairs = [(part_of(term), term.parameters) for term in model.terms]
     noise = [
         (part, values)
@@ -39,16 +44,18 @@ def noise_variance(model, taus, rate_hz):
 
 @dataclass
 class Table:
-    """What the error model expects: per cluster size the Allan deviation (deg/s) and how far the model may be off."""
+    """What the error model expects: per cluster size the Allan deviation (deg/s) and how far the
+    model may be off."""
 
     model: Model
-    taus: list
-    adev_dps: np.ndarray
+    taus: list[int]
+    adev_dps: Floats
     tolerance: float
 
 
-def table_of(model, window, tolerance, where="the model"):
-    """`window`: samples of the device's window; `tolerance`: one standard deviation of the model's own Allan deviation; `where`: the model's file."""
+def table_of(model: Model, window: int, tolerance: float, where: str = "the model") -> Table:
+    """`window`: samples of the device's window; `tolerance`: one standard deviation of the model's
+    own Allan deviation; `where`: the model's file."""
     if not model.rate_hz:
         raise BadInput(f"{where}: the model has no rate_hz")
     if not 0 <= tolerance < 1:
@@ -62,7 +69,7 @@ def table_of(model, window, tolerance, where="the model"):
     return Table(model, taus, np.sqrt(variance), tolerance)
 
 
-def description(table):
+def description(table: Table) -> list[str]:
     lines = [
         f"{term.kind}: "
         + ", ".join(
@@ -78,23 +85,26 @@ def description(table):
     ]
     return lines + (
         [
-            f"Not in the table, which contains only stationary noise, ramp and lines: {', '.join(left_out)}"
+            "Not in the table, which contains only stationary noise, ramp and lines: "
+            f"{', '.join(left_out)}"
         ]
         if left_out
         else []
     )
 
 
-def c_text(table):
+def c_text(table: Table) -> str:
     """A C header for davar_monitor_init (lib/include/davar/monitor.h)."""
     lines = [
-        "/* Written by davarlab export: the Allan deviation that the error model predicts, for davar_monitor_init.",
+        "/* Written by davarlab export: the Allan deviation that the error model predicts, for "
+        "davar_monitor_init.",
         " *",
     ]
     lines += [f" *   {line}" for line in description(table)]
     lines += [
         " *",
-        f" * Rate {table.model.rate_hz:g} Hz. relative_tolerance: one standard deviation of the model itself. */",
+        f" * Rate {table.model.rate_hz:g} Hz. relative_tolerance: one standard deviation of the "
+        "model itself. */",
         "#ifndef DAVAR_MODEL_TABLE_H",
         "#define DAVAR_MODEL_TABLE_H",
         "",
@@ -112,16 +122,18 @@ def c_text(table):
     return "\n".join(lines + ["};", "", "#endif"]) + "\n"
 
 
-def csv_text(table):
+def csv_text(table: Table) -> str:
     """The same for davar-sim --model-table."""
+    rate_hz = table.model.rate_hz
+    assert rate_hz  # table_of() refuses a model without
     lines = [f"# {line}" for line in description(table)] + ["m,tau_s,adev_dps,relative_tolerance"]
     lines += [
-        f"{m},{m / table.model.rate_hz:.9g},{adev:.9g},{table.tolerance:.6g}"
+        f"{m},{m / rate_hz:.9g},{adev:.9g},{table.tolerance:.6g}"
         for m, adev in zip(table.taus, table.adev_dps)
     ]
     return "\n".join(lines) + "\n"
 
 
-def text(table, path):
+def text(table: Table, path: str | Path) -> str:
     """In the form that the name asks for: .csv, else C."""
     return csv_text(table) if str(path).endswith(".csv") else c_text(table)

@@ -1,7 +1,9 @@
 """The page: one HTML file that needs nothing else."""
 
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import jinja2
 from markupsafe import Markup, escape
@@ -12,21 +14,24 @@ from . import words
 HERE = Path(__file__).resolve().parent
 
 
-def quantity(key, value, show=words.number):
-    """A number as people read it, with its full value for machines: <data value="..."> and its name in the JSON."""
+def quantity(
+    key: str, value: float | str | None, show: Callable[[Any], str] = words.number
+) -> Markup:
+    """A number as people read it, with its full value for machines: <data value="..."> and its name
+    in the JSON."""
     if value is None or value != value:
         return Markup("–")
     full = value if isinstance(value, str) else repr(float(value))
     return Markup('<data data-key="{}" value="{}">{}</data>').format(key, full, show(value))
 
 
-def breakable(name):
+def breakable(name: object) -> Markup:
     """A long name with underscores may break after each."""
     return Markup("_<wbr>").join(escape(part) for part in str(name).split("_"))
 
 
 @cache
-def template():
+def template() -> jinja2.Template:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(HERE),
         autoescape=True,
@@ -39,12 +44,12 @@ def template():
     return environment.get_template("page.html")
 
 
-def html(contents):
+def html(contents: Mapping[str, Any]) -> str:
     return template().render(
         contents, style=Markup((HERE / "style.css").read_text(encoding="utf-8"))
     )
 
 
-def write(contents, path):
+def write(contents: Mapping[str, Any], path: str | Path) -> None:
     """Writes the page whole or not at all. Raises BadInput when `path` cannot be written."""
     files.write_whole(path, html(contents).encode())

@@ -1,12 +1,14 @@
-"""Exports models as parameters of other programs, one entry of FORMATS each. Values in rad and m, noise densities two-sided (DESIGN 1)."""
+"""Exports models as parameters of other programs, one entry of FORMATS each. Values in rad and m,
+noise densities two-sided (DESIGN 1)."""
 
 import math
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from ..effects import table
 from ..errors import BadInput
+from ..model import Model
 
 FLAT = math.sqrt(
     2 * math.log(2) / math.pi
@@ -17,8 +19,8 @@ KALIBR_WIKI = "kalibr wiki (github.com/ethz-asl/kalibr/wiki), IMU Noise Model"
 
 @dataclass
 class Noise:
-    """One axis of a sensor. white: rad/s/sqrt(Hz) or m/s^2/sqrt(Hz). flicker: B in rad/s or m/s^2. walk: rad/s^2/sqrt(Hz) or
-    m/s^3/sqrt(Hz), derived from `walk_from`."""
+    """One axis of a sensor. white: rad/s/sqrt(Hz) or m/s^2/sqrt(Hz). flicker: B in rad/s or m/s^2.
+    walk: rad/s^2/sqrt(Hz) or m/s^3/sqrt(Hz), derived from `walk_from`."""
 
     quantity: str
     axis: str
@@ -31,46 +33,48 @@ class Noise:
 
 @dataclass
 class Parameter:
-    """A parameter of another program. value(noise): its value for one axis. several: one number per axis; otherwise the largest.
-    formula, meaning: for the comment."""
+    """A parameter of another program. value(noise): its value for one axis. several: one number per
+    axis; otherwise the largest. formula, meaning: for the comment."""
 
     name: str
     quantity: str
     unit: str
     formula: str
-    value: Callable
+    value: Callable[[Noise], float]
     several: bool = False
     meaning: str = ""
 
 
 @dataclass
 class Format:
-    """what: for --help. comment: the start of a comment. line(name, values): an assignment. around(lines, noises): the lines
-    of the file, made from these assignments. inflate: the reason for or against numbers larger than measured. source: the origin of
-    the formulas."""
+    """what: for --help. comment: the start of a comment. line(name, values): an assignment.
+    around(lines, noises): the lines of the file, made from these assignments. inflate: the reason
+    for or against numbers larger than measured. source: the origin of the formulas."""
 
     what: str
     comment: str
-    parameters: tuple
-    line: Callable
+    parameters: tuple[Parameter, ...]
+    line: Callable[[str, Sequence[float]], str]
     source: str
     inflate: str
-    around: Callable = lambda lines, noises: lines
+    around: Callable[[Sequence[str], Sequence[Noise]], Sequence[str]] = lambda lines, noises: lines
 
 
-def sized(model, kind):
+def sized(model: Model, kind: str) -> float:
     """Root sum of squares of all effects of a kind, in deg and seconds."""
     return math.hypot(
         *(table.find(kind).dps(term.parameters) for term in model.terms if term.kind == kind)
     )
 
 
-def noise_of(model, where, bias_time_s):
-    """The Noise of a model. If the model has no random walk of the bias, an equivalent one for its slow noise within bias_time_s."""
+def noise_of(model: Model, where: str, bias_time_s: float) -> Noise:
+    """The Noise of a model. If the model has no random walk of the bias, an equivalent one for its
+    slow noise within bias_time_s."""
     words = model.column.split("_")
     if words[0] not in ("gyro", "accel") or len(words) < 2 or words[1] not in ("x", "y", "z"):
         raise BadInput(
-            f"{where}: column {model.column} is not an axis of a gyro or accelerometer (gyro_x_dps .. accel_z_g)"
+            f"{where}: column {model.column} is not an axis of a gyro or accelerometer "
+            "(gyro_x_dps .. accel_z_g)"
         )
     if not model.rate_hz:
         raise BadInput(f"{where}: the model has no rate_hz")
@@ -87,16 +91,31 @@ def noise_of(model, where, bias_time_s):
         walk = scale * math.sqrt(
             sum(2 * one["std_dps"] ** 2 / one["correlation_time_s"] for one in slow)
         )
-        said = "gauss_markov: sigma sqrt(2 / correlation time), its equivalent random walk within the correlation time"
+        said = (
+            "gauss_markov: sigma sqrt(2 / correlation time), its equivalent random walk within "
+            "the correlation time"
+        )
     elif not walk and flicker:
         walk = FLAT * flicker * math.sqrt(3 / bias_time_s)
-        said = f"bias_instability: 0.664 B sqrt(3 / T), the random walk with the same Allan deviation at T = {bias_time_s:g} s (--bias-time)"
+        said = (
+            "bias_instability: 0.664 B sqrt(3 / T), the random walk with the same Allan "
+            f"deviation at T = {bias_time_s:g} s (--bias-time)"
+        )
     elif not walk:
         said = "nothing: the model has no slow noise, so a filter will treat the bias as constant"
     return Noise(words[0], words[1], white, flicker, walk, said, model.rate_hz)
 
 
-def sensor(gyro, accel, unit_gyro, unit_accel, formula, value, several=False, meaning=""):
+def sensor(
+    gyro: str,
+    accel: str,
+    unit_gyro: str,
+    unit_accel: str,
+    formula: str,
+    value: Callable[[Noise], float],
+    several: bool = False,
+    meaning: str = "",
+) -> tuple[Parameter, Parameter]:
     """The same parameter of both sensors."""
     return (
         Parameter(gyro, "gyro", unit_gyro, formula, value, several, meaning),
@@ -104,40 +123,40 @@ def sensor(gyro, accel, unit_gyro, unit_accel, formula, value, several=False, me
     )
 
 
-def density(noise):
+def density(noise: Noise) -> float:
     return noise.white
 
 
-def walk(noise):
+def walk(noise: Noise) -> float:
     return noise.walk
 
 
-def sample(noise):
+def sample(noise: Noise) -> float:
     return noise.white * math.sqrt(noise.rate_hz)
 
 
-def per_step(step_s):
+def per_step(step_s: float) -> tuple[Callable[[Noise], float], Callable[[Noise], float]]:
     """Converts a continuous density for a filter that adds (dt x)^2 in each step."""
     return (lambda noise: noise.white / math.sqrt(step_s)), (
         lambda noise: noise.walk / math.sqrt(step_s)
     )
 
 
-def real(value):
+def real(value: float) -> str:
     """Six digits, with a decimal point before an exponent, because YAML 1.1 reads 1e-05 as text."""
     text = f"{value:.6g}"
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
 
 
-def listed(values):
+def listed(values: Iterable[float]) -> str:
     return "[" + ", ".join(map(real, values)) + "]"
 
 
-def yaml_line(name, values):
+def yaml_line(name: str, values: Sequence[float]) -> str:
     return f"{name}: {real(values[0])}" if len(values) == 1 else f"{name}: {listed(values)}"
 
 
-def diagonal(values):
+def diagonal(values: Sequence[float]) -> list[float]:
     """A 3 x 3 diagonal matrix in row-major order, as in ROS."""
     return [values[row] if row == column else 0.0 for row in range(3) for column in range(3)]
 
@@ -162,20 +181,26 @@ KALIBR = (
         walk,
     ),
 )
-RATE_LINES = lambda lines, noises: [
-    *lines,
-    f"update_rate: {real(noises[0].rate_hz)}",
-    "rostopic: /imu  # set your topic",
-]
+
+
+def rate_lines(lines: Sequence[str], noises: Sequence[Noise]) -> list[str]:
+    """The assignments, then the rate and the topic of a kalibr file."""
+    return [
+        *lines,
+        f"update_rate: {real(noises[0].rate_hz)}",
+        "rostopic: /imu  # set your topic",
+    ]
+
+
 PX4_WHITE, PX4_WALK = per_step(PX4_S)
 ARDU_WHITE, ARDU_WALK = per_step(ARDUPILOT_S)
 STEP = (
-    "the filter adds ({} dt)^2 to a variance in each step of dt = {:g} s. A density x must add x^2 dt, "
-    "so the value is x / sqrt(dt)"
+    "the filter adds ({} dt)^2 to a variance in each step of dt = {:g} s. A density x must add "
+    "x^2 dt, so the value is x / sqrt(dt)"
 )
 
 
-def matlab_around(lines, noises):
+def matlab_around(lines: Sequence[str], noises: Sequence[Noise]) -> list[str]:
     """One object for each sensor."""
     out = []
     for quantity, maker in (("gyro", "gyroparams"), ("accel", "accelparams")):
@@ -193,8 +218,9 @@ def matlab_around(lines, noises):
 
 
 MATLAB_NOTE = (
-    "N is the root of the two-sided spectrum (NoiseType double-sided). Check that the standard deviation of imuSensor's output is "
-    "N sqrt(SampleRate). A release that expects a one-sided spectrum gives a value too small by sqrt(2)"
+    "N is the root of the two-sided spectrum (NoiseType double-sided). Check that the standard "
+    "deviation of imuSensor's output is N sqrt(SampleRate). A release that expects a one-sided "
+    "spectrum gives a value too small by sqrt(2)"
 )
 
 FORMATS = {
@@ -204,10 +230,13 @@ FORMATS = {
         KALIBR,
         yaml_line,
         f"{KALIBR_WIKI} and YAML formats: continuous time",
-        'The kalibr wiki warns that values from a recording at rest give the IMU too much weight: "for lowest-cost sensors, increasing the '
-        'noise model parameters by a factor of 10x or more may be necessary". Such values omit errors of scale and alignment, temperature '
-        "and vibration. A recording on the running robot measures the last two, a factor only guesses them.",
-        RATE_LINES,
+        "The kalibr wiki warns that values from a recording at rest give the IMU too much weight: "
+        '"for lowest-cost sensors, increasing the '
+        'noise model parameters by a factor of 10x or more may be necessary". Such values omit '
+        "errors of scale and alignment, temperature "
+        "and vibration. A recording on the running robot measures the last two, a factor only "
+        "guesses them.",
+        rate_lines,
     ),
     "allan_variance_ros": Format(
         "the imu.yaml that allan_variance_ros writes",
@@ -216,9 +245,10 @@ FORMATS = {
         yaml_line,
         "allan_variance_ros, scripts/analysis.py: the worst axis; fits of slope "
         "-1/2 at 1 s and of slope 1/2 at 3 s",
-        "allan_variance_ros does not inflate the values either. Its random walk is the intercept of a line of slope 1/2 through the whole "
-        "curve, which is too high where the curve is flat. The value here comes from the fitted model.",
-        RATE_LINES,
+        "allan_variance_ros does not inflate the values either. Its random walk is the intercept "
+        "of a line of slope 1/2 through the whole curve, which is too high where the curve is "
+        "flat. The value here comes from the fitted model.",
+        rate_lines,
     ),
     "px4": Format(
         "PX4 EKF2 (param set lines)",
@@ -258,10 +288,12 @@ FORMATS = {
             ),
         ),
         lambda name, values: f"param set {name} {values[0]:.6g}",
-        "PX4-Autopilot, src/modules/ekf2/EKF/covariance.cpp, predictCovariance; dt: EKF2_PREDICT_US",
-        "The defaults, 0.015 rad/s and 0.001 rad/s^2, are at least ten times the noise of a quiet MEMS gyro on purpose. They also cover "
-        "vibration, aliasing, scale and alignment errors of a flying vehicle. EKF2 accepts no value below 0.0001 rad/s. Use the numbers "
-        "here as a lower bound. Go below the defaults only if the innovations of a flight allow it.",
+        "PX4-Autopilot, src/modules/ekf2/EKF/covariance.cpp, predictCovariance; dt: "
+        "EKF2_PREDICT_US",
+        "The defaults, 0.015 rad/s and 0.001 rad/s^2, are at least ten times the noise of a quiet "
+        "MEMS gyro on purpose. They also cover vibration, aliasing, scale and alignment errors of "
+        "a flying vehicle. EKF2 accepts no value below 0.0001 rad/s. Use the numbers here as a "
+        "lower bound. Go below the defaults only if the innovations of a flight allow it.",
     ),
     "ardupilot": Format(
         "ArduPilot EKF3 (.param)",
@@ -281,7 +313,8 @@ FORMATS = {
                 "rad/s^2",
                 "K / sqrt(dt)",
                 ARDU_WALK,
-                meaning="the state is bias times dt, and the filter adds (x dt^2)^2 in each step of dt, so the value is K / sqrt(dt)",
+                meaning="the state is bias times dt, and the filter adds (x dt^2)^2 in each step "
+                "of dt, so the value is K / sqrt(dt)",
             ),
             Parameter(
                 "EK3_ACC_P_NSE",
@@ -301,9 +334,10 @@ FORMATS = {
             ),
         ),
         lambda name, values: f"{name},{values[0]:.6g}",
-        "ArduPilot, libraries/AP_NavEKF3/AP_NavEKF3_core.cpp, CovariancePrediction; dt: EKF_TARGET_DT",
-        "The defaults, 0.015 rad/s and 0.001 rad/s^2 on copters, also cover vibration, aliasing and scale errors in flight. Use the numbers "
-        "here as a lower bound.",
+        "ArduPilot, libraries/AP_NavEKF3/AP_NavEKF3_core.cpp, CovariancePrediction; dt: "
+        "EKF_TARGET_DT",
+        "The defaults, 0.015 rad/s and 0.001 rad/s^2 on copters, also cover vibration, aliasing "
+        "and scale errors in flight. Use the numbers here as a lower bound.",
     ),
     "ros": Format(
         "covariances of ROS sensor_msgs/Imu",
@@ -316,13 +350,14 @@ FORMATS = {
             "N^2 rate on the diagonal, row by row",
             lambda noise: sample(noise) * sample(noise),
             True,
-            "the variance of one message from white noise alone, for a driver that sends every sample without "
-            "averaging. Correlations are not measured and set to 0",
+            "the variance of one message from white noise alone, for a driver that sends every "
+            "sample without averaging. Correlations are not measured and set to 0",
         ),
         lambda name, values: f"{name}: {listed(diagonal(values))}",
         "sensor_msgs/msg/Imu.msg",
-        "Not inflated: a filter that reads the message uses it as the variance of this sample, and has separate parameters for the bias. "
-        "In this message, -1 as first element means no measurement, and all zeros mean an unknown covariance.",
+        "Not inflated: a filter that reads the message uses it as the variance of this sample, "
+        "and has separate parameters for the bias. In this message, -1 as first element means no "
+        "measurement, and all zeros mean an unknown covariance.",
     ),
     "gtsam": Format(
         "GTSAM preintegration (Python)",
@@ -346,13 +381,15 @@ FORMATS = {
                 "K^2, continuous",
                 lambda noise: noise.walk * noise.walk,
                 True,
-                "a member of PreintegrationCombinedParams. For a BetweenFactor of the bias over t seconds, use K sqrt(t)",
+                "a member of PreintegrationCombinedParams. For a BetweenFactor of the bias over t "
+                "seconds, use K sqrt(t)",
             ),
         ),
         lambda name, values: f"params.{name}(numpy.diag({listed(values)}))",
-        "GTSAM, navigation/PreintegrationParams.h and CombinedImuFactor: continuous-time covariances",
-        "Not inflated. Under strong motion, scale and alignment errors of the IMU dominate, and they are not white noise. Users often "
-        "approximate them with 3 to 10 times N.",
+        "GTSAM, navigation/PreintegrationParams.h and CombinedImuFactor: continuous-time "
+        "covariances",
+        "Not inflated. Under strong motion, scale and alignment errors of the IMU dominate, and "
+        "they are not white noise. Users often approximate them with 3 to 10 times N.",
     ),
     "basalt": Format(
         "Basalt calibration (members of value0)",
@@ -374,8 +411,8 @@ FORMATS = {
         ),
         lambda name, values: f'"{name}": {listed(values)},',
         "basalt-headers, calibration.hpp: continuous time",
-        "Not inflated: the estimator weights the IMU against the camera by these values alone. To cover vibration or scale errors of a "
-        "moving IMU, increase N, not K.",
+        "Not inflated: the estimator weights the IMU against the camera by these values alone. To "
+        "cover vibration or scale errors of a moving IMU, increase N, not K.",
         lambda lines, noises: [*lines, f'"imu_update_rate": {noises[0].rate_hz:g}'],
     ),
     "vins": Format(
@@ -389,7 +426,8 @@ FORMATS = {
                 "m/s^2",
                 "N sqrt(rate), discrete",
                 sample,
-                meaning="the standard deviation of a sample. For the continuous value, divide by sqrt(rate)",
+                meaning="the standard deviation of a sample. For the continuous value, divide by "
+                "sqrt(rate)",
             ),
             *sensor(
                 "gyr_w",
@@ -398,14 +436,17 @@ FORMATS = {
                 "m/s^3",
                 "K sqrt(rate), discrete",
                 lambda noise: noise.walk * math.sqrt(noise.rate_hz),
-                meaning="the filter adds (x dt)^2 to the variance of the bias in each step of dt = 1 / rate. Many configurations contain K "
-                "itself, which is too small by sqrt(rate)",
+                meaning="the filter adds (x dt)^2 to the variance of the bias in each step of "
+                "dt = 1 / rate. Many configurations contain K itself, which is too small by "
+                "sqrt(rate)",
             ),
         ),
         yaml_line,
-        "VINS-Mono, vins_estimator/src/factor/integration_base.h: midpoint steps with the noise of both ends",
-        "The VINS examples use from twice the measured value (EuRoC, gyr_n 0.004) to tens of times it (0.1), to cover vibration and delayed "
-        "time stamps. If the estimate jumps with motion, increase N first, never K.",
+        "VINS-Mono, vins_estimator/src/factor/integration_base.h: midpoint steps with the noise "
+        "of both ends",
+        "The VINS examples use from twice the measured value (EuRoC, gyr_n 0.004) to tens of "
+        "times it (0.1), to cover vibration and delayed time stamps. If the estimate jumps with "
+        "motion, increase N first, never K.",
     ),
     "matlab": Format(
         "MATLAB gyroparams and accelparams (.m)",
@@ -449,7 +490,7 @@ FORMATS = {
 }
 
 
-def values_of(parameter, noises, inflate):
+def values_of(parameter: Parameter, noises: Sequence[Noise], inflate: float) -> list[float]:
     """One number per axis x, y, z, or only the largest."""
     own = {
         noise.axis: parameter.value(noise)
@@ -465,12 +506,13 @@ def values_of(parameter, noises, inflate):
     )
 
 
-def said_of(parameter, noises):
+def said_of(parameter: Parameter, noises: Sequence[Noise]) -> list[str]:
     """The comment lines of a parameter: unit, formula, axis."""
     own = [noise for noise in noises if noise.quantity == parameter.quantity]
     axes = "".join(noise.axis for noise in own)
     which = (
-        f"for x, y, z ({axes} measured{'' if len(axes) == 3 else ', the others set to the largest'})"
+        f"for x, y, z ({axes} "
+        f"measured{'' if len(axes) == 3 else ', the others set to the largest'})"
         if parameter.several
         else f"the largest of {', '.join(axes)}"
     )
@@ -480,7 +522,9 @@ def said_of(parameter, noises):
     ]
 
 
-def text(name, models, inflate=1.0, bias_time_s=300.0):
+def text(
+    name: str, models: Sequence[tuple[str, Model]], inflate: float = 1.0, bias_time_s: float = 300.0
+) -> str:
     """A file in the format FORMATS[name]. models: (path, Model), one per axis. Raises BadInput."""
     form, noises = FORMATS[name], [noise_of(model, path, bias_time_s) for path, model in models]
     keys = [(noise.quantity, noise.axis) for noise in noises]
@@ -506,15 +550,18 @@ def text(name, models, inflate=1.0, bias_time_s=300.0):
         + ", ".join(f"{noise.quantity} {noise.axis}" for noise in noises)
         + f" at {noises[0].rate_hz:g} Hz",
         f"Source of the formulas: {form.source}.",
-        "N: density of the white noise (root of the two-sided spectrum). B: bias instability. K: random walk of the bias. In rad, m, s:",
+        "N: density of the white noise (root of the two-sided spectrum). B: bias instability. K: "
+        "random walk of the bias. In rad, m, s:",
     ]
     head += [
-        f"  {one.quantity} {one.axis}: N = {one.white:.6g}, B = {one.flicker:.6g}, K = {one.walk:.6g}, K from {one.walk_from}"
+        f"  {one.quantity} {one.axis}: N = {one.white:.6g}, B = {one.flicker:.6g}, K = "
+        f"{one.walk:.6g}, K from {one.walk_from}"
         for one in noises
     ]
     head += [
         form.inflate,
-        f"These numbers are {'as measured' if inflate == 1 else f'{inflate:g} times the measured ones (--inflate)'}.",
+        "These numbers are "
+        f"{'as measured' if inflate == 1 else f'{inflate:g} times the measured ones (--inflate)'}.",
     ]
     comments = [
         wrapped

@@ -3,9 +3,18 @@
 import base64
 import io
 import textwrap
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from ..arrays import Floats, Ints
+from ..data.recording import Recording
+from ..diagnosis.compare import Comparison
+from ..diagnosis.contributions import Contribution
+from ..diagnosis.improve import Estimates, Step
 from ..effects import table
 from . import plot, words
 from .plot import plt
@@ -21,7 +30,7 @@ SETTINGS = {
 }
 
 
-def svg(figure):
+def svg(figure: Figure) -> str:
     """A data URI; no metadata, so that nothing in it points outside."""
     text = io.BytesIO()
     figure.savefig(
@@ -31,20 +40,20 @@ def svg(figure):
     return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode()
 
 
-def framed(height, rows=1, **settings):
+def framed(height: float, rows: int = 1, **settings: Any) -> tuple[Figure, Any]:
     return plt.subplots(
         rows, 1, figsize=(WIDTH, height), layout="constrained", squeeze=False, **settings
     )
 
 
-def deviation(given, better, effects):
+def deviation(given: Comparison, better: Comparison | None, effects: Sequence[Contribution]) -> str:
     with plt.rc_context(SETTINGS):
         figure, axes = framed(4.0)
         plot.draw_deviation(axes[0, 0], given, better, effects)
         return svg(figure)
 
 
-def failure_map(given, better):
+def failure_map(given: Comparison, better: Comparison | None) -> str:
     with plt.rc_context(SETTINGS):
         maps = [("initial model", given)] + ([("with added effects", better)] if better else [])
         figure, axes = framed(2.6 * len(maps) + 0.4, len(maps), sharex=True)
@@ -58,14 +67,14 @@ def failure_map(given, better):
         return svg(figure)
 
 
-def spectrum(given, better):
+def spectrum(given: Comparison, better: Comparison | None) -> str:
     with plt.rc_context(SETTINGS):
         figure, axes = framed(3.6)
         plot.draw_spectrum(axes[0, 0], given, better)
         return svg(figure)
 
 
-def steps(found):
+def steps(found: Sequence[Step]) -> str:
     """The error after each step, in sample and held out, and the floor."""
     with plt.rc_context(SETTINGS):
         figure, axes = framed(3.2)
@@ -83,7 +92,7 @@ def steps(found):
             color="0.4",
             label="floor: a true model",
         )
-        names = ["initial"] + [f"+\u00a0{words.name(step.added)}" for step in found[1:]]
+        names = ["initial"] + [f"+\u00a0{words.name(str(step.added))}" for step in found[1:]]
         one.set_xticks(
             place, [textwrap.fill(name, 72 // len(found), break_on_hyphens=False) for name in names]
         )
@@ -98,17 +107,18 @@ def steps(found):
         return svg(figure)
 
 
-def stretches(values):
+def stretches(values: Floats) -> Floats:
     """Rows of equal length. A shorter rest at the end is omitted."""
     count = min(STRETCHES, len(values))
     length = len(values) // count
     return values[: count * length].reshape(count, length)
 
 
-def column_groups(recording, kinds):
-    """The columns of each panel: title -> names. Accelerometer axes share a panel. Columns that the model's effects need
-    come first."""
-    groups, needs = {}, tuple(need for kind in kinds for need in table.find(kind).needs)
+def column_groups(recording: Recording, kinds: Sequence[str]) -> dict[str, list[str]]:
+    """The columns of each panel: title -> names. Accelerometer axes share a panel. Columns that the
+    model's effects need come first."""
+    groups: dict[str, list[str]] = {}
+    needs = tuple(need for kind in kinds for need in table.find(kind).needs)
     for name in recording.columns:
         if name == "time_s" or name.startswith("gyro_") or np.ptp(recording.columns[name]) == 0:
             continue
@@ -127,7 +137,9 @@ def column_groups(recording, kinds):
     return dict(ordered[:COLUMN_PANELS])
 
 
-def draw_columns(axes, title, names, recording, time):
+def draw_columns(
+    axes: Axes, title: str, names: Sequence[str], recording: Recording, time: Floats
+) -> None:
     for name in names:
         rows = stretches(recording.columns[name])
         values = rows.std(axis=1) if title.startswith("vibration") else rows.mean(axis=1)
@@ -137,20 +149,20 @@ def draw_columns(axes, title, names, recording, time):
         legend_on_top(axes)
 
 
-def legend_on_top(axes):
+def legend_on_top(axes: Axes) -> None:
     """A legend in one row, with space above the curves."""
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.3 * (high - low))
     axes.legend(fontsize="small", ncols=4, loc="upper left")
 
 
-def mark(axes, estimates, shock_times):
+def mark(axes: Axes, estimates: Iterable[tuple[str, Estimates]], shock_times: Floats) -> None:
     """Times and intervals of the model's effects."""
     for kind, entry in estimates:
         if kind == "noise_step":
             axes.axvspan(
-                entry["start_s"].value,
-                entry["stop_s"].value,
+                float(entry["start_s"].value),
+                float(entry["stop_s"].value),
                 color=plot.GIVEN,
                 alpha=0.15,
                 label="noise step",
@@ -168,9 +180,14 @@ def mark(axes, estimates, shock_times):
             )
 
 
-def recorded(recording, gyro, estimates=(), shocks=()):
-    """The gyro column (extremes and mean of short intervals) and the other logged columns. Time is counted in samples.
-    shocks: sample indices."""
+def recorded(
+    recording: Recording,
+    gyro: str,
+    estimates: Iterable[tuple[str, Estimates]] = (),
+    shocks: Sequence[int] | Ints = (),
+) -> str:
+    """The gyro column (extremes and mean of short intervals) and the other logged columns. Time is
+    counted in samples. shocks: sample indices."""
     with plt.rc_context(SETTINGS):
         estimates = list(estimates)
         groups = column_groups(recording, [kind for kind, _ in estimates])

@@ -1,21 +1,31 @@
 """Plots of a comparison. Every function draws on the axes or figure that the caller passes."""
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
+
+from ..arrays import Floats
+from ..diagnosis.cells import Cell
+from ..diagnosis.compare import Comparison
+from ..diagnosis.contributions import Contribution
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.collections import PatchCollection  # noqa: E402
-from matplotlib.colors import LogNorm  # noqa: E402
-from matplotlib.patches import Rectangle  # noqa: E402
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter  # noqa: E402
-from scipy import stats  # noqa: E402
+import matplotlib.pyplot
+import numpy as np
+from matplotlib.collections import PatchCollection
+from matplotlib.colors import LogNorm
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from scipy import stats
 
-from .. import files  # noqa: E402
+from .. import files
 
+plt = matplotlib.pyplot
 GIVEN, BETTER, QUIET = "#d55e00", "#0072b2", "0.45"
 FADED, FULL, MARKED = (
     2.0,
@@ -24,17 +34,20 @@ FADED, FULL, MARKED = (
 )  # |z| above which a cell of the map has some colour, full colour, a dot
 
 
-def plain_number(value, _=None):
+def plain_number(value: float, _: int | None = None) -> str:
     return f"{value:g}"
 
 
-def whole_record(comparison):
+def whole_record(comparison: Comparison) -> list[Cell]:
     stop = max((cell.stop_s for cell in comparison.cells), default=0.0)
     return [cell for cell in comparison.cells if cell.stop_s - cell.start_s > 0.99 * stop]
 
 
-def draw_model(axes, comparison, colour, name, band=None):
-    """The model's deviation over the whole record, with the band that holds 95 % of recordings of a true model."""
+def draw_model(
+    axes: Axes, comparison: Comparison, colour: str, name: str, band: str | None = None
+) -> None:
+    """The model's deviation over the whole record, with the band that holds 95 % of recordings of a
+    true model."""
     cells = whole_record(comparison)
     tau = np.array([cell.tau_s for cell in cells])
     model = np.array([cell.model_dps for cell in cells])
@@ -44,9 +57,17 @@ def draw_model(axes, comparison, colour, name, band=None):
     axes.plot(tau, model, color=colour, label=name)
 
 
-def draw_deviation(axes, given, better=None, effects=(), name="initial model", band=None):
-    """Measured and model Allan deviation. better: the comparison with the added effects. effects: (name, taus in s,
-    deviations) of single effects. band: the name of the initial model's band in the legend."""
+def draw_deviation(
+    axes: Axes,
+    given: Comparison,
+    better: Comparison | None = None,
+    effects: Sequence[Contribution] = (),
+    name: str = "initial model",
+    band: str | None = None,
+) -> None:
+    """Measured and model Allan deviation. better: the comparison with the added effects. effects:
+    (name, taus in s, deviations) of single effects. band: the name of the initial model's band in
+    the legend."""
     draw_model(axes, given, GIVEN if better else BETTER, name, band)
     if better:
         draw_model(axes, better, BETTER, "model with added effects")
@@ -68,9 +89,9 @@ def draw_deviation(axes, given, better=None, effects=(), name="initial model", b
     axes.legend(fontsize="small")
 
 
-def finest(comparison):
+def finest(comparison: Comparison) -> dict[float, list[Cell]]:
     """tau -> the cells of the shortest windows that have this tau."""
-    rows = {}
+    rows: dict[float, list[Cell]] = {}
     for cell in comparison.cells:
         rows.setdefault(cell.tau_s, []).append(cell)
     return {
@@ -83,7 +104,7 @@ def finest(comparison):
     }
 
 
-def ratio_scale(*comparisons):
+def ratio_scale(*comparisons: Comparison) -> ScalarMappable:
     """Colours of measured / model, the same for all of these comparisons. White is 1."""
     worst = max(
         (
@@ -98,13 +119,14 @@ def ratio_scale(*comparisons):
     return plt.cm.ScalarMappable(LogNorm(1 / reach, reach), "RdBu_r")
 
 
-def cell_colour(cell, colours):
+def cell_colour(cell: Cell, colours: ScalarMappable) -> Floats:
     """The colour of the cell's ratio, faded to white if it is consistent with noise."""
     sure = 0.08 + 0.92 * np.clip((abs(cell.z) - FADED) / (FULL - FADED), 0, 1)
-    return 1 - sure * (1 - np.array(colours.to_rgba(cell.ratio)[:3]))
+    faded: Floats = 1 - sure * (1 - np.array(colours.to_rgba(np.array(cell.ratio))[:3]))
+    return faded
 
 
-def draw_map(axes, comparison, colours):
+def draw_map(axes: Axes, comparison: Comparison, colours: ScalarMappable) -> None:
     """Measured / model in every window and at every tau. Cells consistent with noise are pale."""
     rows = finest(comparison)
     cells, taus = [cell for row in rows.values() for cell in row], list(rows)
@@ -135,10 +157,11 @@ def draw_map(axes, comparison, colours):
     )
 
 
-def draw_map_scale(figure, axes, colours):
+def draw_map_scale(figure: Figure, axes: Axes | list[Axes], colours: ScalarMappable) -> None:
     bar = figure.colorbar(colours, ax=axes, label="measured / model")
     bar.ax.yaxis.set_major_locator(MaxNLocator(1))
     low, high = colours.norm.vmin, colours.norm.vmax
+    assert low is not None and high is not None  # ratio_scale() has set them
     ticks = [
         value
         for value in (0.1, 0.2, 0.5, 0.7, 1, 1.4, 2, 5, 10)
@@ -149,7 +172,9 @@ def draw_map_scale(figure, axes, colours):
     bar.ax.minorticks_off()
 
 
-def draw_spectrum(axes, given, better=None, name="initial model"):
+def draw_spectrum(
+    axes: Axes, given: Comparison, better: Comparison | None = None, name: str = "initial model"
+) -> None:
     """Spectrum of the residual divided by the model's prediction. A true model gives 1."""
     f, ratio, counts = given.spectrum
     least = max(min(ratio.min(), 0.3), 0.03)
@@ -178,8 +203,9 @@ def draw_spectrum(axes, given, better=None, name="initial model"):
     axes.legend(fontsize="small")
 
 
-def draw(comparison, path):
-    """Allan deviation, failure map and residual spectrum in one figure: PNG, PDF or SVG by the name."""
+def draw(comparison: Comparison, path: str | Path) -> None:
+    """Allan deviation, failure map and residual spectrum in one figure: PNG, PDF or SVG by the
+    name."""
     figure, axes = plt.subplots(3, 1, figsize=(9, 12), layout="constrained")
     draw_deviation(axes[0], comparison, name="model", band="95 % of recordings, if true")
     colours = ratio_scale(comparison)
@@ -187,8 +213,8 @@ def draw(comparison, path):
     draw_map_scale(figure, axes[1], colours)
     draw_spectrum(axes[2], comparison, name="model")
     axes[0].set_title(
-        f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor {comparison.error_floor:.3f}, "
-        f"p = {comparison.p_value:.2g}"
+        f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor "
+        f"{comparison.error_floor:.3f}, p = {comparison.p_value:.2g}"
     )
     axes[1].set_title("pale: consistent with noise; dot: more than 4 standard deviations")
     data = io.BytesIO()

@@ -1,16 +1,24 @@
 """The output of the commands: the sentences of words.py, and tables."""
 
+from collections.abc import Iterable, Sequence
+
+from ..data.observations import Observation
+from ..diagnosis.compare import Comparison
+from ..diagnosis.improve import Estimates, Improvement, Step
+from ..diagnosis.judge import Judgement
 from ..effects import table
+from ..inference.estimate import Estimate
+from ..model import Model
 from . import words
 
 WHERE_MAX, CANDIDATES_MAX = 8, 5
 
 
-def p_text(p, sign="= "):
+def p_text(p: float, sign: str = "= ") -> str:
     return f"<{' ' if sign else ''}{words.TINY:g}" if p < words.TINY else f"{sign}{p:.3g}"
 
 
-def interval(estimate):
+def interval(estimate: Estimate) -> str:
     """Both ends, with enough digits to distinguish them."""
     if estimate.undetermined:
         return "undetermined"
@@ -27,26 +35,27 @@ def interval(estimate):
     return f"95 %: {low} .. {high}"
 
 
-def estimates(model, entries):
+def estimates(model: Model, entries: Sequence[Estimates]) -> str:
     lines = []
     for term, entry in zip(model.terms, entries):
         lines.append(term.kind)
         for parameter in table.find(term.kind).parameters:
             e = entry.get(parameter.name)
             if e and not isinstance(e.value, str):
-                lines.append(
-                    f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}".rstrip()
-                )
+                shown = f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}"
+                lines.append(shown.rstrip())
             elif e:
                 lines.append(f"  {parameter.name:<36}{e.value:>12}")
     return "\n".join(lines)
 
 
-def observed(seen):
+def observed(seen: Sequence[Observation]) -> list[str]:
     return [words.in_ascii(words.observation(one)) for one in seen]
 
 
-def fit(model, entries, judgement, seen):
+def fit(
+    model: Model, entries: Sequence[Estimates], judgement: Judgement, seen: Sequence[Observation]
+) -> str:
     """The output of `fit`: the verdict, then the parameters."""
     lines = [words.in_ascii(words.adequacy(judgement)), *observed(seen)]
     if not judgement.adequate and not judgement.doubted:
@@ -54,7 +63,7 @@ def fit(model, entries, judgement, seen):
     return "\n".join(lines) + "\n\n" + estimates(model, entries)
 
 
-def comparison(c, notes=()):
+def comparison(c: Comparison, notes: Iterable[str] = ()) -> str:
     lines = [
         f"model: {', '.join(c.effects)}",
         f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}",
@@ -64,8 +73,9 @@ def comparison(c, notes=()):
         *notes,
     ]
     lines += [
-        f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
-        f"{w.model_dps:.3g} deg/s, ratio {w.ratio:.2f} ({w.z:+.1f} sigma)"
+        f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured "
+        f"{w.measured_dps:.3g}, model {w.model_dps:.3g} deg/s, ratio {w.ratio:.2f} ({w.z:+.1f} "
+        "sigma)"
         for w in c.where[:WHERE_MAX]
     ]
     lines += [
@@ -76,7 +86,7 @@ def comparison(c, notes=()):
     return "\n".join(lines)
 
 
-def verdict(found):
+def verdict(found: Improvement) -> str:
     """The verdict, its numbers, the failed checks, and how to confirm it."""
     lines = [words.verdict_of_diagnosis(found)[1], words.improvement(found)]
     failed = words.failed_tests(found.comparisons[-1].tests)
@@ -90,8 +100,9 @@ def verdict(found):
     return words.in_ascii("\n".join(lines + words.confirmations(found)))
 
 
-def candidates(found):
-    """The added effects with their fitted values, then each candidate alone with the initial effects."""
+def candidates(found: Improvement) -> str:
+    """The added effects with their fitted values, then each candidate alone with the initial
+    effects."""
     added, lines = found.added, []
     if added:
         lines = ["Added effects, in this order, all fitted together:"]
@@ -114,26 +125,26 @@ def candidates(found):
     return words.in_ascii("\n".join(lines))
 
 
-def step(name, s):
+def step(name: str, s: Step) -> str:
     outside = f"{s.error_held_out:.4f}" if s.error_held_out is not None else "-"
     return f"{name:<26}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{p_text(s.p_value, ''):>11}"
 
 
-def steps(found):
+def steps(found: Improvement) -> str:
     lines = [
         f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}",
         step("(initial model)", found.steps[0]),
     ]
     lines += [step("(refitted)", found.refitted)] if found.refitted else []
-    return "\n".join(lines + [step(s.added, s) for s in found.steps[1:]])
+    return "\n".join(lines + [step(str(s.added), s) for s in found.steps[1:]])
 
 
-def diagnosis(found):
+def diagnosis(found: Improvement) -> str:
     return "\n\n".join(
         [comparison(found.comparison, found.notes), verdict(found), candidates(found)]
     )
 
 
-def improvement(found):
+def improvement(found: Improvement) -> str:
     top = "\n".join([steps(found), *observed(found.comparison.observations), *found.notes])
     return "\n\n".join([top, verdict(found), estimates(found.model, found.estimates)])

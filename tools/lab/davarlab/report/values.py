@@ -1,11 +1,20 @@
 """What --json says, and the page of the workbench: plain values."""
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
+from ..data.observations import Observation
+from ..diagnosis.compare import Comparison
+from ..diagnosis.improve import Estimates, Improvement
+from ..diagnosis.judge import Judgement
+from ..model import Model
 from . import words
 
+Json = dict[str, Any]  # an object of JSON
 
-def plain(value):
+
+def plain(value: Any) -> Any:
     """JSON has no infinity and no NaN."""
     if isinstance(value, dict):
         return {key: plain(entry) for key, entry in value.items()}
@@ -16,7 +25,7 @@ def plain(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def estimates(entries):
+def estimates(entries: Estimates) -> Json:
     return {
         name: {"value": e.value, "low": e.low, "high": e.high}
         | ({"undetermined": True} if e.undetermined else {})
@@ -24,14 +33,14 @@ def estimates(entries):
     }
 
 
-def fitted(model, entries):
+def fitted(model: Model, entries: Sequence[Estimates]) -> list[Json]:
     return [
         {"kind": term.kind, "parameters": estimates(entry)}
         for term, entry in zip(model.terms, entries)
     ]
 
 
-def judgement(j):
+def judgement(j: Judgement) -> Json:
     return {
         "adequacy": j.adequacy,
         "adequate": j.adequate,
@@ -41,11 +50,11 @@ def judgement(j):
     }
 
 
-def observations(seen):
+def observations(seen: Sequence[Observation]) -> list[Json]:
     return [one.plain() for one in seen]
 
 
-def comparison(c):
+def comparison(c: Comparison) -> Json:
     return {
         "samples": c.samples,
         "samples_missing": c.missing,
@@ -75,7 +84,7 @@ def comparison(c):
     }
 
 
-def diagnosis(found):
+def diagnosis(found: Improvement) -> Json:
     alternatives = [vars(one) for one in found.diagnosis.alternatives]
     return {
         **comparison(found.comparison),
@@ -105,7 +114,7 @@ def diagnosis(found):
     }
 
 
-def improvement(found, output):
+def improvement(found: Improvement, output: str | None) -> Json:
     return {
         "steps": [vars(step) for step in found.steps],
         "refitted": found.refitted and vars(found.refitted),

@@ -2,11 +2,21 @@
 
 import re
 from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..data import plausible
+from ..data.observations import Observation
+from ..data.recording import Recording
+from ..diagnosis.compare import Comparison
+from ..diagnosis.improve import Estimates, Improvement
+from ..diagnosis.judge import Deviation, Judgement
+from ..diagnosis.state import Judged
 from ..effects import table
+from ..effects.base import Parameter
+from ..inference.estimate import Estimate
 from ..thresholds import CHANCE, JUDGE
 
 CONFIDENCE = f"{100 - 100 * CHANCE.family_wise:g} % confidence"  # of a proven deviation
@@ -16,11 +26,24 @@ PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 # What each adequacy test detects (inference/adequacy.py).
 TESTS = {
     "spectrum": "wrong residual power at any frequency",
-    "time and frequency": "wrong residual power in any octave and any of 24 time segments, combined",
+    "time and frequency": (
+        "wrong residual power in any octave and any of 24 time segments, combined"
+    ),
     "largest cell": "wrong residual power in the worst single octave and time segment",
     "narrow band": "a narrow band with too much power",
     "shocks": "single outlier samples",
 }
+
+# What to do, and the command that does it.
+Action = tuple[str, str | None]
+
+
+class FollowUp(Protocol):
+    """The run of a report, as far as its sentences name it (contents.Run)."""
+
+    output: str | None
+
+    def follow_up(self, command: str, *options: str) -> str: ...
 
 
 NAMES = {
@@ -33,11 +56,11 @@ NAMES = {
 UNITS = ("dps", "s", "hz", "hour", "per")
 
 
-def name(kind):
+def name(kind: str) -> str:
     return NAMES.get(kind, kind.replace("_", " "))
 
 
-def listed(kinds, shown=name, joint=" and "):
+def listed(kinds: Iterable[Any], shown: Callable[[Any], str] = name, joint: str = " and ") -> str:
     """Lists each kind once, in order of first appearance, with its count."""
     found = Counter(map(shown, kinds))
     names = [f"{text} ({count} times)" if count > 1 else text for text, count in found.items()]
@@ -50,7 +73,7 @@ def listed(kinds, shown=name, joint=" and "):
     )
 
 
-def number(value, digits=4):
+def number(value: float | str | None, digits: int = 4) -> str:
     """Formats a number with `digits` significant digits and a typeset power of ten."""
     if value is None or value != value:
         return "–"
@@ -66,7 +89,7 @@ def number(value, digits=4):
     return f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPT)}".replace("-", "−")
 
 
-def bounds(estimate):
+def bounds(estimate: Estimate) -> Callable[[float], str]:
     """Returns a formatter with enough digits to distinguish the two ends of an interval."""
     digits = next(
         (d for d in range(4, 10) if number(estimate.low, d) != number(estimate.high, d)), 9
@@ -74,7 +97,7 @@ def bounds(estimate):
     return lambda value: number(value, digits)
 
 
-def chance(p):
+def chance(p: float) -> str:
     return (
         "below 10⁻¹²"
         if p < TINY
@@ -86,7 +109,9 @@ def chance(p):
     )
 
 
-def evidence(before, after, count, added, alternative=False):
+def evidence(
+    before: float, after: float | None, count: int, added: bool, alternative: bool = False
+) -> str:
     """Rates one of `count` candidates from its p-values with the initial and the final model."""
     likely = before * count < CHANCE.family_wise
     if added:
@@ -104,19 +129,19 @@ def evidence(before, after, count, added, alternative=False):
     return "weak" if before < 0.05 else "not significant"
 
 
-def label(parameter):
+def label(parameter: Parameter) -> str:
     """The name of a parameter in a sentence. A coefficient needs no name."""
     words = [word for word in parameter.name.split("_") if word not in UNITS]
     return "" if words[0] == "coefficient" else " ".join(words) + " "
 
 
-def bare_value(parameter, estimate):
+def bare_value(parameter: Parameter, estimate: Estimate) -> str:
     if isinstance(estimate.value, str):
         return label(parameter) + estimate.value
     return f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
 
 
-def value_with_interval(parameter, estimate):
+def value_with_interval(parameter: Parameter, estimate: Estimate) -> str:
     if estimate.low is None:
         return bare_value(parameter, estimate) + (
             " (undetermined)" if estimate.undetermined else ""
@@ -127,20 +152,24 @@ def value_with_interval(parameter, estimate):
     )
 
 
-def strength(kind, estimates, shown=value_with_interval):
+def strength(
+    kind: str,
+    estimates: Estimates,
+    shown: Callable[[Parameter, Estimate], str] = value_with_interval,
+) -> str:
     """The fitted size and shape of an effect."""
     return "; ".join(
         shown(p, estimates[p.name]) for p in table.find(kind).parameters if p.name in estimates
     )
 
 
-def clause(kind):
+def clause(kind: str) -> str:
     """The physics of an effect, as a clause inside a sentence."""
     physics = table.find(kind).physics.rstrip(".").split(": ")[0].split(" (")[0]
     return physics[0].lower() + physics[1:]
 
 
-def adequacy(judgement):
+def adequacy(judgement: Judgement) -> str:
     """The verdict on a model: the same sentences on a page, in a terminal and in JSON."""
     shown = (
         "The recording is long enough to confirm a fit within 5 % up to "
@@ -150,8 +179,8 @@ def adequacy(judgement):
     )
     if judgement.doubted:
         return (
-            "The recording is implausible, so no model is reported as adequate. Correct its units as "
-            f"listed, or confirm them with {plausible.CONFIRM}."
+            "The recording is implausible, so no model is reported as adequate. Correct its "
+            f"units as listed, or confirm them with {plausible.CONFIRM}."
         )
     if judgement.adequacy == "statistical":
         return (
@@ -165,12 +194,12 @@ def adequacy(judgement):
             else f"No deviation is proven ({CONFIDENCE})."
         )
         return (
-            "The model is practically adequate: it fits within 5 %, but the residual is not pure noise "
-            f"(p = {chance(judgement.p_value)}). {small} {shown}"
+            "The model is practically adequate: it fits within 5 %, but the residual is not pure "
+            f"noise (p = {chance(judgement.p_value)}). {small} {shown}"
         )
     if judgement.largest and abs(judgement.largest["percent"]) > 5:
         return f"The model does not fit. {proven(judgement.largest)}"
-    if not judgement.error == judgement.error:
+    if judgement.error != judgement.error:
         return (
             "The model cannot be tested: the recording is too short. "
             "No averaging time fits into it nine times."
@@ -182,7 +211,7 @@ def adequacy(judgement):
     )
 
 
-def seconds(value):
+def seconds(value: float) -> str:
     """A time in seconds, from two minutes on also in minutes or hours."""
     text = f"{number(value, 3)} s"
     if value < 120:
@@ -194,22 +223,26 @@ def seconds(value):
     )
 
 
-def place(deviation):
+def place(deviation: Deviation) -> str:
     start, stop = deviation["start_s"], deviation["stop_s"]
     return f"at {seconds(deviation['tau_s'])}, from {start:.0f} to {stop:.0f} s of the recording"
 
 
-def off(deviation):
+def off(deviation: Deviation) -> str:
     percent = number(abs(deviation["percent"]), 2)
-    return f"{percent} % {'above' if deviation['percent'] > 0 else 'below'} the model {place(deviation)}"
+    return (
+        f"{percent} % {'above' if deviation['percent'] > 0 else 'below'} the model "
+        f"{place(deviation)}"
+    )
 
 
-def factor(ratio):
+def factor(ratio: float) -> str:
     return f"{max(ratio, 1 / max(ratio, 1e-9)):.3g}"
 
 
-def proven(deviation):
-    """The largest deviation, as a factor by which the model is too low or too high, and its bound."""
+def proven(deviation: Deviation) -> str:
+    """The largest deviation, as a factor by which the model is too low or too high, and its
+    bound."""
     least = 1 + deviation["percent"] / 100
     return (
         f"{capital(place(deviation))}, its Allan deviation is too {'low' if least > 1 else 'high'} "
@@ -217,13 +250,14 @@ def proven(deviation):
     )
 
 
-def observation(one):
+def observation(one: Observation) -> str:
     """A disturbance in the recording that is not an error of the sensor."""
     return f"In the recording: {name(one.kind)}. {one.detail}"
 
 
-def misfit(comparison):
-    """One sentence on where the whole recording deviates significantly from the model, and how far."""
+def misfit(comparison: Comparison) -> str:
+    """One sentence on where the whole recording deviates significantly from the model, and how
+    far."""
     span = comparison.duration_s
     away = [cell for cell in comparison.where if cell.start_s == 0 and cell.stop_s >= 0.99 * span]
     if away:
@@ -235,32 +269,32 @@ def misfit(comparison):
             else f"only at {seconds(away[0].tau_s)}"
         )
         return (
-            f"Over the whole recording, the measured Allan deviation deviates from the model {reach}. "
-            f"The largest deviation is at {seconds(farthest.tau_s)}: "
+            "Over the whole recording, the measured Allan deviation deviates from the model "
+            f"{reach}. The largest deviation is at {seconds(farthest.tau_s)}: "
             f"{times(farthest.ratio)}, {farthest.z:+.0f} standard deviations."
         )
     if comparison.where:
         local = comparison.where[0]
         return (
-            "Over the whole recording, the Allan deviation agrees with the model, but not in every part. "
-            f"Between {local.start_s:.0f} and {local.stop_s:.0f} s it is {times(local.ratio)} "
-            f"at {seconds(local.tau_s)}."
+            "Over the whole recording, the Allan deviation agrees with the model, but not in "
+            f"every part. Between {local.start_s:.0f} and {local.stop_s:.0f} s it is "
+            f"{times(local.ratio)} at {seconds(local.tau_s)}."
         )
     if comparison.judgement.largest:  # in a window that the map does not show
         return (
-            "Over the whole recording, the Allan deviation agrees with the model, but not in every part. "
-            f"It is at least {off(comparison.judgement.largest)} ({CONFIDENCE})."
+            "Over the whole recording, the Allan deviation agrees with the model, but not in "
+            f"every part. It is at least {off(comparison.judgement.largest)} ({CONFIDENCE})."
         )
     return "The Allan deviation agrees with the model at every averaging time and in every part."
 
 
-def times(ratio):
+def times(ratio: float) -> str:
     if 0.9 < ratio < 1.1:
         return f"{100 * abs(ratio - 1):.2g} % {'above' if ratio > 1 else 'below'} the model"
     return f"{ratio:.2g} times the model"
 
 
-def failed_tests(tests):
+def failed_tests(tests: Mapping[str, float]) -> str | None:
     """What each failed test detects, the smallest p-value first; None when no test fails."""
     bad = [
         TESTS.get(what, what)
@@ -270,24 +304,27 @@ def failed_tests(tests):
     return "; ".join(bad) or None
 
 
-def verdict_of_comparison(comparison):
+def verdict_of_comparison(comparison: Comparison) -> tuple[str, str]:
     tone = {"statistical": "good", "practical": "good", "no": "bad"}[comparison.judgement.adequacy]
     return tone, adequacy(comparison.judgement)
 
 
-def capital(text):
+def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def helpful(found):
+def helpful(found: Improvement) -> bool:
     """Whether the added effects reduce the error."""
     return found.last.error < found.base.error
 
 
-def verdict_of_unknown(found):
+def verdict_of_unknown(found: Improvement) -> str:
     added = found.added
     if not added:
-        return "The model lacks an effect that is not in davarlab's table: no effect explains the misfit."
+        return (
+            "The model lacks an effect that is not in davarlab's table: no effect explains the "
+            "misfit."
+        )
     errors = f"(error {found.base.error:.3f} to {found.last.error:.3f})"
     if helpful(found):
         return (
@@ -301,10 +338,10 @@ def verdict_of_unknown(found):
     )
 
 
-def verdict_held_out(found):
+def verdict_held_out(found: Improvement) -> str | None:
     """A sentence on how well the final model fits the held-out recording; None without one."""
     error, floor = found.last.error_held_out, found.last.error_floor_held_out
-    if error is None:
+    if error is None or floor is None:
         return None
     sizes = f"its error there is {error:.3f}, and a true model would give about {floor:.3f}"
     return (
@@ -314,7 +351,7 @@ def verdict_held_out(found):
     )
 
 
-def verdict_of_missing(found):
+def verdict_of_missing(found: Improvement) -> str:
     added = found.added
     sizes = found.estimates[-len(added) :]
     if len(added) == 1:
@@ -323,12 +360,20 @@ def verdict_of_missing(found):
                 added + [one.kind for one in found.diagnosis.alternatives], joint=" or "
             )
             return f"The model lacks {rivals}. This recording cannot distinguish them."
-        return f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[0])})."
-    named = listed(zip(added, sizes), lambda one: f"{name(one[0])} ({strength(*one, bare_value)})")
-    return f"The model lacks {named}. With {'both' if len(added) == 2 else 'these'}, it explains this recording."
+        return (
+            f"The model lacks {name(added[0])}: {clause(added[0])} "
+            f"({strength(added[0], sizes[0])})."
+        )
+    named = listed(
+        zip(added, sizes), lambda one: f"{name(one[0])} ({strength(one[0], one[1], bare_value)})"
+    )
+    return (
+        f"The model lacks {named}. With {'both' if len(added) == 2 else 'these'}, it explains "
+        "this recording."
+    )
 
 
-def verdict_of_diagnosis(found):
+def verdict_of_diagnosis(found: Improvement) -> tuple[str, str]:
     """(tone, sentences) of an improvement."""
     tone, sentence = verdict_of_recording(found)
     outside = verdict_held_out(found)
@@ -337,7 +382,7 @@ def verdict_of_diagnosis(found):
     return tone, f"{sentence} {outside}" if outside else sentence
 
 
-def verdict_of_recording(found):
+def verdict_of_recording(found: Improvement) -> tuple[str, str]:
     if found.judgement.doubted:
         return "bad", adequacy(found.judgement)
     final = adequacy(found.judgement)
@@ -355,7 +400,7 @@ def verdict_of_recording(found):
     )
 
 
-def improvement(found):
+def improvement(found: Improvement) -> str:
     first, last = found.steps[0], found.steps[-1]
     refitted = f" ({found.refitted.error:.3f} refitted)" if found.refitted else ""
     if len(found.steps) == 1:
@@ -364,8 +409,8 @@ def improvement(found):
             f"A true model would give about {found.last.error_floor:.3f}."
         )
     sentence = (
-        f"Adding {listed(found.added)} changes the error from {first.error:.3f}{refitted} to {last.error:.3f}. "
-        f"A true model would give about {last.error_floor:.3f}."
+        f"Adding {listed(found.added)} changes the error from {first.error:.3f}{refitted} to "
+        f"{last.error:.3f}. A true model would give about {last.error_floor:.3f}."
     )
     if last.error_held_out is not None:
         sentence += (
@@ -375,7 +420,7 @@ def improvement(found):
     return sentence
 
 
-def confirmations(found):
+def confirmations(found: Improvement) -> list[str]:
     """How to confirm each effect that was found, and how to distinguish it from similar ones."""
     added = found.added if found.verdict != "unknown" or helpful(found) else []
     lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in dict.fromkeys(added)]
@@ -391,16 +436,18 @@ def confirmations(found):
     ]
 
 
-def what_next(found, run):
+def what_next(found: Improvement, run: FollowUp) -> list[Action]:
     """Actions in order: (what to do, the command that does it or None)."""
-    added, lines = found.added, []
+    added = found.added
+    lines: list[Action] = []
     if found.judgement.doubted:
         return []
     if found.verdict == "unknown":
         lines.append(
             (
-                "Look at the failure map and the residual spectrum below. The times, averaging times and "
-                "frequencies of the misfit point to the cause. Add your own effect to the table with",
+                "Look at the failure map and the residual spectrum below. The times, averaging "
+                "times and frequencies of the misfit point to the cause. Add your own effect to "
+                "the table with",
                 "--effects FILE.py",
             )
         )
@@ -416,7 +463,7 @@ def what_next(found, run):
     return lines
 
 
-def after_comparison(comparison, state, run):
+def after_comparison(comparison: Comparison, state: Judged, run: FollowUp) -> list[Action]:
     """The next actions after `davarlab compare`. state: the refitted effects."""
     if comparison.adequate or comparison.judgement.doubted:
         return []
@@ -430,17 +477,18 @@ def after_comparison(comparison, state, run):
     return [("Find the missing effect:", run.follow_up("diagnose", "--report", "DIAGNOSIS.html"))]
 
 
-def gap_note(recording):
+def gap_note(recording: Recording) -> str | None:
     """A note on how gaps affect the results; None without gaps."""
     if not len(recording.gaps):
         return None
+    missing = recording.samples - recording.measured_samples
     return (
-        f"The recording has {len(recording.gaps)} gaps with {(~recording.known).sum()} missing samples. "
-        "No Allan deviation spans a gap, so long averaging times use less data."
+        f"The recording has {len(recording.gaps)} gaps with {missing} missing "
+        "samples. No Allan deviation spans a gap, so long averaging times use less data."
     )
 
 
-def in_ascii(text):
+def in_ascii(text: str) -> str:
     """Replaces every character outside ASCII, for terminals of any encoding."""
     text = re.sub("·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: "e" + found[1].translate(PLAIN_DIGITS), text)
     return (

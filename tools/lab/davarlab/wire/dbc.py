@@ -1,8 +1,7 @@
 """tools/davar.dbc for another base identifier, and for other channels than 0."""
 
 import copy
-
-import cantools
+from collections.abc import Sequence
 
 from ..errors import BadInput
 from . import frames as wire
@@ -10,9 +9,10 @@ from . import frames as wire
 LAST = 0x7FF  # standard identifiers have 11 bits
 
 
-def moved(base, channels):
-    """The text of a DBC for these channels. With more than one, the messages of channel n are called DAVAR_..._n."""
-    database = cantools.database.load_file(wire.DBC_PATH)
+def moved(base: int, channels: Sequence[int]) -> str:
+    """The text of a DBC for these channels. With more than one, the messages of channel n are
+    called DAVAR_..._n."""
+    database = wire.database_of(wire.DBC_PATH)
     messages, names = database.messages, [message.name for message in database.messages]
     database.messages[:] = [entry for number in channels for entry in copy.deepcopy(messages)]
     for index, message in enumerate(database.messages):

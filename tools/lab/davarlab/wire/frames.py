@@ -1,4 +1,5 @@
-"""Frames of davar (lib/WIRE.md) to results: checks every frame, counts what is wrong, joins frames to results.
+"""Frames of davar (lib/WIRE.md) to results: checks every frame, counts what is wrong, joins frames
+to results.
 
 Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
 """
@@ -7,17 +8,23 @@ import functools
 import math
 from collections import deque
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypedDict, cast
 
 import cantools
+from cantools.database.can import Database, Message
+from cantools.database.errors import Error
 
 from .. import places
-from .raw import Samples, written
+from .raw import Sample, Samples, written
 
 DBC_PATH = places.shared("tools/davar.dbc")
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
 LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/wire.h
-REACH = 4  # results of a channel that are joined at a time: one that is not complete when so many have begun after it is dropped
+# Results of a channel that are joined at a time: one that is not complete when so many have begun
+# after it is dropped.
+REACH = 4
 HISTORY = 8  # places of one identifier that are remembered: half of what Counter can tell apart
 
 
@@ -30,7 +37,7 @@ PLACES = (
 DIGEST_START, DIGEST_FACTOR = 0x811C9DC5, 0x01000193  # FNV-1a
 
 
-def _crc_table():
+def _crc_table() -> list[int]:
     table = []
     for byte in range(256):
         for _ in range(8):
@@ -42,7 +49,7 @@ def _crc_table():
 CRC_TABLE = _crc_table()
 
 
-def crc(identifier, data):
+def crc(identifier: int, data: bytes) -> int:
     """CRC-8/SAE-J1850 of identifier (low byte, high byte) and data from byte 1 on."""
     value = CRC_TABLE[CRC_TABLE[0xFF ^ identifier & 0xFF] ^ identifier >> 8]
     for byte in data[1:]:
@@ -50,7 +57,7 @@ def crc(identifier, data):
     return value ^ 0xFF
 
 
-def digest(identifier, data):
+def digest(identifier: int, data: bytes) -> int:
     """FNV-1a of the bytes that Crc covers."""
     value = DIGEST_START
     for byte in (identifier & 0xFF, identifier >> 8, *data[1:]):
@@ -69,10 +76,12 @@ class Faults:
     swapped: int = 0  # came after its successor (good, and passed on)
     missing: int = 0  # never came, by Counter
     missing_results: int = 0  # whole multiples of 16 results that Counter cannot see, by Epoch
-    orphaned: int = 0  # good frames whose result has no State (lost or too late, or Result is damaged), or another frame for their place
+    # Good frames whose result has no State (lost or too late, or Result is damaged), or another
+    # frame for their place.
+    orphaned: int = 0
     noise: int = 0  # lines of the serial link that are no frames
     link_lost: int = 0  # times interface or serial line went away
-    link_back: int = 0  # times it came back
+    link_restored: int = 0  # times it came back
     impossible: int = 0  # the Crc is right, and a value is none that a sender means: damage
     incomplete_results: int = 0  # not passed on: a frame is lost, too late, or another result's
     late_results: int = 0  # not passed on: complete after a newer one of the same run had been
@@ -81,7 +90,7 @@ class Faults:
     )
     restarts: int = 0  # of a sender; no fault
 
-    def total(self):
+    def total(self) -> int:
         return (
             self.corrupted
             + self.repeated
@@ -98,26 +107,29 @@ class Faults:
 
 
 class Sequence:
-    """The frames of one identifier: says of each whether it is new, repeated, late, or came after a hole."""
+    """The frames of one identifier: says of each whether it is new, repeated, late, or came after a
+    hole."""
 
-    def __init__(self):
-        self.last = None
+    def __init__(self) -> None:
+        self.last: int | None = None
         self.at = 0  # where the newest one stands, not modulo 16
         self.missing = 0
-        self.seen = {}  # where -> data, of the newest HISTORY places
-        self.holes = {}  # counters that did not come yet -> how many frames ago they were due
+        self.seen: dict[int, bytes] = {}  # where -> data, of the newest HISTORY places
+        # Counters that did not come yet -> how many frames ago they were due.
+        self.holes: dict[int, int] = {}
 
-    def again(self, counter, data):
+    def again(self, counter: int, data: bytes) -> bool:
         """Has this frame come a moment ago?"""
         return self.last is not None and self.seen.get(self.at - (self.last - counter) % 16) == data
 
-    def late(self, counter):
+    def late(self, counter: int) -> int:
         """How many frames ago this one was due, if its place is still empty; otherwise 0."""
         back = (self.last - counter) % 16 if self.last is not None else 0
         return back if counter in self.holes and back < 8 else 0
 
-    def judge(self, counter, data):
-        """Returns (kind, missing): kind is "good", "repeated" or "swapped"; missing is added to the count (-1: found)."""
+    def judge(self, counter: int, data: bytes) -> tuple[str, int]:
+        """Returns (kind, missing): kind is "good", "repeated" or "swapped"; missing is added to the
+        count (-1: found)."""
         if self.last is None:
             return self._accept(counter, data, 0)
         if self.again(counter, data):
@@ -129,7 +141,7 @@ class Sequence:
         missing = (counter - self.last - 1) % 16  # the same counter with other data: 15 were lost
         return self._accept(counter, data, missing)
 
-    def _accept(self, counter, data, missing):
+    def _accept(self, counter: int, data: bytes, missing: int) -> tuple[str, int]:
         self.holes = {hole: age + 1 for hole, age in self.holes.items() if age < 7 and missing < 8}
         for back in range(1, missing + 1):
             self.holes[(counter - back) % 16] = back
@@ -141,37 +153,56 @@ class Sequence:
         return "good", missing
 
 
+Signals = dict[str, Any]  # of a frame, by the names of the DBC
+Joined = tuple[str, int, bytes, Signals]  # a frame: message, identifier, data, signals
+
+
+class Setup(TypedDict, total=False):
+    """What DAVAR_Setup reports about a channel."""
+
+    rate_hz: float
+    stride: int
+    unit_per_count: float
+
+
 @dataclass
 class Result:
-    """One epoch of one channel: values of the frames of one result, all of them. Absent values are NaN."""
+    """One epoch of one channel: values of the frames of one result, all of them. Absent values are
+    NaN."""
 
     channel: int
     tag: int
     epoch: int
-    values: dict = field(default_factory=dict)  # column -> number
-    adev: dict = field(default_factory=dict)  # TauIndex -> deg/s
-    deviation: dict = field(
-        default_factory=dict
-    )  # TauIndex -> standard deviations from the error model
-    stretch: int = 1  # of its channel: the runs of the sender that were seen. (channel, stretch, epoch) comes once.
-    of: object = None  # the Channel as it was in that stretch
+    values: dict[str, Any] = field(default_factory=dict)  # column -> number
+    adev: dict[int, float] = field(default_factory=dict)  # TauIndex -> deg/s
+    # TauIndex -> standard deviations from the error model.
+    deviation: dict[int, float] = field(default_factory=dict)
+    # Of its channel: the runs of the sender that were seen. (channel, stretch, epoch) comes once.
+    stretch: int = 1
+    of: "Channel | None" = None  # the Channel as it was in that stretch
+
+    @property
+    def sender(self) -> "Channel":
+        """The Channel of a result that a Receiver passed on."""
+        assert self.of is not None
+        return self.of
 
 
 class Burst:
-    """Frames with one Result as they come in, in any order; the last frame for a place replaces an earlier one."""
+    """Frames with one Result as they come in, in any order; the last frame for a place replaces an
+    earlier one."""
 
-    def __init__(self, tag, born, expected):
+    def __init__(self, tag: int, born: int, expected: bool) -> None:
         self.tag, self.born = tag, born  # born: how many bursts of the channel began before
         self.expected = expected  # a State came before, so this one should have its own
         self.counted = False  # is its State one that had not come before
-        self.places, self.end, self.epoch = (
-            {},
-            None,
-            None,
-        )  # (message, index) -> (data, signals, digest); signals of DAVAR_End; of State
+        # (message, index) -> (data, signals, digest).
+        self.places: dict[tuple[str, str | None], tuple[bytes, Signals, int]] = {}
+        self.end: Signals | None = None  # of DAVAR_End
+        self.epoch: int | None = None  # of State
         self.digest = 0  # sum over places
 
-    def join(self, name, identifier, data, signals):
+    def join(self, name: str, identifier: int, data: bytes, signals: Signals) -> str | None:
         """Takes a frame. Returns the name of the message whose frame it replaced, or None."""
         if name == "End":
             self.end = signals
@@ -185,16 +216,17 @@ class Burst:
         self.digest = (self.digest + one[2] - (before[2] if before else 0)) % 2**32
         return name if before else None
 
-    def complete(self):
+    def complete(self) -> bool:
         """Are these all the frames of one result, and no other's?"""
         return (
-            bool(self.end)
+            self.end is not None
             and self.epoch is not None
             and len(self.places) == self.end["Frames"]
             and self.digest == self.end["Digest"]
         )
 
-    def result(self, index, channel):
+    def result(self, index: int, channel: "Channel") -> Result:
+        assert self.epoch is not None  # complete() has checked it
         found = Result(index, self.tag, self.epoch, stretch=channel.stretch, of=channel)
         for _, signals, _ in self.places.values():
             for (name, key), value in parts(signals):
@@ -203,26 +235,28 @@ class Burst:
 
 
 class Channel:
-    """What is known about one channel in one run of its sender: the results being joined, its setup, its health."""
+    """What is known about one channel in one run of its sender: the results being joined, its
+    setup, its health."""
 
-    def __init__(self, stretch=1):
+    def __init__(self, stretch: int = 1) -> None:
         self.stretch = stretch
-        self.session = None
-        self.bursts = []  # results being joined, in the order of their Result
+        self.session: int | None = None
+        self.bursts: list[Burst] = []  # results being joined, in the order of their Result
         self.begun = 0  # how many there have been
-        self.passed = deque(maxlen=16)  # (epoch, digest) of the results that were passed on last
-        self.epoch = None  # of the newest State
-        self.tag = None
-        self.setup = {}  # "rate_hz", "stride", "unit_per_count"
+        # (epoch, digest) of the results that were passed on last.
+        self.passed: deque[tuple[int, int]] = deque(maxlen=16)
+        self.epoch: int | None = None  # of the newest State
+        self.tag: int | None = None
+        self.setup: Setup = {}
         self.samples = Samples()
-        self.clusters = {}  # TauIndex -> samples
-        self.health = {}  # name -> count
+        self.clusters: dict[int, int] = {}  # TauIndex -> samples
+        self.health: dict[str, int] = {}  # name -> count
 
-    def burst(self, tag):
+    def burst(self, tag: int) -> Burst | None:
         """The one with this Result, if it is open."""
         return next((one for one in self.bursts if one.tag == tag), None)
 
-    def begin(self, tag):
+    def begin(self, tag: int) -> Burst:
         """A new burst, before those whose Result follows."""
         one = Burst(tag, self.begun, self.tag is not None)
         at = len(self.bursts)
@@ -261,22 +295,27 @@ ABOVE_ZERO = ("WindowSamples", "RateHz", "Stride", "ClusterSamples", "UnitPerCou
 SIGNED = ("ModelDeviation", "RateDps")
 
 
+def database_of(dbc: Path) -> Database:
+    found = cantools.database.load_file(dbc)
+    assert isinstance(found, Database)  # of CAN, as every DBC
+    return found
+
+
 @functools.cache
-def messages_of(dbc):
+def messages_of(dbc: Path) -> dict[int, Message]:
     """Identifier above BASE -> message of a DBC."""
-    return {
-        message.frame_id - BASE: message for message in cantools.database.load_file(dbc).messages
-    }
+    return {message.frame_id - BASE: message for message in database_of(dbc).messages}
 
 
-def number(value):
-    """A signal as a number: the named values of the DBC, "absent" and "beyond", become NaN and infinity."""
+def number(value: Any) -> Any:
+    """A signal as a number: the named values of the DBC, "absent" and "beyond", become NaN and
+    infinity."""
     return {"absent": math.nan, "beyond": math.inf}.get(str(value), value)
 
 
-def parts(signals):
+def parts(signals: Signals) -> list[tuple[tuple[str, Any], Any]]:
     """The values of a frame: [((field of Result, key), number)]."""
-    found = [
+    found: list[tuple[tuple[str, Any], Any]] = [
         (("values", COLUMNS[name]), number(value))
         for name, value in signals.items()
         if name in COLUMNS
@@ -292,7 +331,7 @@ def parts(signals):
     return found
 
 
-def possible(name, value):
+def possible(name: str, value: Any) -> bool:
     """May a sender mean this value of a signal? As davar_decode says."""
     if name in ABOVE_ZERO and not value > 0:
         return False
@@ -306,29 +345,34 @@ def possible(name, value):
 
 
 class Receiver:
-    """Feed frames with push(); it returns a result that is complete, or None. finish() gives the rest.
+    """Feed frames with push(); it returns a result that is complete, or None. finish() gives the
+    rest.
 
-    A result is passed on when all its frames have come, and only then: DAVAR_End has their number and a digest over them. It waits
-    for an older one that is not complete until REACH results have begun after that one."""
+    A result is passed on when all its frames have come, and only then: DAVAR_End has their number
+    and a digest over them. It waits for an older one that is not complete until REACH results have
+    begun after that one."""
 
-    def __init__(self, base=BASE, dbc=DBC_PATH):
+    def __init__(self, base: int = BASE, dbc: Path = DBC_PATH) -> None:
         self.base = base
         self.messages = messages_of(dbc)
         self.faults = Faults()
-        self.channels = {}
-        self.sequences = {}
-        self.ready = deque()
+        self.channels: dict[int, Channel] = {}
+        self.sequences: dict[int, Sequence] = {}
+        self.ready: deque[Result] = deque()
         self.wants_raw = True  # whoever does not is spared holding them
-        self.samples = []  # raw ones that are beyond doubt: (channel's number, Channel, [(index, deg/s)]); whoever wants them takes them
+        # Raw ones that are beyond doubt: (channel's number, Channel, [(index, deg/s)]); whoever
+        # wants them takes them.
+        self.samples: list[tuple[int, Channel, list[Sample]]] = []
 
-    def check(self, identifier, data):
+    def check(self, identifier: int, data: bytes) -> str:
         """Judges a frame: "foreign", "corrupted", "repeated", "swapped" or "good"; counts it."""
         kind = self._sound(identifier, data)
         return self._count(kind) if kind else self._judge(identifier, data)
 
-    def push(self, identifier, data):
+    def push(self, identifier: int, data: bytes) -> Result | None:
         """Takes one frame (data: bytes)."""
-        kind, signals = self._sound(identifier, data), None
+        kind = self._sound(identifier, data)
+        signals: Signals = {}
         if not kind:
             kind, signals = self._decoded(identifier, data)
         if kind:
@@ -337,7 +381,7 @@ class Receiver:
             self._take(identifier, data, signals)
         return self.ready.popleft() if self.ready else None
 
-    def finish(self):
+    def finish(self) -> list[Result]:
         """The complete results that waited for older ones."""
         for index in list(self.channels):
             self._settle(index, reach=0)
@@ -348,12 +392,12 @@ class Receiver:
         left, self.ready = list(self.ready), deque()
         return left
 
-    def _message(self, identifier):
+    def _message(self, identifier: int) -> Message | None:
         return (
             self.messages.get((identifier - self.base) % STEP) if identifier >= self.base else None
         )
 
-    def _sound(self, identifier, data):
+    def _sound(self, identifier: int, data: bytes) -> str | None:
         """What is wrong with a frame as it stands, if anything."""
         message = self._message(identifier)
         if message is None:
@@ -362,22 +406,23 @@ class Receiver:
             "corrupted" if len(data) != message.length or data[0] != crc(identifier, data) else None
         )
 
-    def _decoded(self, identifier, data):
+    def _decoded(self, identifier: int, data: bytes) -> tuple[str | None, Signals]:
         """(what is wrong with its values, if anything; its signals)."""
         message = self._message(identifier)
+        assert message is not None  # _sound() has found it
         try:
-            signals = message.decode(data)
-        except cantools.database.Error:
-            return "corrupted", None
+            signals = cast(Signals, message.decode(data))
+        except Error:
+            return "corrupted", {}
         return None if all(
             possible(name, value) for name, value in signals.items()
         ) else "impossible", signals
 
-    def _count(self, kind):
+    def _count(self, kind: str) -> str:
         setattr(self.faults, kind, getattr(self.faults, kind) + 1)
         return kind
 
-    def _judge(self, identifier, data):
+    def _judge(self, identifier: int, data: bytes) -> str:
         """A sound frame among those of its identifier."""
         sequence = self.sequences.setdefault(identifier, Sequence())
         kind, missing = sequence.judge(data[1] & 15, data)
@@ -386,7 +431,7 @@ class Receiver:
         self.faults.good += kind in ("good", "swapped")
         return kind if kind == "good" else self._count(kind)
 
-    def _take(self, identifier, data, signals):
+    def _take(self, identifier: int, data: bytes, signals: Signals) -> None:
         index, offset = divmod(identifier - self.base, STEP)
         name = self.messages[offset].name.removeprefix("DAVAR_")
         channel = self.channels.setdefault(index, Channel())
@@ -410,7 +455,7 @@ class Receiver:
             self._join(channel, signals["Result"], repeated, (name, identifier, data, signals))
         self._settle(index)
 
-    def _tell(self, index, channel, name, signals):
+    def _tell(self, index: int, channel: Channel, name: str, signals: Signals) -> None:
         """What Health and Setup say."""
         if name == "Health":
             item = str(signals["HealthIndex"])
@@ -419,13 +464,13 @@ class Receiver:
             self._set_up(channel, signals)
         self._release_samples(index, channel)
 
-    def _join(self, channel, tag, repeated, frame):
+    def _join(self, channel: Channel, tag: int, repeated: bool, frame: Joined) -> None:
         """A frame of a result. One that came before begins no result."""
         burst = channel.burst(tag) or (None if repeated else channel.begin(tag))
         if burst and burst.join(*frame):
             self.faults.orphaned += 1  # the one that was there
 
-    def _begin(self, channel, epoch, repeated, frame):
+    def _begin(self, channel: Channel, epoch: int, repeated: bool, frame: Joined) -> None:
         """A State: it begins a result, unless frames of it came first."""
         tag = frame[-1]["Counter"]
         burst = channel.burst(tag) or channel.begin(tag)
@@ -435,8 +480,9 @@ class Receiver:
         burst.epoch, burst.counted = epoch, burst.counted or not repeated
         channel.samples.dated = True
 
-    def _epoch(self, index, identifier, data, signals):
-        """The whole Epoch of a State. One that falls back, and is not late, is of a sender that was restarted."""
+    def _epoch(self, index: int, identifier: int, data: bytes, signals: Signals) -> int:
+        """The whole Epoch of a State. One that falls back, and is not late, is of a sender that was
+        restarted."""
         modulus = 2**32 if len(data) == 8 else 2**24
         tag, low = signals["Counter"], signals["Epoch"]
         channel, sequence = self.channels[index], self.sequences.setdefault(identifier, Sequence())
@@ -458,9 +504,10 @@ class Receiver:
         channel.tag = tag
         return channel.epoch
 
-    def _restart(self, index, session=None):
-        """The sender of a channel has been restarted: a new stretch, in which nothing is known. What is not complete may be of
-        either run: frames that no session and no State has told to be old are kept."""
+    def _restart(self, index: int, session: int | None = None) -> Channel:
+        """The sender of a channel has been restarted: a new stretch, in which nothing is known.
+        What is not complete may be of either run: frames that no session and no State has told to
+        be old are kept."""
         old = self.channels[index]
         kept = [
             one
@@ -480,7 +527,7 @@ class Receiver:
         self.faults.doubtful_samples += given_up
         return channel
 
-    def _settle(self, index, reach=REACH):
+    def _settle(self, index: int, reach: int = REACH) -> None:
         """Passes on complete results in their order, and drops what is not complete and too old."""
         channel = self.channels[index]
         while channel.bursts:
@@ -495,8 +542,10 @@ class Receiver:
             elif first.epoch is None and first.expected:
                 self.faults.orphaned += len(first.places) + bool(first.end)
 
-    def _pass_on(self, index, channel, burst):
-        """A complete result: new, there already, too late, or of a sender that was restarted behind a State that looked the same."""
+    def _pass_on(self, index: int, channel: Channel, burst: Burst) -> Channel:
+        """A complete result: new, there already, too late, or of a sender that was restarted behind
+        a State that looked the same."""
+        assert burst.epoch is not None and burst.end is not None  # it is complete
         epochs = dict(channel.passed)
         if epochs and burst.epoch <= max(epochs):
             if epochs.get(burst.epoch) == burst.digest:
@@ -516,10 +565,11 @@ class Receiver:
         self.ready.append(burst.result(index, channel))
         return channel
 
-    def _release_samples(self, index, channel, last=False):
+    def _release_samples(self, index: int, channel: Channel, last: bool = False) -> None:
         """Raw samples whose run, place and size are known now."""
         if (
             channel.samples.dated
+            and channel.epoch is not None
             and {"rate_hz", "unit_per_count"} <= set(channel.setup)
             and channel.samples.held
         ):
@@ -529,9 +579,10 @@ class Receiver:
             self.samples.append((index, channel, found))
             self.faults.doubtful_samples += left_out
 
-    def _check_epoch(self, channel, ahead, tag):
-        """A multiple of 16 results lost leaves no hole in Counter: Epoch shows it, once the step between results is known."""
-        if channel.epoch is None:
+    def _check_epoch(self, channel: Channel, ahead: int, tag: int) -> None:
+        """A multiple of 16 results lost leaves no hole in Counter: Epoch shows it, once the step
+        between results is known."""
+        if channel.epoch is None or channel.tag is None:
             return
         stride = channel.setup.get("stride")
         if stride:
@@ -541,7 +592,7 @@ class Receiver:
                 self.faults.missing_results += passed - by_counter
 
     @staticmethod
-    def _set_up(channel, signals):
+    def _set_up(channel: Channel, signals: Signals) -> None:
         if "RateHz" in signals:
             channel.setup["rate_hz"] = signals["RateHz"]
         elif "Stride" in signals:

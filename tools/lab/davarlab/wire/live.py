@@ -1,37 +1,40 @@
 """Live view of a CAN or serial source: checks, prints and records the stream (lib/WIRE.md)."""
 
+import argparse
 import contextlib
 import json
 import select
 import signal
 import sys
 from dataclasses import asdict
+from types import FrameType
+from typing import IO
 
 from ..errors import forget_output, shown
 from . import frames as wire
 from .raw_record import RawRecorder
-from .record import Recorder, row
+from .record import Recorder, Row, row
 from .source import Source
 
 
-def say(text):
+def say(text: str) -> None:
     print(f"davarlab live: {text}", file=sys.stderr, flush=True)
 
 
-def alarm(values):
+def alarm(values: Row) -> str:
     """What policy glr has to say, in words."""
     if not values.get("alarm"):
         return ""
     older, newer, m = (values.get(name) for name in ("change_older", "change_newer", "change_m"))
     levels = (
         ""
-        if older is None or newer is None
+        if older is None or newer is None or m is None
         else f": {older:.4g} -> {newer:.4g} deg/s at {m} sample{'s' if m > 1 else ''}"
     )
     return f"  ALARM, the noise has changed{levels}"
 
 
-def line(values):
+def line(values: Row) -> str:
     """One result for people."""
     arw, doubt = values.get("arw_deg_per_sqrt_h"), values.get("arw_relative_uncertainty")
     shown = (
@@ -41,7 +44,8 @@ def line(values):
     )
     window = f"window {values.get('window_samples', '?')}"
     return (
-        f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  {window}"
+        f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  "
+        f"{window}"
         + (
             ""
             if values.get("model_health") is None
@@ -52,7 +56,7 @@ def line(values):
     )
 
 
-def summary(receiver):
+def summary(receiver: wire.Receiver) -> str:
     """What the receiver met, then what each device says it met."""
     faults = ", ".join(
         f"{count} {name.replace('_', ' ')}" for name, count in asdict(receiver.faults).items()
@@ -64,7 +68,7 @@ def summary(receiver):
     return "\n".join(lines)
 
 
-def is_writable(file):
+def is_writable(file: IO[str]) -> bool:
     """Would a line find room? True too of what is no file of the system."""
     try:
         return bool(select.select([], [file], [], 0)[1])
@@ -73,20 +77,21 @@ def is_writable(file):
 
 
 class Stop:
-    """SIGINT, SIGTERM and SIGHUP: noted, so that nothing stays half done; only who waits for a reader is interrupted."""
+    """SIGINT, SIGTERM and SIGHUP: noted, so that nothing stays half done; only who waits for a
+    reader is interrupted."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.came = self.at_once = False
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) is not signal.SIG_IGN:
                 signal.signal(number, self.note)
 
-    def note(self, number, frame):
+    def note(self, number: int, frame: FrameType | None) -> None:
         self.came = True
         if self.at_once and not is_writable(sys.stdout):
             raise KeyboardInterrupt
 
-    def show(self, text):
+    def show(self, text: str) -> None:
         """Prints a line; a reader who has not taken it when a signal comes gets no more."""
         try:
             self.at_once = True
@@ -100,7 +105,14 @@ class Stop:
 class Viewer:
     """Shows results, and records them, and raw samples, if asked."""
 
-    def __init__(self, receiver, recorder, raw, as_json, stop):
+    def __init__(
+        self,
+        receiver: wire.Receiver,
+        recorder: Recorder | None,
+        raw: RawRecorder | None,
+        as_json: bool,
+        stop: Stop,
+    ) -> None:
         self.receiver, self.recorder, self.raw, self.as_json, self.stop, self.shown = (
             receiver,
             recorder,
@@ -109,29 +121,34 @@ class Viewer:
             stop,
             0,
         )
-        self.stretches = {}  # channel -> the newest stretch that was said
+        self.stretches: dict[int, int] = {}  # channel -> the newest stretch that was said
 
-    def show(self, result):
+    def show(self, result: wire.Result) -> None:
         if result.stretch > self.stretches.setdefault(result.channel, 1):
             self.stretches[result.channel] = result.stretch
             say(
-                f"channel {result.channel}: the sender has been restarted: a new section begins with epoch {result.epoch}"
+                f"channel {result.channel}: the sender has been restarted: a new section begins "
+                f"with epoch {result.epoch}"
             )
-        values = row(result, result.of)
+        values = row(result, result.sender)
         if self.recorder:
-            self.recorder.add(result, result.of)
+            self.recorder.add(result, result.sender)
         self.stop.show(json.dumps(values) if self.as_json else line(values))
         self.shown += 1
 
-    def keep(self):
+    def keep(self) -> None:
         """Raw samples that came."""
         found, self.receiver.samples = self.receiver.samples, []
-        for samples in found if self.raw else ():
-            self.raw.add(*samples)
+        if self.raw:
+            for samples in found:
+                self.raw.add(*samples)
 
 
-def follow(source, receiver, viewer, options):
-    """Shows the stream to its end, to --count or to a signal; the last result is complete when nothing more comes."""
+def follow(
+    source: Source, receiver: wire.Receiver, viewer: Viewer, options: argparse.Namespace
+) -> None:
+    """Shows the stream to its end, to --count or to a signal; the last result is complete when
+    nothing more comes."""
     for identifier, data in source.frames(options.idle, lambda: viewer.stop.came):
         result = receiver.push(identifier, data)
         viewer.keep()
@@ -144,8 +161,9 @@ def follow(source, receiver, viewer, options):
     viewer.keep()
 
 
-def run(options):
-    """The command: until --count, --idle, the end of a pty, SIGINT, SIGTERM or SIGHUP. Returns the exit status."""
+def run(options: argparse.Namespace) -> int:
+    """The command: until --count, --idle, the end of a pty, SIGINT, SIGTERM or SIGHUP. Returns the
+    exit status."""
     stop = Stop()
     receiver = wire.Receiver(options.base)
     receiver.wants_raw = bool(options.raw)
@@ -167,7 +185,8 @@ def run(options):
     print(summary(receiver), file=sys.stderr)
     if recorder and recorder.left_out:
         say(
-            f"{recorder.path}: {recorder.left_out} values not recorded: they had no column when the header was written"
+            f"{recorder.path}: {recorder.left_out} values not recorded: they had no column when "
+            "the header was written"
         )
     if recorder and recorder.unrecorded:
         say(f"{recorder.path}: {recorder.unrecorded} results not recorded")

@@ -1,4 +1,5 @@
-"""Frames from can:IFACE or slcan:PATH[@BAUD], whatever becomes of interface or peer: a loss is counted and waited out."""
+"""Frames from can:IFACE or slcan:PATH[@BAUD], whatever becomes of interface or peer: a loss is
+counted and waited out."""
 
 import contextlib
 import errno
@@ -9,11 +10,14 @@ import socket
 import struct
 import termios
 import time
+from collections.abc import Callable, Iterator
 
 import can
 import serial
+from can.interfaces.socketcan import SocketcanBus
 
 from ..errors import BadInput
+from .frames import Faults
 
 POLL_S = 0.05
 BAUD = 115200
@@ -29,9 +33,13 @@ PLAIN = {
 }
 FRAME = re.compile(rb"t([0-7][0-9A-Fa-f]{2})([0-8])([0-9A-Fa-f]*)")
 
+Frame = tuple[int, bytes]  # identifier, data
+Say = Callable[[str], None]  # receives a line for people
 
-def reason(why):
-    """An exception in a few words: the system's, where there is one (pyserial hides it in its text)."""
+
+def reason(why: BaseException) -> str:
+    """An exception in a few words: the system's, where there is one (pyserial hides it in its
+    text)."""
     number = getattr(why, "errno", None) or getattr(why, "error_code", None)
     hidden = re.search(r"(?:Errno |\()(\d+)[],]", str(why))
     number = number or (int(hidden[1]) if hidden else None)
@@ -45,16 +53,17 @@ def reason(why):
 class CanPort:
     """A SocketCAN interface, by python-can."""
 
-    def __init__(self, name, faults):
+    def __init__(self, name: str, faults: Faults) -> None:
         with socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as probe:
             answer = fcntl.ioctl(probe, SIOCGIFFLAGS, struct.pack("16sH14x", name.encode()[:15], 0))
         if not struct.unpack("16sH14x", answer)[1] & IFF_UP:
             raise OSError(100, "Network is down")
         self.bus, self.faults = can.Bus(interface="socketcan", channel=name, fd=True), faults
+        assert isinstance(self.bus, SocketcanBus)
         with contextlib.suppress(OSError):
             self.bus.socket.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BYTES)
 
-    def read(self):
+    def read(self) -> list[Frame]:
         """Frames (identifier, data) that came within POLL_S: none or one."""
         message = self.bus.recv(POLL_S)
         if (
@@ -66,23 +75,24 @@ class CanPort:
             return []
         return [(message.arbitration_id, bytes(message.data))]
 
-    def close(self):
+    def close(self) -> None:
         self.bus.shutdown()
 
 
-class Line(serial.Serial):
-    """pyserial throws away, at the end of open(), what has come since its beginning; a sender on a pty has begun by then."""
+class Line(serial.Serial):  # type: ignore[misc]  # pyserial ships no types
+    """pyserial throws away, at the end of open(), what has come since its beginning; a sender on a
+    pty has begun by then."""
 
-    def _reset_input_buffer(self):
+    def _reset_input_buffer(self) -> None:
         pass
 
 
 class SerialPort:
     """A tty with SLCAN text, by pyserial. We are the host: O opens the adapter's channel."""
 
-    def __init__(self, name, faults):
-        path, at, baud = name.rpartition("@")
-        path, baud = (path, int(baud)) if at and baud.isdigit() else (name, BAUD)
+    def __init__(self, name: str, faults: Faults) -> None:
+        path, at, digits = name.rpartition("@")
+        path, baud = (path, int(digits)) if at and digits.isdigit() else (name, BAUD)
         self.port, self.faults, self.text = (
             Line(path, baud, timeout=POLL_S, write_timeout=1),
             faults,
@@ -91,11 +101,12 @@ class SerialPort:
         self.too_long = False  # is what comes the rest of a line that was given up
         self.port.write(b"\rO\r")
 
-    def read(self):
-        """Frames (identifier, data) that came within POLL_S. Lines that are no frames are counted, but for the answers to O."""
+    def read(self) -> list[Frame]:
+        """Frames (identifier, data) that came within POLL_S. Lines that are no frames are counted,
+        but for the answers to O."""
         return self.taken(self.port.read(max(1, self.port.in_waiting)))
 
-    def taken(self, text):
+    def taken(self, text: bytes) -> list[Frame]:
         """The frames whose lines end in a further piece of text."""
         *lines, self.text = re.split(rb"[\r\a]", self.text + text)
         if lines and self.too_long:
@@ -106,7 +117,7 @@ class SerialPort:
             self.too_long, self.text = True, b""
         return [frame for frame in map(self._frame, lines) if frame]
 
-    def _frame(self, line):
+    def _frame(self, line: bytes) -> Frame | None:
         found = FRAME.fullmatch(line)
         length = int(found[2]) * 2 if found else 0
         if found and len(found[3]) in (length, length + 4):  # 4 more: a time stamp
@@ -114,34 +125,41 @@ class SerialPort:
         self.faults.noise += bool(line)
         return None
 
-    def close(self):
+    def close(self) -> None:
         self.port.close()
 
 
 class Source:
-    """An open source. faults (wire.Faults): its noise, link_lost and link_back are counted; say: told of them in a line."""
+    """An open source. faults (wire.Faults) counts its noise, link_lost and link_restored; say:
+    reports them in a line."""
 
-    def __init__(self, name, faults, say):
+    def __init__(self, name: str, faults: Faults, say: Say) -> None:
         self.kind, _, self.where = name.partition(":")
         if self.kind not in ("can", "slcan") or not self.where:
             raise BadInput(f"can:IFACE or slcan:PATH expected, found '{name}'")
-        self.name, self.faults, self.say, self.port = name, faults, say, None
+        self.name, self.faults, self.say = name, faults, say
+        self.port: CanPort | SerialPort | None = None
         try:
             self.port = self._open()
         except (*FAILURES, ValueError) as why:
             raise BadInput(f"{name}: {reason(why)}") from None
 
-    def _open(self):
-        return (CanPort if self.kind == "can" else SerialPort)(self.where, self.faults)
+    def _open(self) -> CanPort | SerialPort:
+        if self.kind == "can":
+            return CanPort(self.where, self.faults)
+        return SerialPort(self.where, self.faults)
 
     @property
-    def may_come(self):
-        """May anything come any more: not of a pty that has been closed, whose name may be another's next time."""
+    def may_come(self) -> bool:
+        """May anything come any more: not of a pty that has been closed, whose name may be
+        another's next time."""
         return self.port is not None or not self.where.startswith("/dev/pts/")
 
-    def frames(self, idle_s=None, stopped=lambda: False):
-        """Yields (identifier, data) until nothing has come for idle_s seconds (None: for ever), nothing may come, or stopped() is true: that is
-        asked every POLL_S."""
+    def frames(
+        self, idle_s: float | None = None, stopped: Callable[[], bool] = lambda: False
+    ) -> Iterator[Frame]:
+        """Yields (identifier, data) until nothing has come for idle_s seconds (None: for ever),
+        nothing may come, or stopped() is true: that is asked every POLL_S."""
         heard = time.monotonic()
         while self.may_come and not stopped():
             for frame in self._read():
@@ -150,7 +168,7 @@ class Source:
             if idle_s is not None and time.monotonic() - heard >= idle_s:
                 return
 
-    def _read(self):
+    def _read(self) -> list[Frame]:
         try:
             if self.port:
                 return self.port.read()
@@ -162,11 +180,11 @@ class Source:
         time.sleep(POLL_S)
         with contextlib.suppress(*FAILURES):
             self.port = self._open()
-            self.faults.link_back += 1
+            self.faults.link_restored += 1
             self.say(f"{self.name}: reconnected")
         return []
 
-    def close(self):
+    def close(self) -> None:
         """A port that is gone may fail to close."""
         with contextlib.suppress(*FAILURES):
             if self.port:

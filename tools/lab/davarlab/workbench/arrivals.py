@@ -1,10 +1,14 @@
-"""Files that come in by the page: what was dropped on it, and the tutorial's recording, in a folder beside where the workbench was opened."""
+"""Files that come in by the page: what was dropped on it, and the tutorial's recording, in a folder
+beside where the workbench was opened."""
 
 import contextlib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from .. import files, places, simulate
 from ..data import recording as recordings
+from ..diagnosis.state import Progress
 from ..errors import BadInput
 from .steps import ENDING
 
@@ -15,7 +19,7 @@ FROZEN_NAME = "frozen.csv"  # samples so far
 FOLDER = "davarlab-files"
 
 
-def free_name(path, sha256):
+def free_name(path: Path, sha256: str) -> Path:
     """The path, or the first of path-2, path-3 ... that no other file has."""
     first, count = path, 1
     while path.exists() and files.sha256(path) != sha256:
@@ -25,19 +29,21 @@ def free_name(path, sha256):
 
 
 class Drop:
-    """What is being dropped: the file that it is written to, and the path where it is once it came whole."""
+    """What is being dropped: the file that it is written to, and the path where it is once it came
+    whole."""
 
-    def __init__(self, file):
-        self.file, self.path = file, None
+    def __init__(self, file: BinaryIO) -> None:
+        self.file = file
+        self.path: Path | None = None
 
 
 class Arrivals:
     """folder: where they are kept."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder) / FOLDER
 
-    def made(self):
+    def made(self) -> Path:
         """The folder, there."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -45,7 +51,7 @@ class Arrivals:
             raise BadInput(f"{self.folder}: cannot be made ({files.reason(why)})") from None
         return self.folder
 
-    def tutorial(self, progress):
+    def tutorial(self, progress: Progress) -> Path:
         """The path of the bundled sensor's recording, made once."""
         path = self.made() / TUTORIAL_NAME
         if not path.exists():
@@ -54,8 +60,9 @@ class Arrivals:
         return path
 
     @contextlib.contextmanager
-    def receive(self, name):
-        """A Drop; its file is there only when it came whole. It bears its own name, or a numbered one where another file has that."""
+    def receive(self, name: str) -> Iterator[Drop]:
+        """A Drop; its file is there only when it came whole. It bears its own name, or a numbered
+        one where another file has that."""
         if (
             not name
             or name != Path(name).name

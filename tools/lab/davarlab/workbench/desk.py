@@ -1,24 +1,34 @@
-"""One recording on the desk: models fitted on it and candidates beside them, by the same functions as the command line."""
+"""One recording on the desk: models fitted on it and candidates beside them, by the same functions
+as the command line."""
 
 from collections import OrderedDict
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from .. import model as models
+from ..arrays import Bools, Floats
 from ..candidates import lines
 from ..candidates.candidate import Candidate
+from ..candidates.ranking import Trying
 from ..data import clock, guess
 from ..data import recording as recordings
 from ..data import table as tables
 from ..diagnosis import compare, improve, search
 from ..diagnosis import state as state_of
+from ..diagnosis.improve import Estimates
+from ..diagnosis.state import Judged, Progress
 from ..effects import columns as columns_of
 from ..effects import table
 from ..errors import BadInput
 from ..inference.parts import Part
-from ..logs import door
+from ..logs import formats
 from ..logs import text as texts
+from ..logs.sensor import Sensor
+from ..report.values import Json
+from .steps import Sight
 
 KEPT = 6  # outcomes in memory
 SET = "as set"  # of an outcome whose values stand as somebody set them
@@ -29,28 +39,35 @@ FIRST = (
     ("bias_instability", 5.0),
 )  # of a first model; the fit moves them
 
+Errors = tuple[float, float] | tuple[None, None]  # an error and its floor, where there is one
+
 
 @dataclass
 class Outcome:
-    """A model on the recording. state: judged; fitted: at its best, from which further steps go; estimates: of its parameters."""
+    """A model on the recording. state: judged; fitted: at its best, from which further steps go;
+    estimates: of its parameters."""
 
     model: models.Model
-    state: object
-    fitted: object
-    estimates: list
+    state: Judged
+    fitted: Judged
+    estimates: list[Estimates]
 
 
-def gyros_in(path):
-    """The gyros of a log that leaves open which one is meant; none where there is nothing to choose."""
-    if door.format_of(path)[1] is texts.log:
+def gyros_in(path: str | Path) -> list[Sensor]:
+    """The gyros of a log that leaves open which one is meant; none where there is nothing to
+    choose."""
+    if formats.format_of(path)[1] is texts.log:
         return []
-    found = [one for one in door.listed(path) if "gyro" in one.gives]
+    found = [one for one in formats.listed(path) if "gyro" in one.gives]
     first = [one for one in found if one.rank == min(gyro.rank for gyro in found)]
     return found if len(first) > 1 else []
 
 
-def preview(path, sensor=None, said=None):
-    """A log before it is read as a recording: (guesses for its columns, or what was said of them, what a page shows of it)."""
+def preview(
+    path: str | Path, sensor: str | None = None, said: list[guess.Guess] | None = None
+) -> tuple[list[guess.Guess], Json]:
+    """A log before it is read as a recording: (guesses for its columns, or what was said of them,
+    what a page shows of it)."""
     columns, line = columns_in(path, sensor)
     found, rows = said or guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, line)
@@ -63,7 +80,7 @@ def preview(path, sensor=None, said=None):
             vars(one) | {"would": guess.units_of(one.name, columns[one.name])} for one in found
         ],
         "rows": rows,
-        "rate_hz": ticks and ticks.rate_hz,
+        "rate_hz": ticks.rate_hz if ticks else None,
         "missing": missing,
         "head": [
             [float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))
@@ -72,16 +89,19 @@ def preview(path, sensor=None, said=None):
     }
 
 
-def columns_in(path, sensor=None):
-    """(name -> numbers, line of the header or None) of a text as it is, of any other log in davarlab's names."""
-    if door.format_of(path)[1] is texts.log:
-        found = tables.read(path, texts.SEPARATORS)
-        return found.columns, found.line
-    found = door.samples(path, door.Options(sensor=sensor))
+def columns_in(path: str | Path, sensor: str | None = None) -> tuple[dict[str, Floats], int | None]:
+    """(name -> numbers, line of the header or None) of a text as it is, of any other log in
+    davarlab's names."""
+    if formats.format_of(path)[1] is texts.log:
+        table_read = tables.read(path, texts.SEPARATORS)
+        return table_read.columns, table_read.line
+    found = formats.samples(path, formats.Options(sensor=sensor))
     return found.columns, found.line
 
 
-def clock_of(columns, found, path, line):
+def clock_of(
+    columns: Mapping[str, Floats], found: Sequence[guess.Guess], path: str | Path, line: int | None
+) -> clock.Clock | None:
     """The clock that is guessed; None where no column is the time, or none that runs."""
     time = next((one for one in found if one.quantity == "time"), None)
     try:
@@ -90,24 +110,30 @@ def clock_of(columns, found, path, line):
         return None
 
 
-def pairs(guesses):
+def pairs(guesses: Sequence[guess.Guess]) -> tuple[list[str], list[str]]:
     """The options of `davarlab import` that say the same: (--rename, --scale)."""
     renames = [f"{one.name}={one.column}" for one in guesses if one.column != one.name]
     return renames, [f"{one.column}={one.factor!r}" for one in guesses if one.factor != 1]
 
 
-def read(path, guesses=None, rate_hz=None, sensor=None, as_recorded=False):
-    """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a log with several; as_recorded: its rate, units and
-    levels were confirmed."""
+def read(
+    path: str | Path,
+    guesses: Sequence[guess.Guess] | None = None,
+    rate_hz: float | None = None,
+    sensor: str | None = None,
+    as_recorded: bool = False,
+) -> recordings.Recording:
+    """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a
+    log with several; as_recorded: its rate, units and levels were confirmed."""
     renames, scales = pairs(guesses or [])
-    options = door.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
+    options = formats.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
     return replace(
-        recordings.at_own_rate(door.recording_of(door.samples(path, options), path, rate_hz)),
+        recordings.at_own_rate(formats.recording_of(formats.samples(path, options), path, rate_hz)),
         as_recorded=as_recorded,
     )
 
 
-def gyro_columns(recording):
+def gyro_columns(recording: recordings.Recording) -> list[str]:
     return [
         name
         for name in recording.columns
@@ -115,14 +141,16 @@ def gyro_columns(recording):
     ]
 
 
-def seen(recording, sight):
-    """What a sight shows of the recording: a stretch alone, or all with some of it taken for missing."""
+def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recording:
+    """What a sight shows of the recording: a stretch alone, or all with some of it taken for
+    missing."""
     rate = recording.rate_hz
     if sight.alone:
         first, last = (min(int(edge * rate), recording.samples) for edge in sight.alone)
         if last - first < recordings.MINIMUM_SAMPLES:
             raise BadInput(
-                f"a part with {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are needed"
+                f"a part with {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are "
+                "needed"
             )
         known = None if recording.known is None else recording.known[first:last]
         return recordings.Recording(
@@ -142,7 +170,8 @@ def seen(recording, sight):
         known[int(start * rate) : int(stop * rate)] = False
     if np.count_nonzero(known) < recordings.MINIMUM_SAMPLES:
         raise BadInput(
-            f"{np.count_nonzero(known)} samples would remain; at least {recordings.MINIMUM_SAMPLES} are needed"
+            f"{np.count_nonzero(known)} samples would remain; at least "
+            f"{recordings.MINIMUM_SAMPLES} are needed"
         )
     return replace(recording, known=known, gaps=recordings.gaps_of(known), measured={})
 
@@ -150,19 +179,22 @@ def seen(recording, sight):
 class Desk:
     """whole: the recording as it was read; recording: what is looked at of it."""
 
-    def __init__(self, whole, sight):
+    def __init__(self, whole: recordings.Recording, sight: "Sight") -> None:
         whole.rate_dps(sight.column)
         self.whole, self.sight, self.column = whole, sight, sight.column
         self.gyros = gyro_columns(whole)
-        self.recording, self.outcomes, self.rankings = seen(whole, sight), OrderedDict(), {}
-        self.judged_elsewhere = {}  # (model file, name of a recording) -> its error there, and the floor
+        self.recording = seen(whole, sight)
+        self.outcomes: OrderedDict[Hashable, Outcome] = OrderedDict()
+        self.rankings: dict[Hashable, list[Candidate]] = {}
+        # (model file, name of a recording) -> its error there, and the floor
+        self.judged_elsewhere: dict[tuple[str, str | None], Errors] = {}
 
-    def first_model(self):
+    def first_model(self) -> models.Model:
         """What one believes before anything was looked at: white noise and bias instability."""
         terms = [models.Term(kind, {table.find(kind).size.name: value}) for kind, value in FIRST]
         return models.Model(self.recording.rate_hz, self.column, terms)
 
-    def remembered(self, key, make):
+    def remembered(self, key: Hashable, make: Callable[[], Outcome]) -> Outcome:
         if key not in self.outcomes:
             self.outcomes[key] = make()
             while len(self.outcomes) > KEPT:
@@ -171,8 +203,9 @@ class Desk:
         self.outcomes.move_to_end(key)
         return self.outcomes[key]
 
-    def of(self, text, fitted, progress=lambda text: None):
-        """The outcome of a model file: at its best, as `davarlab fit` finds it, or with the values as they stand."""
+    def of(self, text: str, fitted: bool, progress: Progress = lambda text: None) -> Outcome:
+        """The outcome of a model file: at its best, as `davarlab fit` finds it, or with the values
+        as they stand."""
         model = models.of_text(text, "model")
         if not model.terms:
             raise BadInput("a model needs an effect")
@@ -181,25 +214,25 @@ class Desk:
         best = self.remembered(text, lambda: self.fit(model, progress))
         return best if fitted else self.as_set(best, model)
 
-    def fit(self, model, progress):
+    def fit(self, model: models.Model, progress: Progress) -> Outcome:
         state, fitted, entries = improve.fit(self.recording, model, progress)
         return Outcome(fitted, state, state, entries)
 
-    def keep(self, outcome):
+    def keep(self, outcome: Outcome) -> Outcome:
         """Remembers an outcome that was reached by another way than a fit from its file."""
         return self.remembered(models.text_of(outcome.model), lambda: outcome)
 
-    def same_effects(self, best, model):
+    def same_effects(self, best: Outcome, model: models.Model) -> None:
         if [part.kind for part in best.fitted.parts] != model.kinds:
             raise BadInput("these values cannot be compared: the effects of the fit are others")
         models.check_noise(model, "these values")
 
-    def given(self, best, model):
+    def given(self, best: Outcome, model: models.Model) -> Judged:
         """The fit's state with the values of a model of the same effects."""
         self.same_effects(best, model)
         return compare.as_given(best.fitted, model)
 
-    def as_set(self, best, model):
+    def as_set(self, best: Outcome, model: models.Model) -> Outcome:
         """The values as they stand, judged as `davarlab compare` judges them."""
         self.same_effects(best, model)
         return self.remembered(
@@ -209,14 +242,16 @@ class Desk:
             ),
         )
 
-    def around(self, best, model, held):
-        """The effects at the places `held` as they stand, the others at their best beside them; judged as it then stands."""
+    def around(self, best: Outcome, model: models.Model, held: Sequence[int]) -> Outcome:
+        """The effects at the places `held` as they stand, the others at their best beside them;
+        judged as it then stands."""
         self.same_effects(best, model)
         roles = [part.role if part.form != "decoded" else "states" for part in best.fitted.parts]
         for place in held:
             if roles[place] not in HELD:
                 raise BadInput(
-                    f"{model.kinds[place]} cannot be kept fixed, because the other effects determine it"
+                    f"{model.kinds[place]} cannot be kept fixed, because the other effects "
+                    "determine it"
                 )
         if all(place in held for place, role in enumerate(roles) if role == "spectrum"):
             raise BadInput("at least one noise must be fitted")
@@ -224,18 +259,22 @@ class Desk:
         outcome = Outcome(whole, compare.given(best.fitted, whole), best.fitted, entries)
         return self.remembered((models.text_of(whole), SET), lambda: outcome)
 
-    def ranked(self, text, progress, partly=lambda kind, found: None):
-        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them; `partly` hears what was found so far, and may raise."""
+    def ranked(
+        self, text: str, progress: Progress, partly: Trying = lambda kind, found: None
+    ) -> list[Candidate]:
+        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them;
+        `partly` hears what was found so far, and may raise."""
         outcome = self.of(text, True, progress)
         if text not in self.rankings:
             self.rankings[text] = search.ranking(outcome.fitted, progress=partly)
         return self.rankings[text]
 
-    def line_at(self, text, f_hz, wide):
+    def line_at(self, text: str, f_hz: float, wide: bool) -> Candidate:
         """A candidate of one's own: a line at a frequency, sharp or with a width."""
         if not 0 < f_hz < self.recording.rate_hz / 2:
             raise BadInput(
-                f"{f_hz:g} Hz: a line must be above 0 and below half the sample rate, {self.recording.rate_hz / 2:g} Hz"
+                f"{f_hz:g} Hz: a line must be above 0 and below half the sample rate, "
+                f"{self.recording.rate_hz / 2:g} Hz"
             )
         state = self.of(text, True).fitted
         part = (
@@ -245,7 +284,7 @@ class Desk:
         )
         return Candidate(part.kind, part, 0.0, 0.0)
 
-    def with_candidate(self, text, candidate, progress):
+    def with_candidate(self, text: str, candidate: Candidate, progress: Progress) -> Outcome:
         """The model with a candidate, all refitted."""
         state = state_of.judged(
             state_of.joined(
@@ -257,17 +296,21 @@ class Desk:
         )
         return Outcome(model, state, state, entries)
 
-    def held_out(self, text, model, held):
-        """(error, floor) of a model on another recording of the sensor, as `--held-out` says them; (None, None) without one."""
+    def held_out(self, text: str, model: models.Model, held: recordings.Recording | None) -> Errors:
+        """(error, floor) of a model on another recording of the sensor, as `--held-out` says them;
+        (None, None) without one."""
         if held:
             models.check_fits(model, held, "the model")
-        key = text, held and held.name
+        key = text, held.name if held else None
         if key not in self.judged_elsewhere:
             self.judged_elsewhere[key] = improve.held_out_errors(held, model)
         return self.judged_elsewhere[key]
 
-    def report(self, outcome, path, typed, progress):
-        """The page that `davarlab compare --report` writes of a model. typed: what a terminal calls recording and model, and further options."""
+    def report(
+        self, outcome: Outcome, path: str, typed: tuple[str, str, list[str]], progress: Progress
+    ) -> bytes:
+        """The page that `davarlab compare --report` writes of a model. typed: what a terminal calls
+        recording and model, and further options."""
         from ..report import contents, page  # the pictures take a second to load
 
         found = compare.compare(self.recording, outcome.model, progress, outcome.fitted)
@@ -282,7 +325,9 @@ class Desk:
         )
         return page.html(contents.of_comparison(run, found, outcome.fitted)).encode()
 
-    def samples(self, start_s, stop_s, column, points):
+    def samples(
+        self, start_s: float, stop_s: float, column: str, points: int
+    ) -> tuple[Floats, Floats, Floats]:
         """A stretch of a column, thinned so that no extreme is lost: (times, lowest, highest)."""
         values, rate = self.recording.column(column), self.recording.rate_hz
         first, last = (
@@ -299,9 +344,11 @@ class Desk:
             np.maximum.reduceat(part, edges),
         )
 
-    def against(self, text, column, lag_s, points):
-        """What the model's courses leave of the gyro beside a column that is felt so late, in means of equal stretches: (column, gyro, does the
-        column rise)."""
+    def against(
+        self, text: str, column: str, lag_s: float, points: int
+    ) -> tuple[Floats, Floats, Bools]:
+        """What the model's courses leave of the gyro beside a column that is felt so late, in means
+        of equal stretches: (column, gyro, does the column rise)."""
         outcome, rate = self.of(text, True), self.recording.rate_hz
         left = (
             outcome.fitted.bench.y

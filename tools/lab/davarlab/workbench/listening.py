@@ -1,14 +1,20 @@
-"""A sensor on the wire while somebody watches: what `davarlab live` shows and records, kept for a page."""
+"""A sensor on the wire while somebody watches: what `davarlab live` shows and records, kept for a
+page."""
 
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict
+from pathlib import Path
+from typing import BinaryIO
 
 from .. import files
 from ..errors import BadInput, internal_error
+from ..report.values import Json
 from ..wire import frames, record
+from ..wire.frames import Result
 from ..wire.raw_record import RawRecorder
 from ..wire.source import Source
 
@@ -17,10 +23,13 @@ KEPT = 1200  # results of a channel
 TOLD_S = 0.25  # between two tellings
 IDLE_S = 0.25  # of silence, after which it is asked whether anybody still watches
 
+Tell = Callable[..., None]  # receives what is new, by name
 
-def shown(result):
-    """A result as a row, with the interval that its relative uncertainty, half of it over the value, stands for."""
-    row = record.row(result, result.of)
+
+def shown(result: Result) -> record.Row:
+    """A result as a row, with the interval that its relative uncertainty, half of it over the
+    value, stands for."""
+    row = record.row(result, result.sender)
     arw, doubt = row.get("arw_deg_per_sqrt_h"), row.get("arw_relative_uncertainty")
     if arw is not None and doubt is not None:
         row |= {
@@ -31,9 +40,10 @@ def shown(result):
 
 
 class Listening:
-    """Listens in a thread until stop(), or until a pty is closed. tell: hears what is new, {"rows", "count", ...}: `count` with the last of these."""
+    """Listens in a thread until stop(), or until a pty is closed. tell: hears what is new, {"rows",
+    "count", ...}: `count` with the last of these."""
 
-    def __init__(self, source, path, raw_path, tell):
+    def __init__(self, source: str, path: Path, raw_path: Path, tell: Tell) -> None:
         self.receiver, self.tell, self.said = frames.Receiver(), tell, ""
         self.source = Source(source, self.receiver.faults, self.say)
         try:
@@ -44,25 +54,19 @@ class Listening:
         except BadInput:
             self.source.close()
             raise
-        self.lock, self.results, self.fresh = (
-            threading.Lock(),
-            {},
-            [],
-        )  # channel -> its last results; those that were not told
+        self.lock = threading.Lock()
+        self.results: dict[int, deque[Result]] = {}  # channel -> its last results
+        self.fresh: list[Result] = []  # those that were not told
         self.count = 0  # of all results that were told
-        self.told_at, self.stood, self.stopped, self.ended = (
-            0.0,
-            None,
-            False,
-            False,
-        )  # stood: what was told last of how it stands
+        self.told_at, self.stopped, self.ended = 0.0, False, False
+        self.stood: Json | None = None  # what was told last of how it stands
         self.thread = threading.Thread(target=self.listen, daemon=True)
         self.thread.start()
 
-    def say(self, text):
+    def say(self, text: str) -> None:
         self.said = text.removeprefix("--record: ").removeprefix("--raw: ")
 
-    def listen(self):
+    def listen(self) -> None:
         try:
             with closing(self.source), closing(self.recorder), closing(self.raw):
                 while not self.stopped and self.source.may_come:
@@ -85,19 +89,19 @@ class Listening:
             self.ended = True
             self.tell_news(at_once=True)
 
-    def take(self, result):
+    def take(self, result: Result) -> None:
         """Keeps a result; it is told when DAVAR_Setup has named what it holds."""
-        self.recorder.add(result, result.of)
+        self.recorder.add(result, result.sender)
         self.fresh.append(result)
 
-    def keep(self):
+    def keep(self) -> None:
         """Raw samples that came."""
         found, self.receiver.samples = self.receiver.samples, []
         for samples in found:
             with self.lock:
                 self.raw.add(*samples)
 
-    def copy_raw(self, number, file):
+    def copy_raw(self, number: int, file: BinaryIO) -> None:
         """Copies the recording of the raw samples of a channel so far; more may come."""
         with self.lock:
             path = self.raw.path(number)
@@ -111,11 +115,11 @@ class Listening:
                 file.write(block)
                 left -= len(block)
 
-    def tell_news(self, at_once=False):
+    def tell_news(self, at_once: bool = False) -> None:
         if not at_once and time.monotonic() - self.told_at < TOLD_S:
             return
         self.told_at = time.monotonic()
-        named = [record.is_named(result, result.of) for result in self.fresh]
+        named = [record.is_named(result, result.sender) for result in self.fresh]
         if at_once or named.count(False) >= record.WAITING_MAX:
             named = [True] * len(named)
         told = [result for result, now in zip(self.fresh, named) if now]
@@ -130,13 +134,14 @@ class Listening:
                 live={**self.stood, "rows": [shown(result) for result in told], "count": self.count}
             )
 
-    def standing(self):
-        """What the receiver met and what each device says it met, what is not 0; and the last thing that was said."""
+    def standing(self) -> Json:
+        """What the receiver met and what each device says it met, what is not 0; and the last thing
+        that was said."""
         channels = list(self.receiver.channels.items())
         return {
             "source": self.source.name,
             "path": str(self.recorder.path),
-            "raw": sorted(list(self.raw.outputs)),
+            "raw": sorted(self.raw.outputs),
             "said": self.said,
             "ended": self.ended,
             "faults": {
@@ -148,7 +153,7 @@ class Listening:
             },
         }
 
-    def so_far(self):
+    def so_far(self) -> Json:
         with self.lock:
             return {
                 **self.standing(),
@@ -157,6 +162,6 @@ class Listening:
                 "kept": KEPT,
             }
 
-    def stop(self):
+    def stop(self) -> None:
         self.stopped = True
         self.thread.join()

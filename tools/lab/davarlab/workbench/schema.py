@@ -1,6 +1,8 @@
-"""What may come in from outside: the requests of the page and the session file, each a model that is checked in one place."""
+"""What may come in from outside: the requests of the page and the session file, each a model that
+is checked in one place."""
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
@@ -9,7 +11,7 @@ from ..errors import BadInput
 SHOWN = 80  # characters of a message
 
 
-def without_nul(text):
+def without_nul(text: str) -> str:
     if "\0" in text:
         raise ValueError("holds a NUL character")
     return text
@@ -33,7 +35,8 @@ Sight = tuple[
 
 
 class Given(BaseModel):
-    """Nothing but its fields, and these of their own type: no number in place of a text, no text in place of a number."""
+    """Nothing but its fields, and these of their own type: no number in place of a text, no text in
+    place of a number."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -53,7 +56,8 @@ class Sensor(Given):
 
 
 class Column(Given):
-    """A column of a log as somebody named it, or a guess of the page about it, which brings more along."""
+    """A column of a log as somebody named it, or a guess of the page about it, which brings more
+    along."""
 
     model_config = ConfigDict(extra="ignore")
     name: Text
@@ -164,7 +168,7 @@ class Drop(Given):
     purpose: Annotated[Literal["recording", "held-out"], Field(alias="as")] = "recording"
 
 
-REQUESTS = {
+REQUESTS: dict[str, type[Given]] = {
     "open": Open,
     "tutorial": Nothing,
     "sensor": Sensor,
@@ -244,7 +248,7 @@ class Session(Given):
 SIGHT = TypeAdapter(Sight, config=ConfigDict(strict=True))
 
 
-def said(why):
+def said(why: ValidationError) -> str:
     """The first thing that is wrong, in one line that names the field."""
     first = why.errors(include_url=False, include_input=False)[0]
     field = ".".join(map(str, first["loc"]))
@@ -253,11 +257,14 @@ def said(why):
     )[: 4 * SHOWN]
 
 
-def request(what, text=None, query=None):
-    """The fields of a request, those that were given: of a JSON object, or of the query of an address. Raises BadInput that names the field."""
+def request(
+    what: str, text: bytes | None = None, query: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """The fields of a request, those that were given: of a JSON object, or of the query of an
+    address. Raises BadInput that names the field."""
     try:
         found = (
-            REQUESTS[what].model_validate_strings(query)
+            REQUESTS[what].model_validate_strings(query or {})
             if text is None
             else REQUESTS[what].model_validate_json(text)
         )
@@ -266,7 +273,7 @@ def request(what, text=None, query=None):
     return found.model_dump(exclude_unset=True)
 
 
-def session(data):
+def session(data: bytes) -> Session:
     """The Session in the bytes of its file. Raises ValueError, of which said() is the reason."""
     try:
         return Session.model_validate_json(data)
@@ -274,7 +281,7 @@ def session(data):
         raise ValueError(said(why)) from None
 
 
-def sight(text):
+def sight(text: str) -> tuple[str, tuple[()] | tuple[float, float], list[tuple[float, float]]]:
     """(column, stretch alone, stretches cut out) in the text of a sight. Raises ValueError."""
     try:
         return SIGHT.validate_json(text)

@@ -1,6 +1,9 @@
-"""The workbench's own web server: this machine only, a token in the address, one worker that computes, every change told to all tabs."""
+"""The workbench's own web server: this machine only, a token in the address, one worker that
+computes, every change told to all tabs."""
 
+import argparse
 import asyncio
+import contextlib
 import importlib.util
 import os
 import secrets
@@ -10,18 +13,20 @@ import sys
 import tempfile
 import threading
 import webbrowser
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
-from starlette.requests import ClientDisconnect
+from starlette.requests import ClientDisconnect, HTTPConnection, Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
-from starlette.websockets import WebSocketDisconnect
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from .. import files
 from ..errors import BadInput, internal_error
@@ -38,11 +43,12 @@ HOST = "127.0.0.1"
 LARGEST_DROP, LARGEST_REQUEST = 1 << 31, 4 << 20
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 POLICY = (
-    "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
-    "form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts allow-same-origin allow-downloads allow-forms"
+    "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
+    "data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+    "sandbox allow-scripts allow-same-origin allow-downloads allow-forms"
 )
-# The sandbox leaves out allow-popups. Without allow-forms no form of the page would hear that it was submitted, and its dialogs would not close; none may
-# be sent anywhere: form-action.
+# The sandbox leaves out allow-popups. Without allow-forms no form of the page would hear that it
+# was submitted, and its dialogs would not close; none may be sent anywhere: form-action.
 CLOUD = b"https://cloud.plotly.com/newchart"  # where Plotly's "Share chart" would send the data
 HEADERS = {
     "Content-Security-Policy": POLICY,
@@ -52,29 +58,33 @@ HEADERS = {
 
 
 @cache
-def plotly():
-    """The charts' JavaScript out of the wheel of plotly, without the address to which "Share chart" would send the data."""
-    script = (
-        Path(importlib.util.find_spec("plotly").origin).resolve().parent
-        / "package_data/plotly.min.js"
-    )
+def plotly() -> bytes:
+    """The charts' JavaScript out of the wheel of plotly, without the address to which "Share chart"
+    would send the data."""
+    found = importlib.util.find_spec("plotly")
+    assert found and found.origin
+    script = Path(found.origin).resolve().parent / "package_data/plotly.min.js"
     return script.read_bytes().replace(CLOUD, b"")
 
 
-class Server:
-    """Answers one visit. What computes goes one after the other in the worker; what only looks does not wait for it."""
+Work = Callable[[], Any]
 
-    def __init__(self, visit, token):
-        self.visit, self.token, self.tabs = visit, token, set()
+
+class Server:
+    """Answers one visit. What computes goes one after the other in the worker; what only looks does
+    not wait for it."""
+
+    def __init__(self, visit: Visit, token: str) -> None:
+        self.visit, self.token = visit, token
+        self.tabs: set[WebSocket] = set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
-        self.loop, self.waiting = (
-            None,
-            set(),
-        )  # waiting: calls that a person waits for and the worker has not begun
-        self.computing = set()  # calls that have begun and not ended
+        self.loop: asyncio.AbstractEventLoop | None = None
+        # Calls that a person waits for and the worker has not begun.
+        self.waiting: set[Work] = set()
+        self.computing: set[Work] = set()  # calls that have begun and not ended
         visit.tell, visit.hurried = self.tell, lambda: bool(self.waiting)
 
-    def app(self):
+    def app(self) -> Starlette:
         routes = [
             Route("/", self.index),
             Route("/page/{name:path}", self.page),
@@ -87,7 +97,7 @@ class Server:
             middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=[HOST, "localhost"])],
         )
 
-    def allowed(self, request):
+    def allowed(self, request: HTTPConnection) -> bool:
         """Only the page that was opened with the token, from this origin."""
         given = request.headers.get("x-davar-token") or request.query_params.get("token", "")
         origin = request.headers.get("origin")
@@ -96,15 +106,16 @@ class Server:
             f"http://{request.headers['host']}",
         )
 
-    async def index(self, request):
+    async def index(self, request: Request) -> Response:
         if not self.allowed(request):
             return PlainTextResponse(
-                "The address has no token, or an old one. Use the address that tools/davarlab open printed.",
+                "The address has no token, or an old one. Use the address that tools/davarlab "
+                "open printed.",
                 403,
             )
         return self.file(PAGE / "index.html")
 
-    async def page(self, request):
+    async def page(self, request: Request) -> Response:
         name = request.path_params["name"]
         if name == "plotly.min.js":
             return Response(
@@ -116,15 +127,15 @@ class Server:
             return PlainTextResponse("no such file", 404)
         return self.file(SERVED[name])
 
-    def file(self, path):
+    def file(self, path: Path) -> FileResponse:
         return FileResponse(
             path, media_type=TYPES[path.suffix], headers=HEADERS | {"Cache-Control": "no-store"}
         )
 
-    async def ask(self, request):
+    async def ask(self, request: Request) -> Response:
         return await self.answer(request, (LOOK, QUESTION), query=self.query(request))
 
-    async def do(self, request):
+    async def do(self, request: Request) -> Response:
         if not self.allowed(request):
             return PlainTextResponse("no token", 403)
         if request.path_params["what"] == "drop":
@@ -133,21 +144,22 @@ class Server:
         if text is None:
             return JSONResponse(
                 {
-                    "error": f"{request.path_params['what']}: the request is larger than {LARGEST_REQUEST >> 20} MB. Open the file by its path instead"
+                    "error": f"{request.path_params['what']}: the request is larger than "
+                    f"{LARGEST_REQUEST >> 20} MB. Open the file by its path instead"
                 },
                 400,
             )
         return await self.answer(request, (ACTION,), text)
 
     @staticmethod
-    def query(request):
+    def query(request: Request) -> dict[str, str]:
         """What an address asks with, but for the token."""
         return {name: value for name, value in request.query_params.items() if name != "token"}
 
     @staticmethod
-    async def body(request):
-        """The body of a request; None if it is too large. A client reads the error only after it has sent its body, so the rest
-        is read and dropped, up to the size of a dropped file."""
+    async def body(request: Request) -> bytes | None:
+        """The body of a request; None if it is too large. A client reads the error only after it
+        has sent its body, so the rest is read and dropped, up to the size of a dropped file."""
         text, size = bytearray(), 0
         async for block in request.stream():
             size += len(block)
@@ -157,7 +169,7 @@ class Server:
                 break
         return bytes(text) if size <= LARGEST_REQUEST else None
 
-    async def drop(self, request):
+    async def drop(self, request: Request) -> Response:
         """A file that was dropped on the page, as it comes."""
         try:
             given = schema.request("drop", query=self.query(request))
@@ -168,7 +180,8 @@ class Server:
                     size += len(block)
                     if size > LARGEST_DROP:
                         raise BadInput(
-                            f"{name}: larger than {LARGEST_DROP >> 30} GB. Start davarlab open with its path"
+                            f"{name}: larger than {LARGEST_DROP >> 30} GB. Start davarlab open "
+                            "with its path"
                         )
                     dropped.file.write(block)
         except BadInput as why:
@@ -179,8 +192,15 @@ class Server:
         taken = self.visit.hold.hold_out if held_out else self.visit.intake.open
         return await self.computed(Call(ACTION, partial(taken, str(dropped.path))), "drop", {})
 
-    async def answer(self, request, kinds, text=None, query=None):
-        """Runs a call of the visit, of one of these kinds, on what was given with the request, in JSON or in the query, once it is what schema.py says."""
+    async def answer(
+        self,
+        request: Request,
+        kinds: Sequence[str],
+        text: bytes | None = None,
+        query: Mapping[str, str] | None = None,
+    ) -> Response:
+        """Runs a call of the visit, of one of these kinds, on what was given with the request, in
+        JSON or in the query, once it is what schema.py says."""
         what = request.path_params["what"]
         if not self.allowed(request):
             return PlainTextResponse("no token", 403)
@@ -193,8 +213,9 @@ class Server:
             return JSONResponse({"error": str(why)}, 400)
         return await self.computed(call, what, given)
 
-    async def computed(self, call, what, given):
+    async def computed(self, call: Call, what: str, given: dict[str, Any]) -> Response:
         """The answer of a call, from the worker."""
+        assert self.loop is not None  # run() has set it
         try:
             found = await self.loop.run_in_executor(
                 self.reader if call.kind == LOOK else self.worker,
@@ -208,18 +229,20 @@ class Server:
             return Response(found, media_type="application/octet-stream")
         return JSONResponse(values.plain(found))
 
-    def end(self):
-        """Ends the workers; what is still being computed, perhaps for minutes, is given up with the process, but no file in the middle."""
+    def end(self) -> None:
+        """Ends the workers; what is still being computed, perhaps for minutes, is given up with the
+        process, but no file in the middle."""
         for pool in (self.worker, self.reader):
             pool.shutdown(wait=False, cancel_futures=True)
         if self.computing:
             with files.WRITING:
                 os._exit(0)
 
-    def begun(self, call, what, given):
-        """What the worker runs; one that a person is waiting for waits in sight until it begins, for a ranking gives way to it."""
+    def begun(self, call: Call, what: str, given: dict[str, Any]) -> Work:
+        """What the worker runs; one that a person is waiting for waits in sight until it begins,
+        for a ranking gives way to it."""
 
-        def work():
+        def work() -> Any:
             self.waiting.discard(work)
             self.computing.add(work)
             try:
@@ -231,20 +254,21 @@ class Server:
             self.waiting.add(work)
         return work
 
-    def fault(self, why):
+    def fault(self, why: Exception) -> JSONResponse:
         """What nobody foresaw: said, and the visit goes on."""
         internal_error(why)
         return JSONResponse(
             {
-                "error": f"an internal error: {type(why).__name__}: {why}. The steps so far are saved"
+                "error": f"an internal error: {type(why).__name__}: {why}. "
+                "The steps so far are saved"
             },
             500,
         )
 
-    def tell(self, **event):
+    def tell(self, **event: Any) -> None:
         """Sends an event to every tab; may be called from the worker."""
 
-        async def send():
+        async def send() -> None:
             for tab in list(self.tabs):
                 try:
                     await tab.send_json(values.plain(event))
@@ -254,7 +278,7 @@ class Server:
         if self.loop and self.loop.is_running():
             asyncio.run_coroutine_threadsafe(send(), self.loop)
 
-    async def events(self, tab):
+    async def events(self, tab: WebSocket) -> None:
         if not self.allowed(tab):
             await tab.close(4403)
             return
@@ -269,8 +293,9 @@ class Server:
             self.tabs.discard(tab)
 
 
-def show(address, folder):
-    """Opens the address in the user's browser, by way of a file in a folder that nobody else can read: command lines are seen by all."""
+def show(address: str, folder: str | Path) -> None:
+    """Opens the address in the user's browser, by way of a file in a folder that nobody else can
+    read: command lines are seen by all."""
     page = Path(folder) / "open.html"
     page.write_text(
         f'<!doctype html><meta http-equiv="refresh" content="0;url={address}">', encoding="ascii"
@@ -278,7 +303,7 @@ def show(address, folder):
     threading.Thread(target=webbrowser.open, args=(page.as_uri(),), daemon=True).start()
 
 
-def run(options):
+def run(options: argparse.Namespace) -> int:
     """`davarlab open`: until interrupted."""
     token = secrets.token_urlsafe(16)
     visit = Visit(Path.cwd())
@@ -293,7 +318,7 @@ def run(options):
             listener.bind((HOST, options.port))
             listener.listen()
         except OSError as why:
-            raise BadInput(f"--port {options.port}: {why.strerror.lower()}") from None
+            raise BadInput(f"--port {options.port}: {files.reason(why)}") from None
         address = f"http://{HOST}:{listener.getsockname()[1]}/?token={token}"
         web = uvicorn.Server(
             uvicorn.Config(
@@ -301,11 +326,12 @@ def run(options):
             )
         )
 
-        async def serve():
+        async def serve() -> None:
             server.loop = asyncio.get_running_loop()
             print(address, flush=True)
             print(
-                "davarlab: the workbench is open at this address, on this machine only. Ctrl-C stops it. Every step is saved next to the recording.",
+                "davarlab: the workbench is open at this address, on this machine only. Ctrl-C "
+                "stops it. Every step is saved next to the recording.",
                 file=sys.stderr,
                 flush=True,
             )
@@ -317,9 +343,7 @@ def run(options):
                 await server.loop.run_in_executor(None, visit.ears.quiet)
 
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-        try:
+        with contextlib.suppress(KeyboardInterrupt):
             asyncio.run(serve())
-        except KeyboardInterrupt:
-            pass
     server.end()
     return 0

@@ -1,9 +1,11 @@
-"""What was done, as a tree of models: every step can be gone back to, and all of it is in a file beside the recording."""
+"""What was done, as a tree of models: every step can be gone back to, and all of it is in a file
+beside the recording."""
 
 import json
 import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any, NotRequired, TypedDict, cast
 from urllib.parse import quote
 
 from .. import files
@@ -14,36 +16,48 @@ from . import schema
 ENDING = ".davarlab.json"
 VERSION = 1
 
+Stretch = tuple[float, float]  # seconds
+
+
+class Log(TypedDict):
+    """How the columns of a log are to be read, as in a session file."""
+
+    columns: list[dict[str, Any]]
+    rate_hz: float | None
+    sensor: str | None
+    as_recorded: NotRequired[bool]
+
 
 @dataclass
 class Step:
-    """A model that was reached. text: the model file; off: effects that are switched off, as in a model file; fitted: are the values those of
-    a fit; did: what led here, in words."""
+    """A model that was reached. text: the model file; off: effects that are switched off, as in a
+    model file; fitted: are the values those of a fit; did: what led here, in words."""
 
     number: int
     parent: int | None
     did: str
     text: str
     fitted: bool = True
-    off: list = field(default_factory=list)
+    off: list[dict[str, float | str]] = field(default_factory=list)
     error: float | None = None
     floor: float | None = None
 
 
 @dataclass(frozen=True)
 class Sight:
-    """What of a recording is looked at: one gyro column, the whole of it, one stretch alone, or all but what was cut out (seconds)."""
+    """What of a recording is looked at: one gyro column, the whole of it, one stretch alone, or all
+    but what was cut out (seconds)."""
 
     column: str
-    alone: tuple = ()
-    cut: tuple = ()
+    alone: tuple[()] | Stretch = ()
+    cut: tuple[Stretch, ...] = ()
 
     @property
-    def text(self):
+    def text(self) -> str:
         return json.dumps([self.column, self.alone, self.cut])
 
     @classmethod
-    def of_text(cls, text):
+    def of_text(cls, text: str) -> "Sight":
         """What `text` gave. Raises ValueError for anything else."""
         column, alone, cut = schema.sight(text)
         if not all(0 <= start < stop for start, stop in ([alone] if alone else []) + cut):
@@ -51,7 +65,7 @@ class Sight:
         return cls(column, alone, tuple(cut))
 
 
-def checked_step(entry, place):
+def checked_step(entry: schema.KeptStep, place: int) -> Step:
     """A Step of a schema.KeptStep, at its place in the list. Raises BadInput and ValueError."""
     if entry.number != place or entry.parent is not None and entry.parent >= place:
         raise ValueError(f"step {place}")
@@ -61,22 +75,37 @@ def checked_step(entry, place):
     return Step(**entry.model_dump())
 
 
-class Steps:
-    """The trees of a recording, one for each sight of it, and where one stands. Each change is in the file before the page hears of it."""
+class Tree(TypedDict):
+    """The steps of one sight, and the number of the one where one stands."""
 
-    def __init__(self, recording_path, sensor=None):
+    steps: list[Step]
+    current: int
+
+
+class Steps:
+    """The trees of a recording, one for each sight of it, and where one stands. Each change is in
+    the file before the page hears of it."""
+
+    def __init__(self, recording_path: str | Path, sensor: str | None = None) -> None:
         self.path = Path(
             str(recording_path) + (f".{quote(sensor, safe=':')}" if sensor else "") + ENDING
         )
         self.recording = str(recording_path)
-        self.log = None  # how the columns are to be read, and of which sensor; None: as they are called, of the only one
-        self.held_out = None  # path of a second recording, on which every step is judged
-        self.sha256, self.written = files.sha256(recording_path), None
-        self.trees, self.sight = {}, None  # Sight.text -> {"steps", "current"}; the one looked at
+        # How the columns are to be read, and of which sensor; None: as they are called, of the only
+        # one.
+        self.log: Log | None = None
+        self.held_out: str | None = (
+            None  # path of a second recording, on which every step is judged
+        )
+        self.sha256 = files.sha256(recording_path)
+        self.written: bytes | None = None  # what is in the file
+        self.trees: dict[str, Tree] = {}  # by Sight.text
+        self.sight: Sight | None = None  # the one looked at
 
     @classmethod
-    def beside(cls, recording_path, sensor=None):
-        """Those of an earlier visit to this sensor of it; empty without one. Raises BadInput when the file is not what this program wrote."""
+    def beside(cls, recording_path: str | Path, sensor: str | None = None) -> "Steps":
+        """Those of an earlier visit to this sensor of it; empty without one. Raises BadInput when
+        the file is not what this program wrote."""
         found = cls(recording_path, sensor)
         found.written = found.there()
         if found.written is not None:
@@ -85,32 +114,34 @@ class Steps:
                 found.take(data)
             except (BadInput, ValueError) as why:
                 raise BadInput(
-                    f"{found.path}: not a session of davarlab ({why}). Move it away to start a new one"
+                    f"{found.path}: not a session of davarlab ({why}). Move it away to start a "
+                    "new one"
                 ) from None
             if data.sha256 != found.sha256:
                 raise BadInput(
-                    f"{found.path}: the session of another recording with this name. Move it away to start a new one"
+                    f"{found.path}: the session of another recording with this name. Move it away "
+                    "to start a new one"
                 )
         return found
 
-    def there(self):
-        """The bytes of the session file; None: there is none. Raises BadInput for what is no file of this program, and for a symbolic link: what it
-        leads to, perhaps nothing yet, is somebody else's."""
+    def there(self) -> bytes | None:
+        """The bytes of the session file; None: there is none. Raises BadInput for what is no file
+        of this program, and for a symbolic link: what it leads to, perhaps nothing yet, is somebody
+        else's."""
         if not os.path.lexists(self.path):
             return None
         if os.path.islink(self.path):
             raise BadInput(
-                f"{self.path}: a symbolic link, not a session of davarlab. Move it away to start a new one"
+                f"{self.path}: a symbolic link, not a session of davarlab. Move it away to start "
+                "a new one"
             )
         return files.read_whole(self.path)
 
-    def take(self, data):
-        """What save() wrote, as a schema.Session. Raises BadInput and ValueError for anything else."""
-        self.log, self.sight, self.held_out = (
-            data.log and data.log.model_dump(),
-            Sight.of_text(data.sight),
-            data.held_out,
-        )
+    def take(self, data: schema.Session) -> None:
+        """What save() wrote, as a schema.Session. Raises BadInput and ValueError for anything
+        else."""
+        self.log = cast(Log, data.log.model_dump()) if data.log else None
+        self.sight, self.held_out = Sight.of_text(data.sight), data.held_out
         for sight, tree in data.trees.items():
             Sight.of_text(sight)
             steps = [checked_step(one, place) for place, one in enumerate(tree.steps)]
@@ -120,8 +151,9 @@ class Steps:
         if self.sight.text not in self.trees:
             raise ValueError("sight")
 
-    def save(self, trees=None):
-        """Writes the session with these trees, which are the session's from then on; raises BadInput and changes nothing where it cannot."""
+    def save(self, trees: dict[str, Tree] | None = None) -> None:
+        """Writes the session with these trees, which are the session's from then on; raises
+        BadInput and changes nothing where it cannot."""
         trees = self.trees if trees is None else trees
         kept = {
             sight: {"steps": [asdict(step) for step in tree["steps"]], "current": tree["current"]}
@@ -132,19 +164,20 @@ class Steps:
             "sha256": self.sha256,
             "log": self.log,
             "held_out": self.held_out,
-            "sight": self.sight.text,
+            "sight": self.seen,
             "trees": kept,
         }
         text = (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
         if self.there() != self.written:
             raise BadInput(
-                f"{self.path}: another process has changed it (another davarlab open?). Close one of them and open the recording again"
+                f"{self.path}: another process has changed it (another davarlab open?). Close one "
+                "of them and open the recording again"
             )
         files.write_whole(self.path, text, follow=False)
         self.trees, self.written = trees, text
 
     @property
-    def steps(self):
+    def steps(self) -> list[Step]:
         return (
             self.trees[self.sight.text]["steps"]
             if self.sight and self.sight.text in self.trees
@@ -152,11 +185,18 @@ class Steps:
         )
 
     @property
-    def current(self):
-        return self.trees[self.sight.text]["current"] if self.steps else None
+    def seen(self) -> str:
+        """The text of the sight that is looked at."""
+        assert self.sight is not None  # there are steps of it
+        return self.sight.text
 
-    def grow(self, did, model, root=False, **more):
-        """A step behind the current one, or one that begins a tree of its own; it becomes the current one. The same step again is gone to, not made."""
+    @property
+    def current(self) -> int | None:
+        return self.trees[self.seen]["current"] if self.steps else None
+
+    def grow(self, did: str, model: models.Model, root: bool = False, **more: Any) -> None:
+        """A step behind the current one, or one that begins a tree of its own; it becomes the
+        current one. The same step again is gone to, not made."""
         step = Step(
             len(self.steps), None if root else self.current, did, models.text_of(model), **more
         )
@@ -172,11 +212,9 @@ class Steps:
             None,
         )
         steps = self.steps if same else [*self.steps, step]
-        self.save(
-            {**self.trees, self.sight.text: {"steps": steps, "current": (same or step).number}}
-        )
+        self.save({**self.trees, self.seen: {"steps": steps, "current": (same or step).number}})
 
-    def hold_out(self, path):
+    def hold_out(self, path: str | None) -> None:
         """Every step is judged on this recording too; None: on none."""
         before, self.held_out = self.held_out, path
         try:
@@ -185,13 +223,14 @@ class Steps:
             self.held_out = before
             raise
 
-    def go(self, number):
-        self.save({**self.trees, self.sight.text: {"steps": self.steps, "current": number}})
+    def go(self, number: int) -> None:
+        self.save({**self.trees, self.seen: {"steps": self.steps, "current": number}})
 
     @property
-    def sights(self):
+    def sights(self) -> list[Sight]:
         return [Sight.of_text(text) for text in self.trees]
 
     @property
-    def here(self):
+    def here(self) -> Step:
+        assert self.current is not None  # there is a step
         return self.steps[self.current]

@@ -4,12 +4,14 @@ import shlex
 
 from ..data import guess, plausible
 from . import desk as desks
+from .steps import Sight, Steps
 
 IMPORTED_NAME, MODEL_NAME = "rec.csv", "model.toml"  # in commands to type
 
 
-def commands(steps, sight):
-    """What to type in a terminal, once the model is saved, for the same numbers; of a stretch nothing does."""
+def commands(steps: Steps, sight: Sight) -> list[str]:
+    """What to type in a terminal, once the model is saved, for the same numbers; of a stretch
+    nothing does."""
     if sight.alone or sight.cut:
         return []
     imported, recording, rate = in_terminal(steps)
@@ -19,18 +21,21 @@ def commands(steps, sight):
     return [shlex.join(["tools/davarlab", *row]) for row in rows]
 
 
-def again(steps):
+def again(steps: Steps) -> str:
     """What opens the recording once more."""
-    sensor = ["--sensor", steps.log["sensor"]] if steps.log and steps.log.get("sensor") else []
-    return shlex.join(["tools/davarlab", "open", steps.recording, *sensor])
+    sensor = steps.log.get("sensor") if steps.log else None
+    named = ["--sensor", sensor] if sensor else []
+    return shlex.join(["tools/davarlab", "open", steps.recording, *named])
 
 
-def in_terminal(steps):
-    """(the import that the log needs, if any, the name of the recording behind it, its --rate and --as-recorded): words to type."""
+def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:
+    """(the import that the log needs, if any, the name of the recording behind it, its --rate and
+    --as-recorded): words to type."""
     renames, scales = (
         desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
     )
-    sensors = [steps.log["sensor"]] if steps.log and steps.log.get("sensor") else []
+    sensor = steps.log.get("sensor") if steps.log else None
+    sensors = [sensor] if sensor else []
     given = [
         word
         for flag, values in (("--sensor", sensors), ("--rename", renames), ("--scale", scales))

@@ -1,15 +1,25 @@
 """What the page draws, as plain values: the numbers of the terminal, thinned for a screen."""
 
+from collections.abc import Sequence
+from typing import cast
+
 import numpy as np
 from scipy import signal, stats
 
+from ..arrays import Floats
+from ..candidates.candidate import Candidate
+from ..data.recording import Recording
 from ..diagnosis import cells, contributions, evidence, judge, search
 from ..diagnosis import state as state_of
+from ..diagnosis.state import State
 from ..effects import table
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
+from ..model import Term
 from ..report import values, words
+from ..report.values import Json
 from ..thresholds import CHANCE
+from .desk import Desk, Outcome
 
 LINES = 400  # points of a spectrum
 ENVELOPE = 1200  # of a record
@@ -19,13 +29,13 @@ CLOUD = 800  # of a column against another
 SHEET = ("angle_random_walk", "bias_instability", "rate_random_walk")  # what a data sheet gives
 
 
-def whole_record(found):
+def whole_record(found: Sequence[cells.Cell]) -> list[cells.Cell]:
     """The cells of the longest window."""
     stop = max(cell.stop_s - cell.start_s for cell in found)
     return [cell for cell in found if cell.stop_s - cell.start_s == stop]
 
 
-def deviation(outcome, recording):
+def deviation(outcome: Outcome, recording: Recording) -> Json:
     """The curve: measured, model, its 95 % band, and each effect's own where it has one (8.1)."""
     row = whole_record(outcome.state.cells)
     freedom = np.array([cell.freedom for cell in row])
@@ -46,7 +56,7 @@ def deviation(outcome, recording):
     }
 
 
-def preview(state):
+def preview(state: State) -> Json:
     """The model's curve alone, as fast as a slider moves: no cells, no record."""
     bench = state.bench
     window = len(bench.y) // 2 * 2
@@ -60,13 +70,12 @@ def preview(state):
     }
 
 
-def at(taus, own_taus, deviations):
-    return np.exp(
-        np.interp(np.log(taus), np.log(own_taus), np.log(np.maximum(deviations, 1e-30)))
-    ).tolist()
+def at(taus: Sequence[float], own_taus: Floats, deviations: Floats) -> list[float]:
+    found = np.interp(np.log(taus), np.log(own_taus), np.log(np.maximum(deviations, 1e-30)))
+    return cast(list[float], np.exp(found).tolist())
 
 
-def failure_map(state):
+def failure_map(state: State) -> list[Json]:
     proven = judge.proven(state.cells)
     return [
         {
@@ -83,8 +92,9 @@ def failure_map(state):
     ]
 
 
-def spectrum(state):
-    """Density of the record beside the model's, deg/s/sqrt(Hz), and the largest ordinate of each group of frequencies, with its own frequency."""
+def spectrum(state: State) -> Json:
+    """Density of the record beside the model's, deg/s/sqrt(Hz), and the largest ordinate of each
+    group of frequencies, with its own frequency."""
     data, fit = state.bench.data, state.fit
     energy = data.without(np.zeros(0), []) ** 2
     level = data.at_ordinates(fit.level)
@@ -92,8 +102,9 @@ def spectrum(state):
     starts, counts = edges[:-1], np.diff(edges)
     rate = data.rate_hz
 
-    def mean(x):
-        return np.add.reduceat(x[: edges[-1]], starts) / counts
+    def mean(x: Floats) -> Floats:
+        means: Floats = np.add.reduceat(x[: edges[-1]], starts) / counts
+        return means
 
     peaks = np.array(
         [start + int(np.argmax(energy[start:stop])) for start, stop in zip(starts, edges[1:])]
@@ -107,8 +118,9 @@ def spectrum(state):
     }
 
 
-def card(outcome, place, taken):
-    """One effect of the model: its parameters with interval and limits, what the likelihood loses without it, and the error then, both of the fit."""
+def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Json:
+    """One effect of the model: its parameters with interval and limits, what the likelihood loses
+    without it, and the error then, both of the fit."""
     term, entry = outcome.model.terms[place], outcome.estimates[place]
     effect = table.find(term.kind)
     rows = [
@@ -134,8 +146,9 @@ def card(outcome, place, taken):
     }
 
 
-def losses(outcome):
-    """(what the likelihood loses, the error) without each effect; None of what cannot be left out alone."""
+def losses(outcome: Outcome) -> list[tuple[float, float] | None]:
+    """(what the likelihood loses, the error) without each effect; None of what cannot be left out
+    alone."""
     found = []
     for part in outcome.fitted.parts:
         rest = [other for other in outcome.fitted.parts if other is not part]
@@ -151,7 +164,7 @@ def losses(outcome):
     return found
 
 
-def model(outcome, recording):
+def model(outcome: Outcome, recording: Recording) -> Json:
     """A step as the page shows it."""
     judgement = outcome.state.judgement
     return {
@@ -171,8 +184,9 @@ def model(outcome, recording):
     }
 
 
-def candidates(ranked):
-    """The ranking as a list to choose from; `alike`: what this recording cannot tell from the first."""
+def candidates(ranked: Sequence[Candidate]) -> list[Json]:
+    """The ranking as a list to choose from; `alike`: what this recording cannot tell from the
+    first."""
     alike = {one.kind for one in search.close_ones(ranked)}
     return [
         {
@@ -190,14 +204,17 @@ def candidates(ranked):
     ]
 
 
-def envelope(desk, start_s, stop_s, column):
+def envelope(desk: Desk, start_s: float, stop_s: float, column: str) -> Json:
     time, low, high = desk.samples(start_s, stop_s, column, ENVELOPE)
     return {"column": column, "time_s": time.tolist(), "low": low.tolist(), "high": high.tolist()}
 
 
-def densities(pieces, rate_hz, lowest, groups):
-    """(frequencies, densities in deg/s/sqrt(Hz), a row per piece) of pieces of a record, two-sided as the spectrum of the whole; the trend of each is
-    taken off, the first `lowest` ordinates are left out, the others in groups of equal ratios."""
+def densities(
+    pieces: Floats, rate_hz: float, lowest: int, groups: int
+) -> tuple[list[float], Floats]:
+    """(frequencies, densities in deg/s/sqrt(Hz), a row per piece) of pieces of a record, two-sided
+    as the spectrum of the whole; the trend of each is taken off, the first `lowest` ordinates are
+    left out, the others in groups of equal ratios."""
     length = pieces.shape[1]
     energy = np.abs(np.fft.rfft(signal.detrend(pieces) * np.hanning(length))) ** 2 / (
         rate_hz * HANN * length
@@ -209,7 +226,7 @@ def densities(pieces, rate_hz, lowest, groups):
     )
 
 
-def stretch(desk, start_s, stop_s):
+def stretch(desk: Desk, start_s: float, stop_s: float) -> Json:
     """What is in a stretch of the record: the gyro, the temperature, the spectrum."""
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
     f, density = densities(gyro[None, int(start_s * rate) : int(stop_s * rate)], rate, 1, LINES)
@@ -223,7 +240,7 @@ def stretch(desk, start_s, stop_s):
     }
 
 
-def against(desk, text, column, lag_s):
+def against(desk: Desk, text: str, column: str, lag_s: float) -> Json:
     x, left, rising = desk.against(text, column, lag_s, CLOUD)
     return {
         "column": column,
@@ -234,7 +251,7 @@ def against(desk, text, column, lag_s):
     }
 
 
-def axes(desk):
+def axes(desk: Desk) -> list[Json]:
     """The Allan deviation of every gyro column of the recording, as it was read."""
     found, window = [], desk.whole.samples // 2 * 2
     taus = allan.octaves(window)
@@ -250,7 +267,7 @@ def axes(desk):
     return found
 
 
-def sheet(terms, rate_hz, samples):
+def sheet(terms: Sequence[Term], rate_hz: float, samples: int) -> Json:
     """The Allan deviation that a data sheet's numbers give."""
     parts = [part_of(term) for term in terms]
     sizes = [part.effect.dps(term.parameters) ** 2 for part, term in zip(parts, terms)]
@@ -259,8 +276,9 @@ def sheet(terms, rate_hz, samples):
     return {"tau_s": [m / rate_hz for m in taus], "deviation": np.sqrt(variance).tolist()}
 
 
-def spectrogram(desk, column):
-    """Densities of the gyro over time or over the value of another column: of sixty-fourths of the record, in the order of the column."""
+def spectrogram(desk: Desk, column: str) -> Json:
+    """Densities of the gyro over time or over the value of another column: of sixty-fourths of the
+    record, in the order of the column."""
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
     length = len(gyro) // PIECES
     f, density = densities(gyro[: length * PIECES].reshape(PIECES, length), rate, 2, ROWS)

@@ -1,41 +1,51 @@
 """Looking closer at a step, and what is taken home of it."""
 
+from typing import TYPE_CHECKING
+
 from ... import kalibr
 from ... import model as models
 from ...errors import BadInput
 from ...report import export
+from ...report.values import Json
 from .. import typed, views
+
+if TYPE_CHECKING:
+    from .visit import Visit
 
 
 class Closer:
     """Of a visit. What needs no fit is in looks.py."""
 
-    def __init__(self, visit):
+    def __init__(self, visit: "Visit") -> None:
         self.visit = visit
 
-    def against(self, column, lag_s=0.0):
+    def against(self, column: str, lag_s: float = 0.0) -> Json:
         """What the model's courses leave of the gyro, beside another column."""
         step = self.visit.stepping.here()
-        if column not in self.visit.desk.recording.columns:
+        if column not in self.visit.open_desk.recording.columns:
             raise BadInput(f"no column {column}")
-        if not 0 <= lag_s <= self.visit.desk.recording.samples / self.visit.desk.recording.rate_hz:
+        if (
+            not 0
+            <= lag_s
+            <= self.visit.open_desk.recording.samples / self.visit.open_desk.recording.rate_hz
+        ):
             raise BadInput(f"a lag of {lag_s} s: from 0 to the length of the recording")
-        return views.against(self.visit.desk, step.text, column, lag_s)
+        return views.against(self.visit.open_desk, step.text, column, lag_s)
 
-    def report(self, number=None, state=None):
+    def report(self, number: int | None = None, state: str | None = None) -> bytes:
         """The still page of a step: that of `davarlab compare --report`."""
         step = self.visit.stepping.shown(number, state)
-        if self.visit.desk.sight.alone or self.visit.desk.sight.cut:
+        if self.visit.open_desk.sight.alone or self.visit.open_desk.sight.cut:
             raise BadInput("a report is of a whole recording: look at all of it first")
-        _, recording, rate = typed.in_terminal(self.visit.steps)
-        return self.visit.desk.report(
+        _, recording, rate = typed.in_terminal(self.visit.open_steps)
+        return self.visit.open_desk.report(
             self.visit.stepping.outcome(step),
-            self.visit.steps.recording,
+            self.visit.open_steps.recording,
             (recording, typed.MODEL_NAME, rate),
             self.visit.progress,
         )
 
-    def save(self, what, number=None, state=None):
+    def save(self, what: str, number: int | None = None, state: str | None = None) -> bytes:
         """The model to take home: toml, or the table for the device."""
         step = self.visit.stepping.shown(number, state)
         if what == "toml":
@@ -44,6 +54,6 @@ class Closer:
             export.table_of(models.of_text(step.text, "model"), 6000, 0.02), "model.h"
         ).encode()
 
-    def kalibr(self, text):
+    def kalibr(self, text: str) -> Json:
         """The numbers of a kalibr file, as a data sheet's."""
         return {"sheet": kalibr.sizes(text, "the kalibr file")}

@@ -1,24 +1,33 @@
 """A second recording of the sensor, on which every step of a visit is judged and none is fitted."""
 
+from typing import TYPE_CHECKING
+
 from ...data import plausible
+from ...data.recording import Recording
 from ...errors import BadInput
+from ...report.values import Json
+from ..steps import Steps
+
+if TYPE_CHECKING:
+    from .visit import Visit
 
 
 class HoldOut:
     """Of a visit."""
 
-    def __init__(self, visit):
+    def __init__(self, visit: "Visit") -> None:
         self.visit = visit
 
-    def hold_out(self, path):
-        """A second recording of the same sensor: every step is judged on it too, and fitted on the first one only."""
+    def hold_out(self, path: str) -> Json:
+        """A second recording of the same sensor: every step is judged on it too, and fitted on the
+        first one only."""
         self.visit.stepping.here()
-        held = self.beside(path, self.visit.steps, self.visit.desk.column)
-        self.visit.steps.hold_out(path)
+        held = self.beside(path, self.visit.open_steps, self.visit.open_desk.column)
+        self.visit.open_steps.hold_out(path)
         self.visit.held, self.visit.not_held = held, ""
         return self.visit.changed()
 
-    def beside(self, path, steps, column):
+    def beside(self, path: str, steps: Steps, column: str) -> Recording:
         """A recording to hold out. Raises BadInput where it has not the gyro column."""
         held = self.visit.intake.as_named(path, steps)
         held.rate_dps(column)
@@ -27,17 +36,18 @@ class HoldOut:
             raise BadInput(f"{path}: doubtful: {'; '.join(doubts)}")
         return held
 
-    def let_go(self):
+    def let_go(self) -> Json:
         """No recording is held out any more."""
         self.visit.stepping.here()
-        self.visit.steps.hold_out(None)
+        self.visit.open_steps.hold_out(None)
         self.visit.held, self.visit.not_held = None, ""
         return self.visit.changed()
 
-    def held_out(self, number=None):
-        """The error of a step on the recording that is held out, and its floor; None without one."""
+    def held_out(self, number: int | None = None) -> Json:
+        """The error of a step on the recording that is held out, and its floor; None without
+        one."""
         step = self.visit.stepping.here(number)
-        error, floor = self.visit.desk.held_out(
+        error, floor = self.visit.open_desk.held_out(
             step.text, self.visit.stepping.outcome(step).model, self.visit.held
         )
         return {"number": step.number, "error": error, "floor": floor}

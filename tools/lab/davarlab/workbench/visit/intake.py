@@ -1,34 +1,49 @@
-"""What comes onto the desk: a log is looked at, its columns named, its plausibility checked; then it is a recording."""
+"""What comes onto the desk: a log is looked at, its columns named, its plausibility checked; then
+it is a recording."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ... import model as models
 from ...data import guess, plausible
+from ...data.recording import Recording
 from ...errors import BadInput
+from ...report.values import Json
 from .. import desk as desks
-from ..steps import Sight, Steps
+from ..steps import Log, Sight, Steps, Stretch
+
+if TYPE_CHECKING:
+    from .visit import Visit
 
 
 @dataclass
 class Waiting:
-    """A log that waits to be read. shown: what the page shows of it; guesses: for its columns, none while the sensor is to be chosen."""
+    """A log that waits to be read. shown: what the page shows of it; guesses: for its columns, none
+    while the sensor is to be chosen."""
 
     path: Path
-    shown: dict
-    guesses: list = field(default_factory=list)
+    shown: Json
+    guesses: list[guess.Guess] = field(default_factory=list)
     sensor: str | None = None
     model: str | None = None  # a model file to look at, once the sensor is known
+
+
+def named(log: Log | None) -> list[guess.Guess]:
+    """The columns of a log as the session has them; none where it is read as it is."""
+    return [guess.Guess(**one) for one in log["columns"]] if log else []
 
 
 class Intake:
     """Of a visit."""
 
-    def __init__(self, visit):
+    def __init__(self, visit: "Visit") -> None:
         self.visit = visit
 
-    def open(self, path, model=None, sensor=None):
-        """A recording by its path. Which sensor is meant, and columns that are not called as davarlab calls them, are asked about first."""
+    def open(self, path: str, model: str | None = None, sensor: str | None = None) -> Json:
+        """A recording by its path. Which sensor is meant, and columns that are not called as
+        davarlab calls them, are asked about first."""
         steps = Steps.beside(path, sensor)
         if steps.log is None and not sensor:
             gyros = desks.gyros_in(path)
@@ -54,32 +69,35 @@ class Intake:
             steps.log = {"columns": [], "rate_hz": None, "sensor": sensor}
         return self.begin(path, steps, model)
 
-    def ask_about(self, waiting):
+    def ask_about(self, waiting: Waiting) -> Json:
         self.visit.desk, self.visit.steps, self.visit.log = None, None, waiting
         return self.visit.changed()
 
-    def waits(self):
+    def waits(self) -> Waiting:
         if not self.visit.log:
             raise BadInput("no log waits to be read")
         return self.visit.log
 
-    def sensor(self, name):
+    def sensor(self, name: str) -> Json:
         """One of the sensors of the log that waits."""
-        return self.open(str(self.waits().path), self.visit.log.model, name)
+        waiting = self.waits()
+        return self.open(str(waiting.path), waiting.model, name)
 
-    def begin(self, path, steps, model=None):
-        """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a model file to look at."""
+    def begin(self, path: str | Path, steps: Steps, model: str | None = None) -> Json:
+        """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
+        model file to look at."""
         recording = self.as_named(path, steps)
         gyros = desks.gyro_columns(recording)
         if not gyros:
             raise BadInput(
-                f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for an accelerometer: tools/davarlab fit --axes accel)"
+                f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for "
+                "an accelerometer: tools/davarlab fit --axes accel)"
             )
         doubts = plausible.of(recording)
         if doubts:
             return self.ask_about(self.doubted(path, steps, doubts, model))
-        given = model and models.read(model)
-        if given:
+        given = models.read(model) if model else None
+        if given and model:
             models.check_fits(given, recording, model)
             models.check_noise(given, model)
         sight = Sight(given.column) if given else steps.sight or Sight(gyros[-1])
@@ -94,16 +112,20 @@ class Intake:
         return self.visit.changed()
 
     @staticmethod
-    def doubted(path, steps, doubts, model):
-        """A recording whose rate, units or levels are implausible waits until somebody corrects or confirms them."""
-        log = steps.log or {}
-        guesses, shown = desks.preview(
-            path, log.get("sensor"), [guess.Guess(**one) for one in log.get("columns", [])]
-        )
-        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, log.get("sensor"), model)
+    def doubted(
+        path: str | Path, steps: Steps, doubts: Sequence[str], model: str | None
+    ) -> Waiting:
+        """A recording whose rate, units or levels are implausible waits until somebody corrects or
+        confirms them."""
+        sensor = steps.log["sensor"] if steps.log else None
+        guesses, shown = desks.preview(path, sensor, named(steps.log))
+        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model)
 
-    def look_at(self, recording, steps, sight, given=None):
-        """A sight of the recording, with a first step where there is none. It is on the desk when all of it is there."""
+    def look_at(
+        self, recording: Recording, steps: Steps, sight: Sight, given: models.Model | None = None
+    ) -> None:
+        """A sight of the recording, with a first step where there is none. It is on the desk when
+        all of it is there."""
         desk, before = desks.Desk(recording, sight), steps.sight
         steps.sight = sight
         try:
@@ -125,59 +147,72 @@ class Intake:
             raise
         self.visit.desk, self.visit.steps, self.visit.log = desk, steps, None
 
-    def sight(self, column=None, alone=(), cut=()):
-        """Another sight of the same recording: a gyro column, a stretch alone, all but what was cut out; each has steps of its own."""
+    def sight(
+        self,
+        column: str | None = None,
+        alone: tuple[()] | Stretch = (),
+        cut: Sequence[Stretch] = (),
+    ) -> Json:
+        """Another sight of the same recording: a gyro column, a stretch alone, all but what was cut
+        out; each has steps of its own."""
         self.visit.stepping.here()
         span, column = (
-            self.visit.desk.whole.samples / self.visit.desk.whole.rate_hz,
-            column or self.visit.desk.column,
+            self.visit.open_desk.whole.samples / self.visit.open_desk.whole.rate_hz,
+            column or self.visit.open_desk.column,
         )
-        if column not in self.visit.desk.gyros:
+        if column not in self.visit.open_desk.gyros:
             raise BadInput(f"{column}: not a gyro column of this recording")
-        edges = [tuple(pair) for pair in ([alone] if alone else []) + list(cut)]
+        edges: list[Stretch] = [
+            (pair[0], pair[1]) for pair in ([alone] if alone else []) + list(cut)
+        ]
         for pair in edges:
             if not 0 <= pair[0] < pair[1] <= span * 1.001:
                 raise BadInput(
                     f"{pair}: not a stretch of this recording, in seconds from 0 to {span:g}"
                 )
         self.look_at(
-            self.visit.desk.whole,
-            self.visit.steps,
+            self.visit.open_desk.whole,
+            self.visit.open_steps,
             Sight(column, edges[0] if alone else (), () if alone else tuple(sorted(edges))),
         )
         return self.visit.changed()
 
-    def read(self, columns, rate_hz=None, as_recorded=False):
-        """The log as its columns were named by whoever looked at them: dicts of guess.Guess; as_recorded: what was doubted is right."""
-        path, guesses = self.waits().path, self.visit.log.guesses
+    def read(
+        self, columns: list[dict[str, Any]], rate_hz: float | None = None, as_recorded: bool = False
+    ) -> Json:
+        """The log as its columns were named by whoever looked at them: dicts of guess.Guess;
+        as_recorded: what was doubted is right."""
+        waiting = self.waits()
+        path, guesses = waiting.path, waiting.guesses
         if [one["name"] for one in columns] != [one.name for one in guesses]:
             raise BadInput(
                 f"{path}: each of its {len(guesses)} columns must be named, in their order"
             )
-        steps = Steps.beside(path, self.visit.log.sensor)
+        steps = Steps.beside(path, waiting.sensor)
         steps.log = {
             "columns": columns,
             "rate_hz": rate_hz,
-            "sensor": self.visit.log.sensor,
+            "sensor": waiting.sensor,
             "as_recorded": as_recorded,
         }
-        return self.begin(path, steps, self.visit.log.model)
+        return self.begin(path, steps, waiting.model)
 
-    def tutorial(self):
+    def tutorial(self) -> Json:
         """The bundled sensor, opened like any recording."""
         return self.open(str(self.visit.arrivals.tutorial(self.visit.progress)))
 
-    def freeze(self, channel):
-        """The raw samples of a channel that have come so far, opened as a recording; more may come meanwhile."""
+    def freeze(self, channel: int) -> Json:
+        """The raw samples of a channel that have come so far, opened as a recording; more may come
+        meanwhile."""
         return self.open(str(self.visit.ears.freeze(channel)))
 
-    def as_named(self, path, steps):
+    def as_named(self, path: str | Path, steps: Steps) -> Recording:
         """A recording whose columns are those that the session's log was read with."""
-        log = steps.log or {}
+        log = steps.log
         return desks.read(
             path,
-            [guess.Guess(**one) for one in log.get("columns", [])],
-            log.get("rate_hz"),
-            log.get("sensor"),
-            log.get("as_recorded", False),
+            named(log),
+            log["rate_hz"] if log else None,
+            log["sensor"] if log else None,
+            log.get("as_recorded", False) if log else False,
         )

@@ -1,42 +1,46 @@
 """What a page may ask of the recording on the desk alone: it needs no fit, and waits for none."""
 
+from typing import TYPE_CHECKING
+
 from ... import model as models
 from ...effects import table
 from ...errors import BadInput
+from ...report.values import Json
 from .. import views
+from ..desk import Desk
+
+if TYPE_CHECKING:
+    from .visit import Visit
 
 
 class Looks:
     """Of a visit."""
 
-    def __init__(self, visit):
+    def __init__(self, visit: "Visit") -> None:
         self.visit = visit
 
-    def stretch(self, start_s, stop_s):
+    def stretch(self, start_s: float, stop_s: float) -> Json:
         start, stop, desk = start_s, stop_s, self.there()
         span = desk.recording.samples / desk.recording.rate_hz
         if not 0 <= start < stop <= span * 1.001 or (stop - start) * desk.recording.rate_hz < 16:
             raise BadInput(f"{start:g} to {stop:g} s: not a part of this recording")
         return views.stretch(desk, start, min(stop, span))
 
-    def there(self):
+    def there(self) -> Desk:
         """The desk, for what only looks: it may be cleared meanwhile."""
-        desk = self.visit.desk
-        if not desk:
-            raise BadInput("no recording is open")
-        return desk
+        return self.visit.open_desk
 
-    def spectrogram(self, column="time_s"):
+    def spectrogram(self, column: str = "time_s") -> Json:
         """The spectrum over the time, or over the value of a column."""
         desk = self.there()
         if column not in desk.recording.columns and column != "time_s":
             raise BadInput(f"no column {column}")
         return views.spectrogram(desk, column)
 
-    def axes(self):
+    def axes(self) -> Json:
         return {"axes": views.axes(self.there())}
 
-    def sheet(self, **given):
+    def sheet(self, **given: float) -> Json:
         """A data sheet's numbers as a curve: kind = size, in the units of a model file."""
         desk = self.there()
         if not given:

@@ -1,11 +1,23 @@
 """The steps of a visit: which one is current, what is beside it, and what leads to another one."""
 
 import hashlib
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ... import model as models
+from ...candidates.candidate import Candidate
 from ...errors import BadInput
+from ...model import Model
 from ...report import words
+from ...report.values import Json
 from .. import views
+from ..desk import Desk, Outcome
+from ..steps import Step, Steps
+
+if TYPE_CHECKING:
+    from .visit import Visit
+
+OfKind = TypeVar("OfKind", Candidate, models.Term)
 
 
 class Superseded(Exception):
@@ -19,54 +31,56 @@ class Stale(BadInput):
 class Stepping:
     """Of a visit."""
 
-    def __init__(self, visit):
+    def __init__(self, visit: "Visit") -> None:
         self.visit = visit
 
-    def here(self, number=None):
+    def here(self, number: int | None = None) -> Step:
         """The current step; `number`: that step."""
-        if not self.visit.desk:
-            raise BadInput("no recording is open")
-        return (
-            self.visit.steps.here if number is None else self.visit.steps.steps[self.known(number)]
-        )
+        steps = self.visit.open_steps
+        return steps.here if number is None else steps.steps[self.known(number)]
 
-    def state(self, step=None):
+    def state(self, step: Step | None = None) -> str:
         """Names what a page shows: the recording, the sight of it, the step and its model."""
         step = step or self.here()
         return hashlib.sha256(
             "\0".join(
                 [
-                    str(self.visit.steps.path),
-                    self.visit.steps.sight.text,
+                    str(self.visit.open_steps.path),
+                    self.visit.open_steps.seen,
                     str(step.number),
                     step.text,
                 ]
             ).encode()
         ).hexdigest()[:16]
 
-    def current(self, state):
+    def current(self, state: str) -> Step:
         """The current step, if it is the one that the page showed. Raises Stale."""
         step = self.here()
         if state != self.state(step):
             raise Stale(
-                "this was shown for another axis, stretch or step; nothing was changed, look at the page as it is now and try again"
+                "this was shown for another axis, stretch or step; nothing was changed, look at "
+                "the page as it is now and try again"
             )
         return step
 
-    def shown(self, number, state):
-        """The step that the page showed, where it says so (`state`); else the current one, or that of the number."""
+    def shown(self, number: int | None, state: str | None) -> Step:
+        """The step that the page showed, where it says so (`state`); else the current one, or that
+        of the number."""
         return self.here(number) if state is None else self.current(state)
 
-    def known(self, number):
-        if not 0 <= number < len(self.visit.steps.steps):
+    def known(self, number: int) -> int:
+        if not 0 <= number < len(self.visit.open_steps.steps):
             raise BadInput(f"there is no step {number}")
         return number
 
-    def outcome(self, step):
-        return self.visit.desk.of(step.text, step.fitted, self.visit.progress)
+    def outcome(self, step: Step) -> Outcome:
+        return self.visit.open_desk.of(step.text, step.fitted, self.visit.progress)
 
-    def grown(self, steps, desk, did, outcome, fitted=True, **more):
-        """A new step. Its model file is that of the fitted values, so that a terminal gives the same."""
+    def grown(
+        self, steps: Steps, desk: Desk, did: str, outcome: Outcome, fitted: bool = True, **more: Any
+    ) -> None:
+        """A new step. Its model file is that of the fitted values, so that a terminal gives the
+        same."""
         if fitted:
             desk.keep(outcome)
         judgement = outcome.state.judgement
@@ -74,14 +88,14 @@ class Stepping:
             did, outcome.model, fitted=fitted, error=judgement.error, floor=judgement.floor, **more
         )
 
-    def grow(self, did, outcome, **more):
-        self.grown(self.visit.steps, self.visit.desk, did, outcome, **more)
+    def grow(self, did: str, outcome: Outcome, **more: Any) -> Json:
+        self.grown(self.visit.open_steps, self.visit.open_desk, did, outcome, **more)
         return self.visit.changed()
 
-    def fit(self, model):
-        return self.visit.desk.of(models.text_of(model), True, self.visit.progress)
+    def fit(self, model: Model) -> Outcome:
+        return self.visit.open_desk.of(models.text_of(model), True, self.visit.progress)
 
-    def step(self, number=None):
+    def step(self, number: int | None = None) -> Json:
         """A step as the page draws it."""
         step = self.here(number)
         outcome = self.outcome(step)
@@ -91,16 +105,17 @@ class Stepping:
             "did": step.did,
             "fitted": step.fitted,
             "off": step.off,
-            **views.model(outcome, self.visit.desk.recording),
+            **views.model(outcome, self.visit.open_desk.recording),
             "text": models.text_of(outcome.model),
         }
 
-    def candidates(self, number=None):
-        """The ranking beside a step; given up, and said so, when somebody does something or holds a slider."""
+    def candidates(self, number: int | None = None) -> Json:
+        """The ranking beside a step; given up, and said so, when somebody does something or holds a
+        slider."""
         step = self.here(number)
         state = self.state(step)
 
-        def partly(kind, found):
+        def partly(kind: str, found: Sequence[Candidate | None]) -> None:
             if self.visit.hurried():
                 raise Superseded
             so_far = sorted(filter(None, found), key=lambda candidate: candidate.log_p)
@@ -113,45 +128,48 @@ class Stepping:
                 "number": step.number,
                 "state": state,
                 "candidates": views.candidates(
-                    self.visit.desk.ranked(step.text, self.visit.progress, partly)
+                    self.visit.open_desk.ranked(step.text, self.visit.progress, partly)
                 ),
             }
         except Superseded:
             return {"number": step.number, "state": state, "superseded": True}
 
-    def candidate(self, step, place, kind):
-        ranked = self.visit.desk.ranked(step.text, self.visit.progress)
+    def candidate(self, step: Step, place: int, kind: str) -> Candidate:
+        ranked = self.visit.open_desk.ranked(step.text, self.visit.progress)
         if place >= len(ranked):
             raise BadInput(f"there is no candidate {place}")
         return self.of_kind(ranked[place], kind)
 
     @staticmethod
-    def of_kind(found, kind):
+    def of_kind(found: OfKind, kind: str) -> OfKind:
         """What stands at a place, if it is of the kind that the page showed there. Raises Stale."""
         if found.kind != kind:
             raise Stale(
-                f"{words.name(found.kind)} stands there now, not {words.name(kind)}; nothing was changed"
+                f"{words.name(found.kind)} stands there now, not {words.name(kind)}; nothing was "
+                "changed"
             )
         return found
 
-    def ghost(self, place, kind, state):
+    def ghost(self, place: int, kind: str, state: str) -> Json:
         """The curve and the error with a candidate, before it is added."""
         step = self.current(state)
         found = self.joined(step, self.candidate(step, place, kind))
         judgement = found.state.judgement
         return {
-            "deviation": views.deviation(found, self.visit.desk.recording),
+            "deviation": views.deviation(found, self.visit.open_desk.recording),
             "error": judgement.error,
             "floor": judgement.floor,
         }
 
-    def preview(self, place, kind, name, value, state):
+    def preview(self, place: int, kind: str, name: str, value: float, state: str) -> Json:
         """The curve with one value moved, while a slider is held."""
         step = self.current(state)
         model = self.moved(step, place, kind, {name: value})
-        return views.preview(self.visit.desk.given(self.best(step), model))
+        return views.preview(self.visit.open_desk.given(self.best(step), model))
 
-    def moved(self, step, place, kind, parameters):
+    def moved(
+        self, step: Step, place: int, kind: str, parameters: Mapping[str, float | str]
+    ) -> models.Model:
         """The model of a step with some values of an effect set by hand."""
         model = models.of_text(step.text, "model")
         term = self.of_kind(self.term(model, place), kind)
@@ -161,61 +179,64 @@ class Stepping:
         models.check_lines(model.terms, model.rate_hz, term.kind)
         return model
 
-    def joined(self, step, candidate):
+    def joined(self, step: Step, candidate: Candidate) -> Outcome:
         key = (step.text, candidate.kind, str(candidate.part.key))
-        return self.visit.desk.remembered(
-            key, lambda: self.visit.desk.with_candidate(step.text, candidate, self.visit.progress)
+        return self.visit.open_desk.remembered(
+            key,
+            lambda: self.visit.open_desk.with_candidate(step.text, candidate, self.visit.progress),
         )
 
-    def add(self, place, kind, state):
+    def add(self, place: int, kind: str, state: str) -> Json:
         """A candidate joins the model."""
         step = self.current(state)
         return self.join(step, self.candidate(step, place, kind))
 
-    def line(self, f_hz, state, wide=False):
-        """A line where somebody saw a peak; the fit moves a sharp one by less than one over the record's length."""
+    def line(self, f_hz: float, state: str, wide: bool = False) -> Json:
+        """A line where somebody saw a peak; the fit moves a sharp one by less than one over the
+        record's length."""
         step = self.current(state)
-        return self.join(step, self.visit.desk.line_at(step.text, f_hz, wide))
+        return self.join(step, self.visit.open_desk.line_at(step.text, f_hz, wide))
 
-    def join(self, step, candidate):
+    def join(self, step: Step, candidate: Candidate) -> Json:
         found = self.joined(step, candidate)
-        self.visit.steps.go(step.number)
+        self.visit.open_steps.go(step.number)
         return self.grow(f"added {words.name(candidate.kind)}", found, off=step.off)
 
-    def set(self, place, kind, parameters, state):
+    def set(self, place: int, kind: str, parameters: Mapping[str, float | str], state: str) -> Json:
         """Values of an effect by hand; they are judged as they stand."""
         step = self.current(state)
         model = self.moved(step, place, kind, parameters)
         return self.grow(
             f"set {words.name(model.kinds[place])}",
-            self.visit.desk.as_set(self.best(step), model),
+            self.visit.open_desk.as_set(self.best(step), model),
             fitted=False,
             off=step.off,
         )
 
-    def best(self, step):
+    def best(self, step: Step) -> Outcome:
         """The fit that a step came from; of a model as given, the fit of its effects."""
         while not step.fitted and step.parent is not None:
-            step = self.visit.steps.steps[step.parent]
-        return self.visit.desk.of(step.text, True, self.visit.progress)
+            step = self.visit.open_steps.steps[step.parent]
+        return self.visit.open_desk.of(step.text, True, self.visit.progress)
 
-    def term(self, model, place):
+    def term(self, model: models.Model, place: int) -> models.Term:
         if place >= len(model.terms):
             raise BadInput(f"there is no effect {place}")
         return model.terms[place]
 
-    def refit(self, state, held=()):
-        """All values at their best, from where they stand; those of the effects at the places `held` stay."""
+    def refit(self, state: str, held: Sequence[int] = ()) -> Json:
+        """All values at their best, from where they stand; those of the effects at the places
+        `held` stay."""
         step = self.current(state)
         if held:
             model = models.of_text(step.text, "model")
             places = sorted({place for place in held if self.term(model, place)})
-            outcome = self.visit.desk.around(self.best(step), model, places)
+            outcome = self.visit.open_desk.around(self.best(step), model, places)
             names = ", ".join(words.name(model.kinds[place]) for place in places)
             return self.grow(f"fitted around {names}", outcome, fitted=False, off=step.off)
         return self.grow("fitted", self.fit(models.of_text(step.text, "model")), off=step.off)
 
-    def remove(self, place, kind, state):
+    def remove(self, place: int, kind: str, state: str) -> Json:
         """Switches an effect off: it stays in sight and can be switched on again."""
         step = self.current(state)
         model = models.of_text(step.text, "model")
@@ -229,7 +250,7 @@ class Stepping:
             off=[*step.off, {"kind": term.kind, **term.parameters}],
         )
 
-    def restore(self, place, kind, state):
+    def restore(self, place: int, kind: str, state: str) -> Json:
         """Switches an effect on again."""
         step = self.current(state)
         if place >= len(step.off):
@@ -242,8 +263,8 @@ class Stepping:
         off = [one for index, one in enumerate(step.off) if index != place]
         return self.grow(f"with {words.name(term.kind)} again", self.fit(model), off=off)
 
-    def go(self, number, state):
+    def go(self, number: int, state: str) -> Json:
         """To another step of the tree: undo, redo, a branch."""
         self.current(state)
-        self.visit.steps.go(self.known(number))
+        self.visit.open_steps.go(self.known(number))
         return self.visit.changed()

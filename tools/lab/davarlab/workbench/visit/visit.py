@@ -1,15 +1,24 @@
-"""A visit to the workbench: what lies on the desk, and the table of everything that a page may ask or do."""
+"""A visit to the workbench: what lies on the desk, and the table of everything that a page may ask
+or do."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from operator import attrgetter
+from pathlib import Path
+from typing import Any
 
+from ...data.recording import Recording
+from ...errors import BadInput
+from ...report.values import Json
 from .. import typed
 from ..arrivals import Arrivals
+from ..desk import Desk
 from ..ears import Ears
+from ..listening import Tell
+from ..steps import Steps
 from .closer import Closer
 from .hold_out import HoldOut
-from .intake import Intake
+from .intake import Intake, Waiting
 from .looks import Looks
 from .stepping import Stepping
 
@@ -56,39 +65,58 @@ class Call:
     """kind: QUESTION, LOOK or ACTION; run: a function of plain values that returns plain values."""
 
     kind: str
-    run: Callable
+    run: Callable[..., Any]
 
 
 class Visit:
-    """calls: name -> Call, of CALLS. What lies on the desk is kept here; the parts of the visit work on it."""
+    """calls: name -> Call, of CALLS. What lies on the desk is kept here; the parts of the visit
+    work on it."""
 
-    def __init__(self, folder):
-        self.arrivals, self.desk, self.steps = Arrivals(folder), None, None
-        self.held = None  # the recording that is held out
+    def __init__(self, folder: str | Path) -> None:
+        self.arrivals = Arrivals(folder)
+        self.desk: Desk | None = None
+        self.steps: Steps | None = None
+        self.held: Recording | None = None  # the recording that is held out
         self.not_held = ""  # why what was held out in an earlier visit is not now
         self.revision = 0  # counts the changes
-        self.log = None  # one that is Waiting
-        self.tell = lambda **event: None
+        self.log: Waiting | None = None  # one that waits to be read
+        self.tell: Tell = lambda **event: None
         self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
-        self.hurried = lambda: False  # is somebody waiting for what is being computed
+        self.hurried: Callable[[], bool] = (
+            lambda: False
+        )  # is somebody waiting for what is being computed
         self.intake, self.hold, self.stepping = Intake(self), HoldOut(self), Stepping(self)
         self.looks, self.closer = Looks(self), Closer(self)
         self.calls = {
             name: Call(kind, attrgetter(path)(self)) for name, (kind, path) in CALLS.items()
         }
 
-    def progress(self, text):
+    @property
+    def open_desk(self) -> Desk:
+        """The desk with its recording. Raises BadInput while there is none."""
+        if not self.desk:
+            raise BadInput("no recording is open")
+        return self.desk
+
+    @property
+    def open_steps(self) -> Steps:
+        """The steps of the recording on the desk. Raises BadInput while there is none."""
+        if not self.steps:
+            raise BadInput("no recording is open")
+        return self.steps
+
+    def progress(self, text: str) -> None:
         self.tell(progress=text)
 
-    def changed(self):
+    def changed(self) -> Json:
         self.revision += 1
         self.tell(changed=self.revision)
         return self.everything()
 
-    def everything(self):
+    def everything(self) -> Json:
         """Where the visit stands; `step` gives what a step looks like."""
         desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.ears.where()
-        if not desk:
+        if not desk or not steps:
             return {
                 "again": "tools/davarlab open",
                 "revision": self.revision,
@@ -107,7 +135,7 @@ class Visit:
             "rate_hz": recording.rate_hz,
             "gaps": len(recording.gaps),
             "state": self.stepping.state(),
-            "again": typed.again(self.steps),
+            "again": typed.again(steps),
             "duration_s": recording.samples / recording.rate_hz,
             "column": desk.column,
             "columns": [name for name in recording.columns if name not in ("time_s", desk.column)],
@@ -132,17 +160,17 @@ class Visit:
             ],
         }
 
-    def close(self):
+    def close(self) -> Json:
         """Back to the first page; the session stays beside its recording."""
         self.desk, self.steps, self.log, self.held, self.not_held = None, None, None, None, ""
         return self.changed()
 
-    def listen(self, source):
+    def listen(self, source: str) -> Json:
         """Shows and records what a sensor sends: can:IFACE or slcan:PATH."""
         self.ears.listen(source)
         return self.changed()
 
-    def deafen(self):
+    def deafen(self) -> Json:
         """Nothing is listened to any more; what came is in the file."""
         self.ears.quiet()
         return self.changed()

@@ -2,18 +2,26 @@
 
 import importlib
 import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from .. import files
+from ..arrays import Ints
 from ..data import clock, plausible
 from ..data import recording as recordings
 from ..data import table as tables
+from ..data.guess import Guess
+from ..data.recording import Recording
 from ..errors import BadInput
+from ..files import StrPath
 from . import sensor as sensors
 from . import text
+from .sensor import Log, Samples, Sensor
 
 SECOND = 10**9
 FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second near the first
@@ -21,23 +29,29 @@ FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second
 
 @dataclass
 class Options:
-    """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over guesses; renames, scales: OLD=NEW,
-    NAME=FACTOR; types: .msg files; names: of the columns of an array without; plain: a CSV as it is, without guesses;
-    as_recorded: rate, units and levels are right, however implausible."""
+    """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over
+    guesses; renames, scales: OLD=NEW, NAME=FACTOR; types: .msg files; names: of the columns of an
+    array without; plain: a CSV as it is, without guesses; as_recorded: rate, units and levels are
+    right, however implausible."""
 
     rate_hz: float | None = None
     sensor: str | None = None
-    units: list = field(default_factory=list)
-    renames: list = field(default_factory=list)
-    scales: list = field(default_factory=list)
-    types: list = field(default_factory=list)
-    names: list | None = None
+    units: list[str] = field(default_factory=list)
+    renames: list[str] = field(default_factory=list)
+    scales: list[str] = field(default_factory=list)
+    types: list[str] = field(default_factory=list)
+    names: list[str] | None = None
     plain: bool = False
     as_recorded: bool = False
 
 
-def by(module, name):
-    """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is loaded when it is needed."""
+Reader = Callable[[StrPath, Options], Log]
+Result = TypeVar("Result")
+
+
+def by(module: str, name: str) -> Reader:
+    """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is
+    loaded when it is needed."""
     return lambda path, options: getattr(importlib.import_module("." + module, __package__), name)(
         path, options
     )
@@ -73,9 +87,9 @@ ENDINGS = {
 }
 
 
-def format_of(path):
-    """(name, reader) by the first bytes; a folder is a ROS 2 bag, what nobody else knows is text. Raises BadInput for a file that is not what
-    its name says."""
+def format_of(path: StrPath) -> tuple[str, Reader]:
+    """(name, reader) by the first bytes; a folder is a ROS 2 bag, what nobody else knows is text.
+    Raises BadInput for a file that is not what its name says."""
     if os.path.isdir(path):
         check_inside(path)
         return "ROS 2 bag", ROS
@@ -102,8 +116,9 @@ def format_of(path):
     return found or ("CSV", text.log)
 
 
-def check_inside(folder):
-    """Raises BadInput unless all that is in a folder are files and folders: the library that reads a bag opens them by their names."""
+def check_inside(folder: StrPath) -> None:
+    """Raises BadInput unless all that is in a folder are files and folders: the library that reads
+    a bag opens them by their names."""
     try:
         inside = [one for one in os.scandir(folder) if not one.is_dir()]
     except OSError as why:
@@ -112,7 +127,7 @@ def check_inside(folder):
         files.check_regular(one.path)
 
 
-def guarded(path, name, work):
+def guarded(path: StrPath, name: str, work: Callable[[], Result]) -> Result:
     """work(), with whatever the libraries raise of a damaged file as one BadInput."""
     try:
         return work()
@@ -127,27 +142,28 @@ def guarded(path, name, work):
         raise BadInput(f"{path}: damaged, or not {name} ({said})") from None
 
 
-def opened(path, options):
+def opened(path: StrPath, options: Options) -> tuple[Log, str]:
     """(the log, the name of its format)."""
     name, reader = format_of(path)
     return guarded(path, name, lambda: reader(path, options)), name
 
 
-def listed(path, options=None):
+def listed(path: StrPath, options: Options | None = None) -> Sequence[Sensor]:
     """The sensors in a log."""
     log, _ = opened(path, options or Options())
     return log.sensors
 
 
-def samples(path, options):
-    """The Samples of the sensor that was named, or of the only gyro, with what was measured beside it. Raises BadInput."""
+def samples(path: StrPath, options: Options) -> Samples:
+    """The Samples of the sensor that was named, or of the only gyro, with what was measured beside
+    it. Raises BadInput."""
     log, name = opened(path, options)
     main = sensors.chosen(log.sensors, options.sensor, path)
     found = guarded(path, name, lambda: log.read(main.name))
     for other, quantity in sensors.companions(log.sensors, main):
         if any(name.startswith(quantity) for name in found.columns):
             continue
-        there = guarded(path, name, lambda: log.read(other.name))
+        there = guarded(path, name, partial(log.read, other.name))
         columns = {
             name: column for name, column in there.columns.items() if name.startswith(quantity)
         }
@@ -159,8 +175,9 @@ def samples(path, options):
     return checked(found, main.name, path, options)
 
 
-def checked(found, name, path, options):
-    """Samples that every command can go on with: columns of one length and finite, what was beside them at their times, stamps in seconds."""
+def checked(found: Samples, name: str, path: StrPath, options: Options) -> Samples:
+    """Samples that every command can go on with: columns of one length and finite, what was beside
+    them at their times, stamps in seconds."""
     count = (
         len(found.stamps_ns)
         if found.stamps_ns is not None
@@ -170,7 +187,7 @@ def checked(found, name, path, options):
     if not count:
         raise BadInput(f"{where}: no samples")
     if found.stamps_ns is not None:
-        place(found)
+        place(found, found.stamps_ns)
     if options.renames and found.line is None:
         names = text.renamed(list(found.columns), options.renames, path)
         found.columns = dict(zip(names, found.columns.values()))
@@ -181,14 +198,16 @@ def checked(found, name, path, options):
     odd = next((name for name in found.columns if not tables.is_name(name)), None)
     if odd is not None:
         raise BadInput(
-            f"{where}: column {odd[: tables.SHOWN]!r}: not a valid column name of a recording (use --rename OLD=NEW)"
+            f"{where}: column {odd[: tables.SHOWN]!r}: not a valid column name of a recording (use "
+            "--rename OLD=NEW)"
         )
     return found
 
 
-def place(found):
-    """Stamps as a column time_s, and what was measured beside, each at its own times, where the gyro was read: interpolated between its own."""
-    first = int(found.stamps_ns[0])
+def place(found: Samples, stamps_ns: Ints) -> None:
+    """Stamps as a column time_s, and what was measured beside, each at its own times, where the
+    gyro was read: interpolated between its own."""
+    first = int(stamps_ns[0])
     found.origin_ns = first // SECOND * SECOND if abs(first) > FAR_S * SECOND else 0
     for stamps, columns in found.beside:
         own = (stamps - found.origin_ns) / SECOND
@@ -196,13 +215,13 @@ def place(found):
             if np.any(np.isfinite(column)):
                 order = np.argsort(own, kind="stable")
                 found.columns[name] = np.interp(
-                    (found.stamps_ns - found.origin_ns) / SECOND, own[order], column[order]
+                    (stamps_ns - found.origin_ns) / SECOND, own[order], column[order]
                 ).astype(column.dtype)
-    found.columns = {"time_s": (found.stamps_ns - found.origin_ns) / SECOND, **found.columns}
+    found.columns = {"time_s": (stamps_ns - found.origin_ns) / SECOND, **found.columns}
     found.stamps_ns, found.beside = None, []
 
 
-def recording_of(found, path, rate_hz):
+def recording_of(found: Samples, path: StrPath, rate_hz: float | None) -> Recording:
     """A Recording on the even grid of the clock."""
     made = recordings.of_columns(
         found.columns, rate_hz or found.rate_hz, path, found.notes, found.line
@@ -211,8 +230,11 @@ def recording_of(found, path, rate_hz):
     return made
 
 
-def read(path, options=None, told=lambda text: None):
-    """The recording in any log, ready for every command. told: hears what was guessed. Raises BadInput that names file and reason."""
+def read(
+    path: StrPath, options: Options | None = None, told: Callable[[str], None] = lambda text: None
+) -> Recording:
+    """The recording in any log, ready for every command. told: hears what was guessed. Raises
+    BadInput that names file and reason."""
     options = options or Options()
     found = samples(path, options)
     count = len(next(iter(found.columns.values())))
@@ -232,12 +254,12 @@ def read(path, options=None, told=lambda text: None):
     return made
 
 
-def doubts(found, rate_hz):
+def doubts(found: Samples, rate_hz: float) -> list[str]:
     """What is implausible about Samples, before they are on a grid."""
     return plausible.of(recordings.Recording(found.columns, rate_hz))
 
 
-def said(guesses):
+def said(guesses: Iterable[Guess]) -> Iterator[str]:
     """What was guessed, a line for each column that is not as davarlab would call it."""
     for one in guesses:
         if one.quantity != "other" and (one.name != one.column or not one.sure):
@@ -251,9 +273,10 @@ def said(guesses):
             )
 
 
-def write(found, path, rate_hz, source):
-    """Samples as a CSV recording, every one as it was measured: nothing is filled in. Returns the rate. Raises BadInput where they are no
-    recording: no time and no rate, time that runs backwards."""
+def write(found: Samples, path: StrPath, rate_hz: float | None, source: StrPath) -> float:
+    """Samples as a CSV recording, every one as it was measured: nothing is filled in. Returns the
+    rate. Raises BadInput where they are no recording: no time and no rate, time that runs
+    backwards."""
     rate = rate_hz or found.rate_hz
     if "time_s" in found.columns:
         rate = clock.of(found.columns["time_s"], rate, source, found.line).rate_hz

@@ -1,0 +1,12 @@
+"""Names of the array types that the annotations of the lab share."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+# Double precision, but for the columns of long recordings: those are single. The stubs of numpy
+# give the result of arithmetic no width, so none is written here.
+Floats = npt.NDArray[np.floating[Any]]
+Ints = npt.NDArray[np.integer[Any]]
+Bools = npt.NDArray[np.bool_]
