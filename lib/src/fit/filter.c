@@ -1,6 +1,6 @@
-/* davar - what a filter makes of white noise and drifts at each cluster size, DESIGN (5.16): means over
- * the frequencies of the sampled spectrum. No trigonometric library: angles are turned step by step,
- * in doubles that every target rounds equally. */
+/* davar - what a filter makes of white noise and drifts at each cluster size, DESIGN (5.16): means
+ * over the frequencies of the sampled spectrum. No trigonometric library: angles are turned step by
+ * step, in doubles that every target rounds equally. */
 #include "fit/plan.h"
 #include "number/real.h"
 
@@ -60,10 +60,14 @@ typedef struct {
     double w; /* w = 1 - i w */
 } pole_t;
 
+static double decimation_of(const davar_filter_t *filter)
+{
+    return (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
+}
+
 static pole_t pole_of(const davar_filter_t *filter, double cutoff)
 {
-    const double decimation = (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
-    const double angle = 2.0 * PI * cutoff / decimation;
+    const double angle = 2.0 * PI * cutoff / decimation_of(filter);
     if (filter->poles == 1U) {
         return (pole_t){exponential((complex_t){-angle, 0.0}), 0.0};
     }
@@ -94,7 +98,7 @@ typedef struct {
 static void start_band(const davar_filter_t *filter, band_t *band)
 {
     band->filter = filter;
-    band->decimation = (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
+    band->decimation = decimation_of(filter);
     band->alias = exponential((complex_t){0.0, PI / band->decimation});
     band->pole[0] = pole_of(filter, filter->cutoff);
     band->pole[1] = pole_of(filter, filter->cutoff * STEP);
@@ -143,8 +147,8 @@ static uint32_t points_for(const davar_plan_t *plan, const davar_filter_t *filte
     double least = (last < SIZE_MOST) ? last : SIZE_MOST;
     const double narrow = (filter->poles > 0U) ? (1.0 / filter->cutoff) : 0.0;
     least = (narrow > least) ? narrow : least;
-    const double decimation = (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
-    const double length = (filter->averages > 0U) ? ((double)filter->length / decimation) : 0.0;
+    const double length =
+        (filter->averages > 0U) ? ((double)filter->length / decimation_of(filter)) : 0.0;
     least = 4.0 * ((length > least) ? length : least);
     uint32_t points = POINTS_LEAST;
     while ((points < POINTS_MOST) && ((double)points < least)) {
@@ -286,14 +290,14 @@ static void plan_frequencies(davar_plan_t *plan, const band_t *band, int count)
 
 static void assert_filter(const davar_filter_t *filter)
 {
-    const double decimation = (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
-    const bool low_pass = (filter->cutoff >= 0.002) && (filter->cutoff <= (2.0 * decimation));
-    const bool averages = (filter->averages <= 8U) && (filter->length <= 4096U);
-    DAVAR_ASSERT((filter->poles == 0U) || ((filter->poles <= 2U) && low_pass));
+    DAVAR_ASSERT(filter->poles <= 2U);
+    DAVAR_ASSERT((filter->poles == 0U) || (filter->cutoff >= 0.002));
+    DAVAR_ASSERT((filter->poles == 0U) || (filter->cutoff <= (2.0 * decimation_of(filter))));
     DAVAR_ASSERT((filter->uncertainty >= 0.0) && (filter->uncertainty <= 0.5));
-    DAVAR_ASSERT((filter->averages == 0U) || (averages && (filter->length >= 1U)));
-    (void)low_pass;
-    (void)averages;
+    DAVAR_ASSERT((filter->averages == 0U) || (filter->length >= 1U));
+    DAVAR_ASSERT((filter->averages == 0U) || (filter->length <= 4096U));
+    DAVAR_ASSERT(filter->averages <= 8U);
+    (void)filter;
 }
 
 DAVAR_RARE void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t count,

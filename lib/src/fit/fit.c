@@ -55,7 +55,7 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
     }
 }
 
-/* The part of N^2 that an undeclared filter may have taken, as a factor of its upper limit (5.17). */
+/* The part of N^2 that an undeclared filter may have taken: a factor of its upper limit (5.17). */
 static double undeclared(const davar_plan_t *plan, const davar_mixture_t *model)
 {
     if (plan->declared) {
@@ -68,8 +68,8 @@ static double undeclared(const davar_plan_t *plan, const davar_mixture_t *model)
 }
 
 /* Where the scatter of a sample is below half a count, and where the angle random walk cannot be
- * distinguished from the rest (5.15) (5.16). Rounding adds white noise; the other terms are slow and stay as
- * long as a sample scatters by half a count for any reason. */
+ * distinguished from the rest (5.15) (5.16). Rounding adds white noise; the other terms are slow
+ * and stay as long as a sample scatters by half a count for any reason. */
 static void write_white_part(const davar_plan_t *plan, const davar_mixture_t *model,
                              davar_result_t *result)
 {

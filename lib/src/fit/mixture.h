@@ -5,8 +5,8 @@
 
 #include "davar/fit.h"
 
-/* A sum of noise terms, tau in samples: avar(m) = sum a[k] x[k](m), x[k] = m^(k - 2) without a filter,
- * and rounding / m. */
+/* A sum of noise terms, tau in samples: avar(m) = sum a[k] x[k](m), x[k] = m^(k - 2) without a
+ * filter, and rounding / m. */
 typedef struct {
     const davar_result_t *data; /* the Allan variances to fit */
     const davar_plan_t *plan;   /* of its usable cluster sizes */

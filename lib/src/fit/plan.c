@@ -74,8 +74,8 @@ static double product(const double a[], const double b[], int count)
     return sum;
 }
 
-/* The shape of a term in y. Without a filter it is at most 1, so that all values stay in the range
- * of a float. */
+/* The shape in y of a term other than white noise. Without a filter it is at most 1, so that all
+ * values stay in the range of a float. */
 static double shape(const davar_plan_t *plan, int term, int t)
 {
     const double m = (double)plan->m[t];
@@ -84,8 +84,6 @@ static double shape(const davar_plan_t *plan, int term, int t)
     switch (term) {
     case DAVAR_QUANTIZATION:
         return (double)plan->m[0] / m * gain;
-    case DAVAR_ANGLE_RANDOM_WALK:
-        return 1.0;
     case DAVAR_BIAS_INSTABILITY:
         return u * gain * (double)plan->flicker[t] * (double)plan->flicker[t];
     case DAVAR_RATE_RANDOM_WALK:
@@ -118,8 +116,8 @@ static void store(const double values[], int count, double scale, int32_t fixed[
 }
 
 /* The functional of an amplitude by generalised least squares of y on a constant and one shape
- * (5.4), without its scale. `constant` is the functional of the constant alone. Returns the centre of
- * the shape. One cluster size alone resolves the constant only. */
+ * (5.4), without its scale. `constant` is the functional of the constant alone. Returns the centre
+ * of the shape. One cluster size alone resolves the constant only. */
 static double functional_of(const davar_plan_t *plan, const float l[], const double constant[],
                             int term, double functional[])
 {
@@ -178,8 +176,8 @@ static double offset_in(const davar_plan_t *plan, const double functional[])
     return sum;
 }
 
-/* One term: its functional, in units of `scale`, and what follows from it. `share`: white noise over
- * white noise and rounding, squared. */
+/* One term: its functional, in units of `scale`, and what follows from it. `share`: white noise
+ * over white noise and rounding, squared. */
 static void plan_amplitude(davar_plan_t *plan, int term, double functional[], double centre,
                            double share)
 {
@@ -247,13 +245,13 @@ static void plan_taus(davar_plan_t *plan, const double constant[], double roundi
 /* The limits of rounding (5.15), from its amplitude in white noise. */
 static void plan_rounding(davar_plan_t *plan, double amplitude)
 {
-    const double hidden = 1.0 / (12.0 * (double)plan->hidden * (double)plan->hidden);
+    const double hidden =
+        1.0 / (12.0 * (double)plan->hidden * (double)plan->hidden); /* at most 0.36 */
     const double rest = 1.0 + hidden * amplitude;
-    const double coarse = hidden / ((rest > 0.1) ? rest : 0.1);
+    const double coarse = hidden / ((rest > 0.1) ? rest : 0.1); /* below 4 */
     const double size = (amplitude < 0.0) ? -amplitude : amplitude;
     plan->steepness = (float)(1.0 / (size * (double)plan->sample));
-    plan->coarse =
-        (uint32_t)(((coarse < 3.9) ? coarse : 3.9) * (double)(UINT32_C(1) << NOISE_BITS));
+    plan->coarse = (uint32_t)(coarse * (double)(UINT32_C(1) << NOISE_BITS));
     plan->rounding[WHITE] = (float)amplitude;
 }
 

@@ -1,5 +1,5 @@
-/* davar - the plan of a window and of a rate, DESIGN (1.2) (5.5): in integers, like the short cut that
- * uses it (5.14). */
+/* davar - the plan of a window and of a rate, DESIGN (1.2) (5.5): in integers, like the short cut
+ * that uses it (5.14). */
 #include "fit/plan.h"
 #include "number/real.h"
 

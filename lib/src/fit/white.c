@@ -80,8 +80,8 @@ static uint32_t times_sigma(uint32_t quarters, uint32_t sigma)
     return (quarters * sigma) >> 2U; /* sigma is at most 2^26 */
 }
 
-/* `factor` times the rounding of a sample, as a share: signed, at most SHARE_BOUND in size. A factor
- * below 2^-16 is 0 but for the inaccuracy of the plan. */
+/* `factor` times the rounding of a sample, as a share: signed, at most SHARE_BOUND in size. A
+ * factor below 2^-16 is 0 but for the inaccuracy of the plan. */
 static int32_t rounded_share(const davar_white_t *white, float factor)
 {
     const uint32_t bits = davar_bits_of_float(factor) & 0x7FFFFFFFU;
@@ -203,13 +203,13 @@ static scaled_t root_of_share(uint32_t share)
     return scaled_root(scaled_of_u32(share, -NOISE_BITS));
 }
 
-/* Takes off the `share` of rounding. `rounding`: variance of rounding of a sample over the variance,
- * below plan->coarse; `least`: lower limit of the variance over the variance; all as 2.30. `high`:
- * upper limit of its root. */
+/* Takes off the `share` of rounding. `rounding`: variance of rounding of a sample over the
+ * variance, below plan->coarse; `least`: lower limit of the variance over the variance; all as
+ * 2.30. `high`: upper limit of its root. */
 DAVAR_RARE static unrounded_t unrounded(const davar_plan_t *plan, uint32_t share, uint32_t rounding,
                                         uint32_t least, scaled_t high)
 {
-    const bool is_low = (noise_times(least, plan->coarse) > rounding) && (least > share);
+    const bool is_low = noise_times(least, plan->coarse) > rounding; /* so least > share */
     const uint32_t noise = is_low ? (least - share) : (CENTRE_ONE - share);
     const uint32_t margin = (share > 0U) ? rounding_margin(plan, share, noise) : 0U;
     unrounded_t without = {{SCALED_TOP, -31}, {0U, SCALED_ZERO}, high}; /* 1, 0, high */
