@@ -389,7 +389,7 @@ static void write_nothing(davar_result_t *result)
 }
 
 /* Does the shortest size scatter by no more than twice the rounding and the noise that it hides?
- * Otherwise N^2 is small because another term lowers it: behind a filter, weights can be negative. */
+ * Otherwise N^2 is small because another term lowers it, where a filter makes weights negative. */
 DAVAR_RARE static bool is_within_counts(const davar_plan_t *plan, const davar_result_t *result,
                                         const davar_white_t *white)
 {
