@@ -8,6 +8,9 @@
 
 #define COARSE_LEVELS 1024.0
 
+/* Chance withholds fewer than one result in so many, even if all windows overlap. */
+#define FEW 20U
+
 static void note_units(const selection_t *selection)
 {
     for (size_t c = 0; c < selection->count; c++) {
@@ -151,7 +154,7 @@ void report_coarse(uint64_t coarse, uint64_t rows)
 
 void report_filtered(uint64_t filtered, uint64_t rows, bool declared)
 {
-    if (filtered > 0U) {
+    if ((filtered * FEW) > rows) {
         (void)fprintf(
             stderr, "davar-sim: note: %" PRIu64 " of %" PRIu64 " results withheld: %s\n", filtered,
             rows,

@@ -188,11 +188,13 @@ static void test_with_large_noise_rounding_only_subtracts_its_variance(void)
         const double off =
             3600.0 * config.unit_per_count * config.unit_per_count / (12.0 * config.rate_hz);
         TEST_ASSERT_TRUE(rounded.present == whole.present);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-6 * whole.value, sqrt((whole.value * whole.value) - off),
-                                  rounded.value);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * whole.high, sqrt((whole.high * whole.high) - off),
+        /* In a mixture, rounding is part of the model and changes its weights a little. */
+        const double near = (result.noise == DAVAR_NOISE_WHITE) ? 1.0 : 100.0;
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6 * near * whole.value,
+                                  sqrt((whole.value * whole.value) - off), rounded.value);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * near * whole.high, sqrt((whole.high * whole.high) - off),
                                   rounded.high);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * whole.high, sqrt((whole.low * whole.low) - off),
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * near * whole.high, sqrt((whole.low * whole.low) - off),
                                   rounded.low);
     }
 }
