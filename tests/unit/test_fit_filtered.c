@@ -268,6 +268,47 @@ static void test_a_doubtful_term_lowers_the_limit_only_as_far_as_it_could(void)
     }
 }
 
+/* Just above half a count, the doubt about rounding can exceed the noise that the lower limit
+ * leaves: next to nothing then remains of it. */
+static void test_the_doubt_about_rounding_can_leave_nothing(void)
+{
+    static const uint32_t m[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
+    const davar_filter_t filter = {
+        .cutoff = 0.0837, .poles = 2U, .averages = 4U, .length = 15U, .decimation = 15U};
+    unsigned nothing = 0U;
+    unsigned some = 0U;
+    set_taus(6000000U, m, 8U);
+    davar_plan_init_filtered(&plan, m, 8U, &filter);
+    for (double over = 1.0005; over < 1.1; over += 0.0005) {
+        const double count = 1.0 / ((double)plan.hidden * over);
+        for (int t = 0; t < 8; t++) {
+            const double rounding = count * count / 12.0;
+            result.tau[t].adev = sqrt(((double)plan.gain[t] + rounding) / (double)m[t]);
+        }
+        result.unit_per_count = count;
+        TEST_ASSERT_TRUE(davar_fit_white(&plan, 1.0, &result));
+        const double low = term(DAVAR_ANGLE_RANDOM_WALK)->low;
+        assert_near(60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-3);
+        TEST_ASSERT_TRUE((low >= 0.0) && (low < 60.0));
+        nothing += ((low > 0.0) && (low < 0.1)) ? 1U : 0U;
+        some += (low > 20.0) ? 1U : 0U;
+    }
+    TEST_ASSERT_TRUE((nothing > 0U) && (some > 0U));
+}
+
+/* No filter was found with such factors: they are set by hand. */
+static void test_the_share_of_rounding_saturates(void)
+{
+    const double white[] = {0, 1.0, 0, 0, 0};
+    for (int sign = -1; sign <= 1; sign += 2) {
+        plan_filter(&filters[0]);
+        plan.rounding[DAVAR_QUANTIZATION] = (float)sign * 1e7F;
+        set_filtered(&filters[0], white, 0.2);
+        TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result));
+        TEST_ASSERT_EQUAL((sign > 0) ? DAVAR_NOISE_FILTERED : DAVAR_NOISE_MIXED, result.noise);
+    }
+}
+
 /* ---- drifts that pass the filter ---- */
 
 static void assert_mix_found(const double mix[])
@@ -326,6 +367,32 @@ static void test_the_limit_beside_a_drift_is_of_a_size_that_passes(void)
     const double high = result.tau[3].adev * (double)plan.high[3];
     assert_near(60.0 * high * sqrt(8.0 / (double)plan.gain[3]), term(DAVAR_ANGLE_RANDOM_WALK)->high,
                 1e-4);
+}
+
+/* If the filter passes 35 % of no size, the longest one bounds the angle random walk. */
+static void test_the_limit_behind_a_filter_that_passes_no_size(void)
+{
+    static const uint32_t m[] = {1U, 2U, 4U, 8U};
+    const davar_filter_t filter = {.cutoff = 0.01, .poles = 2U};
+    davar_plan_t truth;
+    set_taus(WINDOW, m, 4U);
+    davar_plan_init_filtered(&plan, m, 4U, &filter);
+    memcpy(&truth, &plan, sizeof plan);
+    TEST_ASSERT_TRUE(plan.gain[3] < 0.35F);
+    for (int t = 0; t < 4; t++) {
+        const double walk = 0.1 * (double)m[t] * pow((double)truth.walk[t], 2.0);
+        result.tau[t].adev = sqrt(((double)truth.gain[t] / (double)m[t]) + walk);
+    }
+    davar_result_t again = result;
+    TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &again));
+    const double high = again.tau[3].adev * (double)plan.high[3];
+    assert_near(60.0 * high * sqrt(8.0 / (double)plan.gain[3]), again.coefficient[WHITE].high,
+                1e-4);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_TRUE(term(DAVAR_RATE_RANDOM_WALK)->present);
+    TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high > 60.0);
 }
 
 /* ---- a filter that the plan does not know ---- */
@@ -541,6 +608,17 @@ static void test_a_plan_solved_for_fewer_sizes_and_back_has_the_same_bits(void)
     }
 }
 
+/* The ridge of (5.4) keeps the pivots of every covariance above this. Here it is none. */
+static void test_a_covariance_that_is_none_gives_finite_weights(void)
+{
+    plan_filter(&filters[0]);
+    plan.covariance[plan_pair(0, 1)] = 2.0F * plan.covariance[plan_pair(1, 1)];
+    davar_plan_solve(&plan, 2U);
+    TEST_ASSERT_TRUE(isfinite((double)plan.rounding[WHITE]));
+    TEST_ASSERT_TRUE(isfinite((double)plan.scale[DAVAR_QUANTIZATION]));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, functional(WHITE, 0) + functional(WHITE, 1));
+}
+
 /* A short window fits its sizes as a plan for these alone does. */
 static void test_a_short_window_uses_its_sizes_alone(void)
 {
@@ -594,9 +672,12 @@ int main(void)
     RUN_TEST(test_white_noise_has_the_value_before_the_filter);
     RUN_TEST(test_rounding_that_lowers_the_estimate_is_added_back);
     RUN_TEST(test_a_doubtful_term_lowers_the_limit_only_as_far_as_it_could);
+    RUN_TEST(test_the_doubt_about_rounding_can_leave_nothing);
+    RUN_TEST(test_the_share_of_rounding_saturates);
     RUN_TEST(test_drifts_behind_the_filter_are_found_with_their_size);
     RUN_TEST(test_white_noise_that_never_dominates_is_absent);
     RUN_TEST(test_the_limit_beside_a_drift_is_of_a_size_that_passes);
+    RUN_TEST(test_the_limit_behind_a_filter_that_passes_no_size);
     RUN_TEST(test_short_sizes_that_read_low_withhold_everything);
     RUN_TEST(test_a_filter_below_the_declared_one_withholds_everything);
     RUN_TEST(test_a_term_that_lowers_the_estimate_is_not_taken_for_rounding);
@@ -608,6 +689,7 @@ int main(void)
     RUN_TEST(test_the_upper_limit_of_a_mixture_includes_it_too);
     RUN_TEST(test_no_filter_declared_is_white);
     RUN_TEST(test_a_plan_solved_for_fewer_sizes_and_back_has_the_same_bits);
+    RUN_TEST(test_a_covariance_that_is_none_gives_finite_weights);
     RUN_TEST(test_a_short_window_uses_its_sizes_alone);
     RUN_TEST(test_sizes_beyond_the_plan_are_absent);
     return UNITY_END();
