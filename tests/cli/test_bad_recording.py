@@ -1,6 +1,5 @@
 """Bad recordings: exit status 2, one line with file, line and column, no standard output."""
 
-import gzip
 import os
 import resource
 import signal
@@ -253,24 +252,6 @@ class BadRecording(SimCase):
 
     def test_binary_after_a_good_header(self):
         self.refuse(HEADER.encode() + b"\n" + bytes(range(256)) * 64, ":2: ")
-
-    def test_truncated_gzip(self):
-        whole = gzip.compress(as_text(HEADER, self.rows(5000)).encode())
-        for length in (3, 11, 100, len(whole) // 2, len(whole) - 9, len(whole) - 1):
-            with self.subTest(length=length):
-                path = self.folder / "cut.csv.gz"
-                path.write_bytes(whole[:length])
-                self.assert_refused(self.sim(path), path, "truncated")
-
-    def test_corrupt_gzip(self):
-        data = bytearray(gzip.compress(as_text(HEADER, self.rows(5000)).encode()))
-        for position in (len(data) // 2, len(data) - 6):
-            with self.subTest(position=position):
-                broken = bytearray(data)
-                broken[position] ^= 0xFF
-                path = self.folder / "broken.csv.gz"
-                path.write_bytes(broken)
-                self.assert_refused(self.sim(path), path)
 
     def test_too_short_reports_how_many_samples_are_needed(self):
         path = self.recording(count=29)

@@ -1,4 +1,4 @@
-"""Other projects can use davar: after an installation, and as a subdirectory."""
+"""Other projects can use davar as a subdirectory. After an installation: test_install.py."""
 
 import subprocess
 import tempfile
@@ -31,20 +31,6 @@ class Consumer(unittest.TestCase):
 
     def assert_works(self, program):
         self.assertRegex(run(program), r"^davar \d+\.\d+\.\d+ epoch 99 window 60\n$")
-
-    def test_find_package_finds_the_installed_library(self):
-        build(
-            ROOT,
-            self.work / "davar",
-            "-DDAVAR_BUILD_TESTS=OFF",
-            "-DDAVAR_BUILD_SIM=OFF",
-            "-DDAVAR_BUILD_BENCH=OFF",
-        )
-        run("cmake", "--install", self.work / "davar", "--prefix", self.work / "prefix")
-        build(
-            HERE / "find_package", self.work / "user", f"-DCMAKE_PREFIX_PATH={self.work / 'prefix'}"
-        )
-        self.assert_works(self.work / "user/consumer")
 
     def test_add_subdirectory_builds_the_library_and_nothing_else(self):
         build(HERE / "add_subdirectory", self.work / "user", f"-DDAVAR_SOURCE={ROOT}")

@@ -140,26 +140,6 @@ class Exports(asked.Lawful):
     @given(
         SIZES,
         SIZES,
-        st.sampled_from(
-            (("px4", 0.010, r"param set (\w+) (\S+)"), ("ardupilot", 0.012, r"(\w+),(\S+)"))
-        ),
-    )
-    @examples(60)
-    def test_filters_get_what_their_prediction_squares(self, white, walk, form):
-        name, step_s, pattern = form
-        text = self.exported(model_of(white, walk, 100.0), "--to", name)
-        if text is None:
-            return
-        found = [float(match[2]) for match in re.finditer(f"(?m)^{pattern}$", text)]
-        wanted = [white * RAD / 60 / math.sqrt(step_s), walk * RAD / 216000 / math.sqrt(step_s)]
-        for value, exact in zip(found, wanted, strict=True):
-            self.assertTrue(
-                math.isclose(value, exact, rel_tol=1e-5, abs_tol=1e-300), (value, exact)
-            )
-
-    @given(
-        SIZES,
-        SIZES,
         st.floats(1e-300, 1e300),
         st.sampled_from(sorted(parameters.FORMATS)),
         DOUBLES,

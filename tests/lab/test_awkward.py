@@ -23,12 +23,6 @@ class Awkward(unittest.TestCase):
     def test_nothing_there_beside_columns_that_move(self):
         self.right("clean decoys", 1, rate=20.0)
 
-    def test_a_temperature_felt_a_minute_late(self):
-        self.right("temperature_lag 10 Hz", 1, seconds=7200.0)
-
-    def test_a_supply_that_was_logged(self):
-        self.right("supply_voltage", 1, rate=20.0)
-
     def test_a_line_with_a_width(self):
         self.right("narrow_band", 1, seconds=600.0)
 
@@ -38,26 +32,11 @@ class Awkward(unittest.TestCase):
     def test_a_filter_of_second_order(self):
         self.right("butterworth", 1, seconds=600.0)
 
-    def test_noise_that_follows_the_temperature(self):
-        self.right("temperature_noise", 1, rate=20.0)
-
     def test_turned_by_hand(self):
         self.right("motion_turned", 1, rate=20.0)
 
     def test_samples_lost(self):
         self.right("line + lost_samples", 1, rate=20.0)
-
-    def test_an_angle_in_coarse_counts(self):
-        self.right("rounded_angle", 1, rate=20.0)
-
-    def test_a_rate_in_coarse_counts(self):
-        self.right("rounded_rate", 1, rate=20.0)
-
-    def test_a_step_of_the_bias(self):
-        self.right("bias_step", 1, rate=20.0)
-
-    def test_a_bias_that_the_driver_subtracts(self):
-        self.right("bias_subtracted 1 Hz", 1)
 
 
 def answer(verdict, named, **more):

@@ -44,12 +44,6 @@ class Elsewhere(unittest.TestCase):
     def test_a_temperature_that_rises_steadily_is_still_the_temperature(self):
         self.assertEqual(self.diagnosed("temperature ramp", 0), ["temperature"])
 
-    def test_an_angle_in_whole_counts_is_quantization_and_nothing_unknown(self):
-        self.assertEqual(self.diagnosed("quantization", 0), ["quantization"])
-
-    def test_a_rate_in_coarse_counts_lacks_nothing(self):
-        self.assertEqual(self.diagnosed("clean coarse lsb", 2), [])
-
     def test_levels_that_switch_fast_leave_no_doubt_behind_that_looks_like_more(self):
         self.assertEqual(self.diagnosed("telegraph fast", 0), ["telegraph_noise"])
 

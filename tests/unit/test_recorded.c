@@ -69,23 +69,6 @@ static double random_part(void)
 
 /* ---- arithmetic ---- */
 
-static void test_logarithm(void)
-{
-    for (uint32_t edge = 0U; edge < 64U; edge++) {
-        for (int32_t beside = -2; beside <= 2; beside++) {
-            add((uint32_t)davar_logarithm(
-                (UINT32_C(0x80000000) + (edge << 25U) + (uint32_t)beside) | UINT32_C(0x80000000),
-                3));
-        }
-    }
-    for (uint32_t i = 0U; i < TRIALS; i++) {
-        const uint32_t mantissa = random_mantissa();
-        add((uint32_t)davar_logarithm(mantissa, (int32_t)(i % 130U) - 65));
-        add((uint32_t)davar_logarithm_of_count((i % 1023U) + 1U));
-    }
-    expect(UINT64_C(0x4C5DC210F7778A0D));
-}
-
 static void test_reciprocal_and_roots(void)
 {
     for (uint32_t i = 0U; i < TRIALS; i++) {
@@ -681,7 +664,6 @@ static void test_frames(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_logarithm);
     RUN_TEST(test_reciprocal_and_roots);
     RUN_TEST(test_limits_of_chi_square);
     RUN_TEST(test_likelihood);

@@ -5,6 +5,7 @@ DAVAR_WIRE_FAULTS: faults to inject into single frames of complete streams (defa
 twentieth of them).
 """
 
+import functools
 import os
 import unittest
 from collections import Counter
@@ -23,6 +24,7 @@ def plain(value):
     return {"absent": "nan", "beyond": "inf"}.get(str(value), str(value))
 
 
+@functools.cache
 def truth(one):
     """{epoch: the values of a row, as the DBC reads them in the frames of one result}."""
     said = {}

@@ -4,70 +4,16 @@ and swapped. Each result from the receiver was sent, none repeats, and losses ar
 DAVAR_WIRE_STREAMS: number of random streams (default 60).
 """
 
-import functools
 import os
 import struct
 import unittest
 
-import cantools
 from davarlab.wire import frames as wire
-from senders import END, FD, ROOT, STATE, Run, disturbed, frames, run, seeded
+from senders import END, FD, STATE, Run, disturbed, frames, run, seeded
+from test_binding import receive, shown, truth
 
 STREAMS = int(os.environ.get("DAVAR_WIRE_STREAMS", "60"))
-DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 CONTENTS = (0, 3, 7, 8)
-
-
-def meaning(frame):
-    """{name: value} of a frame, straight from the DBC; multiplexed values carry their index in
-    their name.
-    """
-    signals = DBC.decode_message(frame[0], frame[1])
-    index = signals.get("TauIndex", "") if "AdevDps" in signals else ""
-    return {f"{name}{index}": str(value) for name, value in signals.items()}
-
-
-@functools.cache
-def truth(one):
-    """The values of a run: {epoch: {name: {values}}}; ARW occurs in two places."""
-    said = {}
-    for result in one.results[:-1]:
-        of = {}
-        for frame in result:
-            for name, value in meaning(frame).items():
-                of.setdefault(name, set()).add(value)
-        said[int(next(iter(of["Epoch"])))] = of
-    return said
-
-
-NAMES = {column: name for name, column in wire.COLUMNS.items()}
-
-
-def is_true(result, said):
-    """True if the run sent every value of this result for this epoch."""
-    of = said.get(result.epoch)
-    if of is None:
-        return False
-    plain = {float("nan"): "nan"}
-    shown = {NAMES[column]: value for column, value in result.values.items()}
-    for name, value in shown.items():
-        words = of.get(name, set())
-        if str(plain.get(value, value)) not in words | {
-            "nan" if one == "absent" else "inf" for one in words & {"absent", "beyond"}
-        }:
-            return False
-    return all(
-        str(value) in of.get(f"AdevDps{index}", set()) | of.get(f"Adev{index}Dps", set())
-        for index, value in result.adev.items()
-    )
-
-
-def receive(stream):
-    receiver, found = wire.Receiver(), []
-    for identifier, data in stream:
-        result = receiver.push(identifier, data)
-        found += [result] if result else []
-    return receiver, found + receiver.finish()
 
 
 class Restart(unittest.TestCase):
@@ -79,7 +25,9 @@ class Restart(unittest.TestCase):
         for stretch in sorted({result.stretch for result in found}):
             of = [result for result in found if result.stretch == stretch]
             fits = [
-                n for n in range(at, len(runs)) if all(is_true(result, said[n]) for result in of)
+                n
+                for n in range(at, len(runs))
+                if all(said[n].get(result.epoch) == shown(result) for result in of)
             ]
             self.assertTrue(fits, (told, stretch, of[:3]))
             at = fits[0]

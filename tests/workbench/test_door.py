@@ -361,40 +361,6 @@ class Door(Visiting):
                 (done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), done.stderr
             )
 
-    def test_a_session_that_is_none_is_named_and_left_alone(self):
-        log(self.folder / "rec.csv", ("time_s", "gyro_z_dps", *NAMES[2:]))
-        session = self.folder / "rec.csv.davarlab.json"
-        step, sight = (
-            {"number": 0, "parent": None, "did": "", "text": '[sensor]\ncolumn = "x"\n'},
-            '["x", [], []]',
-        )
-        foreign = dict(step, text='[sensor]\ncolumn = "x"\n[[effect]]\nkind = "mine"\n')
-        trees = (
-            (sight, []),
-            (sight, [foreign]),
-            (sight, [dict(step, parent=0)]),
-            (sight, [step]),
-            ("7", [step]),
-        )
-        kept = [
-            json.dumps(
-                {
-                    "version": 1,
-                    "log": None,
-                    "sha256": "",
-                    "sight": at,
-                    "trees": {at: {"steps": steps, "current": 0}},
-                }
-            )
-            for at, steps in trees
-        ]
-        for text in ("{", "[]", '{"version": 7}', *kept):
-            session.write_text(text)
-            done = run("open", "--no-browser", self.folder / "rec.csv")
-            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
-            self.assertIn("rec.csv.davarlab.json", done.stderr)
-            self.assertEqual(session.read_text(), text)
-
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,5 +1,5 @@
-"""Everything stays on this machine: every control of every screen is clicked, live and still;
-requests to foreign origins and popups are counted.
+"""Everything stays on this machine: every control of every live screen is clicked; requests to
+foreign origins and popups are counted. Reports fetch nothing: tests/lab/test_report.py.
 """
 
 import re
@@ -208,47 +208,6 @@ class Private(Visiting):
             page.locator(".plotly-cloud-dialog-title, [class*=cloud-dialog]").count(), 0
         )
         self.assert_private()
-
-    def test_no_still_page_does(self):
-        self.own = ("file:",)
-        one, two = (
-            self.recording(
-                effects='[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\n'
-            ),
-            self.recording("two.csv"),
-        )
-        model = self.folder / "model.toml"
-        model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
-        pages = [
-            self.folder / name
-            for name in (
-                "compare.html",
-                "diagnose.html",
-                "improve.html",
-                "plot.svg",
-                "out/fleet.html",
-            )
-        ]
-        for command, page in zip(("compare", "diagnose", "improve"), pages):
-            self.assertIn(run(command, one, "-m", model, "--report", page).returncode, (0, 1))
-        self.assertEqual(run("plot", one, "-m", model, "-o", pages[3]).returncode, 0)
-        self.assertEqual(
-            run(
-                "fleet", one, two, "-m", model, "-o", self.folder / "out", "--chance", "0"
-            ).returncode,
-            0,
-        )
-        for path in pages:
-
-            def arrive(path=path):
-                context = self.browser.new_context()
-                self.addCleanup(context.close)
-                page = self.watched(context.new_page())
-                page.goto(path.as_uri())
-                return page
-
-            with self.subTest(path.name):
-                self.click_all(arrive, [] if path.suffix == ".svg" else ["SUMMARY"])
 
 
 if __name__ == "__main__":

@@ -3,9 +3,12 @@
 #ifndef DAVAR_VERSION_H
 #define DAVAR_VERSION_H
 
-#define DAVAR_VERSION_MAJOR 0 /**< raised by incompatible changes */
-#define DAVAR_VERSION_MINOR 1 /**< raised by additions; before 1.0 by incompatible changes too */
-#define DAVAR_VERSION_PATCH 0 /**< raised by fixes */
+/** Raised by incompatible changes. */
+#define DAVAR_VERSION_MAJOR 0
+/** Raised by additions; before 1.0 by incompatible changes too. */
+#define DAVAR_VERSION_MINOR 1
+/** Raised by fixes. */
+#define DAVAR_VERSION_PATCH 0
 
 /** The version as one number for comparisons: 10000 major + 100 minor + patch. */
 #define DAVAR_VERSION                                                                              \
