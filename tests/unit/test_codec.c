@@ -121,6 +121,24 @@ static void test_an_encoder_without_a_result_has_no_frame(void)
     TEST_ASSERT_FALSE(davar_encoder_next(&encoder, &frame));
 }
 
+/* A result may begin while frames of the one before are left: each of its own is sent. */
+static void test_a_result_that_begins_early_is_complete(void)
+{
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_ADEV));
+    for (uint32_t sent = 0U; sent < 9U; sent++) {
+        uint32_t frames = 0U;
+        davar_encoder_begin(&encoder, &result, &health);
+        for (uint32_t i = 0U; i < sent; i++) {
+            TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
+        }
+        davar_encoder_begin(&encoder, &result, &health);
+        while ((frames < 20U) && davar_encoder_next(&encoder, &frame)) {
+            frames++;
+        }
+        TEST_ASSERT_EQUAL_UINT32(9U, frames);
+    }
+}
+
 static void test_identifiers_beyond_eleven_bits_are_rejected(void)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, 0x7F0U, 0U, 0U));
@@ -579,6 +597,7 @@ int main(void)
     RUN_TEST(test_an_encoder_without_a_result_has_no_frame);
     RUN_TEST(test_the_end_binds_the_frames_of_a_result);
     RUN_TEST(test_the_digest_is_fnv_1a);
+    RUN_TEST(test_a_result_that_begins_early_is_complete);
     RUN_TEST(test_identifiers_beyond_eleven_bits_are_rejected);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);
     RUN_TEST(test_the_last_frames_send_every_counter);
