@@ -321,10 +321,10 @@ class Commands(unittest.TestCase):
             said = (ROOT / test).read_text(encoding="utf-8")
             quoted = ", ".join(
                 f'"{word}"' for word in operands
-            )  # unchanged, or taken from the page
+            )  # unchanged, or taken from the page; the call may take several lines
             self.assertTrue(
                 str(pages[text]) in said
-                or any(program in line and quoted in line for line in said.splitlines()),
+                or (program in said and quoted in re.sub(r"\s+", " ", said)),
                 f"{test} does not run {text}",
             )
         parts = {line.split()[0] for line in self.run_typed("tools/test --list").splitlines()}

@@ -73,15 +73,22 @@ class Frames(unittest.TestCase):
             )
 
 
+def text_of(frame):
+    return b"t%03X%d%s" % (frame[0], len(frame[1]), frame[1].hex().encode())
+
+
 LINE = st.one_of(
     st.binary(max_size=12),
     st.binary(min_size=60, max_size=140),
-    any_frame().map(
-        lambda frame: b"t%03X%d%s" % (frame[0], len(frame[1]), frame[1].hex().encode())
-    ),
+    st.binary(min_size=300, max_size=310),
+    any_frame().map(text_of),
+    any_frame().map(lambda frame: text_of(frame) + b"12Ff"),
     st.sampled_from(
         (b"", b"t5D0", b"T000005D08", b"t8008", b"t5D09" + b"00" * 9, b"t5D0800112233445566", b"z")
     ),
+    st.sampled_from((b"t7FF0", b"t5d02ab01", b"t5D02AB011234", b"tFFF0", b"t8008" + b"00" * 8)),
+    st.sampled_from((b"t5D02AB01123G", b"t5D02AB011", b"t5D02AB01 123", b"t5D02AB01\n")),
+    st.sampled_from((b"t5D02ABzz", b"T000005D00", b"r5D00", b"t5d", b"t-5D0", b"t80001")),
 )
 
 

@@ -1,5 +1,5 @@
-"""davarlab live on interfaces and lines that disappear and return, that carry noise, and when it is
-interrupted itself.
+"""davarlab live on interfaces and lines that disappear and return, and when it is interrupted.
+Noise on a line: tests/hypothesis/test_wire.py.
 """
 
 import csv
@@ -136,33 +136,6 @@ class Live(KernelCase):
         os.close(its)
         os.close(ours)
         return re.findall(r"t[0-9A-F]{20}", text.decode())
-
-    def test_noise_on_the_line_is_counted_and_harms_no_frame(self):
-        ours, its = pty.openpty()
-        self.addCleanup(os.close, ours)
-        tty.setraw(its)
-        faults = wire.Faults()
-        port = source.Source(f"slcan:{os.ttyname(its)}", faults, print)
-        self.addCleanup(port.close)
-        os.close(its)
-        noise = (
-            b"\xff\xfe\x00",
-            b"t5D08",
-            b"t5D0",
-            b"t",
-            b"tXYZ80000000000000000",
-            b"d5D0F00",
-            b"T",
-            b"x" * 300,
-        )
-        wanted, text = [], b"\r"
-        for n, dirt in enumerate(noise):
-            wanted.append((0x5D0, n.to_bytes(8, "big")))
-            text += dirt + b"\r" + f"t5D08{n:016X}\r".encode()
-        os.write(ours, text)
-        self.assertEqual(wanted, list(port.frames(idle_s=0.5)))
-        self.assertGreaterEqual(faults.noise, len(noise))
-        self.assertEqual(0, faults.link_lost)
 
     def test_the_end_of_a_pty_is_the_end(self):
         """Another process may get this name for its terminal later."""

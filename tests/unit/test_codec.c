@@ -121,6 +121,24 @@ static void test_an_encoder_without_a_result_has_no_frame(void)
     TEST_ASSERT_FALSE(davar_encoder_next(&encoder, &frame));
 }
 
+/* A result may begin while frames of the one before are left: each of its own is sent. */
+static void test_a_result_that_begins_early_is_complete(void)
+{
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_ADEV));
+    for (uint32_t sent = 0U; sent < 9U; sent++) {
+        uint32_t frames = 0U;
+        davar_encoder_begin(&encoder, &result, &health);
+        for (uint32_t i = 0U; i < sent; i++) {
+            TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
+        }
+        davar_encoder_begin(&encoder, &result, &health);
+        while ((frames < 20U) && davar_encoder_next(&encoder, &frame)) {
+            frames++;
+        }
+        TEST_ASSERT_EQUAL_UINT32(9U, frames);
+    }
+}
+
 static void test_identifiers_beyond_eleven_bits_are_rejected(void)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, 0x7F0U, 0U, 0U));
@@ -369,6 +387,40 @@ static void test_health_setup_and_end_contain_the_session(void)
     }
 }
 
+/* The largest cluster and age that fit. */
+static void test_a_change_keeps_all_its_bits(void)
+{
+    config.law = &davar_law_glr_q15;
+    result.cut_age_samples = 0xFFFFEU;
+    result.dispersion = 1.254;
+    result.change = (davar_change_t){.m = 0xFFFU, .older = 0.25, .newer = 0.75, .gain = 17.5};
+    static const float values[] = {0.0F, 0.25F, 0.75F, 17.5F};
+    for (uint32_t flags = 0U; flags < 4U; flags++) {
+        uint32_t items = 0U;
+        result.alarm = (flags & 1U) != 0U;
+        result.young = (flags & 2U) != 0U;
+        TEST_ASSERT_TRUE(
+            davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_ADEV));
+        davar_encoder_begin(&encoder, &result, &health);
+        while (davar_encoder_next(&encoder, &frame)) {
+            TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+            if (wire.message == DAVAR_MESSAGE_CHANGE) {
+                TEST_ASSERT_EQUAL_UINT8(items, wire.index);
+                TEST_ASSERT_EQUAL_UINT32(0xFFFU, wire.change_m);
+                TEST_ASSERT_TRUE((wire.alarm == result.alarm) && (wire.young == result.young));
+                if (items == 0U) {
+                    TEST_ASSERT_EQUAL_UINT32(0xFFFFEU, wire.cut_age_samples);
+                    TEST_ASSERT_EQUAL_FLOAT(1.25F, wire.dispersion);
+                } else {
+                    TEST_ASSERT_EQUAL_FLOAT(values[items], wire.value);
+                }
+                items++;
+            }
+        }
+        TEST_ASSERT_EQUAL_UINT32(4U, items);
+    }
+}
+
 /* Any bits as a double: half of them of every size and sign, including NaN and infinities, half
  * near the values of sensors. */
 static double any_double(void)
@@ -579,6 +631,7 @@ int main(void)
     RUN_TEST(test_an_encoder_without_a_result_has_no_frame);
     RUN_TEST(test_the_end_binds_the_frames_of_a_result);
     RUN_TEST(test_the_digest_is_fnv_1a);
+    RUN_TEST(test_a_result_that_begins_early_is_complete);
     RUN_TEST(test_identifiers_beyond_eleven_bits_are_rejected);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);
     RUN_TEST(test_the_last_frames_send_every_counter);
@@ -592,6 +645,7 @@ int main(void)
     RUN_TEST(test_a_result_of_garbage_makes_frames_that_every_receiver_takes);
     RUN_TEST(test_slcan_text_goes_there_and_back);
     RUN_TEST(test_slcan_text_that_is_no_frame_is_rejected);
+    RUN_TEST(test_a_change_keeps_all_its_bits);
     RUN_TEST(test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_other);
     RUN_TEST(test_raw_rates_are_float32_and_impossible_ones_are_rejected);
     RUN_TEST(test_the_setup_contains_the_size_of_a_count_when_counts_are_sent);

@@ -15,7 +15,7 @@ import unittest
 from pathlib import Path
 
 from davarlab.wire import frames as wire
-from davarlab.wire import record, source
+from davarlab.wire import record
 from senders import ROOT, frames, run
 
 # The command of tools/davarlab live, without the other commands and their requirements.
@@ -170,37 +170,6 @@ class Live(unittest.TestCase):
         shown, told = self.live(frames(one)[:100] + [zero] + frames(one)[100:])
         self.assertEqual(20, len(shown))
         self.assertIn(" 1 impossible,", told)
-
-
-class Slcan(unittest.TestCase):
-    def found(self, line):
-        port = source.SerialPort.__new__(source.SerialPort)
-        port.faults = wire.Faults()
-        return port._frame(line), port.faults.noise  # pylint: disable=protected-access
-
-    def test_other_frames_than_standard_ones_are_noise(self):
-        for line in (
-            b"t80001",
-            b"tFFF0",
-            b"t8008" + b"00" * 8,
-            b"t5D0200FFzzzz",
-            b"t5D02AB01123G",
-            b"t5D02AB011",
-            b"t5D02AB01 123",
-            b"t5D09" + b"00" * 9,
-            b"t5D02ABzz",
-            b"T000005D00",
-            b"r5D00",
-            b"t5d",
-            b"t5D02AB01\n",
-            b"t-5D0",
-        ):
-            self.assertEqual((None, 1), self.found(line), line)
-
-    def test_frames_with_and_without_a_time_stamp(self):
-        for line in (b"t5D02AB01", b"t5d02ab01", b"t5D02AB011234", b"t5D02AB01fF00"):
-            self.assertEqual(((0x5D0, b"\xab\x01"), 0), self.found(line), line)
-        self.assertEqual(((0x7FF, b""), 0), self.found(b"t7FF0"))
 
 
 class Waiting(unittest.TestCase):

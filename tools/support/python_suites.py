@@ -161,7 +161,7 @@ def package() -> Python:
     dist, python = Path(folder.name, "dist"), f"{folder.name}/python/bin/python"
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check"]
     for log, command in {
-        "make": [maker, "-m", "build", "--outdir", str(dist), "."],  # python -m build
+        "make": [maker, "-m", "build", "--outdir", str(dist), "."],
         "venv": [sys.executable, "-m", "venv", f"{folder.name}/python"],
         "beside": [
             *pip,
