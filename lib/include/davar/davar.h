@@ -5,7 +5,7 @@
  * sample -> push -> [ring, Allan variance, window law] -> take -> fit -> result
  * ```
  *
- * Each step is a call of its own: what a program does not call is not linked, and options.h
+ * Each step is a separate call: what a program does not call is not linked, and options.h
  * disables more.
  *
  * Number types: _q15 (int16 counts), _q31 (int32 counts, 24 significant bits by default) and _f32
@@ -69,7 +69,7 @@ davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void
 /** Pushes a block of samples: counts, or deg/s for _f32.
  * The newest result that the block completes waits for davar_take. Replaced results are counted in
  * davar_health_t.missed. Results do not depend on how samples are split into blocks.
- * A type other than that of init, or a push after davar_flush, is an assertion failure; without
+ * A type other than the one of init, or a push after davar_flush, is an assertion failure; without
  * asserts the samples count as missing.
  * Threads: producer. Cost: O(T) per sample, bounded; no division; _q15, _q31: no floating point.
  * Law glr: a result is one block late, and on a grid one sample may process three blocks. After a
@@ -81,7 +81,7 @@ void davar_push_f32(davar_t *davar, const float *rates, size_t count);
 /** @} */
 
 /** @{ */
-/** Pushes samples up to and including the one that completes a result, for a caller that wants
+/** Pushes samples up to and including the one that completes a result, for a caller that needs
  * every result of a block: take, then call it again with the rest.
  * @return Samples consumed: at least 1 unless count is 0; all of them after an error of the caller
  *         (see davar_push_*).

@@ -8,7 +8,7 @@
  * Arithmetic: integers, and IEEE floating point with + - * / and sqrt only. Every target computes
  * the same bits (DESIGN 5.14). No function allocates memory, blocks or reads a clock.
  *
- * Threads: the functions keep no state of their own. One plan serves one caller at a time.
+ * Threads: the functions keep no state. One plan serves one caller at a time.
  *
  * Cost: T cluster sizes. Instructions for each core: docs/COST.md. */
 #ifndef DAVAR_FIT_H
@@ -30,14 +30,14 @@ typedef struct davar_plan {
     float weight[DAVAR_TAUS_MAX];
     float freedom[DAVAR_TAUS_MAX]; /* degrees of freedom per effective difference */
     int32_t functional[DAVAR_COEFFICIENT_COUNT]
-                      [DAVAR_TAUS_MAX]; /* white noise, and each term beside it */
+                      [DAVAR_TAUS_MAX]; /* white noise, and each term with it */
     int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* of those amplitudes */
     float scale[DAVAR_COEFFICIENT_COUNT]; /* units of functional, sigma and centre */
     float centre[DAVAR_COEFFICIENT_COUNT];
     float unit[DAVAR_COEFFICIENT_COUNT];
     float misfit_spread;
     uint64_t misfit_limit;
-    /* length without gaps and mirror images that the fields below fit (5.5); 0: none */
+    /* length without gaps and mirror images that the fields below fit (5.5), or 0 */
     uint32_t window;
     double edf[DAVAR_TAUS_MAX];
     uint32_t root_edf[DAVAR_TAUS_MAX];
@@ -48,7 +48,7 @@ typedef struct davar_plan {
     uint32_t doubt[DAVAR_COEFFICIENT_COUNT];
     uint32_t white_low;
     float white_high;
-    double rate_hz; /* sample rate that root fits; 0: none */
+    double rate_hz; /* sample rate that root fits, or 0 */
     double root[DAVAR_COEFFICIENT_COUNT];
 } davar_plan_t;
 
@@ -80,8 +80,8 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
-/** Does the same with a plan that tools/davar-plan wrote for all cluster sizes of the result.
- * davar_plan_init and what it needs are then not linked. The results are those of davar_fit_white
+/** Fits white noise with a plan that tools/davar-plan wrote for all cluster sizes of the result.
+ * davar_plan_init and what it needs are then not linked. The results equal those of davar_fit_white
  * if the window supports every cluster size. If it supports fewer, because it is short or has gaps,
  * the noise is UNKNOWN. Cost: O(T). */
 #define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)

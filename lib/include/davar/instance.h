@@ -23,7 +23,7 @@ typedef struct {
     uint32_t next_length; /* of the next window, as the law decided */
     uint32_t wait;        /* samples until the next epoch is complete */
     uint32_t end;         /* samples of the record, once finished */
-    uint32_t skip;        /* samples to leave out until the grid of epochs after a restart */
+    uint32_t skip;        /* samples to omit until the grid of epochs after a restart */
     uint8_t phase;        /* how far it is from the start: a window_phase_t of the core */
     bool finished;        /* flush was called: positions from `end` on are mirrored */
 } davar_window_t;
@@ -92,7 +92,7 @@ typedef struct davar {
 /** @endcond */
 
 /** @{ */
-/** The formulas behind DAVAR_MEMORY, for other settings, in bytes.
+/** The formulas of DAVAR_MEMORY, for other settings, in bytes.
  * They hold for a result at every sample (stride 1), if every span fits the shortest window
  * (2 m_max <= shortest). For a stride by edges, window_max is longest + stride - 1 instead of
  * longest. For a grid, use DAVAR_MEMORY_GRID_*. Otherwise, and for law glr, call

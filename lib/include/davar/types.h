@@ -194,7 +194,7 @@ typedef struct {
     uint32_t not_finite; /**< NaN or inf in float input; each run is a gap */
     /** windows discarded because of more than gaps_max gaps, with up to stride - 1 samples each */
     uint32_t restarts;
-    uint32_t missed; /**< results replaced before they were taken */
+    uint32_t missed; /**< results replaced before they were read */
     uint32_t cuts;   /**< law glr: windows cut */
     uint32_t alarms; /**< law glr: alarms raised */
     uint32_t shocks; /**< law glr: shocks treated as gaps */

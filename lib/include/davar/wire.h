@@ -54,7 +54,7 @@ typedef enum {
     DAVAR_HEALTH_SATURATED_SAMPLES,  /**< samples */
     DAVAR_HEALTH_NOT_FINITE_SAMPLES, /**< samples */
     DAVAR_HEALTH_WINDOW_RESTARTS,    /**< windows discarded */
-    DAVAR_HEALTH_RESULTS_MISSED,     /**< results replaced before they were taken */
+    DAVAR_HEALTH_RESULTS_MISSED,     /**< results replaced before they were read */
     DAVAR_HEALTH_FRAMES_DROPPED,     /**< link: frames encoded but never sent */
     DAVAR_HEALTH_SEND_RETRIES,       /**< link: times it had no room */
     DAVAR_HEALTH_ERROR_PASSIVE,      /**< link: times the bus became error passive */
