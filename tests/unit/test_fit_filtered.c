@@ -364,6 +364,10 @@ static void test_the_limit_beside_a_drift_is_of_a_size_that_passes(void)
     TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result));
     TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
     TEST_ASSERT_TRUE((plan.gain[2] < 0.35F) && (plan.gain[3] > 0.35F));
+    davar_result_t again = result;
+    plan.gain[2] = 0.351F; /* this now passes */
+    (void)davar_fit_white(&plan, 1.0, &again);
+    TEST_ASSERT_TRUE(again.coefficient[WHITE].high < term(DAVAR_ANGLE_RANDOM_WALK)->high);
     const double high = result.tau[3].adev * (double)plan.high[3];
     assert_near(60.0 * high * sqrt(8.0 / (double)plan.gain[3]), term(DAVAR_ANGLE_RANDOM_WALK)->high,
                 1e-4);
@@ -460,6 +464,20 @@ static void test_a_term_that_lowers_the_estimate_is_not_taken_for_rounding(void)
     }
 }
 
+/* Up to twice the scatter that rounding, and the noise that it hides, give to the shortest size. */
+static void test_more_scatter_than_hidden_noise_gives_is_no_rounding(void)
+{
+    for (double over = 1.15; over < 4.0; over += 0.1) {
+        plan_filter(&filters[4]);
+        const double hidden = (double)plan.hidden * (double)plan.hidden * (double)plan.gain[0];
+        const double white[] = {over * (hidden + (1.0 / 12.0)) - (1.0 / 12.0), 1e-3, 0, 0, 0};
+        set_filtered(&filters[4], white, 1.0);
+        const davar_noise_t expected = (over < 2.0) ? DAVAR_NOISE_COARSE : DAVAR_NOISE_MIXED;
+        TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result));
+        TEST_ASSERT_EQUAL(expected, result.noise);
+    }
+}
+
 static void test_quantization_is_found_without_a_filter_only(void)
 {
     const double mix[] = {3.0, 1.0, 0, 0, 0};
@@ -486,6 +504,34 @@ static void test_noise_of_less_than_half_a_count_is_coarse(void)
             davar_fit(&plan, 1.0, &result);
             TEST_ASSERT_EQUAL((over < 1.0) ? DAVAR_NOISE_COARSE : DAVAR_NOISE_WHITE, result.noise);
             TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 59.999);
+        }
+    }
+}
+
+/* A cutoff that is off by less than its uncertainty is no misfit of a mixture. Without uncertainty
+ * it is one. Both in any unit. */
+static void test_an_uncertain_cutoff_explains_its_misfit_in_any_unit(void)
+{
+    const double drift[] = {0, 1.0, 0, 0.02, 0};
+    const davar_filter_t real = {.cutoff = 0.27, .poles = 1U};
+    for (double unit = 1e-4; unit < 2e4; unit *= 10.0) {
+        for (int known = 0; known < 2; known++) {
+            const davar_filter_t declared = {
+                .cutoff = 0.25, .poles = 1U, .uncertainty = (known != 0) ? 0.0 : 0.1};
+            plan_filter(&declared);
+            set_filtered(&real, drift, 0.0);
+            result.window_samples = 60000U;
+            for (int t = 0; t < SIZES; t++) {
+                result.tau[t].differences = 60001U - (2U * result.tau[t].m);
+                result.tau[t].adev *= unit;
+            }
+            davar_fit(&plan, 1.0, &result);
+            if (known != 0) {
+                assert_withheld();
+            } else {
+                TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+                assert_near(60.0 * unit, term(DAVAR_ANGLE_RANDOM_WALK)->value, 0.05);
+            }
         }
     }
 }
@@ -661,6 +707,8 @@ static void test_sizes_beyond_the_plan_are_absent(void)
     for (int t = SIZES; t < 9; t++) {
         TEST_ASSERT_TRUE(isnan(result.tau[t].edf) && isnan(result.tau[t].low));
     }
+    TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result)); /* it fits all sizes or none */
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_UNKNOWN, result.noise);
 }
 
 int main(void)
@@ -681,7 +729,9 @@ int main(void)
     RUN_TEST(test_short_sizes_that_read_low_withhold_everything);
     RUN_TEST(test_a_filter_below_the_declared_one_withholds_everything);
     RUN_TEST(test_a_term_that_lowers_the_estimate_is_not_taken_for_rounding);
+    RUN_TEST(test_more_scatter_than_hidden_noise_gives_is_no_rounding);
     RUN_TEST(test_quantization_is_found_without_a_filter_only);
+    RUN_TEST(test_an_uncertain_cutoff_explains_its_misfit_in_any_unit);
     RUN_TEST(test_noise_of_less_than_half_a_count_is_coarse);
     RUN_TEST(test_a_mixture_withholds_what_a_filter_lowered);
     RUN_TEST(test_a_mixture_without_white_noise_may_hide_a_filter);
