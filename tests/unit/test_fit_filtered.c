@@ -103,6 +103,15 @@ static double dot(const double a[], const double b[])
     return sum;
 }
 
+static double dot_terms(const double a[], const double b[])
+{
+    double sum = 0.0;
+    for (int k = 0; k < TERMS; k++) {
+        sum += a[k] * b[k];
+    }
+    return sum;
+}
+
 /* Generalised least squares: among the functionals with the same gain of every shape, the variance
  * is least, so that the covariance times the functional is a sum of the shapes. */
 static void assert_least_squares(int term)
@@ -209,6 +218,18 @@ static void test_sizes_have_their_own_factors(void)
                                       (1.0 / gain) - rounding, (double)plan.rounded[t]);
         }
     }
+}
+
+/* At least 2^-32, also where a filter makes it negative, and at most 2^20, also where the sizes
+ * hardly differ. */
+static void test_centres_fit_a_shift(void)
+{
+    static const uint32_t alike[] = {4000000U, 4000001U};
+    plan_filter(&filters[4]);
+    TEST_ASSERT_EQUAL_FLOAT(ldexpf(1.0F, -32), plan.centre[DAVAR_QUANTIZATION]);
+    TEST_ASSERT_TRUE(plan.centre[DAVAR_BIAS_INSTABILITY] > 0.1F);
+    davar_plan_init(&plan, alike, 2U);
+    TEST_ASSERT_EQUAL_FLOAT(ldexpf(1.0F, 20), plan.centre[DAVAR_QUANTIZATION]);
 }
 
 /* ---- a declared filter ---- */
@@ -373,6 +394,25 @@ static void test_the_limit_beside_a_drift_is_of_a_size_that_passes(void)
                 1e-4);
 }
 
+/* (5.11): the limit of absent white noise, at the first size that passes the filter. */
+static void test_the_limit_of_white_noise_that_a_mixture_lacks(void)
+{
+    const double flicker[] = {0, 1.0, 0.3, 0, 0};
+    plan_filter(&filters[3]);
+    set_filtered(&filters[3], flicker, 0.0);
+    davar_mixture_t model = {.data = &result, .plan = &plan};
+    davar_mixture_fit(&model, 1.0, 1U << DAVAR_BIAS_INSTABILITY);
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_BIAS_INSTABILITY, model.terms);
+    const double passed = pow((double)plan.flicker[3], 2.0) * model.a[DAVAR_BIAS_INSTABILITY];
+    const double room = passed * 8.0 / (double)plan.gain[3];
+    assert_near(room, davar_mixture_room(&model, WHITE), 1e-9);
+    const double margin = 1.645 * sqrt(model.variance[WHITE]);
+    const double small = model.beside[WHITE] + margin;
+    davar_fit(&plan, 1.0, &result);
+    assert_near(60.0 * sqrt(small * (1.0 + (margin / room))), term(DAVAR_ANGLE_RANDOM_WALK)->high,
+                1e-6);
+}
+
 /* If the filter passes 35 % of no size, the longest one bounds the angle random walk. */
 static void test_the_limit_behind_a_filter_that_passes_no_size(void)
 {
@@ -464,6 +504,30 @@ static void test_a_term_that_lowers_the_estimate_is_not_taken_for_rounding(void)
     }
 }
 
+/* A drift or quantization of half a count keeps a mixture from being coarse. Only its white noise
+ * is then withdrawn. */
+static void test_other_terms_can_scatter_a_sample_enough(void)
+{
+    static const struct {
+        size_t filter;
+        double mix[DAVAR_COEFFICIENT_COUNT]; /* in units of the white noise that rounding hides */
+        davar_noise_t noise;
+    } cases[] = {
+        {0, {2.0, 0.5, 0, 0, 0}, DAVAR_NOISE_MIXED}, {0, {0.3, 0.5, 0, 0, 0}, DAVAR_NOISE_COARSE},
+        {0, {0, 0.5, 0, 0.7, 0}, DAVAR_NOISE_MIXED}, {0, {0, 0.5, 0, 0.3, 0}, DAVAR_NOISE_COARSE},
+        {1, {0, 0.5, 0, 0.2, 0}, DAVAR_NOISE_MIXED}, {1, {0, 0.5, 0, 0.06, 0}, DAVAR_NOISE_COARSE},
+        {8, {0, 0.5, 0.2, 0, 0}, DAVAR_NOISE_MIXED}, {8, {0, 0.5, 0.05, 0, 0}, DAVAR_NOISE_COARSE},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        plan_filter(&filters[cases[i].filter]);
+        set_filtered(&filters[cases[i].filter], cases[i].mix, 1.0 / (double)plan.hidden);
+        davar_fit(&plan, 1.0, &result);
+        TEST_ASSERT_EQUAL(cases[i].noise, result.noise);
+        TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+        TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 60.0 * (1.0 - 1e-6));
+    }
+}
+
 /* Up to twice the scatter that rounding, and the noise that it hides, give to the shortest size. */
 static void test_more_scatter_than_hidden_noise_gives_is_no_rounding(void)
 {
@@ -505,6 +569,40 @@ static void test_noise_of_less_than_half_a_count_is_coarse(void)
             TEST_ASSERT_EQUAL((over < 1.0) ? DAVAR_NOISE_COARSE : DAVAR_NOISE_WHITE, result.noise);
             TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 59.999);
         }
+    }
+}
+
+/* (5.9) with (5.16): each size counts by the scatter of its estimate and the doubt of the cutoff. */
+static void test_the_misfit_of_a_mixture_counts_the_doubt_of_the_cutoff(void)
+{
+    for (double unit = 1e-4; unit < 2e4; unit *= 100.0) {
+        const double mix[] = {0, unit * unit, 0, 0.3 * unit * unit, 0};
+        plan_filter(&filters[4]);
+        set_filtered(&filters[4], mix, 0.0);
+        for (int t = 0; t < SIZES; t++) {
+            result.tau[t].adev *= (t % 2 == 0) ? 1.2 : 0.8;
+        }
+        davar_mixture_t model = {.data = &result, .plan = &plan};
+        davar_mixture_fit(&model, unit * unit, 1U << DAVAR_RATE_RANDOM_WALK);
+        double misfit = 0.0;
+        int terms = 0;
+        for (int t = 0; t < SIZES; t++) {
+            const double m = (double)plan.m[t];
+            const double white = model.a[WHITE] * (double)plan.gain[t] / m;
+            const double shape[] = {1.0 / (m * m), (double)plan.gain[t] / m,
+                                    pow((double)plan.flicker[t], 2.0),
+                                    m * pow((double)plan.walk[t], 2.0), m * m};
+            const double avar = dot_terms(model.a, shape);
+            const double off = white * (double)plan.offset[t] / avar;
+            const double ratio = result.tau[t].adev * result.tau[t].adev / avar;
+            const double loss = 1.5 * (ratio - 1.0) * (ratio - 1.0) / (1.0 + (2.0 * ratio));
+            misfit += loss / ((1.0 / davar_mixture_edf(&model, t)) + (0.5 * off * off));
+        }
+        for (int k = 0; k < TERMS; k++) {
+            terms += ((model.terms >> (unsigned)k) & 1U) != 0U ? 1 : 0;
+        }
+        TEST_ASSERT_TRUE(model.grow > 1.0);
+        assert_near(misfit / (SIZES - terms), model.grow, 1e-6);
     }
 }
 
@@ -717,6 +815,7 @@ int main(void)
     RUN_TEST(test_the_weights_have_the_least_variance);
     RUN_TEST(test_standard_errors_include_the_cutoff);
     RUN_TEST(test_sizes_have_their_own_factors);
+    RUN_TEST(test_centres_fit_a_shift);
     RUN_TEST(test_white_noise_has_the_value_before_the_filter);
     RUN_TEST(test_rounding_that_lowers_the_estimate_is_added_back);
     RUN_TEST(test_a_doubtful_term_lowers_the_limit_only_as_far_as_it_could);
@@ -725,6 +824,7 @@ int main(void)
     RUN_TEST(test_drifts_behind_the_filter_are_found_with_their_size);
     RUN_TEST(test_white_noise_that_never_dominates_is_absent);
     RUN_TEST(test_the_limit_beside_a_drift_is_of_a_size_that_passes);
+    RUN_TEST(test_the_limit_of_white_noise_that_a_mixture_lacks);
     RUN_TEST(test_the_limit_behind_a_filter_that_passes_no_size);
     RUN_TEST(test_short_sizes_that_read_low_withhold_everything);
     RUN_TEST(test_a_filter_below_the_declared_one_withholds_everything);
@@ -732,7 +832,9 @@ int main(void)
     RUN_TEST(test_more_scatter_than_hidden_noise_gives_is_no_rounding);
     RUN_TEST(test_quantization_is_found_without_a_filter_only);
     RUN_TEST(test_an_uncertain_cutoff_explains_its_misfit_in_any_unit);
+    RUN_TEST(test_the_misfit_of_a_mixture_counts_the_doubt_of_the_cutoff);
     RUN_TEST(test_noise_of_less_than_half_a_count_is_coarse);
+    RUN_TEST(test_other_terms_can_scatter_a_sample_enough);
     RUN_TEST(test_a_mixture_withholds_what_a_filter_lowered);
     RUN_TEST(test_a_mixture_without_white_noise_may_hide_a_filter);
     RUN_TEST(test_the_upper_limit_includes_what_the_test_cannot_see);

@@ -125,6 +125,17 @@ static void test_degrees_of_freedom_of_one_term(void)
     TEST_ASSERT_GREATER_THAN_UINT32(1000U, clamped);
 }
 
+/* Rounding alone scatters like white noise, with at least one degree of freedom. */
+static void test_degrees_of_freedom_of_rounding(void)
+{
+    for (uint32_t m = 1U; m <= 32U; m++) {
+        set_taus(64U, &m, 1);
+        const davar_mixture_t model = {.data = &result, .plan = &plan, .rounding = 0.3};
+        const double edf = davar_noise_edf(DAVAR_ANGLE_RANDOM_WALK, m, result.tau[0].differences);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * edf, edf, davar_mixture_edf(&model, 0));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -135,5 +146,6 @@ int main(void)
     RUN_TEST(test_all_five_terms_are_found_from_white_noise_alone);
     RUN_TEST(test_in_an_exact_mix_absent_terms_are_zero);
     RUN_TEST(test_degrees_of_freedom_of_one_term);
+    RUN_TEST(test_degrees_of_freedom_of_rounding);
     return UNITY_END();
 }

@@ -109,7 +109,6 @@ static int32_t signed_share(const davar_plan_t *plan, const davar_white_t *white
 static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
 {
     white->suspects = 0U;
-    white->share[WHITE] = SHARE_ONE;
     white->lack = 0U;
     for (int k = 0; k < TERMS; k++) {
         if (k != WHITE) {
@@ -179,15 +178,14 @@ static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
 }
 
 /* The largest distance of the variance of rounding from q^2 / 12, for any mean between two counts
- * and noise of this share. */
+ * and noise of this share. Below plan->coarse, rounding is at most a third of the noise. */
 static uint32_t rounding_margin(const davar_plan_t *plan, uint32_t share, uint32_t noise)
 {
     const scaled_t ratio =
         scaled_times(scaled_times(scaled_of_u32(share, 0), scaled_inverse(scaled_of_u32(noise, 0))),
                      scaled_of_float(plan->steepness));
     const uint32_t fixed = scaled_to_fixed(ratio, NOISE_BITS);
-    const uint32_t within = (fixed < (CENTRE_ONE / 2U)) ? fixed : (CENTRE_ONE / 2U);
-    const uint32_t square = noise_times(within, within);
+    const uint32_t square = noise_times(fixed, fixed);
     return noise_times(share, noise_times(square, square)) * 17U / 2U;
 }
 
