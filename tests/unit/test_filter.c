@@ -105,6 +105,7 @@ static void test_gains_match_the_autocovariance(void)
         for (int t = 0; t < SIZES; t++) {
             assert_near(expected_gain((int)sizes[t]), (double)plan.gain[t], 2e-6);
         }
+        TEST_ASSERT_EQUAL_HEX32(0U, davar_bits_of_float(plan.gain[SIZES])); /* no further size */
     }
 }
 

@@ -122,11 +122,24 @@ static void test_the_limit_of_the_misfit_is_five_standard_deviations(void)
     }
 }
 
+/* Of numbers far below the largest, no bit is left. */
+static void test_aligned_numbers_lose_the_bits_below_the_last_one_of_the_largest(void)
+{
+    for (int32_t below = 0; below < 40; below++) {
+        scaled_t value[] = {{UINT32_C(0x80000001), 5}, {UINT32_C(0xFFFFFFFF), 5 - below}};
+        TEST_ASSERT_EQUAL_INT32(9, davar_align(value, 2));
+        TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x08000000), value[0].mantissa);
+        TEST_ASSERT_EQUAL_HEX32((below > 27) ? 0U : (UINT32_C(0x0FFFFFFF) >> (unsigned)below),
+                                value[1].mantissa);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
     RUN_TEST(test_standard_errors_match_the_full_covariance);
     RUN_TEST(test_the_limit_of_the_misfit_is_five_standard_deviations);
+    RUN_TEST(test_aligned_numbers_lose_the_bits_below_the_last_one_of_the_largest);
     return UNITY_END();
 }
