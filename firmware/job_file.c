@@ -82,6 +82,6 @@ int job_file_open(job_file_t *file, const char *path, davar_t *instances)
             return JOB_REFUSED;
         }
     }
-    davar_plan_init(&file->plan, job->config.taus, job->config.tau_count);
+    davar_bandwidth_plan(&file->plan, &job->config, job->declared ? &job->filter : NULL);
     return JOB_DONE;
 }

@@ -216,8 +216,8 @@ static bool start_library(gateway_t *gateway, char *why)
             : davar_init_q31(&gateway->davar, &gateway->settings.config, gateway->memory, bytes);
     (void)snprintf(why, WHY_BYTES, "%s", davar_status_text(status));
     if (status == DAVAR_OK) {
-        davar_plan_init(&gateway->plan, gateway->settings.config.taus,
-                        gateway->settings.config.tau_count);
+        davar_bandwidth_plan(&gateway->plan, &gateway->settings.config,
+                             gateway->settings.declares_filter ? &gateway->settings.filter : NULL);
     }
     return status == DAVAR_OK;
 }

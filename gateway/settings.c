@@ -30,6 +30,10 @@ static const char *const HELP[] = {
     "                    skipped\n"
     "  --rate HZ         sample rate\n"
     "  --lsb DPS         size of a count in deg/s\n"
+    "  --bandwidth FILTER  what the gyro's noise passes: HZ[:ORDER[:PERCENT]] (a low-pass of 1\n"
+    "                    or 2 poles, default 2, known to PERCENT, default 10), average:N,\n"
+    "                    cic[ORDER]:N, HZ+average:N or none (default: unknown; results that the\n"
+    "                    filter could falsify are then withheld)\n"
     "  --bits N          width of a count, 2 to 32 (default 24)\n"
     "\n"
     "Window, in samples\n"
@@ -76,7 +80,7 @@ void settings_help(void)
     }
 }
 
-typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT, POLICY } kind_t;
+typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT, POLICY, FILTER } kind_t;
 
 typedef struct {
     const char *name;
@@ -96,6 +100,7 @@ static const entry_t TABLE[] = {
     {"lsb", REAL, AT(config.unit_per_count)},
     {"alarm-on", REAL, AT(alarm_on_s)},
     {"alarm-off", REAL, AT(alarm_off_s)},
+    {"bandwidth", FILTER, 0},
     {"policy", POLICY, AT(config.law)},
     {"false-alarms-per-hour", REAL, AT(config.glr.false_alarms_per_hour)},
     {"cut-interval", REAL, AT(config.glr.cut_interval_s)},
@@ -172,6 +177,9 @@ static bool apply(node_settings_t *settings, const entry_t *entry, const char *t
         return set_content(settings, text);
     case POLICY:
         return set_policy(settings, text);
+    case FILTER:
+        settings->declares_filter = davar_bandwidth_read(text, &settings->bandwidth);
+        return settings->declares_filter;
     case REAL:
     case WHOLE:
     case HEX:
@@ -186,7 +194,9 @@ static const char *expected(const entry_t *entry)
                                         [WHOLE] = "a whole number of at least 0",
                                         [HEX] = "a hexadecimal number",
                                         [CONTENT] = "summary, full, intervals or fd",
-                                        [POLICY] = "or or glr"};
+                                        [POLICY] = "or or glr",
+                                        [FILTER] =
+                                            "HZ[:ORDER[:PERCENT]], average:N, cic:N or none"};
     return (strcmp(entry->name, "bits") == 0) ? "2 to 32" : WORDS[entry->kind];
 }
 
@@ -272,6 +282,19 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
     return true;
 }
 
+/* Converts the filter to the sample rate. */
+static bool fits_rate(node_settings_t *settings, char *why, size_t size)
+{
+    const double rate_hz = settings->config.rate_hz;
+    if (davar_bandwidth_at(&settings->bandwidth, rate_hz, &settings->filter)) {
+        return true;
+    }
+    (void)snprintf(why, size,
+                   "--bandwidth: %g Hz is too far below or above the sample rate of %g Hz",
+                   settings->bandwidth.hz, rate_hz);
+    return false;
+}
+
 /* The option that caused a status. */
 static const char *option_of(davar_status_t status)
 {
@@ -316,7 +339,7 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
     const davar_status_t status =
         davar_memory_size_q31(&settings->config) > 0U ? DAVAR_OK : DAVAR_ERR_NULL;
     if (settings->help || (status == DAVAR_OK)) {
-        return true;
+        return settings->help || fits_rate(settings, why, size);
     }
     davar_t probe;
     uint64_t none[1];

@@ -3,6 +3,7 @@
 #define NODE_SETTINGS_H
 
 #include "davar/davar.h"
+#include "davar_bandwidth.h"
 
 typedef struct {
     const char *source;
@@ -18,6 +19,9 @@ typedef struct {
     bool raw;
     bool wait;
     bool help;
+    bool declares_filter; /* --bandwidth was given */
+    davar_bandwidth_t bandwidth;
+    davar_filter_t filter; /* ... at the sample rate */
     davar_config_t config;
     uint32_t taus[DAVAR_TAUS_MAX];
 } node_settings_t;

@@ -96,6 +96,7 @@ static bool finish(run_t *run, sim_error_t *error)
     }
     report_counters(&run->health);
     report_coarse(run->output.coarse, run->output.rows);
+    report_filtered(run->output.filtered, run->output.rows, run->options->declares_filter);
     return output_finish(&run->output, error);
 }
 

@@ -94,7 +94,7 @@ bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus,
                                             .high = (double)NAN,
                                             .edf = (double)NAN};
         }
-        davar_plan_init(plan, m, taus);
+        davar_plan_init_white(plan, m, taus);
         davar_fit(plan, rate_hz, result);
         for (uint8_t t = 0; t < taus; t++) {
             limits[t] = result->tau[t].low;

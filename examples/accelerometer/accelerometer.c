@@ -40,7 +40,7 @@ davar_status_t accelerometer_start(void)
     config.stride = STRIDE;
     config.taus = taus;
     config.tau_count = TAUS;
-    davar_plan_init(&plan, taus, TAUS);
+    davar_plan_init_white(&plan, taus, TAUS); /* its low-pass is far above 100 Hz */
     davar_status_t status = DAVAR_OK;
     for (int axis = 0; (axis < AXES) && (status == DAVAR_OK); axis++) {
         status = davar_init_q15(&axes[axis], &config, memory[axis], sizeof memory[axis]);

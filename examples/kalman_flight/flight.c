@@ -94,7 +94,7 @@ static void choose_law(const char *law)
     } else {
         config.law = (strcmp(law, "or") == 0) ? &davar_law_or : NULL;
     }
-    davar_plan_init(&plan, taus, TAUS);
+    davar_plan_init_white(&plan, taus, TAUS);
 }
 
 /* Reads the results of davar: the ARW of white noise, or the Allan deviation of one sample if the

@@ -49,6 +49,18 @@ static void configure(engine_t *engine, const settings_t *settings,
     }
 }
 
+/* The filter of --bandwidth at the rate of the recording. */
+static bool declare(engine_t *engine, const options_t *options, sim_error_t *error)
+{
+    if (!options->declares_filter) {
+        return true;
+    }
+    engine->declared = &engine->filter;
+    return davar_bandwidth_at(&options->bandwidth, engine->config.rate_hz, &engine->filter) ||
+           sim_fail(error, "--bandwidth: %g Hz is too far below or above the sample rate of %g Hz",
+                    options->bandwidth.hz, engine->config.rate_hz);
+}
+
 static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
 {
     engine->instances = calloc(engine->count, sizeof *engine->instances);
@@ -66,13 +78,15 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
 {
     *engine = (engine_t){.count = count};
     configure(engine, settings, quantisation, rate_hz);
+    if (!declare(engine, options, error)) {
+        return false;
+    }
     const size_t bytes = memory_size(engine->number, &engine->config);
     const size_t words = bytes / sizeof *engine->memory + 1U;
     if (!allocate(engine, words, error)) {
         return false;
     }
-    davar_plan_init(&engine->plan, engine->config.taus,
-                    engine->config.tau_count); /* all channels share it */
+    davar_bandwidth_plan(&engine->plan, &engine->config, engine->declared); /* for all channels */
     for (size_t c = 0; c < count; c++) {
         engine->channels[c] = (davar_node_channel_t){
             .davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};

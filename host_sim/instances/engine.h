@@ -9,6 +9,8 @@
 typedef struct {
     davar_config_t config;
     davar_plan_t plan;
+    davar_filter_t filter;
+    const davar_filter_t *declared; /* the filter, or null: unknown */
     davar_port_number_t number;
     size_t count;
     davar_t *instances;

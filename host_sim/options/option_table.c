@@ -47,6 +47,16 @@ static bool apply_rate(options_t *options, const char *text, sim_error_t *error)
     return value_positive("rate", text, &options->rate_hz, error);
 }
 
+static bool apply_bandwidth(options_t *options, const char *text, sim_error_t *error)
+{
+    options->declares_filter = davar_bandwidth_read(text, &options->bandwidth);
+    return options->declares_filter ||
+           sim_fail(error,
+                    "--bandwidth: expected HZ[:ORDER[:PERCENT]], average:N, cic:N or none, "
+                    "found '%s'",
+                    text);
+}
+
 static bool apply_gap(options_t *options, const char *text, sim_error_t *error)
 {
     if (!value_positive("gap", text, &options->gap_factor, error)) {
@@ -310,6 +320,7 @@ static bool apply_progress(options_t *options, const char *text, sim_error_t *er
 const option_entry_t OPTION_TABLE[] = {
     {"column", option_add_columns},
     {"rate", apply_rate},
+    {"bandwidth", apply_bandwidth},
     {"gap", apply_gap},
     {"arith", apply_arith},
     {"lsb", apply_lsb},

@@ -5,6 +5,7 @@
 #include "common/sim_error.h"
 #include "davar/types.h"
 #include "davar/wire.h"
+#include "davar_bandwidth.h"
 #include "davar_policy.h"
 
 #define OPTIONS_COLUMNS_MAX 256U
@@ -54,6 +55,8 @@ typedef struct {
     double full_scale;                  /* 0: not given */
     double gap_factor;                  /* 0: not given */
     uint32_t bits;                      /* 0: not given */
+    bool declares_filter;               /* --bandwidth was given */
+    davar_bandwidth_t bandwidth;
     arith_t arith;
     davar_policy_t policy;
     double false_alarms_per_hour; /* glr; 0: not given */

@@ -117,6 +117,12 @@ static cell_t show_coarse(const epoch_row_t *row, uint32_t index)
     return integer_cell((row->result->noise == DAVAR_NOISE_COARSE) ? 1U : 0U);
 }
 
+static cell_t show_filtered(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell((row->result->noise == DAVAR_NOISE_FILTERED) ? 1U : 0U);
+}
+
 static cell_t show_coefficient(const epoch_row_t *row, uint32_t kind)
 {
     const davar_coefficient_t *coefficient = &row->result->coefficient[kind];
@@ -203,6 +209,7 @@ static const field_t TRACKING[] = {
 static const field_t DETAILS[] = {
     {"gaps_in_window", show_gaps, 0U},
     {"coarse", show_coarse, 0U},
+    {"filtered", show_filtered, 0U},
     {"arw_upper_deg_per_sqrt_h", show_coefficient_upper, DAVAR_ANGLE_RANDOM_WALK},
     {"bi_upper_deg_per_h", show_coefficient_upper, DAVAR_BIAS_INSTABILITY},
     {"rrw_upper_deg_per_h_per_sqrt_h", show_coefficient_upper, DAVAR_RATE_RANDOM_WALK},

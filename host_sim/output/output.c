@@ -43,6 +43,7 @@ bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_
     }
     output->rows++;
     output->coarse += (plain->result->noise == DAVAR_NOISE_COARSE) ? 1U : 0U;
+    output->filtered += (plain->result->noise == DAVAR_NOISE_FILTERED) ? 1U : 0U;
     switch (output->format) {
     case OUT_LINK:
         return wire_out_result(&output->wire, channel, row, error);

@@ -14,12 +14,13 @@ typedef struct {
     out_t format;
     fields_t fields;
     const selection_t *selection;
-    bool raw;        /* send the samples too */
-    bool flush_rows; /* write each row immediately */
-    uint64_t rows;   /* written so far */
-    uint64_t coarse; /* rows whose noise is below half a count */
-    watch_t watch;   /* for --model-table */
-    wire_out_t wire; /* for OUT_LINK */
+    bool raw;          /* send the samples too */
+    bool flush_rows;   /* write each row immediately */
+    uint64_t rows;     /* written so far */
+    uint64_t coarse;   /* rows whose noise is below half a count */
+    uint64_t filtered; /* rows withheld because the short cluster sizes read low */
+    watch_t watch;     /* for --model-table */
+    wire_out_t wire;   /* for OUT_LINK */
 } output_t;
 
 /* All arguments belong to the caller and must outlive the output. False: a bad --model-table, or

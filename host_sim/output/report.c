@@ -8,6 +8,9 @@
 
 #define COARSE_LEVELS 1024.0
 
+/* Chance withholds fewer than one result in so many, even if all windows overlap. */
+#define FEW 20U
+
 static void note_units(const selection_t *selection)
 {
     for (size_t c = 0; c < selection->count; c++) {
@@ -146,5 +149,17 @@ void report_coarse(uint64_t coarse, uint64_t rows)
                       " results: the noise is below half a count, so rounding hides the angle "
                       "random walk; record with a finer count (--details shows its upper limit)\n",
                       coarse, rows);
+    }
+}
+
+void report_filtered(uint64_t filtered, uint64_t rows, bool declared)
+{
+    if ((filtered * FEW) > rows) {
+        (void)fprintf(
+            stderr, "davar-sim: note: %" PRIu64 " of %" PRIu64 " results withheld: %s\n", filtered,
+            rows,
+            declared ? "the short cluster sizes contradict the filter of --bandwidth"
+                     : "the short cluster sizes read low, as behind a low-pass. Give the filter "
+                       "of the data sheet (--bandwidth HZ[:ORDER]), or --bandwidth none");
     }
 }

@@ -16,4 +16,8 @@ void report_counters(const davar_health_t *health);
 /* After the run: how many results have no coefficients because the counts are too coarse. */
 void report_coarse(uint64_t coarse, uint64_t rows);
 
+/* After the run: how many results are withheld because the short cluster sizes read low, if they are
+ * more than chance gives. */
+void report_filtered(uint64_t filtered, uint64_t rows, bool declared);
+
 #endif

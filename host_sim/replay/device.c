@@ -70,7 +70,8 @@ static bool write_job(const places_t *places, replay_t *replay, const engine_t *
         return sim_fail(error, "%s: cannot be written", places->job);
     }
     uint64_t words[DAVAR_JOB_WORDS];
-    davar_job_encode(&engine->config, engine->number, (uint32_t)engine->count, words);
+    davar_job_encode(&engine->config, engine->number, (uint32_t)engine->count, engine->declared,
+                     words);
     (void)fwrite(words, sizeof words, 1U, file);
     const davar_port_t port = replay_port(replay);
     davar_port_block_t block = {0};

@@ -3,7 +3,8 @@
 
 #include <string.h>
 
-#define MAGIC UINT64_C(0x33424F4A52564144) /* "DAVRJOB3" */
+#define MAGIC UINT64_C(0x34424F4A52564144) /* "DAVRJOB4" */
+#define FILTER_WORDS 6U                    /* the last of the settings */
 #define HEALTH UINT64_MAX                  /* instead of a channel */
 
 static uint64_t bits_of(double value)
@@ -37,8 +38,10 @@ static double double_of(uint64_t bits)
 #define OF_WORD_BOOL(word) ((word) != 0U)
 
 void davar_job_encode(const davar_config_t *config, davar_port_number_t number, uint32_t channels,
-                      uint64_t words[DAVAR_JOB_WORDS])
+                      const davar_filter_t *filter, uint64_t words[DAVAR_JOB_WORDS])
 {
+    const davar_filter_t none = {0};
+    const davar_filter_t *const known = (filter != NULL) ? filter : &none;
     const uint64_t fields[DAVAR_JOB_SETTINGS] = {
         MAGIC,
         (uint64_t)number,
@@ -47,6 +50,12 @@ void davar_job_encode(const davar_config_t *config, davar_port_number_t number, 
 #define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
     WORD_OF_##kind(config->member),
 #include "davar/config_fields.inc"
+        (filter != NULL) ? 1U : 0U,
+        bits_of(known->cutoff),
+        bits_of(known->uncertainty),
+        known->poles,
+        known->averages,
+        ((uint64_t)known->length << 16U) | known->decimation,
     };
     memcpy(words, fields, sizeof fields);
     for (uint32_t t = 0U; t < DAVAR_JOB_TAUS; t++) {
@@ -71,10 +80,18 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
     job->channels = (uint32_t)words[2];
     config->law = davar_policy_law((davar_policy_t)words[3], job->number != DAVAR_PORT_Q15);
     config->taus = job->taus;
-    const bool all_read = (decode_fields(config, &words[4]) == &words[DAVAR_JOB_SETTINGS]);
+    const uint64_t *const filter = decode_fields(config, &words[4]);
+    const bool all_read = (filter == &words[DAVAR_JOB_SETTINGS - FILTER_WORDS]);
     if ((words[0] != MAGIC) || !all_read || (config->tau_count > DAVAR_TAUS_MAX)) {
         return false;
     }
+    job->declared = (filter[0] != 0U);
+    job->filter = (davar_filter_t){.cutoff = double_of(filter[1]),
+                                   .uncertainty = double_of(filter[2]),
+                                   .poles = (uint8_t)filter[3],
+                                   .averages = (uint8_t)filter[4],
+                                   .length = (uint16_t)(filter[5] >> 16U),
+                                   .decimation = (uint16_t)filter[5]};
     for (uint32_t t = 0U; t < config->tau_count; t++) {
         job->taus[t] = (uint32_t)words[DAVAR_JOB_SETTINGS + t];
     }

@@ -10,6 +10,7 @@
 #define DAVAR_JOB_H
 
 #include "davar/davar.h"
+#include "davar_bandwidth.h"
 #include "davar_policy.h"
 #include "davar_port.h"
 
@@ -18,7 +19,7 @@ extern "C" {
 #endif
 
 #define DAVAR_JOB_TAUS 32U
-#define DAVAR_JOB_SETTINGS 28U
+#define DAVAR_JOB_SETTINGS 34U
 #define DAVAR_JOB_WORDS (DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS)
 #define DAVAR_JOB_HEAD 18U
 #define DAVAR_JOB_RESULT_WORDS                                                                     \
@@ -29,11 +30,13 @@ typedef struct {
     uint32_t taus[DAVAR_TAUS_MAX];
     davar_port_number_t number;
     uint32_t channels;
+    bool declared; /* the filter is known */
+    davar_filter_t filter;
 } davar_job_t;
 
-/* `config` may point to taus anywhere. */
+/* `config` may point to taus anywhere. `filter` null: unknown. */
 void davar_job_encode(const davar_config_t *config, davar_port_number_t number, uint32_t channels,
-                      uint64_t words[DAVAR_JOB_WORDS]);
+                      const davar_filter_t *filter, uint64_t words[DAVAR_JOB_WORDS]);
 
 /* False: not a job, or more cluster sizes than this build supports. The job must not be moved. */
 bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS]);

@@ -15,7 +15,7 @@ from ._samples import Clock, There
 from ._types import Array, Floats, Pair, Path
 
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
-FLAGS = ("unstable", "alarm", "coarse")
+FLAGS = ("unstable", "alarm", "coarse", "filtered")
 SCALES = (1e-40, 1e20)  # range of rates that the library accepts
 BITS = 24  # width of a count, unless bits is given
 
@@ -75,6 +75,7 @@ OPTIONS = (
     "bits",
     "arith",
     "full_scale",
+    "bandwidth",
     "policy",
     "mode",
     "window_max",
@@ -196,6 +197,7 @@ def dynamic(
     bits: int | None = None,
     arith: str | None = None,
     full_scale: float | None = None,
+    bandwidth: float | str | None = None,
     policy: str | None = None,
     mode: str | None = None,
     window_max: int | None = None,
@@ -236,6 +238,10 @@ def dynamic(
         arith: "fixed" (default): integer counts. "float": float32 samples.
         full_scale: with arith="float": larger samples, deg/s, saturate. By default a power of two
             that covers the record.
+        bandwidth: what the noise passed before it was recorded: a low-pass as its -3 dB frequency
+            in Hz, or as "HZ:ORDER:PERCENT" (1 or 2 poles, default 2; known to 10 %), "average:N"
+            for a moving average, "cic:N" for the mean of blocks, or "none". By default unknown: results that a
+            filter could falsify are withheld (filtered).
         policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its
@@ -325,6 +331,7 @@ class Stream:
         *,
         lsb: float | None = None,
         full_scale: float | None = None,
+        bandwidth: float | str | None = None,
         bits: int | None = None,
         policy: str | None = None,
         mode: str | None = None,

@@ -3,6 +3,7 @@
 #include "davar/davar.h"
 #include "unity.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <signal.h>
 
@@ -72,11 +73,56 @@ static void test_a_plan_of_no_cluster_size_and_a_window_shorter_than_a_span(void
     TEST_ASSERT_FALSE(ASSERTS(davar_edf(DAVAR_ANGLE_RANDOM_WALK, 2U, 4U)));
 }
 
+static bool is_refused(davar_filter_t filter)
+{
+    davar_plan_t plan;
+    return ASSERTS((davar_plan_init_filtered(&plan, taus, 2U, &filter), 0));
+}
+
+static void test_a_filter_outside_its_ranges(void)
+{
+    davar_plan_t plan;
+    const davar_filter_t none = {0};
+    TEST_ASSERT_TRUE(ASSERTS((davar_plan_init_filtered(&plan, taus, 0U, &none), 0)));
+    TEST_ASSERT_FALSE(is_refused(none));
+    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.cutoff = 0.002, .poles = 1U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.cutoff = 0.0019, .poles = 1U}));
+    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.cutoff = 2.0, .poles = 2U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.cutoff = 2.1, .poles = 2U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.cutoff = 2.1, .poles = 2U, .decimation = 1U}));
+    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.cutoff = 50.0, .poles = 2U, .decimation = 25U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.cutoff = 50.1, .poles = 2U, .decimation = 25U}));
+    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.cutoff = 99.0})); /* without poles: not used */
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.cutoff = 0.1, .poles = 3U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.cutoff = (double)NAN, .poles = 1U}));
+}
+
+static void test_an_uncertainty_outside_its_range(void)
+{
+    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.cutoff = 0.1, .poles = 1U, .uncertainty = 0.5}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.cutoff = 0.1, .poles = 1U, .uncertainty = 0.51}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.cutoff = 0.1, .poles = 1U, .uncertainty = -0.1}));
+}
+
+static void test_moving_averages_outside_their_ranges(void)
+{
+    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.averages = 8U, .length = 1U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.averages = 9U, .length = 1U}));
+    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.averages = 1U, .length = 4096U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.averages = 1U, .length = 4097U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.averages = 1U, .length = 0U}));
+    TEST_ASSERT_FALSE(
+        is_refused((davar_filter_t){.length = 5000U})); /* without averages: not used */
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_push_of_another_type_than_init_s);
     RUN_TEST(test_a_sample_or_a_gap_after_the_record_was_finished);
     RUN_TEST(test_a_plan_of_no_cluster_size_and_a_window_shorter_than_a_span);
+    RUN_TEST(test_a_filter_outside_its_ranges);
+    RUN_TEST(test_an_uncertainty_outside_its_range);
+    RUN_TEST(test_moving_averages_outside_their_ranges);
     return UNITY_END();
 }

@@ -115,7 +115,7 @@ static double run_chain(const davar_config_t *config)
     const size_t bytes = davar_memory_size_q15(config);
     void *const memory = memory_of(bytes);
     (void)davar_init_q15(&davar, config, memory, bytes);
-    davar_plan_init(&plan, config->taus, config->tau_count);
+    davar_plan_init_white(&plan, config->taus, config->tau_count);
     const double start = now_ns();
     for (size_t i = 0U; i < SAMPLES;) {
         i += davar_push_until_result_q15(&davar, &narrow[i], SAMPLES - i);

@@ -230,7 +230,7 @@ static void start(instance_t *instance, const law_t *law, davar_mode_t mode)
     config->window.gaps_max = 64U;
     config->taus = taus;
     config->tau_count = (law->longest < 600U) ? 6U : TAUS;
-    davar_plan_init(&instance->plan, taus, config->tau_count);
+    davar_plan_init_white(&instance->plan, taus, config->tau_count);
     if (davar_init_q15(&instance->davar, config, instance->memory, sizeof instance->memory) !=
         DAVAR_OK) {
         fprintf(stderr, "davar-laws: %s: rejected by init\n", law->name);

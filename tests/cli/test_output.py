@@ -67,6 +67,7 @@ class Csv(SimCase):
                 "differences_5",
                 "gaps_in_window",
                 "coarse",
+                "filtered",
                 "arw_upper_deg_per_sqrt_h",
                 "bi_upper_deg_per_h",
                 "rrw_upper_deg_per_h_per_sqrt_h",

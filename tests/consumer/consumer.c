@@ -26,7 +26,7 @@ int main(void)
         puts(davar_status_text(status));
         return 1;
     }
-    davar_plan_init(&plan, taus, 3);
+    davar_plan_init_white(&plan, taus, 3);
     davar_result_t result = {0};
     const int16_t count = 7;
     for (int i = 0; i < 100; i++) {

@@ -232,7 +232,7 @@ int main(void)
     config.tau_count = TAUS;
     config.stride = 150U;
     config.window.mirrored_end = true;
-    davar_plan_init(&plan, taus, TAUS);
+    davar_plan_init_white(&plan, taus, TAUS);
     add_limits(&config);
     run_all(&config);
     for (uint32_t window = 20U; window < 60000U; window += 1111U) {

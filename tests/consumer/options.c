@@ -103,7 +103,7 @@ static davar_status_t start(char type, const davar_config_t *config)
 int main(void)
 {
     static const char types[] = {'q', 'w', 'f'};
-    davar_plan_init(&plan, taus, 4);
+    davar_plan_init_white(&plan, taus, 4);
     for (int all = 0; all < 42; all++) {
         const int number = all % 14;
         const bool by_edges = number >= 10;

@@ -66,7 +66,7 @@ static void start(const scenario_t *scenario, davar_config_t *config)
         table[t] = (davar_model_tau_t){taus[t], sqrt(gyro_noise_avar(&scenario->model, taus[t])),
                                        scenario->tolerance};
     }
-    davar_plan_init(&plan, taus, 7U);
+    davar_plan_init_white(&plan, taus, 7U);
     TEST_ASSERT_TRUE(davar_monitor_init(&monitor, table, 7U, DAVAR_MONITOR_MEMORY));
 }
 

@@ -53,7 +53,7 @@ static void set_taus(const scenario_t *scenario)
         result.tau[t].m = m[t];
         result.tau[t].differences = scenario->window - 2U * m[t] + 1U;
     }
-    davar_plan_init(&plan, m, count);
+    davar_plan_init_white(&plan, m, count);
 }
 
 static double adev_of(const double *phase, uint32_t window, uint32_t m)

@@ -101,7 +101,7 @@ static void test_intervals_near_the_ends_contain_the_truth(void)
     config.law = NULL;
     config.taus = taus;
     config.tau_count = TAUS;
-    davar_plan_init(&plan, config.taus, config.tau_count);
+    davar_plan_init_white(&plan, config.taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     random_t random = random_seeded(7U);
     for (unsigned i = 0U; i < RECORDS; i++) {

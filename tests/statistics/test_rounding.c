@@ -113,7 +113,7 @@ static coverage_t measured(uint32_t window, double sigma, mean_t mean, unsigned 
     uint32_t taus[12];
     const davar_config_t config = config_of(window, taus);
     coverage_t coverage = {0};
-    davar_plan_init(&plan, taus, config.tau_count);
+    davar_plan_init_white(&plan, taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < windows; i++) {
         one_window(&config, sigma, mean);
@@ -177,7 +177,7 @@ static void test_with_large_noise_rounding_only_subtracts_its_variance(void)
 {
     uint32_t taus[12];
     const davar_config_t config = config_of(600U, taus);
-    davar_plan_init(&plan, taus, config.tau_count);
+    davar_plan_init_white(&plan, taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < 200U; i++) {
         one_window(&config, (i % 2U == 0U) ? 5.0 : 30.0, ANYWHERE);
@@ -188,11 +188,13 @@ static void test_with_large_noise_rounding_only_subtracts_its_variance(void)
         const double off =
             3600.0 * config.unit_per_count * config.unit_per_count / (12.0 * config.rate_hz);
         TEST_ASSERT_TRUE(rounded.present == whole.present);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-6 * whole.value, sqrt((whole.value * whole.value) - off),
-                                  rounded.value);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * whole.high, sqrt((whole.high * whole.high) - off),
+        /* In a mixture, rounding is part of the model and changes its weights a little. */
+        const double near = (result.noise == DAVAR_NOISE_WHITE) ? 1.0 : 100.0;
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6 * near * whole.value,
+                                  sqrt((whole.value * whole.value) - off), rounded.value);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * near * whole.high, sqrt((whole.high * whole.high) - off),
                                   rounded.high);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * whole.high, sqrt((whole.low * whole.low) - off),
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * near * whole.high, sqrt((whole.low * whole.low) - off),
                                   rounded.low);
     }
 }
@@ -207,7 +209,7 @@ static void test_a_walk_that_is_rounded_keeps_its_coefficient(void)
     const double truth = 216000.0 * step * config.unit_per_count * sqrt(config.rate_hz);
     unsigned held = 0U;
     unsigned walks = 0U;
-    davar_plan_init(&plan, taus, config.tau_count);
+    davar_plan_init_white(&plan, taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < 1000U; i++) {
         double walk = 0.0;
@@ -233,7 +235,7 @@ static void test_noise_below_half_a_count_has_a_reason_and_a_limit(void)
     uint32_t taus[12];
     const davar_config_t config = config_of(600U, taus);
     const double half = 60.0 * 0.5 * config.unit_per_count / sqrt(config.rate_hz);
-    davar_plan_init(&plan, taus, config.tau_count);
+    davar_plan_init_white(&plan, taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < 500U; i++) {
         one_window(&config, 0.02 * (double)(i % 20U), (mean_t)(i % 4U));

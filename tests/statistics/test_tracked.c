@@ -52,7 +52,7 @@ void setUp(void)
     config.window.gaps_max = 64U;
     config.taus = taus;
     config.tau_count = TAUS;
-    davar_plan_init(&plan, taus, TAUS);
+    davar_plan_init_white(&plan, taus, TAUS);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
 }
 

@@ -77,7 +77,7 @@ MAY_INCLUDE = {
         "tests/tracking",
     ),
     "tests/": ("lib/include", "port/include", "port/node", "port/wire", "tests/support"),
-    "tools/": ("lib/include",),
+    "tools/": ("lib/include", "port/include"),
     "python": ("lib/include", "port/include", "host_sim"),
 }
 LIB_SYSTEM_HEADERS = {

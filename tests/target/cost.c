@@ -62,7 +62,7 @@ static void start(davar_policy_t policy, uint32_t stride)
         board_figure("refused_needs_bytes", (uint32_t)bytes);
         board_exit(1);
     }
-    davar_plan_init(&plan, config.taus, config.tau_count);
+    davar_plan_init_white(&plan, config.taus, config.tau_count);
     const char *const grid = (policy == DAVAR_POLICY_GLR) ? "ram_glr_bytes" : "ram_grid_bytes";
     board_figure((stride == 1U) ? "ram_bytes" : grid, (uint32_t)(bytes + sizeof davar));
 }

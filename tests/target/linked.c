@@ -82,7 +82,7 @@ int main(void)
     }
 #endif
 #if WHAT > 2
-    davar_plan_init(&plan, taus, TAUS);
+    davar_plan_init_white(&plan, taus, TAUS);
 #endif
     for (;;) {
         const int16_t sample = input;

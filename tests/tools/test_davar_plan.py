@@ -16,6 +16,21 @@ LISTS = (
     "1,2,3,5,9,15,24,40",
     ",".join(str(3 + 2 * i) for i in range(32)),
 )
+# The options of a filter, and how a program makes the same plan.
+FILTERS = {
+    (): "davar_plan_init(&made, taus, COUNT)",
+    ("--bandwidth", "none"): "davar_plan_init_filtered(&made, taus, COUNT, &(davar_filter_t){0})",
+    ("--bandwidth", "40", "--rate", "1000"): "davar_plan_init_filtered(&made, taus, COUNT, "
+    "&(davar_filter_t)DAVAR_LOW_PASS(40, 1000, 2))",
+    ("--bandwidth", "50:1:5", "--rate", "200"): "davar_plan_init_filtered(&made, taus, COUNT, "
+    "&(davar_filter_t){.cutoff = 0.25, .uncertainty = 0.01 * 5.0, .poles = 1U})",
+    ("--bandwidth", "cic:8"): "davar_plan_init_filtered(&made, taus, COUNT, "
+    "&(davar_filter_t)DAVAR_BLOCK_AVERAGE(8))",
+    ("--bandwidth", "average2:4"): "davar_plan_init_filtered(&made, taus, COUNT, "
+    "&(davar_filter_t){.averages = 2U, .length = 4U, .decimation = 1U})",
+    ("--bandwidth", "cic3:64"): "davar_plan_init_filtered(&made, taus, COUNT, "
+    "&(davar_filter_t){.averages = 3U, .length = 64U, .decimation = 64U})",
+}
 PROGRAM = """
 #include "davar/davar.h"
 #include <math.h>
@@ -29,7 +44,7 @@ int main(void)
     static davar_plan_t made;
     static davar_result_t a, b;
     uint32_t seed = 1U, same = 0U, white = 0U;
-    davar_plan_init(&made, taus, COUNT);
+    MAKE;
     if (memcmp(&made, &ready, sizeof made) != 0) {
         return puts("another plan");
     }
@@ -85,8 +100,8 @@ class Plan(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.work = Path(folder.name)
 
-    def compiled(self, program, taus):
-        done = plan("--taus", taus, "--name", "ready")
+    def compiled(self, program, taus, options=()):
+        done = plan("--taus", taus, "--name", "ready", *options)
         self.assertEqual((0, ""), (done.returncode, done.stderr))
         (self.work / "plan.c").write_text(done.stdout)
         (self.work / "program.c").write_text(program)
@@ -103,6 +118,7 @@ class Plan(unittest.TestCase):
             "-fdata-sections",
             "-Wl,--gc-sections",
             f"-DTAUS={taus}",
+            f"-DMAKE={FILTERS[options]}",
             "-I",
             ROOT / "lib/include",
             "-I",
@@ -122,12 +138,13 @@ class Plan(unittest.TestCase):
         return self.work / "program"
 
     def test_it_equals_the_plan_of_the_library_and_gives_the_same_results(self):
-        for taus in LISTS:
-            with self.subTest(taus=taus):
-                done = subprocess.run(
-                    [self.compiled(PROGRAM, taus)], text=True, stdout=subprocess.PIPE, check=False
-                )
-                self.assertEqual((0, "1960 some"), (done.returncode, done.stdout))
+        for taus, options in [*((taus, ()) for taus in LISTS), *((LISTS[3], o) for o in FILTERS)]:
+            with self.subTest(taus=taus, options=options):
+                program = self.compiled(PROGRAM, taus, options)
+                done = subprocess.run([program], text=True, stdout=subprocess.PIPE, check=False)
+                self.assertEqual((0, "1960"), (done.returncode, done.stdout.split()[0]))
+                if not options:
+                    self.assertEqual("1960 some", done.stdout)
 
     def test_the_code_that_makes_a_plan_is_not_linked(self):
         def linked(program):
@@ -160,6 +177,36 @@ class Plan(unittest.TestCase):
             ("--taus", "1", "--name", "a b"),
             ("--tau", "1"),
             ("plan.c",),
+            *(
+                ("--taus", "1,2", "--rate", "100", "--bandwidth", filter)
+                for filter in (
+                    "",
+                    "20:3",
+                    "20:0",
+                    "20:2:60",
+                    "-5",
+                    "nan",
+                    "0.1",
+                    "900",
+                    "20:",
+                    "20+",
+                    "20+30",
+                    "average",
+                    "average:0",
+                    "average9:2",
+                    "averages:2",
+                    "average:5000",
+                    "cic0:4",
+                    "cic9:4",
+                    "cic3",
+                    "cic3:4+20",
+                    "none+20",
+                    "auto",
+                )
+            ),
+            ("--taus", "1,2", "--bandwidth", "20"),
+            ("--taus", "1,2", "--bandwidth", "20", "--rate", "0"),
+            ("--taus", "1,2", "--bandwidth", "20", "--rate", "x"),
         ):
             with self.subTest(words=words):
                 done = plan(*words)

@@ -339,6 +339,13 @@ static void test_correlation_between_cluster_sizes_is_close(void)
     }
 }
 
+static void test_degrees_of_freedom_for_every_noise_are_at_least_one(void)
+{
+    const davar_result_t few = {
+        .window_samples = 600U, .tau_count = 1U, .tau = {{.m = 250U, .differences = 3U}}};
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, davar_edf_least(&few, 0U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -353,5 +360,6 @@ int main(void)
     RUN_TEST(test_edf_agrees_with_sp_1065);
     RUN_TEST(test_edf_is_the_formula_of_the_table);
     RUN_TEST(test_correlation_between_cluster_sizes_is_close);
+    RUN_TEST(test_degrees_of_freedom_for_every_noise_are_at_least_one);
     return UNITY_END();
 }

@@ -10,7 +10,7 @@ static void assert_same_as_fresh(const uint32_t *m, uint8_t count)
     davar_result_t again = result;
     davar_plan_t fresh;
     memset(&fresh, 0xA5, sizeof fresh);
-    davar_plan_init(&fresh, m, count);
+    davar_plan_init_white(&fresh, m, count);
     davar_fit(&fresh, 1.0 / 0.5, &again);
     davar_fit(&plan, 1.0 / 0.5, &result);
     TEST_ASSERT_EQUAL_MEMORY(again.tau, result.tau, sizeof result.tau);
@@ -115,10 +115,22 @@ static void test_the_limit_of_the_misfit_is_five_standard_deviations(void)
                 variance += 2.0 * r * r;
             }
         }
-        davar_plan_init(&plan, m, count);
+        davar_plan_init_white(&plan, m, count);
         const double limit = 2.0 * ((count - 1.0) + (5.0 * sqrt(variance)));
         TEST_ASSERT_DOUBLE_WITHIN(1e-5 * limit, limit,
                                   (double)plan.misfit_limit / DAVAR_FIT_MISFIT_ONE);
+    }
+}
+
+/* Of numbers far below the largest, no bit is left. */
+static void test_aligned_numbers_lose_the_bits_below_the_last_one_of_the_largest(void)
+{
+    for (int32_t below = 0; below < 40; below++) {
+        scaled_t value[] = {{UINT32_C(0x80000001), 5}, {UINT32_C(0xFFFFFFFF), 5 - below}};
+        TEST_ASSERT_EQUAL_INT32(9, davar_align(value, 2));
+        TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x08000000), value[0].mantissa);
+        TEST_ASSERT_EQUAL_HEX32((below > 27) ? 0U : (UINT32_C(0x0FFFFFFF) >> (unsigned)below),
+                                value[1].mantissa);
     }
 }
 
@@ -128,5 +140,6 @@ int main(void)
     RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
     RUN_TEST(test_standard_errors_match_the_full_covariance);
     RUN_TEST(test_the_limit_of_the_misfit_is_five_standard_deviations);
+    RUN_TEST(test_aligned_numbers_lose_the_bits_below_the_last_one_of_the_largest);
     return UNITY_END();
 }

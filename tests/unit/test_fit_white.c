@@ -14,7 +14,8 @@
 typedef struct {
     int count;
     double m[DAVAR_TAUS_MAX];
-    double weight[DAVAR_TAUS_MAX];
+    double inverse[DAVAR_TAUS_MAX]
+                  [DAVAR_TAUS_MAX];   /* of the covariance that weights are made for */
     double effective[DAVAR_TAUS_MAX]; /* differences, mirror images and window ends considered */
     double edf[DAVAR_TAUS_MAX];
     double y[DAVAR_TAUS_MAX];
@@ -27,6 +28,7 @@ typedef struct {
     double misfit_over_limit;
     double near_threshold; /* the least distance of a significance from 3 */
     bool explains;
+    bool lacks; /* short sizes read low by 3 standard errors */
 } expected_t;
 
 static double overlap(double a, double b)
@@ -41,18 +43,36 @@ static double shape(const expected_t *e, int term, int t)
     return (term == 0) ? (e->m[0] / e->m[t]) : pow(e->m[t] / e->m[e->count - 1], power[term]);
 }
 
+/* Inverse by Gauss-Jordan of the covariance in a window of nine longest sizes, with 1e-4 of its
+ * diagonal added (5.4). */
 static void expect_weights(expected_t *e)
 {
-    const int last = e->count - 1;
-    double from = 1.0 / sqrt(e->m[0] * e->m[0] * e->m[0] / e->m[(last > 0) ? 1 : 0]);
-    for (int t = 0; t <= last; t++) {
-        const double above =
-            sqrt(e->m[last] * e->m[last] * e->m[last] / e->m[(last > 0) ? last - 1 : 0]);
-        const double to = (t < last) ? (1.0 / sqrt(e->m[t] * e->m[t + 1])) : (0.5 / above);
-        e->weight[t] = from - to;
-        from = to;
+    static double a[DAVAR_TAUS_MAX][2 * DAVAR_TAUS_MAX];
+    const int n = e->count;
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            const double low = fmin(e->m[i], e->m[j]);
+            const double s = overlap(low, fmax(e->m[i], e->m[j]));
+            const double differences = (9.0 * e->m[n - 1]) + 1.0 - (1.5 * low);
+            a[i][j] = s / (2.0 * e->m[i] * e->m[j]) / differences * ((i == j) ? 1.0001 : 1.0);
+            a[i][n + j] = (i == j) ? 1.0 : 0.0;
+        }
     }
-    e->weight[0] *= 1.0 + (2.35 * (1.0 - (1.0 / (e->m[0] * e->m[0]))));
+    for (int k = 0; k < n; k++) {
+        const double pivot = a[k][k];
+        for (int j = 0; j < (2 * n); j++) {
+            a[k][j] /= pivot;
+        }
+        for (int i = 0; i < n; i++) {
+            const double factor = (i == k) ? 0.0 : a[i][k];
+            for (int j = 0; j < (2 * n); j++) {
+                a[i][j] -= factor * a[k][j];
+            }
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        memcpy(e->inverse[i], &a[i][n], (size_t)n * sizeof a[i][0]);
+    }
 }
 
 static void expect_data(expected_t *e)
@@ -99,18 +119,22 @@ static double variance_of(const expected_t *e, const double f[], double *size)
 static void expect_term(expected_t *e, int term)
 {
     double sum[4] = {0.0, 0.0, 0.0, 0.0};
-    double f[DAVAR_TAUS_MAX];
+    double f[DAVAR_TAUS_MAX] = {0};
     for (int t = 0; t < e->count; t++) {
-        sum[0] += e->weight[t];
-        sum[1] += e->weight[t] * shape(e, term, t);
+        for (int u = 0; u < e->count; u++) {
+            sum[0] += e->inverse[t][u];
+            sum[1] += e->inverse[t][u] * shape(e, term, u);
+        }
     }
     e->centre[term] = (term == WHITE) ? 0.0 : (sum[1] / sum[0]);
     for (int t = 0; t < e->count; t++) {
-        const double x = shape(e, term, t) - e->centre[term];
-        sum[2] += e->weight[t] * x * x;
+        for (int u = 0; u < e->count; u++) {
+            f[t] += e->inverse[t][u] * (shape(e, term, u) - e->centre[term]);
+        }
+        sum[2] += f[t] * shape(e, term, t);
     }
     for (int t = 0; t < e->count; t++) {
-        f[t] = e->weight[t] * (shape(e, term, t) - e->centre[term]) / sum[2];
+        f[t] /= sum[2];
         sum[3] += f[t] * e->y[t];
     }
     e->white = (term == WHITE) ? sum[3] : e->white;
@@ -149,10 +173,14 @@ static void expect(expected_t *e)
             const double z = e->share[order[i]] / sqrt(e->variance[order[i]]);
             e->explains = e->explains && !(z > 3.0);
             e->near_threshold = fmin(e->near_threshold, fabs(z - 3.0));
+            if (order[i] == DAVAR_QUANTIZATION) {
+                e->lacks = (z < -3.0);
+                e->near_threshold = fmin(e->near_threshold, fabs(z + 3.0));
+            }
         }
     }
     e->misfit_over_limit = misfit_over_limit(e);
-    e->explains = e->explains && (e->misfit_over_limit <= 1.0);
+    e->explains = e->explains && !e->lacks && (e->misfit_over_limit <= 1.0);
 }
 
 /* From the share of a shape to the coefficient in its unit, at one sample per second (1.2). */
@@ -181,9 +209,11 @@ static double lower_limit(const expected_t *e, bool *is_at_step)
     davar_chi_square_interval(2.0 / e->variance[WHITE], &least, &high);
     *is_at_step = false;
     for (int k = 0; k < TERMS; k++) {
-        const double ratio = e->share[k] / (0.25 * sqrt(e->variance[k]));
+        const double sigma = sqrt(e->variance[k]);
+        const double ratio = e->share[k] / (0.25 * sigma);
         if ((k != WHITE) && (ratio > 0.99)) {
-            const double left = 1.0 - (e->centre[k] * e->share[k]);
+            const double share = e->share[k] + ((k > WHITE) ? (1.5 * sigma) : 0.0);
+            const double left = fmax(1e-9, 1.0 - (e->centre[k] * share));
             const double of_term = e->centre[k] * e->centre[k] * e->variance[k];
             const double s = sqrt(0.5 * (e->variance[WHITE] + of_term)) / left;
             double low = 0.0;
@@ -273,7 +303,7 @@ static void assert_reported(const expected_t *e)
     const double least = lower_limit(e, &is_at_step);
     const double white = coefficient(e, WHITE, 1.0);
     davar_chi_square_interval(2.0 / e->variance[WHITE], &low, &high);
-    assert_near(white, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-6);
+    assert_near(white, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-5);
     assert_near(white * sqrt(high), term(DAVAR_ANGLE_RANDOM_WALK)->high, 1e-4);
     if (!is_at_step) {
         TEST_ASSERT_DOUBLE_WITHIN(0.003 * white, white * sqrt(least),
@@ -304,8 +334,11 @@ static void assert_bounds(const expected_t *e)
 {
     for (int k = 0; k < TERMS; k++) {
         if ((k != WHITE) && (e->crowding[k] < 1e3)) { /* not the difference of nearly equal sums */
-            const double bound = upper_bound(e, k);
-            assert_near(bound, result.coefficient[k].high, 2e-3);
+            if (e->variance[k] > 0.0) {
+                assert_near(upper_bound(e, k), result.coefficient[k].high, 2e-3);
+            } else { /* (5.3) does not hold for so short a window: nothing is known */
+                TEST_ASSERT_TRUE(isinf(result.coefficient[k].high));
+            }
         }
     }
 }
@@ -322,7 +355,8 @@ static void test_white_noise_or_not_is_decided_as_in_doubles(void)
             expect(&e);
             davar_fit(&plan, 1.0, &result);
             const bool suffices = davar_white_suffices(&plan, 1.0, &result, &white);
-            TEST_ASSERT_EQUAL_INT(suffices, white.explains);
+            TEST_ASSERT_EQUAL_INT(suffices,
+                                  white.explains || (result.noise == DAVAR_NOISE_FILTERED));
             assert_shares(&e, &white);
             if ((e.near_threshold > 0.01) && (fabs(e.misfit_over_limit - 1.0) > 0.01)) {
                 TEST_ASSERT_EQUAL_INT(e.explains, white.explains);
@@ -359,7 +393,7 @@ static void test_the_misfit_is_where_the_formula_puts_it(void)
         expect(&e);
         davar_fit(&plan, 1.0, &result);
         const bool suffices = davar_white_suffices(&plan, 1.0, &result, &white);
-        TEST_ASSERT_EQUAL_INT(suffices, white.explains);
+        TEST_ASSERT_EQUAL_INT(suffices, white.explains || (result.noise == DAVAR_NOISE_FILTERED));
         if ((e.near_threshold > 0.01) && (fabs(e.misfit_over_limit - 1.0) > 0.01)) {
             TEST_ASSERT_EQUAL_INT(e.explains, white.explains);
         }

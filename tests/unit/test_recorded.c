@@ -283,7 +283,7 @@ static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32
 
 static void run_policy(bool is_wide, davar_policy_t policy)
 {
-    davar_plan_init(&plan, taus, 5U);
+    davar_plan_init_white(&plan, taus, 5U);
     static const uint32_t strides[] = {
         1U, 20U, 7U, 23U}; /* the latter two: windows whose edges lie between results */
     for (uint32_t way = 0U; way < 8U; way++) {
@@ -311,25 +311,25 @@ static void run_policies(bool is_wide)
 static void test_results_of_q15(void)
 {
     run_policies(false);
-    expect(UINT64_C(0xB45A0D7BB7A92D38));
+    expect(UINT64_C(0xD0F69119B5A75D0D));
 }
 
 static void test_results_of_q31(void)
 {
     run_policies(true);
-    expect(UINT64_C(0xC855BCE01265CDC5));
+    expect(UINT64_C(0x170113CC3181897B));
 }
 
 static void test_results_of_policy_glr(void)
 {
     run_policy(false, DAVAR_POLICY_GLR);
-    expect(UINT64_C(0xDF35BA6BE1713C18));
+    expect(UINT64_C(0xD8C4BD416340743D));
 }
 
 static void test_results_of_policy_glr_q31(void)
 {
     run_policy(true, DAVAR_POLICY_GLR);
-    expect(UINT64_C(0xBCAF5D944D328329));
+    expect(UINT64_C(0x2F00EC157A0E97B8));
 }
 
 #define OCTAVES 10U
@@ -370,7 +370,7 @@ static void add_fit(void)
 
 static void test_fits_of_mixtures(void)
 {
-    davar_plan_init(&plan, octaves, OCTAVES);
+    davar_plan_init_white(&plan, octaves, OCTAVES);
     for (uint32_t i = 0U; i < 310U; i++) {
         double size[5];
         for (uint32_t k = 0U; k < 5U; k++) {
@@ -381,7 +381,7 @@ static void test_fits_of_mixtures(void)
         davar_fit(&plan, 100.0, &result);
         add_fit();
     }
-    expect(UINT64_C(0xEBF90C5A582A9784));
+    expect(UINT64_C(0x71702D8B18EBDEF1));
 }
 
 /* Terms of any size, few cluster sizes, and each variance from nothing to twice its value: no
@@ -395,7 +395,7 @@ static void test_fits_of_unlikely_deviations(void)
             const int exponent = (int)(random_next(&rng) >> 60U) - 8;
             size[k] = ldexp(random_part(), exponent);
         }
-        davar_plan_init(&plan, octaves, count);
+        davar_plan_init_white(&plan, octaves, count);
         make_deviations(size, (double)(i % 21U) * 0.049, count);
         for (uint32_t t = 0U; ((i % 3U) == 0U) && (t < count); t++) { /* gaps have left few */
             result.tau[t].differences = (result.tau[t].differences ^ 8191U) | ((i % 2U) << t);
@@ -414,7 +414,119 @@ static void test_fits_of_unlikely_deviations(void)
     (void)davar_fit_white(&plan, 100.0, &result);
     add_noise();
     add_fit();
-    expect(UINT64_C(0x99CC181E346A6B6E));
+    expect(UINT64_C(0x281527B1EC4341D0));
+}
+
+/* ---- plans of filters, and fits with them ---- */
+
+static void add_floats(const float values[], uint32_t count)
+{
+    for (uint32_t t = 0U; t < count; t++) {
+        add(davar_bits_of_float(values[t]));
+    }
+}
+
+static void add_plan(void)
+{
+    const uint32_t count = plan.sizes;
+    add_floats(plan.gain, count);
+    add_floats(plan.flicker, count);
+    add_floats(plan.walk, count);
+    add_floats(plan.offset, count);
+    add_floats(plan.covariance, (count * (count + 1U)) / 2U);
+    add_floats(plan.to_white, count);
+    add_floats(plan.weight, count);
+    add_floats(plan.freedom, count);
+    add_floats(plan.doubtful, count);
+    add_floats(plan.rounded, count);
+    for (uint32_t k = 0U; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        for (uint32_t t = 0U; t < count; t++) {
+            add((uint32_t)plan.functional[k][t] + ((uint64_t)(uint32_t)plan.variance[k][t] << 32U));
+        }
+        add((uint64_t)(plan.variance_exponent[k] + 128));
+    }
+    add_floats(plan.offset_variance, DAVAR_COEFFICIENT_COUNT);
+    add_floats(plan.scale, DAVAR_COEFFICIENT_COUNT);
+    add_floats(plan.centre, DAVAR_COEFFICIENT_COUNT);
+    add_floats(plan.unit, DAVAR_COEFFICIENT_COUNT);
+    add_floats(plan.rounding, DAVAR_COEFFICIENT_COUNT);
+    const float others[] = {plan.sample, plan.floor, plan.hidden, plan.steepness,
+                            plan.misfit_spread};
+    add_floats(others, 5U);
+    add(plan.coarse + ((uint64_t)plan.white_bits << 32U));
+    add(plan.misfit_limit);
+}
+
+#define FILTERED_SIZES 7U
+static const uint32_t filtered_sizes[FILTERED_SIZES] = {1U, 2U, 3U, 7U, 16U, 40U, 6000U};
+static const davar_filter_t filters[] = {{.poles = 0U},
+                                         {.cutoff = 0.05, .poles = 1U, .uncertainty = 0.1},
+                                         {.cutoff = 0.25, .poles = 1U},
+                                         {.cutoff = 0.1, .poles = 2U, .uncertainty = 0.1},
+                                         {.cutoff = 0.02, .poles = 2U, .uncertainty = 0.3},
+                                         {.cutoff = 0.45, .poles = 2U},
+                                         {.averages = 3U, .length = 8U, .decimation = 8U},
+                                         {.averages = 1U, .length = 5U, .decimation = 3U},
+                                         {.cutoff = 0.3,
+                                          .poles = 2U,
+                                          .uncertainty = 0.05,
+                                          .averages = 2U,
+                                          .length = 6U,
+                                          .decimation = 4U}};
+#define FILTERS (sizeof filters / sizeof filters[0])
+
+static void test_plans_of_filters(void)
+{
+    for (uint32_t f = 0U; f < FILTERS; f++) {
+        davar_plan_init_filtered(&plan, filtered_sizes, FILTERED_SIZES, &filters[f]);
+        add_plan();
+        davar_plan_solve(&plan, 4U);
+        add_plan();
+        davar_plan_init_filtered(&plan, &filtered_sizes[2], 4U, &filters[f]);
+        add_plan();
+    }
+    expect(UINT64_C(0xB9F3E60DC066858E));
+}
+
+/* White noise, or with a drift, or filtered more than declared, with some scatter and rounding. */
+static void make_filtered(uint32_t i)
+{
+    const double size = ldexp(1.0 + random_part(), (int)(i % 40U) - 20);
+    const double share = ((i % 4U) == 0U) ? (0.1 * random_part()) : 0.0;
+    result = (davar_result_t){.window_samples = WINDOW, .epoch = WINDOW - 1U, .tau_count = 6U};
+    for (uint32_t t = 0U; t < 6U; t++) {
+        const double m = (double)filtered_sizes[t];
+        const double low = ((i % 7U) == 0U) ? (1.0 - (0.3 * random_part() / m)) : 1.0;
+        const double scatter = 1.0 + (0.05 * sqrt(m) * (random_part() - 0.5));
+        const double variance = ((double)plan.gain[t] * low / m) + (share * m / 100.0);
+        result.tau[t].m = filtered_sizes[t];
+        result.tau[t].differences = WINDOW + 1U - (2U * filtered_sizes[t]);
+        result.tau[t].adev = size * sqrt(variance * scatter);
+    }
+    result.unit_per_count = ((i % 3U) == 0U) ? 0.0 : (size * random_part() * random_part());
+}
+
+static void test_fits_behind_filters(void)
+{
+    for (uint32_t i = 0U; i < (FILTERS + 1U) * 60U; i++) {
+        if ((i % 60U) == 0U) {
+            if (i < (FILTERS * 60U)) {
+                davar_plan_init_filtered(&plan, filtered_sizes, 6U, &filters[i / 60U]);
+            } else {
+                davar_plan_init(&plan, filtered_sizes, 6U);
+            }
+        }
+        make_filtered(i);
+        const davar_result_t made = result;
+        davar_fit(&plan, 100.0, &result);
+        add((uint64_t)result.noise);
+        add_fit();
+        result = made;
+        (void)davar_fit_white(&plan, 100.0, &result);
+        add((uint64_t)result.noise);
+        add_fit();
+    }
+    expect(UINT64_C(0xC10449665B90B03A));
 }
 #endif
 
@@ -566,6 +678,8 @@ int main(void)
 #if FLT_EVAL_METHOD == 0
     RUN_TEST(test_fits_of_mixtures);
     RUN_TEST(test_fits_of_unlikely_deviations);
+    RUN_TEST(test_plans_of_filters);
+    RUN_TEST(test_fits_behind_filters);
 #endif
     return UNITY_END();
 }

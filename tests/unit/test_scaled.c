@@ -112,7 +112,7 @@ static void test_white_noise_near_the_largest_double(void)
         result.tau[t].differences = 101U - (2U * m[t]);
         result.tau[t].adev = (0.999 * DBL_MAX) / sqrt((double)m[t]);
     }
-    davar_plan_init(&plan, m, 4U);
+    davar_plan_init_white(&plan, m, 4U);
     davar_fit(&plan, 1.0, &result);
     TEST_ASSERT_TRUE(isinf(result.tau[0].high));
     TEST_ASSERT_TRUE(isfinite(result.tau[0].low));

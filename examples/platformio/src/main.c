@@ -56,7 +56,7 @@ static davar_status_t start(void)
     config.window.shrink = 64;
     config.taus = taus;
     config.tau_count = TAUS;
-    davar_plan_init(&plan, taus, TAUS);
+    davar_plan_init_white(&plan, taus, TAUS);
     return davar_init_q15(&gyro, &config, memory, sizeof memory);
 }
 

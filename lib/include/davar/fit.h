@@ -20,21 +20,65 @@
 extern "C" {
 #endif
 
+/** The filter between the gyro's noise and the samples that davar gets: a low-pass, then moving
+ * averages, then every n-th sample. All zeros: no filter. DAVAR_LOW_PASS and DAVAR_BLOCK_AVERAGE
+ * make the common ones. */
+typedef struct davar_filter {
+    double cutoff; /**< -3 dB over the sample rate that davar sees, 0.002 to 2 times decimation */
+    double uncertainty;  /**< relative standard uncertainty of cutoff, 0 to 0.5 */
+    uint8_t poles;       /**< 1: first order; 2: second order, Butterworth; 0: no low-pass */
+    uint8_t averages;    /**< moving averages in series, 0 to 8; a CIC of order n has n */
+    uint16_t length;     /**< samples in each of them, before the decimation, 1 to 4096 */
+    uint16_t decimation; /**< one sample is kept of so many; 0 and 1: every sample */
+} davar_filter_t;
+
+/** A low-pass of 1 or 2 poles with its -3 dB frequency in Hz, known to 10 %. */
+#define DAVAR_LOW_PASS(hz, rate_hz, order)                                                         \
+    {                                                                                              \
+        .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)           \
+    }
+
+/** The mean of each block of `n` white samples. */
+#define DAVAR_BLOCK_AVERAGE(n)                                                                     \
+    {                                                                                              \
+        .averages = 1U, .length = (n), .decimation = (n)                                           \
+    }
+
 /** Everything a fit needs that does not depend on the Allan deviations: a cache, not a history.
  * The caller owns it. Fields are private. */
 typedef struct davar_plan {
     /** @privatesection */
-    uint8_t count;                                     /* usable cluster sizes of the plan (5.4) */
+    uint8_t count; /* usable cluster sizes that the plan is solved for (5.4) */
+    uint8_t sizes; /* ... of all that it knows */
+    bool declared; /* the filter is known, or known to be absent */
     int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two: the units of variance */
+    /* Of the cluster sizes and the filter, for white noise of variance 1 before the filter (5.16). */
     float m[DAVAR_TAUS_MAX];
+    float gain[DAVAR_TAUS_MAX];    /* m avar */
+    float flicker[DAVAR_TAUS_MAX]; /* root of the share of flicker that passes the filter */
+    float walk[DAVAR_TAUS_MAX];    /* ... of random walk */
+    float offset[DAVAR_TAUS_MAX];  /* relative error of gain by one standard error of the cutoff */
+    float covariance[(DAVAR_TAUS_MAX * (DAVAR_TAUS_MAX + 1)) / 2]; /* of m avar / gain, times n */
+    float sample;                                                  /* variance of a sample */
+    float floor;  /* variance of the rounding that covariance includes */
+    float hidden; /* root of white noise, in counts, that rounding hides (5.15) */
+    /* Of the usable sizes (5.4). */
+    float to_white[DAVAR_TAUS_MAX]; /* m / gain */
     float weight[DAVAR_TAUS_MAX];
-    float freedom[DAVAR_TAUS_MAX]; /* degrees of freedom per effective difference */
+    float freedom[DAVAR_TAUS_MAX];  /* degrees of freedom per effective difference */
+    float doubtful[DAVAR_TAUS_MAX]; /* offset^2 / 2 that the amplitude of white noise leaves */
+    float rounded[DAVAR_TAUS_MAX];  /* rounding of variance 1 in m avar / gain, less that in N^2 */
     int32_t functional[DAVAR_COEFFICIENT_COUNT]
                       [DAVAR_TAUS_MAX]; /* white noise, and each term with it */
     int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* of those amplitudes */
+    float offset_variance[DAVAR_COEFFICIENT_COUNT];            /* ... by the uncertain cutoff */
+    uint8_t white_bits; /* the functional of white noise is in units of 2^white_bits */
     float scale[DAVAR_COEFFICIENT_COUNT]; /* units of functional, sigma and centre */
     float centre[DAVAR_COEFFICIENT_COUNT];
     float unit[DAVAR_COEFFICIENT_COUNT];
+    float rounding[DAVAR_COEFFICIENT_COUNT]; /* amplitude by rounding of variance 1 (5.15) */
+    float steepness; /* rounding over the noise of a sample, per share of rounding over the rest */
+    uint32_t coarse; /* rounding of a sample over white noise from which it hides it, as 2.30 */
     float misfit_spread;
     uint64_t misfit_limit;
     /* length without gaps and mirror images that the fields below fit (5.5), or 0 */
@@ -52,11 +96,25 @@ typedef struct davar_plan {
     double root[DAVAR_COEFFICIENT_COUNT];
 } davar_plan_t;
 
-/** Prepares a plan for `count` cluster sizes m[] in samples, strictly ascending.
+/** Prepares a plan for `count` cluster sizes m[] in samples, strictly ascending, without knowledge
+ * of a filter. The fits then test whether the short sizes read low, and withhold their result if
+ * they do (DAVAR_NOISE_FILTERED).
  * count: 1 to DAVAR_TAUS_MAX (asserted). The plan keeps no pointer to m.
- * Cost: O(T^2) in doubles, once. */
+ * Cost: O(T^3) in doubles, once. */
 #define davar_plan_init DAVAR_SIZED(davar_plan_init)
 void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
+
+/** The same for samples that are known to be white: no low-pass below half the sample rate. */
+#define davar_plan_init_white DAVAR_SIZED(davar_plan_init_white)
+void davar_plan_init_white(davar_plan_t *plan, const uint32_t *m, uint8_t count);
+
+/** The same for a gyro behind `filter`, whose fields are in their ranges (asserted). The angle
+ * random walk is then that of the gyro before the filter.
+ * Cost: O(P T^2) in doubles, once, with P = 4 m[last], at least 4 / cutoff, at most 16384 points.
+ * Formula (5.16). */
+#define davar_plan_init_filtered DAVAR_SIZED(davar_plan_init_filtered)
+void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t count,
+                              const davar_filter_t *filter);
 
 /** Fits white noise alone: the angle random walk with its interval.
  *
@@ -71,12 +129,15 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
  * - COARSE: rounding to counts hides the noise. The angle random walk has an upper limit, the other
  *   terms are absent, and every tau has the interval 0 to infinity.
  * - CONSTANT: every difference is 0. All terms are absent; every tau has that same interval.
+ * - FILTERED: the short cluster sizes read low, as behind a filter that the plan does not know.
+ *   All terms are absent, and every tau has that same interval. Declare the filter
+ *   (davar_plan_init_filtered), or that there is none (davar_plan_init_white).
  * - UNKNOWN: the window holds no difference. Everything is absent.
  *
  * @return True if white noise explains the window, so that the angle random walk is present.
  *
- * Cost: O(T); for a new window length O(T) more; if the number of usable taus changes, O(T^2).
- * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.15). */
+ * Cost: O(T); for a new window length O(T) more; if the number of usable taus changes, O(T^3).
+ * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.17). */
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
@@ -93,7 +154,7 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * unresolved term has an upper limit.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
  * times without a double FPU. Stack: about 2 kB.
- * Formulas (5.3) to (5.11), (5.13) to (5.15). */
+ * Formulas (5.3) to (5.11), (5.13) to (5.17). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 

@@ -259,7 +259,10 @@ typedef enum {
     /** the noise is below about half a count and hidden by rounding (5.15). Every coefficient is
      * absent; the angle random walk has an upper bound. Use a finer count: a smaller range, or more
      * bits */
-    DAVAR_NOISE_COARSE
+    DAVAR_NOISE_COARSE,
+    /** the short cluster sizes read low, as behind a low-pass that the plan does not know (5.17).
+     * Everything is withheld. Declare the filter: davar_plan_init_filtered */
+    DAVAR_NOISE_FILTERED
 } davar_noise_t;
 
 /** The result of one epoch. */

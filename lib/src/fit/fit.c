@@ -24,11 +24,11 @@ static double bound(const davar_mixture_t *model, int term)
 
 static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
 {
-    for (int t = 0; t < model->count; t++) {
+    for (int t = 0; t < model->plan->count; t++) {
         davar_adev_t *tau = &result->tau[t];
         double low;
         double high;
-        tau->edf = davar_mixture_edf(model, tau);
+        tau->edf = davar_mixture_edf(model, t);
         davar_chi_square_interval(tau->edf, &low, &high);
         tau->low = tau->adev * davar_root(low);
         tau->high = tau->adev * davar_root(high);
@@ -55,55 +55,55 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
     }
 }
 
-/* Removes the share of rounding from the angle random walk. */
-static void take_off_rounding(const davar_mixture_t *model, uint32_t share,
-                              davar_coefficient_t *walk)
+/* The part of N^2 that an undeclared filter may have taken: a factor of its upper limit (5.17). */
+static double undeclared(const davar_plan_t *plan, const davar_mixture_t *model)
 {
-    const double whole = walk->value;
-    const double least = model->least[WHITE] / model->a[WHITE];
-    const davar_unrounded_t unrounded =
-        davar_unrounded(share, (uint32_t)(least * (double)(1U << NOISE_BITS)),
-                        scaled_of_double(davar_divide(walk->high, whole)));
-    walk->value = whole * scaled_to_double(unrounded.value);
-    walk->low = whole * scaled_to_double(unrounded.low);
-    walk->high = whole * scaled_to_double(unrounded.high);
+    if (plan->declared) {
+        return 1.0;
+    }
+    const double sigma = davar_root(model->variance[DAVAR_QUANTIZATION]);
+    const double lack = -model->beside[DAVAR_QUANTIZATION];
+    return 1.0 + (((lack > 0.0) ? lack : 0.0) + DAVAR_FIT_THRESHOLD * sigma) / model->a[WHITE] /
+                     (double)plan->m[0];
 }
 
-/* Rounding adds white noise (5.15). The other terms are slow and stay unchanged as long as a sample
- * scatters by half a count for any reason. */
-static void write_rounded(const davar_plan_t *plan, const davar_mixture_t *model,
-                          davar_result_t *result)
+/* Where the scatter of a sample is below half a count, and where the angle random walk cannot be
+ * distinguished from the rest (5.15) (5.16). Rounding adds white noise; the other terms are slow
+ * and stay as long as a sample scatters by half a count for any reason. */
+static void write_white_part(const davar_plan_t *plan, const davar_mixture_t *model,
+                             davar_result_t *result)
 {
     davar_coefficient_t *const walk = &result->coefficient[WHITE];
-    double sample = 0.0; /* variance of a sample, rounding included: the model at m = 1 */
+    const double hidden = 12.0 * (double)plan->hidden * (double)plan->hidden * model->rounding;
+    double slow = 0.0; /* variance of a sample by the other terms: the model at m = 1 */
     for (int k = 0; k < TERMS; k++) {
-        sample += model->a[k];
+        slow += (k != WHITE) ? model->a[k] : 0.0;
     }
-    const uint32_t share = walk->present
-                               ? davar_rounding_share(result, scaled_of_double(model->a[WHITE]))
-                               : UINT32_MAX;
-    if (davar_rounding_share(result, scaled_of_double(sample)) >= DAVAR_FIT_COARSE) {
+    if (hidden > model->a[WHITE] + (slow / (double)plan->sample)) {
         davar_write_coarse(plan, walk->high, result);
-    } else if (share >= DAVAR_FIT_COARSE) {
-        write_absent(walk, davar_half_a_count_at_least(plan, result, walk->high));
-    } else {
-        take_off_rounding(model, share, walk);
+    } else if (walk->present && ((hidden > model->a[WHITE]) || !davar_mixture_shows_white(model))) {
+        write_absent(walk, walk->high);
+    } else if (walk->present) {
+        walk->high *= davar_root(undeclared(plan, model));
+    }
+    if (!walk->present) {
+        walk->high = davar_half_a_count_at_least(plan, result, walk->high);
     }
 }
 
 DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t *white,
                                    double rate_hz, davar_result_t *result)
 {
-    davar_mixture_t model = {.data = result,
-                             .weight = plan->weight,
-                             .count = plan->count,
-                             .misfit_spread = (double)plan->misfit_spread};
+    davar_mixture_t model = {
+        .data = result, .plan = plan, .rounding = scaled_to_double(davar_rounding(result))};
     davar_mixture_fit(&model, scaled_to_double(white->square), white->suspects);
+    if (davar_mixture_is_filtered(&model)) {
+        davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
+        return;
+    }
     write_mixture_intervals(&model, result);
     write_mixture(&model, rate_hz, result);
-    if (result->unit_per_count > 0.0) {
-        write_rounded(plan, &model, result);
-    }
+    write_white_part(plan, &model, result);
 }
 
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result)

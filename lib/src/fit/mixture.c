@@ -11,6 +11,9 @@
 /* Below this pivot, two terms have the same shape at these cluster sizes. */
 #define PIVOT_MIN 1e-10
 
+/* A plan whose shortest size has at least this gain declares no filter. */
+#define PASSES_ALL 0.99F
+
 /* Rounds of reweighting: enough to compare models, and to converge to a small fraction of a
  * standard error. */
 #define ROUNDS_TRIAL 2
@@ -33,10 +36,10 @@ typedef struct {
 
 /* The normal equations of all five terms. */
 typedef struct {
-    int count;                    /* of Allan variances, and the most terms that they resolve */
-    double moment[2 * TERMS - 1]; /* sum of W m^(p - 4); (k, l) of X' W X is moment[k + l] */
-    double right[TERMS];          /* X' W avar, scaled */
-    double scale[TERMS];          /* makes the diagonal of X' W X 1: a = scale * solution */
+    int count;           /* of Allan variances, and the most terms that they resolve */
+    matrix_t moment;     /* X' W X */
+    double right[TERMS]; /* X' W avar, scaled */
+    double scale[TERMS]; /* makes the diagonal of X' W X 1: a = scale * solution */
 } normal_t;
 
 /* Inverse over some of the terms: row i belongs to term[i], in ascending order. */
@@ -51,49 +54,97 @@ static double square(double x)
     return x * x;
 }
 
-/* x[k] = m^(k - 2) */
-DAVAR_APART static void shapes(double m, double x[])
+/* x[k], the Allan variances of unit amplitudes at size t of the plan. */
+DAVAR_APART static void shapes(const davar_mixture_t *model, int t, double x[])
 {
+    const davar_plan_t *const plan = model->plan;
+    const double m = (double)plan->m[t];
     const double inverse = 1.0 / m;
     x[DAVAR_QUANTIZATION] = inverse * inverse;
-    x[DAVAR_ANGLE_RANDOM_WALK] = inverse;
-    x[DAVAR_BIAS_INSTABILITY] = 1.0;
-    x[DAVAR_RATE_RANDOM_WALK] = m;
+    x[DAVAR_ANGLE_RANDOM_WALK] = inverse * (double)plan->gain[t];
+    x[DAVAR_BIAS_INSTABILITY] = square((double)plan->flicker[t]);
+    x[DAVAR_RATE_RANDOM_WALK] = m * square((double)plan->walk[t]);
     x[DAVAR_RATE_RAMP] = m * m;
 }
 
-static double avar_of(const davar_mixture_t *model, double m)
+static double rounding_at(const davar_mixture_t *model, int t)
 {
-    const double *a = model->a;
-    const double inverse = 1.0 / m;
-    return (a[4] * m + a[3]) * m + a[2] + (a[0] * inverse + a[1]) * inverse;
+    return model->rounding / (double)model->plan->m[t];
 }
 
-DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
+static double avar_of(const davar_mixture_t *model, int t)
 {
+    double x[TERMS];
+    double sum = rounding_at(model, t);
+    shapes(model, t, x);
+    for (int k = 0; k < TERMS; k++) {
+        sum += model->a[k] * x[k];
+    }
+    return sum;
+}
+
+DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
+{
+    const davar_adev_t *const tau = &model->data->tau[t];
     const double m = (double)tau->m;
     const double all = (double)model->data->window_samples - 2.0 * m + 1.0;
+    const double white_edf = (double)model->plan->freedom[t] * (all + 0.5 * m);
     double x[TERMS];
-    shapes(m, x);
-    double inverse = 0.0;
+    shapes(model, t, x);
+    double inverse = rounding_at(model, t) / ((white_edf > 1.0) ? white_edf : 1.0);
     for (int k = 0; k < TERMS; k++) {
         if (has_term(model->terms, k)) {
-            inverse += model->a[k] * x[k] / davar_noise_edf((davar_coefficient_kind_t)k, m, all);
+            const double edf =
+                (k == WHITE) ? white_edf : davar_noise_edf((davar_coefficient_kind_t)k, m, all);
+            inverse += model->a[k] * x[k] / ((edf > 1.0) ? edf : 1.0);
         }
     }
     const double lost = (double)tau->differences / all;
     const double edf =
-        avar_of(model, m) / inverse * lost * scaled_to_double(davar_fit_evidence(model->data));
+        avar_of(model, t) / inverse * lost * scaled_to_double(davar_fit_evidence(model->data));
     return (edf > 1.0) ? edf : 1.0;
 }
 
 DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
 {
-    const int strongest = (term <= WHITE) ? 0 : model->count - 1;
-    const double m = (double)model->data->tau[strongest].m;
+    const int last = model->plan->count - 1;
+    int strongest = (term <= WHITE) ? 0 : last;
+    while ((term == WHITE) && (strongest < last) &&
+           (model->plan->gain[strongest] < DAVAR_FIT_PASSED)) {
+        strongest++;
+    }
     double x[TERMS];
-    shapes(m, x);
-    return avar_of(model, m) / x[term];
+    shapes(model, strongest, x);
+    return avar_of(model, strongest) / x[term];
+}
+
+bool davar_mixture_shows_white(const davar_mixture_t *model)
+{
+    for (int t = 0; t < model->plan->count; t++) {
+        double x[TERMS];
+        shapes(model, t, x);
+        if (!(model->plan->gain[t] < DAVAR_FIT_PASSED) &&
+            (2.0 * model->a[WHITE] * x[WHITE] >= avar_of(model, t) - rounding_at(model, t))) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool davar_mixture_is_filtered(const davar_mixture_t *model)
+{
+    const davar_plan_t *const plan = model->plan;
+    const bool fits = !(model->grow > 1.0);
+    const bool quantized = has_term(model->terms, DAVAR_QUANTIZATION);
+    const double lack = -model->beside[DAVAR_QUANTIZATION];
+    const double sigma = davar_root(model->variance[DAVAR_QUANTIZATION]);
+    if (!quantized && (lack > DAVAR_FIT_THRESHOLD * sigma)) {
+        return true;
+    }
+    if (plan->declared) { /* a filter passes no quantization, and nothing that no term gives */
+        return (plan->gain[0] < PASSES_ALL) && (quantized || !fits);
+    }
+    return !fits || !davar_mixture_shows_white(model);
 }
 
 /* --- least squares (5.6) --- */
@@ -102,26 +153,23 @@ DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
  * may still be far off. */
 static void normal_equations(const davar_mixture_t *model, double trust, normal_t *normal)
 {
-    *normal = (normal_t){.count = model->count};
-    for (int t = 0; t < model->count; t++) {
-        const davar_adev_t *tau = &model->data->tau[t];
-        const double m = (double)tau->m;
-        const double avar = tau->adev * tau->adev;
-        const double expected = trust * avar_of(model, m) + (1.0 - trust) * avar;
-        const double weight_per_m2 = (double)model->weight[t] / square(expected * m);
-        double power = weight_per_m2 / (m * m);
-        double product = weight_per_m2 * avar;
+    *normal = (normal_t){.count = model->plan->count};
+    for (int t = 0; t < normal->count; t++) {
+        const double avar = square(model->data->tau[t].adev);
+        const double expected = trust * avar_of(model, t) + (1.0 - trust) * avar;
+        const double weight = (double)model->plan->weight[t] / square(expected);
+        double x[TERMS];
+        shapes(model, t, x);
         for (int k = 0; k < TERMS; k++) {
-            normal->right[k] += product;
-            product *= m;
-        }
-        for (int p = 0; p < 2 * TERMS - 1; p++) {
-            normal->moment[p] += power;
-            power *= m;
+            const double weighted = weight * x[k];
+            normal->right[k] += weighted * (avar - rounding_at(model, t));
+            for (int l = 0; l <= k; l++) {
+                normal->moment.at[k][l] += weighted * x[l];
+            }
         }
     }
     for (int k = 0; k < TERMS; k++) {
-        normal->scale[k] = 1.0 / davar_root(normal->moment[k + k]);
+        normal->scale[k] = 1.0 / davar_root(normal->moment.at[k][k]);
         normal->right[k] *= normal->scale[k];
     }
 }
@@ -139,7 +187,7 @@ static void select_terms(const normal_t *normal, unsigned terms, inverse_t *some
         const int k = some->term[i];
         for (int j = 0; j <= i; j++) {
             const int l = some->term[j];
-            some->at[i][j] = normal->moment[k + l] * normal->scale[k] * normal->scale[l];
+            some->at[i][j] = normal->moment.at[k][l] * normal->scale[k] * normal->scale[l];
             some->at[j][i] = some->at[i][j];
         }
     }
@@ -259,18 +307,35 @@ static bool converge(davar_mixture_t *model, unsigned terms, double trust, int r
 
 /* --- variances --- */
 
-/* Covariance of two Allan variances of the model, over the product of sqrt(variance / avar). Each
- * term has its own correlation, weighted with a power of the geometric mean of the two cluster
- * sizes (5.8). */
-static double covariance(const davar_mixture_t *model, double m_short, double m_long)
+/* Correlation of the Allan variances of white noise at two sizes (5.3) (5.16). */
+static double white_correlation(const davar_plan_t *plan, int t, int u)
 {
-    double x[TERMS];
-    shapes(davar_root(m_short * m_long), x);
-    double sum = 0.0;
+    return (double)plan->covariance[plan_pair(t, u)] /
+           davar_root((double)plan->covariance[plan_pair(t, t)] *
+                      (double)plan->covariance[plan_pair(u, u)]);
+}
+
+/* Covariance of two Allan variances of the model, t < u, over the product of sqrt(variance / avar).
+ * Each term has its own correlation, weighted with the geometric mean of its parts (5.8). */
+static double covariance(const davar_mixture_t *model, int t, int u)
+{
+    const davar_plan_t *const plan = model->plan;
+    const double m_t = (double)plan->m[t];
+    const double m_u = (double)plan->m[u];
+    const double mean = davar_root(m_t * m_u);
+    const double *const a = model->a;
+    const double white =
+        (a[WHITE] * davar_root((double)plan->gain[t] * (double)plan->gain[u]) + model->rounding) /
+        mean;
+    const double part[] = {
+        a[DAVAR_QUANTIZATION] / square(mean), 0.0,
+        a[DAVAR_BIAS_INSTABILITY] * (double)plan->flicker[t] * (double)plan->flicker[u],
+        a[DAVAR_RATE_RANDOM_WALK] * (double)plan->walk[t] * (double)plan->walk[u] * mean,
+        a[DAVAR_RATE_RAMP] * square(mean)};
+    double sum = white * white_correlation(plan, t, u);
     for (int k = 0; k < TERMS; k++) {
-        if (has_term(model->terms, k)) {
-            sum += model->a[k] * x[k] *
-                   davar_noise_correlation((davar_coefficient_kind_t)k, m_short, m_long);
+        if ((k != WHITE) && has_term(model->terms, k)) {
+            sum += part[k] * davar_noise_correlation((davar_coefficient_kind_t)k, m_t, m_u);
         }
     }
     return sum;
@@ -283,49 +348,56 @@ DAVAR_APART static double loss(double ratio)
     return 1.5 * square(ratio - 1.0) / (1.0 + 2.0 * ratio);
 }
 
-/* Row j of C W X up to the diagonal, of which only one half counts here; factor: W * sqrt(variance
+/* Row u of C W X up to the diagonal, of which only one half counts here; factor: W * sqrt(variance
  * / avar). */
-static void covariance_row(const davar_mixture_t *model, int j, const double factor[], double row[])
+static void covariance_row(const davar_mixture_t *model, int u, const double factor[], double row[])
 {
-    const double m_long = (double)model->data->tau[j].m;
-    for (int i = 0; i <= j; i++) {
-        const double m_short = (double)model->data->tau[i].m;
-        const double share =
-            (i < j) ? covariance(model, m_short, m_long) : 0.5 * avar_of(model, m_long);
+    for (int t = 0; t <= u; t++) {
+        const double share = (t < u) ? covariance(model, t, u) : 0.5 * avar_of(model, u);
         double x[TERMS];
-        shapes(m_short, x);
+        shapes(model, t, x);
         for (int k = 0; k < TERMS; k++) {
-            row[k] += share * factor[i] * x[k];
+            row[k] += share * factor[t] * x[k];
         }
     }
 }
 
 /* X' W C W X (5.6), scaled as the normal equations: each row of C W X times a row of X, and its
- * transpose. Returns the misfit, twice the log-likelihood that the data lose against a perfect
- * model. */
+ * transpose, and the uncertainty of the cutoff, which moves all sizes together (5.16). Returns the
+ * misfit, twice the log-likelihood that the data lose against a perfect model. */
 static double scatter(const davar_mixture_t *model, const normal_t *normal, matrix_t *h)
 {
+    const davar_plan_t *const plan = model->plan;
     double factor[DAVAR_TAUS_MAX];
+    double moved[TERMS] = {0};
     double misfit = 0.0;
     *h = (matrix_t){0};
-    for (int j = 0; j < model->count; j++) {
-        const davar_adev_t *tau = &model->data->tau[j];
-        const double avar = avar_of(model, (double)tau->m);
-        const double edf = davar_mixture_edf(model, tau);
+    for (int u = 0; u < normal->count; u++) {
+        const double avar = avar_of(model, u);
+        const double weight = (double)plan->weight[u] / square(avar);
         double row[TERMS] = {0};
         double x[TERMS];
-        misfit += edf * loss(square(tau->adev) / avar);
-        factor[j] = (double)model->weight[j] / avar * davar_root(2.0 / (edf * avar));
-        covariance_row(model, j, factor, row);
-        shapes((double)tau->m, x);
+        shapes(model, u, x);
+        const double offset = model->a[WHITE] * x[WHITE] * (double)plan->offset[u];
+        const double edf = davar_mixture_edf(model, u);
+        const double inverse = 1.0 / edf + 0.5 * square(offset / avar);
+        misfit += loss(square(model->data->tau[u].adev) / avar) / inverse;
+        factor[u] = weight * davar_root(2.0 * avar / edf);
+        covariance_row(model, u, factor, row);
         for (int k = 0; k < TERMS; k++) {
-            row[k] *= factor[j] * normal->scale[k];
+            row[k] *= factor[u] * normal->scale[k];
             x[k] *= normal->scale[k];
+            moved[k] += weight * offset * x[k];
         }
         for (int k = 0; k < TERMS; k++) {
             for (int l = 0; l < TERMS; l++) {
                 h->at[k][l] += row[k] * x[l] + x[k] * row[l];
             }
+        }
+    }
+    for (int k = 0; k < TERMS; k++) {
+        for (int l = 0; l < TERMS; l++) {
+            h->at[k][l] += moved[k] * moved[l];
         }
     }
     return misfit;
@@ -344,8 +416,8 @@ static int term_count(unsigned terms)
  * sinusoid (5.9). */
 static double inflation(const davar_mixture_t *model, double misfit)
 {
-    const double freedom = (double)(model->count - term_count(model->terms));
-    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * model->misfit_spread;
+    const double freedom = (double)(model->plan->count - term_count(model->terms));
+    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * (double)model->plan->misfit_spread;
     return real ? misfit / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
 }
 
@@ -357,14 +429,16 @@ DAVAR_APART static double lower_limit(double a, double variance)
 }
 
 /* An unresolved term that may be present takes its share from the others: their intervals extend
- * down to the fit with it (5.10). */
+ * down to the fit with it. A drift may be one standard error larger than it seems (5.10). `larger`:
+ * that term over the one fitted. */
 static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse,
-                  const matrix_t *h)
+                  const matrix_t *h, double larger)
 {
     for (int i = 0; i < inverse->size; i++) {
         const int k = inverse->term[i];
         if (has_term(model->terms, k)) {
-            const double a = solution(normal, inverse, i);
+            const double taken = model->a[k] - solution(normal, inverse, i);
+            const double a = model->a[k] - larger * taken;
             const double variance = solution_variance(normal, inverse, h, i) * model->grow;
             const bool nothing = davar_root(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
             const double low = nothing ? 0.0 : lower_limit(a, variance);
@@ -385,8 +459,10 @@ static void judge_absent(davar_mixture_t *model, const normal_t *normal, const m
         const int i = term_count(model->terms & (term_bit(term) - 1U));
         model->beside[term] = solution(normal, &inverse, i);
         model->variance[term] = solution_variance(normal, &inverse, h, i) * model->grow;
-        if (model->beside[term] > DAVAR_FIT_DOUBT * davar_root(model->variance[term])) {
-            doubt(model, normal, &inverse, h);
+        const double sigma = davar_root(model->variance[term]);
+        if (model->beside[term] > DAVAR_FIT_DOUBT * sigma) {
+            const double more = (term > WHITE) ? 1.5 * sigma : 0.0;
+            doubt(model, normal, &inverse, h, 1.0 + davar_divide(more, model->beside[term]));
         }
     }
 }
@@ -450,9 +526,9 @@ static void settle(davar_mixture_t *model)
 static double unexplained(const davar_mixture_t *model)
 {
     double sum = 0.0;
-    for (int t = 0; t < model->count; t++) {
-        const davar_adev_t *tau = &model->data->tau[t];
-        sum += (double)model->weight[t] * loss(square(tau->adev) / avar_of(model, (double)tau->m));
+    for (int t = 0; t < model->plan->count; t++) {
+        sum += (double)model->plan->weight[t] *
+               loss(square(model->data->tau[t].adev) / avar_of(model, t));
     }
     return sum;
 }

@@ -3,14 +3,14 @@
 #ifndef DAVAR_FIT_MIXTURE_H
 #define DAVAR_FIT_MIXTURE_H
 
-#include "davar/types.h"
+#include "davar/fit.h"
 
-/* A sum of noise terms, tau in samples: avar(m) = sum a[k] m^(k - 2). */
+/* A sum of noise terms, tau in samples: avar(m) = sum a[k] x[k](m), x[k] = m^(k - 2) without a
+ * filter, and rounding / m. */
 typedef struct {
-    const davar_result_t *data; /* the Allan variances to fit; entries 0 .. count - 1 are usable */
-    const float *weight;        /* of a relative error at each of them (5.4) */
-    uint8_t count;              /* at least 1 */
-    double misfit_spread;       /* standard deviation of the misfit under white noise (5.9) */
+    const davar_result_t *data; /* the Allan variances to fit */
+    const davar_plan_t *plan;   /* of its usable cluster sizes */
+    double rounding;            /* variance of rounding (5.15) */
 
     unsigned terms;                         /* bit k: term k is in the model */
     double a[DAVAR_COEFFICIENT_COUNT];      /* 0 for an absent term */
@@ -25,9 +25,15 @@ typedef struct {
 void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects);
 
 /* Degrees of freedom of an Allan variance of this mix (5.6). */
-double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau);
+double davar_mixture_edf(const davar_mixture_t *model, int t);
 
 /* Allan variance of the model where term k is strongest, in units of a[k]. */
 double davar_mixture_room(const davar_mixture_t *model, int term);
+
+/* Is white noise half of the Allan variance at a size that the filter passes (5.16)? */
+bool davar_mixture_shows_white(const davar_mixture_t *model);
+
+/* Does the model contradict what the plan knows of the filter (5.17)? */
+bool davar_mixture_is_filtered(const davar_mixture_t *model);
 
 #endif

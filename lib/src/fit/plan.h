@@ -48,8 +48,8 @@ void davar_chi_square(scaled_t edf, scaled_t *low, scaled_t *high);
  * of the largest. */
 int32_t davar_align(scaled_t value[], int count);
 
-/* Sum of factor[t] * value[t], in units of 2^exponent; 0 where it is negative. */
-uint64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int count);
+/* Sum of factor[t] * value[t], in units of 2^exponent. */
+int64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int count);
 
 /* --- the plan (plan.c) --- */
 
@@ -64,13 +64,18 @@ uint64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int c
 /* Sigma is at most 64 shares; above, the cluster sizes do not resolve the term. */
 #define DAVAR_FIT_SIGMA_MOST (UINT32_C(1) << 26U)
 
-/* A centre is at most 2^20: the smallest share then leaves no white noise. */
+/* A centre is at most 2^20: the smallest share then leaves no white noise. It is at least 2^-32, so
+ * that it fits a shift. Behind a filter it can be negative; the term then takes nothing. */
 #define DAVAR_FIT_CENTRE_MOST 1048576.0F
+#define DAVAR_FIT_CENTRE_LEAST 2.3283064365386963e-10F
 
 /* A term is resolved if its fit, next to a model without it, exceeds this many standard errors
  * (5.7). */
 #define DAVAR_FIT_THRESHOLD_QUARTERS 12U
 #define DAVAR_FIT_THRESHOLD (DAVAR_FIT_THRESHOLD_QUARTERS / 4.0)
+
+/* A cluster size passes the filter if its gain is at least this (5.16). */
+#define DAVAR_FIT_PASSED 0.35F
 
 /* An absent term above this many standard errors widens the intervals of the others (5.10). */
 #define DAVAR_FIT_DOUBT_QUARTERS 1U
@@ -84,6 +89,18 @@ uint64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int c
 
 /* One-sided 95 % point of a Gaussian. */
 #define DAVAR_FIT_BOUND 1.645
+
+/* Element of plan->covariance for t <= u. */
+static inline int plan_pair(int t, int u)
+{
+    return ((u * (u + 1)) / 2) + t;
+}
+
+/* Writes the sizes and forgets everything else. */
+void davar_plan_start(davar_plan_t *plan, const uint32_t *m, uint8_t count);
+
+/* Solves the plan for its first `count` sizes (5.4). */
+void davar_plan_solve(davar_plan_t *plan, uint8_t count);
 
 /* Number of cluster sizes that a window supports. If one size has no differences, no longer one
  * counts. */

@@ -6,23 +6,8 @@
 #include "davar/fit.h"
 #include "number/scaled.h"
 
-/* The share of q^2 / 12, the variance of rounding to counts of size q (5.15), in `variance`. As
- * 2.30; 0: unknown. */
-uint32_t davar_rounding_share(const davar_result_t *result, scaled_t variance);
-
-/* From this share on, the noise is below half a count. */
-#define DAVAR_FIT_COARSE (UINT32_C(1) << 28U)
-
-/* The angle random walk without rounding, over that with it. */
-typedef struct {
-    scaled_t value;
-    scaled_t low;
-    scaled_t high;
-} davar_unrounded_t;
-
-/* For a share below DAVAR_FIT_COARSE. `least`: lower limit of the variance over the variance, as
- * 2.30. `high`: upper limit of its root. */
-davar_unrounded_t davar_unrounded(uint32_t share, uint32_t least, scaled_t high);
+/* q^2 / 12, the variance of rounding to counts of size q (5.15); 0: unknown. */
+scaled_t davar_rounding(const davar_result_t *result);
 
 /* An upper limit of the angle random walk, rounding included: at least half a count, because
  * rounding can hide as much. */
@@ -33,16 +18,22 @@ double davar_half_a_count_at_least(const davar_plan_t *plan, const davar_result_
  * includes rounding. */
 void davar_write_coarse(const davar_plan_t *plan, double limit, davar_result_t *result);
 
+/* Writes a result that withholds all terms and all limits. */
+void davar_write_unlimited(const davar_plan_t *plan, davar_noise_t noise, davar_result_t *result);
+
 /* White noise fitted to the usable cluster sizes of a result. */
 typedef struct {
     scaled_t adev[DAVAR_TAUS_MAX];
-    scaled_t y[DAVAR_TAUS_MAX]; /* adev^2 m, aligned to `exponent` */
+    scaled_t y[DAVAR_TAUS_MAX]; /* adev^2 m / gain, aligned to `exponent` */
     int32_t exponent;
-    scaled_t square;  /* N^2 of a sample */
-    uint32_t inverse; /* 1 / N^2 as share_of needs it */
-    uint32_t drift;   /* bits by which N^2 is smaller than y, and that shares lack */
+    scaled_t square;   /* N^2 of a sample, with rounding */
+    scaled_t rounding; /* variance of rounding over that */
+    uint32_t inverse;  /* 1 / N^2 as share_of needs it */
+    uint32_t drift;    /* bits by which N^2 is smaller than y, and that shares lack */
     uint32_t share[DAVAR_COEFFICIENT_COUNT]; /* amplitude over N^2 in plan->scale; 0: none */
     unsigned suspects;                       /* bit k: term k is significant (5.7) */
+    uint32_t lack;                           /* by which the short sizes read low, a share */
+    bool lacks;                              /* ... significantly (5.17) */
     bool explains;                           /* no misfit (5.9) */
 } davar_white_t;
 

@@ -1,0 +1,239 @@
+/* davar - the plan of a window and of a rate, DESIGN (1.2) (5.5): in integers, like the short cut
+ * that uses it (5.14). */
+#include "fit/plan.h"
+#include "number/real.h"
+
+/* --- positive numbers with one exponent (5.14) --- */
+
+#define SPARE 4
+
+int32_t davar_align(scaled_t value[], int count)
+{
+    int32_t common = INT32_MIN;
+    for (int t = 0; t < count; t++) {
+        common = (value[t].exponent > common) ? value[t].exponent : common;
+    }
+    common += SPARE;
+    for (int t = 0; t < count; t++) {
+        const uint32_t shift = (uint32_t)(common - value[t].exponent);
+        value[t].mantissa = (shift > 31U) ? 0U : (value[t].mantissa >> shift);
+        value[t].exponent = common;
+    }
+    return common;
+}
+
+int64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int count)
+{
+    uint64_t sum = 0U; /* modulo 2^64 */
+    for (int t = 0; t < count; t++) {
+        sum += davar_multiply_i32(factor[t], (int32_t)value[t].mantissa);
+    }
+    return (int64_t)sum;
+}
+
+/* 2^-bits */
+static scaled_t half_to_the(int32_t bits)
+{
+    const scaled_t scaled = {SCALED_TOP, -31 - bits};
+    return scaled;
+}
+
+static scaled_t scaled_ratio(uint32_t dividend, uint32_t divisor)
+{
+    return scaled_times(scaled_of_u32(dividend, 0), scaled_inverse(scaled_of_u32(divisor, 0)));
+}
+
+/* --- the rate --- */
+
+/* The units of (1.2) are factor * rate^(k - 2), correctly rounded in doubles: rates that differ in
+ * the last bit give results that differ as little. */
+static const double factor[] = {1.0 / 3.0, 3600.0,
+                                3600.0 * 3600.0 * 2.2661800709135971 /* pi / (2 ln 2) */,
+                                216000.0 * 216000.0 * 3.0, 12960000.0 * 12960000.0 * 2.0};
+
+/* rate_hz to the power of 0, 1 or 2; 1 for negative powers. */
+static double power_of(double rate_hz, int power)
+{
+    if (power <= 0) {
+        return 1.0;
+    }
+    return (power == 1) ? rate_hz : davar_scale(rate_hz, rate_hz);
+}
+
+void davar_square_units(double rate_hz, double unit[])
+{
+    for (int k = 0; k < TERMS; k++) {
+        unit[k] = davar_scale(factor[k], power_of(rate_hz, k - 2)) / power_of(rate_hz, 2 - k);
+    }
+}
+
+void davar_plan_rate(davar_plan_t *plan, double rate_hz)
+{
+    for (int k = 0; k < TERMS; k++) {
+        const double square =
+            davar_scale(factor[k], scaled_to_double(scaled_of_float(plan->unit[k])));
+        plan->root[k] = davar_root_of_quotient(davar_scale(square, power_of(rate_hz, k - 2)),
+                                               power_of(rate_hz, 2 - k));
+    }
+    plan->rate_hz = rate_hz;
+}
+
+/* --- the window (5.5) --- */
+
+uint8_t davar_fit_usable(const davar_result_t *result)
+{
+    uint8_t count = 0U;
+    while ((count < result->tau_count) && (result->tau[count].differences > 0U)) {
+        count++;
+    }
+    return count;
+}
+
+/* Law glr chose this window by its data (10.14): it has just cut the window, or it omitted more
+ * than half of the samples since the cut, because they were not quite alike. */
+static bool is_chosen(const davar_result_t *result)
+{
+    return result->young || (result->cut_age_samples > (2U * result->window_samples));
+}
+
+/* Does every difference of the first `count` cluster sizes exist once and count fully: no gap, no
+ * mirror image? */
+static bool is_whole(const davar_result_t *result, int count)
+{
+    uint32_t lost = result->mirrored_samples | (is_chosen(result) ? 1U : 0U);
+    for (int t = 0; t < count; t++) {
+        lost |= (result->window_samples + 1U - 2U * result->tau[t].m) ^ result->tau[t].differences;
+    }
+    return lost == 0U;
+}
+
+scaled_t davar_fit_evidence(const davar_result_t *result)
+{
+    const scaled_t share = scaled_ratio(result->window_samples,
+                                        result->window_samples + (2U * result->mirrored_samples));
+    return is_chosen(result) ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
+}
+
+/* Differences + m / 2 (5.3), reduced for gaps and by the share of new evidence. */
+static scaled_t effective(const davar_adev_t *tau, uint32_t window, scaled_t evidence)
+{
+    const uint32_t all = window + 1U - (2U * tau->m);
+    const scaled_t differences = scaled_of_u32((2U * all) + tau->m, -1);
+    return scaled_times(scaled_times(differences, scaled_ratio(tau->differences, all)), evidence);
+}
+
+static scaled_t at_least_one(scaled_t value)
+{
+    return (value.exponent < -31) ? half_to_the(0) : value;
+}
+
+static void plan_tau(davar_plan_t *plan, int t, scaled_t freedom)
+{
+    const scaled_t edf = at_least_one(freedom);
+    scaled_t low;
+    scaled_t high;
+    davar_chi_square(edf, &low, &high);
+    scaled_t certain = edf;
+    if (davar_bits_of_float(plan->doubtful[t]) != 0U) {
+        certain =
+            scaled_inverse(scaled_plus(scaled_inverse(edf), scaled_of_float(plan->doubtful[t])));
+    }
+    plan->edf[t] = scaled_to_double(edf);
+    plan->root_edf[t] = scaled_to_fixed(scaled_root(certain), DAVAR_FIT_ROOT_BITS);
+    plan->low[t] = scaled_to_float(scaled_root(low));
+    plan->high[t] = scaled_to_float(scaled_root(high));
+}
+
+/* Odd, so never 0. One cluster size, or nearly equal ones, resolve no term: (5.4) then gives a
+ * variance of 0, or below 0 by its inaccuracy. Such a sigma is unknown and becomes the largest. */
+static uint32_t fixed_sigma(scaled_t sigma)
+{
+    const uint32_t fixed = scaled_to_fixed(sigma, DAVAR_FIT_SHARE_BITS);
+    return (((fixed - 1U) < DAVAR_FIT_SIGMA_MOST) ? fixed : DAVAR_FIT_SIGMA_MOST) | 1U;
+}
+
+/* One term next to white noise: its sigma, the factor of its upper limit, room = sqrt((1 + margin)
+ * scale) (5.11), and the uncertainty that it adds to N^2 (5.10). */
+static void plan_term(davar_plan_t *plan, int k, scaled_t of_white, scaled_t variance)
+{
+    const scaled_t sigma = (variance.mantissa != 0U) ? scaled_root(variance) : variance;
+    const scaled_t scale = scaled_of_float(plan->scale[k]);
+    const scaled_t margin =
+        scaled_times(scaled_times(scaled_of_double(DAVAR_FIT_BOUND), sigma), scale);
+    const scaled_t centre = scaled_of_float(plan->centre[k]);
+    const scaled_t of_term = scaled_times(scaled_times(centre, centre), variance);
+    const scaled_t half = scaled_times(half_to_the(1), scaled_plus(of_white, of_term));
+    plan->sigma[k] = fixed_sigma(sigma);
+    plan->room[k] =
+        scaled_to_float(scaled_root(scaled_times(scaled_plus(half_to_the(0), margin), scale)));
+    plan->doubt[k] = scaled_to_fixed(scaled_root(half), NOISE_BITS);
+}
+
+/* Variance of an amplitude, from aligned values of 1 / effective differences and the uncertainty of
+ * the cutoff. */
+static scaled_t variance_of(const davar_plan_t *plan, int term, const scaled_t inverse[],
+                            int32_t exponent)
+{
+    const int64_t sum = davar_aligned_sum(plan->variance[term], inverse, plan->count);
+    const scaled_t variance =
+        scaled_of_u64((sum > 0) ? (uint64_t)sum : 0U, exponent + plan->variance_exponent[term] -
+                                                          (int32_t)DAVAR_FIT_FUNCTIONAL_BITS);
+    return (davar_bits_of_float(plan->offset_variance[term]) != 0U)
+               ? scaled_plus(variance, scaled_of_float(plan->offset_variance[term]))
+               : variance;
+}
+
+/* A filter that is not declared may lower the short sizes by as much as passes the test (5.17). */
+static scaled_t undeclared(const davar_plan_t *plan, scaled_t high)
+{
+    const scaled_t lack =
+        scaled_of_u32(plan->sigma[DAVAR_QUANTIZATION], -(int32_t)DAVAR_FIT_SHARE_BITS);
+    const scaled_t centre = scaled_of_float(plan->centre[DAVAR_QUANTIZATION]);
+    const scaled_t most =
+        scaled_times(scaled_times(lack, centre), scaled_of_double(DAVAR_FIT_THRESHOLD));
+    return scaled_times(high, scaled_plus(half_to_the(0), most));
+}
+
+static void plan_window(davar_plan_t *plan, const davar_result_t *result)
+{
+    const scaled_t evidence = davar_fit_evidence(result);
+    scaled_t inverse[DAVAR_TAUS_MAX];
+    scaled_t low;
+    scaled_t high;
+    for (int t = 0; t < plan->count; t++) {
+        const scaled_t differences = effective(&result->tau[t], result->window_samples, evidence);
+        plan_tau(plan, t, scaled_times(scaled_of_float(plan->freedom[t]), differences));
+        inverse[t] = scaled_inverse(differences);
+    }
+    const int32_t exponent = davar_align(inverse, plan->count);
+    const scaled_t of_white = variance_of(plan, WHITE, inverse, exponent);
+    davar_chi_square(at_least_one(scaled_times(half_to_the(-1), scaled_inverse(of_white))), &low,
+                     &high);
+    for (int k = 0; k < TERMS; k++) {
+        plan_term(plan, k, of_white, variance_of(plan, k, inverse, exponent));
+    }
+    plan->white_low = scaled_to_fixed(low, NOISE_BITS);
+    plan->white_high = scaled_to_float(scaled_root(plan->declared ? high : undeclared(plan, high)));
+}
+
+void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
+{
+    const bool whole = is_whole(result, plan->count);
+    if ((plan->window != result->window_samples) || !whole) {
+        plan_window(plan, result);
+        plan->window = whole ? result->window_samples : 0U;
+    }
+}
+
+void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result)
+{
+    const uint8_t usable = davar_fit_usable(result);
+    const uint8_t count = (usable < plan->sizes) ? usable : plan->sizes;
+    if (count == 0U) {
+        return;
+    }
+    if (plan->count != count) {
+        davar_plan_solve(plan, count);
+    }
+    davar_fit_prepare_window(plan, result);
+}

@@ -1,0 +1,123 @@
+/* davar - a filter as a user writes it, for the programs that take one as an option:
+ *
+ *   HZ[:ORDER[:PERCENT]]  a low-pass of 1 or 2 poles (2) with its -3 dB frequency, known to so many
+ *                         percent (10)
+ *   average[ORDER]:N      ORDER (1) moving averages of N samples
+ *   cic[ORDER]:N          the same, but every N-th sample is kept; cic:N is the mean of blocks
+ *   FILTER+FILTER         a low-pass and then one of the others
+ *   none                  no filter */
+#ifndef DAVAR_BANDWIDTH_H
+#define DAVAR_BANDWIDTH_H
+
+#include "davar/fit.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A filter whose sample rate is not known yet. */
+typedef struct {
+    davar_filter_t filter; /* cutoff is 0 */
+    double hz;             /* its cutoff in Hz */
+} davar_bandwidth_t;
+
+/* Reads a whole number from 1 to most at *text and moves on. */
+static inline bool davar_bandwidth_count(const char **text, uint32_t most, uint32_t *count)
+{
+    uint32_t value = 0U;
+    const char *digit = *text;
+    while ((*digit >= '0') && (*digit <= '9') && (value <= most)) {
+        value = (10U * value) + (uint32_t)(*digit - '0');
+        digit++;
+    }
+    const bool good = (digit != *text) && (value >= 1U) && (value <= most);
+    *text = digit;
+    *count = value;
+    return good;
+}
+
+static inline bool davar_bandwidth_averages(const char **text, davar_filter_t *filter)
+{
+    uint32_t order = 1U;
+    uint32_t length = 0U;
+    const bool is_cic = strncmp(*text, "cic", 3U) == 0;
+    *text += strlen(is_cic ? "cic" : "average");
+    bool good = (**text == ':') || davar_bandwidth_count(text, 8U, &order);
+    good = good && (**text == ':');
+    *text += good ? 1U : 0U;
+    good = good && davar_bandwidth_count(text, 4096U, &length);
+    filter->averages = (uint8_t)order;
+    filter->length = (uint16_t)length;
+    filter->decimation = (uint16_t)(is_cic ? length : 1U);
+    return good;
+}
+
+static inline bool davar_bandwidth_low_pass(const char **text, davar_bandwidth_t *bandwidth)
+{
+    char *end = NULL;
+    uint32_t order = 2U;
+    double percent = 10.0;
+    bandwidth->hz = strtod(*text, &end);
+    bool good = (end != *text) && isfinite(bandwidth->hz) && (bandwidth->hz > 0.0);
+    *text = end;
+    if (good && (**text == ':')) {
+        (*text)++;
+        good = davar_bandwidth_count(text, 2U, &order);
+        if (good && (**text == ':')) {
+            const char *const begin = *text + 1;
+            percent = strtod(begin, &end);
+            good = (end != begin) && (percent >= 0.0) && (percent <= 50.0);
+            *text = end;
+        }
+    }
+    bandwidth->filter.poles = (uint8_t)order;
+    bandwidth->filter.uncertainty = 0.01 * percent;
+    return good;
+}
+
+/* False: `text` is none of the above. */
+static inline bool davar_bandwidth_read(const char *text, davar_bandwidth_t *bandwidth)
+{
+    *bandwidth = (davar_bandwidth_t){.hz = 0.0};
+    if (strcmp(text, "none") == 0) {
+        return true;
+    }
+    bool good = true;
+    if ((*text >= '0') && (*text <= '9')) {
+        good = davar_bandwidth_low_pass(&text, bandwidth);
+        if (!good || (*text == '\0')) {
+            return good;
+        }
+        good = (*text == '+');
+        text++;
+    }
+    good = good && ((strncmp(text, "cic", 3U) == 0) || (strncmp(text, "average", 7U) == 0)) &&
+           davar_bandwidth_averages(&text, &bandwidth->filter);
+    return good && (*text == '\0');
+}
+
+/* The filter at a sample rate. False: its low-pass is too narrow or too wide for that rate. */
+static inline bool davar_bandwidth_at(const davar_bandwidth_t *bandwidth, double rate_hz,
+                                      davar_filter_t *filter)
+{
+    *filter = bandwidth->filter;
+    filter->cutoff = bandwidth->hz / rate_hz;
+    const double decimation = (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
+    return (filter->poles == 0U) ||
+           ((filter->cutoff >= 0.002) && (filter->cutoff <= (2.0 * decimation)));
+}
+
+/* Prepares the plan of a fit. `filter` null: nothing is known about a filter. */
+static inline void davar_bandwidth_plan(davar_plan_t *plan, const davar_config_t *config,
+                                        const davar_filter_t *filter)
+{
+    if (filter == NULL) {
+        davar_plan_init(plan, config->taus, config->tau_count);
+    } else if ((filter->poles == 0U) && (filter->averages == 0U)) {
+        davar_plan_init_white(plan, config->taus, config->tau_count);
+    } else {
+        davar_plan_init_filtered(plan, config->taus, config->tau_count, filter);
+    }
+}
+
+#endif

@@ -1,0 +1,279 @@
+/* davar tests - the plan of a fit behind a filter (5.16), compared with brute force: sums over the
+ * autocovariance of the filtered noise, and an integral over the spectrum of a drift. */
+#include "autocovariance.h"
+#include "fit/plan.h"
+#include "fit_fixture.h"
+
+#define PI AUTOCOVARIANCE_PI
+#define SPAN ((2 * AUTOCOVARIANCE_LAGS) + 512)
+
+static const davar_filter_t filters[] = {
+    {0}, /* white */
+    {.cutoff = 0.05, .poles = 1U},
+    {.cutoff = 0.25, .poles = 1U},
+    {.cutoff = 0.05, .poles = 2U},
+    {.cutoff = 0.1, .poles = 2U, .uncertainty = 0.1},
+    {.cutoff = 0.25, .poles = 2U},
+    {.cutoff = 0.45, .poles = 2U, .decimation = 1U},
+    {.averages = 3U, .length = 64U, .decimation = 64U}, /* CIC */
+    {.averages = 1U, .length = 2U},
+    {.averages = 1U, .length = 8U},
+    DAVAR_BLOCK_AVERAGE(8U),
+    {.cutoff = 0.1, .poles = 2U, .averages = 2U, .length = 6U, .decimation = 4U},
+    {.cutoff = 0.3, .poles = 1U, .averages = 1U, .length = 5U, .decimation = 3U},
+    {.cutoff = 0.01, .poles = 2U},
+    {.cutoff = 1.9, .poles = 2U},
+    {.averages = 1U, .length = 300U},
+    {.averages = 8U, .length = 7U, .decimation = 2U},
+};
+#define FILTERS (sizeof filters / sizeof filters[0])
+
+static const uint32_t sizes[] = {1U, 2U, 3U, 5U, 8U, 16U, 64U};
+#define SIZES 7
+
+/* ---- brute force: autocovariances ---- */
+
+static autocovariance_t of_noise;
+
+static void set_autocovariance(const davar_filter_t *filter, double cutoff)
+{
+    davar_filter_t moved = *filter;
+    moved.cutoff = cutoff;
+    autocovariance_of(&moved, &of_noise);
+}
+
+static double r_at(int lag)
+{
+    const int k = (lag < 0) ? -lag : lag;
+    return (k < of_noise.count) ? of_noise.r[k] : 0.0;
+}
+
+/* m avar of the filtered noise. */
+static double expected_gain(int m)
+{
+    double sum = 2.0 * m * r_at(0);
+    for (int k = 1; k < 2 * m; k++) {
+        sum += 2.0 * r_at(k) * ((k <= m) ? (2.0 * m - 3.0 * k) : (k - 2.0 * m));
+    }
+    return sum / (2.0 * m);
+}
+
+/* Sum over all lags of the squared covariance of two differences, of which `more` is white. */
+static double squared_covariances(int m_t, int m_u, double more)
+{
+    static double half[SPAN];
+    const int middle = of_noise.count + (2 * m_t);
+    const int count = middle + of_noise.count + (2 * m_u);
+    double sum = 0.0;
+    TEST_ASSERT_TRUE(count < SPAN);
+    for (int lag = 0; lag < count; lag++) {
+        half[lag] = 0.0;
+        for (int i = 0; i < 2 * m_t; i++) {
+            const int at = lag - middle + i;
+            half[lag] += ((i < m_t) ? -1.0 : 1.0) * (r_at(at) + ((at == 0) ? more : 0.0));
+        }
+    }
+    for (int lag = 1 - (2 * m_u); lag < count; lag++) {
+        double both = 0.0;
+        for (int j = 0; j < 2 * m_u; j++) {
+            const int at = lag + j;
+            both += ((at >= 0) && (at < count)) ? (((j < m_u) ? -1.0 : 1.0) * half[at]) : 0.0;
+        }
+        sum += both * both;
+    }
+    return sum;
+}
+
+static void plan_filter(const davar_filter_t *filter)
+{
+    memset(&plan, 0xA5, sizeof plan);
+    davar_plan_init_filtered(&plan, sizes, SIZES, filter);
+    set_autocovariance(filter, filter->cutoff);
+}
+
+static void assert_near(double expected, double actual, double relative)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(relative * fabs(expected), expected, actual);
+}
+
+/* ---- white noise ---- */
+
+static void test_gains_match_the_autocovariance(void)
+{
+    for (size_t f = 0; f < FILTERS; f++) {
+        plan_filter(&filters[f]);
+        for (int t = 0; t < SIZES; t++) {
+            assert_near(expected_gain((int)sizes[t]), (double)plan.gain[t], 2e-6);
+        }
+        TEST_ASSERT_EQUAL_HEX32(0U, davar_bits_of_float(plan.gain[SIZES])); /* no further size */
+    }
+}
+
+static void test_covariances_match_the_autocovariance(void)
+{
+    for (size_t f = 0; f < FILTERS; f++) {
+        plan_filter(&filters[f]);
+        const double floor = r_at(0) / (12.0 * 6.0 * 6.0); /* a sample scatters by six counts */
+        assert_near(floor, (double)plan.floor, 1e-5);
+        for (int u = 0; u < SIZES; u++) {
+            for (int t = 0; t <= u; t++) {
+                const int m_t = (int)sizes[t];
+                const int m_u = (int)sizes[u];
+                const double gains = (double)plan.gain[t] * (double)plan.gain[u];
+                const double expected =
+                    squared_covariances(m_t, m_u, floor) / (2.0 * m_t * m_u) / gains;
+                assert_near(expected, (double)plan.covariance[plan_pair(t, u)], 2e-5);
+            }
+        }
+    }
+}
+
+/* The variance of a sample, and the noise below which rounding hides it: a sample of half a count,
+ * or a step that is too small (5.15). */
+static void test_a_sample_matches_the_autocovariance(void)
+{
+    for (size_t f = 0; f < FILTERS; f++) {
+        plan_filter(&filters[f]);
+        const double by_sample = r_at(0) / 3.0;
+        const double by_step = (r_at(0) - r_at(1)) * 25.0 / 6.0;
+        assert_near(r_at(0), (double)plan.sample, 1e-5);
+        assert_near(sqrt(1.0 / (12.0 * fmin(by_sample, by_step))), (double)plan.hidden, 1e-5);
+    }
+}
+
+static void test_a_block_average_is_white(void)
+{
+    const davar_filter_t average = DAVAR_BLOCK_AVERAGE(8U);
+    plan_filter(&average);
+    for (int t = 0; t < SIZES; t++) {
+        assert_near(1.0, (double)plan.gain[t], 1e-6);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, (double)plan.sample);
+}
+
+/* The relative change of a gain by one standard error of the cutoff. */
+static void test_offsets_are_derivatives_by_the_cutoff(void)
+{
+    const double step = 1e-4;
+    for (size_t f = 0; f < FILTERS; f++) {
+        davar_filter_t filter = filters[f];
+        filter.uncertainty = 0.2;
+        plan_filter(&filter);
+        for (int t = 0; t < SIZES; t++) {
+            set_autocovariance(&filter, filter.cutoff * (1.0 + step));
+            const double above = expected_gain((int)sizes[t]);
+            set_autocovariance(&filter, filter.cutoff * (1.0 - step));
+            const double below = expected_gain((int)sizes[t]);
+            const double expected = 0.2 * (above - below) / (step * (above + below));
+            TEST_ASSERT_DOUBLE_WITHIN((0.005 * fabs(expected)) + 1e-4, expected,
+                                      (double)plan.offset[t]);
+        }
+    }
+}
+
+/* ---- drifts ---- */
+
+/* Power gain of the complete filter at an angle of the sampled spectrum, aliases not folded. */
+static double power_gain(const davar_filter_t *filter, double angle)
+{
+    const double ratio = angle / (2.0 * PI * filter->cutoff);
+    const double low = (filter->poles == 0U)   ? 1.0
+                       : (filter->poles == 1U) ? (1.0 / (1.0 + (ratio * ratio)))
+                                               : (1.0 / (1.0 + pow(ratio, 4.0)));
+    const double half = 0.5 * angle / filter_decimation(filter);
+    const double length = (double)filter->length;
+    const double average =
+        (filter->averages > 0U) ? (sin(length * half) / (length * sin(half))) : 1.0;
+    return low * pow(average * average, (double)filter->averages);
+}
+
+/* m avar of a drift whose spectrum is 1 / angle^power, by the midpoint rule. */
+static double drift_avar(const davar_filter_t *filter, double m, int power)
+{
+    const double step = PI / 1024.0;
+    double sum = 0.0;
+    for (double angle = 0.5 * step; angle < (64.0 * PI); angle += step) {
+        const double sine = sin(0.5 * angle);
+        const double kernel = 2.0 * pow(sin(0.5 * m * angle), 4.0) / (m * sine * sine);
+        sum += kernel * power_gain(filter, angle) / pow(angle, power);
+    }
+    return sum * step / PI;
+}
+
+/* The plan treats what is aliased as a drift in the base band: exact at long sizes, too much at the
+ * shortest by less than this share. The midpoint rule of the plan errs by 1 %. */
+static void test_drifts_pass_the_filter_as_their_spectrum_does(void)
+{
+    static const struct {
+        size_t filter;
+        double at_one;
+    } most[] = {{1, 0.1},  {2, 0.1},   {3, 0.001},  {4, 0.003},  {5, 0.02},  {6, 0.04},
+                {7, 0.01}, {10, 0.16}, {11, 0.001}, {12, 0.025}, {13, 0.001}};
+    for (size_t i = 0; i < sizeof most / sizeof most[0]; i++) {
+        const davar_filter_t *const filter = &filters[most[i].filter];
+        plan_filter(filter);
+        for (int t = 0; t < SIZES; t++) {
+            const double m = (double)sizes[t];
+            const double more = most[i].at_one / m;
+            const double flicker = drift_avar(filter, m, 1) / (2.0 * log(2.0) / PI * m);
+            const double walk = drift_avar(filter, m, 2) * 3.0 / (m * m);
+            assert_near(flicker, pow((double)plan.flicker[t], 2.0), 0.01 + more);
+            assert_near(walk, pow((double)plan.walk[t], 2.0), 0.001 + more);
+        }
+    }
+}
+
+/* ---- lists ---- */
+
+/* Every filter takes a fixed amount from m avar at sizes far above its memory. */
+static void test_sizes_beyond_the_filter_are_white(void)
+{
+    static const uint32_t m[] = {16U, 4096U, 4097U, 100000U, 150000U, 16777216U};
+    const davar_filter_t filter = {.cutoff = 0.01, .poles = 2U};
+    set_autocovariance(&filter, filter.cutoff);
+    davar_plan_init_filtered(&plan, m, 6U, &filter);
+    for (int u = 0; u < 6; u++) {
+        if (m[u] <= 150000U) {
+            assert_near(expected_gain((int)m[u]), (double)plan.gain[u], 2e-6);
+        }
+        for (int t = 0; (t <= u) && (u > 1); t++) {
+            const double both = 2.0 * (double)m[t] * (double)m[u];
+            assert_near(davar_noise_white_overlap((double)m[t], (double)m[u]) / both,
+                        (double)plan.covariance[plan_pair(t, u)], 1e-6);
+        }
+    }
+    TEST_ASSERT_TRUE((plan.gain[4] > 0.9998F) && (plan.gain[5] > plan.gain[4]));
+    TEST_ASSERT_TRUE(plan.gain[5] <= 1.0F);
+    TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.flicker[5]);
+    TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.walk[5]);
+    davar_plan_init_filtered(&plan, &m[2], 2U, &filter); /* none within the filter */
+    TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.gain[0]);
+    TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.gain[1]);
+    assert_near(r_at(0), (double)plan.sample, 1e-5);
+}
+
+/* The kernel of the last size within the grid is resolved: 4 points per cycle of m = 4096. */
+static void test_the_longest_size_of_the_grid_is_resolved(void)
+{
+    static const uint32_t m[] = {4095U, 4096U};
+    const davar_filter_t none = {0};
+    davar_plan_init_filtered(&plan, m, 2U, &none);
+    assert_near(1.0, (double)plan.gain[0], 1e-6);
+    assert_near(1.0, (double)plan.gain[1], 1e-6);
+    const double white = davar_noise_white_overlap(4096.0, 4096.0) / (2.0 * 4096.0 * 4096.0);
+    assert_near(white, (double)plan.covariance[plan_pair(1, 1)], 0.006);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_gains_match_the_autocovariance);
+    RUN_TEST(test_covariances_match_the_autocovariance);
+    RUN_TEST(test_a_sample_matches_the_autocovariance);
+    RUN_TEST(test_a_block_average_is_white);
+    RUN_TEST(test_offsets_are_derivatives_by_the_cutoff);
+    RUN_TEST(test_drifts_pass_the_filter_as_their_spectrum_does);
+    RUN_TEST(test_sizes_beyond_the_filter_are_white);
+    RUN_TEST(test_the_longest_size_of_the_grid_is_resolved);
+    return UNITY_END();
+}
