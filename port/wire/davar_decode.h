@@ -39,6 +39,8 @@ typedef struct {
     bool unstable;           /**< as in davar_result_t */
     /** of ARW or of the Allan deviation: half the 95 % interval over the value */
     float relative_uncertainty;
+    /** DAVAR_Arw, DAVAR_ResultFd: why ARW is absent; DAVAR_NOISE_UNKNOWN if it is present */
+    davar_noise_t noise;
     /** DAVAR_Monitor, health: index of the tau that decides it; DAVAR_MONITOR_NO_TAU: none */
     uint8_t worst;
     float kurtosis;            /**< as in davar_result_t */

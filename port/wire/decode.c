@@ -33,6 +33,18 @@ static float get_scaled(const davar_frame_t *frame, const davar_scaled_t *scaled
     return (raw == (1U << scaled->at.bits) - 1U) ? NAN : (float)raw * scaled->unit;
 }
 
+/* The uncertainty of ARW, or why ARW is absent. Other raw values of an absent ARW have no meaning. */
+static void read_arw(const davar_frame_t *frame, const davar_scaled_t *uncertainty,
+                     davar_wire_t *wire)
+{
+    const uint32_t code = (1U << uncertainty->at.bits) - 1U - get(frame, uncertainty->at);
+    wire->relative_uncertainty = get_scaled(frame, uncertainty);
+    if (isnan(wire->value) && (code <= (uint32_t)DAVAR_NOISE_FILTERED)) {
+        wire->noise = (davar_noise_t)code;
+        wire->relative_uncertainty = NAN;
+    }
+}
+
 /* Absent, or a plausible magnitude. */
 static bool is_magnitude(float value)
 {
@@ -80,7 +92,7 @@ static void read_fd(const davar_frame_t *frame, davar_wire_t *wire)
     wire->number = get(frame, fd_epoch);
     wire->window_samples = get(frame, fd_window);
     wire->unstable = (get(frame, fd_unstable) != 0U);
-    wire->relative_uncertainty = get_scaled(frame, &fd_arw_uncertainty);
+    read_arw(frame, &fd_arw_uncertainty, wire);
     wire->kurtosis = get_scaled(frame, &fd_kurtosis);
     wire->contribution = get_scaled(frame, &fd_contribution);
     wire->coefficient[DAVAR_ANGLE_RANDOM_WALK] = wire->value;
@@ -153,7 +165,7 @@ static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
     bool good = true;
     switch (wire->message) {
     case DAVAR_MESSAGE_ARW:
-        wire->relative_uncertainty = get_scaled(frame, &scaled_arw_uncertainty);
+        read_arw(frame, &scaled_arw_uncertainty, wire);
         good = is_magnitude(wire->value);
         break;
     case DAVAR_MESSAGE_STATE:

@@ -32,6 +32,8 @@ static bool is_magnitude(float value)
 static void check_value(const davar_wire_t *wire)
 {
     REQUIRE((wire->message < DAVAR_MESSAGE_COUNT) && (wire->counter <= 15U));
+    REQUIRE((wire->noise == DAVAR_NOISE_UNKNOWN) ||
+            ((wire->noise <= DAVAR_NOISE_FILTERED) && isnan(wire->value)));
     switch (wire->message) {
     case DAVAR_MESSAGE_ARW:
     case DAVAR_MESSAGE_ADEV:

@@ -16,6 +16,7 @@ void prove(void)
         if (status == DAVAR_DECODED) {
             PROVE((uint32_t)wire.message < (uint32_t)DAVAR_MESSAGE_COUNT);
             PROVE(wire.result <= 15U);
+            PROVE((uint32_t)wire.noise <= (uint32_t)DAVAR_NOISE_FILTERED);
         }
     }
     PROVED();

@@ -20,8 +20,12 @@ CONTENTS = (0, 3, 7, 8)
 NEAR = 2  # results: within this distance the order does not matter
 
 
+REASONS = ("mixed", "constant", "coarse", "filtered")  # why ARW is absent
+
+
 def plain(value):
-    return {"absent": "nan", "beyond": "inf"}.get(str(value), str(value))
+    named = {"absent": "nan", "beyond": "inf", **dict.fromkeys(REASONS, "nan")}
+    return named.get(str(value), str(value))
 
 
 @functools.cache
@@ -36,6 +40,8 @@ def truth(one):
             for name, value in signals.items():
                 if name in wire.COLUMNS:
                     values[wire.COLUMNS[name]] = plain(value)
+                    if str(value) in REASONS:
+                        values["arw_withheld"] = str(value)
                 elif name == "AdevDps":
                     values["adev", signals["TauIndex"]] = plain(value)
                 elif name.startswith("Adev") and name.endswith("Dps"):
@@ -47,7 +53,10 @@ def truth(one):
 def shown(result):
     """The values of a row, by the same rule."""
     return {
-        **{name: plain(value) for name, value in result.values.items()},
+        **{
+            name: value if name == "arw_withheld" else plain(value)
+            for name, value in result.values.items()
+        },
         **{("adev", index): plain(value) for index, value in result.adev.items()},
     }
 

@@ -18,6 +18,8 @@ DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 BASE, STEP = 0x5D0, 16
 SESSION = 165  # of wire_probe
 OF_NO_RESULT = (5, 6, 9, 11)  # Health, Setup, Raw, and End itself
+# By davar_noise_t: what the uncertainty of an absent ARW is called. A present one is white or mixed.
+REASONS = ("absent", "beyond", "mixed", "constant", "coarse", "filtered")
 COEFFICIENTS = (
     "QuantizationDeg",
     "ArwDegPerSqrtH",
@@ -117,14 +119,23 @@ class Codec(unittest.TestCase):
     def assert_scaled(self, expected, found, unit, bits):
         if math.isnan(expected):
             self.assertEqual("absent", found)
-        elif expected >= (2**bits - 1.5) * unit:
+        elif expected >= (2**bits - 2.5) * unit:  # rounded, all ones except the last bit
             self.assertEqual("beyond", found)
         else:
             self.assertLessEqual(abs(expected - found), 0.5000001 * unit)
 
-    def check_arw(self, values, signals):
+    def assert_arw(self, values, signals, unit, bits):
+        found = signals["ArwRelativeUncertainty"]
         self.assert_float(values["C"][1][0], signals["ArwDegPerSqrtH"])
-        self.assert_scaled(relative(*values["C"][1]), signals["ArwRelativeUncertainty"], 1e-4, 16)
+        if math.isnan(values["C"][1][0]):
+            self.assertEqual(REASONS[int(values["R"][5])], found)
+        elif relative(*values["C"][1]) > (2**bits - 9) * unit:  # the higher raw values are named
+            self.assertEqual("beyond", found)
+        else:
+            self.assert_scaled(relative(*values["C"][1]), found, unit, bits)
+
+    def check_arw(self, values, signals):
+        self.assert_arw(values, signals, 1e-4, 16)
 
     def check_state(self, values, signals):
         epoch, window, unstable = map(int, values["R"][:3])
@@ -194,7 +205,7 @@ class Codec(unittest.TestCase):
         self.assertEqual(int(values["R"][2]), signals["Unstable"])
         self.assert_scaled(float(values["R"][3]), signals["Kurtosis"], 1e-3, 16)
         self.assert_scaled(float(values["R"][4]), signals["Contribution"], 1e-3, 12)
-        self.assert_scaled(relative(*values["C"][1]), signals["ArwRelativeUncertainty"], 1e-3, 12)
+        self.assert_arw(values, signals, 1e-3, 12)
         for name, coefficient in zip(COEFFICIENTS, values["C"]):
             self.assert_float(coefficient[0], signals[name])
         for index in range(8):
@@ -395,6 +406,26 @@ class Codec(unittest.TestCase):
                 self.assert_float(value, float(word[6]))
             elif message.name == "DAVAR_Health" and name not in ("Crc", "Counter", "Result"):
                 self.assertEqual(value, int(word[7]), name)
+
+    def test_a_reason_is_decoded_only_where_arw_is_absent(self):
+        for name, others in (("DAVAR_Arw", {}), ("DAVAR_ResultFd", {"WindowSamples": 600})):
+            message = DBC.get_message_by_name(name)
+            top = 2 ** message.get_signal_by_name("ArwRelativeUncertainty").length - 1
+            for arw in (math.nan, 0.3):
+                for code in (*range(9), top):
+                    signals = {signal.name: 0 for signal in message.signals} | others
+                    raw = bytearray(
+                        message.encode(
+                            signals | {"ArwDegPerSqrtH": arw, "ArwRelativeUncertainty": top - code},
+                            scaling=False,
+                        )
+                    )
+                    raw[0] = crc8(message.frame_id.to_bytes(2, "little") + raw[1:])
+                    word = probe("decode", stdin=f"{message.frame_id:03X}#{raw.hex()}\n")[0].split()
+                    with self.subTest(message=name, arw=arw, code=code):
+                        reason = code if code < len(REASONS) and math.isnan(arw) else 0
+                        self.assertEqual(("D", reason), (word[0], int(word[35])))
+                        self.assertEqual(code == 0 or reason > 0, math.isnan(float(word[10])))
 
     def test_damaged_and_foreign_frames_are_reported(self):
         identifier, data, _ = next(results(6, 1, 0))[1][0]

@@ -61,6 +61,7 @@ static void make(random_t *random, davar_result_t *result, davar_wire_health_t *
                                       .newer = any(random),
                                       .gain = any(random)};
     health->count[random_next(random) % DAVAR_HEALTH_COUNT] = (uint32_t)random_next(random);
+    result->noise = (davar_noise_t)(random_next(random) % ((uint64_t)DAVAR_NOISE_FILTERED + 1U));
 }
 
 static void make_misfit(random_t *random, davar_misfit_t *misfit)
@@ -74,9 +75,9 @@ static void make_misfit(random_t *random, davar_misfit_t *misfit)
 
 static void print_result(const davar_result_t *result, const davar_wire_health_t *health)
 {
-    (void)printf("R %llu %u %d %.17g %.17g\n", (unsigned long long)result->epoch,
+    (void)printf("R %llu %u %d %.17g %.17g %d\n", (unsigned long long)result->epoch,
                  result->window_samples, (int)result->unstable, result->kurtosis,
-                 result->contribution);
+                 result->contribution, (int)result->noise);
     for (size_t t = 0; t < result->tau_count; t++) {
         (void)printf("T %zu %.17g %.17g %.17g\n", t, result->tau[t].adev, result->tau[t].low,
                      result->tau[t].high);
@@ -232,6 +233,7 @@ static void print_wire(davar_decode_status_t status, const davar_wire_t *wire)
     (void)printf(" %u %u %d %d %d %d %u %u %.9g", wire->worst, wire->session, wire->count[0],
                  wire->count[1], (int)wire->alarm, (int)wire->young, wire->change_m,
                  wire->cut_age_samples, (double)wire->dispersion);
+    (void)printf(" %d", (int)wire->noise);
     (void)putchar('\n');
 }
 

@@ -93,10 +93,21 @@ static double relative_uncertainty(double value, double low, double high)
     return 0.5 * (high - low) / value;
 }
 
-static double arw_uncertainty(const davar_result_t *result)
+/* The angle random walk. If it is absent, its uncertainty holds the reason: all ones less
+ * davar_noise_t. A value whose uncertainty would need one of those codes is sent as beyond. */
+static void put_arw(davar_frame_t *frame, const davar_scaled_t *uncertainty,
+                    const davar_result_t *result)
 {
     const davar_coefficient_t *arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
-    return relative_uncertainty(arw->value, arw->low, arw->high);
+    const uint32_t absent = (1U << uncertainty->at.bits) - 1U;
+    const double most = (double)(absent - NOISE_CODES) * (double)uncertainty->unit;
+    const double found = relative_uncertainty(arw->value, arw->low, arw->high);
+    put_magnitude(frame, signal_value, arw->value);
+    if ((arw->value >= 0.0) && (arw->value <= (double)DAVAR_WIRE_MOST)) {
+        put_scaled(frame, uncertainty, (found > most) ? (double)INFINITY : found);
+    } else { /* NaN too */
+        put(frame, uncertainty->at, absent - (uint32_t)result->noise);
+    }
 }
 
 /* --- the signals of one frame ----------------------------------------------------------------- */
@@ -117,8 +128,7 @@ static void fill_stationarity(davar_encoder_t *encoder, davar_frame_t *frame)
 
 static void fill_arw(davar_encoder_t *encoder, davar_frame_t *frame)
 {
-    put_magnitude(frame, signal_value, encoder->result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
-    put_scaled(frame, &scaled_arw_uncertainty, arw_uncertainty(encoder->result));
+    put_arw(frame, &scaled_arw_uncertainty, encoder->result);
 }
 
 static void fill_change(davar_encoder_t *encoder, davar_frame_t *frame)
@@ -174,9 +184,8 @@ static void fill_fd(davar_encoder_t *encoder, davar_frame_t *frame)
     encoder->tag = encoder->counter[DAVAR_MESSAGE_RESULT_FD];
     put(frame, fd_window, at_most(result->window_samples, STATE_WINDOW_MAX));
     put(frame, fd_unstable, result->unstable ? 1U : 0U);
-    put_magnitude(frame, signal_value, result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
+    put_arw(frame, &fd_arw_uncertainty, result);
     put(frame, fd_epoch, (uint32_t)result->epoch);
-    put_scaled(frame, &fd_arw_uncertainty, arw_uncertainty(result));
     put_scaled(frame, &fd_contribution, result->contribution);
     put_scaled(frame, &fd_kurtosis, result->kurtosis);
     for (uint8_t k = 0U; k < 4U; k++) {

@@ -19,6 +19,10 @@ typedef struct {
     float unit;
 } davar_scaled_t;
 
+/* The highest raw values of an uncertainty of ARW are absent, beyond and the reasons why ARW is
+ * absent (davar_noise_t); some are spare. */
+#define NOISE_CODES 8U
+
 /* Every frame. */
 static const davar_signal_t signal_crc = {0, 8};
 static const davar_signal_t signal_counter = {8, 4};

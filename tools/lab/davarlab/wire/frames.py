@@ -291,6 +291,10 @@ COLUMNS = {
     "ArwHighDegPerSqrtH": "arw_high_deg_per_sqrt_h",
 }
 
+# The DBC's names of why ARW is absent, in place of its uncertainty (davar_noise_t).
+REASONS = ("mixed", "constant", "coarse", "filtered")
+NAMED = {"absent": math.nan, "beyond": math.inf, **dict.fromkeys(REASONS, math.nan)}
+
 ABOVE_ZERO = ("WindowSamples", "RateHz", "Stride", "ClusterSamples", "UnitPerCount")
 SIGNED = ("ModelDeviation", "RateDps")
 
@@ -308,9 +312,9 @@ def messages_of(dbc: Path) -> dict[int, Message]:
 
 
 def number(value: Any) -> Any:
-    """A signal as a number: the named values of the DBC, "absent" and "beyond", become NaN and
-    infinity."""
-    return {"absent": math.nan, "beyond": math.inf}.get(str(value), value)
+    """A signal as a number: of the named values of the DBC, "beyond" becomes infinity, the others
+    NaN."""
+    return NAMED.get(str(value), value)
 
 
 def parts(signals: Signals) -> list[tuple[tuple[str, Any], Any]]:
@@ -322,6 +326,8 @@ def parts(signals: Signals) -> list[tuple[tuple[str, Any], Any]]:
     ]
     if signals.get("ChangeClusterSamples") == 0:  # no change was told yet
         found.remove((("values", "change_m"), 0))
+    if (reason := str(signals.get("ArwRelativeUncertainty"))) in REASONS:
+        found.append((("values", "arw_withheld"), reason))
     if "AdevDps" in signals:
         found.append((("adev", signals["TauIndex"]), signals["AdevDps"]))
     if "ModelDeviation" in signals:
