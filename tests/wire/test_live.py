@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import pty
+import re
 import subprocess
 import sys
 import tempfile
@@ -15,7 +16,7 @@ import unittest
 from pathlib import Path
 
 from davarlab.wire import frames as wire
-from davarlab.wire import record
+from davarlab.wire import live, record, withheld
 from senders import ROOT, frames, run
 
 # The command of tools/davarlab live, without the other commands and their requirements.
@@ -30,6 +31,20 @@ MARK = 9
 
 def text(frame):
     return b"t%03X%d%s\r" % (frame[0], len(frame[1]), frame[1].hex().upper().encode())
+
+
+def without_arw(result, reason):
+    """The frames of a result, its ARW absent for a reason of davar_noise_t; 0: none is sent."""
+    arw, end = (
+        next((id_, data) for id_, data in result if id_ & 15 == kind) for kind in (0, 11)
+    )
+    body = arw[1][1:2] + (65535 - reason).to_bytes(2, "little") + bytes.fromhex("0000C07F")
+    new = bytes([wire.crc(arw[0], b"\0" + body)]) + body
+    total = int.from_bytes(end[1][4:], "little") - wire.digest(*arw) + wire.digest(arw[0], new)
+    body = end[1][1:4] + (total % 2**32).to_bytes(4, "little")
+    last = bytes([wire.crc(end[0], b"\0" + body)]) + body
+    changed = {arw: (arw[0], new), end: (end[0], last)}
+    return [changed.get(frame, frame) for frame in result]
 
 
 class Live(unittest.TestCase):
@@ -163,6 +178,34 @@ class Live(unittest.TestCase):
         )
         self.assertIn(f"/dev/full: {self.all_shown} results not recorded\n", told)
 
+    def test_why_arw_is_absent_is_shown_recorded_and_explained_once(self):
+        one = run(1, 60, session=7)
+        for code, reason in enumerate(("", "", "mixed", "constant", "coarse", "filtered")):
+            sent = [frame for result in one.results[:-1] for frame in without_arw(result, code)]
+            with self.subTest(reason=reason):
+                self.record.unlink(missing_ok=True)
+                shown, told = self.live(sent)
+                self.assertEqual(60, len(shown))
+                self.assertEqual({reason}, {row["arw_withheld"] for row in self.rows()})
+                self.assertEqual({""}, {row["arw_relative_uncertainty"] for row in self.rows()})
+                self.assertEqual(
+                    {reason or None}, {json.loads(line).get("arw_withheld") for line in shown}
+                )
+                said = f"channel 0: no angle random walk ({reason}): "
+                self.assertEqual(1 if reason else 0, told.count(said), told)
+
+    def test_what_chance_withholds_is_shown_but_not_explained(self):
+        one = run(1, 60, session=7)
+        sent = [
+            frame
+            for n, result in enumerate(one.results[:-1])
+            for frame in without_arw(result, 2 if n in (25, 59) else 0)
+        ]
+        shown, told = self.live(sent)
+        reasons = [json.loads(line).get("arw_withheld") for line in shown]
+        self.assertEqual([25, 59], [n for n, reason in enumerate(reasons) if reason == "mixed"])
+        self.assertNotIn("channel 0: no angle random walk", told)
+
     def test_a_rate_of_zero_is_rejected_and_counted(self):
         one = run(1, 20, session=7)
         setup = bytes([0, 0, 0, 7, 0, 0, 0, 0])
@@ -170,6 +213,26 @@ class Live(unittest.TestCase):
         shown, told = self.live(frames(one)[:100] + [zero] + frames(one)[100:])
         self.assertEqual(20, len(shown))
         self.assertIn(" 1 impossible,", told)
+
+
+class Words(unittest.TestCase):
+    def test_a_line_names_the_reason(self):
+        values = {"channel": 0, "epoch": 9, "arw_deg_per_sqrt_h": None, "window_samples": 600}
+        self.assertIn("ARW       absent deg", live.line(values))
+        for reason in withheld.REASONS:
+            said = live.line(values | {"arw_withheld": reason})
+            self.assertIn(f"ARW       absent ({reason}) deg", said)
+
+    def test_davar_sim_uses_the_same_words(self):
+        source = (ROOT / "host_sim/output/report.c").read_text()
+        source = re.sub(r'"\s*"', "", source)
+        for reason, words in (
+            ("filtered", "the short cluster sizes read low, as behind a low-pass"),
+            ("coarse", "the noise is below half a count, so rounding hides the angle random walk"),
+        ):
+            self.assertIn(words, source)
+            self.assertTrue(withheld.REASONS[reason].startswith(words))
+        self.assertIn(f"#define FEW {withheld.FEW}U", source)
 
 
 class Waiting(unittest.TestCase):

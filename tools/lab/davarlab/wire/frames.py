@@ -17,6 +17,7 @@ from cantools.database.errors import Error
 
 from .. import places
 from .raw import Sample, Samples, written
+from .withheld import REASONS
 
 DBC_PATH = places.shared("tools/davar.dbc")
 BASE, STEP = 0x5D0, 16
@@ -291,8 +292,7 @@ COLUMNS = {
     "ArwHighDegPerSqrtH": "arw_high_deg_per_sqrt_h",
 }
 
-# The DBC's names of why ARW is absent, in place of its uncertainty (davar_noise_t).
-REASONS = ("mixed", "constant", "coarse", "filtered")
+# The names of values in the DBC; the uncertainty of an absent ARW names the reason.
 NAMED = {"absent": math.nan, "beyond": math.inf, **dict.fromkeys(REASONS, math.nan)}
 
 ABOVE_ZERO = ("WindowSamples", "RateHz", "Stride", "ClusterSamples", "UnitPerCount")

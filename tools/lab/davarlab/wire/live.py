@@ -15,6 +15,7 @@ from . import frames as wire
 from .raw_record import RawRecorder
 from .record import Recorder, Row, row
 from .source import Source
+from .withheld import Explained
 
 
 def say(text: str) -> None:
@@ -37,8 +38,9 @@ def alarm(values: Row) -> str:
 def line(values: Row) -> str:
     """One result for people."""
     arw, doubt = values.get("arw_deg_per_sqrt_h"), values.get("arw_relative_uncertainty")
+    reason = values.get("arw_withheld")
     shown = (
-        "      absent"
+        "      absent" + (f" ({reason})" if reason else "")
         if arw is None
         else f"{arw:12.6g}" + ("" if doubt is None else f" +-{100 * doubt:.0f} %")
     )
@@ -122,15 +124,20 @@ class Viewer:
             0,
         )
         self.stretches: dict[int, int] = {}  # channel -> the newest stretch that was said
+        self.explained: dict[int, Explained] = {}  # channel -> of its newest stretch
 
     def show(self, result: wire.Result) -> None:
         if result.stretch > self.stretches.setdefault(result.channel, 1):
             self.stretches[result.channel] = result.stretch
+            self.explained.pop(result.channel, None)
             say(
                 f"channel {result.channel}: the sender has been restarted: a new section begins "
                 f"with epoch {result.epoch}"
             )
         values = row(result, result.sender)
+        explained = self.explained.setdefault(result.channel, Explained())
+        if why := explained.add(values.get("arw_withheld")):
+            say(f"channel {result.channel}: {why}")
         if self.recorder:
             self.recorder.add(result, result.sender)
         self.stop.show(json.dumps(values) if self.as_json else line(values))

@@ -29,6 +29,7 @@ FIELDS = [
     "arw_low_deg_per_sqrt_h",
     "arw_high_deg_per_sqrt_h",
     "arw_relative_uncertainty",
+    "arw_withheld",
     "bi_deg_per_h",
     "rrw_deg_per_h_per_sqrt_h",
     "rr_deg_per_h2",

@@ -17,6 +17,7 @@ from ..wire import frames, record
 from ..wire.frames import Result
 from ..wire.raw_record import RawRecorder
 from ..wire.source import Source
+from ..wire.withheld import REASONS
 
 BLOCK = 1 << 20
 KEPT = 1200  # results of a channel
@@ -160,6 +161,7 @@ class Listening:
                 "rows": [shown(result) for results in self.results.values() for result in results],
                 "count": self.count,
                 "kept": KEPT,
+                "reasons": REASONS,
             }
 
     def stop(self) -> None:

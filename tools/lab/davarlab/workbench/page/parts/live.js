@@ -5,6 +5,7 @@ import { at, change, newest } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
 let kept = 0; // number of results that the server keeps per channel
+let reasons = {}; // name -> why a result has no angle random walk
 let rows = new Map(), count = 0, listening = null, standing = null, frozen = false;
 
 let early = null; // events that arrived before the answer to `live`
@@ -26,7 +27,7 @@ export async function live(all) {
   const missed = (early = []);
   let whole;
   try { whole = await ask("live"); } finally { early = null; }
-  [standing, count, kept] = [whole, whole.count, whole.kept];
+  [standing, count, kept, reasons] = [whole, whole.count, whole.kept, whole.reasons];
   take(whole.rows);
   missed.forEach(heard);
   draw({});
@@ -58,6 +59,7 @@ const draw = newest(async () => {
       last.unstable && last.alarm === undefined ? element("strong", { class: "alarm" }, " UNSTABLE") : "",
       changed ? element("strong", { class: "alarm", id: "live-changed" }, ` noise changed at epoch ${changed.epoch}${changed.change_older && changed.change_newer
         ? `, ${number(changed.change_older)} → ${number(changed.change_newer)} deg/s` : ""}`) : "",
+      last.arw_withheld ? element("div", { id: "live-why" }, `No angle random walk (${last.arw_withheld}): ${reasons[last.arw_withheld]}.`) : "",
       element("div", {}, `received: ${counts(standing.faults) || "nothing"}; the device reports: ${health || "nothing lost"}`));
     await charts.rolling("live-chart", shown);
     await charts.surface("live-surface", shown);
