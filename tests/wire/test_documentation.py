@@ -65,6 +65,22 @@ class Documentation(unittest.TestCase):
         }
         self.assertEqual({m.name: (m.frame_id - 0x5D0, m.length) for m in DBC.messages}, documented)
 
+    def test_the_table_of_reasons_is_that_of_the_dbc(self):
+        documented = {row[0]: (int(row[1]), int(row[2])) for row in rows(4) if row[1].isdigit()}
+        named = [
+            {
+                str(name): code
+                for code, name in DBC.get_message_by_name(message)
+                .get_signal_by_name("ArwRelativeUncertainty")
+                .choices.items()
+            }
+            for message in ("DAVAR_Arw", "DAVAR_ResultFd")
+        ]
+        there = {name: (code, named[1][name]) for name, code in named[0].items()}
+        del there["beyond"]  # of a present ARW
+        self.assertEqual(there, {name: documented[name] for name in there})
+        self.assertEqual(5, len(there))
+
     def test_the_examples_decode_to_the_documented_values(self):
         examples = [row for row in rows(3) if "#" in row[0]]
         self.assertEqual(8, len(examples))

@@ -4,6 +4,7 @@ to a file; stopping, ending and wrong sources.
 
 import csv
 import io
+import random
 import re
 import signal
 import subprocess
@@ -23,10 +24,10 @@ SIMULATED = (
 
 
 class Live(Visiting):
-    def sender(self, *options):
+    def sender(self, *options, simulated=SIMULATED):
         """davar-sim on a pty that waits for a reader, and the pty's name."""
         process = subprocess.Popen(
-            [*SIMULATED, *options, "--out", "slcan:pty"],
+            [*simulated, *options, "--out", "slcan:pty"],
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -134,6 +135,28 @@ class Live(Visiting):
         self.assertEqual(
             len(page.evaluate("document.getElementById('live-chart').data[3].x")), len(told)
         )
+
+    def test_why_there_is_no_angle_random_walk(self):
+        recording, source, smooth = self.folder / "smooth.csv", random.Random(1), 0.0
+        lines = ["gyro_z_dps"]
+        for _ in range(6000):
+            smooth += 0.2 * (source.gauss(0, 1) - smooth)  # a low-pass that nobody declares
+            lines.append(f"{smooth:.6f}")
+        recording.write_text("\n".join(lines) + "\n")
+        simulated = (ROOT / "tools/davar-sim", recording, "--rate", "100", "--stride", "100")
+        _, source = self.sender(simulated=simulated)
+        bench = self.open()
+        page = self.page(bench)
+        page.fill("#source", source)
+        page.click("#listen")
+        expect(page.locator("#live-state")).to_contain_text("ended")
+        expect(page.locator("#live-arw")).to_have_text("ARW absent")
+        expect(page.locator("#live-why")).to_contain_text("(filtered): the short cluster sizes")
+        expect(page.locator("#live-why")).to_contain_text("--bandwidth HZ[:ORDER]")
+        self.shot(page, "live-why")
+        with open(self.folder / "davarlab-files/live.csv", encoding="ascii") as file:
+            self.assertEqual({"filtered"}, {row["arw_withheld"] for row in csv.DictReader(file)})
+        self.assert_quiet()
 
     def test_a_sender_that_goes_on_is_frozen_and_stopped_and_a_wrong_source_is_refused(self):
         bench = self.open()

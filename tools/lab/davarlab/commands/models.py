@@ -7,16 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from .. import files, kalibr, option_types, simulate
+from .. import axes, files, kalibr, option_types, simulate
 from .. import model as models
 from ..data import recording as recordings
 from ..effects import table
 from ..effects.base import Effect, Parameter
 from ..errors import BadInput
 from ..report import parameters
-from .shared import OUT, RATE, Command, argument, emit, progress
+from .shared import LOG, OUT, RATE, Command, argument, emit, progress, recorded
 
 PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
+PLAN = "plan"  # of --to
 
 
 def run_simulate(options: argparse.Namespace) -> int:
@@ -123,8 +124,43 @@ def run_effects(options: argparse.Namespace) -> int:
     return 0
 
 
+def export_plan(options: argparse.Namespace, given: models.Model) -> int:
+    """The filter of a model for davar_plan_init_filtered."""
+    from ..diagnosis import improve
+    from ..report import declared
+
+    where = options.models[0]
+    files.check_ending(options.output, (".h",))
+    entries = None
+    if options.recording:
+        recording, model = axes.for_analysis(recorded(options, options.recording), given)
+        models.check_fits(model, recording, where)
+        state, given, entries = improve.fit(recording, model, progress)
+        if not state.judgement.adequate:
+            raise BadInput(
+                f"{where}: the model does not fit {options.recording}, so the error of its cutoff is "
+                "not known. Find what is missing with improve; without --recording, the cutoff "
+                "counts as known to 10 %"
+            )
+    found = declared.of(given, where, options.window, entries)
+    made = declared.text(found, declared.notes(found, where, options.recording))
+    files.write_whole(options.output, made.encode())
+    emit(
+        options,
+        {"file": options.output, "format": options.to, **declared.plain(found)},
+        f"{made}{options.output}",
+    )
+    return 0
+
+
 def run_export(options: argparse.Namespace) -> int:
     given = [(path, models.read(path)) for path in options.models]
+    if options.recording and options.to != PLAN:
+        raise BadInput("--recording: only --to plan uses it")
+    if options.to == PLAN:
+        if len(given) > 1:
+            raise BadInput("--to plan takes one model: the axes of a gyro share a filter and a plan")
+        return export_plan(options, given[0][1])
     if options.to:
         made = parameters.text(options.to, given, options.inflate, options.bias_time)
         files.write_whole(options.output, made.encode())
@@ -195,8 +231,15 @@ COMMANDS: dict[str, Command] = {
             ),
             argument(
                 "--to",
-                choices=tuple(PARAMETER_FILES),
-                help="; ".join(f"{name}: {what}" for name, what in PARAMETER_FILES.items()),
+                choices=(*PARAMETER_FILES, PLAN),
+                help="; ".join(f"{name}: {what}" for name, what in PARAMETER_FILES.items())
+                + "; plan: the model's filter for davar_plan_init_filtered and --bandwidth (FILTER.h)",
+            ),
+            argument(
+                "--recording",
+                metavar="REC",
+                help="with --to plan: fit the model to this recording, and export the fitted cutoff "
+                "with its standard error (without: the model's cutoff, known to 10 percent)",
             ),
             argument(
                 "--inflate",
@@ -226,6 +269,7 @@ COMMANDS: dict[str, Command] = {
                 help="uncertainty of the model: the relative standard deviation of its Allan "
                 "deviation (default 0.02)",
             ),
+            *LOG,
         ],
     ),
     "sheet": (
