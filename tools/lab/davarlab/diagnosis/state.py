@@ -164,7 +164,8 @@ def fitted(
     bench = Bench(recording, shocks.clean, known_counts, gyro=model.column, logged=logged)
     parts = [part_of(term) for term in model.terms]
     bench = bench.resolving(parts)
-    parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
+    parts = filters.responding(bench, with_forms(bench, parts))
+    parts = refine.refined(bench, parts, sweeps=2)
     parts = with_decoded_states(bench, parts)
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     state = State(bench, tuple(parts), bench.fit(parts), shocks, known=known, seen=tuple(seen))
@@ -173,8 +174,10 @@ def fitted(
 
 def with_forms(bench: Bench, parts: list[Part]) -> list[Part]:
     """Variants of regressors, and what a model file need not say of a shape: whichever the gyro
-    follows."""
+    follows. Filters have to move to their own best shape first (filters.responding)."""
     for index, part in enumerate(parts):
+        if part.role == "filter":
+            continue
         others = [
             replace(one, form=form) for one in filters.unsaid(part) for form in part.effect.forms
         ]

@@ -193,20 +193,21 @@ def fields(found: Declared) -> list[str]:
 
 def comment(found: Declared, notes: list[str]) -> list[str]:
     """The head of the header: what it holds, and how to use it."""
-    taus = f"--taus {','.join(map(str, found.sizes))}"
+    taus = f" --taus {','.join(map(str, found.sizes))}"
     bandwidth = f"--bandwidth {found.bandwidth}"
+    cut = found.sizes != found.octaves
     said = [
-        *(line for note in notes for line in textwrap.wrap(note, WIDTH)),
+        *(line for note in notes for line in textwrap.wrap(note.replace("*/", "* /"), WIDTH)),
         "",
         "    davar_plan_init_filtered(&plan, davar_gyro_taus, DAVAR_GYRO_TAU_COUNT,",
         "                             &davar_gyro_filter);",
         "",
         "The configuration needs the same cluster sizes. The plan can also be made at build time:",
         "",
-        f"    tools/davar-plan {taus} {bandwidth} --rate {found.rate_hz:.9g}",
+        f"    tools/davar-plan{taus} {bandwidth} --rate {found.rate_hz:.9g}",
         "",
-        f"On a recording: davar-sim REC {bandwidth}",
-        f'In Python: bandwidth="{found.bandwidth}"',
+        f"On a recording: davar-sim REC {bandwidth}{taus if cut else ''}",
+        f'In Python: bandwidth="{found.bandwidth}"' + (f", clusters={[*found.sizes]}" if cut else ""),
     ]
     return ["/* " + said[0], *(f" * {line}".rstrip() for line in said[1:]), " */"]
 

@@ -1,0 +1,224 @@
+"""davarlab export --to plan: the filter that a fit finds, in the firmware and in davar-sim. The
+recording is made here: noise of 16 times the sample rate behind a filter of scipy.
+"""
+
+import csv
+import json
+import re
+import subprocess
+import unittest
+
+import numpy as np
+from asking import ROOT, run
+from scipy import signal
+from test_lab import Folder
+
+RATE, LSB, WINDOW, OVER = 100.0, 0.001, 600, 16
+ARW = 0.3  # deg/sqrt(h)
+WHITE = (
+    '[sensor]\nrate_hz = 100.0\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
+    f"coefficient_deg_per_sqrt_h = {ARW}\n"
+)
+LOW = '[[effect]]\nkind = "low_pass"\ncutoff_hz = {}\nresponse = "{}"\norder = {}\n'
+MEAN = '[[effect]]\nkind = "moving_average"\nsamples = {}\n'
+FIRMWARE = """
+#include "davar/davar.h"
+#include "filter.h"
+#include <stdio.h>
+static const davar_config_t config = {
+    .rate_hz = 100.0, .unit_per_count = 0.001, .stride = 600, DAVAR_FIXED(600),
+    .taus = davar_gyro_taus, .tau_count = DAVAR_GYRO_TAU_COUNT};
+int main(void)
+{
+    static davar_t gyro;
+    static uint64_t memory[1 << 14];
+    static davar_plan_t plan;
+    static davar_result_t result;
+    int count;
+    davar_plan_init_filtered(&plan, davar_gyro_taus, DAVAR_GYRO_TAU_COUNT, &davar_gyro_filter);
+    if (davar_init_q31(&gyro, &config, memory, sizeof memory) != DAVAR_OK) {
+        return 1;
+    }
+    while (scanf("%d", &count) == 1) {
+        const int32_t one = count;
+        davar_push_q31(&gyro, &one, 1);
+        if (davar_take(&gyro, &result)) {
+            davar_fit(&plan, config.rate_hz, &result);
+            const davar_coefficient_t *arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+            printf("%d %.9g %.9g %.9g\\n", (int)arw->present, arw->value, arw->low, arw->high);
+        }
+    }
+    return 0;
+}
+"""
+
+
+class Exporting(Folder):
+    def exported(self, model, *options):
+        """The text and the JSON of an export."""
+        output = self.work / "filter.h"
+        done = run(
+            "export", self.file("m.toml", model), "--to", "plan", "-o", output, "--json", *options
+        )
+        self.assertEqual(0, done.returncode, done.stderr)
+        return output.read_text(), json.loads(done.stdout)
+
+    def compiled(self, program):
+        source, output = self.file("use.c", program), self.work / "use"
+        command = ["gcc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1"]
+        command += ["-ffp-contract=off", f"-I{ROOT / 'lib/include'}", f"-I{ROOT / 'lib/src'}"]
+        command += [source, *(ROOT / "lib/src").rglob("*.c"), "-o", output, "-lm"]
+        done = subprocess.run(command, text=True, capture_output=True)
+        self.assertEqual(0, done.returncode, done.stderr)
+        return output
+
+
+class Device(Exporting):
+    def test_the_fitted_filter_gives_the_true_arw_on_the_device_and_in_davar_sim(self):
+        cutoff, samples, random = 20.0, 360_000, np.random.default_rng(20)
+        sections = signal.butter(2, cutoff, fs=OVER * RATE, output="sos")
+        # White noise of the density N^2 at the higher rate; every 16th sample is recorded.
+        noise = random.normal(0, ARW / 60 * np.sqrt(OVER * RATE), (samples + 100) * OVER)
+        rates = signal.sosfilt(sections, noise)[100 * OVER :: OVER]
+        counts = np.rint(rates / LSB).astype(int)
+        recording = self.work / "rec.csv"
+        lines = [f"{n / RATE:.2f},{count * LSB:.3f}" for n, count in enumerate(counts)]
+        recording.write_text("time_s,gyro_z_dps\n" + "\n".join(lines) + "\n")
+
+        model = WHITE + LOW.format(18, "sampled", 2)
+        text, found = self.exported(model, "--recording", recording, "--window", WINDOW)
+        self.assertLess(abs(found["cutoff_hz"] / cutoff - 1), 0.02)
+        self.assertEqual((2, 1.0), (found["order"], found["cutoff_percent"]))
+        self.assertEqual([1, 2, 4, 8, 16, 32, 64], found["taus"])
+        self.assertIn(f"--bandwidth {found['bandwidth']}\n", text)
+        self.assertLessEqual(max(map(len, text.splitlines())), 100)
+
+        done = subprocess.run(
+            [self.compiled(FIRMWARE)],
+            input="\n".join(map(str, counts)),
+            text=True,
+            capture_output=True,
+            check=True,
+        )
+        device = [line.split() for line in done.stdout.splitlines()]
+        self.assertEqual(samples // WINDOW, len(device))
+        present = [tuple(map(float, row[1:])) for row in device if row[0] == "1"]
+        holds = [low <= ARW <= high for _, low, high in present]
+        self.assertGreaterEqual(len(present), 0.98 * len(device))
+        self.assertGreaterEqual(np.mean(holds), 0.93)  # 600 windows: 95 % less two standard errors
+        self.assertLess(abs(np.mean([value for value, _, _ in present]) / ARW - 1), 0.02)
+
+        options = f"--rate 100 --lsb {LSB} --bits 32 --policy fixed --mode trailing --stride 600"
+        options += f" --window-max 600 --bandwidth {found['bandwidth']}"
+        done = subprocess.run(
+            [ROOT / "tools/davar-sim", recording, *options.split()], text=True, capture_output=True
+        )
+        self.assertEqual(0, done.returncode, done.stderr)
+        names = [f"arw_{part}deg_per_sqrt_h" for part in ("", "low_", "high_")]
+        rows = [[row[name] for name in names] for row in csv.DictReader(done.stdout.splitlines())]
+        self.assertEqual([row[1:] if row[0] == "1" else ["", "", ""] for row in device], rows)
+
+    def test_davar_plan_makes_the_plan_of_the_header(self):
+        for filters in (
+            LOW.format(20, "sampled", 1),
+            LOW.format(7.3, "sampled", 2) + MEAN.format(4),
+            MEAN.format(2) * 3,
+        ):
+            text, found = self.exported(WHITE + filters, "--window", "600")
+            line = re.search(r"tools/davar-plan (.*)", text)[1]
+            done = subprocess.run(
+                [ROOT / "tools/davar-plan", *line.split(), "--name", "ready"],
+                text=True,
+                capture_output=True,
+            )
+            self.assertEqual(0, done.returncode, done.stderr)
+            program = done.stdout + (
+                '#include "filter.h"\n#include <string.h>\nint main(void)\n{\n'
+                "    static davar_plan_t plan;\n    davar_plan_init_filtered(&plan, "
+                "davar_gyro_taus, DAVAR_GYRO_TAU_COUNT, &davar_gyro_filter);\n"
+                "    return memcmp(&plan, &ready, sizeof plan) != 0;\n}\n"
+            )
+            with self.subTest(bandwidth=found["bandwidth"]):
+                self.assertEqual(0, subprocess.run([self.compiled(program)]).returncode)
+
+
+class Declared(Exporting):
+    def test_the_filters_of_a_model_are_those_of_the_option(self):
+        for filters, bandwidth in (
+            (LOW.format(20, "sampled", 1), "20:1:10"),
+            (LOW.format(33.25, "sampled", 2), "33.25:2:10"),
+            (MEAN.format(4), "average:4"),
+            (MEAN.format(3.99), "average:4"),
+            (MEAN.format(2) * 2, "average2:2"),
+            (LOW.format(20, "sampled", 2) + MEAN.format(8), "20:2:10+average:8"),
+        ):
+            with self.subTest(filters=filters):
+                self.assertEqual(bandwidth, self.exported(WHITE + filters)[1]["bandwidth"])
+
+    def test_cluster_sizes_where_the_filters_differ_are_left_out(self):
+        for filters, first in (
+            (LOW.format(20, "sampled", 1), 1),
+            (LOW.format(20, "bilinear", 1), 4),
+            (LOW.format(5, "analogue", 2), 1),
+            (MEAN.format(1.2), 16),
+        ):
+            text, found = self.exported(WHITE + filters)
+            with self.subTest(filters=filters):
+                self.assertEqual([first * 2**n for n in range(len(found["taus"]))], found["taus"])
+                self.assertEqual(first > 1, "Without the cluster sizes up to" in text)
+
+    def test_a_filter_that_the_device_does_not_know_is_rejected(self):
+        low = LOW.format(20, "sampled", 2)
+        behind = low + "noise_behind_dps = 0.03\n"
+        high = '[[effect]]\nkind = "high_pass"\ncorner_period_s = 100\n'
+        for model, why in (
+            (WHITE, "the model has no filter"),
+            (WHITE + low + low, "two low_pass: the device knows one"),
+            (WHITE + low + high, "high_pass: the device knows low_pass and moving_average only"),
+            (WHITE + MEAN.format(2) + MEAN.format(4), "up to 8 of the same length"),
+            (WHITE + MEAN.format(2) * 9, "up to 8 of the same length"),
+            (WHITE + MEAN.format(5000), "up to 4096 samples"),
+            (WHITE + LOW.format(0.1, "sampled", 2), "cutoff_hz is 0.001 of the sample rate"),
+            (WHITE + LOW.format(900, "sampled", 2), "cutoff_hz is 9 of the sample rate"),
+            (WHITE + behind, "noise_behind_dps"),
+            (WHITE.replace(f"{ARW}\n", "0\n") + low, "no angle_random_walk"),
+            (WHITE.replace("rate_hz = 100.0\n", "") + low, "no rate_hz"),
+        ):
+            output = self.work / "none.h"
+            done = run("export", self.file("m.toml", model), "--to", "plan", "-o", output)
+            with self.subTest(why=why):
+                self.assertEqual((2, ""), (done.returncode, done.stdout))
+                self.assertRegex(done.stderr, r"\Adavarlab: [^\n]+\n\Z")
+                self.assertIn(why, done.stderr)
+                self.assertFalse(output.exists())
+
+    def test_bad_options_are_rejected(self):
+        model = self.file("m.toml", WHITE + LOW.format(20, "sampled", 2))
+        for words, why in (
+            ((model, model, "--to", "plan", "-o", self.work / "f.h"), "--to plan takes one model"),
+            ((model, "--to", "plan", "-o", self.work / "f.c"), "the name must end in .h"),
+            ((model, "--recording", "r.csv", "-o", self.work / "f.h"), "only --to plan uses it"),
+            (
+                (model, "--to", "plan", "--recording", "/nonexistent.csv", "-o", "f.h"),
+                "/nonexistent.csv: No such file",
+            ),
+        ):
+            done = run("export", *words)
+            self.assertEqual((2, ""), (done.returncode, done.stdout))
+            self.assertIn(why, done.stderr)
+
+    def test_a_model_that_does_not_fit_the_recording_is_rejected(self):
+        recording = self.work / "rec.csv"
+        values = np.random.default_rng(3).normal(0, 0.05, 20000)
+        values[10000:] *= 3
+        lines = [f"{n / RATE:.2f},{value:.6f}" for n, value in enumerate(values)]
+        recording.write_text("time_s,gyro_z_dps\n" + "\n".join(lines) + "\n")
+        model, output = self.file("m.toml", WHITE + MEAN.format(2)), self.work / "f.h"
+        done = run("export", model, "--to", "plan", "--recording", recording, "-o", output)
+        self.assertEqual(2, done.returncode, done.stderr)
+        self.assertIn("the model does not fit", done.stderr)
+        self.assertFalse(output.exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
