@@ -31,8 +31,9 @@ class Epochs(dict[str, Array]):
     - `adev_M` (deg/s) for each cluster size M.
     - Policy glr: `alarm` (bool), `cut_age_samples`, `dispersion`.
     - details=True: `adev_low_M`, `adev_high_M` (95 %), `differences_M`, `gaps_in_window`, `coarse`
-      (bool: the noise is below half a count, so rounding hides the coefficients),
-      `arw_upper_...` and similar columns (95 % upper bounds of absent coefficients).
+      (bool: the noise is below half a count, so rounding hides the coefficients), `filtered` (bool:
+      the short cluster sizes read low, as behind a low-pass, so the coefficients are withheld; give
+      bandwidth), `arw_upper_...` and similar columns (95 % upper bounds of absent coefficients).
     - model_table: `model_health`, `model_deviation_M`.
     """
 
@@ -238,10 +239,11 @@ def dynamic(
         arith: "fixed" (default): integer counts. "float": float32 samples.
         full_scale: with arith="float": larger samples, deg/s, saturate. By default a power of two
             that covers the record.
-        bandwidth: what the noise passed before it was recorded: a low-pass as its -3 dB frequency
-            in Hz, or as "HZ:ORDER:PERCENT" (1 or 2 poles, default 2; known to 10 %), "average:N"
-            for a moving average, "cic:N" for the mean of blocks, or "none". By default unknown: results that a
-            filter could falsify are withheld (filtered).
+        bandwidth: the filter between the gyro's noise and x: the -3 dB frequency of a low-pass, Hz
+            (data sheet), or "HZ:ORDER:PERCENT" (1 or 2 poles, default 2; known to 10 %);
+            "average:N", a moving average; "cic:N", the mean of blocks of N; "HZ+average:N", both;
+            or "none", white noise. Default: unknown, and results that a filter could falsify are
+            withheld (NaN, and True in the column `filtered` of details=True).
         policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its
