@@ -155,6 +155,13 @@ class Declared(Exporting):
             with self.subTest(filters=filters):
                 self.assertEqual(bandwidth, self.exported(WHITE + filters)[1]["bandwidth"])
 
+    def test_a_filter_of_a_data_sheet_is_added_and_exported(self):
+        model = self.work / "sheet.toml"
+        words = ("low_pass", "cutoff_hz=33", "order=2")
+        done = run("add", self.file("white.toml", WHITE), *words, "-o", model)
+        self.assertEqual(0, done.returncode, done.stderr)
+        self.assertEqual("33:2:10", self.exported(model.read_text())[1]["bandwidth"])
+
     def test_cluster_sizes_where_the_filters_differ_are_left_out(self):
         for filters, first in (
             (LOW.format(20, "sampled", 1), 1),

@@ -176,6 +176,7 @@ class Intervals(unittest.TestCase):
         there = davar.dynamic(
             x,
             100.0,
+            bandwidth="none",
             policy="fixed",
             mode="trailing",
             window_max=5000,

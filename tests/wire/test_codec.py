@@ -18,7 +18,7 @@ DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 BASE, STEP = 0x5D0, 16
 SESSION = 165  # of wire_probe
 OF_NO_RESULT = (5, 6, 9, 11)  # Health, Setup, Raw, and End itself
-# By davar_noise_t: what the uncertainty of an absent ARW is called. A present one is white or mixed.
+# By davar_noise_t: the name of the uncertainty of an absent ARW.
 REASONS = ("absent", "beyond", "mixed", "constant", "coarse", "filtered")
 COEFFICIENTS = (
     "QuantizationDeg",

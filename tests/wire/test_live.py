@@ -35,9 +35,7 @@ def text(frame):
 
 def without_arw(result, reason):
     """The frames of a result, its ARW absent for a reason of davar_noise_t; 0: none is sent."""
-    arw, end = (
-        next((id_, data) for id_, data in result if id_ & 15 == kind) for kind in (0, 11)
-    )
+    arw, end = (next((id_, data) for id_, data in result if id_ & 15 == kind) for kind in (0, 11))
     body = arw[1][1:2] + (65535 - reason).to_bytes(2, "little") + bytes.fromhex("0000C07F")
     new = bytes([wire.crc(arw[0], b"\0" + body)]) + body
     total = int.from_bytes(end[1][4:], "little") - wire.digest(*arw) + wire.digest(arw[0], new)

@@ -52,13 +52,17 @@ def run_add(options: argparse.Namespace) -> int:
     model, effect = models.read(options.model), table.find(options.kind)
     values = {p.name: start_value(effect, p, model.rate_hz or 50.0) for p in effect.parameters}
     assumed = dict(values)
-    named = [p.name for p in effect.parameters if p.values or p.text]
+    named = {
+        p.name: {str(value): value for value in p.values}
+        for p in effect.parameters
+        if p.values or p.text
+    }
     for pair in options.parameters:
         name, equals, value = pair.partition("=")
         if not equals or name not in values:
             raise BadInput(f"{pair}: unknown parameter. {effect.kind} has: {', '.join(values)}")
         try:
-            values[name] = value if name in named else float(value)
+            values[name] = named[name].get(value, value) if name in named else float(value)
         except ValueError:
             raise BadInput(f"{pair}: not a number") from None
         assumed.pop(name, None)
@@ -138,9 +142,9 @@ def export_plan(options: argparse.Namespace, given: models.Model) -> int:
         state, given, entries = improve.fit(recording, model, progress)
         if not state.judgement.adequate:
             raise BadInput(
-                f"{where}: the model does not fit {options.recording}, so the error of its cutoff is "
-                "not known. Find what is missing with improve; without --recording, the cutoff "
-                "counts as known to 10 %"
+                f"{where}: the model does not fit {options.recording}, so the error of its cutoff "
+                "is not known. Find what is missing with improve. Without --recording, the "
+                "cutoff counts as known to 10 %"
             )
     found = declared.of(given, where, options.window, entries)
     made = declared.text(found, declared.notes(found, where, options.recording))
@@ -159,7 +163,9 @@ def run_export(options: argparse.Namespace) -> int:
         raise BadInput("--recording: only --to plan uses it")
     if options.to == PLAN:
         if len(given) > 1:
-            raise BadInput("--to plan takes one model: the axes of a gyro share a filter and a plan")
+            raise BadInput(
+                "--to plan takes one model: the axes of a gyro share a filter and a plan"
+            )
         return export_plan(options, given[0][1])
     if options.to:
         made = parameters.text(options.to, given, options.inflate, options.bias_time)
@@ -233,13 +239,13 @@ COMMANDS: dict[str, Command] = {
                 "--to",
                 choices=(*PARAMETER_FILES, PLAN),
                 help="; ".join(f"{name}: {what}" for name, what in PARAMETER_FILES.items())
-                + "; plan: the model's filter for davar_plan_init_filtered and --bandwidth (FILTER.h)",
+                + "; plan: the filter for davar_plan_init_filtered and --bandwidth (FILTER.h)",
             ),
             argument(
                 "--recording",
                 metavar="REC",
-                help="with --to plan: fit the model to this recording, and export the fitted cutoff "
-                "with its standard error (without: the model's cutoff, known to 10 percent)",
+                help="with --to plan: fit the model to this recording, and export the fitted "
+                "cutoff with its standard error (without: the model's cutoff, known to 10 percent)",
             ),
             argument(
                 "--inflate",

@@ -72,8 +72,8 @@ def percent_of(entry: Entry | None, where: str) -> float:
         percent = 50 * (cutoff.high - cutoff.low) / CHANCE.normal_95 / cutoff.number
     if not percent <= MOST_PERCENT:
         raise BadInput(
-            f"{where}: the recording does not determine the cutoff within {MOST_PERCENT:g} %. Use a "
-            "longer recording, or one at a higher rate"
+            f"{where}: the recording does not determine the cutoff within {MOST_PERCENT:g} %. Use "
+            "a longer recording, or one at a higher rate"
         )
     return float(f"{max(percent, LEAST_PERCENT):.3g}")
 
@@ -118,10 +118,11 @@ def with_sizes(found: Declared, model: Model, window: int, where: str) -> Declar
     sizes = octaves[int(wrong[-1]) + 1 if len(wrong) else 0 :]
     if len(sizes) < SIZES_LEAST:
         raise BadInput(
-            f"{where}: the device's filter ({found.bandwidth}) differs from the model's by more than "
-            f"{100 * SAME:g} % of the Allan deviation at {octaves[int(wrong[-1])]} samples: the model "
-            "has noise_behind_dps, another response, or too narrow a filter for --window. Give a "
-            "larger --window, or fit a model with response = sampled and without noise_behind_dps"
+            f"{where}: the device's filter ({found.bandwidth}) differs from the model's by more "
+            f"than {100 * SAME:g} % of the Allan deviation at {octaves[int(wrong[-1])]} samples: "
+            "the model has noise_behind_dps, another response, or too narrow a filter for "
+            "--window. Give a larger --window, or fit a model with response = sampled and without "
+            "noise_behind_dps"
         )
     found.sizes, found.octaves = tuple(sizes), tuple(octaves)
     return found
@@ -139,8 +140,8 @@ def of(model: Model, where: str, window: int, entries: list[Entry] | None) -> De
         if not CUTOFFS[0] <= share <= CUTOFFS[1]:
             raise BadInput(
                 f"{where}: low_pass: cutoff_hz is {share:g} of the sample rate. The device knows "
-                f"{CUTOFFS[0]:g} to {CUTOFFS[1]:g}. Average blocks of samples first, or leave out a "
-                "wider filter"
+                f"{CUTOFFS[0]:g} to {CUTOFFS[1]:g}. Average blocks of samples first, or leave out "
+                "a wider filter"
             )
         entry = entries[model.terms.index(low)] if entries else None
         found.hz = float(f"{low.parameters['cutoff_hz']:.6g}")
@@ -149,8 +150,8 @@ def of(model: Model, where: str, window: int, entries: list[Entry] | None) -> De
     lengths = {round(float(term.parameters["samples"])) for term in means}
     if len(lengths) > 1 or len(means) > AVERAGES_MOST or max(lengths, default=1) > LENGTH_MOST:
         raise BadInput(
-            f"{where}: moving_average: the device knows up to {AVERAGES_MOST} of the same length, up "
-            f"to {LENGTH_MOST} samples. Fit a model with one length, and check it with compare"
+            f"{where}: moving_average: the device knows up to {AVERAGES_MOST} of the same length, "
+            f"up to {LENGTH_MOST} samples. Fit a model with one length, and check it with compare"
         )
     found.averages, found.length = len(means), next(iter(lengths), 1)
     return with_sizes(found, model, window, where)
@@ -207,7 +208,8 @@ def comment(found: Declared, notes: list[str]) -> list[str]:
         f"    tools/davar-plan{taus} {bandwidth} --rate {found.rate_hz:.9g}",
         "",
         f"On a recording: davar-sim REC {bandwidth}{taus if cut else ''}",
-        f'In Python: bandwidth="{found.bandwidth}"' + (f", clusters={[*found.sizes]}" if cut else ""),
+        f'In Python: bandwidth="{found.bandwidth}"'
+        + (f", clusters={[*found.sizes]}" if cut else ""),
     ]
     return ["/* " + said[0], *(f" * {line}".rstrip() for line in said[1:]), " */"]
 
