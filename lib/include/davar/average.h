@@ -3,8 +3,8 @@
  *
  * Adds the counts of each block of n samples, and davar gets the sums: an 8 kHz gyro becomes a
  * stream of 1 kHz. Nothing is rounded, so coarse counts keep their resolution. Push the sums with
- * davar_push_q31, with rate_hz and unit_per_count divided by n and full_scale as before, and declare
- * DAVAR_SUM(n) to the fit, after the low-pass of the gyro.
+ * davar_push_q31, with rate_hz and unit_per_count divided by n, and declare DAVAR_SUM(n) to the fit
+ * (davar/fit.h), with the low-pass of the gyro.
  *
  * Threads: one davar_average_t belongs to one thread or interrupt. */
 #ifndef DAVAR_AVERAGE_H
@@ -32,8 +32,8 @@ static inline void davar_average_init(davar_average_t *average, uint16_t length)
 }
 
 /** Adds one sample, in counts.
- * @return True if it completes a block, whose sum is then in *sum, limited to 32 bits: samples of 20
- *         bits or less never reach the limit.
+ * @return True if it completes a block, whose sum is then in *sum. A sum of more than 32 bits is
+ *         limited to them; davar counts it as saturated. Samples of 20 bits never reach that.
  *
  * Cost: O(1), a 64-bit addition. */
 static inline bool davar_average_push(davar_average_t *average, int32_t sample, int32_t *sum)
