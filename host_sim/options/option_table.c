@@ -52,7 +52,7 @@ static bool apply_bandwidth(options_t *options, const char *text, sim_error_t *e
     options->declares_filter = davar_bandwidth_read(text, &options->bandwidth);
     return options->declares_filter ||
            sim_fail(error,
-                    "--bandwidth: expected HZ[:ORDER[:PERCENT]], average:N, cic:N or none, "
+                    "--bandwidth: expected HZ[:ORDER[:PERCENT]], average:N, cic:N, sum:N or none, "
                     "found '%s'",
                     text);
 }

@@ -241,9 +241,10 @@ def dynamic(
             that covers the record.
         bandwidth: the filter between the gyro's noise and x: the -3 dB frequency of a low-pass, Hz
             (data sheet), or "HZ:ORDER:PERCENT" (1 or 2 poles, default 2; known to 10 %);
-            "average:N", a moving average; "cic:N", the mean of blocks of N; "HZ+average:N", both;
-            or "none", white noise. Default: unknown, and results that a filter could falsify are
-            withheld (NaN, and True in the column `filtered` of details=True).
+            "average:N", a moving average; "cic:N", every N-th sample of it; "sum:N", sums of N
+            counts; "HZ+average:N", both; or "none", white noise. Default: unknown, and results that
+            a filter could falsify are withheld (NaN, and True in the column `filtered` of
+            details=True).
         policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its
