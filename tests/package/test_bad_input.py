@@ -189,6 +189,10 @@ class Arguments(unittest.TestCase):
             {"kurtosis": 3},
             {"contribution": ("a", "b")},
             {"policy": "magic"},
+            *(
+                {"bandwidth": filter}
+                for filter in ("", "wide", "20Hz", "20:3", "average:0", -1, 0, np.nan, 0.001, 900)
+            ),
             {"mode": "left"},
             {"arith": "double"},
             {"bits": 12},

@@ -55,6 +55,9 @@ class Same(unittest.TestCase):
             {"taus": "geometric:9", "shrink": 0},
             {"engine": "edges", "stride": 10, "mode": "trailing"},
             {"policy": "glr", "stride": 10, "long_cluster": 80},
+            {"bandwidth": 40, "stride": 10, "details": True},
+            {"bandwidth": "20:1:5+average:2", "stride": 10},
+            {"bandwidth": "none", "stride": 10},
         ):
             with self.subTest(options):
                 words = []
