@@ -25,7 +25,8 @@ BASE = (
 )
 FULL = BASE + (
     '[[effect]]\nkind = "sinusoid"\nfrequency_hz = 0.7\namplitude_dps = 0.02\n[[effect]]\n'
-    'kind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
+    'kind = "temperature"\ncoefficient_dps_per_degC = 0.02\n[[effect]]\nkind = "low_pass"\n'
+    "cutoff_hz = 9.0\norder = 2\n"
 )
 SCENARIO = FULL + "[simulate]\nduration_s = 30.0\nseed = 3\n"
 LIMITS = (
@@ -38,7 +39,7 @@ KALIBR = (
 COMMANDS = [
     ("export",),
     ("add", "warm_up"),
-    *(("export", "--to", form) for form in sorted(parameters.FORMATS)),
+    *(("export", "--to", form) for form in (*sorted(parameters.FORMATS), "plan")),
 ]
 SCALAR = st.one_of(
     st.floats(),

@@ -42,7 +42,7 @@ READERS = {
     "open": ["open {} --no-browser", "open r.csv --no-browser -m {}"],
     "effects": ["effects --effects {}", "effects --effects {}.py"],
     "plot": ["plot {} -m m.toml -o out.png", "plot r.csv -m {} -o out.png"],
-    "export": ["export {} -o out.h"],
+    "export": ["export {} -o out.h", "export m.toml --to plan --recording {} -o out.h"],
     "sheet": ["sheet --kalibr {} -o out"],
     "import": ["import {} -o out", "import {} --list"],
     "fleet": ["fleet r.csv -m {} -o out", "fleet r.csv -m m.toml -o out2 --limits {}"],
