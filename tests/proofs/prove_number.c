@@ -98,8 +98,8 @@ static void prove_scaled(void)
     sink = scaled_times(a, b).mantissa;
     sink = davar_root_of_mantissa_by_integers((a.mantissa & ~UINT32_C(0xFF)) >> 1U);
     sink = scaled_inverse(a).mantissa;
-    sink = scaled_plus(a, b).mantissa;
-    sink = scaled_to_fixed(a, any_i32(0, 31));
+    sink = davar_scaled_plus(a, b).mantissa;
+    sink = davar_scaled_to_fixed(a, any_i32(0, 31));
     sink = davar_bits_of_double(scaled_to_double(a));
     sink = scaled_of_double(any_double_of(0U, UINT64_MAX)).mantissa;
     sink = scaled_of_float(any_float_of(0U, UINT32_MAX)).mantissa;

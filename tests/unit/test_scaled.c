@@ -47,8 +47,8 @@ static void test_products_and_roots(void)
         const double b = any_positive(&random);
         const scaled_t scaled = scaled_of_double(a);
         near(a * b, scaled_to_double(scaled_times(scaled, scaled_of_double(b))), ldexp(1.0, -29));
-        near(sqrt(a), scaled_to_double(scaled_root(scaled)), ldexp(1.0, -23));
-        TEST_ASSERT_TRUE((scaled_root(scaled).mantissa & SCALED_TOP) != 0U);
+        near(sqrt(a), scaled_to_double(davar_scaled_root(scaled)), ldexp(1.0, -23));
+        TEST_ASSERT_TRUE((davar_scaled_root(scaled).mantissa & SCALED_TOP) != 0U);
     }
 }
 
@@ -61,8 +61,10 @@ static void test_inverses_and_sums(void)
                                           : ldexp(a, (int)(random_next(&random) % 80U) - 40);
         const scaled_t scaled = scaled_of_double(a);
         near(1.0 / a, scaled_to_double(scaled_inverse(scaled)), ldexp(1.0, -29));
-        near(a + b, scaled_to_double(scaled_plus(scaled, scaled_of_double(b))), ldexp(1.0, -30));
-        near(a, scaled_to_double(scaled_plus(scaled_of_double(0.0), scaled)), ldexp(1.0, -31));
+        near(a + b, scaled_to_double(davar_scaled_plus(scaled, scaled_of_double(b))),
+             ldexp(1.0, -30));
+        near(a, scaled_to_double(davar_scaled_plus(scaled_of_double(0.0), scaled)),
+             ldexp(1.0, -31));
         if ((a > 1e-30) && (a < 1e30)) {
             near(a, (double)scaled_to_float(scaled), ldexp(1.0, -23));
         }
@@ -78,12 +80,12 @@ static void test_fixed_point(void)
         const double value = ldexp(1.0 + (double)(random_next(&random) >> 42U) / 4194304.0,
                                    32 - bits - (int)(i % 40U));
         const double units = floor(ldexp(value, bits) + 0.5);
-        const uint32_t fixed = scaled_to_fixed(scaled_of_double(value), bits);
+        const uint32_t fixed = davar_scaled_to_fixed(scaled_of_double(value), bits);
         TEST_ASSERT_EQUAL_HEX32((units < 4294967296.0) ? (uint32_t)units : UINT32_MAX, fixed);
         const uint64_t whole = random_next(&random) >> (i % 64U);
         near((double)whole, scaled_to_double(scaled_of_u64(whole, 0)), ldexp(1.0, -31));
     }
-    TEST_ASSERT_EQUAL_HEX32(0U, scaled_to_fixed(scaled_of_u64(0U, 0), 30));
+    TEST_ASSERT_EQUAL_HEX32(0U, davar_scaled_to_fixed(scaled_of_u64(0U, 0), 30));
 }
 
 static void test_values_outside_a_double(void)

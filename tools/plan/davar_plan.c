@@ -111,8 +111,10 @@ static void write_numbers(const davar_plan_t *plan)
                  "    .rounding_variance = %a,\n",
                  plan->declared ? "true" : "false", (double)plan->sample, (double)plan->floor,
                  (double)plan->hidden, plan->rounding_variance);
-    (void)printf("    .white_bits = %u,\n    .steepness = %aF,\n    .coarse = %" PRIu32 "U,\n",
-                 (unsigned)plan->white_bits, (double)plan->steepness, plan->coarse);
+    (void)printf(
+        "    .passed = %u,\n    .white_bits = %u,\n    .rounding = %aF,\n    .coarse = %" PRIu32
+        "U,\n",
+        (unsigned)plan->passed, (unsigned)plan->white_bits, (double)plan->rounding, plan->coarse);
     (void)printf("    .misfit_spread = %aF,\n    .misfit_limit = UINT64_C(%" PRIu64 "),\n};\n",
                  (double)plan->misfit_spread, plan->misfit_limit);
 }
@@ -139,13 +141,12 @@ static void write_plan(const davar_plan_t *plan, const char *name)
     write_floats("weight", plan->weight, count);
     write_floats("freedom", plan->freedom, count);
     write_floats("doubtful", plan->doubtful, count);
-    write_floats("rounded", plan->rounded, count);
+    write_floats("inverse_gain", plan->inverse_gain, count);
     write_rows(plan);
     write_floats("offset_variance", plan->offset_variance, terms);
     write_floats("scale", plan->scale, terms);
     write_floats("centre", plan->centre, terms);
     write_floats("unit", plan->unit, terms);
-    write_floats("rounding", plan->rounding, terms);
     write_numbers(plan);
 }
 

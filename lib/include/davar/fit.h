@@ -68,17 +68,17 @@ typedef struct davar_plan {
     float weight[DAVAR_TAUS_MAX];
     float freedom[DAVAR_TAUS_MAX];  /* degrees of freedom per effective difference */
     float doubtful[DAVAR_TAUS_MAX]; /* offset^2 / 2 that the amplitude of white noise leaves */
-    float rounded[DAVAR_TAUS_MAX];  /* rounding of variance 1 in m avar / gain, less that in N^2 */
+    float inverse_gain[DAVAR_TAUS_MAX];
     int32_t functional[DAVAR_COEFFICIENT_COUNT]
                       [DAVAR_TAUS_MAX]; /* white noise, and each term with it */
     int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* of those amplitudes */
     float offset_variance[DAVAR_COEFFICIENT_COUNT];            /* ... by the uncertain cutoff */
+    uint8_t passed;     /* the first size that the filter passes, or the last one */
     uint8_t white_bits; /* the functional of white noise is in units of 2^white_bits */
     float scale[DAVAR_COEFFICIENT_COUNT]; /* units of functional, sigma and centre */
     float centre[DAVAR_COEFFICIENT_COUNT];
     float unit[DAVAR_COEFFICIENT_COUNT];
-    float rounding[DAVAR_COEFFICIENT_COUNT]; /* amplitude by rounding of variance 1 (5.15) */
-    float steepness; /* rounding over the noise of a sample, per share of rounding over the rest */
+    float rounding;  /* white noise that rounding of variance 1 looks like (5.15) */
     uint32_t coarse; /* rounding of a sample over white noise from which it hides it, as 2.30 */
     float misfit_spread;
     uint64_t misfit_limit;

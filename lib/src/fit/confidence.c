@@ -126,7 +126,7 @@ static uint32_t lower_root(uint32_t s)
 
 void davar_chi_square(scaled_t edf, scaled_t *low, scaled_t *high)
 {
-    const uint32_t s = scaled_to_fixed(scaled_root(scaled_inverse(edf)), NOISE_BITS);
+    const uint32_t s = davar_scaled_to_fixed(davar_scaled_root(scaled_inverse(edf)), NOISE_BITS);
     const scaled_t root = scaled_inverse(scaled_of_u32(lower_root(s), -NOISE_BITS)); /* 1 .. 10.1 */
     *low = scaled_of_u32(davar_chi_square_low(s), -NOISE_BITS);
     *high = scaled_times(root, scaled_times(root, root));

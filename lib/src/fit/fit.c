@@ -97,7 +97,7 @@ DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t
 {
     davar_mixture_t model = {
         .data = result, .plan = plan, .rounding = scaled_to_double(davar_rounding(plan, result))};
-    davar_mixture_fit(&model, scaled_to_double(white->square), white->suspects);
+    davar_mixture_fit(&model, scaled_to_double(white->sum), white->suspects);
     if (davar_mixture_is_filtered(&model)) {
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
         return;

@@ -108,11 +108,8 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
 DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
 {
     const int last = model->plan->count - 1;
-    int strongest = (term <= WHITE) ? 0 : last;
-    while ((term == WHITE) && (strongest < last) &&
-           (model->plan->gain[strongest] < DAVAR_FIT_PASSED)) {
-        strongest++;
-    }
+    const int short_one = (term == WHITE) ? (int)model->plan->passed : 0;
+    const int strongest = (term <= WHITE) ? short_one : last;
     double x[TERMS];
     shapes(model, strongest, x);
     return avar_of(model, strongest) / x[term];

@@ -161,7 +161,7 @@ static void plan_variance(davar_plan_t *plan, int term, const double functional[
     plan->variance_exponent[term] = (int8_t)((int32_t)(davar_bits_of_double(scale) >> 52U) - 1023);
 }
 
-/* Sum of functional / gain: the amplitude that rounding of variance 1 has in a term. */
+/* Sum of functional / gain: the white noise that rounding of variance 1 looks like. */
 static double rounding_in(const davar_plan_t *plan, const double functional[])
 {
     double sum = 0.0;
@@ -196,7 +196,6 @@ static void plan_amplitude(davar_plan_t *plan, int term, double functional[], do
     const float per_share = (float)centre * plan->scale[term];
     const float most = (per_share < DAVAR_FIT_CENTRE_MOST) ? per_share : DAVAR_FIT_CENTRE_MOST;
     plan->centre[term] = (most > DAVAR_FIT_CENTRE_LEAST) ? most : DAVAR_FIT_CENTRE_LEAST;
-    plan->rounding[term] = (float)rounding_in(plan, functional);
     plan->offset_variance[term] = (float)(offset * offset);
 }
 
@@ -231,7 +230,7 @@ static double misfit_spread(const davar_plan_t *plan)
 
 /* Degrees of freedom per effective difference, and the part of the uncertain cutoff that moves a
  * size against white noise. */
-static void plan_taus(davar_plan_t *plan, const double constant[], double rounding)
+static void plan_taus(davar_plan_t *plan, const double constant[])
 {
     const double common = offset_in(plan, constant);
     for (int t = 0; t < plan->count; t++) {
@@ -242,21 +241,16 @@ static void plan_taus(davar_plan_t *plan, const double constant[], double roundi
         plan->freedom[t] =
             (float)(2.0 * rounded * rounded / (double)plan->covariance[plan_pair(t, t)]);
         plan->doubtful[t] = (float)(0.5 * offset * offset);
-        plan->rounded[t] = (float)(1.0 / gain - rounding);
+        plan->inverse_gain[t] = (float)(1.0 / gain);
     }
 }
 
-/* The limits of rounding (5.15), from its amplitude in white noise. */
-static void plan_rounding(davar_plan_t *plan, double amplitude)
+/* Rounding over white noise from which it hides it (5.15). */
+static uint32_t coarse_from(const davar_plan_t *plan)
 {
     const double least = NEARLY * (double)plan->hidden;
     const double hides = plan->rounding_variance / (least * least); /* at most 0.41 */
-    const double rest = 1.0 + hides * amplitude;
-    const double coarse = hides / ((rest > 0.1) ? rest : 0.1); /* below 4 */
-    const double size = (amplitude < 0.0) ? -amplitude : amplitude;
-    plan->steepness = (float)(1.0 / (size * (double)plan->sample));
-    plan->coarse = (uint32_t)(coarse * (double)(UINT32_C(1) << NOISE_BITS));
-    plan->rounding[WHITE] = (float)amplitude;
+    return (uint32_t)(hides * (double)(UINT32_C(1) << NOISE_BITS));
 }
 
 /* Weights of the fit of a mixture: 1 / m, shared among crowded neighbours. Each is the distance
@@ -324,9 +318,14 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
             plan_amplitude(plan, k, functional, centre, share * share);
         }
     }
-    plan_taus(plan, constant, rounding);
+    plan_taus(plan, constant);
+    plan->passed = 0U;
+    while ((plan->passed + 1U < count) && (plan->gain[plan->passed] < DAVAR_FIT_PASSED)) {
+        plan->passed++;
+    }
     plan_white(plan, constant, share * share);
-    plan_rounding(plan, rounding);
+    plan->rounding = (float)rounding;
+    plan->coarse = coarse_from(plan);
     plan_units(plan);
     plan_weights(plan);
     plan->misfit_spread = (float)misfit_spread(plan);

@@ -133,22 +133,20 @@ static void plan_tau(davar_plan_t *plan, int t, scaled_t freedom)
     scaled_t low;
     scaled_t high;
     davar_chi_square(edf, &low, &high);
-    scaled_t certain = edf;
-    if (davar_bits_of_float(plan->doubtful[t]) != 0U) {
-        certain =
-            scaled_inverse(scaled_plus(scaled_inverse(edf), scaled_of_float(plan->doubtful[t])));
-    }
+    const scaled_t doubt =
+        davar_scaled_plus(scaled_inverse(edf), scaled_of_float(plan->doubtful[t]));
     plan->edf[t] = scaled_to_double(edf);
-    plan->root_edf[t] = scaled_to_fixed(scaled_root(certain), DAVAR_FIT_ROOT_BITS);
-    plan->low[t] = scaled_to_float(scaled_root(low));
-    plan->high[t] = scaled_to_float(scaled_root(high));
+    plan->root_edf[t] =
+        davar_scaled_to_fixed(davar_scaled_root(scaled_inverse(doubt)), DAVAR_FIT_ROOT_BITS);
+    plan->low[t] = scaled_to_float(davar_scaled_root(low));
+    plan->high[t] = scaled_to_float(davar_scaled_root(high));
 }
 
 /* Odd, so never 0. One cluster size, or nearly equal ones, resolve no term: (5.4) then gives a
  * variance of 0, or below 0 by its inaccuracy. Such a sigma is unknown and becomes the largest. */
 static uint32_t fixed_sigma(scaled_t sigma)
 {
-    const uint32_t fixed = scaled_to_fixed(sigma, DAVAR_FIT_SHARE_BITS);
+    const uint32_t fixed = davar_scaled_to_fixed(sigma, DAVAR_FIT_SHARE_BITS);
     return (((fixed - 1U) < DAVAR_FIT_SIGMA_MOST) ? fixed : DAVAR_FIT_SIGMA_MOST) | 1U;
 }
 
@@ -156,17 +154,17 @@ static uint32_t fixed_sigma(scaled_t sigma)
  * scale) (5.11), and the uncertainty that it adds to N^2 (5.10). */
 static void plan_term(davar_plan_t *plan, int k, scaled_t of_white, scaled_t variance)
 {
-    const scaled_t sigma = (variance.mantissa != 0U) ? scaled_root(variance) : variance;
+    const scaled_t sigma = (variance.mantissa != 0U) ? davar_scaled_root(variance) : variance;
     const scaled_t scale = scaled_of_float(plan->scale[k]);
     const scaled_t margin =
         scaled_times(scaled_times(scaled_of_double(DAVAR_FIT_BOUND), sigma), scale);
     const scaled_t centre = scaled_of_float(plan->centre[k]);
     const scaled_t of_term = scaled_times(scaled_times(centre, centre), variance);
-    const scaled_t half = scaled_times(half_to_the(1), scaled_plus(of_white, of_term));
+    const scaled_t half = scaled_times(half_to_the(1), davar_scaled_plus(of_white, of_term));
     plan->sigma[k] = fixed_sigma(sigma);
-    plan->room[k] =
-        scaled_to_float(scaled_root(scaled_times(scaled_plus(half_to_the(0), margin), scale)));
-    plan->doubt[k] = scaled_to_fixed(scaled_root(half), NOISE_BITS);
+    plan->room[k] = scaled_to_float(
+        davar_scaled_root(scaled_times(davar_scaled_plus(half_to_the(0), margin), scale)));
+    plan->doubt[k] = davar_scaled_to_fixed(davar_scaled_root(half), NOISE_BITS);
 }
 
 /* Variance of an amplitude, from aligned values of 1 / effective differences and the uncertainty of
@@ -178,20 +176,7 @@ static scaled_t variance_of(const davar_plan_t *plan, int term, const scaled_t i
     const scaled_t variance =
         scaled_of_u64((sum > 0) ? (uint64_t)sum : 0U, exponent + plan->variance_exponent[term] -
                                                           (int32_t)DAVAR_FIT_FUNCTIONAL_BITS);
-    return (davar_bits_of_float(plan->offset_variance[term]) != 0U)
-               ? scaled_plus(variance, scaled_of_float(plan->offset_variance[term]))
-               : variance;
-}
-
-/* A filter that is not declared may lower the short sizes by as much as passes the test (5.17). */
-static scaled_t undeclared(const davar_plan_t *plan, scaled_t high)
-{
-    const scaled_t lack =
-        scaled_of_u32(plan->sigma[DAVAR_QUANTIZATION], -(int32_t)DAVAR_FIT_SHARE_BITS);
-    const scaled_t centre = scaled_of_float(plan->centre[DAVAR_QUANTIZATION]);
-    const scaled_t most =
-        scaled_times(scaled_times(lack, centre), scaled_of_double(DAVAR_FIT_THRESHOLD));
-    return scaled_times(high, scaled_plus(half_to_the(0), most));
+    return davar_scaled_plus(variance, scaled_of_float(plan->offset_variance[term]));
 }
 
 static void plan_window(davar_plan_t *plan, const davar_result_t *result)
@@ -212,8 +197,8 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
     for (int k = 0; k < TERMS; k++) {
         plan_term(plan, k, of_white, variance_of(plan, k, inverse, exponent));
     }
-    plan->white_low = scaled_to_fixed(low, NOISE_BITS);
-    plan->white_high = scaled_to_float(scaled_root(plan->declared ? high : undeclared(plan, high)));
+    plan->white_low = davar_scaled_to_fixed(low, NOISE_BITS);
+    plan->white_high = scaled_to_float(davar_scaled_root(high));
 }
 
 void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)

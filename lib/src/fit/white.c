@@ -18,16 +18,30 @@ _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 /* Largest Allan variance, 64 times the one of white noise: more is a misfit by itself. */
 #define SHARE_MOST (SHARE_ONE << 6U)
 
-/* Bound of a signed share, and the least factor of rounding, 2^-16 as the bits of a float. */
-#define SHARE_BOUND (UINT32_C(1) << 30U)
-#define FACTOR_LEAST ((127U - 16U) << 23U)
+/* A share that is 1 as far as a deviation is concerned: within 2^-7. */
+#define NEAR_ONE (SHARE_ONE >> 7U)
 
 /* Least amplitude of white noise: enough bits for a root and a reciprocal. */
 #define AMPLITUDE_LEAST (UINT64_C(1) << 23U)
 
 /* --- the fit --- */
 
-/* Reads the deviations and aligns y, whose mantissas had 29 to 32 bits. False: all are 0. */
+DAVAR_APART DAVAR_RARE scaled_t davar_rounding(const davar_plan_t *plan,
+                                               const davar_result_t *result)
+{
+    const scaled_t count = scaled_of_double(result->unit_per_count);
+    return scaled_times(scaled_times(count, count), scaled_of_double(plan->rounding_variance));
+}
+
+/* Rounding of a sample through the gain, in the units of y. */
+static uint32_t rounded_at(const davar_plan_t *plan, const davar_white_t *white, int t)
+{
+    const scaled_t part = scaled_times(white->rounding, scaled_of_float(plan->inverse_gain[t]));
+    return davar_scaled_to_fixed(part, -white->exponent);
+}
+
+/* Reads the deviations, aligns y, whose mantissas had 29 to 32 bits, and takes the rounding off
+ * (5.15). False: all are 0. */
 static bool read_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
     uint32_t any = 0U;
@@ -42,6 +56,13 @@ static bool read_data(const davar_plan_t *plan, const davar_result_t *result, da
         any |= y.mantissa;
     }
     white->exponent = davar_align(white->y, plan->count);
+    white->rounding = davar_rounding(plan, result);
+    for (int t = 0; t < plan->count; t++) {
+        const uint32_t y = white->y[t].mantissa;
+        const uint32_t rounded = rounded_at(plan, white, t);
+        white->rounded[t] = rounded;
+        white->y[t].mantissa = (y > rounded) ? (y - rounded) : 0U;
+    }
     return any != 0U;
 }
 
@@ -50,22 +71,33 @@ static int64_t amplitude(const davar_plan_t *plan, const davar_white_t *white, i
     return davar_aligned_sum(plan->functional[term], white->y, plan->count);
 }
 
-/* White noise with its rounding, and the reciprocal for shares. */
+/* Rounding in the estimate of N^2: N^2 scatters with it, although it was taken off. A filter can make
+ * its factor negative; it then adds nothing. */
+static scaled_t rounding_part(const davar_plan_t *plan, const davar_white_t *white)
+{
+    const uint32_t bits = davar_bits_of_float(plan->rounding);
+    const scaled_t none = {0U, SCALED_ZERO};
+    return ((bits >> 31U) == 0U) ? scaled_times(white->rounding, scaled_of_float(plan->rounding))
+                                 : none;
+}
+
+/* White noise, and the reciprocal for shares. */
 static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
 {
     const int64_t found = amplitude(plan, white, WHITE);
-    const uint64_t sum = (found > (int64_t)AMPLITUDE_LEAST) ? (uint64_t)found : AMPLITUDE_LEAST;
-    const uint32_t zeros = davar_leading_zeros(sum);
-    const int32_t above = (int32_t)zeros - (int32_t)plan->white_bits;
+    const uint64_t square = (found > (int64_t)AMPLITUDE_LEAST) ? (uint64_t)found : AMPLITUDE_LEAST;
+    const int32_t unit = white->exponent - (int32_t)DAVAR_FIT_FUNCTIONAL_BITS;
+    white->square = scaled_of_u64(square, unit + (int32_t)plan->white_bits);
+    white->sum = davar_scaled_plus(white->square, rounding_part(plan, white));
+    const int32_t above = unit + 32 - white->sum.exponent;
     const int32_t spare = 63 - (int32_t)(SUM_SPARE + DAVAR_FIT_SHARE_BITS);
-    white->square.mantissa = (uint32_t)((sum << zeros) >> 32U);
-    white->square.exponent = white->exponent + 32 - above - (int32_t)DAVAR_FIT_FUNCTIONAL_BITS;
     white->drift = (above > spare) ? (uint32_t)(above - spare) : 0U;
-    white->inverse = davar_reciprocal_of_mantissa(white->square.mantissa) >>
-                     (uint32_t)(spare + (int32_t)white->drift - above);
+    const int32_t shift = spare + (int32_t)white->drift - above;
+    white->inverse =
+        davar_reciprocal_of_mantissa(white->sum.mantissa) >> (uint32_t)((shift < 31) ? shift : 31);
 }
 
-/* A sum of products with a functional, over N^2, in the fixed point of shares; saturates. */
+/* A sum of products with a functional, over `sum`, in the fixed point of shares; saturates. */
 static uint32_t share_of(const davar_white_t *white, uint64_t sum)
 {
     const uint32_t share = davar_upper_product((uint32_t)(sum >> SUM_SPARE), white->inverse);
@@ -80,30 +112,6 @@ static uint32_t times_sigma(uint32_t quarters, uint32_t sigma)
     return (quarters * sigma) >> 2U; /* sigma is at most 2^26 */
 }
 
-/* `factor` times the rounding of a sample, as a share: signed, at most SHARE_BOUND in size. A
- * factor below 2^-16 is 0 but for the inaccuracy of the plan. */
-static int32_t rounded_share(const davar_white_t *white, float factor)
-{
-    const uint32_t bits = davar_bits_of_float(factor) & 0x7FFFFFFFU;
-    if ((white->rounding.mantissa == 0U) || (bits < FACTOR_LEAST)) {
-        return 0;
-    }
-    const uint32_t share =
-        scaled_to_fixed(scaled_times(white->rounding, scaled_of_float(davar_float_of_bits(bits))),
-                        (int32_t)DAVAR_FIT_SHARE_BITS);
-    const int32_t most = (int32_t)((share < SHARE_BOUND) ? share : SHARE_BOUND);
-    return (davar_bits_of_float(factor) == bits) ? most : -most;
-}
-
-/* Amplitude of a term over N^2, without rounding, at most 2^31 in size. */
-static int32_t signed_share(const davar_plan_t *plan, const davar_white_t *white, int term)
-{
-    const int64_t sum = amplitude(plan, white, term);
-    const uint32_t size = share_of(white, (sum < 0) ? (0U - (uint64_t)sum) : (uint64_t)sum);
-    const int32_t most = (int32_t)((size < SHARE_BOUND) ? size : SHARE_BOUND);
-    return ((sum < 0) ? -most : most) - rounded_share(white, plan->rounding[term]);
-}
-
 /* The shares of all terms, which of them are significant (5.7), and by how much the short cluster
  * sizes read low (5.17). */
 static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
@@ -112,10 +120,12 @@ static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
     white->lack = 0U;
     for (int k = 0; k < TERMS; k++) {
         if (k != WHITE) {
-            const int32_t share = signed_share(plan, white, k);
-            white->share[k] = (share > 0) ? (uint32_t)share : 0U;
-            if ((k == DAVAR_QUANTIZATION) && (share < 0)) {
-                white->lack = (uint32_t)-share;
+            const int64_t sum = amplitude(plan, white, k);
+            const uint32_t share =
+                share_of(white, (sum < 0) ? (0U - (uint64_t)sum) : (uint64_t)sum);
+            white->share[k] = (sum < 0) ? 0U : share;
+            if ((k == DAVAR_QUANTIZATION) && (sum < 0)) {
+                white->lack = share;
             }
             if (white->share[k] > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[k])) {
                 white->suspects |= 1U << (unsigned)k;
@@ -130,30 +140,32 @@ static bool lacks(const davar_plan_t *plan, const davar_white_t *white)
     return white->lack > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[DAVAR_QUANTIZATION]);
 }
 
-/* |y / expected - 1| in standard errors, as 19.13. `more`: expected over N^2, minus 1. */
-static uint32_t deviation(const davar_white_t *white, uint32_t y, int32_t more, uint32_t root_edf)
+/* |y - N^2| in standard errors, as 19.13. `own`: N^2, a share. */
+static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint32_t root_edf)
 {
-    uint32_t share = share_of(white, (uint64_t)y << DAVAR_FIT_FUNCTIONAL_BITS);
-    if (more != 0) {
-        const uint32_t expected = SHARE_ONE + (uint32_t)more;
-        const scaled_t ratio =
-            scaled_times(scaled_of_u64(share, 0), scaled_inverse(scaled_of_u32(expected, 0)));
-        share = scaled_to_fixed(ratio, (int32_t)DAVAR_FIT_SHARE_BITS);
-    }
-    const uint32_t ratio = (share < SHARE_MOST) ? share : SHARE_MOST;
-    const uint32_t excess = ratio - SHARE_ONE; /* modulo 2^32 */
+    const uint64_t y = white->y[t].mantissa;
+    const uint64_t rounded = white->rounded[t];
+    const uint32_t share = share_of(white, y << DAVAR_FIT_FUNCTIONAL_BITS);
+    const uint32_t excess = ((share < SHARE_MOST) ? share : SHARE_MOST) - own; /* modulo 2^32 */
     const uint32_t sign = 0U - (excess >> 31U);
-    return (uint32_t)(davar_multiply_u32((excess ^ sign) - sign, root_edf) >>
-                      (DAVAR_FIT_SHARE_BITS + 7U));
+    const uint32_t noise = own + share_of(white, rounded << DAVAR_FIT_FUNCTIONAL_BITS);
+    uint32_t size = (excess ^ sign) - sign;
+    if ((noise - SHARE_ONE + NEAR_ONE) > (2U * NEAR_ONE)) {
+        size = davar_scaled_to_fixed(
+            scaled_times(scaled_of_u32(size | 1U, 0), scaled_inverse(scaled_of_u32(noise, 0))),
+            (int32_t)DAVAR_FIT_SHARE_BITS);
+    }
+    return (uint32_t)(davar_multiply_u32(size, root_edf) >> (DAVAR_FIT_SHARE_BITS + 7U));
 }
 
 /* Does white noise leave no misfit (5.9)? */
 static bool explains(const davar_plan_t *plan, const davar_white_t *white)
 {
+    const uint32_t own = davar_scaled_to_fixed(
+        scaled_times(white->square, scaled_inverse(white->sum)), (int32_t)DAVAR_FIT_SHARE_BITS);
     uint64_t misfit = 0U;
     for (int t = 0; t < plan->count; t++) {
-        const int32_t more = rounded_share(white, plan->rounded[t]);
-        const uint32_t errors = deviation(white, white->y[t].mantissa, more, plan->root_edf[t]);
+        const uint32_t errors = deviation(white, t, own, plan->root_edf[t]);
         misfit += davar_multiply_u32(errors, errors);
         if (misfit > plan->misfit_limit) {
             return false;
@@ -164,13 +176,6 @@ static bool explains(const davar_plan_t *plan, const davar_white_t *white)
 
 /* --- rounding (5.15) --- */
 
-DAVAR_APART DAVAR_RARE scaled_t davar_rounding(const davar_plan_t *plan,
-                                               const davar_result_t *result)
-{
-    const scaled_t count = scaled_of_double(result->unit_per_count);
-    return scaled_times(scaled_times(count, count), scaled_of_double(plan->rounding_variance));
-}
-
 /* value / under as 2.30, for value < under / 2. */
 static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
 {
@@ -178,61 +183,26 @@ static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
     return davar_upper_product(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
 }
 
-/* The largest distance of the variance of rounding from q^2 / 12, for any mean between two counts
- * and noise of this share. Below plan->coarse, rounding is at most 0.38 of the noise. */
-static uint32_t rounding_margin(const davar_plan_t *plan, uint32_t share, uint32_t noise)
+static uint32_t quotient(scaled_t value, scaled_t under)
 {
-    const scaled_t ratio =
-        scaled_times(scaled_times(scaled_of_u32(share, 0), scaled_inverse(scaled_of_u32(noise, 0))),
-                     scaled_of_float(plan->steepness));
-    const uint32_t fixed = scaled_to_fixed(ratio, NOISE_BITS);
-    const uint32_t square = noise_times(fixed, fixed);
+    return davar_scaled_to_fixed(scaled_times(value, scaled_inverse(under)), NOISE_BITS);
+}
+
+/* The largest distance of the variance of rounding from q^2 / 12, for any mean between two counts.
+ * `share`: rounding; `noise`: N^2, of which it is at most 0.41 in a sample; both over `sum`. */
+static uint32_t rounding_margin(const davar_plan_t *plan, const davar_white_t *white,
+                                uint32_t share, uint32_t noise)
+{
+    const scaled_t sample = scaled_times(white->sum, scaled_of_float(plan->sample));
+    const uint32_t ratio =
+        quotient(white->rounding, scaled_times(sample, scaled_of_u32(noise, -NOISE_BITS)));
+    const uint32_t square = noise_times(ratio, ratio);
     return noise_times(share, noise_times(square, square)) * 17U / 2U;
 }
 
-/* The angle random walk without rounding, over that with it. */
-typedef struct {
-    scaled_t value;
-    scaled_t low;
-    scaled_t high;
-} unrounded_t;
-
-static scaled_t root_of_share(uint32_t share)
+static scaled_t root_of_share(uint32_t share, uint32_t bits)
 {
-    return scaled_root(scaled_of_u32(share, -NOISE_BITS));
-}
-
-/* Takes off the `share` of rounding. `rounding`: variance of rounding of a sample over the
- * variance, below plan->coarse; `least`: lower limit of the variance over the variance; all as
- * 2.30. `high`: upper limit of its root. */
-DAVAR_RARE static unrounded_t unrounded(const davar_plan_t *plan, uint32_t share, uint32_t rounding,
-                                        uint32_t least, scaled_t high)
-{
-    const bool is_low = noise_times(least, plan->coarse) > rounding; /* so least > share */
-    const uint32_t noise = is_low ? (least - share) : (CENTRE_ONE - share);
-    const uint32_t margin = (share > 0U) ? rounding_margin(plan, share, noise) : 0U;
-    unrounded_t without = {{SCALED_TOP, -31}, {0U, SCALED_ZERO}, high}; /* 1, 0, high */
-    if (is_low) {
-        without.low = root_of_share((noise > margin) ? (noise - margin) : 1U);
-    }
-    if (share > 0U) {
-        const uint32_t square =
-            scaled_to_fixed(scaled_times(high, high), (int32_t)DAVAR_FIT_SHARE_BITS);
-        const uint32_t less = (share - margin) >> ((uint32_t)NOISE_BITS - DAVAR_FIT_SHARE_BITS);
-        without.value = root_of_share(CENTRE_ONE - share);
-        without.high = scaled_root(scaled_of_u32(square - less, -(int32_t)DAVAR_FIT_SHARE_BITS));
-    }
-    return without;
-}
-
-/* Where rounding lowers the estimate, because the functional of a filter has negative factors. Its
- * share may be several times the estimate. */
-DAVAR_RARE static unrounded_t raised(scaled_t share, uint32_t least, scaled_t high)
-{
-    const scaled_t one = {SCALED_TOP, -31};
-    const scaled_t root = scaled_root(scaled_plus(one, share));
-    return (unrounded_t){root, scaled_times(root, root_of_share(least | 1U)),
-                         scaled_times(root, high)};
+    return davar_scaled_root(scaled_of_u32(share, -(int32_t)bits));
 }
 
 /* A root of an amplitude as the coefficient of a term, in its unit. */
@@ -305,51 +275,57 @@ static void white_absent(const davar_plan_t *plan, const davar_white_t *white, s
         const uint32_t sigma = plan->sigma[term];
         const uint32_t margin =
             sigma + davar_upper_product(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
-        const scaled_t share =
-            scaled_root(scaled_of_u32(white->share[term] + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
+        const scaled_t share = davar_scaled_root(
+            scaled_of_u32(white->share[term] + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
         const scaled_t bound =
             scaled_times(scaled_times(share, scaled_of_float(plan->room[term])), root);
         coefficient->high = in_unit(plan, term, bound);
     }
 }
 
-/* An undeclared filter may have lowered the estimate by the lack that the window shows (5.17). */
-static scaled_t with_lack(const davar_plan_t *plan, const davar_white_t *white, scaled_t high)
+/* Upper limit of N over N. A filter that is not declared may have lowered N^2 by the lack that the
+ * window shows and by as much as passes the test (5.17). */
+static scaled_t highest(const davar_plan_t *plan, const davar_white_t *white)
 {
-    if (plan->declared || (white->lack == 0U)) {
+    const scaled_t high = scaled_of_float(plan->white_high);
+    if (plan->declared) {
         return high;
     }
-    const scaled_t half_lack = scaled_of_u32(white->lack, -1 - (int32_t)DAVAR_FIT_SHARE_BITS);
+    const uint32_t passes =
+        times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[DAVAR_QUANTIZATION]);
+    const scaled_t half = scaled_of_u32(white->lack + passes, -1 - (int32_t)DAVAR_FIT_SHARE_BITS);
     const scaled_t centre = scaled_of_float(plan->centre[DAVAR_QUANTIZATION]);
-    return scaled_plus(high, scaled_times(high, scaled_times(half_lack, centre)));
+    return davar_scaled_plus(high, scaled_times(high, scaled_times(half, centre)));
 }
 
+/* Where N^2 at its lower limit is hidden, N may be 0, because it was selected (5.15). */
 static void white_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
                           davar_coefficient_t *coefficient)
 {
-    const scaled_t whole = scaled_times(root, scaled_of_double(plan->root[WHITE]));
-    const uint32_t factor = davar_bits_of_float(plan->rounding[WHITE]);
-    const uint32_t size = factor & 0x7FFFFFFFU;
-    const scaled_t rounded =
-        scaled_times(white->rounding, scaled_of_float(davar_float_of_bits(size)));
-    const uint32_t share = scaled_to_fixed(rounded, NOISE_BITS);
     const uint32_t least = least_square(plan, white);
-    const scaled_t high = with_lack(plan, white, scaled_of_float(plan->white_high));
-    const unrounded_t without =
-        (factor == size)
-            ? unrounded(plan, share, scaled_to_fixed(white->rounding, NOISE_BITS), least, high)
-            : raised(rounded, least, high);
+    const scaled_t high = highest(plan, white);
+    const uint32_t share = quotient(rounding_part(plan, white), white->sum);
+    const uint32_t lowest = (least > share) ? (least - share) : 0U;
+    const bool is_low = noise_times(lowest, plan->coarse) > quotient(white->rounding, white->sum);
+    const uint32_t noise = is_low ? lowest : (CENTRE_ONE - share);
+    const uint32_t margin = rounding_margin(plan, white, share, noise);
+    const uint32_t left = (noise > margin) ? (noise - margin) : 1U;
+    const uint32_t less = (share - margin) >> ((uint32_t)NOISE_BITS - DAVAR_FIT_SHARE_BITS);
+    const uint32_t square =
+        davar_scaled_to_fixed(scaled_times(high, high), (int32_t)DAVAR_FIT_SHARE_BITS) - less;
+    const double low =
+        in_unit(plan, WHITE, scaled_times(root, root_of_share(left, (uint32_t)NOISE_BITS)));
     coefficient->present = true;
-    coefficient->value =
-        scaled_to_double((share == 0U) ? whole : scaled_times(whole, without.value));
-    coefficient->low = scaled_to_double(scaled_times(whole, without.low));
-    coefficient->high = scaled_to_double(scaled_times(whole, without.high));
+    coefficient->value = in_unit(plan, WHITE, davar_scaled_root(white->square));
+    coefficient->low = is_low ? low : 0.0;
+    coefficient->high =
+        in_unit(plan, WHITE, scaled_times(root, root_of_share(square, DAVAR_FIT_SHARE_BITS)));
 }
 
 static void write_white(const davar_plan_t *plan, const davar_white_t *white,
                         davar_result_t *result)
 {
-    const scaled_t root = scaled_root(white->square);
+    const scaled_t root = davar_scaled_root(white->sum);
     write_intervals(plan, white, result);
     result->noise = DAVAR_NOISE_WHITE;
     for (int k = 0; k < TERMS; k++) {
@@ -389,18 +365,13 @@ static void write_nothing(davar_result_t *result)
 
 /* Does the shortest size scatter by no more than twice the rounding and the noise that it hides?
  * Otherwise N^2 is small because another term lowers it, where a filter makes weights negative. */
-DAVAR_RARE static bool is_within_counts(const davar_plan_t *plan, const davar_result_t *result,
-                                        const davar_white_t *white)
+static bool is_within_counts(const davar_plan_t *plan, const davar_white_t *white)
 {
-    const scaled_t count = scaled_of_double(result->unit_per_count);
-    const scaled_t hidden = scaled_times(count, scaled_of_float(plan->hidden));
-    const scaled_t noise =
-        scaled_times(scaled_times(hidden, hidden), scaled_of_float(plan->gain[0]));
-    const scaled_t most = scaled_plus(noise, davar_rounding(plan, result));
-    const scaled_t found =
-        scaled_times(scaled_times(white->adev[0], white->adev[0]), scaled_of_float(plan->m[0]));
-    return scaled_to_fixed(scaled_times(found, scaled_inverse(most)), NOISE_BITS) <=
-           (2U * CENTRE_ONE);
+    const scaled_t hidden =
+        scaled_times(white->rounding, scaled_inverse(scaled_of_u32(plan->coarse, -NOISE_BITS)));
+    const uint32_t most = davar_scaled_to_fixed(hidden, 1 - white->exponent);
+    const uint32_t found = white->y[0].mantissa;
+    return (found <= most) || (found - most <= white->rounded[0]);
 }
 
 /* davar_white_suffices with a plan that is up to date. */
@@ -417,15 +388,14 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
         davar_plan_rate(plan, rate_hz);
     }
-    white->rounding = scaled_times(davar_rounding(plan, result), scaled_inverse(white->square));
-    if (scaled_to_fixed(white->rounding, NOISE_BITS) >= plan->coarse) {
+    if (quotient(white->rounding, white->square) >= plan->coarse) {
         white->suspects = 0U;
         white->explains = false;
-        if (!is_within_counts(plan, result, white)) {
+        if (!is_within_counts(plan, white)) {
             return false;
         }
         const scaled_t high =
-            scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
+            scaled_times(davar_scaled_root(white->sum), scaled_of_float(plan->white_high));
         davar_write_coarse(plan, in_unit(plan, WHITE, high), result);
         return true;
     }
@@ -458,15 +428,11 @@ bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *re
 static void write_beside(const davar_plan_t *plan, const davar_white_t *white,
                          davar_result_t *result)
 {
-    int t = 0;
-    while ((t < (plan->count - 1)) &&
-           (davar_bits_of_float(plan->gain[t]) < davar_bits_of_float(DAVAR_FIT_PASSED))) {
-        t++;
-    }
     write_intervals(plan, white, result);
     davar_absent_coefficients(result);
-    const scaled_t most = scaled_times(scaled_of_double(result->tau[t].high),
-                                       scaled_root(scaled_of_float(plan->to_white[t])));
+    const scaled_t most =
+        scaled_times(scaled_of_double(result->tau[plan->passed].high),
+                     davar_scaled_root(scaled_of_float(plan->to_white[plan->passed])));
     result->coefficient[WHITE].high =
         davar_half_a_count_at_least(plan, result, in_unit(plan, WHITE, most));
     davar_absent_taus(result, 0U); /* the intervals held for white noise only */

@@ -24,13 +24,15 @@ void davar_write_unlimited(const davar_plan_t *plan, davar_noise_t noise, davar_
 /* White noise fitted to the usable cluster sizes of a result. */
 typedef struct {
     scaled_t adev[DAVAR_TAUS_MAX];
-    scaled_t y[DAVAR_TAUS_MAX]; /* adev^2 m / gain, aligned to `exponent` */
+    scaled_t y[DAVAR_TAUS_MAX];       /* adev^2 m / gain without rounding, aligned to `exponent` */
+    uint32_t rounded[DAVAR_TAUS_MAX]; /* what rounding had in y */
     int32_t exponent;
-    scaled_t square;   /* N^2 of a sample, with rounding */
-    scaled_t rounding; /* variance of rounding over that */
-    uint32_t inverse;  /* 1 / N^2 as share_of needs it */
-    uint32_t drift;    /* bits by which N^2 is smaller than y, and that shares lack */
-    uint32_t share[DAVAR_COEFFICIENT_COUNT]; /* amplitude over N^2 in plan->scale; 0: none */
+    scaled_t rounding; /* variance of rounding of a sample */
+    scaled_t square;   /* N^2 of a sample */
+    scaled_t sum;      /* ... with the rounding that scatters with it: 1 of a share */
+    uint32_t inverse;  /* 1 / sum as share_of needs it */
+    uint32_t drift;    /* bits by which sum is smaller than y, and that shares lack */
+    uint32_t share[DAVAR_COEFFICIENT_COUNT]; /* amplitude over sum in plan->scale; 0: none */
     unsigned suspects;                       /* bit k: term k is significant (5.7) */
     uint32_t lack;                           /* by which the short sizes read low, a share */
     bool lacks;                              /* ... significantly (5.17) */

@@ -84,36 +84,12 @@ static inline scaled_t scaled_inverse(scaled_t a)
 }
 
 /* The smaller number loses the bits below the last one of the larger. */
-static inline scaled_t scaled_plus(scaled_t a, scaled_t b)
-{
-    const bool swap = a.exponent < b.exponent;
-    const scaled_t large = swap ? b : a;
-    const scaled_t small = swap ? a : b;
-    const uint32_t shift = (uint32_t)(large.exponent - small.exponent);
-    const uint32_t sum =
-        large.mantissa + ((shift > 31U) ? 0U : (small.mantissa >> shift)); /* modulo 2^32 */
-    const scaled_t within = {sum, large.exponent};
-    const scaled_t beyond = {SCALED_TOP | (sum >> 1U), large.exponent + 1};
-    return (sum < large.mantissa) ? beyond : within;
-}
+scaled_t davar_scaled_plus(scaled_t a, scaled_t b);
 
 /* In units of 2^-bits, to the nearest, at most UINT32_MAX. */
-static inline uint32_t scaled_to_fixed(scaled_t a, int32_t bits)
-{
-    if (a.exponent >= -bits) {
-        return (a.exponent == -bits) ? a.mantissa : UINT32_MAX;
-    }
-    const uint32_t shift = (uint32_t)(-1 - a.exponent - bits);
-    const uint32_t twice = (shift > 31U) ? 0U : (a.mantissa >> shift);
-    return (twice >> 1U) + (twice & 1U);
-}
+uint32_t davar_scaled_to_fixed(scaled_t a, int32_t bits);
 
 /* From the upper 24 bits of the mantissa, rounded like a float. */
-static inline scaled_t scaled_root(scaled_t a)
-{
-    const uint32_t odd = (uint32_t)a.exponent & 1U;
-    const uint32_t root = davar_root_of_mantissa((a.mantissa & ~UINT32_C(0xFF)) >> odd);
-    return (scaled_t){root << 8U, ((a.exponent - (int32_t)odd) / 2) + (int32_t)odd - 16};
-}
+scaled_t davar_scaled_root(scaled_t a);
 
 #endif
