@@ -28,6 +28,8 @@ static const char *const TEXT[] = {
     "                          average[ORDER]:N: ORDER (default 1) moving averages of N samples\n"
     "                          cic[ORDER]:N: the same, keeping every N-th; cic:N: mean of blocks\n"
     "                          HZ+average:N: a low-pass, then one of these; none: no filter\n"
+    "                          auto: learned for each column from the whole recording, which\n"
+    "                          needs 4352 samples at rest; standard error says what was found\n"
     "  --gap FACTOR            a time step longer than FACTOR sample periods is a gap (default\n"
     "                          1.5; off with --rate)\n"
     "\n"
