@@ -19,9 +19,11 @@
 /* Variance of a mean over neighbouring ordinates, over that of independent ones: the window. */
 #define NEIGHBOURS 1.944
 
-#define TERMS 3U    /* white noise, flicker, random walk */
-#define ROUNDS 100U /* of the fit of their powers */
+#define TERMS 4U    /* white noise, flicker, random walk; white noise after the filter */
+#define BEHIND 3U   /* the last of them, which only a test fits */
+#define ROUNDS 10U  /* of the fit of their powers */
 
+#define LEAST 1e-300 /* keeps a model positive */
 #define CUTOFF_LEAST 0.01
 #define GRID 24U
 #define STEPS 16U /* of the golden section */
@@ -31,23 +33,33 @@
 /* In units of log-likelihood: an explanation that is less simple must gain so much. */
 #define GAIN 4.0
 
+/* The widest low-passes that a claim of no filter must exclude: they change N by 3 %. */
+#define WIDE_1_POLE 0.6
+#define WIDE_2_POLES 0.5
+#define EXCLUDED 2.0 /* log-likelihood */
+
+/* Noise after the filter counts if it changes the plateau of the white noise by this. */
+#define PLATEAU 0.05
+
 #define LINE_REACH 15U  /* ordinates on each side that a line is compared with */
 #define LINE_SIGMAS 5.0 /* by which it exceeds them */
 #define LINE_EXCESS 1.1 /* ... and the model */
 #define TRIMS 6U
-#define LINES_MOST (M / 4U)
+#define LINES_MOST (M / 3U)
 
 #define BAND 10U
-#define TOLERANCE 0.03      /* of the spectrum in a band */
+#define TOLERANCE 0.02      /* of the spectrum in a band */
 #define MISFIT_NORMAL 3.09  /* one-sided 0.1 % */
 #define UNCERTAINTY_LEAST 0.01
 #define UNCERTAINTY_MOST 0.5
+#define SLOPE_LEAST 0.01 /* d ln N^2 / d ln cutoff */
 
 typedef struct {
     double power[M];
     bool used[M];
     double weight; /* 1 / relative variance of an ordinate */
     double rounding;
+    size_t terms; /* TERMS, or BEHIND without the last */
 } data_t;
 
 typedef struct {
@@ -55,7 +67,11 @@ typedef struct {
     double part[TERMS];
     double loss; /* negative log-likelihood */
     double model[M];
+    bool used[M]; /* the ordinates that it explains */
 } fit_t;
+
+/* From the simplest on. */
+typedef enum { NO_FILTER = 0, ONE_POLE, TWO_POLES, AVERAGES, FAMILIES } family_t;
 
 static double angle(size_t j)
 {
@@ -64,35 +80,117 @@ static double angle(size_t j)
 
 /* --- the likelihood of one filter --- */
 
+static double loss_at_ordinate(const data_t *data, const fit_t *fit, size_t j)
+{
+    const double ratio = data->power[j] / fit->model[j];
+    return data->weight * (ratio - 1.0 - log(ratio));
+}
+
+static double loss_of(const data_t *data, const fit_t *fit)
+{
+    double loss = 0.0;
+    for (size_t j = FIRST; j < M; j++) {
+        loss += data->used[j] ? loss_at_ordinate(data, fit, j) : 0.0;
+    }
+    return loss;
+}
+
+/* The same if lines above the model have a limited effect. */
+static double limited_loss(const data_t *data, const fit_t *fit)
+{
+    const double most = 0.5 * LINE_SIGMAS * LINE_SIGMAS;
+    double loss = 0.0;
+    for (size_t j = FIRST; j < M; j++) {
+        const double one = data->used[j] ? loss_at_ordinate(data, fit, j) : 0.0;
+        loss += ((data->power[j] > fit->model[j]) && (one > most)) ? most : one;
+    }
+    return loss;
+}
+
 static void evaluate(const data_t *data, double (*shape)[M], fit_t *fit)
 {
-    fit->loss = 0.0;
     for (size_t j = FIRST; j < M; j++) {
-        fit->model[j] = data->rounding;
-        for (size_t k = 0; k < TERMS; k++) {
+        fit->model[j] = data->rounding + LEAST;
+        for (size_t k = 0; k < data->terms; k++) {
             fit->model[j] += fit->part[k] * shape[k][j];
-        }
-        if (data->used[j]) {
-            const double ratio = data->power[j] / fit->model[j];
-            fit->loss += data->weight * (ratio - 1.0 - log(ratio));
         }
     }
 }
 
-/* Multiplicative updates keep the powers positive and need no matrix. */
-static void improve(const data_t *data, double (*shape)[M], fit_t *fit)
+/* The normal equations of weighted least squares. */
+typedef struct {
+    double at[TERMS][TERMS];
+    double right[TERMS];
+} normal_t;
+
+static void make_normal(const data_t *data, double (*shape)[M], const fit_t *fit, normal_t *normal)
 {
-    for (size_t k = 0; k < TERMS; k++) {
-        double above = 0.0;
-        double under = 0.0;
-        for (size_t j = FIRST; j < M; j++) {
-            if (data->used[j]) {
-                const double slope = shape[k][j] / fit->model[j];
-                above += slope * data->power[j] / fit->model[j];
-                under += slope;
+    *normal = (normal_t){0};
+    for (size_t j = FIRST; j < M; j++) {
+        const double inverse = data->used[j] ? (1.0 / fit->model[j]) : 0.0;
+        const double excess = (data->power[j] - data->rounding) * inverse;
+        for (size_t k = 0; k < data->terms; k++) {
+            const double slope = shape[k][j] * inverse;
+            normal->right[k] += slope * excess;
+            for (size_t l = 0; l <= k; l++) {
+                normal->at[k][l] += slope * shape[l][j] * inverse;
+                normal->at[l][k] = normal->at[k][l];
             }
         }
-        fit->part[k] *= above / under;
+    }
+}
+
+/* Solves for the terms that are not 0, by elimination without pivots: the matrix is positive
+ * definite. Terms of nearly the same shape leave no pivot; the later one is then 0. */
+static void solve(normal_t normal, size_t terms, double part[TERMS])
+{
+    for (size_t k = 0; k < terms; k++) {
+        const bool on = (part[k] > 0.0) && (normal.at[k][k] > 0.0);
+        for (size_t i = 0; i < terms; i++) {
+            const double multiple = (on && (i != k)) ? (normal.at[i][k] / normal.at[k][k]) : 0.0;
+            for (size_t l = 0; l < terms; l++) {
+                normal.at[i][l] -= multiple * normal.at[k][l];
+            }
+            normal.right[i] -= multiple * normal.right[k];
+        }
+        if (!on) {
+            for (size_t i = 0; i < terms; i++) {
+                normal.at[i][k] = 0.0; /* this term takes no part */
+            }
+        }
+    }
+    for (size_t k = 0; k < terms; k++) {
+        part[k] = ((part[k] > 0.0) && (normal.at[k][k] > 0.0)) ? (normal.right[k] / normal.at[k][k])
+                                                               : 0.0;
+    }
+}
+
+static size_t most_negative(const double part[TERMS], size_t terms)
+{
+    size_t worst = 0;
+    for (size_t k = 1; k < terms; k++) {
+        worst = (part[k] < part[worst]) ? k : worst;
+    }
+    return worst;
+}
+
+/* A step of Fisher's scoring: least squares with the weights of the last model, without terms that
+ * become negative. */
+static void improve(const data_t *data, double (*shape)[M], fit_t *fit)
+{
+    normal_t normal;
+    double sign[TERMS] = {1.0, 1.0, 1.0, 1.0};
+    make_normal(data, shape, fit, &normal);
+    for (size_t left = data->terms; left > 0U; left--) {
+        double part[TERMS];
+        memcpy(part, sign, sizeof part);
+        solve(normal, data->terms, part);
+        const size_t worst = most_negative(part, data->terms);
+        if (part[worst] >= 0.0) {
+            memcpy(fit->part, part, sizeof part);
+            return;
+        }
+        sign[worst] = 0.0;
     }
 }
 
@@ -107,6 +205,7 @@ static void fit_filter(const data_t *data, const davar_filter_t *filter, fit_t *
         shape[0][j] = davar_filter_power(filter, frequency);
         shape[1][j] = shape[0][j] / angle(j);
         shape[2][j] = shape[1][j] / angle(j);
+        shape[BEHIND][j] = 1.0;
         mean += data->used[j] ? data->power[j] : 0.0;
         passed += data->used[j] ? shape[0][j] : 0.0;
     }
@@ -114,11 +213,13 @@ static void fit_filter(const data_t *data, const davar_filter_t *filter, fit_t *
     fit->part[0] = 0.9 * mean / passed;
     fit->part[1] = 0.05 * fit->part[0];
     fit->part[2] = 0.002 * fit->part[0];
+    fit->part[BEHIND] = 0.02 * fit->part[0];
     evaluate(data, shape, fit);
     for (size_t round = 0; round < ROUNDS; round++) {
         improve(data, shape, fit);
         evaluate(data, shape, fit);
     }
+    fit->loss = loss_of(data, fit);
 }
 
 /* --- the family --- */
@@ -169,18 +270,6 @@ static double refine(const data_t *data, uint8_t poles, double low, double high)
     return 0.5 * (low + high);
 }
 
-/* Relative standard error of the cutoff, from the curvature of the likelihood. */
-static double uncertainty_of(const data_t *data, const fit_t *best)
-{
-    const double step = 0.05;
-    const double at = log(best->filter.cutoff);
-    const double above = loss_at(data, best->filter.poles, at + step);
-    const double below = loss_at(data, best->filter.poles, at - step);
-    const double curvature = (above + below - 2.0 * best->loss) / (step * step);
-    const double sigma = (curvature > 0.0) ? sqrt(NEIGHBOURS / curvature) : UNCERTAINTY_MOST;
-    return fmin(fmax(sigma, UNCERTAINTY_LEAST), UNCERTAINTY_MOST);
-}
-
 static void search_low_pass(const data_t *data, uint8_t poles, fit_t *best)
 {
     size_t nearest = 0;
@@ -222,20 +311,23 @@ static void search_averages(const data_t *data, fit_t *best)
     }
 }
 
-/* The simplest explanation: no filter, a low-pass, averages. */
-static void search(const data_t *data, fit_t *best)
+static void search(const data_t *data, family_t family, fit_t *best)
 {
-    fit_t averages = {.loss = HUGE_VAL};
-    fit_t low_pass = {.loss = HUGE_VAL};
-    fit_filter(data, &(davar_filter_t){0}, best);
-    search_low_pass(data, 1U, &low_pass);
-    search_low_pass(data, 2U, &low_pass);
-    search_averages(data, &averages);
-    if (averages.loss + GAIN < low_pass.loss) {
-        low_pass = averages;
-    }
-    if (low_pass.loss + GAIN < best->loss) {
-        *best = low_pass;
+    switch (family) {
+    case ONE_POLE:
+        search_low_pass(data, 1U, best);
+        break;
+    case TWO_POLES:
+        search_low_pass(data, 2U, best);
+        break;
+    case AVERAGES:
+        search_averages(data, best);
+        break;
+    case NO_FILTER:
+    case FAMILIES:
+    default:
+        fit_filter(data, &(davar_filter_t){0}, best);
+        break;
     }
 }
 
@@ -284,7 +376,7 @@ static void leave_lines_out(data_t *data)
 static bool trim(data_t *data, const fit_t *fit)
 {
     const double most = fmax(LINE_EXCESS, 1.0 + (LINE_SIGMAS - 1.0) / sqrt(data->weight));
-    data_t before = *data;
+    const data_t before = *data;
     bool any = false;
     for (size_t j = FIRST; j < M; j++) {
         if (before.used[j] && (before.power[j] > most * fit->model[j])) {
@@ -339,36 +431,126 @@ static bool misfits(const data_t *data, const fit_t *fit)
 
 /* --- what is learned --- */
 
+/* Does noise after the filter change what the spectrum says about the white noise before it? */
+static bool is_hidden(const data_t *data, const fit_t *best)
+{
+    data_t with = *data;
+    fit_t fit = {.loss = HUGE_VAL};
+    with.terms = TERMS;
+    if (best->filter.poles > 0U) {
+        search_low_pass(&with, best->filter.poles, &fit);
+    } else {
+        fit_filter(&with, &best->filter, &fit);
+    }
+    const double plateau = fit.part[0] + fit.part[BEHIND];
+    return (fit.loss + GAIN < best->loss) &&
+           (fabs(plateau - best->part[0]) > PLATEAU * best->part[0]);
+}
+
+/* Does the spectrum exclude every filter that matters? */
+static bool is_white(const data_t *data, const fit_t *white)
+{
+    return (loss_at(data, 1U, log(WIDE_1_POLE)) > white->loss + EXCLUDED) &&
+           (loss_at(data, 2U, log(WIDE_2_POLES)) > white->loss + EXCLUDED);
+}
+
+static learn_status_t judge(const data_t *data, const fit_t *best)
+{
+    const bool low_pass = (best->filter.poles > 0U);
+    if (misfits(data, best) || (low_pass && (best->filter.cutoff < 1.05 * CUTOFF_LEAST))) {
+        return LEARN_MISFIT;
+    }
+    if (!low_pass && (best->filter.averages == 0U)) {
+        return is_white(data, best) ? LEARN_NONE : LEARN_WIDE;
+    }
+    return is_hidden(data, best) ? LEARN_BEHIND : LEARN_FOUND;
+}
+
+/* Fits a family, and leaves out what exceeds the fit, as a wide line does, until nothing does. What
+ * exceeds costs as much as if it just did not. If too much is left out, the loss is infinite. */
+static void explain(const data_t *given, family_t family, fit_t *best)
+{
+    data_t data = *given;
+    *best = (fit_t){.loss = HUGE_VAL};
+    search(&data, family, best);
+    for (size_t i = 0; (i < TRIMS) && trim(&data, best); i++) {
+        *best = (fit_t){.loss = HUGE_VAL};
+        search(&data, family, best);
+    }
+    const bool enough = (count_used(&data) + LINES_MOST >= M - FIRST);
+    memcpy(best->used, data.used, sizeof best->used);
+    best->loss = enough ? limited_loss(given, best) : HUGE_VAL;
+}
+
+/* The simplest family that explains the spectrum: a less simple one must gain so much. */
+static family_t choose(const fit_t fits[FAMILIES])
+{
+    const family_t low_pass =
+        (fits[TWO_POLES].loss < fits[ONE_POLE].loss) ? TWO_POLES : ONE_POLE;
+    family_t chosen = NO_FILTER;
+    if (fits[low_pass].loss + GAIN < fits[chosen].loss) {
+        chosen = low_pass;
+    }
+    return (fits[AVERAGES].loss + GAIN < fits[chosen].loss) ? AVERAGES : chosen;
+}
+
+/* The largest difference, in logarithms, between the white noise before this filter and before
+ * another one that explains the spectrum about as well. */
+static double spread_of(const fit_t fits[FAMILIES], family_t chosen)
+{
+    double spread = 0.0;
+    for (family_t other = ONE_POLE; other < FAMILIES; other++) {
+        if (fits[other].loss < fits[chosen].loss + GAIN) {
+            spread = fmax(spread, fabs(log(fits[other].part[0] / fits[chosen].part[0])));
+        }
+    }
+    return spread;
+}
+
+/* Relative standard error of the cutoff, from the curvature of the likelihood, so that `spread`
+ * is half of the standard error of the white noise. */
+static double uncertainty_of(const data_t *data, const fit_t *best, double spread)
+{
+    const double step = 0.05;
+    const double at = log(best->filter.cutoff);
+    fit_t above;
+    fit_t below;
+    fit_low_pass(data, best->filter.poles, at + step, &above);
+    fit_low_pass(data, best->filter.poles, at - step, &below);
+    const double curvature = (above.loss + below.loss - 2.0 * best->loss) / (step * step);
+    const double sigma = (curvature > 0.0) ? sqrt(NEIGHBOURS / curvature) : HUGE_VAL;
+    const double slope = log(below.part[0] / above.part[0]) / (2.0 * step);
+    return fmax(hypot(sigma, 2.0 * spread / fmax(slope, SLOPE_LEAST)), UNCERTAINTY_LEAST);
+}
+
 static learned_t learn(data_t *data)
 {
-    static const davar_filter_t none = {0};
-    fit_t best;
+    fit_t fits[FAMILIES];
     leave_lines_out(data);
-    search(data, &best);
-    for (size_t i = 0; (i < TRIMS) && trim(data, &best); i++) {
-        if (count_used(data) + LINES_MOST < M - FIRST) {
-            return (learned_t){.status = LEARN_MISFIT};
-        }
-        search(data, &best);
+    for (family_t family = NO_FILTER; family < FAMILIES; family++) {
+        explain(data, family, &fits[family]);
     }
-    if (misfits(data, &best)) {
+    const family_t chosen = choose(fits);
+    fit_t *best = &fits[chosen];
+    if (!isfinite(best->loss)) {
         return (learned_t){.status = LEARN_MISFIT};
     }
-    learned_t learned = {.status = LEARN_FOUND, .filter = best.filter};
-    if (best.filter.poles > 0U) {
-        learned.filter.uncertainty = uncertainty_of(data, &best);
-        if (best.filter.cutoff < 1.05 * CUTOFF_LEAST) {
-            learned.status = LEARN_MISFIT;
-        }
-    } else if (best.filter.averages == 0U) {
-        learned = (learned_t){.status = LEARN_NONE, .filter = none};
+    const double spread = spread_of(fits, chosen);
+    memcpy(data->used, best->used, sizeof data->used);
+    best->loss = loss_of(data, best);
+    learned_t learned = {.status = judge(data, best), .filter = best->filter};
+    if (best->filter.poles > 0U) {
+        learned.filter.uncertainty = uncertainty_of(data, best, spread);
+    }
+    if (learned.filter.uncertainty > UNCERTAINTY_MOST) {
+        learned.status = LEARN_VAGUE;
     }
     return learned;
 }
 
 learned_t learn_filter(spectrum_t *spectrum, double rounding)
 {
-    data_t data = {.rounding = rounding};
+    data_t data = {.rounding = rounding, .terms = BEHIND};
     const size_t given = spectrum->count;
     const size_t segments = spectrum_median(spectrum, data.power);
     if ((segments == 0U) && (given >= LEARN_SEGMENTS_LEAST)) {
@@ -407,6 +589,10 @@ void learn_describe(const learned_t *learned, double rate_hz, char *text, size_t
         [LEARN_NOTHING] = "filter unknown",
         [LEARN_FOUND] = "",
         [LEARN_NONE] = "white up to half the sample rate, no filter",
+        [LEARN_VAGUE] = "filter unknown: several explain the spectrum equally well",
+        [LEARN_WIDE] = "filter unknown: the recording is white but too short to exclude a wide "
+                       "low-pass",
+        [LEARN_BEHIND] = "filter unknown: white noise after the filter hides it",
         [LEARN_MISFIT] = "filter unknown: no low-pass of one or two poles and no averages explain "
                          "the spectrum",
         [LEARN_SHORT] = "filter unknown: too few samples at rest",

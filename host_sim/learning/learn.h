@@ -11,14 +11,17 @@ typedef enum {
     LEARN_NOTHING = 0, /* before learning */
     LEARN_FOUND,
     LEARN_NONE,    /* white up to half the sample rate */
+    LEARN_WIDE,    /* white, but a wide low-pass is not excluded */
+    LEARN_VAGUE,   /* several filters explain the spectrum, with different white noise */
     LEARN_MISFIT,  /* no filter of the family explains the spectrum */
+    LEARN_BEHIND,  /* noise after the filter, beyond rounding, hides it */
     LEARN_SHORT,   /* fewer than LEARN_SEGMENTS_LEAST segments at rest */
     LEARN_CONSTANT /* the signal does not change */
 } learn_status_t;
 
 typedef struct {
     learn_status_t status;
-    davar_filter_t filter; /* for LEARN_FOUND and LEARN_NONE */
+    davar_filter_t filter; /* of LEARN_FOUND; all zeros: none */
     size_t segments;       /* at rest */
 } learned_t;
 
