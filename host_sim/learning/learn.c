@@ -36,9 +36,9 @@
 /* The widest low-passes that a claim of no filter must exclude: they change N by 3 %. */
 #define WIDE_1_POLE 0.6
 #define WIDE_2_POLES 0.5
-#define EXCLUDED 2.0 /* log-likelihood */
+#define EXCLUDED 2.0 /* two standard errors, as log-likelihood */
 
-/* Noise after the filter counts if it changes the plateau of the white noise by this. */
+/* Another explanation counts if it changes the white noise, N^2, by this. */
 #define PLATEAU 0.05
 
 #define LINE_REACH 15U  /* ordinates on each side that a line is compared with */
@@ -50,14 +50,15 @@
 #define BAND 10U
 #define TOLERANCE 0.02      /* of the spectrum in a band */
 #define MISFIT_NORMAL 3.09  /* one-sided 0.1 % */
-#define UNCERTAINTY_LEAST 0.01
+#define REACH_STEP 0.02 /* so the least uncertainty is 1 % */
+#define REACH_MOST 1.02
 #define UNCERTAINTY_MOST 0.5
-#define SLOPE_LEAST 0.01 /* d ln N^2 / d ln cutoff */
 
 typedef struct {
     double power[M];
     bool used[M];
-    double weight; /* 1 / relative variance of an ordinate */
+    double sigma;  /* relative standard error of an ordinate */
+    double weight; /* of its loss: neighbours are correlated */
     double rounding;
     size_t terms; /* TERMS, or BEHIND without the last */
 } data_t;
@@ -98,7 +99,7 @@ static double loss_of(const data_t *data, const fit_t *fit)
 /* The same if lines above the model have a limited effect. */
 static double limited_loss(const data_t *data, const fit_t *fit)
 {
-    const double most = 0.5 * LINE_SIGMAS * LINE_SIGMAS;
+    const double most = 0.5 * LINE_SIGMAS * LINE_SIGMAS / NEIGHBOURS;
     double loss = 0.0;
     for (size_t j = FIRST; j < M; j++) {
         const double one = data->used[j] ? loss_at_ordinate(data, fit, j) : 0.0;
@@ -361,7 +362,7 @@ static void leave_out(data_t *data, size_t j)
  * neighbours in the middle; near its ends only the upper one is without a middle. */
 static void leave_lines_out(data_t *data)
 {
-    const double most = 1.0 + LINE_SIGMAS / sqrt(data->weight);
+    const double most = 1.0 + LINE_SIGMAS * data->sigma;
     for (size_t j = 0; j < M; j++) {
         data->used[j] = (j >= FIRST);
     }
@@ -375,7 +376,7 @@ static void leave_lines_out(data_t *data)
 /* Wide lines, which exceed the model. False: there are none. */
 static bool trim(data_t *data, const fit_t *fit)
 {
-    const double most = fmax(LINE_EXCESS, 1.0 + (LINE_SIGMAS - 1.0) / sqrt(data->weight));
+    const double most = fmax(LINE_EXCESS, 1.0 + (LINE_SIGMAS - 1.0) * data->sigma);
     const data_t before = *data;
     bool any = false;
     for (size_t j = FIRST; j < M; j++) {
@@ -409,7 +410,7 @@ static double chi_square_most(double freedom)
 /* Does the mean over any bands differ from the model by more than chance and the tolerance? */
 static bool misfits(const data_t *data, const fit_t *fit)
 {
-    const double variance = NEIGHBOURS / ((double)BAND * data->weight) + TOLERANCE * TOLERANCE;
+    const double variance = 1.0 / ((double)BAND * data->weight) + TOLERANCE * TOLERANCE;
     double sum = 0.0;
     double mean = 0.0;
     size_t inside = 0;
@@ -443,7 +444,7 @@ static bool is_hidden(const data_t *data, const fit_t *best)
         fit_filter(&with, &best->filter, &fit);
     }
     const double plateau = fit.part[0] + fit.part[BEHIND];
-    return (fit.loss + GAIN < best->loss) &&
+    return (fit.loss + EXCLUDED < best->loss) &&
            (fabs(plateau - best->part[0]) > PLATEAU * best->part[0]);
 }
 
@@ -507,20 +508,29 @@ static double spread_of(const fit_t fits[FAMILIES], family_t chosen)
     return spread;
 }
 
-/* Relative standard error of the cutoff, from the curvature of the likelihood, so that `spread`
- * is half of the standard error of the white noise. */
+/* How far the cutoff can move, in logarithms and half of it for a standard error, before the loss
+ * grows by that of two standard errors. The flatter side counts: where a drift takes no part, the
+ * other one is steep. */
+static double reach(const data_t *data, const fit_t *best, double step)
+{
+    const double from = log(best->filter.cutoff);
+    double distance = 0.0;
+    do {
+        distance += fabs(step);
+    } while ((distance < REACH_MOST) &&
+             (loss_at(data, best->filter.poles, from + copysign(distance, step)) <
+              best->loss + EXCLUDED));
+    return 0.5 * distance;
+}
+
+/* Relative standard error of the cutoff. It moves the white noise at least by `spread`. */
 static double uncertainty_of(const data_t *data, const fit_t *best, double spread)
 {
-    const double step = 0.05;
-    const double at = log(best->filter.cutoff);
-    fit_t above;
-    fit_t below;
-    fit_low_pass(data, best->filter.poles, at + step, &above);
-    fit_low_pass(data, best->filter.poles, at - step, &below);
-    const double curvature = (above.loss + below.loss - 2.0 * best->loss) / (step * step);
-    const double sigma = (curvature > 0.0) ? sqrt(NEIGHBOURS / curvature) : HUGE_VAL;
-    const double slope = log(below.part[0] / above.part[0]) / (2.0 * step);
-    return fmax(hypot(sigma, 2.0 * spread / fmax(slope, SLOPE_LEAST)), UNCERTAINTY_LEAST);
+    const double sigma = fmax(reach(data, best, REACH_STEP), reach(data, best, -REACH_STEP));
+    fit_t other;
+    fit_low_pass(data, best->filter.poles, log(best->filter.cutoff) + sigma, &other);
+    const double moved = fabs(log(other.part[0] / best->part[0]));
+    return sigma * fmax(1.0, spread / fmax(moved, 0.1 * spread + LEAST));
 }
 
 static learned_t learn(data_t *data)
@@ -536,13 +546,16 @@ static learned_t learn(data_t *data)
         return (learned_t){.status = LEARN_MISFIT};
     }
     const double spread = spread_of(fits, chosen);
+    if (spread > PLATEAU) {
+        return (learned_t){.status = LEARN_VAGUE};
+    }
     memcpy(data->used, best->used, sizeof data->used);
     best->loss = loss_of(data, best);
     learned_t learned = {.status = judge(data, best), .filter = best->filter};
     if (best->filter.poles > 0U) {
         learned.filter.uncertainty = uncertainty_of(data, best, spread);
     }
-    if (learned.filter.uncertainty > UNCERTAINTY_MOST) {
+    if ((learned.status == LEARN_FOUND) && (learned.filter.uncertainty > UNCERTAINTY_MOST)) {
         learned.status = LEARN_VAGUE;
     }
     return learned;
@@ -559,7 +572,8 @@ learned_t learn_filter(spectrum_t *spectrum, double rounding)
     if (segments < LEARN_SEGMENTS_LEAST) {
         return (learned_t){.status = LEARN_SHORT, .segments = segments};
     }
-    data.weight = (double)segments / ORDINATE_VARIANCE;
+    data.sigma = sqrt(ORDINATE_VARIANCE / (double)segments);
+    data.weight = 1.0 / (NEIGHBOURS * data.sigma * data.sigma);
     learned_t learned = learn(&data);
     learned.segments = segments;
     return learned;
@@ -595,7 +609,7 @@ void learn_describe(const learned_t *learned, double rate_hz, char *text, size_t
         [LEARN_BEHIND] = "filter unknown: white noise after the filter hides it",
         [LEARN_MISFIT] = "filter unknown: no low-pass of one or two poles and no averages explain "
                          "the spectrum",
-        [LEARN_SHORT] = "filter unknown: too few samples at rest",
+        [LEARN_SHORT] = "filter unknown: it needs 4352 samples at rest without gaps",
         [LEARN_CONSTANT] = "filter unknown: the signal does not change",
     };
     if (learned->status == LEARN_FOUND) {
