@@ -19,9 +19,9 @@
 /* Variance of a mean over neighbouring ordinates, over that of independent ones: the window. */
 #define NEIGHBOURS 1.944
 
-#define TERMS 4U    /* white noise, flicker, random walk; white noise after the filter */
-#define BEHIND 3U   /* the last of them, which only a test fits */
-#define ROUNDS 10U  /* of the fit of their powers */
+#define TERMS 4U   /* white noise, flicker, random walk; white noise after the filter */
+#define BEHIND 3U  /* the last of them, which only a test fits */
+#define ROUNDS 10U /* of the fit of their powers */
 
 #define LEAST 1e-300 /* keeps a model positive */
 #define CUTOFF_LEAST 0.01
@@ -48,9 +48,9 @@
 #define LINES_MOST (M / 3U)
 
 #define BAND 10U
-#define TOLERANCE 0.02      /* of the spectrum in a band */
-#define MISFIT_NORMAL 3.09  /* one-sided 0.1 % */
-#define REACH_STEP 0.02 /* so the least uncertainty is 1 % */
+#define TOLERANCE 0.02     /* of the spectrum in a band */
+#define MISFIT_NORMAL 3.09 /* one-sided 0.1 % */
+#define REACH_STEP 0.02    /* so the least uncertainty is 1 % */
 #define REACH_MOST 1.02
 #define UNCERTAINTY_MOST 0.5
 
@@ -486,8 +486,7 @@ static void explain(const data_t *given, family_t family, fit_t *best)
 /* The simplest family that explains the spectrum: a less simple one must gain so much. */
 static family_t choose(const fit_t fits[FAMILIES])
 {
-    const family_t low_pass =
-        (fits[TWO_POLES].loss < fits[ONE_POLE].loss) ? TWO_POLES : ONE_POLE;
+    const family_t low_pass = (fits[TWO_POLES].loss < fits[ONE_POLE].loss) ? TWO_POLES : ONE_POLE;
     family_t chosen = NO_FILTER;
     if (fits[low_pass].loss + GAIN < fits[chosen].loss) {
         chosen = low_pass;

@@ -131,7 +131,8 @@ size_t spectrum_median(spectrum_t *spectrum, double power[SPECTRUM_ORDINATES])
             sorted[s] = spectrum->power[s * M + j];
         }
         qsort(sorted, count, sizeof sorted[0], compare);
-        const double middle = 0.5 * ((double)sorted[(count - 1U) / 2U] + (double)sorted[count / 2U]);
+        const double middle =
+            0.5 * ((double)sorted[(count - 1U) / 2U] + (double)sorted[count / 2U]);
         power[j] = middle / LN_2; /* the median of chi-square over its mean, with 2 degrees */
     }
     return count;

@@ -371,8 +371,7 @@ class Stream:
             )
         if bandwidth == "auto":
             raise ValueError(
-                "bandwidth: 'auto' learns from a complete record, use dynamic(); a stream needs the "
-                "filter"
+                "bandwidth: 'auto' learns from a complete record: use dynamic(), or give the filter"
             )
         hz = _samples.positive("rate_hz", rate_hz)
         run = run_of({**given, "arith": "fixed" if full_scale is None else "float"}, hz)

@@ -59,13 +59,12 @@ typedef struct {
     const char *name;
     double flicker; /* over N of a sample */
     double walk;
-    bool lines;  /* two lines, and motion in a fifth of the recording */
+    bool lines; /* two lines, and motion in a fifth of the recording */
 } beside_t;
 
 static const beside_t nothing = {"", 0.0, 0.0, false};
-static const beside_t troubles[] = {{"B 0.3", 0.3, 0.0, false},
-                                    {"K 0.05", 0.0, 0.05, false},
-                                    {"lines, motion", 0.1, 0.0, true}};
+static const beside_t troubles[] = {
+    {"B 0.3", 0.3, 0.0, false}, {"K 0.05", 0.0, 0.05, false}, {"lines, motion", 0.1, 0.0, true}};
 
 /* Output of white noise of variance 1 through x[i] = e[i] + b x[i - 1] + c x[i - 2], whose power
  * peaks at a quarter of the rate. */
@@ -105,8 +104,9 @@ static void make_noise(const case_t *one, size_t count, const beside_t *beside)
     gyro_noise_fill(&slow, &rng, drift, count + TAPS);
     for (size_t i = 0U; i < (step * count) + taps; i++) {
         const double first = random_gauss(&rng);
-        fine[i] = low_pass_advance(&low_pass, drift[i / step] / (size * all * (1.0 + one->fraction)),
-                                   first, (filter->poles == 2U) ? random_gauss(&rng) : 0.0);
+        fine[i] =
+            low_pass_advance(&low_pass, drift[i / step] / (size * all * (1.0 + one->fraction)),
+                             first, (filter->poles == 2U) ? random_gauss(&rng) : 0.0);
     }
     for (size_t i = 0U; i < count; i++) {
         samples[i] = 0.0;
@@ -150,7 +150,8 @@ static void add_lines_and_motion(double scatter)
         const double at = (double)i;
         const bool moves = (i % 5000U) < 1000U;
         samples[i] += scatter * sin(0.9 * at) + 0.5 * scatter * sin(2.3 * at);
-        samples[i] += moves ? (30.0 * scatter * sin(0.02 * at) + 5.0 * scatter * sin(0.4 * at)) : 0.0;
+        samples[i] +=
+            moves ? (30.0 * scatter * sin(0.02 * at) + 5.0 * scatter * sin(0.4 * at)) : 0.0;
     }
 }
 
@@ -199,8 +200,7 @@ static void init_plan(const davar_filter_t *filter)
 {
     uint32_t taus[DAVAR_TAUS_MAX];
     const uint8_t count = davar_taus_octave(WINDOW, taus, DAVAR_TAUS_MAX);
-    result = (davar_result_t){
-        .window_samples = WINDOW, .tau_count = count, .unit_per_count = 1.0};
+    result = (davar_result_t){.window_samples = WINDOW, .tau_count = count, .unit_per_count = 1.0};
     for (int t = 0; t < count; t++) {
         result.tau[t].m = taus[t];
         result.tau[t].differences = WINDOW + 1U - (2U * taus[t]);
@@ -225,8 +225,7 @@ static void count_windows(const case_t *one, double count, double scatter, score
         observe();
         davar_fit(&plan, 1.0, &result);
         const davar_coefficient_t *const walk = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
-        const double n =
-            sqrt(1.0 + (one->after * scatter * one->after * scatter)) * 60.0 / count;
+        const double n = sqrt(1.0 + (one->after * scatter * one->after * scatter)) * 60.0 / count;
         score->present += walk->present ? 1.0 : 0.0;
         score->within += (walk->present && (walk->low <= n) && (walk->high >= n)) ? 1.0 : 0.0;
     }
@@ -259,7 +258,7 @@ static score_t measured(const case_t *one, const beside_t *beside)
     score.present *= (recordings > 0U) ? (100.0 / (recordings * WINDOWS)) : 0.0;
     score.known = recordings * 100.0 / RECORDINGS;
     score.refused *= 100.0 / RECORDINGS;
-        printf("%-24s | %-13s | %5.1f | %5.1f | %5.1f | %5.1f\n", one->name, beside->name, score.known,
+    printf("%-24s | %-13s | %5.1f | %5.1f | %5.1f | %5.1f\n", one->name, beside->name, score.known,
            score.refused, score.present, score.within);
     return score;
 }

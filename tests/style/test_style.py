@@ -210,9 +210,10 @@ ROOMS = {
         "common": set(),
         "options": {"common"},
         "recording": {"common", "options"},
-        "instances": {"common", "options", "recording"},
-        "output": {"common", "options", "recording", "instances"},
-        "replay": {"common", "options", "recording", "instances", "output"},
+        "learning": {"common", "options", "recording"},
+        "instances": {"common", "options", "recording", "learning"},
+        "output": {"common", "options", "recording", "learning", "instances"},
+        "replay": {"common", "options", "recording", "learning", "instances", "output"},
     },
 }
 # A file may include this one header of another directory, for the reason given.
