@@ -336,7 +336,7 @@ static void search(const data_t *data, family_t family, fit_t *best)
 
 static double median_around(const double power[M], size_t j)
 {
-    double sorted[2U * LINE_REACH + 1U];
+    double sorted[2U * LINE_REACH + 1U] = {0};
     const size_t last = M - (2U * LINE_REACH) - 1U;
     size_t first = (j > FIRST + LINE_REACH) ? (j - LINE_REACH) : FIRST;
     first = (first < last) ? first : last;

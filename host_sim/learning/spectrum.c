@@ -105,7 +105,7 @@ static float total(const float *power)
 /* Keeps the segments at rest, and returns their number. */
 static size_t keep_quiet(spectrum_t *spectrum)
 {
-    float sorted[SPECTRUM_SEGMENTS];
+    float sorted[SPECTRUM_SEGMENTS] = {0};
     for (size_t s = 0; s < spectrum->count; s++) {
         sorted[s] = total(spectrum->power + s * M);
     }

@@ -76,6 +76,7 @@ MAY_INCLUDE = {
         "tests/support",
         "tests/tracking",
     ),
+    "tests/statistics": ("host_sim", "lib/include", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "port/wire", "tests/support"),
     "tools/": ("lib/include", "port/include"),
     "python": ("lib/include", "port/include", "host_sim"),
