@@ -61,7 +61,11 @@ bool learn_channels(learned_t *learned, const recording_t *recording, const timi
     const size_t width = recording->selection.count;
     double *rows = malloc(sizeof(double) * SPECTRUM_SEGMENT * width);
     spectrum_t spectrum = {0};
-    bool good = ((rows != NULL) && spectrum_open(&spectrum)) || sim_fail(error, "out of memory");
+    if ((rows == NULL) || !spectrum_open(&spectrum)) {
+        free(rows);
+        return sim_fail(error, "out of memory");
+    }
+    bool good = true;
     for (size_t c = 0; good && (c < width); c++) {
         spectrum.count = 0;
         good = read_segments(&spectrum, recording, timing, c, rows, error);

@@ -41,9 +41,9 @@
 /* Another explanation counts if it changes the white noise, N^2, by this. */
 #define PLATEAU 0.05
 
-#define LINE_REACH 15U  /* ordinates on each side that a line is compared with */
-#define LINE_SIGMAS 5.0 /* by which it exceeds them */
-#define LINE_EXCESS 1.1 /* ... and the model */
+#define LINE_REACH ((size_t)15) /* ordinates on each side that a line is compared with */
+#define LINE_SIGMAS 5.0         /* by which it exceeds them */
+#define LINE_EXCESS 1.1         /* ... and the model */
 #define TRIMS 6U
 #define LINES_MOST (M / 3U)
 

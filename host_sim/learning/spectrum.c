@@ -28,7 +28,9 @@ size_t spectrum_places(uint64_t samples)
 
 uint64_t spectrum_place(uint64_t samples, size_t i)
 {
-    return (N / 2U) * (i * all_places(samples) / spectrum_places(samples));
+    const uint64_t all = all_places(samples);
+    const uint64_t most = (all < SPECTRUM_SEGMENTS) ? all : SPECTRUM_SEGMENTS;
+    return (most > 0U) ? ((N / 2U) * (i * all / most)) : 0U;
 }
 
 bool spectrum_open(spectrum_t *spectrum)
