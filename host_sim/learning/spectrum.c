@@ -29,8 +29,7 @@ size_t spectrum_places(uint64_t samples)
 uint64_t spectrum_place(uint64_t samples, size_t i)
 {
     const uint64_t all = all_places(samples);
-    const uint64_t most = (all < SPECTRUM_SEGMENTS) ? all : SPECTRUM_SEGMENTS;
-    return (most > 0U) ? ((N / 2U) * (i * all / most)) : 0U;
+    return (N / 2U) * ((all <= SPECTRUM_SEGMENTS) ? i : (i * all / SPECTRUM_SEGMENTS));
 }
 
 bool spectrum_open(spectrum_t *spectrum)

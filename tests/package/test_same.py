@@ -161,7 +161,6 @@ class Same(unittest.TestCase):
         for name in set(found) - {"epoch", "time_s"}:
             np.testing.assert_array_equal(listed[name], found[name], name)
 
-
     def test_a_learned_filter(self):
         made = np.random.default_rng(5)
         x = np.convolve(made.normal(0, 0.4, 20_001), (0.5, 0.5), "valid")
