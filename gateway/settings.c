@@ -32,8 +32,8 @@ static const char *const HELP[] = {
     "  --lsb DPS         size of a count in deg/s\n"
     "  --bandwidth FILTER  what the gyro's noise passes: HZ[:ORDER[:PERCENT]] (a low-pass of 1\n"
     "                    or 2 poles, default 2, known to PERCENT, default 10), average:N,\n"
-    "                    cic[ORDER]:N, HZ+average:N or none (default: unknown; results that the\n"
-    "                    filter could falsify are then withheld)\n"
+    "                    cic[ORDER]:N, sum:N, HZ+average:N or none (default: unknown; results\n"
+    "                    that the filter could falsify are then withheld)\n"
     "  --bits N          width of a count, 2 to 32 (default 24)\n"
     "\n"
     "Window, in samples\n"
@@ -190,13 +190,13 @@ static bool apply(node_settings_t *settings, const entry_t *entry, const char *t
 
 static const char *expected(const entry_t *entry)
 {
-    static const char *const WORDS[] = {[REAL] = "a number of at least 0",
-                                        [WHOLE] = "a whole number of at least 0",
-                                        [HEX] = "a hexadecimal number",
-                                        [CONTENT] = "summary, full, intervals or fd",
-                                        [POLICY] = "or or glr",
-                                        [FILTER] =
-                                            "HZ[:ORDER[:PERCENT]], average:N, cic:N or none"};
+    static const char *const WORDS[] = {
+        [REAL] = "a number of at least 0",
+        [WHOLE] = "a whole number of at least 0",
+        [HEX] = "a hexadecimal number",
+        [CONTENT] = "summary, full, intervals or fd",
+        [POLICY] = "or or glr",
+        [FILTER] = "HZ[:ORDER[:PERCENT]], average:N, cic:N, sum:N or none"};
     return (strcmp(entry->name, "bits") == 0) ? "2 to 32" : WORDS[entry->kind];
 }
 

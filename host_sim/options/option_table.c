@@ -54,8 +54,8 @@ static bool apply_bandwidth(options_t *options, const char *text, sim_error_t *e
         !options->learns_filter && davar_bandwidth_read(text, &options->bandwidth);
     return options->learns_filter || options->declares_filter ||
            sim_fail(error,
-                    "--bandwidth: expected HZ[:ORDER[:PERCENT]], average:N, cic:N, none or auto, "
-                    "found '%s'",
+                    "--bandwidth: expected HZ[:ORDER[:PERCENT]], average:N, cic:N, sum:N, none or "
+                    "auto, found '%s'",
                     text);
 }
 

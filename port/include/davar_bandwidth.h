@@ -1,11 +1,13 @@
-/* davar - a filter as a user writes it, for the programs that take one as an option:
+/** @file
+ * davar - a filter as a user writes it, for programs that take one as an option.
  *
- *   HZ[:ORDER[:PERCENT]]  a low-pass of 1 or 2 poles (2) with its -3 dB frequency, known to so many
- *                         percent (10)
- *   average[ORDER]:N      ORDER (1) moving averages of N samples
- *   cic[ORDER]:N          the same, but every N-th sample is kept; cic:N is the mean of blocks
- *   FILTER+FILTER         a low-pass and then one of the others
- *   none                  no filter */
+ * - HZ[:ORDER[:PERCENT]]: a low-pass of 1 or 2 poles (2) with its -3 dB frequency, known to so many
+ *   percent (10)
+ * - average[ORDER]:N: ORDER (1) moving averages of N samples
+ * - cic[ORDER]:N: the same, but every N-th sample is kept
+ * - sum:N: the sums of N samples that davar_average makes
+ * - FILTER+FILTER: a low-pass and then one of the others
+ * - none: no filter */
 #ifndef DAVAR_BANDWIDTH_H
 #define DAVAR_BANDWIDTH_H
 
@@ -15,13 +17,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A filter whose sample rate is not known yet. */
+/** A filter whose sample rate is not known yet. */
 typedef struct {
-    davar_filter_t filter; /* cutoff is 0 */
-    double hz;             /* its cutoff in Hz */
+    davar_filter_t filter; /**< cutoff is 0 */
+    double hz;             /**< its cutoff, Hz; 0: no low-pass */
 } davar_bandwidth_t;
 
-/* Reads a whole number from 1 to most at *text and moves on. */
+/** Reads a whole number from 1 to most at *text and moves on. */
 static inline bool davar_bandwidth_count(const char **text, uint32_t most, uint32_t *count)
 {
     uint32_t value = 0U;
@@ -36,22 +38,26 @@ static inline bool davar_bandwidth_count(const char **text, uint32_t most, uint3
     return good;
 }
 
+/** Reads the moving averages at *text and moves on. */
 static inline bool davar_bandwidth_averages(const char **text, davar_filter_t *filter)
 {
     uint32_t order = 1U;
     uint32_t length = 0U;
-    const bool is_cic = strncmp(*text, "cic", 3U) == 0;
-    *text += strlen(is_cic ? "cic" : "average");
-    bool good = (**text == ':') || davar_bandwidth_count(text, 8U, &order);
+    const bool is_sum = strncmp(*text, "sum", 3U) == 0;
+    const bool is_average = strncmp(*text, "average", 7U) == 0;
+    *text += is_average ? 7U : 3U;
+    bool good = is_sum || (**text == ':') || davar_bandwidth_count(text, 8U, &order);
     good = good && (**text == ':');
     *text += good ? 1U : 0U;
     good = good && davar_bandwidth_count(text, 4096U, &length);
     filter->averages = (uint8_t)order;
     filter->length = (uint16_t)length;
-    filter->decimation = (uint16_t)(is_cic ? length : 1U);
+    filter->decimation = (uint16_t)(is_average ? 1U : length);
+    filter->summed = (uint16_t)(is_sum ? length : 1U);
     return good;
 }
 
+/** Reads the low-pass at *text and moves on. */
 static inline bool davar_bandwidth_low_pass(const char **text, davar_bandwidth_t *bandwidth)
 {
     char *end = NULL;
@@ -75,7 +81,7 @@ static inline bool davar_bandwidth_low_pass(const char **text, davar_bandwidth_t
     return good;
 }
 
-/* False: `text` is none of the above. */
+/** Reads the whole text. @return False if it is none of the forms above. */
 static inline bool davar_bandwidth_read(const char *text, davar_bandwidth_t *bandwidth)
 {
     *bandwidth = (davar_bandwidth_t){.hz = 0.0};
@@ -91,12 +97,15 @@ static inline bool davar_bandwidth_read(const char *text, davar_bandwidth_t *ban
         good = (*text == '+');
         text++;
     }
-    good = good && ((strncmp(text, "cic", 3U) == 0) || (strncmp(text, "average", 7U) == 0)) &&
+    good = good &&
+           ((strncmp(text, "cic", 3U) == 0) || (strncmp(text, "sum", 3U) == 0) ||
+            (strncmp(text, "average", 7U) == 0)) &&
            davar_bandwidth_averages(&text, &bandwidth->filter);
     return good && (*text == '\0');
 }
 
-/* The filter at a sample rate. False: its low-pass is too narrow or too wide for that rate. */
+/** Writes the filter for a sample rate. @return False if its low-pass is too narrow or too wide for
+ * that rate. */
 static inline bool davar_bandwidth_at(const davar_bandwidth_t *bandwidth, double rate_hz,
                                       davar_filter_t *filter)
 {
@@ -107,7 +116,7 @@ static inline bool davar_bandwidth_at(const davar_bandwidth_t *bandwidth, double
            ((filter->cutoff >= 0.002) && (filter->cutoff <= (2.0 * decimation)));
 }
 
-/* Prepares the plan of a fit. `filter` null: nothing is known about a filter. */
+/** Prepares the plan of a fit. filter null: nothing is known about a filter. */
 static inline void davar_bandwidth_plan(davar_plan_t *plan, const davar_config_t *config,
                                         const davar_filter_t *filter)
 {

@@ -42,6 +42,7 @@ void davar_job_encode(const davar_config_t *config, davar_port_number_t number, 
 {
     const davar_filter_t none = {0};
     const davar_filter_t *const known = (filter != NULL) ? filter : &none;
+    const uint64_t is_declared = (filter != NULL) ? 1U : 0U;
     const uint64_t fields[DAVAR_JOB_SETTINGS] = {
         MAGIC,
         (uint64_t)number,
@@ -50,12 +51,12 @@ void davar_job_encode(const davar_config_t *config, davar_port_number_t number, 
 #define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
     WORD_OF_##kind(config->member),
 #include "davar/config_fields.inc"
-        (filter != NULL) ? 1U : 0U,
+        is_declared,
         bits_of(known->cutoff),
         bits_of(known->uncertainty),
         known->poles,
         known->averages,
-        ((uint64_t)known->length << 16U) | known->decimation,
+        ((uint64_t)known->summed << 32U) | ((uint64_t)known->length << 16U) | known->decimation,
     };
     memcpy(words, fields, sizeof fields);
     for (uint32_t t = 0U; t < DAVAR_JOB_TAUS; t++) {
@@ -91,7 +92,8 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
                                    .poles = (uint8_t)filter[3],
                                    .averages = (uint8_t)filter[4],
                                    .length = (uint16_t)(filter[5] >> 16U),
-                                   .decimation = (uint16_t)filter[5]};
+                                   .decimation = (uint16_t)filter[5],
+                                   .summed = (uint16_t)(filter[5] >> 32U)};
     for (uint32_t t = 0U; t < config->tau_count; t++) {
         job->taus[t] = (uint32_t)words[DAVAR_JOB_SETTINGS + t];
     }

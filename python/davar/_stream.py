@@ -243,10 +243,10 @@ def dynamic(
             that covers the record.
         bandwidth: what the noise passed before it was recorded: a low-pass as its -3 dB frequency
             in Hz, or as "HZ:ORDER:PERCENT" (1 or 2 poles, default 2; known to 10 %), "average:N"
-            for a moving average, "cic:N" for the mean of blocks, or "none". "auto" learns it from
-            the whole record, which needs 4352 samples at rest; the attribute bandwidth of the
-            result is what was found. By default unknown: results that a filter could falsify are
-            withheld (filtered).
+            for a moving average, "cic:N" if every N-th sample of it was kept, "sum:N" for sums of
+            N counts, or "none". "auto" learns it from the whole record, which needs 4352 samples at
+            rest; the attribute bandwidth of the result is what was found. By default unknown:
+            results that a filter could falsify are withheld (filtered).
         policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its

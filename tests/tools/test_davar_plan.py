@@ -21,11 +21,13 @@ FILTERS = {
     (): "davar_plan_init(&made, taus, COUNT)",
     ("--bandwidth", "none"): "davar_plan_init_filtered(&made, taus, COUNT, &(davar_filter_t){0})",
     ("--bandwidth", "40", "--rate", "1000"): "davar_plan_init_filtered(&made, taus, COUNT, "
-    "&(davar_filter_t)DAVAR_LOW_PASS(40, 1000, 2))",
+    "&(davar_filter_t){DAVAR_LOW_PASS(40, 1000, 2)})",
     ("--bandwidth", "50:1:5", "--rate", "200"): "davar_plan_init_filtered(&made, taus, COUNT, "
     "&(davar_filter_t){.cutoff = 0.25, .uncertainty = 0.01 * 5.0, .poles = 1U})",
     ("--bandwidth", "cic:8"): "davar_plan_init_filtered(&made, taus, COUNT, "
-    "&(davar_filter_t)DAVAR_BLOCK_AVERAGE(8))",
+    "&(davar_filter_t){.averages = 1U, .length = 8U, .decimation = 8U})",
+    ("--bandwidth", "250+sum:8", "--rate", "1000"): "davar_plan_init_filtered(&made, taus, COUNT, "
+    "&(davar_filter_t){DAVAR_LOW_PASS(250, 1000, 2), DAVAR_SUM(8)})",
     ("--bandwidth", "average2:4"): "davar_plan_init_filtered(&made, taus, COUNT, "
     "&(davar_filter_t){.averages = 2U, .length = 4U, .decimation = 1U})",
     ("--bandwidth", "cic3:64"): "davar_plan_init_filtered(&made, taus, COUNT, "
@@ -200,6 +202,9 @@ class Plan(unittest.TestCase):
                     "cic9:4",
                     "cic3",
                     "cic3:4+20",
+                    "sum3:4",
+                    "sum:0",
+                    "sum:4+cic:4",
                     "none+20",
                     "auto",
                 )

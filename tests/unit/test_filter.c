@@ -18,13 +18,15 @@ static const davar_filter_t filters[] = {
     {.averages = 3U, .length = 64U, .decimation = 64U}, /* CIC */
     {.averages = 1U, .length = 2U},
     {.averages = 1U, .length = 8U},
-    DAVAR_BLOCK_AVERAGE(8U),
+    {.averages = 1U, .length = 8U, .decimation = 8U}, /* mean of blocks */
     {.cutoff = 0.1, .poles = 2U, .averages = 2U, .length = 6U, .decimation = 4U},
     {.cutoff = 0.3, .poles = 1U, .averages = 1U, .length = 5U, .decimation = 3U},
     {.cutoff = 0.01, .poles = 2U},
     {.cutoff = 1.9, .poles = 2U},
     {.averages = 1U, .length = 300U},
     {.averages = 8U, .length = 7U, .decimation = 2U},
+    {DAVAR_SUM(8U)},
+    {DAVAR_LOW_PASS(250, 1000, 2), DAVAR_SUM(8U)},
 };
 #define FILTERS (sizeof filters / sizeof filters[0])
 
@@ -91,6 +93,18 @@ static void plan_filter(const davar_filter_t *filter)
     set_autocovariance(filter, filter->cutoff);
 }
 
+/* Of what is rounded to counts: the samples, or what davar_average adds. */
+static void set_counts_autocovariance(const davar_filter_t *filter)
+{
+    davar_filter_t counts = *filter;
+    if (filter->summed > 1U) {
+        counts.averages = 0U;
+        counts.decimation = 1U;
+        counts.cutoff = filter->cutoff / (double)filter->summed;
+    }
+    set_autocovariance(&counts, counts.cutoff);
+}
+
 static void assert_near(double expected, double actual, double relative)
 {
     TEST_ASSERT_DOUBLE_WITHIN(relative * fabs(expected), expected, actual);
@@ -112,8 +126,9 @@ static void test_gains_match_the_autocovariance(void)
 static void test_covariances_match_the_autocovariance(void)
 {
     for (size_t f = 0; f < FILTERS; f++) {
-        plan_filter(&filters[f]);
+        set_counts_autocovariance(&filters[f]);
         const double floor = r_at(0) / (12.0 * 6.0 * 6.0); /* a sample scatters by six counts */
+        plan_filter(&filters[f]);
         assert_near(floor, (double)plan.floor, 1e-5);
         for (int u = 0; u < SIZES; u++) {
             for (int t = 0; t <= u; t++) {
@@ -134,16 +149,19 @@ static void test_a_sample_matches_the_autocovariance(void)
 {
     for (size_t f = 0; f < FILTERS; f++) {
         plan_filter(&filters[f]);
+        set_counts_autocovariance(&filters[f]);
         const double by_sample = r_at(0) / 3.0;
         const double by_step = (r_at(0) - r_at(1)) * 25.0 / 6.0;
+        const double summed = (filters[f].summed > 1U) ? (double)filters[f].summed : 1.0;
         assert_near(r_at(0), (double)plan.sample, 1e-5);
-        assert_near(sqrt(1.0 / (12.0 * fmin(by_sample, by_step))), (double)plan.hidden, 1e-5);
+        assert_near(sqrt(summed / (12.0 * fmin(by_sample, by_step))), (double)plan.hidden, 1e-5);
+        assert_near(summed / 12.0, plan.rounding_variance, 1e-15);
     }
 }
 
 static void test_a_block_average_is_white(void)
 {
-    const davar_filter_t average = DAVAR_BLOCK_AVERAGE(8U);
+    const davar_filter_t average = {DAVAR_SUM(8U)};
     plan_filter(&average);
     for (int t = 0; t < SIZES; t++) {
         assert_near(1.0, (double)plan.gain[t], 1e-6);
@@ -192,7 +210,8 @@ static double drift_avar(const davar_filter_t *filter, double m, int power)
 {
     const double step = PI / 1024.0;
     double sum = 0.0;
-    for (double angle = 0.5 * step; angle < (64.0 * PI); angle += step) {
+    for (int i = 0; i < (64 * 1024); i++) {
+        const double angle = (i + 0.5) * step;
         const double sine = sin(0.5 * angle);
         const double kernel = 2.0 * pow(sin(0.5 * m * angle), 4.0) / (m * sine * sine);
         sum += kernel * power_gain(filter, angle) / pow(angle, power);

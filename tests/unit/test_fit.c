@@ -164,7 +164,7 @@ static void test_rounding_is_subtracted(void)
 
 static void test_insignificant_noise_near_half_a_count_has_no_lower_limit(void)
 {
-    fit_counts(0.34, 0.0);
+    fit_counts(0.31, 0.0);
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, term(DAVAR_ANGLE_RANDOM_WALK)->low);
 }

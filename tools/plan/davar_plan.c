@@ -25,8 +25,8 @@ static const char usage[] =
     "                        HZ[:ORDER[:PERCENT]]  a low-pass of 1 or 2 poles (default 2), -3 dB\n"
     "                                              at HZ, known to PERCENT (default 10)\n"
     "                        average[ORDER]:N      ORDER (default 1) moving averages of N samples\n"
-    "                        cic[ORDER]:N          the same, keeping every N-th sample; cic:N is\n"
-    "                                              the mean of blocks\n"
+    "                        cic[ORDER]:N          the same, keeping every N-th sample\n"
+    "                        sum:N                 the sums of N counts that davar_average makes\n"
     "                        HZ...+average:N       a low-pass and then one of these\n"
     "                        none                  no filter\n"
     "  --rate HZ           sample rate of the samples that davar gets; for a low-pass\n"
@@ -107,9 +107,10 @@ static void write_rows(const davar_plan_t *plan)
 
 static void write_numbers(const davar_plan_t *plan)
 {
-    (void)printf("    .declared = %s,\n    .sample = %aF,\n    .floor = %aF,\n    .hidden = %aF,\n",
+    (void)printf("    .declared = %s,\n    .sample = %aF,\n    .floor = %aF,\n    .hidden = %aF,\n"
+                 "    .rounding_variance = %a,\n",
                  plan->declared ? "true" : "false", (double)plan->sample, (double)plan->floor,
-                 (double)plan->hidden);
+                 (double)plan->hidden, plan->rounding_variance);
     (void)printf("    .white_bits = %u,\n    .steepness = %aF,\n    .coarse = %" PRIu32 "U,\n",
                  (unsigned)plan->white_bits, (double)plan->steepness, plan->coarse);
     (void)printf("    .misfit_spread = %aF,\n    .misfit_limit = UINT64_C(%" PRIu64 "),\n};\n",
@@ -175,7 +176,8 @@ static int read_option(request_t *request, const char *option, const char *value
         request->filter = value;
         return davar_bandwidth_read(value, &request->bandwidth)
                    ? 0
-                   : reject(option, "expected HZ[:ORDER[:PERCENT]], average:N, cic:N or none",
+                   : reject(option,
+                            "expected HZ[:ORDER[:PERCENT]], average:N, cic:N, sum:N or none",
                             value);
     }
     if (strcmp(option, "--rate") == 0) {

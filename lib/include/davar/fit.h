@@ -21,8 +21,9 @@ extern "C" {
 #endif
 
 /** The filter between the gyro's noise and the samples that davar gets: a low-pass, then moving
- * averages, then every n-th sample. All zeros: no filter. DAVAR_LOW_PASS and DAVAR_BLOCK_AVERAGE
- * make the common ones. */
+ * averages, then every n-th sample. All zeros: no filter. DAVAR_LOW_PASS and DAVAR_SUM initialise
+ * the common ones, alone or both: davar_filter_t filter = {DAVAR_LOW_PASS(250, 1000, 2),
+ * DAVAR_SUM(8)}. */
 typedef struct davar_filter {
     double cutoff; /**< -3 dB over the sample rate that davar sees, 0.002 to 2 times decimation */
     double uncertainty;  /**< relative standard uncertainty of cutoff, 0 to 0.5 */
@@ -30,19 +31,18 @@ typedef struct davar_filter {
     uint8_t averages;    /**< moving averages in series, 0 to 8; a CIC of order n has n */
     uint16_t length;     /**< samples in each of them, before the decimation, 1 to 4096 */
     uint16_t decimation; /**< one sample is kept of so many; 0 and 1: every sample */
+    /** counts that davar_average adds in a sample; above 1, averages is 1 and the two fields above
+     * are the same number. 0 and 1: a sample is one count */
+    uint16_t summed;
 } davar_filter_t;
 
-/** A low-pass of 1 or 2 poles with its -3 dB frequency in Hz, known to 10 %. */
+/** A low-pass of 1 or 2 poles with its -3 dB frequency in Hz, known to 10 %. rate_hz: sample rate
+ * that davar sees. */
 #define DAVAR_LOW_PASS(hz, rate_hz, order)                                                         \
-    {                                                                                              \
-        .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)           \
-    }
+    .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)
 
-/** The mean of each block of `n` white samples. */
-#define DAVAR_BLOCK_AVERAGE(n)                                                                     \
-    {                                                                                              \
-        .averages = 1U, .length = (n), .decimation = (n)                                           \
-    }
+/** The sums of `n` samples each that davar_average makes. */
+#define DAVAR_SUM(n) .averages = 1U, .length = (n), .decimation = (n), .summed = (n)
 
 /** Everything a fit needs that does not depend on the Allan deviations: a cache, not a history.
  * The caller owns it. Fields are private. */
@@ -60,8 +60,9 @@ typedef struct davar_plan {
     float offset[DAVAR_TAUS_MAX];  /* relative error of gain by one standard error of the cutoff */
     float covariance[(DAVAR_TAUS_MAX * (DAVAR_TAUS_MAX + 1)) / 2]; /* of m avar / gain, times n */
     float sample;                                                  /* variance of a sample */
-    float floor;  /* variance of the rounding that covariance includes */
-    float hidden; /* root of white noise, in counts, that rounding hides (5.15) */
+    float floor;              /* variance of the rounding that covariance includes */
+    float hidden;             /* root of white noise, in counts, that rounding hides (5.15) */
+    double rounding_variance; /* of a sample, in squared counts */
     /* Of the usable sizes (5.4). */
     float to_white[DAVAR_TAUS_MAX]; /* m / gain */
     float weight[DAVAR_TAUS_MAX];

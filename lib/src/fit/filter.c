@@ -33,7 +33,7 @@ static complex_t times(complex_t a, complex_t b)
     return (complex_t){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
 }
 
-static double square(double x)
+static double squared(double x)
 {
     return x * x;
 }
@@ -84,7 +84,7 @@ static double low_pass(const pole_t *pole, double cosine)
     const complex_t under = {1.0 - 2.0 * z.re * cosine + z2.re, z2.im - 2.0 * z.im * cosine};
     const complex_t weighted = times(above, (complex_t){1.0, -pole->w});
     return (weighted.re * under.re + weighted.im * under.im) /
-           (square(under.re) + square(under.im));
+           (squared(under.re) + squared(under.im));
 }
 
 /* The filter at three cutoffs: as declared, and STEP above and below. */
@@ -92,6 +92,7 @@ typedef struct {
     const davar_filter_t *filter;
     pole_t pole[3];
     double decimation;
+    uint32_t aliases;
     complex_t alias; /* half the angle between two aliases */
 } band_t;
 
@@ -99,6 +100,7 @@ static void start_band(const davar_filter_t *filter, band_t *band)
 {
     band->filter = filter;
     band->decimation = decimation_of(filter);
+    band->aliases = (uint32_t)band->decimation;
     band->alias = exponential((complex_t){0.0, PI / band->decimation});
     band->pole[0] = pole_of(filter, filter->cutoff);
     band->pole[1] = pole_of(filter, filter->cutoff * STEP);
@@ -115,7 +117,7 @@ static double averaging(const davar_filter_t *filter, complex_t half)
         square_of = times(square_of, square_of);
     }
     const double under = (double)filter->length * half.im;
-    const double ratio = (square(half.im) > 1e-24) ? square(power.im / under) : 1.0;
+    const double ratio = (squared(half.im) > 1e-24) ? squared(power.im / under) : 1.0;
     double gain = 1.0;
     for (uint32_t n = 0U; n < filter->averages; n++) {
         gain *= ratio;
@@ -130,9 +132,9 @@ static void spectra(const band_t *band, complex_t half, double s[3])
     s[0] = 0.0;
     s[1] = 0.0;
     s[2] = 0.0;
-    for (double alias = 0.0; alias < band->decimation; alias += 1.0) {
+    for (uint32_t alias = 0U; alias < band->aliases; alias++) {
         const double gain = (band->filter->averages > 0U) ? averaging(band->filter, half) : 1.0;
-        const double cosine = 1.0 - 2.0 * square(half.im);
+        const double cosine = 1.0 - 2.0 * squared(half.im);
         for (int i = 0; i < 3; i++) {
             s[i] += gain * ((band->filter->poles > 0U) ? low_pass(&band->pole[i], cosine) : 1.0);
         }
@@ -168,7 +170,7 @@ static turn_t turn_by(double step)
     return (turn_t){exponential((complex_t){0.0, 0.5 * step}), exponential((complex_t){0.0, step})};
 }
 
-static void advance(turn_t *turn)
+static void turn_on(turn_t *turn)
 {
     turn->now = times(turn->now, turn->step);
 }
@@ -184,38 +186,54 @@ typedef struct {
 
 static void add_point(sums_t *sums, double m, double sine_2, double angle, const double s[3])
 {
-    const double kernel = 2.0 * square(square(sums->turn.now.im)) / (m * sine_2);
+    const double kernel = 2.0 * squared(squared(sums->turn.now.im)) / (m * sine_2);
     sums->kernel = kernel;
     for (int i = 0; i < 3; i++) {
         sums->gain[i] += kernel * s[i];
     }
     sums->flicker += kernel * s[0] / angle;
-    sums->walk += kernel * s[0] / square(angle);
-    advance(&sums->turn);
+    sums->walk += kernel * s[0] / squared(angle);
+    turn_on(&sums->turn);
 }
 
-/* Variances of a sample and of half the difference of two, which rounding must not hide (5.15). */
-static void plan_sample(davar_plan_t *plan, const band_t *band, uint32_t points,
-                        const double zero[3])
+/* What is before the rounding to counts: without the sums that davar_average makes. */
+static davar_filter_t before_counts(const davar_filter_t *filter)
 {
-    turn_t half = turn_by(PI / (2.0 * (double)points * band->decimation));
+    if (filter->summed <= 1U) {
+        return *filter;
+    }
+    return (davar_filter_t){.cutoff = filter->cutoff / (double)filter->summed,
+                            .poles = filter->poles};
+}
+
+/* Variances of a count and of half the difference of two, which rounding must not hide (5.15). */
+static void plan_sample(davar_plan_t *plan, const davar_filter_t *filter, uint32_t points)
+{
+    const davar_filter_t before = before_counts(filter);
+    band_t band;
+    start_band(&before, &band);
+    double zero[3];
+    spectra(&band, (complex_t){1.0, 0.0}, zero);
+    turn_t half = turn_by(PI / (2.0 * (double)points * band.decimation));
     turn_t whole = turn_by(PI / (2.0 * (double)points));
     double sample = 0.0;
     double step = 0.0;
     for (uint32_t p = 0U; p < points; p++) {
         double s[3];
-        spectra(band, half.now, s);
+        spectra(&band, half.now, s);
         sample += s[0];
-        step += s[0] * 2.0 * square(whole.now.im);
-        advance(&half);
-        advance(&whole);
+        step += s[0] * 2.0 * squared(whole.now.im);
+        turn_on(&half);
+        turn_on(&whole);
     }
     const double mean = 1.0 / (zero[0] * (double)points);
     const double by_sample = sample * mean / 3.0;
     const double by_step = step * mean * (2.0 * 25.0 / 12.0);
     const double hides = (by_sample < by_step) ? by_sample : by_step; /* q^2 / 12 over N^2 */
+    const double summed = (filter->summed > 1U) ? (double)filter->summed : 1.0;
     plan->sample = (float)(sample * mean);
-    plan->hidden = (float)davar_root(1.0 / (12.0 * hides));
+    plan->rounding_variance = summed / 12.0;
+    plan->hidden = (float)davar_root(summed / (12.0 * hides));
     plan->floor = (float)(sample * mean / (12.0 * COUNTS * COUNTS));
 }
 
@@ -227,7 +245,7 @@ static void plan_size(davar_plan_t *plan, int t, const sums_t *sums, double mean
     const double below = sums->gain[2] * (zero[0] / zero[2]);
     plan->gain[t] = (float)(sums->gain[0] * mean);
     plan->flicker[t] = (float)davar_root(sums->flicker * mean / (FLICKER * m));
-    plan->walk[t] = (float)davar_root(sums->walk * mean * 3.0 / square(m));
+    plan->walk[t] = (float)davar_root(sums->walk * mean * 3.0 / squared(m));
     plan->offset[t] = (float)(uncertainty * (above - below) / (2.0 * LOG_STEP * sums->gain[0]));
 }
 
@@ -254,7 +272,7 @@ static void plan_frequencies(davar_plan_t *plan, const band_t *band, int count)
     sums_t sums[DAVAR_TAUS_MAX] = {0};
     double zero[3];
     spectra(band, (complex_t){1.0, 0.0}, zero);
-    plan_sample(plan, band, points, zero);
+    plan_sample(plan, band->filter, points);
     turn_t half = turn_by(PI / (2.0 * (double)points * band->decimation));
     turn_t whole = turn_by(PI / (2.0 * (double)points));
     for (int t = 0; t < count; t++) {
@@ -265,18 +283,18 @@ static void plan_frequencies(davar_plan_t *plan, const band_t *band, int count)
         double s[3];
         spectra(band, half.now, s);
         const double rounded = s[0] / zero[0] + (double)plan->floor;
-        const double twice = 2.0 * square(rounded) / (double)points;
+        const double twice = 2.0 * squared(rounded) / (double)points;
         const double angle = ((double)p + 0.5) * (PI / (double)points);
         for (int u = 0; u < count; u++) {
-            add_point(&sums[u], (double)plan->m[u], square(whole.now.im), angle, s);
+            add_point(&sums[u], (double)plan->m[u], squared(whole.now.im), angle, s);
             for (int t = 0; t <= u; t++) {
                 const int pair = plan_pair(t, u);
                 plan->covariance[pair] = (float)((double)plan->covariance[pair] +
                                                  twice * sums[u].kernel * sums[t].kernel);
             }
         }
-        advance(&half);
-        advance(&whole);
+        turn_on(&half);
+        turn_on(&whole);
     }
     for (int u = 0; u < count; u++) {
         plan_size(plan, u, &sums[u], mean, zero, band->filter->uncertainty);
@@ -297,6 +315,9 @@ static void assert_filter(const davar_filter_t *filter)
     DAVAR_ASSERT((filter->averages == 0U) || (filter->length >= 1U));
     DAVAR_ASSERT((filter->averages == 0U) || (filter->length <= 4096U));
     DAVAR_ASSERT(filter->averages <= 8U);
+    DAVAR_ASSERT((filter->summed <= 1U) || (filter->averages == 1U));
+    DAVAR_ASSERT((filter->summed <= 1U) || (filter->length == filter->summed));
+    DAVAR_ASSERT((filter->summed <= 1U) || (filter->decimation == filter->summed));
     (void)filter;
 }
 

@@ -56,7 +56,7 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
 }
 
 /* The part of N^2 that an undeclared filter may have taken: a factor of its upper limit (5.17). */
-static double undeclared(const davar_plan_t *plan, const davar_mixture_t *model)
+static double undeclared_factor(const davar_plan_t *plan, const davar_mixture_t *model)
 {
     if (plan->declared) {
         return 1.0;
@@ -74,7 +74,8 @@ static void write_white_part(const davar_plan_t *plan, const davar_mixture_t *mo
                              davar_result_t *result)
 {
     davar_coefficient_t *const walk = &result->coefficient[WHITE];
-    const double hidden = 12.0 * (double)plan->hidden * (double)plan->hidden * model->rounding;
+    const double hidden =
+        (double)plan->hidden * (double)plan->hidden / plan->rounding_variance * model->rounding;
     double slow = 0.0; /* variance of a sample by the other terms: the model at m = 1 */
     for (int k = 0; k < TERMS; k++) {
         slow += (k != WHITE) ? model->a[k] : 0.0;
@@ -84,7 +85,7 @@ static void write_white_part(const davar_plan_t *plan, const davar_mixture_t *mo
     } else if (walk->present && ((hidden > model->a[WHITE]) || !davar_mixture_shows_white(model))) {
         write_absent(walk, walk->high);
     } else if (walk->present) {
-        walk->high *= davar_root(undeclared(plan, model));
+        walk->high *= davar_root(undeclared_factor(plan, model));
     }
     if (!walk->present) {
         walk->high = davar_half_a_count_at_least(plan, result, walk->high);
@@ -95,7 +96,7 @@ DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t
                                    double rate_hz, davar_result_t *result)
 {
     davar_mixture_t model = {
-        .data = result, .plan = plan, .rounding = scaled_to_double(davar_rounding(result))};
+        .data = result, .plan = plan, .rounding = scaled_to_double(davar_rounding(plan, result))};
     davar_mixture_fit(&model, scaled_to_double(white->square), white->suspects);
     if (davar_mixture_is_filtered(&model)) {
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);

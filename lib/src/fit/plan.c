@@ -13,6 +13,10 @@
 /* Sizes that are nearly equal make the covariance singular. This share of its diagonal is added. */
 #define RIDGE 1e-4
 
+/* Noise is hidden below this share of what rounding could hide. If it were 1, half a count would be
+ * reported where its random fluctuation exceeds it, with a mean 4 % too high (5.15). */
+#define NEARLY 0.94
+
 #define PAIRS ((DAVAR_TAUS_MAX * (DAVAR_TAUS_MAX + 1)) / 2)
 
 static double last_of(const davar_plan_t *plan)
@@ -21,7 +25,7 @@ static double last_of(const davar_plan_t *plan)
 }
 
 /* Covariance of y at sizes t <= u for N = 1, in the window that the weights are made for. */
-static double covariance(const davar_plan_t *plan, int t, int u)
+static double covariance_of(const davar_plan_t *plan, int t, int u)
 {
     const double effective = WINDOW_IN_SIZES * last_of(plan) + 1.0 - 1.5 * (double)plan->m[t];
     return (double)plan->covariance[plan_pair(t, u)] / effective +
@@ -33,7 +37,7 @@ static void factorise(const davar_plan_t *plan, float l[])
 {
     for (int u = 0; u < plan->count; u++) {
         for (int t = 0; t <= u; t++) {
-            const double whole = covariance(plan, t, u);
+            const double whole = covariance_of(plan, t, u);
             double left = whole * ((t == u) ? (1.0 + RIDGE) : 1.0);
             for (int s = 0; s < t; s++) {
                 left -= (double)l[plan_pair(s, t)] * (double)l[plan_pair(s, u)];
@@ -49,7 +53,7 @@ static void factorise(const davar_plan_t *plan, float l[])
 }
 
 /* x = (L L')^-1 x */
-static void solve(const float l[], int count, double x[])
+static void solve_factored(const float l[], int count, double x[])
 {
     for (int u = 0; u < count; u++) {
         for (int t = 0; t < u; t++) {
@@ -130,7 +134,7 @@ static double functional_of(const davar_plan_t *plan, const float l[], const dou
     for (int t = 0; t < count; t++) {
         functional[t] = x[t] - centre;
     }
-    solve(l, count, functional);
+    solve_factored(l, count, functional);
     const double gain = (count > 1) ? 1.0 / product(functional, x, count) : 0.0;
     for (int t = 0; t < count; t++) {
         functional[t] *= gain;
@@ -245,10 +249,10 @@ static void plan_taus(davar_plan_t *plan, const double constant[], double roundi
 /* The limits of rounding (5.15), from its amplitude in white noise. */
 static void plan_rounding(davar_plan_t *plan, double amplitude)
 {
-    const double hidden =
-        1.0 / (12.0 * (double)plan->hidden * (double)plan->hidden); /* at most 0.36 */
-    const double rest = 1.0 + hidden * amplitude;
-    const double coarse = hidden / ((rest > 0.1) ? rest : 0.1); /* below 4 */
+    const double least = NEARLY * (double)plan->hidden;
+    const double hides = plan->rounding_variance / (least * least); /* at most 0.41 */
+    const double rest = 1.0 + hides * amplitude;
+    const double coarse = hides / ((rest > 0.1) ? rest : 0.1); /* below 4 */
     const double size = (amplitude < 0.0) ? -amplitude : amplitude;
     plan->steepness = (float)(1.0 / (size * (double)plan->sample));
     plan->coarse = (uint32_t)(coarse * (double)(UINT32_C(1) << NOISE_BITS));
@@ -304,7 +308,7 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
     for (int t = 0; t < count; t++) {
         constant[t] = 1.0;
     }
-    solve(l, count, constant);
+    solve_factored(l, count, constant);
     double sum = 0.0;
     for (int t = 0; t < count; t++) {
         sum += constant[t];
@@ -335,7 +339,8 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
 DAVAR_RARE void davar_plan_start(davar_plan_t *plan, const uint32_t *m, uint8_t count)
 {
     DAVAR_ASSERT(count >= 1U);
-    *plan = (davar_plan_t){.sizes = count, .sample = 1.0F, .hidden = 0.5F};
+    *plan = (davar_plan_t){
+        .sizes = count, .sample = 1.0F, .hidden = 0.5F, .rounding_variance = 1.0 / 12.0};
     for (int t = 0; t < count; t++) {
         plan->m[t] = (float)m[t];
         plan->gain[t] = 1.0F;

@@ -164,10 +164,11 @@ static bool explains(const davar_plan_t *plan, const davar_white_t *white)
 
 /* --- rounding (5.15) --- */
 
-DAVAR_APART DAVAR_RARE scaled_t davar_rounding(const davar_result_t *result)
+DAVAR_APART DAVAR_RARE scaled_t davar_rounding(const davar_plan_t *plan,
+                                               const davar_result_t *result)
 {
     const scaled_t count = scaled_of_double(result->unit_per_count);
-    return scaled_times(scaled_times(count, count), scaled_of_double(1.0 / 12.0));
+    return scaled_times(scaled_times(count, count), scaled_of_double(plan->rounding_variance));
 }
 
 /* value / under as 2.30, for value < under / 2. */
@@ -178,7 +179,7 @@ static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
 }
 
 /* The largest distance of the variance of rounding from q^2 / 12, for any mean between two counts
- * and noise of this share. Below plan->coarse, rounding is at most a third of the noise. */
+ * and noise of this share. Below plan->coarse, rounding is at most 0.38 of the noise. */
 static uint32_t rounding_margin(const davar_plan_t *plan, uint32_t share, uint32_t noise)
 {
     const scaled_t ratio =
@@ -395,7 +396,7 @@ DAVAR_RARE static bool is_within_counts(const davar_plan_t *plan, const davar_re
     const scaled_t hidden = scaled_times(count, scaled_of_float(plan->hidden));
     const scaled_t noise =
         scaled_times(scaled_times(hidden, hidden), scaled_of_float(plan->gain[0]));
-    const scaled_t most = scaled_plus(noise, davar_rounding(result));
+    const scaled_t most = scaled_plus(noise, davar_rounding(plan, result));
     const scaled_t found =
         scaled_times(scaled_times(white->adev[0], white->adev[0]), scaled_of_float(plan->m[0]));
     return scaled_to_fixed(scaled_times(found, scaled_inverse(most)), NOISE_BITS) <=
@@ -416,7 +417,7 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
         davar_plan_rate(plan, rate_hz);
     }
-    white->rounding = scaled_times(davar_rounding(result), scaled_inverse(white->square));
+    white->rounding = scaled_times(davar_rounding(plan, result), scaled_inverse(white->square));
     if (scaled_to_fixed(white->rounding, NOISE_BITS) >= plan->coarse) {
         white->suspects = 0U;
         white->explains = false;

@@ -7,7 +7,7 @@
 #include "number/scaled.h"
 
 /* q^2 / 12, the variance of rounding to counts of size q (5.15); 0: unknown. */
-scaled_t davar_rounding(const davar_result_t *result);
+scaled_t davar_rounding(const davar_plan_t *plan, const davar_result_t *result);
 
 /* An upper limit of the angle random walk, rounding included: at least half a count, because
  * rounding can hide as much. */
