@@ -5,6 +5,7 @@
 #include "common/stop.h"
 #include "davar_node.h"
 #include "instances/engine.h"
+#include "learning/channels.h"
 #include "output/report.h"
 #include "replay/device.h"
 #include "replay/replay.h"
@@ -19,6 +20,7 @@ typedef struct {
     recording_t recording;
     timing_t timing;
     quantisation_t quantisation;
+    learned_t learned[OPTIONS_COLUMNS_MAX]; /* with --bandwidth auto */
     engine_t engine;
     output_t output;
     replay_t replay;
@@ -48,8 +50,10 @@ static bool load(run_t *run, sim_error_t *error)
     }
     run->quantisation = quantise_plan(options, &run->recording.extent);
     return timing_find(&run->timing, &run->recording, options, error) &&
+           (!options->learns_filter ||
+            learn_channels(run->learned, &run->recording, &run->timing, options, error)) &&
            engine_start(&run->engine, &run->settings, &run->quantisation, run->timing.rate_hz,
-                        run->recording.selection.count, options, error) &&
+                        run->recording.selection.count, run->learned, options, error) &&
            output_open(&run->output, options, &run->engine, &run->recording.selection, error);
 }
 
@@ -96,7 +100,7 @@ static bool finish(run_t *run, sim_error_t *error)
     }
     report_counters(&run->health);
     report_coarse(run->output.coarse, run->output.rows);
-    report_filtered(run->output.filtered, run->output.rows, run->options->declares_filter);
+    report_filtered(run->output.filtered, run->output.rows, run->engine.declared != NULL);
     return output_finish(&run->output, error);
 }
 
@@ -108,6 +112,9 @@ static bool work(run_t *run, sim_error_t *error)
     }
     progress_clear(&run->progress);
     report_notes(run->options, &run->recording, &run->timing, &run->quantisation);
+    if (run->options->learns_filter) {
+        report_learned(&run->recording.selection, run->learned, run->timing.rate_hz);
+    }
     return replay(run, error) && finish(run, error);
 }
 

@@ -22,6 +22,7 @@ struct davar_python {
     options_t options;
     settings_t settings;
     quantisation_t quantisation;
+    learned_t learned;
     engine_t engine;
     fields_t fields;
     davar_result_t result;
@@ -131,12 +132,43 @@ static bool model_fits(davar_python_t *run)
                     "--model-table: none of its cluster sizes is among those of the results");
 }
 
+/* ends: the ascending ends of the runs without a gap inside; the last is `count`. */
+static void add_segments(spectrum_t *spectrum, const double *values, size_t count,
+                         const size_t *ends)
+{
+    size_t end = 0;
+    for (size_t i = 0; i < spectrum_places(count); i++) {
+        const size_t first = (size_t)spectrum_place(count, i);
+        while (ends[end] <= first) {
+            end++;
+        }
+        if (first + SPECTRUM_SEGMENT <= ends[end]) {
+            spectrum_add(spectrum, values + first);
+        }
+    }
+}
+
+bool davar_python_learn(davar_python_t *run, const double *values, size_t count, const size_t *ends,
+                        double rate_hz, char *option, size_t size)
+{
+    const bool counted = (run->options.arith == ARITH_FIXED) && (run->options.lsb > 0.0);
+    spectrum_t spectrum = {0};
+    if (!spectrum_open(&spectrum)) {
+        return sim_fail(&run->error, "out of memory");
+    }
+    add_segments(&spectrum, values, count, ends);
+    run->learned = learn_filter(&spectrum, counted ? (1.0 / 12.0) : 0.0);
+    learn_option(&run->learned, rate_hz, option, size);
+    spectrum_close(&spectrum);
+    return true;
+}
+
 bool davar_python_start(davar_python_t *run, double rate_hz, double low, double high)
 {
     const extent_t extent = {.low = low, .high = high};
     run->quantisation = quantise_plan(&run->options, &extent);
-    if (!engine_start(&run->engine, &run->settings, &run->quantisation, rate_hz, 1U, &run->options,
-                      &run->error) ||
+    if (!engine_start(&run->engine, &run->settings, &run->quantisation, rate_hz, 1U, &run->learned,
+                      &run->options, &run->error) ||
         !model_fits(run)) {
         return false;
     }
@@ -213,7 +245,7 @@ static size_t take_row(davar_python_t *run, double *table, size_t capacity, size
     if (!davar_take(run->engine.instances, &run->result)) {
         return 0U;
     }
-    davar_fit(&run->engine.plan, run->engine.config.rate_hz, &run->result);
+    davar_fit(run->engine.plans, run->engine.config.rate_hz, &run->result);
     const bool monitored = (run->model_count > 0U);
     if (monitored) {
         davar_monitor_update(&run->monitor, &run->result, &run->misfit);

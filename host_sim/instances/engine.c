@@ -49,9 +49,16 @@ static void configure(engine_t *engine, const settings_t *settings,
     }
 }
 
-/* The filter of --bandwidth at the rate of the recording. */
-static bool declare(engine_t *engine, const options_t *options, sim_error_t *error)
+/* The filter of --bandwidth at the rate of the recording, of the first channel if it was learned. */
+static bool declare(engine_t *engine, const learned_t *learned, const options_t *options,
+                    sim_error_t *error)
 {
+    if (options->learns_filter) {
+        engine->declared = learn_knows(&learned[0]) ? &learned[0].filter : NULL;
+        return (options->device == NULL) || (engine->count == 1U) ||
+               sim_fail(error, "--bandwidth auto: a device takes one filter for all columns; give "
+                               "one --column, or the filter");
+    }
     if (!options->declares_filter) {
         return true;
     }
@@ -61,12 +68,23 @@ static bool declare(engine_t *engine, const options_t *options, sim_error_t *err
                     options->bandwidth.hz, engine->config.rate_hz);
 }
 
+static const davar_filter_t *filter_of(const engine_t *engine, const learned_t *learned,
+                                       const options_t *options, size_t channel)
+{
+    if (!options->learns_filter) {
+        return engine->declared;
+    }
+    return learn_knows(&learned[channel]) ? &learned[channel].filter : NULL;
+}
+
 static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
 {
     engine->instances = calloc(engine->count, sizeof *engine->instances);
     engine->channels = calloc(engine->count, sizeof *engine->channels);
     engine->memory = calloc(engine->count, words * sizeof *engine->memory);
-    if ((engine->instances == NULL) || (engine->channels == NULL) || (engine->memory == NULL)) {
+    engine->plans = calloc(engine->count, sizeof *engine->plans);
+    if ((engine->instances == NULL) || (engine->channels == NULL) || (engine->memory == NULL) ||
+        (engine->plans == NULL)) {
         return sim_fail(error, "--window-max: out of memory for %u samples, %zu channels",
                         engine->config.window.longest, engine->count);
     }
@@ -74,11 +92,12 @@ static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
 }
 
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
-                  double rate_hz, size_t count, const options_t *options, sim_error_t *error)
+                  double rate_hz, size_t count, const learned_t *learned, const options_t *options,
+                  sim_error_t *error)
 {
     *engine = (engine_t){.count = count};
     configure(engine, settings, quantisation, rate_hz);
-    if (!declare(engine, options, error)) {
+    if (!declare(engine, learned, options, error)) {
         return false;
     }
     const size_t bytes = memory_size(engine->number, &engine->config);
@@ -86,10 +105,11 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
     if (!allocate(engine, words, error)) {
         return false;
     }
-    davar_bandwidth_plan(&engine->plan, &engine->config, engine->declared); /* for all channels */
     for (size_t c = 0; c < count; c++) {
+        davar_bandwidth_plan(&engine->plans[c], &engine->config,
+                             filter_of(engine, learned, options, c));
         engine->channels[c] = (davar_node_channel_t){
-            .davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};
+            .davar = &engine->instances[c], .number = engine->number, .plan = &engine->plans[c]};
         const davar_status_t status =
             init(engine->number, &engine->instances[c], &engine->config, engine->memory + c * words,
                  words * sizeof *engine->memory);
@@ -124,6 +144,7 @@ void engine_free(engine_t *engine)
 {
     free(engine->instances);
     free(engine->channels);
+    free(engine->plans);
     free(engine->memory);
     *engine = (engine_t){0};
 }

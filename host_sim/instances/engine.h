@@ -4,13 +4,14 @@
 
 #include "davar_node.h"
 #include "instances/settings.h"
+#include "learning/learn.h"
 #include "recording/quantise.h"
 
 typedef struct {
     davar_config_t config;
-    davar_plan_t plan;
+    davar_plan_t *plans; /* one per channel */
     davar_filter_t filter;
-    const davar_filter_t *declared; /* the filter, or null: unknown */
+    const davar_filter_t *declared; /* the filter of channel 0, or null: unknown */
     davar_port_number_t number;
     size_t count;
     davar_t *instances;
@@ -20,10 +21,12 @@ typedef struct {
 
 /* Allocates and starts `count` instances. A recording of 16-bit counts runs as q15. If its windows
  * are too large for q15, it runs as q31 with the same results. `settings` must outlive the engine;
- * do not move the engine. False: the library rejects the configuration (the message names the
+ * do not move the engine. `learned`: the filter of each channel for
+ * --bandwidth auto, otherwise not read; it must outlive the engine too. False: the library rejects the configuration (the message names the
  * option), or out of memory. */
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
-                  double rate_hz, size_t count, const options_t *options, sim_error_t *error);
+                  double rate_hz, size_t count, const learned_t *learned, const options_t *options,
+                  sim_error_t *error);
 
 /* Adds the counters of one more channel. Gaps and missing samples are the same in all channels and
  * are not summed. */

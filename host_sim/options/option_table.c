@@ -49,11 +49,13 @@ static bool apply_rate(options_t *options, const char *text, sim_error_t *error)
 
 static bool apply_bandwidth(options_t *options, const char *text, sim_error_t *error)
 {
-    options->declares_filter = davar_bandwidth_read(text, &options->bandwidth);
-    return options->declares_filter ||
+    options->learns_filter = (strcmp(text, "auto") == 0);
+    options->declares_filter =
+        !options->learns_filter && davar_bandwidth_read(text, &options->bandwidth);
+    return options->learns_filter || options->declares_filter ||
            sim_fail(error,
-                    "--bandwidth: expected HZ[:ORDER[:PERCENT]], average:N, cic:N, sum:N or none, "
-                    "found '%s'",
+                    "--bandwidth: expected HZ[:ORDER[:PERCENT]], average:N, cic:N, sum:N, none or "
+                    "auto, found '%s'",
                     text);
 }
 

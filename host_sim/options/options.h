@@ -55,7 +55,8 @@ typedef struct {
     double full_scale;                  /* 0: not given */
     double gap_factor;                  /* 0: not given */
     uint32_t bits;                      /* 0: not given */
-    bool declares_filter;               /* --bandwidth was given */
+    bool declares_filter;               /* --bandwidth FILTER */
+    bool learns_filter;                 /* --bandwidth auto */
     davar_bandwidth_t bandwidth;
     arith_t arith;
     davar_policy_t policy;

@@ -128,6 +128,19 @@ void report_notes(const options_t *options, const recording_t *recording, const 
     note_contradiction(timing);
 }
 
+void report_learned(const selection_t *selection, const learned_t *learned, double rate_hz)
+{
+    for (size_t c = 0; c < selection->count; c++) {
+        char text[128];
+        char option[64];
+        learn_describe(&learned[c], rate_hz, text, sizeof text);
+        learn_option(&learned[c], rate_hz, option, sizeof option);
+        (void)fprintf(stderr, "davar-sim: %s: %s, from %zu segments of %u samples%s%s\n",
+                      selection->name[c], text, learned[c].segments, SPECTRUM_SEGMENT,
+                      (option[0] != '\0') ? "; to declare it: --bandwidth " : "", option);
+    }
+}
+
 void report_counters(const davar_health_t *health)
 {
     if ((health->gaps | health->missing | health->saturated | health->not_finite |

@@ -3,12 +3,16 @@
 #define REPORT_H
 
 #include "instances/engine.h"
+#include "learning/learn.h"
 #include "recording/recording.h"
 #include "recording/timing.h"
 
 /* Before the run: choices made for the user, and suspicious input. */
 void report_notes(const options_t *options, const recording_t *recording, const timing_t *timing,
                   const quantisation_t *quantisation);
+
+/* Before the run: the filter that was learned for each column. */
+void report_learned(const selection_t *selection, const learned_t *learned, double rate_hz);
 
 /* After the run: one line with the counts of input faults and missed results, if there are any. */
 void report_counters(const davar_health_t *health);

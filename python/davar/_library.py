@@ -14,6 +14,7 @@ from ctypes import (
     c_uint32,
     c_uint64,
     c_void_p,
+    create_string_buffer,
 )
 from functools import cache
 from pathlib import Path
@@ -32,6 +33,7 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "configure": (c_bool, (c_void_p, POINTER(c_uint64))),
     "admit": (c_bool, (c_void_p, c_bool, c_void_p, c_size_t, POINTER(c_size_t))),
     "model": (c_bool, (c_void_p, c_void_p, c_void_p, c_void_p, c_size_t)),
+    "learn": (c_bool, (c_void_p, c_void_p, c_size_t, c_void_p, c_double, c_char_p, c_size_t)),
     "start": (c_bool, (c_void_p, c_double, c_double, c_double)),
     "columns": (c_size_t, (c_void_p,)),
     "column": (c_char_p, (c_void_p, c_size_t)),
@@ -58,6 +60,7 @@ HEALTH = (
     "shocks",
 )
 TABLE = 1 << 14  # rows requested per call
+FILTER_SIZE = 64  # bytes of a filter as text
 TAUS_MAX = 32
 UINT32_MAX = 0xFFFFFFFF
 
@@ -144,6 +147,24 @@ class Run:
                 self._run, m.ctypes.data, adev_dps.ctypes.data, tolerance.ctypes.data, len(m)
             )
         )
+
+    def learn(self, values: Floats, ends: npt.NDArray[np.uintp], rate_hz: float) -> str | None:
+        """Learns the filter from all admitted values (option bandwidth "auto"; before start). ends:
+        of the runs without a gap. Returns it as a value of bandwidth; None: unknown.
+        """
+        found = create_string_buffer(FILTER_SIZE)
+        self._check(
+            self._calls.davar_python_learn(
+                self._run,
+                values.ctypes.data,
+                len(values),
+                ends.ctypes.data,
+                rate_hz,
+                found,
+                FILTER_SIZE,
+            )
+        )
+        return found.value.decode() or None
 
     def start(self, rate_hz: float, low: float, high: float) -> None:
         self._check(self._calls.davar_python_start(self._run, rate_hz, low, high))

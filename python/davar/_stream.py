@@ -39,6 +39,8 @@ class Epochs(dict[str, Array]):
 
     rate_hz: float
     """Samples per second."""
+    bandwidth: str | None = None
+    """The filter that dynamic(bandwidth="auto") learned, as a value of bandwidth. None: unknown."""
 
     def __getattr__(self, name: str) -> Array:
         try:
@@ -125,6 +127,7 @@ class Feed:
             (0, 0)
         ]  # (index of a pushed sample, offset of the record's index from there onward)
         self.tables: list[Floats] = []
+        self.bandwidth: str | None = None  # learned
 
     def push(self, admitted: Floats, there: There, count: int) -> None:
         """The present values among `count` samples, as input of push."""
@@ -167,7 +170,7 @@ class Feed:
             (name, np.concatenate([table[i] for table in tables]).astype(kind_of(name), copy=False))
             for i, name in enumerate(self.run.columns)
         )
-        found.rate_hz = self.rate_hz
+        found.rate_hz, found.bandwidth = self.rate_hz, self.bandwidth
         starts, further = np.array(self.places).T
         found["epoch"] += further[np.searchsorted(starts, found["epoch"], side="right") - 1]
         found["time_s"] = (
@@ -242,9 +245,10 @@ def dynamic(
         bandwidth: the filter between the gyro's noise and x: the -3 dB frequency of a low-pass, Hz
             (data sheet), or "HZ:ORDER:PERCENT" (1 or 2 poles, default 2; known to 10 %);
             "average:N", a moving average; "cic:N", every N-th sample of it; "sum:N", sums of N
-            counts; "HZ+average:N", both; or "none", white noise. Default: unknown, and results that
-            a filter could falsify are withheld (NaN, and True in the column `filtered` of
-            details=True).
+            counts; "HZ+average:N", both; or "none", white noise. "auto" learns it from the whole
+            record, which needs 4352 samples at rest; the attribute bandwidth of the result is what
+            was found. Default: unknown, and results that a filter could falsify are withheld (NaN,
+            and True in the column `filtered` of details=True).
         policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its
@@ -302,8 +306,11 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
             f"x: a largest value from {SCALES[0]:g} to {SCALES[1]:g} expected, found "
             f"{low:g} to {high:g}"
         )
-    run.start(clock.rate_hz, low, high)
     feed = Feed(run, clock.rate_hz, int(given["stride"] or 1))
+    if given["bandwidth"] == "auto":
+        ends = np.array([*there.starts()[1:], there.size], np.uintp)
+        feed.bandwidth = run.learn(taken, ends, clock.rate_hz)
+    run.start(clock.rate_hz, low, high)
     feed.push(taken, there, len(values))
     feed.finish()
     if not feed.waiting:
@@ -363,6 +370,10 @@ class Stream:
             raise ValueError(
                 "lsb or full_scale: a stream needs one of them, because the range of its samples "
                 "is not known in advance"
+            )
+        if bandwidth == "auto":
+            raise ValueError(
+                "bandwidth: 'auto' learns from a complete record: use dynamic(), or give the filter"
             )
         hz = _samples.positive("rate_hz", rate_hz)
         run = run_of({**given, "arith": "fixed" if full_scale is None else "float"}, hz)

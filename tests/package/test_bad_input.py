@@ -219,6 +219,7 @@ class Arguments(unittest.TestCase):
         self.refused("lsb or full_scale", davar.Stream, 1.0, lsb=1.0, full_scale=2.0)
         self.refused("lsb", davar.Stream, 1.0, lsb=0)
         self.refused("rate_hz", davar.Stream, None, lsb=1.0)
+        self.refused("bandwidth", davar.Stream, 1.0, lsb=1.0, bandwidth="auto")
         self.refused("window_min", davar.Stream, 1.0, lsb=1.0, window_min=601)
         stream = davar.Stream(1.0, full_scale=1.0)
         self.refused("lsb", stream.push, [1, 2])

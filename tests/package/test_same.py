@@ -164,6 +164,23 @@ class Same(unittest.TestCase):
         for name in set(found) - {"epoch", "time_s"}:
             np.testing.assert_array_equal(listed[name], found[name], name)
 
+    def test_a_learned_filter(self):
+        made = np.random.default_rng(5)
+        x = np.convolve(made.normal(0, 0.4, 20_001), (0.5, 0.5), "valid")
+        time_s = np.arange(20_000) / 128.0
+        time_s[9000:] += 1.0
+        found = davar.dynamic(x, time_s=time_s, lsb=0.001, bandwidth="auto", stride=100)
+        self.assertEqual("average1:2", found.bandwidth)
+        self.expect(
+            found,
+            together.simulator(
+                together.recording({"time_s": time_s, "gyro_z_dps": x}),
+                *("--lsb", 0.001, "--bandwidth", "auto", "--stride", 100),
+            ),
+        )
+        short = davar.dynamic(x[:4000], 128.0, lsb=0.001, bandwidth="auto", stride=100)
+        self.assertIsNone(short.bandwidth)
+
 
 class Options(unittest.TestCase):
     """Every option of davar-sim --help is an argument, or is listed here with a reason; and every

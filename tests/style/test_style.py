@@ -76,6 +76,7 @@ MAY_INCLUDE = {
         "tests/support",
         "tests/tracking",
     ),
+    "tests/statistics": ("host_sim", "lib/include", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "port/wire", "tests/support"),
     "tools/": ("lib/include", "port/include"),
     "python": ("lib/include", "port/include", "host_sim"),
@@ -210,9 +211,10 @@ ROOMS = {
         "common": set(),
         "options": {"common"},
         "recording": {"common", "options"},
-        "instances": {"common", "options", "recording"},
-        "output": {"common", "options", "recording", "instances"},
-        "replay": {"common", "options", "recording", "instances", "output"},
+        "learning": {"common", "options", "recording"},
+        "instances": {"common", "options", "recording", "learning"},
+        "output": {"common", "options", "recording", "learning", "instances"},
+        "replay": {"common", "options", "recording", "learning", "instances", "output"},
     },
 }
 # A file may include this one header of another directory, for the reason given.

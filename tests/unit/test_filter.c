@@ -245,6 +245,29 @@ static void test_drifts_pass_the_filter_as_their_spectrum_does(void)
 /* ---- lists ---- */
 
 /* Every filter takes a fixed amount from m avar at sizes far above its memory. */
+/* The spectrum as the sum over the autocovariance. */
+static double spectrum_at(double frequency)
+{
+    double sum = of_noise.r[0];
+    for (int lag = 1; lag < of_noise.count; lag++) {
+        sum += 2.0 * of_noise.r[lag] * cos(2.0 * PI * frequency * lag);
+    }
+    return sum;
+}
+
+static void test_the_power_gain_matches_the_autocovariance(void)
+{
+    for (size_t f = 0U; f < FILTERS; f++) {
+        autocovariance_of(&filters[f], &of_noise);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-15, 1.0, davar_filter_power(&filters[f], 0.0));
+        for (int i = 1; i <= 10; i++) {
+            const double frequency = 0.05 * i;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, spectrum_at(frequency),
+                                      davar_filter_power(&filters[f], frequency));
+        }
+    }
+}
+
 static void test_sizes_beyond_the_filter_are_white(void)
 {
     static const uint32_t m[] = {16U, 4096U, 4097U, 100000U, 150000U, 16777216U};
@@ -292,6 +315,7 @@ int main(void)
     RUN_TEST(test_a_block_average_is_white);
     RUN_TEST(test_offsets_are_derivatives_by_the_cutoff);
     RUN_TEST(test_drifts_pass_the_filter_as_their_spectrum_does);
+    RUN_TEST(test_the_power_gain_matches_the_autocovariance);
     RUN_TEST(test_sizes_beyond_the_filter_are_white);
     RUN_TEST(test_the_longest_size_of_the_grid_is_resolved);
     return UNITY_END();

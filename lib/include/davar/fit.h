@@ -117,6 +117,14 @@ void davar_plan_init_white(davar_plan_t *plan, const uint32_t *m, uint8_t count)
 void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t count,
                               const davar_filter_t *filter);
 
+/** Computes the power gain of a filter for white noise at a frequency, relative to that at 0.
+ * frequency: over the sample rate that davar sees, 0 to 0.5. Aliases are included. The fields of
+ * *filter are in their ranges (asserted).
+ * @return At least 0; 1 at frequency 0, and at every frequency if the filter is all zeros.
+ *
+ * Cost: O(decimation) in doubles. Formula (5.16). */
+double davar_filter_power(const davar_filter_t *filter, double frequency);
+
 /** Fits white noise alone: the angle random walk with its interval.
  *
  * Reads from *result: tau[], up to the first entry without differences; window_samples;

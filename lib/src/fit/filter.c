@@ -321,6 +321,19 @@ static void assert_filter(const davar_filter_t *filter)
     (void)filter;
 }
 
+DAVAR_RARE double davar_filter_power(const davar_filter_t *filter, double frequency)
+{
+    band_t band;
+    double zero[3];
+    double s[3];
+    assert_filter(filter);
+    DAVAR_ASSERT((frequency >= 0.0) && (frequency <= 0.5));
+    start_band(filter, &band);
+    spectra(&band, (complex_t){1.0, 0.0}, zero);
+    spectra(&band, exponential((complex_t){0.0, PI * frequency / band.decimation}), s);
+    return s[0] / zero[0];
+}
+
 DAVAR_RARE void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t count,
                                          const davar_filter_t *filter)
 {

@@ -1,0 +1,77 @@
+/* davar-sim - segments of a recording, without gaps inside. */
+#include "learning/channels.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define ROUNDING_OF_COUNTS (1.0 / 12.0)
+
+/* Is there a gap between the samples of a segment? */
+static bool find_gap(bool *gap, const recording_t *recording, const timing_t *timing,
+                     uint64_t first, sim_error_t *error)
+{
+    double time_s[SPECTRUM_SEGMENT];
+    *gap = false;
+    if (!recording->has_time || !isfinite(timing->gap_limit_s)) {
+        return true;
+    }
+    if (!spool_read(&recording->times, first, SPECTRUM_SEGMENT, time_s, error)) {
+        return false;
+    }
+    for (size_t i = 1; i < SPECTRUM_SEGMENT; i++) {
+        *gap = *gap || (timing_missing(timing, time_s[i] - time_s[i - 1U]) > 0U);
+    }
+    return true;
+}
+
+/* Adds the segment that begins at sample `first`. rows: a buffer for all channels. */
+static bool add_segment(spectrum_t *spectrum, const recording_t *recording, uint64_t first,
+                        size_t channel, double *rows, sim_error_t *error)
+{
+    const size_t width = recording->selection.count;
+    double samples[SPECTRUM_SEGMENT];
+    if (!spool_read(&recording->samples, first, SPECTRUM_SEGMENT, rows, error)) {
+        return false;
+    }
+    for (size_t i = 0; i < SPECTRUM_SEGMENT; i++) {
+        samples[i] = rows[i * width + channel];
+    }
+    spectrum_add(spectrum, samples);
+    return true;
+}
+
+static bool read_segments(spectrum_t *spectrum, const recording_t *recording,
+                          const timing_t *timing, size_t channel, double *rows, sim_error_t *error)
+{
+    for (size_t i = 0; i < spectrum_places(recording->rows); i++) {
+        const uint64_t first = spectrum_place(recording->rows, i);
+        bool gap = false;
+        if (!find_gap(&gap, recording, timing, first, error) ||
+            (!gap && !add_segment(spectrum, recording, first, channel, rows, error))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool learn_channels(learned_t *learned, const recording_t *recording, const timing_t *timing,
+                    const options_t *options, sim_error_t *error)
+{
+    const bool counted = (options->arith == ARITH_FIXED) && (options->lsb > 0.0);
+    const size_t width = recording->selection.count;
+    double *rows = malloc(sizeof(double) * SPECTRUM_SEGMENT * width);
+    spectrum_t spectrum = {0};
+    if ((rows == NULL) || !spectrum_open(&spectrum)) {
+        free(rows);
+        return sim_fail(error, "out of memory");
+    }
+    bool good = true;
+    for (size_t c = 0; good && (c < width); c++) {
+        spectrum.count = 0;
+        good = read_segments(&spectrum, recording, timing, c, rows, error);
+        learned[c] = learn_filter(&spectrum, counted ? ROUNDING_OF_COUNTS : 0.0);
+    }
+    spectrum_close(&spectrum);
+    free(rows);
+    return good;
+}
