@@ -177,6 +177,20 @@ static void assert_coarse(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 30.0, term(DAVAR_ANGLE_RANDOM_WALK)->high);
 }
 
+static void test_a_count_far_above_the_noise_is_coarse(void)
+{
+    const double model[] = {0, 1.0, 0, 0, 0};
+    for (int power = 1; power < 12; power++) {
+        set_octaves(600, 7);
+        set_model(model);
+        result.unit_per_count = pow(10.0, power);
+        davar_fit(&plan, 1.0, &result);
+        TEST_ASSERT_EQUAL(DAVAR_NOISE_COARSE, result.noise);
+        TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >=
+                         30.0 * result.unit_per_count * (1.0 - 1e-6));
+    }
+}
+
 static void test_noise_below_half_a_count_is_coarse(void)
 {
     fit_counts(0.2, 0.0);
@@ -540,6 +554,7 @@ int main(void)
     RUN_TEST(test_edf_is_never_below_one);
     RUN_TEST(test_rounding_is_subtracted);
     RUN_TEST(test_insignificant_noise_near_half_a_count_has_no_lower_limit);
+    RUN_TEST(test_a_count_far_above_the_noise_is_coarse);
     RUN_TEST(test_noise_below_half_a_count_is_coarse);
     RUN_TEST(test_a_walk_of_counts_keeps_its_coefficient_with_hidden_noise);
     RUN_TEST(test_a_fine_count_changes_nothing);

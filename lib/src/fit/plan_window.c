@@ -154,7 +154,7 @@ static uint32_t fixed_sigma(scaled_t sigma)
  * scale) (5.11), and the uncertainty that it adds to N^2 (5.10). */
 static void plan_term(davar_plan_t *plan, int k, scaled_t of_white, scaled_t variance)
 {
-    const scaled_t sigma = (variance.mantissa != 0U) ? davar_scaled_root(variance) : variance;
+    const scaled_t sigma = davar_scaled_root(variance);
     const scaled_t scale = scaled_of_float(plan->scale[k]);
     const scaled_t margin =
         scaled_times(scaled_times(scaled_of_double(DAVAR_FIT_BOUND), sigma), scale);
