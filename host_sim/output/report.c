@@ -171,8 +171,10 @@ void report_filtered(uint64_t filtered, uint64_t rows, bool declared)
         (void)fprintf(
             stderr, "davar-sim: note: %" PRIu64 " of %" PRIu64 " results withheld: %s\n", filtered,
             rows,
-            declared ? "the short cluster sizes contradict the filter of --bandwidth"
+            declared ? "the short cluster sizes contradict the filter of --bandwidth. To learn it "
+                       "from a recording at rest, give --bandwidth auto"
                      : "the short cluster sizes read low, as behind a low-pass. Give the filter "
-                       "of the data sheet (--bandwidth HZ[:ORDER]), or --bandwidth none");
+                       "of the data sheet (--bandwidth HZ[:ORDER]); or auto, to learn it from a "
+                       "recording at rest; or none");
     }
 }
