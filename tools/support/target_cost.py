@@ -147,10 +147,12 @@ def linked_bytes(target: str, where: Path, what: int, options: Sequence[str]) ->
         *compiled(target, where, flags, [plan, *sorted((lib / "src").rglob("*.c"))]),
     ]
     image = where / f"linked-{what}.elf"
-    room = "-Wl,--defsym=__flash_size=0x100000"  # the linker script of RISC-V has 64 kB
-    tool(
-        target, "gcc", *cpu, *objects, "-nostartfiles", "-Wl,--gc-sections", room, "-o", image, "-lm"
-    )
+    link = [
+        "-nostartfiles",
+        "-Wl,--gc-sections",
+        "-Wl,--defsym=__flash_size=0x100000",  # the linker script of RISC-V has 64 kB
+    ]
+    tool(target, "gcc", *cpu, *objects, *link, "-o", image, "-lm")
     text, data = tool(target, "size", image).splitlines()[1].split()[:2]
     return int(text) + int(data)
 
