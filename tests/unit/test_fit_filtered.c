@@ -214,7 +214,8 @@ static void test_sizes_have_their_own_factors(void)
             assert_near(freedom, (double)plan.freedom[t], 1e-5);
             TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5 * pow((double)plan.offset[t] - moved, 2.0),
                                       (double)plan.doubtful[t]);
-            assert_near(1.0 / gain, (double)plan.inverse_gain[t], 1e-6);
+            TEST_ASSERT_DOUBLE_WITHIN((0.51 / 512.0) + (1e-6 / gain), 1.0 / gain,
+                                      (double)plan.inverse_gain[t] / 512.0);
         }
     }
 }

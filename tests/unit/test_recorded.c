@@ -311,25 +311,25 @@ static void run_policies(bool is_wide)
 static void test_results_of_q15(void)
 {
     run_policies(false);
-    expect(UINT64_C(0x8B14CAE726075D0D));
+    expect(UINT64_C(0xC22B5A9F3FA75D0D));
 }
 
 static void test_results_of_q31(void)
 {
     run_policies(true);
-    expect(UINT64_C(0x30D76D2283E1897B));
+    expect(UINT64_C(0xBD630D2521A1897B));
 }
 
 static void test_results_of_policy_glr(void)
 {
     run_policy(false, DAVAR_POLICY_GLR);
-    expect(UINT64_C(0xB9FCD65C1960743D));
+    expect(UINT64_C(0x873D2648AB40743D));
 }
 
 static void test_results_of_policy_glr_q31(void)
 {
     run_policy(true, DAVAR_POLICY_GLR);
-    expect(UINT64_C(0xE8429BE5142E97B8));
+    expect(UINT64_C(0x5230DC95B92E97B8));
 }
 
 #define OCTAVES 10U
@@ -438,7 +438,9 @@ static void add_plan(void)
     add_floats(plan.weight, count);
     add_floats(plan.freedom, count);
     add_floats(plan.doubtful, count);
-    add_floats(plan.inverse_gain, count);
+    for (uint32_t t = 0U; t < count; t++) {
+        add(plan.inverse_gain[t]);
+    }
     for (uint32_t k = 0U; k < DAVAR_COEFFICIENT_COUNT; k++) {
         for (uint32_t t = 0U; t < count; t++) {
             add((uint32_t)plan.functional[k][t] + ((uint64_t)(uint32_t)plan.variance[k][t] << 32U));
@@ -484,7 +486,7 @@ static void test_plans_of_filters(void)
         davar_plan_init_filtered(&plan, &filtered_sizes[2], 4U, &filters[f]);
         add_plan();
     }
-    expect(UINT64_C(0x8918EF2C9F0F81D2));
+    expect(UINT64_C(0x138A57B3FDFEC045));
 }
 
 /* White noise, or with a drift, or filtered more than declared, with some scatter and rounding. */
@@ -525,7 +527,7 @@ static void test_fits_behind_filters(void)
         add((uint64_t)result.noise);
         add_fit();
     }
-    expect(UINT64_C(0x8F186C0CF27918F6));
+    expect(UINT64_C(0xC6656D881E08FF00));
 }
 #endif
 

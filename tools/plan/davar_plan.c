@@ -141,7 +141,11 @@ static void write_plan(const davar_plan_t *plan, const char *name)
     write_floats("weight", plan->weight, count);
     write_floats("freedom", plan->freedom, count);
     write_floats("doubtful", plan->doubtful, count);
-    write_floats("inverse_gain", plan->inverse_gain, count);
+    (void)printf("    .inverse_gain = {");
+    for (int t = 0; t < count; t++) {
+        (void)printf("%s%" PRIu32 "U", (t > 0) ? ", " : "", plan->inverse_gain[t]);
+    }
+    (void)printf("},\n");
     write_rows(plan);
     write_floats("offset_variance", plan->offset_variance, terms);
     write_floats("scale", plan->scale, terms);

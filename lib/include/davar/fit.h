@@ -68,7 +68,7 @@ typedef struct davar_plan {
     float weight[DAVAR_TAUS_MAX];
     float freedom[DAVAR_TAUS_MAX];  /* degrees of freedom per effective difference */
     float doubtful[DAVAR_TAUS_MAX]; /* offset^2 / 2 that the amplitude of white noise leaves */
-    float inverse_gain[DAVAR_TAUS_MAX];
+    uint32_t inverse_gain[DAVAR_TAUS_MAX]; /* 23.9; at most 2^23 */
     int32_t functional[DAVAR_COEFFICIENT_COUNT]
                       [DAVAR_TAUS_MAX]; /* white noise, and each term with it */
     int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* of those amplitudes */

@@ -241,7 +241,8 @@ static void plan_taus(davar_plan_t *plan, const double constant[])
         plan->freedom[t] =
             (float)(2.0 * rounded * rounded / (double)plan->covariance[plan_pair(t, t)]);
         plan->doubtful[t] = (float)(0.5 * offset * offset);
-        plan->inverse_gain[t] = (float)(1.0 / gain);
+        const double inverse = (double)(UINT32_C(1) << DAVAR_FIT_GAIN_BITS) / gain + 0.5;
+        plan->inverse_gain[t] = (inverse < 4294967295.0) ? (uint32_t)inverse : UINT32_MAX;
     }
 }
 

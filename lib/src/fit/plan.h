@@ -61,6 +61,9 @@ int64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int co
 #define DAVAR_FIT_ROOT_BITS 20
 #define DAVAR_FIT_MISFIT_ONE 67108864.0
 
+/* The fixed point of 1 / gain, which the narrowest low-pass makes 3e6. */
+#define DAVAR_FIT_GAIN_BITS 9U
+
 /* Sigma is at most 64 shares; above, the cluster sizes do not resolve the term. */
 #define DAVAR_FIT_SIGMA_MOST (UINT32_C(1) << 26U)
 

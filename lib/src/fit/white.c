@@ -18,8 +18,8 @@ _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 /* Largest Allan variance, 64 times the one of white noise: more is a misfit by itself. */
 #define SHARE_MOST (SHARE_ONE << 6U)
 
-/* A share that is 1 as far as a deviation is concerned: within 2^-7. */
-#define NEAR_ONE (SHARE_ONE >> 7U)
+/* A deviation need not be known better than to 2^-7. */
+#define NEAR_SHIFT 7U
 
 /* Least amplitude of white noise: enough bits for a root and a reciprocal. */
 #define AMPLITUDE_LEAST (UINT64_C(1) << 23U)
@@ -33,11 +33,12 @@ DAVAR_APART DAVAR_RARE scaled_t davar_rounding(const davar_plan_t *plan,
     return scaled_times(scaled_times(count, count), scaled_of_double(plan->rounding_variance));
 }
 
-/* Rounding of a sample through the gain, in the units of y. */
-static uint32_t rounded_at(const davar_plan_t *plan, const davar_white_t *white, int t)
+/* Rounding of a sample through the gain. */
+static uint32_t rounded_at(const davar_plan_t *plan, uint32_t rounding, int t)
 {
-    const scaled_t part = scaled_times(white->rounding, scaled_of_float(plan->inverse_gain[t]));
-    return davar_scaled_to_fixed(part, -white->exponent);
+    const uint64_t part =
+        davar_multiply_u32(rounding, plan->inverse_gain[t]) >> DAVAR_FIT_GAIN_BITS;
+    return (part < SCALED_TOP) ? (uint32_t)part : SCALED_TOP;
 }
 
 /* Reads the deviations, aligns y, whose mantissas had 29 to 32 bits, and takes the rounding off
@@ -57,9 +58,10 @@ static bool read_data(const davar_plan_t *plan, const davar_result_t *result, da
     }
     white->exponent = davar_align(white->y, plan->count);
     white->rounding = davar_rounding(plan, result);
+    const uint32_t rounding = davar_scaled_to_fixed(white->rounding, -white->exponent);
     for (int t = 0; t < plan->count; t++) {
         const uint32_t y = white->y[t].mantissa;
-        const uint32_t rounded = rounded_at(plan, white, t);
+        const uint32_t rounded = rounded_at(plan, rounding, t);
         white->rounded[t] = rounded;
         white->y[t].mantissa = (y > rounded) ? (y - rounded) : 0U;
     }
@@ -93,8 +95,9 @@ static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
     const int32_t spare = 63 - (int32_t)(SUM_SPARE + DAVAR_FIT_SHARE_BITS);
     white->drift = (above > spare) ? (uint32_t)(above - spare) : 0U;
     const int32_t shift = spare + (int32_t)white->drift - above;
+    white->inverse_sum = scaled_inverse(white->sum);
     white->inverse =
-        davar_reciprocal_of_mantissa(white->sum.mantissa) >> (uint32_t)((shift < 31) ? shift : 31);
+        davar_scaled_to_fixed(white->inverse_sum, -white->inverse_sum.exponent - shift);
 }
 
 /* A sum of products with a functional, over `sum`, in the fixed point of shares; saturates. */
@@ -140,32 +143,43 @@ static bool lacks(const davar_plan_t *plan, const davar_white_t *white)
     return white->lack > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[DAVAR_QUANTIZATION]);
 }
 
-/* |y - N^2| in standard errors, as 19.13. `own`: N^2, a share. */
-static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint32_t root_edf)
+/* A part of `sum` as a fraction with so many bits. */
+static uint32_t of_sum(const davar_white_t *white, scaled_t part, int32_t bits)
+{
+    return davar_scaled_to_fixed(scaled_times(part, white->inverse_sum), bits);
+}
+
+/* |y - N^2| over the part of it that scatters, a share. `own`: N^2, a share. `noise`: N^2 and the rounding in y,
+ * with which it scatters, less `sum`, modulo 2^32; `near`: as much of that as does not matter. */
+static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint32_t noise,
+                          uint32_t near)
 {
     const uint64_t y = white->y[t].mantissa;
-    const uint64_t rounded = white->rounded[t];
     const uint32_t share = share_of(white, y << DAVAR_FIT_FUNCTIONAL_BITS);
     const uint32_t excess = ((share < SHARE_MOST) ? share : SHARE_MOST) - own; /* modulo 2^32 */
     const uint32_t sign = 0U - (excess >> 31U);
-    const uint32_t noise = own + share_of(white, rounded << DAVAR_FIT_FUNCTIONAL_BITS);
-    uint32_t size = (excess ^ sign) - sign;
-    if ((noise - SHARE_ONE + NEAR_ONE) > (2U * NEAR_ONE)) {
-        size = davar_scaled_to_fixed(
-            scaled_times(scaled_of_u32(size | 1U, 0), scaled_inverse(scaled_of_u32(noise, 0))),
-            (int32_t)DAVAR_FIT_SHARE_BITS);
+    const uint32_t size = (excess ^ sign) - sign;
+    if ((noise + near) <= (2U * near)) {
+        return size;
     }
-    return (uint32_t)(davar_multiply_u32(size, root_edf) >> (DAVAR_FIT_SHARE_BITS + 7U));
+    const uint64_t rounded = white->rounded[t];
+    const uint32_t whole = own + share_of(white, rounded << DAVAR_FIT_FUNCTIONAL_BITS);
+    return davar_scaled_to_fixed(
+        scaled_times(scaled_of_u32(size | 1U, 0), scaled_inverse(scaled_of_u32(whole | 1U, 0))),
+        (int32_t)DAVAR_FIT_SHARE_BITS);
 }
 
 /* Does white noise leave no misfit (5.9)? */
 static bool explains(const davar_plan_t *plan, const davar_white_t *white)
 {
-    const uint32_t own = davar_scaled_to_fixed(
-        scaled_times(white->square, scaled_inverse(white->sum)), (int32_t)DAVAR_FIT_SHARE_BITS);
+    const uint32_t own = of_sum(white, white->square, (int32_t)DAVAR_FIT_SHARE_BITS);
+    const uint32_t sum = davar_scaled_to_fixed(white->sum, -white->exponent);
+    const uint32_t rest = davar_scaled_to_fixed(white->square, -white->exponent) - sum;
     uint64_t misfit = 0U;
     for (int t = 0; t < plan->count; t++) {
-        const uint32_t errors = deviation(white, t, own, plan->root_edf[t]);
+        const uint32_t size = deviation(white, t, own, rest + white->rounded[t], sum >> NEAR_SHIFT);
+        const uint32_t errors =
+            (uint32_t)(davar_multiply_u32(size, plan->root_edf[t]) >> (DAVAR_FIT_SHARE_BITS + 7U));
         misfit += davar_multiply_u32(errors, errors);
         if (misfit > plan->misfit_limit) {
             return false;
@@ -183,19 +197,15 @@ static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
     return davar_upper_product(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
 }
 
-static uint32_t quotient(scaled_t value, scaled_t under)
-{
-    return davar_scaled_to_fixed(scaled_times(value, scaled_inverse(under)), NOISE_BITS);
-}
-
 /* The largest distance of the variance of rounding from q^2 / 12, for any mean between two counts.
  * `share`: rounding; `noise`: N^2, of which it is at most 0.41 in a sample; both over `sum`. */
 static uint32_t rounding_margin(const davar_plan_t *plan, const davar_white_t *white,
                                 uint32_t share, uint32_t noise)
 {
-    const scaled_t sample = scaled_times(white->sum, scaled_of_float(plan->sample));
+    const scaled_t sample =
+        scaled_times(scaled_of_float(plan->sample), scaled_of_u32(noise, -NOISE_BITS));
     const uint32_t ratio =
-        quotient(white->rounding, scaled_times(sample, scaled_of_u32(noise, -NOISE_BITS)));
+        of_sum(white, scaled_times(white->rounding, scaled_inverse(sample)), NOISE_BITS);
     const uint32_t square = noise_times(ratio, ratio);
     return noise_times(share, noise_times(square, square)) * 17U / 2U;
 }
@@ -304,9 +314,10 @@ static void white_present(const davar_plan_t *plan, const davar_white_t *white, 
 {
     const uint32_t least = least_square(plan, white);
     const scaled_t high = highest(plan, white);
-    const uint32_t share = quotient(rounding_part(plan, white), white->sum);
+    const uint32_t share = of_sum(white, rounding_part(plan, white), NOISE_BITS);
     const uint32_t lowest = (least > share) ? (least - share) : 0U;
-    const bool is_low = noise_times(lowest, plan->coarse) > quotient(white->rounding, white->sum);
+    const bool is_low =
+        noise_times(lowest, plan->coarse) > of_sum(white, white->rounding, NOISE_BITS);
     const uint32_t noise = is_low ? lowest : (CENTRE_ONE - share);
     const uint32_t margin = rounding_margin(plan, white, share, noise);
     const uint32_t left = (noise > margin) ? (noise - margin) : 1U;
@@ -367,11 +378,10 @@ static void write_nothing(davar_result_t *result)
  * Otherwise N^2 is small because another term lowers it, where a filter makes weights negative. */
 static bool is_within_counts(const davar_plan_t *plan, const davar_white_t *white)
 {
-    const scaled_t hidden =
-        scaled_times(white->rounding, scaled_inverse(scaled_of_u32(plan->coarse, -NOISE_BITS)));
-    const uint32_t most = davar_scaled_to_fixed(hidden, 1 - white->exponent);
+    const uint32_t most = davar_scaled_to_fixed(white->rounding, 1 - white->exponent);
     const uint32_t found = white->y[0].mantissa;
-    return (found <= most) || (found - most <= white->rounded[0]);
+    const uint32_t rounded = white->rounded[0];
+    return (found <= rounded) || (noise_times(found - rounded, plan->coarse) <= most);
 }
 
 /* davar_white_suffices with a plan that is up to date. */
@@ -388,7 +398,8 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
         davar_plan_rate(plan, rate_hz);
     }
-    if (quotient(white->rounding, white->square) >= plan->coarse) {
+    if (of_sum(white, white->rounding, NOISE_BITS) >=
+        noise_times(of_sum(white, white->square, NOISE_BITS), plan->coarse)) {
         white->suspects = 0U;
         white->explains = false;
         if (!is_within_counts(plan, white)) {

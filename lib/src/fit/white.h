@@ -30,8 +30,9 @@ typedef struct {
     scaled_t rounding; /* variance of rounding of a sample */
     scaled_t square;   /* N^2 of a sample */
     scaled_t sum;      /* ... with the rounding that scatters with it: 1 of a share */
-    uint32_t inverse;  /* 1 / sum as share_of needs it */
-    uint32_t drift;    /* bits by which sum is smaller than y, and that shares lack */
+    scaled_t inverse_sum;
+    uint32_t inverse; /* the same as share_of needs it */
+    uint32_t drift;   /* bits by which sum is smaller than y, and that shares lack */
     uint32_t share[DAVAR_COEFFICIENT_COUNT]; /* amplitude over sum in plan->scale; 0: none */
     unsigned suspects;                       /* bit k: term k is significant (5.7) */
     uint32_t lack;                           /* by which the short sizes read low, a share */
