@@ -15,8 +15,8 @@ REASONS = {
     "filtered": "the short cluster sizes read low, as behind a low-pass that is not declared, or "
     "they contradict the declared one. Give the gyro's bandwidth (data sheet: LPF, -3 dB) to the "
     "sender: --bandwidth HZ[:ORDER] (davar-sim, davar-node), or DAVAR_LOW_PASS and "
-    "davar_plan_init_filtered in firmware. For samples without a filter: --bandwidth none, or "
-    "davar_plan_init_white",
+    "davar_plan_init_filtered in firmware. davar-sim --bandwidth auto learns it from a recording "
+    "at rest. For samples without a filter: --bandwidth none, or davar_plan_init_white",
 }
 # Chance withholds fewer than one result in so many; davar-sim has the same limit.
 FEW = 20
