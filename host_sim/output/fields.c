@@ -197,6 +197,7 @@ static const field_t COMMON[] = {
     {"rrw_deg_per_h_per_sqrt_h", show_coefficient, DAVAR_RATE_RANDOM_WALK},
     {"rr_deg_per_h2", show_coefficient, DAVAR_RATE_RAMP},
     {"qn_deg", show_coefficient, DAVAR_QUANTIZATION},
+    {"filtered", show_filtered, 0U},
 };
 
 static const field_t TRACKING[] = {
@@ -209,7 +210,6 @@ static const field_t TRACKING[] = {
 static const field_t DETAILS[] = {
     {"gaps_in_window", show_gaps, 0U},
     {"coarse", show_coarse, 0U},
-    {"filtered", show_filtered, 0U},
     {"arw_upper_deg_per_sqrt_h", show_coefficient_upper, DAVAR_ANGLE_RANDOM_WALK},
     {"bi_upper_deg_per_h", show_coefficient_upper, DAVAR_BIAS_INSTABILITY},
     {"rrw_upper_deg_per_h_per_sqrt_h", show_coefficient_upper, DAVAR_RATE_RANDOM_WALK},

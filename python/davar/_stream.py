@@ -1,6 +1,7 @@
 """Samples in, epochs out: Stream, and a complete record in one call."""
 
 import threading
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -17,6 +18,7 @@ from ._types import Array, Floats, Pair, Path
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
 FLAGS = ("unstable", "alarm", "coarse", "filtered")
 SCALES = (1e-40, 1e20)  # range of rates that the library accepts
+FEW = 20  # chance withholds fewer than one result in so many; davar-sim has the same limit
 BITS = 24  # width of a count, unless bits is given
 
 
@@ -28,12 +30,13 @@ class Epochs(dict[str, Array]):
     - `time_s`, `window_samples`, `kurtosis`, `contribution`, `unstable` (bool).
     - `arw_deg_per_sqrt_h` with `arw_low_...` and `arw_high_...` (95 %), `bi_deg_per_h`,
       `rrw_deg_per_h_per_sqrt_h`, `rr_deg_per_h2`, `qn_deg`.
+    - `filtered` (bool): the short cluster sizes read low, as behind a low-pass, so the coefficients
+      are withheld; give bandwidth.
     - `adev_M` (deg/s) for each cluster size M.
     - Policy glr: `alarm` (bool), `cut_age_samples`, `dispersion`.
     - details=True: `adev_low_M`, `adev_high_M` (95 %), `differences_M`, `gaps_in_window`, `coarse`
-      (bool: the noise is below half a count, so rounding hides the coefficients), `filtered` (bool:
-      the short cluster sizes read low, as behind a low-pass, so the coefficients are withheld; give
-      bandwidth), `arw_upper_...` and similar columns (95 % upper bounds of absent coefficients).
+      (bool: the noise is below half a count, so rounding hides the coefficients), `arw_upper_...`
+      and similar columns (95 % upper bounds of absent coefficients).
     - model_table: `model_health`, `model_deviation_M`.
     """
 
@@ -248,7 +251,7 @@ def dynamic(
             counts; "HZ+average:N", both; or "none", white noise. "auto" learns it from the whole
             record, which needs 4352 samples at rest; the attribute bandwidth of the result is what
             was found. Default: unknown, and results that a filter could falsify are withheld (NaN,
-            and True in the column `filtered` of details=True).
+            and True in the column `filtered`), with a warning if they are more than a few.
         policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its
@@ -288,7 +291,17 @@ def dynamic(
     given = locals()
     values, counted = _samples.samples(x, lsb)
     clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
-    return whole_record(values, counted, clock, given).epochs(clock.time_s)
+    found = whole_record(values, counted, clock, given).epochs(clock.time_s)
+    withheld = int(found.filtered.sum())
+    if withheld * FEW > len(found.filtered):
+        known = bandwidth is not None and (bandwidth != "auto" or found.bandwidth is not None)
+        warnings.warn(
+            f"{withheld} of {len(found.filtered)} results withheld: the short cluster sizes "
+            + ("contradict bandwidth" if known else "read low, as behind a low-pass. Give bandwidth")
+            + ' (data sheet: LPF, -3 dB; or "auto" for a record at rest; or "none")',
+            stacklevel=2,
+        )
+    return found
 
 
 def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, Any]) -> Feed:

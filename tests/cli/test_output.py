@@ -21,6 +21,7 @@ COLUMNS = [
     "rrw_deg_per_h_per_sqrt_h",
     "rr_deg_per_h2",
     "qn_deg",
+    "filtered",
 ]
 LSB = ("--lsb", "0.01")
 
@@ -67,7 +68,6 @@ class Csv(SimCase):
                 "differences_5",
                 "gaps_in_window",
                 "coarse",
-                "filtered",
                 "arw_upper_deg_per_sqrt_h",
                 "bi_upper_deg_per_h",
                 "rrw_upper_deg_per_h_per_sqrt_h",

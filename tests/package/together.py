@@ -21,6 +21,7 @@ WHOLE = (
     "cut_age_samples",
     "gaps_in_window",
     "coarse",
+    "filtered",
 )
 
 
