@@ -61,6 +61,15 @@ static bool declare(engine_t *engine, const options_t *options, sim_error_t *err
                     options->bandwidth.hz, engine->config.rate_hz);
 }
 
+/* The settings of the window laws that depend on the filter. */
+static void adapt_laws(engine_t *engine, const options_t *options)
+{
+    davar_bandwidth_whiten(&engine->config, engine->declared);
+    if (options->unstable_rate > 0.0) {
+        davar_bound_unstable_rate(&engine->config, options->unstable_rate, engine->declared);
+    }
+}
+
 static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
 {
     engine->instances = calloc(engine->count, sizeof *engine->instances);
@@ -81,6 +90,7 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
     if (!declare(engine, options, error)) {
         return false;
     }
+    adapt_laws(engine, options);
     const size_t bytes = memory_size(engine->number, &engine->config);
     const size_t words = bytes / sizeof *engine->memory + 1U;
     if (!allocate(engine, words, error)) {

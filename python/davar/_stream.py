@@ -83,6 +83,7 @@ OPTIONS = (
     "segment",
     "kurtosis",
     "contribution",
+    "unstable_rate",
     "grow",
     "shrink",
     "stride",
@@ -205,6 +206,7 @@ def dynamic(
     segment: int | None = None,
     kurtosis: Pair | None = None,
     contribution: Pair | None = None,
+    unstable_rate: float | None = None,
     grow: int | None = None,
     shrink: int | None = None,
     taus: str | None = None,
@@ -252,6 +254,8 @@ def dynamic(
             glr: 0.
         kurtosis: stable range (K1, K2) of the kurtosis. Default (2.5, 3.3).
         contribution: stable range (S1, S2) of the sliding contribution. Default (0, 0.07).
+        unstable_rate: instead of both ranges: the share of windows of unchanged noise that may be
+            unstable, 0.0001 to 0.1, for every length of the window and for the filter of bandwidth.
         grow: growth of the window, samples per sample. Default 2; trailing: 1.
         shrink: its shrinkage, samples per sample. Default 2; glr shrinks by at least 64.
         taus: cluster sizes as a word: "octave" (default) or "geometric:K". At most 32, up to half a
@@ -340,6 +344,7 @@ class Stream:
         segment: int | None = None,
         kurtosis: Pair | None = None,
         contribution: Pair | None = None,
+        unstable_rate: float | None = None,
         grow: int | None = None,
         shrink: int | None = None,
         taus: str | None = None,

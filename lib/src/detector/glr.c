@@ -334,7 +334,7 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 #define OF_CLUSTERS 65536       /* 1; fitted together with DEGREES_OF_CLUSTERS */
 #define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
 #define TAILS 2U          /* 1/8, 4 digits: f over the dispersion (10.3) */
-#define TAILS_WHITENED 3U /* 3/16: what two coefficients leave correlated (10.18) */
+#define TAILS_WHITENED 4U /* 1/4: what two coefficients leave correlated (10.18) */
 #define MARGIN 65536            /* 1, 16 digits: least h above ln of the longest part */
 
 static int32_t logarithm_of(double value)
