@@ -203,7 +203,8 @@ static bool apply_unstable_rate(options_t *options, const char *text, sim_error_
         return false;
     }
     return ((options->unstable_rate >= 1e-4) && (options->unstable_rate <= 0.1)) ||
-           sim_fail(error, "--unstable-rate: a share from 0.0001 to 0.1 expected, found '%s'", text);
+           sim_fail(error, "--unstable-rate: a share from 0.0001 to 0.1 expected, found '%s'",
+                    text);
 }
 
 static bool apply_geometric(options_t *options, const char *text, sim_error_t *error)

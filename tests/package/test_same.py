@@ -55,6 +55,8 @@ class Same(unittest.TestCase):
             {"taus": "geometric:9", "shrink": 0},
             {"engine": "edges", "stride": 10, "mode": "trailing"},
             {"policy": "glr", "stride": 10, "long_cluster": 80},
+            {"policy": "glr", "stride": 10, "bandwidth": 20},
+            {"policy": "kurtosis", "unstable_rate": 0.02, "bandwidth": "20:1"},
         ):
             with self.subTest(options):
                 words = []

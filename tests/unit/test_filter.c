@@ -308,8 +308,8 @@ static void test_no_filter_needs_no_whitening(void)
 /* Upper quantiles of the normal distribution, from tables. */
 static const struct {
     double rate;
-    double each;   /* of a criterion that has half of the rate */
-    double alone;  /* ... the whole rate */
+    double each;  /* of a criterion that has half of the rate */
+    double alone; /* ... the whole rate */
 } quantiles[] = {{0.1, 1.959963985, 1.644853627},
                  {0.01, 2.807033768, 2.575829304},
                  {0.001, 3.480756404, 3.290526731},
@@ -322,7 +322,8 @@ static void assert_bounds(const davar_config_t *config, double r4, double z)
     const double spread = z * sqrt(24.0 * r4 / length) / 3.0;
     const double slides = sqrt(8.0 / 3.0 * r4 * segment / (length * (length - segment)));
     assert_near(3.0 / (1.0 + spread), config->moments.kurtosis_low, 2e-6);
-    assert_near((spread < 0.9) ? (3.0 / (1.0 - spread)) : 30.0, config->moments.kurtosis_high, 1e-4);
+    assert_near((spread < 0.9) ? (3.0 / (1.0 - spread)) : 30.0, config->moments.kurtosis_high,
+                1e-4);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, config->moments.contribution_low);
     assert_near(z * (0.98 + (0.065 * ((z * z) - 4.0))) * slides, config->moments.contribution_high,
                 1e-5);
@@ -339,8 +340,7 @@ static void test_bounds_of_a_stated_rate_match_their_formulas(void)
             config.moments.contribution_low = 0.5;
             config.window.shortest = 300U + (100U * (uint32_t)q);
             davar_bound_unstable_rate(&config, quantiles[q].rate, NULL);
-            assert_bounds(&config, 1.0,
-                          ((l % 3U) == 0U) ? quantiles[q].each : quantiles[q].alone);
+            assert_bounds(&config, 1.0, ((l % 3U) == 0U) ? quantiles[q].each : quantiles[q].alone);
         }
     }
 }
@@ -357,8 +357,8 @@ static void test_bounds_behind_a_filter_use_its_autocorrelation(void)
         davar_bound_unstable_rate(&config, 0.01, &filters[f]);
         const double z = 2.807033768;
         const double slides = sqrt(8.0 / 3.0 * 100.0 / (400.0 * 300.0));
-        const double found = config.moments.contribution_high /
-                             (z * (0.98 + (0.065 * ((z * z) - 4.0))) * slides);
+        const double found =
+            config.moments.contribution_high / (z * (0.98 + (0.065 * ((z * z) - 4.0))) * slides);
         assert_near(r4, found * found, 5e-4); /* long averages: every n-th lag */
     }
 }

@@ -333,8 +333,8 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 #define OF_CUT 117965           /* 1.8 */
 #define OF_CLUSTERS 65536       /* 1; fitted together with DEGREES_OF_CLUSTERS */
 #define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
-#define TAILS 2U          /* 1/8, 4 digits: f over the dispersion (10.3) */
-#define TAILS_WHITENED 4U /* 1/4: what two coefficients leave correlated (10.18) */
+#define TAILS 2U                /* 1/8, 4 digits: f over the dispersion (10.3) */
+#define TAILS_WHITENED 4U       /* 1/4: what two coefficients leave correlated (10.18) */
 #define MARGIN 65536            /* 1, 16 digits: least h above ln of the longest part */
 
 static int32_t logarithm_of(double value)
@@ -400,7 +400,8 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
 
 uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second)
 {
-    const uint32_t squares = (uint32_t)(first * first) + (uint32_t)(second * second); /* 28 digits */
+    const uint32_t squares =
+        (uint32_t)(first * first) + (uint32_t)(second * second); /* 28 digits */
     const uint32_t nu = block * (block - 1U);
     return nu + (uint32_t)((davar_multiply_u32(squares, 2U * nu) + (UINT32_C(1) << 27U)) >> 28U);
 }
@@ -459,8 +460,8 @@ DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
     const uint32_t first = (uint32_t)abs(config->glr.whiten_first);
     const uint32_t second = (uint32_t)abs(config->glr.whiten_second);
     const bool whitening =
-        ((first + second) == 0U) ||
-        (((first + second) <= GLR_WHITEN_MAX) && davar_is_between(1e-9, config->glr.whiten_level, 1e9));
+        ((first + second) == 0U) || (((first + second) <= GLR_WHITEN_MAX) &&
+                                     davar_is_between(1e-9, config->glr.whiten_level, 1e9));
     const bool about = !is_about(config) || ((longest / 2U) >= (half_in_blocks(block) * block));
     return (rates && clusters && whitening && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
@@ -496,7 +497,8 @@ static double level_of(const davar_config_t *config, const davar_spread_t *sum, 
     const bool whitened = (m == 1U) && ((first != 0) || (second != 0));
     const uint32_t rounding = (m == 1U) ? davar_glr_floor(block, first, second) : m;
     const uint32_t unit = (m == 1U) ? (block * (block - 1U)) : (m * m);
-    const double scale = whitened ? davar_scale(unit_per_count, config->glr.whiten_level) : unit_per_count;
+    const double scale =
+        whitened ? davar_scale(unit_per_count, config->glr.whiten_level) : unit_per_count;
     if (sum->blocks == 0U) {
         return (double)NAN;
     }

@@ -36,15 +36,15 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 
 /* --- the detector ----------------------------------------------------------------------------- */
 
-#define GLR_LEVELS 9U        /* octaves of ages */
-#define GLR_RECORDS 4U       /* of one octave */
-#define GLR_SHOCK_MAX 2U     /* blocks of the longest shock */
-#define GLR_LONGEST 768U     /* blocks of a window: 3 * 2^8 */
-#define GLR_BLOCK_MIN 5U     /* samples of a block */
-#define GLR_BLOCK_MAX 64U    /* samples of a block */
-#define GLR_RECENT 64U       /* newest blocks that are stored one by one */
-#define GLR_CUTS 5U          /* stored cuts; the oldest is a bound */
-#define GLR_CLUSTER_MAX 512U /* samples of a cluster of the second channel */
+#define GLR_LEVELS 9U         /* octaves of ages */
+#define GLR_RECORDS 4U        /* of one octave */
+#define GLR_SHOCK_MAX 2U      /* blocks of the longest shock */
+#define GLR_LONGEST 768U      /* blocks of a window: 3 * 2^8 */
+#define GLR_BLOCK_MIN 5U      /* samples of a block */
+#define GLR_BLOCK_MAX 64U     /* samples of a block */
+#define GLR_RECENT 64U        /* newest blocks that are stored one by one */
+#define GLR_CUTS 5U           /* stored cuts; the oldest is a bound */
+#define GLR_CLUSTER_MAX 512U  /* samples of a cluster of the second channel */
 #define GLR_WHITEN_MAX 49152U /* |first| + |second|: 3, 14 digits */
 #define GLR_HALF_MAX                                                                               \
     30U /* blocks of half a centred window: 2 * this + GLR_CUTS - 1 <= GLR_RECENT */
