@@ -242,8 +242,8 @@ def dynamic(
             that covers the record.
         bandwidth: what the noise passed before it was recorded: a low-pass as its -3 dB frequency
             in Hz, or as "HZ:ORDER:PERCENT" (1 or 2 poles, default 2; known to 10 %), "average:N"
-            for a moving average, "cic:N" for the mean of blocks, or "none". By default unknown: results that a
-            filter could falsify are withheld (filtered).
+            for a moving average, "cic:N" for the mean of blocks, or "none". Policy glr whitens for
+            it. By default unknown: results that a filter could falsify are withheld (filtered).
         policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its

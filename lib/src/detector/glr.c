@@ -10,7 +10,6 @@
 #include "number/scaled.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define ONE (UINT32_C(1) << GAIN_DIGITS)
@@ -443,6 +442,11 @@ static bool fits_between_blocks(const davar_config_t *config)
     return !has_grid(config) || ((config->window.longest - lost) >= config->window.shortest);
 }
 
+static uint32_t size_of(int32_t share)
+{
+    return (uint32_t)((share < 0) ? -share : share);
+}
+
 DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
 {
     const uint32_t block = config->glr.block;
@@ -457,8 +461,8 @@ DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
                         fits_between_blocks(config);
     const bool clusters = (config->glr.long_cluster <= GLR_CLUSTER_MAX) &&
                           ((config->glr.long_cluster % (4U * block)) == 0U);
-    const uint32_t first = (uint32_t)abs(config->glr.whiten_first);
-    const uint32_t second = (uint32_t)abs(config->glr.whiten_second);
+    const uint32_t first = size_of(config->glr.whiten_first);
+    const uint32_t second = size_of(config->glr.whiten_second);
     const bool whitening =
         ((first + second) == 0U) || (((first + second) <= GLR_WHITEN_MAX) &&
                                      davar_is_between(1e-9, config->glr.whiten_level, 1e9));
