@@ -287,6 +287,8 @@ static bool fits_rate(node_settings_t *settings, char *why, size_t size)
 {
     const double rate_hz = settings->config.rate_hz;
     if (davar_bandwidth_at(&settings->bandwidth, rate_hz, &settings->filter)) {
+        davar_bandwidth_whiten(&settings->config,
+                               settings->declares_filter ? &settings->filter : NULL);
         return true;
     }
     (void)snprintf(why, size,

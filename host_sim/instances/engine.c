@@ -77,14 +77,24 @@ static const davar_filter_t *filter_of(const engine_t *engine, const learned_t *
     return learn_knows(&learned[channel]) ? &learned[channel].filter : NULL;
 }
 
+/* Sets what follows from the filter: the settings of the window laws, and the plan. */
+static void adapt(filtered_t *filtered, const davar_filter_t *filter, const options_t *options)
+{
+    davar_bandwidth_whiten(&filtered->config, filter);
+    if (options->unstable_rate > 0.0) {
+        davar_bound_unstable_rate(&filtered->config, options->unstable_rate, filter);
+    }
+    davar_bandwidth_plan(&filtered->plan, &filtered->config, filter);
+}
+
 static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
 {
     engine->instances = calloc(engine->count, sizeof *engine->instances);
     engine->channels = calloc(engine->count, sizeof *engine->channels);
     engine->memory = calloc(engine->count, words * sizeof *engine->memory);
-    engine->plans = calloc(engine->count, sizeof *engine->plans);
+    engine->filtered = calloc(engine->count, sizeof *engine->filtered);
     if ((engine->instances == NULL) || (engine->channels == NULL) || (engine->memory == NULL) ||
-        (engine->plans == NULL)) {
+        (engine->filtered == NULL)) {
         return sim_fail(error, "--window-max: out of memory for %u samples, %zu channels",
                         engine->config.window.longest, engine->count);
     }
@@ -106,17 +116,19 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
         return false;
     }
     for (size_t c = 0; c < count; c++) {
-        davar_bandwidth_plan(&engine->plans[c], &engine->config,
-                             filter_of(engine, learned, options, c));
+        filtered_t *const filtered = &engine->filtered[c];
+        filtered->config = engine->config;
+        adapt(filtered, filter_of(engine, learned, options, c), options);
         engine->channels[c] = (davar_node_channel_t){
-            .davar = &engine->instances[c], .number = engine->number, .plan = &engine->plans[c]};
+            .davar = &engine->instances[c], .number = engine->number, .plan = &filtered->plan};
         const davar_status_t status =
-            init(engine->number, &engine->instances[c], &engine->config, engine->memory + c * words,
-                 words * sizeof *engine->memory);
+            init(engine->number, &engine->instances[c], &filtered->config,
+                 engine->memory + c * words, words * sizeof *engine->memory);
         if (status != DAVAR_OK) {
             return settings_fail(status, options, error);
         }
     }
+    engine->config = engine->filtered[0].config;
     return true;
 }
 
@@ -144,7 +156,7 @@ void engine_free(engine_t *engine)
 {
     free(engine->instances);
     free(engine->channels);
-    free(engine->plans);
+    free(engine->filtered);
     free(engine->memory);
     *engine = (engine_t){0};
 }

@@ -1,4 +1,5 @@
-/* davar-sim - one library instance per channel, all with the same configuration. */
+/* davar-sim - one library instance per channel. Their configurations differ only in what follows
+ * from the filter. */
 #ifndef ENGINE_H
 #define ENGINE_H
 
@@ -7,9 +8,15 @@
 #include "learning/learn.h"
 #include "recording/quantise.h"
 
+/* What follows from the filter of a channel. */
 typedef struct {
     davar_config_t config;
-    davar_plan_t *plans; /* one per channel */
+    davar_plan_t plan;
+} filtered_t;
+
+typedef struct {
+    davar_config_t config; /* of channel 0 */
+    filtered_t *filtered;  /* one per channel */
     davar_filter_t filter;
     const davar_filter_t *declared; /* the filter of channel 0, or null: unknown */
     davar_port_number_t number;
@@ -21,9 +28,9 @@ typedef struct {
 
 /* Allocates and starts `count` instances. A recording of 16-bit counts runs as q15. If its windows
  * are too large for q15, it runs as q31 with the same results. `settings` must outlive the engine;
- * do not move the engine. `learned`: the filter of each channel for
- * --bandwidth auto, otherwise not read; it must outlive the engine too. False: the library rejects the configuration (the message names the
- * option), or out of memory. */
+ * do not move the engine. `learned`: the filter of each channel for --bandwidth auto, otherwise not
+ * read; it must outlive the engine too. False: the library rejects the configuration (the message
+ * names the option), or out of memory. */
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
                   double rate_hz, size_t count, const learned_t *learned, const options_t *options,
                   sim_error_t *error);

@@ -199,6 +199,16 @@ static bool apply_contribution(options_t *options, const char *text, sim_error_t
                        &options->contribution.high, error);
 }
 
+static bool apply_unstable_rate(options_t *options, const char *text, sim_error_t *error)
+{
+    if (!value_positive("unstable-rate", text, &options->unstable_rate, error)) {
+        return false;
+    }
+    return ((options->unstable_rate >= 1e-4) && (options->unstable_rate <= 0.1)) ||
+           sim_fail(error, "--unstable-rate: a share from 0.0001 to 0.1 expected, found '%s'",
+                    text);
+}
+
 static bool apply_geometric(options_t *options, const char *text, sim_error_t *error)
 {
     options->taus_kind = TAUS_GEOMETRIC;
@@ -340,6 +350,7 @@ const option_entry_t OPTION_TABLE[] = {
     {"segment", apply_segment},
     {"kurtosis", apply_kurtosis},
     {"contribution", apply_contribution},
+    {"unstable-rate", apply_unstable_rate},
     {"grow", apply_grow},
     {"shrink", apply_shrink},
     {"taus", apply_taus},

@@ -76,6 +76,7 @@ typedef struct {
     davar_engine_t engine;
     optional_range_t kurtosis;
     optional_range_t contribution;
+    double unstable_rate; /* 0: not given */
     taus_kind_t taus_kind;
     uint32_t taus_wanted;          /* geometric: how many */
     uint32_t taus[DAVAR_TAUS_MAX]; /* list */

@@ -12,6 +12,7 @@
 #define DAVAR_BANDWIDTH_H
 
 #include "davar/fit.h"
+#include "davar_policy.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -114,6 +115,14 @@ static inline bool davar_bandwidth_at(const davar_bandwidth_t *bandwidth, double
     const double decimation = (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
     return (filter->poles == 0U) ||
            ((filter->cutoff >= 0.002) && (filter->cutoff <= (2.0 * decimation)));
+}
+
+/** Whitens for law glr. filter null: nothing is known about a filter. */
+static inline void davar_bandwidth_whiten(davar_config_t *config, const davar_filter_t *filter)
+{
+    if ((filter != NULL) && (davar_law_id(config) == (uint8_t)DAVAR_POLICY_GLR)) {
+        davar_whiten(config, filter);
+    }
 }
 
 /** Prepares the plan of a fit. filter null: nothing is known about a filter. */

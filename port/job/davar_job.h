@@ -19,7 +19,7 @@ extern "C" {
 #endif
 
 #define DAVAR_JOB_TAUS 32U
-#define DAVAR_JOB_SETTINGS 34U
+#define DAVAR_JOB_SETTINGS 37U
 #define DAVAR_JOB_WORDS (DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS)
 #define DAVAR_JOB_HEAD 18U
 #define DAVAR_JOB_RESULT_WORDS                                                                     \

@@ -89,6 +89,7 @@ OPTIONS = (
     "segment",
     "kurtosis",
     "contribution",
+    "unstable_rate",
     "grow",
     "shrink",
     "stride",
@@ -212,6 +213,7 @@ def dynamic(
     segment: int | None = None,
     kurtosis: Pair | None = None,
     contribution: Pair | None = None,
+    unstable_rate: float | None = None,
     grow: int | None = None,
     shrink: int | None = None,
     taus: str | None = None,
@@ -251,7 +253,8 @@ def dynamic(
             counts; "HZ+average:N", both; or "none", white noise. "auto" learns it from the whole
             record, which needs 4352 samples at rest; the attribute bandwidth of the result is what
             was found. Default: unknown, and results that a filter could falsify are withheld (NaN,
-            and True in the column `filtered`), with a warning if they are more than a few.
+            and True in the column `filtered`), with a warning if they are more than a few. Policy
+            glr whitens for it.
         policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its
@@ -262,6 +265,8 @@ def dynamic(
             glr: 0.
         kurtosis: stable range (K1, K2) of the kurtosis. Default (2.5, 3.3).
         contribution: stable range (S1, S2) of the sliding contribution. Default (0, 0.07).
+        unstable_rate: instead of both ranges: the share of windows of unchanged noise that may be
+            unstable, 0.0001 to 0.1, for every length of the window and for the filter of bandwidth.
         grow: growth of the window, samples per sample. Default 2; trailing: 1.
         shrink: its shrinkage, samples per sample. Default 2; glr shrinks by at least 64.
         taus: cluster sizes as a word: "octave" (default) or "geometric:K". At most 32, up to half a
@@ -363,6 +368,7 @@ class Stream:
         segment: int | None = None,
         kurtosis: Pair | None = None,
         contribution: Pair | None = None,
+        unstable_rate: float | None = None,
         grow: int | None = None,
         shrink: int | None = None,
         taus: str | None = None,

@@ -37,6 +37,7 @@ REFUSED = {
         "2.5:3.3:4",
         "2.5,3.3",
     ],
+    "--unstable-rate": ["0", "-0.01", "0.00009", "0.11", "1", "1%", "x", "", "nan"],
     "--contribution": ["1:0", "-1:0", "0", "0:x", "0:1e999"],
     "--taus": [
         "0",
@@ -103,6 +104,15 @@ class BadOption(SimCase):
         )
         self.assert_refused(self.sim(path, "--window-max", "100", "--segment", "80"), "--segment")
         self.assert_refused(self.sim(path, "--window-max", "100", "--taus", "1,51"), "--taus")
+
+    def test_an_unstable_rate_has_no_second_meaning(self):
+        path = self.recording()
+        rate = ("--unstable-rate", "0.01")
+        for other in (("--kurtosis", "2:4"), ("--contribution", "0:1")):
+            self.assert_refused(self.sim(path, *rate, *other), "--unstable-rate", "either it or")
+        self.assert_refused(
+            self.sim(path, *rate, "--policy", "glr"), "--unstable-rate", "--false-alarms-per-hour"
+        )
 
     def test_trailing_windows_may_be_odd_and_grow_by_one(self):
         path = self.recording(count=700)

@@ -23,6 +23,13 @@ class FalseAlarms(SimCase):
     def test_wider_bounds_have_almost_no_errors(self):
         self.assertLess(self.rate("--kurtosis", "2:4", "--contribution", "0:0.2"), 0.01)
 
+    def test_a_stated_rate_is_kept_at_every_length(self):
+        for longest in ("300", "600", "2000"):
+            lengths = ("--window-max", longest, "--window-min", longest, "--segment", "100")
+            rate = self.rate("--unstable-rate", "0.01", "--policy", "or", *lengths)
+            self.assertLess(rate, 0.02)  # 100 to 700 independent windows
+        self.assertLess(self.rate("--unstable-rate", "0.01"), 0.012)
+
 
 if __name__ == "__main__":
     unittest.main()

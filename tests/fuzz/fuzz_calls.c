@@ -348,7 +348,11 @@ static void choose(bytes_t *bytes)
     config.window.gaps_max = (uint16_t)between(bytes, 0U, 5U);
     config.glr.block = between(bytes, 5U, 12U);
     config.glr.shock_blocks = between(bytes, 0U, 2U);
-    config.window.mirrored_end = (byte(bytes) % 2U) != 0U;
+    const uint8_t what = byte(bytes);
+    config.window.mirrored_end = (what % 2U) != 0U;
+    config.glr.whiten_first = (int16_t)(512 * (what >> 2U));
+    config.glr.whiten_second = (int16_t)(((what & 2U) != 0U) ? -11000 : 0);
+    config.glr.whiten_level = 1.0;
     config.taus = taus;
     config.tau_count = (uint8_t)between(bytes, 1U, 5U);
 }

@@ -86,6 +86,11 @@ static void choose_more(bytes_t *bytes)
         config.stride =
             (config.stride < config.window.longest) ? config.stride : config.window.longest;
     }
+    if ((what & 8U) != 0U) {
+        config.glr.whiten_first = (int16_t)(256 * ((int32_t)byte(bytes) - 128));
+        config.glr.whiten_second = (int16_t)(128 * ((int32_t)byte(bytes) - 128));
+        config.glr.whiten_level = 2.0;
+    }
     if ((what & 4U) != 0U) {
         config.window.gaps_max = (uint16_t)between(bytes, 1U, 4U);
     }

@@ -188,6 +188,8 @@ class Arguments(unittest.TestCase):
             {"kurtosis": (3, 2)},
             {"kurtosis": 3},
             {"contribution": ("a", "b")},
+            {"unstable_rate": 0.5},
+            {"unstable_rate": 0.01, "policy": "glr"},
             {"policy": "magic"},
             *(
                 {"bandwidth": filter}

@@ -58,6 +58,8 @@ class Same(unittest.TestCase):
             {"bandwidth": 40, "stride": 10, "details": True},
             {"bandwidth": "20:1:5+average:2", "stride": 10},
             {"bandwidth": "none", "stride": 10},
+            {"policy": "glr", "stride": 10, "bandwidth": 20},
+            {"policy": "kurtosis", "unstable_rate": 0.02, "bandwidth": "20:1"},
         ):
             with self.subTest(options):
                 words = []

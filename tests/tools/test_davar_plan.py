@@ -2,6 +2,7 @@
 link davar_plan_init.
 """
 
+import re
 import subprocess
 import tempfile
 import unittest
@@ -147,6 +148,18 @@ class Plan(unittest.TestCase):
                 self.assertEqual((0, "1960"), (done.returncode, done.stdout.split()[0]))
                 if not options:
                     self.assertEqual("1960 some", done.stdout)
+
+    def test_a_filter_prints_the_detector_s_whitening(self):
+        words = ("--taus", "1,2", "--rate", "100")
+        self.assertNotIn("whiten", plan(*words).stdout)
+        # one pole: the only coefficient is exp(-2 pi 0.05), but for the rounding that it allows for
+        printed = plan(*words, "--bandwidth", "5:1").stdout
+        found = re.search(
+            r"whiten_first = (\d+), .whiten_second = (\d+),\n \* .whiten_level = ([\d.]+)", printed
+        )
+        self.assertAlmostEqual(0.7304, int(found[1]) / 2**14, delta=0.005)
+        self.assertAlmostEqual(0, int(found[2]) / 2**14, delta=0.005)
+        self.assertAlmostEqual(3.709, float(found[3]), delta=0.005)
 
     def test_the_code_that_makes_a_plan_is_not_linked(self):
         def linked(program):

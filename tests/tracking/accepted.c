@@ -15,7 +15,12 @@ void accepted_start(accepted_t *accepted, const davar_config_t *config)
                                    .shock = config->glr.shock_blocks};
     memset(accepted, 0, sizeof *accepted);
     accepted->is_behind_boundary = true;
+    accepted->first = config->glr.whiten_first;
+    accepted->second = config->glr.whiten_second;
+    accepted->is_q31 = (config->law == &davar_law_glr_q31);
     davar_glr_start(&accepted->config, &wish);
+    davar_glr_start_whitened(&accepted->config, config->glr.whiten_first,
+                             config->glr.whiten_second);
     davar_glr_reset(&accepted->detector);
 }
 
@@ -47,9 +52,9 @@ static void hear_block(accepted_t *accepted)
     davar_glr_event_t event;
     int64_t sum = 0;
     davar_u128_t squares = {0U, 0U};
-    for (uint32_t i = accepted->waits - block; i < accepted->waits; i++) {
-        sum += accepted->waiting[i];
-        const uint64_t square = (uint64_t)((int64_t)accepted->waiting[i] * accepted->waiting[i]);
+    for (uint32_t i = 0U; i < block; i++) {
+        sum += accepted->rest[i];
+        const uint64_t square = (uint64_t)((int64_t)accepted->rest[i] * accepted->rest[i]);
         squares.low += square;
         squares.high += (squares.low < square) ? 1U : 0U;
     }
@@ -62,8 +67,23 @@ static void hear_block(accepted_t *accepted)
     }
 }
 
+/* What the two samples before it do not predict. Products and sums of 53 bits are exact. */
+static int32_t whitened(accepted_t *accepted, int32_t sample)
+{
+    const double most = accepted->is_q31 ? 2147483647.0 : 32767.0;
+    const int32_t newer = accepted->has_past ? accepted->before[0] : sample;
+    const int32_t older = accepted->has_past ? accepted->before[1] : sample;
+    const double predicted = ((double)accepted->first * newer) + ((double)accepted->second * older);
+    const double rest = sample - floor((predicted / 16384.0) + 0.5);
+    accepted->before[0] = sample;
+    accepted->before[1] = newer;
+    accepted->has_past = true;
+    return (int32_t)fmax(-most - 1.0, fmin(most, rest));
+}
+
 void accepted_hear(accepted_t *accepted, int32_t sample)
 {
+    accepted->rest[accepted->waits % accepted->config.block] = whitened(accepted, sample);
     accepted->waiting[accepted->waits] = sample;
     accepted->waits++;
     accepted->now++;
@@ -77,6 +97,7 @@ void accepted_gap(accepted_t *accepted)
     davar_glr_event_t event;
     davar_glr_skip(&accepted->detector, &accepted->config, &event);
     accepted->waits = 0U;
+    accepted->has_past = false;
     accepted->is_behind_boundary = true;
 }
 

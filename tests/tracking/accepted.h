@@ -13,7 +13,13 @@ typedef struct {
     davar_glr_config_t config;
     davar_glr_t detector;
     int32_t waiting[GLR_BLOCK_MAX * (GLR_SHOCK_MAX + 2U)]; /* received and not accepted yet */
+    int32_t rest[GLR_BLOCK_MAX]; /* of the newest block: the samples, whitened (10.16) */
     uint32_t waits;
+    int32_t first; /* coefficients of whitening */
+    int32_t second;
+    int32_t before[2]; /* samples before the next one, the newer first */
+    bool has_past;
+    bool is_q31;
     uint64_t now; /* samples received */
     uint32_t cuts;
     uint32_t alarms;

@@ -1,6 +1,7 @@
 /* davar tests - the plan of a fit behind a filter (5.16), compared with brute force: sums over the
  * autocovariance of the filtered noise, and an integral over the spectrum of a drift. */
 #include "autocovariance.h"
+#include "davar/davar.h"
 #include "fit/plan.h"
 #include "fit_fixture.h"
 
@@ -306,6 +307,104 @@ static void test_the_longest_size_of_the_grid_is_resolved(void)
     assert_near(white, (double)plan.covariance[plan_pair(1, 1)], 0.006);
 }
 
+/* ---- the laws of the window ---- */
+
+/* Yule-Walker with rounding of a sample that scatters by six counts. */
+static void test_whitening_matches_the_autocovariance(void)
+{
+    for (size_t f = 0; f < FILTERS; f++) {
+        davar_config_t config = davar_default_config;
+        set_autocovariance(&filters[f], filters[f].cutoff);
+        davar_whiten(&config, &filters[f]);
+        const double r0 = r_at(0) * (1.0 + (1.0 / 432.0));
+        const double determinant = (r0 * r0) - (r_at(1) * r_at(1));
+        const double first = ((r0 * r_at(1)) - (r_at(1) * r_at(2))) / determinant;
+        const double second = ((r0 * r_at(2)) - (r_at(1) * r_at(1))) / determinant;
+        TEST_ASSERT_DOUBLE_WITHIN(0.51, 16384.0 * first, config.glr.whiten_first);
+        TEST_ASSERT_DOUBLE_WITHIN(0.51, 16384.0 * second, config.glr.whiten_second);
+        const double h[3] = {1.0, -config.glr.whiten_first / 16384.0,
+                             -config.glr.whiten_second / 16384.0};
+        double rest = 0.0;
+        for (int i = 0; i < 3; i++) {
+            for (int j = 0; j < 3; j++) {
+                rest += h[i] * h[j] * r_at(i - j);
+            }
+        }
+        assert_near(1.0 / sqrt(rest), config.glr.whiten_level, 1e-6);
+    }
+}
+
+static void test_no_filter_needs_no_whitening(void)
+{
+    davar_config_t config = davar_default_config;
+    const davar_filter_t average = DAVAR_BLOCK_AVERAGE(8U);
+    config.glr.whiten_first = 5;
+    davar_whiten(&config, &filters[0]);
+    TEST_ASSERT_EQUAL(0, config.glr.whiten_first);
+    TEST_ASSERT_EQUAL(0, config.glr.whiten_second);
+    assert_near(1.0, config.glr.whiten_level, 1e-12);
+    davar_whiten(&config, &average);
+    TEST_ASSERT_EQUAL(0, config.glr.whiten_first);
+}
+
+/* Upper quantiles of the normal distribution, from tables. */
+static const struct {
+    double rate;
+    double each;  /* of a criterion that has half of the rate */
+    double alone; /* ... the whole rate */
+} quantiles[] = {{0.1, 1.959963985, 1.644853627},
+                 {0.01, 2.807033768, 2.575829304},
+                 {0.001, 3.480756404, 3.290526731},
+                 {0.0001, 4.055626981, 3.890591886}};
+
+static void assert_bounds(const davar_config_t *config, double r4, double z)
+{
+    const double length = config->window.shortest;
+    const double segment = config->moments.segment;
+    const double spread = z * sqrt(24.0 * r4 / length) / 3.0;
+    const double slides = sqrt(8.0 / 3.0 * r4 * segment / (length * (length - segment)));
+    assert_near(3.0 / (1.0 + spread), config->moments.kurtosis_low, 2e-6);
+    assert_near((spread < 0.9) ? (3.0 / (1.0 - spread)) : 30.0, config->moments.kurtosis_high,
+                1e-4);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, config->moments.contribution_low);
+    assert_near(z * (0.98 + (0.065 * ((z * z) - 4.0))) * slides, config->moments.contribution_high,
+                1e-5);
+}
+
+static void test_bounds_of_a_stated_rate_match_their_formulas(void)
+{
+    static const davar_law_t *const laws[] = {&davar_law_or, &davar_law_kurtosis, &davar_law_and,
+                                              NULL};
+    for (size_t q = 0; q < 4U; q++) {
+        for (size_t l = 0; l < 4U; l++) {
+            davar_config_t config = davar_default_config;
+            config.law = laws[l];
+            config.moments.contribution_low = 0.5;
+            config.window.shortest = 300U + (100U * (uint32_t)q);
+            davar_bound_unstable_rate(&config, quantiles[q].rate, NULL);
+            assert_bounds(&config, 1.0, ((l % 3U) == 0U) ? quantiles[q].each : quantiles[q].alone);
+        }
+    }
+}
+
+static void test_bounds_behind_a_filter_use_its_autocorrelation(void)
+{
+    for (size_t f = 0; f < FILTERS; f++) {
+        davar_config_t config = davar_default_config;
+        set_autocovariance(&filters[f], filters[f].cutoff);
+        double r4 = 1.0;
+        for (int k = 1; k < of_noise.count; k++) {
+            r4 += 2.0 * pow(r_at(k) / r_at(0), 4.0);
+        }
+        davar_bound_unstable_rate(&config, 0.01, &filters[f]);
+        const double z = 2.807033768;
+        const double slides = sqrt(8.0 / 3.0 * 100.0 / (400.0 * 300.0));
+        const double found =
+            config.moments.contribution_high / (z * (0.98 + (0.065 * ((z * z) - 4.0))) * slides);
+        assert_near(r4, found * found, 5e-4); /* long averages: every n-th lag */
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -318,5 +417,9 @@ int main(void)
     RUN_TEST(test_the_power_gain_matches_the_autocovariance);
     RUN_TEST(test_sizes_beyond_the_filter_are_white);
     RUN_TEST(test_the_longest_size_of_the_grid_is_resolved);
+    RUN_TEST(test_whitening_matches_the_autocovariance);
+    RUN_TEST(test_no_filter_needs_no_whitening);
+    RUN_TEST(test_bounds_of_a_stated_rate_match_their_formulas);
+    RUN_TEST(test_bounds_behind_a_filter_use_its_autocorrelation);
     return UNITY_END();
 }

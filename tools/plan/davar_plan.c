@@ -119,6 +119,19 @@ static void write_numbers(const davar_plan_t *plan)
                  (double)plan->misfit_spread, plan->misfit_limit);
 }
 
+/* The detector's settings for a filter, as a comment to copy: a configuration cannot be in two
+ * files. */
+static void write_whitening(const davar_filter_t *filter)
+{
+    davar_config_t config = davar_default_config;
+    davar_whiten(&config, filter);
+    (void)printf(
+        "/* Law glr behind this filter: .whiten_first = %d, .whiten_second = %d,\n"
+        " * .whiten_level = %.9g in the glr part of the configuration, as davar_whiten sets "
+        "them. */\n",
+        config.glr.whiten_first, config.glr.whiten_second, config.glr.whiten_level);
+}
+
 static void write_plan(const davar_plan_t *plan, const char *name)
 {
     const int count = plan->count;
@@ -199,9 +212,8 @@ static int read_option(request_t *request, const char *option, const char *value
 }
 
 /* Makes the plan. Returns 0, or the exit status of an error. */
-static int make_plan(const request_t *request, davar_plan_t *plan)
+static int make_plan(const request_t *request, davar_plan_t *plan, davar_filter_t *filter)
 {
-    davar_filter_t filter;
     if (request->tau_count == 0U) {
         return reject("--taus", "required (see --help)", "");
     }
@@ -213,11 +225,11 @@ static int make_plan(const request_t *request, davar_plan_t *plan)
         return reject("--rate", "required with a low-pass in --bandwidth (see --help)", "");
     }
     const double rate_hz = (request->rate_hz > 0.0) ? request->rate_hz : 1.0;
-    if (!davar_bandwidth_at(&request->bandwidth, rate_hz, &filter)) {
+    if (!davar_bandwidth_at(&request->bandwidth, rate_hz, filter)) {
         return reject("--bandwidth", "low-pass below 0.002 or far above the sample rate",
                       request->filter);
     }
-    davar_plan_init_filtered(plan, request->taus, request->tau_count, &filter);
+    davar_plan_init_filtered(plan, request->taus, request->tau_count, filter);
     return 0;
 }
 
@@ -238,10 +250,14 @@ int main(int count, char *words[])
             return status;
         }
     }
-    const int status = make_plan(&request, &plan);
+    davar_filter_t filter;
+    const int status = make_plan(&request, &plan, &filter);
     if (status != 0) {
         return status;
     }
     write_plan(&plan, request.name);
+    if (request.filter != NULL) {
+        write_whitening(&filter);
+    }
     return (fflush(stdout) == 0) ? 0 : 2;
 }

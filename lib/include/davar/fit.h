@@ -125,6 +125,23 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  * Cost: O(decimation) in doubles. Formula (5.16). */
 double davar_filter_power(const davar_filter_t *filter, double frequency);
 
+/** Sets the whitening of law glr for a gyro behind `filter`, whose fields are in their ranges
+ * (asserted): glr.whiten_first, whiten_second and whiten_level. The detector then keeps its rate of
+ * false alarms behind the filter, and detects a change about as early as without one. A cutoff that
+ * is wrong by 20 % does no harm. Call it before init, or copy its values into a const
+ * configuration (tools/davar-plan --bandwidth prints them).
+ * Cost: O(P) in doubles, once, with P = 4 / cutoff, 64 to 16384 points. Formula (10.16). */
+void davar_whiten(davar_config_t *config, const davar_filter_t *filter);
+
+/** Sets the bounds of kurtosis and contribution so that at most the share `rate` of the windows of
+ * unchanged Gaussian noise is unstable, at every length from window.shortest up: moments.
+ * kurtosis_low to moments.contribution_high. The bounds of [SONG18] call 20 % of windows of 400
+ * white samples unstable. A stated rate detects small changes later.
+ * Reads law, window.shortest and moments.segment, which is below window.shortest (asserted).
+ * rate: 1e-4 to 0.1 (asserted). filter: null for white noise.
+ * Cost: O(P) per lag in doubles, with P as for davar_whiten and at most 256 lags. Formula (4.3). */
+void davar_bound_unstable_rate(davar_config_t *config, double rate, const davar_filter_t *filter);
+
 /** Fits white noise alone: the angle random walk with its interval.
  *
  * Reads from *result: tau[], up to the first entry without differences; window_samples;

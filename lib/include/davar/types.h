@@ -133,6 +133,16 @@ typedef struct {
         uint32_t shock_blocks;
         /** second channel for clusters of 4 k blocks, up to 512 samples. 0 (default): none */
         uint32_t long_cluster;
+        /** @{ */
+        /** whitening behind a filter: the first channel takes x[i] - (whiten_first x[i-1] +
+         * whiten_second x[i-2]) / 2^14. |first| + |second| at most 49152. 0, 0 (default): the
+         * samples. davar_whiten sets all three (10.16) */
+        int16_t whiten_first;
+        int16_t whiten_second;
+        /** @} */
+        /** with whitening: white noise before the filter over that of the whitened samples, 1e-9 to
+         * 1e9; the levels of a change are multiplied by it */
+        double whiten_level;
     } glr;
 
     uint32_t stride;       /**< samples from one result to the next, 1 to longest; default 1 */
@@ -236,7 +246,8 @@ typedef struct {
 
 /** Law glr: the two levels that the newest alarm distinguished (10.12). Both are Allan deviations
  * at m samples, in deg/s. For m = 1 that is the standard deviation of a sample about the mean of
- * its block; times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h), if the noise is white. */
+ * its block; times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h), if the noise is white. With
+ * whitening it is that of the white noise before the filter (10.16). */
 typedef struct {
     /** 1; long_cluster if the second channel raised it; 0: no alarm yet, the rest is NaN */
     uint32_t m;

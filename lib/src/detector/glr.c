@@ -13,6 +13,7 @@
 #include <string.h>
 
 #define ONE (UINT32_C(1) << GAIN_DIGITS)
+#define MOST_F ((16U * ONE) - 1U)
 #define MEMORY 11U     /* the dispersion forgets over 2^11 blocks */
 #define MEMORY_OF_8 8U /* and over 2^8 sums of eight */
 #define ENOUGH 25600U  /* degrees of freedom of a mean that a shock is compared with; 8 digits */
@@ -37,12 +38,12 @@ void davar_glr_begin_anew(davar_glr_t *state)
     glr_place_copy(&state->cut, &state->now);
 }
 
-uint32_t davar_glr_dispersion(const davar_glr_t *state)
+uint32_t davar_glr_dispersion(const davar_glr_t *state, const davar_glr_config_t *config)
 {
     const uint32_t larger =
         (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
     const uint32_t phi = larger >> (24U - GAIN_DIGITS);
-    return (phi > ONE) ? (phi + ((phi - ONE) / 8U)) : ONE;
+    return (phi > ONE) ? smaller(phi + (((phi - ONE) * config->tails) / 16U), MOST_F) : ONE;
 }
 
 /* A place that is too old moves to the next record of the coarsest octave. */
@@ -76,9 +77,9 @@ static void advance(davar_glr_t *state, const davar_glr_config_t *config,
 /* ---- shocks ---- */
 
 /* 1 + (factor - 1) sqrt(f), both with 8 digits */
-static uint32_t widened(const davar_glr_t *state, uint32_t factor)
+static uint32_t widened(const davar_glr_t *state, const davar_glr_config_t *config, uint32_t factor)
 {
-    const uint32_t f = davar_glr_dispersion(state); /* 1 to below 16 */
+    const uint32_t f = davar_glr_dispersion(state, config); /* 1 to below 16 */
     const uint32_t half = (f >= (4U * ONE)) ? 1U : 0U;
     const uint32_t root =
         davar_root_of_mantissa_by_integers(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
@@ -102,7 +103,7 @@ static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *con
     return (config->shock != 0U) && ((window->blocks * config->degrees) >= ENOUGH) &&
            ((window->high != 0U) || (window->low > floor)) &&
            is_above(block, window, config->outlier) &&
-           is_above(block, window, widened(state, config->outlier));
+           is_above(block, window, widened(state, config, config->outlier));
 }
 
 /* The waiting blocks pass: as a shock they add time only, otherwise also their sums. */
@@ -144,7 +145,7 @@ static bool hold(davar_glr_t *state, const davar_glr_config_t *config, const dav
         }
     } else {
         const bool is_calm =
-            is_over(state, block) || !is_above(block, &window, widened(state, CALM));
+            is_over(state, block) || !is_above(block, &window, widened(state, config, CALM));
         if (is_calm || (state->pending == config->shock)) {
             release(state, config, is_calm, event);
             return false;
@@ -331,6 +332,8 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 #define OF_CUT 117965           /* 1.8 */
 #define OF_CLUSTERS 65536       /* 1; fitted together with DEGREES_OF_CLUSTERS */
 #define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
+#define TAILS 2U                /* 1/8, 4 digits: f over the dispersion (10.3) */
+#define TAILS_WHITENED 4U       /* 1/4: what two coefficients leave correlated (10.18) */
 #define MARGIN 65536            /* 1, 16 digits: least h above ln of the longest part */
 
 static int32_t logarithm_of(double value)
@@ -391,6 +394,21 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->near = blocks_of(150U, wish->block);
     config->far = blocks_of(600U, wish->block);
     config->half = wish->is_centred ? half_in_blocks(wish->block) : 0U;
+    config->tails = TAILS;
+}
+
+uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second)
+{
+    const uint32_t squares =
+        (uint32_t)(first * first) + (uint32_t)(second * second); /* 28 digits */
+    const uint32_t nu = block * (block - 1U);
+    return nu + (uint32_t)((davar_multiply_u32(squares, 2U * nu) + (UINT32_C(1) << 27U)) >> 28U);
+}
+
+void davar_glr_start_whitened(davar_glr_config_t *config, int16_t first, int16_t second)
+{
+    config->floor = davar_glr_floor(config->block, first, second);
+    config->tails = ((first != 0) || (second != 0)) ? TAILS_WHITENED : TAILS;
 }
 
 /* Adjacent blocks share three quarters of their samples, so each has 0.38 degrees of freedom and a
@@ -424,6 +442,11 @@ static bool fits_between_blocks(const davar_config_t *config)
     return !has_grid(config) || ((config->window.longest - lost) >= config->window.shortest);
 }
 
+static uint32_t size_of(int32_t share)
+{
+    return (uint32_t)((share < 0) ? -share : share);
+}
+
 DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
 {
     const uint32_t block = config->glr.block;
@@ -438,8 +461,13 @@ DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
                         fits_between_blocks(config);
     const bool clusters = (config->glr.long_cluster <= GLR_CLUSTER_MAX) &&
                           ((config->glr.long_cluster % (4U * block)) == 0U);
+    const uint32_t first = size_of(config->glr.whiten_first);
+    const uint32_t second = size_of(config->glr.whiten_second);
+    const bool whitening =
+        ((first + second) == 0U) || (((first + second) <= GLR_WHITEN_MAX) &&
+                                     davar_is_between(1e-9, config->glr.whiten_level, 1e9));
     const bool about = !is_about(config) || ((longest / 2U) >= (half_in_blocks(block) * block));
-    return (rates && clusters && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
+    return (rates && clusters && whitening && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 
 /* Centred windows have half a window of blocks on each side of the epoch (10.15). */
@@ -467,12 +495,18 @@ double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t un
 static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m,
                        double unit_per_count)
 {
-    const uint32_t rounding = (m == 1U) ? (config->glr.block * (config->glr.block - 1U)) : m;
-    const uint32_t unit = (m == 1U) ? rounding : (m * m);
+    const uint32_t block = config->glr.block;
+    const int16_t first = config->glr.whiten_first;
+    const int16_t second = config->glr.whiten_second;
+    const bool whitened = (m == 1U) && ((first != 0) || (second != 0));
+    const uint32_t rounding = (m == 1U) ? davar_glr_floor(block, first, second) : m;
+    const uint32_t unit = (m == 1U) ? (block * (block - 1U)) : (m * m);
+    const double scale =
+        whitened ? davar_scale(unit_per_count, config->glr.whiten_level) : unit_per_count;
     if (sum->blocks == 0U) {
         return (double)NAN;
     }
-    return davar_scale(davar_spread_level(sum, rounding, 12U * unit), unit_per_count);
+    return davar_scale(davar_spread_level(sum, rounding, 12U * unit), scale);
 }
 
 void davar_glr_report(const davar_config_t *config, double unit_per_count,

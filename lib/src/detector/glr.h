@@ -36,15 +36,16 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 
 /* --- the detector ----------------------------------------------------------------------------- */
 
-#define GLR_LEVELS 9U        /* octaves of ages */
-#define GLR_RECORDS 4U       /* of one octave */
-#define GLR_SHOCK_MAX 2U     /* blocks of the longest shock */
-#define GLR_LONGEST 768U     /* blocks of a window: 3 * 2^8 */
-#define GLR_BLOCK_MIN 5U     /* samples of a block */
-#define GLR_BLOCK_MAX 64U    /* samples of a block */
-#define GLR_RECENT 64U       /* newest blocks that are stored one by one */
-#define GLR_CUTS 5U          /* stored cuts; the oldest is a bound */
-#define GLR_CLUSTER_MAX 512U /* samples of a cluster of the second channel */
+#define GLR_LEVELS 9U         /* octaves of ages */
+#define GLR_RECORDS 4U        /* of one octave */
+#define GLR_SHOCK_MAX 2U      /* blocks of the longest shock */
+#define GLR_LONGEST 768U      /* blocks of a window: 3 * 2^8 */
+#define GLR_BLOCK_MIN 5U      /* samples of a block */
+#define GLR_BLOCK_MAX 64U     /* samples of a block */
+#define GLR_RECENT 64U        /* newest blocks that are stored one by one */
+#define GLR_CUTS 5U           /* stored cuts; the oldest is a bound */
+#define GLR_CLUSTER_MAX 512U  /* samples of a cluster of the second channel */
+#define GLR_WHITEN_MAX 49152U /* |first| + |second|: 3, 14 digits */
 #define GLR_HALF_MAX                                                                               \
     30U /* blocks of half a centred window: 2 * this + GLR_CUTS - 1 <= GLR_RECENT */
 
@@ -52,7 +53,7 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 typedef struct {
     uint32_t block;     /* K, samples */
     uint32_t degrees;   /* nu = K - 1; 8 digits */
-    uint32_t floor;     /* b of rounding alone: K nu */
+    uint32_t floor;     /* b of rounding alone: K nu, more with whitening (10.17) */
     uint32_t least;     /* blocks in each part of a split, at least */
     uint32_t longest;   /* blocks of a window */
     uint32_t levels;    /* 1..GLR_LEVELS, so that 3 * 2^(levels - 1) >= longest */
@@ -66,6 +67,7 @@ typedef struct {
     uint32_t near;      /* least blocks of a trailing window, once its cut is older: 150 samples */
     uint32_t far;       /* a window above this grows by the stricter rule, blocks: 600 samples */
     uint32_t half;      /* blocks of half a centred window: 300 samples; 0: cuts are not stored */
+    uint32_t tails;     /* by which f exceeds the dispersion, 4 digits (10.3), (10.18) */
 } davar_glr_config_t;
 
 /* A place in the stream and the running sum there. */
@@ -133,6 +135,12 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish);
  * alarms; `longest` counts these blocks. */
 void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t *wish);
 
+/* Adapts it to whitened samples. All zeros: changes nothing. */
+void davar_glr_start_whitened(davar_glr_config_t *config, int16_t first, int16_t second);
+
+/* b of rounding alone: K nu, and twice the rounding that whitening adds, rounded (10.17). */
+uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second);
+
 void davar_glr_reset(davar_glr_t *state);
 
 /* Forgets the past, as at an alarm. */
@@ -160,7 +168,7 @@ void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
 void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event);
 
 /* The factor f that widens the thresholds, at least 1. GAIN_DIGITS. */
-uint32_t davar_glr_dispersion(const davar_glr_t *state);
+uint32_t davar_glr_dispersion(const davar_glr_t *state, const davar_glr_config_t *config);
 
 /* --- windows: as long as the likelihood ratio finds one variance in them ---------------------- */
 

@@ -36,6 +36,16 @@ static inline void block_detect(const block_t *block, davar_glr_t *detector,
     davar_glr_push_q15(detector, config, block->sum, block->squares, event);
 }
 
+/* The part of a sample that the two before it do not predict (10.16), within the range of a sample.
+ * |first| + |second| <= GLR_WHITEN_MAX, so the sum is below 2^31. */
+static inline sample_t whitened(int32_t first, int32_t second, sample_t sample, sample_t before,
+                                sample_t earlier)
+{
+    const int32_t predicted = ((first * before) + (second * earlier) + (1 << 13U)) >> 14U;
+    const int32_t rest = sample - predicted;
+    return (sample_t)((rest > INT16_MAX) ? INT16_MAX : ((rest < INT16_MIN) ? INT16_MIN : rest));
+}
+
 #define DETECTOR_NUMBER davar_number_q15
 #define DETECTOR_PUSH_CLUSTERS davar_glr_push_clusters_q15
 #define DETECTOR_LAW davar_law_glr_q15

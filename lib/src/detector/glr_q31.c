@@ -38,6 +38,16 @@ static inline void block_detect(const block_t *block, davar_glr_t *detector,
     davar_glr_push_q31(detector, config, block->sum, &block->squares, event);
 }
 
+/* The part of a sample that the two before it do not predict (10.16), within the range of a
+ * sample. */
+static inline sample_t whitened(int32_t first, int32_t second, sample_t sample, sample_t before,
+                                sample_t earlier)
+{
+    const uint64_t sum = davar_multiply_i32(first, before) + davar_multiply_i32(second, earlier);
+    const int64_t rest = sample - ((int64_t)(sum + (UINT64_C(1) << 13U)) >> 14U);
+    return (sample_t)((rest > INT32_MAX) ? INT32_MAX : ((rest < INT32_MIN) ? INT32_MIN : rest));
+}
+
 #define DETECTOR_NUMBER davar_number_q31
 #define DETECTOR_PUSH_CLUSTERS davar_glr_push_clusters_q31
 #define DETECTOR_LAW davar_law_glr_q31

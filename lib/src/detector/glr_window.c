@@ -22,7 +22,7 @@ static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config,
     davar_stretch_t stretch;
     davar_stretch(&stretch, &sum, config->degrees);
     const uint32_t widened =
-        (uint32_t)(davar_multiply_u32(davar_glr_dispersion(state), limit) >> GAIN_DIGITS);
+        (uint32_t)(davar_multiply_u32(davar_glr_dispersion(state, config), limit) >> GAIN_DIGITS);
     return !davar_likelihood_may_reach(&stretch, &older, widened >> (GAIN_DIGITS - 6U)) ||
            (davar_likelihood_gain(&stretch, &older) <= (int32_t)widened);
 }
@@ -190,7 +190,7 @@ static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, 
     davar_stretch_t stretch;
     davar_stretch(&stretch, &sum, config->degrees);
     const int32_t limit =
-        (int32_t)((davar_glr_dispersion(state) * (uint64_t)STEP_LIMIT) >> GAIN_DIGITS);
+        (int32_t)((davar_glr_dispersion(state, config) * (uint64_t)STEP_LIMIT) >> GAIN_DIGITS);
     return (davar_likelihood_gain(&stretch, &older) - ramp_gain(config, &moment)) > limit;
 }
 

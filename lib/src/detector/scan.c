@@ -143,8 +143,9 @@ void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config,
     if (sum.blocks < (2U * config->least)) {
         return;
     }
-    scan_t scan = {state, config, begin, {{0U, 0U, 0U}, 0, 0U, 0, 0U}, davar_glr_dispersion(state),
-                   split, count};
+    scan_t scan = {
+        state, config, begin, {{0U, 0U, 0U}, 0, 0U, 0, 0U}, davar_glr_dispersion(state, config),
+        split, count};
     davar_stretch(&scan.stretch, &sum, config->degrees);
     test_split(&scan, 2U, 0U);
     test_split(&scan, 3U, 0U);

@@ -12,7 +12,7 @@
 
 #define MAGIC 0x52564144U         /* "DAVR" */
 #define MAGIC_SWAPPED 0x44415652U /* written with the other byte order */
-#define FORMAT 4U
+#define FORMAT 5U
 #define SLOTS 2U
 
 /* Before each image. `check` covers the fields above it and the payload. */
@@ -83,6 +83,7 @@ static uint32_t check_of_f64(uint32_t check, const double *value)
 #define CHECK_F64(check, value) check_of_f64(check, &(value))
 #define CHECK_U32(check, value) check_of_u32(check, value)
 #define CHECK_U16(check, value) check_of_u32(check, value)
+#define CHECK_I16(check, value) check_of_u32(check, (uint32_t)(value))
 #define CHECK_U8(check, value) check_of_u32(check, value)
 #define CHECK_BOOL(check, value) check_of_u32(check, (uint32_t)(value))
 #define CHECK_MODE(check, value) check_of_u32(check, (uint32_t)(value))

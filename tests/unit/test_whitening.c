@@ -1,0 +1,329 @@
+/* davar tests - whitening in front of the detector (10.16): policy glr behind a filter compared with
+ * a detector of blocks that the test whitens itself, from the samples since the last gap. */
+#include "davar/davar.h"
+#include "detector/glr.h"
+
+#include "random.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#define BLOCK 10
+#define SAMPLES 40000U
+
+typedef enum { Q15, Q31 } type_t;
+
+static const uint32_t taus[] = {1U, 2U, 4U};
+static davar_config_t config;
+static davar_t davar;
+static davar_result_t result;
+static uint64_t memory[4096];
+static int32_t stream[SAMPLES];
+static bool gap_before[SAMPLES];
+
+void setUp(void)
+{
+    config = davar_default_config;
+    config.window.mode = DAVAR_MODE_TRAILING;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 0.5;
+    config.window.longest = 6000U;
+    config.window.shortest = 20U;
+    config.window.grow = 1U;
+    config.window.gaps_max = 64U;
+    config.moments.segment = 0U;
+    config.stride = 10U;
+    config.taus = taus;
+    config.tau_count = 3U;
+    config.glr.false_alarms_per_hour = 1.0;
+    config.glr.whiten_first = 26000;
+    config.glr.whiten_second = -11000;
+    config.glr.whiten_level = 12.5;
+}
+
+void tearDown(void) {}
+
+/* Noise with the poles of the whitening, whose size changes and which has shocks. */
+static void make_stream(uint64_t seed, double sigma, double offset, double most)
+{
+    random_t random = random_seeded(seed);
+    double x[3] = {0.0, 0.0, 0.0};
+    double size = sigma;
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        if ((random_next(&random) % 4000U) == 0U) {
+            size = sigma * exp(2.0 * (random_uniform(&random) - 0.5));
+        }
+        x[0] = (1.587 * x[1]) - (0.671 * x[2]) + (size * random_gauss(&random));
+        x[2] = x[1];
+        x[1] = x[0];
+        const bool is_shock = (random_next(&random) % 2000U) == 0U;
+        const double value = floor(x[0] + offset + (is_shock ? (100.0 * size) : 0.0) + 0.5);
+        stream[i] = (int32_t)fmax(-most - 1.0, fmin(most, value));
+        gap_before[i] = (random_next(&random) % 1500U) == 0U;
+    }
+}
+
+/* ---- the same with the test's own arithmetic ---- */
+
+static davar_glr_t state;
+static davar_glr_config_t thresholds;
+static davar_glr_event_t event;
+static uint32_t alarms;
+static uint32_t cuts;
+static uint32_t shocks;
+static davar_spread_t older;
+static int32_t gain;
+static bool has_changed;
+
+static void reference_start(void)
+{
+    const davar_glr_wish_t wish = {100.0, 1.0, 300.0, 6000U, BLOCK, 2U, false};
+    davar_glr_start(&thresholds, &wish);
+    davar_glr_start_whitened(&thresholds, config.glr.whiten_first, config.glr.whiten_second);
+    davar_glr_reset(&state);
+    alarms = 0U;
+    cuts = 0U;
+    shocks = 0U;
+    has_changed = false;
+}
+
+/* x[0] is the newest of three samples. */
+static int64_t rest_of(const int64_t x[3], int64_t limit)
+{
+    const double predicted = ((double)config.glr.whiten_first * (double)x[1] +
+                              (double)config.glr.whiten_second * (double)x[2]) /
+                             16384.0;
+    const int64_t rest = x[0] - (int64_t)floor(predicted + 0.5);
+    return (rest > limit) ? limit : ((rest < (-limit - 1)) ? (-limit - 1) : rest);
+}
+
+static void reference_note(void)
+{
+    alarms += event.is_alarm ? 1U : 0U;
+    cuts += event.is_cut ? 1U : 0U;
+    shocks += (event.dropped > 0U) ? 1U : 0U;
+    if (event.is_alarm) {
+        older = event.older;
+        gain = event.gain;
+        has_changed = true;
+    }
+}
+
+static void reference_block(const int64_t e[BLOCK])
+{
+    int64_t sum = 0;
+    davar_u128_t squares = {0U, 0U};
+    for (int i = 0; i < BLOCK; i++) {
+        const davar_u128_t square = {(uint64_t)(e[i] * e[i]), 0U};
+        sum += e[i];
+        squares = davar_u128_add(squares, square);
+    }
+    davar_glr_push_q31(&state, &thresholds, sum, &squares, &event);
+    reference_note();
+}
+
+static void reference_gap(void)
+{
+    davar_glr_skip(&state, &thresholds, &event);
+}
+
+static double level_of(const davar_spread_t *sum)
+{
+    const double nu = BLOCK - 1.0;
+    const double a = config.glr.whiten_first / 16384.0;
+    const double b = config.glr.whiten_second / 16384.0;
+    const double floor_of_block = floor((BLOCK * nu * (1.0 + (2.0 * ((a * a) + (b * b))))) + 0.5);
+    const double total = ((double)sum->high * 18446744073709551616.0) + (double)sum->low;
+    const double square =
+        (total - (sum->blocks * floor_of_block)) / (12.0 * BLOCK * nu * sum->blocks);
+    return 12.5 * 0.5 * sqrt(square);
+}
+
+static void assert_same(void)
+{
+    const davar_health_t health = davar_health(&davar);
+    TEST_ASSERT_EQUAL_UINT32(alarms, health.alarms);
+    TEST_ASSERT_EQUAL_UINT32(cuts, health.cuts);
+    TEST_ASSERT_EQUAL_UINT32(shocks, health.shocks);
+    if (davar_take(&davar, &result)) {
+        const double f = (double)davar_glr_dispersion(&state, &thresholds) / 4096.0;
+        TEST_ASSERT_EQUAL_DOUBLE(f, result.dispersion);
+        TEST_ASSERT_EQUAL_UINT32(has_changed ? 1U : 0U, result.change.m);
+        if (has_changed) {
+            const davar_spread_t newer = spread_between(&state.alarm.sum, &state.now.sum);
+            TEST_ASSERT_EQUAL_DOUBLE((double)gain / 4096.0, result.change.gain);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-8 * level_of(&older), level_of(&older),
+                                      result.change.older);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-8 * level_of(&newer), level_of(&newer),
+                                      result.change.newer);
+        }
+    }
+}
+
+/* ---- both ---- */
+
+static void push_one(type_t type, int32_t sample)
+{
+    if (type == Q15) {
+        const int16_t narrow = (int16_t)sample;
+        davar_push_q15(&davar, &narrow, 1U);
+    } else {
+        davar_push_q31(&davar, &sample, 1U);
+    }
+}
+
+static void init(type_t type)
+{
+    config.law = (type == Q15) ? &davar_law_glr_q15 : &davar_law_glr_q31;
+    memset(memory, 0xA5, sizeof memory);
+    TEST_ASSERT_EQUAL(DAVAR_OK, (type == Q15)
+                                    ? davar_init_q15(&davar, &config, memory, sizeof memory)
+                                    : davar_init_q31(&davar, &config, memory, sizeof memory));
+}
+
+static void compare(type_t type, int64_t limit)
+{
+    int64_t x[3] = {0, 0, 0};
+    int64_t e[BLOCK];
+    int filled = 0;
+    bool has_past = false;
+    init(type);
+    reference_start();
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        if (gap_before[i]) {
+            davar_gap(&davar, 3U);
+            reference_gap();
+            filled = 0;
+            has_past = false;
+        }
+        x[2] = has_past ? x[1] : stream[i];
+        x[1] = has_past ? x[0] : stream[i];
+        x[0] = stream[i];
+        has_past = true;
+        push_one(type, stream[i]);
+        e[filled] = rest_of(x, limit);
+        filled++;
+        if (filled == BLOCK) {
+            filled = 0;
+            reference_block(e);
+            assert_same();
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(1U, alarms + cuts);
+}
+
+static void test_blocks_of_16_bits_are_whitened(void)
+{
+    make_stream(1U, 8.0, 1000.0, 32767.0);
+    compare(Q15, 32767);
+    TEST_ASSERT_GREATER_THAN_UINT32(3U, alarms);
+    TEST_ASSERT_GREATER_THAN_UINT32(2U, shocks);
+    make_stream(2U, 0.7, -0.3, 32767.0);
+    compare(Q15, 32767);
+}
+
+static void test_blocks_of_32_bits_are_whitened(void)
+{
+    config.sample_bits = 32U;
+    make_stream(3U, 80000.0, -3e7, 2147483647.0);
+    compare(Q31, 2147483647);
+    TEST_ASSERT_GREATER_THAN_UINT32(3U, alarms);
+    TEST_ASSERT_GREATER_THAN_UINT32(2U, shocks);
+}
+
+/* Full scale, up and down: what is left of a sample is clamped to the range of a sample. */
+static void test_the_rest_is_clamped_and_no_sum_overflows(void)
+{
+    static const int16_t signs[][2] = {
+        {32767, 16385}, {-32767, -16385}, {-32767, 16385}, {16384, 32767}, {-16384, -32767}};
+    for (size_t s = 0U; s < (sizeof signs / sizeof signs[0]); s++) {
+        config.glr.whiten_first = signs[s][0];
+        config.glr.whiten_second = signs[s][1];
+        make_stream(4U + s, 30000.0, 0.0, 32767.0);
+        config.sample_bits = 16U;
+        compare(Q15, 32767);
+        config.sample_bits = 32U;
+        make_stream(4U + s, 2e9, 0.0, 2147483647.0);
+        compare(Q31, 2147483647);
+    }
+}
+
+/* An offset of the whole range causes nothing, at the start and after gaps. */
+static void test_an_offset_is_no_change(void)
+{
+    random_t random = random_seeded(9U);
+    init(Q15);
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        if ((i % 97U) == 0U) {
+            davar_gap(&davar, 1U);
+        }
+        push_one(Q15, 30000 + (int32_t)floor((4.0 * random_gauss(&random)) + 0.5));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).alarms);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).shocks);
+}
+
+static davar_status_t status_of(int16_t first, int16_t second, double level)
+{
+    config.glr.whiten_first = first;
+    config.glr.whiten_second = second;
+    config.glr.whiten_level = level;
+    return davar_init_q15(&davar, &config, memory, sizeof memory);
+}
+
+static void test_settings_out_of_range_are_rejected(void)
+{
+    config.law = &davar_law_glr_q15;
+    TEST_ASSERT_EQUAL(DAVAR_OK, status_of(0, 0, 0.0));
+    TEST_ASSERT_EQUAL(DAVAR_OK, status_of(32767, -16385, 1e-9));
+    TEST_ASSERT_EQUAL(DAVAR_OK, status_of(-32767, 16385, 1e9));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(32767, -16386, 1.0));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(INT16_MIN, INT16_MIN, 1.0));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(1, 0, 0.0));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(0, 1, 0.0));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(0, 1, -1.0));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(1, 0, 1.1e9));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(1, 0, (double)NAN));
+}
+
+/* Without a filter everything is as before: the second channel, too. */
+static void test_clusters_take_the_samples_themselves(void)
+{
+    davar_result_t plain;
+    config.glr.long_cluster = 40U;
+    config.glr.whiten_first = 0;
+    config.glr.whiten_second = 0;
+    random_t random = random_seeded(10U);
+    for (uint32_t i = 0U; i < SAMPLES; i++) { /* a slow noise begins in the middle */
+        const double drift = (i > (SAMPLES / 2U)) ? (15.0 * sin((double)i * 0.04)) : 0.0;
+        stream[i] = (int32_t)floor((20.0 * random_gauss(&random)) + drift + 0.5);
+    }
+    for (int whitened = 0; whitened < 2; whitened++) {
+        init(Q15);
+        for (uint32_t i = 0U; i < SAMPLES; i++) {
+            push_one(Q15, stream[i]);
+        }
+        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+        if (whitened == 0) {
+            plain = result;
+            config.glr.whiten_first = 1; /* 2^-14: e equals the sample almost always */
+        } else {
+            TEST_ASSERT_EQUAL_UINT32(40U, plain.change.m);
+            TEST_ASSERT_EQUAL_UINT32(plain.change.m, result.change.m);
+            TEST_ASSERT_EQUAL_DOUBLE(plain.change.newer, result.change.newer);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_blocks_of_16_bits_are_whitened);
+    RUN_TEST(test_blocks_of_32_bits_are_whitened);
+    RUN_TEST(test_the_rest_is_clamped_and_no_sum_overflows);
+    RUN_TEST(test_an_offset_is_no_change);
+    RUN_TEST(test_settings_out_of_range_are_rejected);
+    RUN_TEST(test_clusters_take_the_samples_themselves);
+    return UNITY_END();
+}
