@@ -199,10 +199,11 @@ def functions(text):
 ROOMS = {
     "lib/src": {
         "number": set(),
+        "filter": {"number"},
         "core": {"number"},
         "pipeline": {"number", "core"},
         "detector": {"number", "core"},
-        "fit": {"number"},
+        "fit": {"number", "filter"},
         "monitor": {"number"},
         "state": {"number"},
         "wire": {"number"},

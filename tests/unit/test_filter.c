@@ -337,7 +337,7 @@ static void test_whitening_matches_the_autocovariance(void)
 static void test_no_filter_needs_no_whitening(void)
 {
     davar_config_t config = davar_default_config;
-    const davar_filter_t average = DAVAR_BLOCK_AVERAGE(8U);
+    const davar_filter_t average = {DAVAR_SUM(8U)};
     config.glr.whiten_first = 5;
     davar_whiten(&config, &filters[0]);
     TEST_ASSERT_EQUAL(0, config.glr.whiten_first);

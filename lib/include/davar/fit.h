@@ -14,35 +14,11 @@
 #ifndef DAVAR_FIT_H
 #define DAVAR_FIT_H
 
-#include "davar/types.h"
+#include "davar/filter.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/** The filter between the gyro's noise and the samples that davar gets: a low-pass, then moving
- * averages, then every n-th sample. All zeros: no filter. DAVAR_LOW_PASS and DAVAR_SUM initialise
- * the common ones, alone or both: davar_filter_t filter = {DAVAR_LOW_PASS(250, 1000, 2),
- * DAVAR_SUM(8)}. */
-typedef struct davar_filter {
-    double cutoff; /**< -3 dB over the sample rate that davar sees, 0.002 to 2 times decimation */
-    double uncertainty;  /**< relative standard uncertainty of cutoff, 0 to 0.5 */
-    uint8_t poles;       /**< 1: first order; 2: second order, Butterworth; 0: no low-pass */
-    uint8_t averages;    /**< moving averages in series, 0 to 8; a CIC of order n has n */
-    uint16_t length;     /**< samples in each of them, before the decimation, 1 to 4096 */
-    uint16_t decimation; /**< one sample is kept of so many; 0 and 1: every sample */
-    /** counts that davar_average adds in a sample; above 1, averages is 1 and the two fields above
-     * are the same number. 0 and 1: a sample is one count */
-    uint16_t summed;
-} davar_filter_t;
-
-/** A low-pass of 1 or 2 poles with its -3 dB frequency in Hz, known to 10 %. rate_hz: sample rate
- * that davar sees. */
-#define DAVAR_LOW_PASS(hz, rate_hz, order)                                                         \
-    .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)
-
-/** The sums of `n` samples each that davar_average makes. */
-#define DAVAR_SUM(n) .averages = 1U, .length = (n), .decimation = (n), .summed = (n)
 
 /** Everything a fit needs that does not depend on the Allan deviations: a cache, not a history.
  * The caller owns it. Fields are private. */
@@ -116,31 +92,6 @@ void davar_plan_init_white(davar_plan_t *plan, const uint32_t *m, uint8_t count)
 #define davar_plan_init_filtered DAVAR_SIZED(davar_plan_init_filtered)
 void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t count,
                               const davar_filter_t *filter);
-
-/** Computes the power gain of a filter for white noise at a frequency, relative to that at 0.
- * frequency: over the sample rate that davar sees, 0 to 0.5. Aliases are included. The fields of
- * *filter are in their ranges (asserted).
- * @return At least 0; 1 at frequency 0, and at every frequency if the filter is all zeros.
- *
- * Cost: O(decimation) in doubles. Formula (5.16). */
-double davar_filter_power(const davar_filter_t *filter, double frequency);
-
-/** Sets the whitening of law glr for a gyro behind `filter`, whose fields are in their ranges
- * (asserted): glr.whiten_first, whiten_second and whiten_level. The detector then keeps its rate of
- * false alarms behind the filter, and detects a change about as early as without one. A cutoff that
- * is wrong by 20 % does no harm. Call it before init, or copy its values into a const
- * configuration (tools/davar-plan --bandwidth prints them).
- * Cost: O(P) in doubles, once, with P = 4 / cutoff, 64 to 16384 points. Formula (10.16). */
-void davar_whiten(davar_config_t *config, const davar_filter_t *filter);
-
-/** Sets the bounds of kurtosis and contribution so that at most the share `rate` of the windows of
- * unchanged Gaussian noise is unstable, at every length from window.shortest up: moments.
- * kurtosis_low to moments.contribution_high. The bounds of [SONG18] call 20 % of windows of 400
- * white samples unstable. A stated rate detects small changes later.
- * Reads law, window.shortest and moments.segment, which is below window.shortest (asserted).
- * rate: 1e-4 to 0.1 (asserted). filter: null for white noise.
- * Cost: O(P) per lag in doubles, with P as for davar_whiten and at most 256 lags. Formula (4.3). */
-void davar_bound_unstable_rate(davar_config_t *config, double rate, const davar_filter_t *filter);
 
 /** Fits white noise alone: the angle random walk with its interval.
  *
