@@ -98,6 +98,20 @@ static void set_taus(settings_t *settings, const options_t *options)
     }
 }
 
+static bool check_unstable_rate(const options_t *options, sim_error_t *error)
+{
+    if (!(options->unstable_rate > 0.0)) {
+        return true;
+    }
+    if (options->kurtosis.given || options->contribution.given) {
+        return sim_fail(error, "--unstable-rate: sets the ranges of --kurtosis and --contribution; "
+                               "give either it or them");
+    }
+    return (options->policy != DAVAR_POLICY_GLR) ||
+           sim_fail(error, "--unstable-rate: not for --policy glr, which has "
+                           "--false-alarms-per-hour");
+}
+
 bool settings_make(settings_t *settings, const options_t *options, sim_error_t *error)
 {
     davar_config_t *config = &settings->config;
@@ -118,7 +132,7 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
                                   ? (uint16_t)(2U * config->window.longest)
                                   : UINT16_MAX;
     config->window.mirrored_end = (config->window.mode == DAVAR_MODE_CENTRED);
-    return settings_check(settings, options, error);
+    return check_unstable_rate(options, error) && settings_check(settings, options, error);
 }
 
 /* The widest count that quantise_plan may choose; 0 leaves it to the type. */

@@ -120,20 +120,6 @@ static options_status_t take_rest(options_t *options, int argc, char **argv, sim
     return OPTIONS_RUN;
 }
 
-static bool check_unstable_rate(const options_t *options, sim_error_t *error)
-{
-    if (!(options->unstable_rate > 0.0)) {
-        return true;
-    }
-    if (options->kurtosis.given || options->contribution.given) {
-        return sim_fail(error, "--unstable-rate: sets the ranges of --kurtosis and --contribution; "
-                               "give either it or them");
-    }
-    return (options->policy != DAVAR_POLICY_GLR) ||
-           sim_fail(error, "--unstable-rate: not for --policy glr, which has "
-                           "--false-alarms-per-hour");
-}
-
 options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error)
 {
     *options = (options_t){.policy = DAVAR_POLICY_OR,
@@ -143,9 +129,6 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
     options_status_t status = walk(options, argc, argv, error);
     if (status == OPTIONS_RUN) {
         status = take_rest(options, argc, argv, error);
-    }
-    if ((status == OPTIONS_RUN) && !check_unstable_rate(options, error)) {
-        status = OPTIONS_BAD;
     }
     if ((status == OPTIONS_RUN) && (options->device != NULL) && (options->pace > 0.0)) {
         (void)sim_fail(error,
