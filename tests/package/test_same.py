@@ -180,8 +180,12 @@ class Same(unittest.TestCase):
                 *("--lsb", 0.001, "--bandwidth", "auto", "--stride", 100),
             ),
         )
-        short = davar.dynamic(x[:4000], 128.0, lsb=0.001, bandwidth="auto", stride=100)
+        with self.assertWarnsRegex(UserWarning, "withheld: the short cluster sizes read low"):
+            short = davar.dynamic(x[:4000], 128.0, lsb=0.001, bandwidth="auto", stride=100)
         self.assertIsNone(short.bandwidth)
+        with self.assertWarnsRegex(UserWarning, "withheld: the short cluster sizes contradict"):
+            found = davar.dynamic(x, 128.0, lsb=0.001, bandwidth="50:2:0", stride=100)
+        self.assertGreater(found.filtered.mean(), 0.05)
 
 
 class Options(unittest.TestCase):
