@@ -295,6 +295,15 @@ static void test_sizes_beyond_the_filter_are_white(void)
     assert_near(r_at(0), (double)plan.sample, 1e-5);
 }
 
+static void test_the_inverse_of_a_gain_saturates(void)
+{
+    static const uint32_t m[] = {1U, 4096U};
+    const davar_filter_t narrow = {.averages = 8U, .length = 4096U};
+    davar_plan_init_filtered(&plan, m, 2U, &narrow);
+    TEST_ASSERT_TRUE(plan.gain[0] < 1e-7F);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, plan.inverse_gain[0]);
+}
+
 /* The kernel of the last size within the grid is resolved: 4 points per cycle of m = 4096. */
 static void test_the_longest_size_of_the_grid_is_resolved(void)
 {
@@ -416,6 +425,7 @@ int main(void)
     RUN_TEST(test_drifts_pass_the_filter_as_their_spectrum_does);
     RUN_TEST(test_the_power_gain_matches_the_autocovariance);
     RUN_TEST(test_sizes_beyond_the_filter_are_white);
+    RUN_TEST(test_the_inverse_of_a_gain_saturates);
     RUN_TEST(test_the_longest_size_of_the_grid_is_resolved);
     RUN_TEST(test_whitening_matches_the_autocovariance);
     RUN_TEST(test_no_filter_needs_no_whitening);

@@ -4,6 +4,8 @@
 
 #define WHITENING_ONE 16384.0
 
+#define NORMAL_STEP (1.0 / 256.0)
+
 /* Lags at which the autocovariance is read, at most; beyond, every n-th one. */
 #define LAGS_MOST 256U
 
@@ -65,24 +67,28 @@ static double fourth_powers(const davar_filter_t *filter)
     return sum * (double)step;
 }
 
-/* The number of standard deviations that a normal variable exceeds with probability `tail`. */
+/* Probability that a normal variable is from z to z + NORMAL_STEP standard deviations. */
+static double normal_part(double z)
+{
+    const double by_root_2_pi = 0.398942280401432678;
+    const double middle = z + (0.5 * NORMAL_STEP);
+    return NORMAL_STEP * by_root_2_pi *
+           davar_exponential((complex_t){-0.5 * squared(middle), 0.0}).re;
+}
+
+/* The number of standard deviations that a normal variable exceeds with probability `tail`, from
+ * 1e-5 to 0.5. */
 static double normal_quantile(double tail)
 {
-    const double step = 1.0 / 256.0;
-    const double by_root_2_pi = 0.398942280401432678;
     double rest = 0.5 - tail;
     double z = 0.0;
-    while (z < 5.5) {
-        const double middle = z + (0.5 * step);
-        const double part =
-            step * by_root_2_pi * davar_exponential((complex_t){-0.5 * squared(middle), 0.0}).re;
-        if (part >= rest) {
-            return z + (step * rest / part);
-        }
+    double part = normal_part(z);
+    while (part < rest) {
         rest -= part;
-        z += step;
+        z += NORMAL_STEP;
+        part = normal_part(z);
     }
-    return z;
+    return z + (NORMAL_STEP * rest / part);
 }
 
 /* Of the kurtosis, in standard deviations of ln K at 3; of the contribution, whose distribution has
