@@ -49,7 +49,7 @@ static void configure(engine_t *engine, const settings_t *settings,
     }
 }
 
-/* The filter of --bandwidth at the rate of the recording, of the first channel if it was learned. */
+/* Converts the filter of --bandwidth to the sample rate; of learned filters, selects channel 0's. */
 static bool declare(engine_t *engine, const learned_t *learned, const options_t *options,
                     sim_error_t *error)
 {

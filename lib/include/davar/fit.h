@@ -28,7 +28,7 @@ typedef struct davar_plan {
     uint8_t sizes; /* ... of all that it knows */
     bool declared; /* the filter is known, or known to be absent */
     int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two: the units of variance */
-    /* Of the cluster sizes and the filter, for white noise of variance 1 before the filter (5.16). */
+    /* Of the cluster sizes and the filter, for white noise of variance 1 before it (5.16). */
     float m[DAVAR_TAUS_MAX];
     float gain[DAVAR_TAUS_MAX];    /* m avar */
     float flicker[DAVAR_TAUS_MAX]; /* root of the share of flicker that passes the filter */
