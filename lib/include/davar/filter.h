@@ -50,7 +50,8 @@ double davar_filter_power(const davar_filter_t *filter, double frequency);
 /** Sets the whitening of law glr for a gyro behind `filter`, whose fields are in their ranges
  * (asserted): glr.whiten_first, whiten_second and whiten_level. The detector then keeps its rate of
  * false alarms behind the filter, and detects a change about as early as without one. With a cutoff
- * that is wrong by 20 %, false alarms are at most a third more. Call it before init, or copy its
+ * that is wrong by 20 %, false alarms are at most a third more. Behind a narrow filter and with a
+ * sigma below five counts, it delays alarms instead: leave it out. Call it before init, or copy its
  * values into a const configuration (tools/davar-plan --bandwidth prints them).
  * Cost: O(P) in doubles, once, with P = 4 / cutoff, 64 to 16384 points. Formula (10.16). */
 void davar_whiten(davar_config_t *config, const davar_filter_t *filter);
