@@ -112,10 +112,11 @@ class Options(unittest.TestCase):
                 )
         for taus, (result, plan) in sizes.items():
             self.assertRegex(costs, rf"(?m)^\| {taus}( \(default\))? \| {result} \| {plan} \|$")
-            self.assertEqual((result, plan), (40 * taus + 256, 72 * taus + 208))
+            pairs = taus * (taus + 1) // 2
+            self.assertEqual((result, plan), (40 * taus + 256, 100 * taus + 4 * pairs + 264))
         readme, costs = (" ".join(page.split()) for page in (readme, costs))
         self.assertIn("256 bytes plus 40 bytes per tau", costs)
-        self.assertIn("208 bytes plus 72 bytes per tau", costs)
+        self.assertIn("264 bytes plus 100 bytes per tau plus 4 bytes per pair of taus", costs)
         self.assertIn(f"({sum(sizes[8])} bytes with `-DDAVAR_TAUS_MAX=8`)", readme)
 
     def test_a_wrong_combination_does_not_compile(self):

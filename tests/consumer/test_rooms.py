@@ -1,5 +1,5 @@
 """filter, fit, monitor, state and wire each build without the rest of the library: they need only
-public headers, number/ and their own files, and fit also the headers of filter.
+public headers, number/ and their own files; fit also the header of filter.
 """
 
 import shutil
@@ -11,7 +11,7 @@ from compiling import objects
 
 LIB = Path(__file__).resolve().parents[2] / "lib"
 ALONE = ("filter", "fit", "monitor", "state", "wire")
-ALSO = {"fit": ("filter/spectrum.h",), "state": ("core/instance.h",)}  # tests/style has the reason
+ALSO = {"state": ("core/instance.h",), "fit": ("filter/spectrum.h",)}  # lib/DESIGN.md
 
 
 class Rooms(unittest.TestCase):
