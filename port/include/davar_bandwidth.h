@@ -139,8 +139,6 @@ static inline void davar_bandwidth_plan(davar_plan_t *plan, const davar_config_t
 {
     if (filter == NULL) {
         davar_plan_init(plan, config->taus, config->tau_count);
-    } else if ((filter->poles == 0U) && (filter->averages == 0U)) {
-        davar_plan_init_white(plan, config->taus, config->tau_count);
     } else {
         davar_plan_init_filtered(plan, config->taus, config->tau_count, filter);
     }

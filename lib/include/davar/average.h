@@ -10,6 +10,8 @@
 #ifndef DAVAR_AVERAGE_H
 #define DAVAR_AVERAGE_H
 
+#include "davar/options.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -25,9 +27,10 @@ typedef struct {
     uint16_t count; /* samples in sum */
 } davar_average_t;
 
-/** Begins a block. length: samples in a block, 1 to 4096. */
+/** Begins a block. length: samples in a block, 1 to 4096 (asserted). */
 static inline void davar_average_init(davar_average_t *average, uint16_t length)
 {
+    DAVAR_ASSERT((length >= 1U) && (length <= 4096U));
     *average = (davar_average_t){0, length, 0U};
 }
 

@@ -143,6 +143,10 @@ DAVAR_RARE void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, 
 {
     band_t band;
     davar_filter_assert(filter);
+    if ((filter->poles == 0U) && (filter->averages == 0U)) {
+        davar_plan_init_white(plan, m, count);
+        return;
+    }
     davar_plan_start(plan, m, count);
     plan->declared = true;
     davar_band_start(filter, &band);
