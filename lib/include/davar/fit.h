@@ -130,7 +130,7 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * results are equal. For any other mix result->noise is MIXED, a resolved term is present, and an
  * unresolved term has an upper limit.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
- * times without a double FPU. Stack: about 2 kB.
+ * times without a double FPU. Stack: about 2.4 kB.
  * Formulas (5.3) to (5.11), (5.13) to (5.17). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
