@@ -36,7 +36,8 @@ typedef struct davar_filter {
 #define DAVAR_LOW_PASS(hz, rate_hz, order)                                                         \
     .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)
 
-/** The sums of `n` samples each that davar_average makes. */
+/** The sums of `n` samples each that davar_average makes. 1: each sample is one count, for C++
+ * compilers that warn about the fields that DAVAR_LOW_PASS leaves out. */
 #define DAVAR_SUM(n) .averages = 1U, .length = (n), .decimation = (n), .summed = (n)
 
 /** Computes the power gain of a filter for white noise at a frequency, relative to that at 0.
