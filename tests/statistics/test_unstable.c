@@ -136,7 +136,9 @@ static double noticed(double ratio, double rate)
 static void test_the_price_of_a_stated_rate(void)
 {
     printf("| step | stated 1 %% | paper |\n");
-    for (double ratio = 1.5; ratio < 3.5; ratio += 0.5) {
+    static const double ratios[] = {1.5, 2.0, 2.5, 3.0};
+    for (size_t i = 0U; i < sizeof ratios / sizeof ratios[0]; i++) {
+        const double ratio = ratios[i];
         printf("| x%.1f | %.0f | %.0f |\n", ratio, noticed(ratio, 0.01), noticed(ratio, 0.0));
     }
     TEST_ASSERT_TRUE(noticed(2.0, 0.01) > 90.0);
