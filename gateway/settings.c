@@ -194,8 +194,10 @@ static const char *expected(const entry_t *entry)
                                         [WHOLE] = "a whole number of at least 0",
                                         [HEX] = "a hexadecimal number",
                                         [CONTENT] = "summary, full, intervals or fd",
-                                        [POLICY] = "or or glr",
-                                        [FILTER] = DAVAR_BANDWIDTH_FORMS};
+                                        [POLICY] = "or or glr"};
+    if (entry->kind == FILTER) {
+        return DAVAR_BANDWIDTH_FORMS;
+    }
     return (strcmp(entry->name, "bits") == 0) ? "2 to 32" : WORDS[entry->kind];
 }
 
