@@ -57,7 +57,6 @@ SINGLE = (
     "rrw_deg_per_h_per_sqrt_h",
     "rr_deg_per_h2",
     "qn_deg",
-    "filtered",
 )
 SCALED = {"kurtosis": 1e-3, "contribution": 1e-5}
 
