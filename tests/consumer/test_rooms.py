@@ -1,4 +1,4 @@
-"""fit, monitor, state and wire each build without the rest of the library: they need only public
+"""fit, cascade, monitor, state and wire each build without the rest of the library: they need only public
 headers, number/ and their own files.
 """
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from compiling import objects
 
 LIB = Path(__file__).resolve().parents[2] / "lib"
-ALONE = ("fit", "monitor", "state", "wire")
+ALONE = ("fit", "cascade", "monitor", "state", "wire")
 ALSO = {"state": ("core/instance.h",)}  # tests/style has the reason
 
 
