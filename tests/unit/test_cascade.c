@@ -60,7 +60,7 @@ static int32_t sample_of(kind_t kind, random_t *random, int32_t highest, uint32_
     switch (kind) {
     case SQUARE: /* the largest difference of the longest cluster size */
         return (((i / (config.shortest << (config.tau_count - 1U))) % 2U) != 0U) ? highest
-                                                                                : (-highest - 1);
+                                                                                 : (-highest - 1);
     case EXTREMES:
         return ((random_next(random) & 1U) != 0U) ? highest : (-highest - 1);
     case WALK:
@@ -119,7 +119,7 @@ static void assert_equals_brute_force(uint32_t count, const char *what)
         const davar_u128_t sum = brute_sum(t, count, &expected);
         const stage_t *const stage = &stages[t / 3U];
         const davar_u128_t all =
-            davar_u128_add(stage->tau[t % 3U].squares[0], stage->tau[t % 3U].squares[1]);
+            davar_u128_add(stage->squares[2U * (t % 3U)], stage->squares[(2U * (t % 3U)) + 1U]);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected, result.tau[t].differences, what);
         TEST_ASSERT_EQUAL_HEX64_MESSAGE(sum.low, all.low, what);
         TEST_ASSERT_EQUAL_HEX64_MESSAGE(sum.high, all.high, what);
@@ -127,7 +127,8 @@ static void assert_equals_brute_force(uint32_t count, const char *what)
         if (expected > 0U) {
             const double m = (double)result.tau[t].m;
             const double adev = sqrt(davar_double_of_u128(sum) / (2.0 * m * m * (double)expected));
-            TEST_ASSERT_DOUBLE_WITHIN(1e-14 * adev, adev, result.tau[t].adev / config.unit_per_count);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-14 * adev, adev,
+                                      result.tau[t].adev / config.unit_per_count);
         } else {
             TEST_ASSERT_TRUE(isnan(result.tau[t].adev));
         }
@@ -208,8 +209,8 @@ static bool gap_is_due(const stream_t *stream, random_t *random, uint32_t i)
     }
     const uint32_t hop = config.shortest / 4U;
     const uint32_t beside = (i + 1U) % hop;
-    const uint32_t every = (beside <= 2U) ? (1U + (stream->gap_every / (hop / 2U)))
-                                          : (2U * stream->gap_every);
+    const uint32_t every =
+        (beside <= 2U) ? (1U + (stream->gap_every / (hop / 2U))) : (2U * stream->gap_every);
     return (random_next(random) % every) == 0U;
 }
 

@@ -84,10 +84,11 @@ typedef struct {
     uint32_t age;   /* of the next hop: hops since the newest gap */
     uint8_t ready;  /* bit k: stage k has a hop to serve */
     uint8_t stage_count;
-    uint8_t shift;   /* log2 of config.clusters */
-    uint8_t accepts; /* the one number type that may be pushed */
-    bool in_gap;     /* f32: inside a run of NaN or inf */
-    float counts_per_unit;
+    uint8_t shift;         /* log2 of config.clusters */
+    uint8_t accepts;       /* the one number type that may be pushed */
+    bool in_gap;           /* f32: inside a run of NaN or inf */
+    float counts_per_unit; /* f32, as limit: full_scale */
+    float limit;
     uint64_t hops;
     volatile uint32_t sequence; /* odd while a push changes what take reads */
     void *stages;               /* stage_t[], in the caller's memory */

@@ -62,51 +62,61 @@ static inline void remember(davar_cascade_t *cascade, uint32_t k, uint32_t hop, 
 static inline uint64_t difference(const davar_cascade_t *cascade, uint32_t k, uint32_t clusters)
 {
     const stage_t *const stage = stage_at(cascade, k);
-    const uint32_t unused = is_wide(cascade) ? 0U : (32U - NARROW_TOP_BITS);
     const uint64_t middle = recall(cascade, k, stage->hop - clusters);
     const uint64_t oldest = recall(cascade, k, stage->hop - (2U * clusters));
-    const uint64_t d = (stage->pending - (2U * middle) + oldest) << unused;
-    return (((d >> 63U) != 0U) ? (0U - d) : d) >> unused;
+    uint64_t d = stage->pending - (2U * middle) + oldest;
+    if (!is_wide(cascade)) { /* the sign of 48 bits */
+        const int32_t top = (int16_t)(uint16_t)(d >> 32U);
+        d = ((uint64_t)(uint32_t)top << 32U) | (uint32_t)d;
+    }
+    return ((d >> 63U) != 0U) ? (0U - d) : d;
 }
 
-static inline davar_u128_t square(uint64_t a)
+/* The rest of the square of 2^32 upper + lower. */
+DAVAR_APART static void add_upper_square(davar_u128_t *sum, uint32_t lower, uint32_t upper)
 {
-    if ((a >> 32U) == 0U) { /* most differences of noise */
-        return (davar_u128_t){davar_multiply_u32((uint32_t)a, (uint32_t)a), 0U};
+    const uint64_t mixed = davar_multiply_u32(lower, upper); /* twice, 2^32 up */
+    const davar_u128_t more = {mixed << 33U, davar_multiply_u32(upper, upper) + (mixed >> 31U)};
+    *sum = davar_u128_add(*sum, more);
+}
+
+static inline void add_square(davar_u128_t *sum, uint64_t a)
+{
+    const uint32_t upper = (uint32_t)(a >> 32U);
+    const uint64_t low = davar_multiply_u32((uint32_t)a, (uint32_t)a);
+    sum->low += low;
+    if (sum->low < low) {
+        sum->high++;
     }
-    return davar_multiply_u64(a, a);
+    if (upper != 0U) { /* few differences of noise */
+        add_upper_square(sum, (uint32_t)a, upper);
+    }
 }
 
 /* Serves the pending hop of stage k to one cluster size. The slot of that hop still holds the one
  * CASCADE_HOPS earlier, which the longest size needs. */
-static inline void serve_tau(davar_cascade_t *cascade, uint32_t k, uint32_t turn)
+static inline void serve_tau(davar_cascade_t *cascade, stage_t *stage, uint32_t k)
 {
-    stage_t *const stage = stage_at(cascade, k);
-    const uint32_t clusters = CASCADE_OVERLAP << turn;
+    const uint32_t clusters = CASCADE_OVERLAP << stage->turn;
     const uint32_t generation = clusters << cascade->shift;
     const uint32_t earlier = stage->hop - 1U; /* hops before it, from number 1 */
-    const uint32_t now = ((earlier & generation) != 0U) ? 1U : 0U;
-    davar_u128_t *const sum = &stage->tau[turn].squares[now];
-    uint16_t *const count = &stage->count[turn][now];
+    const uint32_t now = (2U * stage->turn) + (((earlier & generation) != 0U) ? 1U : 0U);
+    davar_u128_t *const sum = &stage->squares[now];
     if ((earlier & (generation - 1U)) == 0U) {
         sum->low = 0U;
         sum->high = 0U;
-        *count = 0U;
+        stage->count[now] = 0U;
     }
     if (stage->age >= (2U * clusters)) {
-        const davar_u128_t more = square(difference(cascade, k, clusters));
-        davar_u128_t total;
-        davar_u128_copy(&total, sum);
-        total = davar_u128_add(total, more);
-        davar_u128_copy(sum, &total);
-        *count = (uint16_t)(*count + 1U);
+        stage->count[now]++;
+        add_square(sum, difference(cascade, k, clusters));
     }
+    stage->turn++;
 }
 
 /* The stage is done with its hop. Each R-th is one of the next stage. */
-static inline void pass_on(davar_cascade_t *cascade, uint32_t k)
+static inline void pass_on(davar_cascade_t *cascade, stage_t *stage, uint32_t k)
 {
-    stage_t *const stage = stage_at(cascade, k);
     remember(cascade, k, stage->hop, stage->pending);
     stage->turn = 0U;
     cascade->ready = (uint8_t)(cascade->ready & ~(1U << k));
@@ -120,17 +130,16 @@ static inline void pass_on(davar_cascade_t *cascade, uint32_t k)
 }
 
 /* The first stage with a hop to serve is the one whose next hop is due first. */
-static void serve(davar_cascade_t *cascade)
+static inline void serve(davar_cascade_t *cascade)
 {
     uint32_t k = 0U;
     for (uint32_t ready = cascade->ready; (ready & 1U) == 0U; ready >>= 1U) {
         k++;
     }
     stage_t *const stage = stage_at(cascade, k);
-    serve_tau(cascade, k, stage->turn);
-    stage->turn++;
+    serve_tau(cascade, stage, k);
     if (stage->turn == CASCADE_TAUS) {
-        pass_on(cascade, k);
+        pass_on(cascade, stage, k);
     }
 }
 
@@ -171,46 +180,82 @@ DAVAR_APART static void event(davar_cascade_t *cascade)
 
 /* --- samples in ------------------------------------------------------------------------------- */
 
-static inline bool accepts(davar_cascade_t *cascade, uint8_t type, size_t count)
+/* The caller has a bug: another type than that of init. */
+DAVAR_APART DAVAR_RARE static void refuse(davar_cascade_t *cascade, size_t count)
 {
-    const bool good = (cascade->accepts == type);
-    DAVAR_ASSERT(good);
-    if (!good) {
-        davar_count_many(&cascade->health.missing, count);
-    }
-    return good;
+    DAVAR_ASSERT(false);
+    davar_count_many(&cascade->health.missing, count);
 }
 
-void davar_cascade_push_q15(davar_cascade_t *cascade, const int16_t *counts, size_t count)
+/* Samples of a block up to the next event, at least one. */
+static inline size_t run_of(const davar_cascade_t *cascade, size_t left)
 {
-    if (!accepts(cascade, ACCEPTS_Q15, count)) {
-        return;
-    }
-    for (size_t i = 0U; i < count; i++) {
-        cascade->part += counts[i];
-        cascade->until--;
-        if (cascade->until == 0U) {
-            event(cascade);
-        }
-    }
+    return (left < cascade->until) ? left : cascade->until;
 }
 
-static inline void push_wide(davar_cascade_t *cascade, int32_t sample)
+/* Samples are in the sum. */
+static inline void advance(davar_cascade_t *cascade, size_t run)
 {
-    cascade->sum += (uint64_t)(int64_t)sample;
-    cascade->until--;
+    cascade->until -= (uint32_t)run;
     if (cascade->until == 0U) {
         event(cascade);
     }
 }
 
+/* Blocks, apart, so that a push of one sample needs no stack. */
+DAVAR_APART static void push_narrow_block(davar_cascade_t *cascade, const int16_t *counts,
+                                          size_t count)
+{
+    for (size_t taken = 0U; taken < count;) {
+        const size_t run = run_of(cascade, count - taken);
+        DAVAR_ASSERT((run > 0U) && (run <= (count - taken)));
+        int32_t part = cascade->part;
+        for (size_t i = taken; i < (taken + run); i++) {
+            part += counts[i];
+        }
+        cascade->part = part;
+        taken += run;
+        advance(cascade, run);
+    }
+}
+
+DAVAR_APART static void push_wide_block(davar_cascade_t *cascade, const int32_t *counts,
+                                        size_t count)
+{
+    for (size_t taken = 0U; taken < count;) {
+        const size_t run = run_of(cascade, count - taken);
+        DAVAR_ASSERT((run > 0U) && (run <= (count - taken)));
+        uint64_t sum = cascade->sum;
+        for (size_t i = taken; i < (taken + run); i++) {
+            sum += (uint64_t)(int64_t)counts[i];
+        }
+        cascade->sum = sum;
+        taken += run;
+        advance(cascade, run);
+    }
+}
+
+void davar_cascade_push_q15(davar_cascade_t *cascade, const int16_t *counts, size_t count)
+{
+    if (cascade->accepts != ACCEPTS_Q15) {
+        refuse(cascade, count);
+    } else if (count == 1U) {
+        cascade->part += *counts;
+        advance(cascade, 1U);
+    } else {
+        push_narrow_block(cascade, counts, count);
+    }
+}
+
 void davar_cascade_push_q31(davar_cascade_t *cascade, const int32_t *counts, size_t count)
 {
-    if (!accepts(cascade, ACCEPTS_Q31, count)) {
-        return;
-    }
-    for (size_t i = 0U; i < count; i++) {
-        push_wide(cascade, counts[i]);
+    if (cascade->accepts != ACCEPTS_Q31) {
+        refuse(cascade, count);
+    } else if (count == 1U) {
+        cascade->sum += (uint64_t)(int64_t)*counts;
+        advance(cascade, 1U);
+    } else {
+        push_wide_block(cascade, counts, count);
     }
 }
 
@@ -242,10 +287,11 @@ DAVAR_RARE static void drop(davar_cascade_t *cascade)
 
 void davar_cascade_push_f32(davar_cascade_t *cascade, const float *rates, size_t count)
 {
-    if (!accepts(cascade, ACCEPTS_F32, count)) {
+    if (cascade->accepts != ACCEPTS_F32) {
+        refuse(cascade, count);
         return;
     }
-    const float limit = (float)cascade->config->full_scale;
+    const float limit = cascade->limit;
     for (size_t i = 0U; i < count; i++) {
         if (!davar_is_finite(rates[i])) {
             drop(cascade);
@@ -255,19 +301,20 @@ void davar_cascade_push_f32(davar_cascade_t *cascade, const float *rates, size_t
         if (davar_is_saturated(rates[i], limit)) {
             davar_count(&cascade->health.saturated);
         }
-        push_wide(cascade, davar_float_to_counts(rates[i], limit, cascade->counts_per_unit));
+        const int32_t sample = davar_float_to_counts(rates[i], limit, cascade->counts_per_unit);
+        cascade->sum += (uint64_t)(int64_t)sample;
+        advance(cascade, 1U);
     }
 }
 
 DAVAR_RARE void davar_cascade_flush(davar_cascade_t *cascade)
 {
-    while (cascade->ready != 0U) {
-        serve(cascade);
-    }
     const uint32_t to_hop = cascade->left - (cascade->step - cascade->until);
-    cascade->left = to_hop;
-    cascade->step = to_hop;
-    cascade->until = to_hop;
+    while (cascade->ready != 0U) {
+        cascade->left = to_hop;
+        cascade->step = 0U;
+        event(cascade);
+    }
 }
 
 /* --- start ------------------------------------------------------------------------------------ */
@@ -373,6 +420,7 @@ DAVAR_RARE static void start(davar_cascade_t *cascade, const davar_cascade_confi
     cascade->step = cascade->left;
     cascade->until = cascade->left;
     if (type == ACCEPTS_F32) {
+        cascade->limit = (float)config->full_scale;
         cascade->counts_per_unit = davar_counts_per_unit(config->full_scale);
     }
 }

@@ -53,7 +53,8 @@ typedef struct {
  * flicker, 2 in random walk. */
 static mix_t mix_of(uint32_t growth)
 {
-    const mix_t steep = {true, ((growth < (2U * SHARE_ONE)) ? growth : (2U * SHARE_ONE)) - SHARE_ONE};
+    const mix_t steep = {true,
+                         ((growth < (2U * SHARE_ONE)) ? growth : (2U * SHARE_ONE)) - SHARE_ONE};
     const mix_t flat = {false, (growth > (SHARE_ONE / 2U)) ? ((2U * growth) - SHARE_ONE) : 0U};
     return (growth >= SHARE_ONE) ? steep : flat;
 }
@@ -131,15 +132,15 @@ static void give_interval(davar_cascade_result_t *result, uint32_t last, uint32_
  * between. */
 static davar_u128_t read_sum(const davar_cascade_t *cascade, uint32_t t, uint32_t *count)
 {
-    const uint32_t turn = t % CASCADE_TAUS;
+    const uint32_t first = 2U * (t % CASCADE_TAUS);
     const stage_t *const stage = &((const stage_t *)cascade->stages)[t / CASCADE_TAUS];
     davar_u128_t sum[2];
     uint32_t before;
     do {
         before = davar_sequence_read(&cascade->sequence);
-        davar_u128_copy(&sum[0], &stage->tau[turn].squares[0]);
-        davar_u128_copy(&sum[1], &stage->tau[turn].squares[1]);
-        *count = (uint32_t)stage->count[turn][0] + stage->count[turn][1];
+        davar_u128_copy(&sum[0], &stage->squares[first]);
+        davar_u128_copy(&sum[1], &stage->squares[first + 1U]);
+        *count = (uint32_t)stage->count[first] + stage->count[first + 1U];
     } while (davar_sequence_torn(&cascade->sequence, before));
     return davar_u128_add(sum[0], sum[1]);
 }
@@ -159,7 +160,8 @@ static uint64_t read_samples(const davar_cascade_t *cascade)
 static double deviation_of(const davar_u128_t *sum, const davar_cascade_tau_t *tau)
 {
     const double m = davar_double_of_u64(tau->m);
-    const double divisor = davar_scale(davar_scale(m, m), davar_double_of_u64(2U * (uint64_t)tau->differences));
+    const double divisor =
+        davar_scale(davar_scale(m, m), davar_double_of_u64(2U * (uint64_t)tau->differences));
     return davar_root_of_quotient(davar_double_of_u128(*sum), divisor);
 }
 

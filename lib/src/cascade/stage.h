@@ -5,23 +5,19 @@
 #include "davar/cascade.h"
 #include "number/machine.h"
 
-#define CASCADE_OVERLAP 4U                   /* Q: hops in the shortest cluster of a stage */
-#define CASCADE_TAUS 3U                      /* cluster sizes of a stage */
-#define CASCADE_RATIO (1U << CASCADE_TAUS)   /* R: hops of a stage in a hop of the next */
+#define CASCADE_OVERLAP 4U                 /* Q: hops in the shortest cluster of a stage */
+#define CASCADE_TAUS 3U                    /* cluster sizes of a stage */
+#define CASCADE_RATIO (1U << CASCADE_TAUS) /* R: hops of a stage in a hop of the next */
 #define CASCADE_HOPS (CASCADE_RATIO * CASCADE_OVERLAP)
 
-/* The differences of one cluster size, in two generations (11.5). */
 typedef struct {
-    davar_u128_t squares[2];
-} generations_t;
-
-typedef struct {
-    uint64_t pending;                /* running sum at the hop that is served */
-    uint32_t age;                    /* of that hop: hops of this stage since the newest gap */
-    uint32_t hop;                    /* its number modulo 2^32 */
-    uint32_t turn;                   /* the cluster size that it is served to next */
-    uint16_t count[CASCADE_TAUS][2]; /* differences in each sum */
-    generations_t tau[CASCADE_TAUS];
+    uint64_t pending; /* running sum at the hop that is served */
+    uint32_t age;     /* of that hop: hops of this stage since the newest gap */
+    uint32_t hop;     /* its number modulo 2^32 */
+    uint32_t turn;    /* the cluster size that it is served to next */
+    /* Differences of each cluster size, in two generations (11.5). */
+    uint16_t count[2U * CASCADE_TAUS];
+    davar_u128_t squares[2U * CASCADE_TAUS];
     uint32_t low[CASCADE_HOPS]; /* lower bits of the running sums at the last hops, by number */
 } stage_t;
 
