@@ -9,7 +9,7 @@
 
 #include <math.h>
 
-#define SHARE_BITS 10U
+#define SHARE_BITS CASCADE_GROWTH_BITS
 #define SHARE_ONE (1U << SHARE_BITS)
 #define FINE 16U /* lags per cluster in the correlations below, which end at two clusters */
 #define CORRELATION_BITS 14U
@@ -49,8 +49,6 @@ typedef struct {
     uint32_t second; /* in units of 1 / SHARE_ONE */
 } mix_t;
 
-/* From the factor by which the Allan variance grows with each octave: 1/2 in white noise, 1 in
- * flicker, 2 in random walk. */
 static mix_t mix_of(uint32_t growth)
 {
     const mix_t steep = {true,
@@ -94,9 +92,9 @@ static uint32_t growth_at(const davar_cascade_result_t *result, uint32_t last, u
 
 /* --- degrees of freedom and interval ---------------------------------------------------------- */
 
-/* n^2 over the sum of all squared correlations of n differences (11.6). */
-static double freedom_of(mix_t mix, uint32_t n, uint32_t lags)
+double davar_cascade_edf(uint32_t growth, uint32_t n, uint32_t lags)
 {
+    const mix_t mix = mix_of(growth);
     const uint32_t end = (n < (2U * lags)) ? n : (2U * lags);
     uint32_t squares = 0U;
     uint32_t moments = 0U; /* each square times its lag; below 2^30 */
@@ -119,7 +117,7 @@ static void give_interval(davar_cascade_result_t *result, uint32_t last, uint32_
     davar_cascade_tau_t *const tau = &result->tau[t];
     double low;
     double high;
-    tau->edf = freedom_of(mix_of(growth_at(result, last, t)), tau->differences, tau->m / tau->hop);
+    tau->edf = davar_cascade_edf(growth_at(result, last, t), tau->differences, tau->m / tau->hop);
     davar_chi_square_interval(tau->edf, &low, &high);
     const bool is_zero = !(tau->adev > 0.0);
     tau->low = is_zero ? 0.0 : davar_scale(tau->adev, davar_root(low));

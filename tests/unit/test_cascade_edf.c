@@ -1,0 +1,150 @@
+/* davar tests - the degrees of freedom of the cascade (11.6) against the covariances of its
+ * differences, computed from the definition of each noise. */
+#include "cascade/stage.h"
+#include "davar/fit.h"
+#include "unity.h"
+
+#include <math.h>
+
+#define M 64 /* the smallest cluster */
+
+#define WHITE (UINT32_C(1) << (CASCADE_GROWTH_BITS - 1U))
+#define FLICKER (UINT32_C(1) << CASCADE_GROWTH_BITS)
+#define WALK (UINT32_C(2) << CASCADE_GROWTH_BITS)
+
+void setUp(void) {}
+void tearDown(void) {}
+
+/* Of D as a sum over the samples of white noise (is_walk: over the steps of a random walk), at a
+ * lag in samples. */
+static double covariance_of_sums(bool is_walk, int lag)
+{
+    double kernel[2 * M];
+    double sum = 0.0;
+    double walk = 0.0;
+    for (int i = 0; i < (2 * M); i++) {
+        const double box = (i < M) ? -1.0 : 1.0;
+        walk += box;
+        kernel[i] = is_walk ? walk : box;
+    }
+    for (int i = 0; (i + lag) < (2 * M); i++) {
+        sum += kernel[i] * kernel[i + lag];
+    }
+    return sum;
+}
+
+/* Generalised covariance of the running sum of flicker noise. */
+static double flicker_at(double x)
+{
+    return (fabs(x) > 0.0) ? (x * x * log(fabs(x))) : 0.0;
+}
+
+static double covariance_of_flicker(double x)
+{
+    return flicker_at(x + 2.0) - (4.0 * flicker_at(x + 1.0)) + (6.0 * flicker_at(x)) -
+           (4.0 * flicker_at(x - 1.0)) + flicker_at(x - 2.0);
+}
+
+static double covariance(uint32_t growth, int lag)
+{
+    return (growth == FLICKER) ? covariance_of_flicker((double)lag / (double)M)
+                               : covariance_of_sums(growth == WALK, lag);
+}
+
+static void check(uint32_t growth, double tolerance)
+{
+    static double square[4096];
+    for (uint32_t lags = 4U; lags <= 16U; lags *= 2U) {
+        const int hop = M / (int)lags;
+        for (int l = 0; l < 4096; l++) {
+            const bool apart = (growth != FLICKER) && ((l * hop) >= (2 * M));
+            const double r = apart ? 0.0 : (covariance(growth, l * hop) / covariance(growth, 0));
+            square[l] = r * r;
+        }
+        for (uint32_t n = 1U; n <= 4096U; n += 1U + (n / 7U)) {
+            double all = (double)n;
+            for (uint32_t l = 1U; l < n; l++) {
+                all += 2.0 * (double)(n - l) * square[l];
+            }
+            const double edf = (double)n * (double)n / all;
+            TEST_ASSERT_DOUBLE_WITHIN(tolerance * edf, edf, davar_cascade_edf(growth, n, lags));
+        }
+    }
+}
+
+static void test_white_noise(void)
+{
+    check(WHITE, 1e-3);
+}
+
+static void test_flicker(void)
+{
+    check(FLICKER, 5e-3);
+}
+
+static void test_random_walk(void)
+{
+    check(WALK, 1e-3);
+}
+
+/* Steeper or flatter than these three kinds counts as one of them. Between white noise and flicker
+ * edf falls; a little random walk in flicker hardly changes it. */
+static void test_any_growth_has_its_degrees_of_freedom(void)
+{
+    TEST_ASSERT_EQUAL_DOUBLE(davar_cascade_edf(WHITE, 100U, 8U), davar_cascade_edf(0U, 100U, 8U));
+    TEST_ASSERT_EQUAL_DOUBLE(davar_cascade_edf(WALK, 100U, 8U),
+                             davar_cascade_edf(UINT32_MAX, 100U, 8U));
+    for (uint32_t growth = WHITE; growth < FLICKER; growth += 16U) {
+        TEST_ASSERT_TRUE(davar_cascade_edf(growth, 100U, 8U) >
+                         davar_cascade_edf(growth + 16U, 100U, 8U));
+    }
+    for (uint32_t growth = FLICKER; growth < WALK; growth += 16U) {
+        const double edf = davar_cascade_edf(growth, 100U, 8U);
+        TEST_ASSERT_TRUE(edf < (1.02 * davar_cascade_edf(FLICKER, 100U, 8U)));
+        TEST_ASSERT_TRUE(edf > davar_cascade_edf(WALK, 100U, 8U));
+    }
+}
+
+/* (5.1), at every sample, is itself within 2 % for these sizes. */
+static void test_hops_lose_little_against_full_overlap(void)
+{
+    static const struct {
+        uint32_t growth;
+        davar_coefficient_kind_t kind;
+    } noise[] = {{WHITE, DAVAR_ANGLE_RANDOM_WALK},
+                 {FLICKER, DAVAR_BIAS_INSTABILITY},
+                 {WALK, DAVAR_RATE_RANDOM_WALK}};
+    for (size_t i = 0U; i < (sizeof noise / sizeof noise[0]); i++) {
+        for (uint32_t lags = 4U; lags <= 16U; lags *= 2U) {
+            for (uint32_t clusters = 9U; clusters <= 300U; clusters *= 2U) {
+                const uint32_t n = ((clusters - 2U) * lags) + 1U;
+                const double full = davar_edf(noise[i].kind, M, clusters * M);
+                const double hops = davar_cascade_edf(noise[i].growth, n, lags);
+                TEST_ASSERT_TRUE((hops / full) > 0.92);
+                TEST_ASSERT_TRUE((hops / full) < 1.04);
+            }
+        }
+    }
+}
+
+/* The largest n that a cascade can have. */
+static void test_no_sum_overflows(void)
+{
+    for (uint32_t lags = 4U; lags <= 16U; lags *= 2U) {
+        const double few = davar_cascade_edf(WALK, 2048U * lags, lags);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * few, 2.0 * few,
+                                  davar_cascade_edf(WALK, 4096U * lags, lags));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_white_noise);
+    RUN_TEST(test_flicker);
+    RUN_TEST(test_random_walk);
+    RUN_TEST(test_any_growth_has_its_degrees_of_freedom);
+    RUN_TEST(test_hops_lose_little_against_full_overlap);
+    RUN_TEST(test_no_sum_overflows);
+    return UNITY_END();
+}
