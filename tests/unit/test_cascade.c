@@ -219,6 +219,7 @@ static void run(const stream_t *stream, type_t type, uint32_t count, uint32_t se
 {
     static int32_t block[BLOCK_MAX];
     random_t random = random_seeded(seed);
+    const uint32_t hop = config.shortest / 4U;
     double walk = 0.0;
     uint32_t length = 0U;
     gap_count = 0U;
@@ -243,6 +244,7 @@ static void run(const stream_t *stream, type_t type, uint32_t count, uint32_t se
     push(type, block, length);
     assert_equals_brute_force(count, "sums");
     TEST_ASSERT_EQUAL_UINT32(gap_count, cascade.health.gaps);
+    TEST_ASSERT_TRUE(result.samples == (((uint64_t)count / hop) * hop));
 }
 
 static void run_all(type_t type, uint32_t count, uint32_t gap_every)
@@ -314,6 +316,70 @@ static void test_running_sum_and_hop_numbers_wrap(void)
     }
 }
 
+/* The number of hops since a gap stays at its largest value. */
+static void test_hops_since_a_gap_saturate(void)
+{
+    const stream_t stream = {NOISE, 0U, 0U, 0U};
+    config.tau_count = 6U; /* spans of up to 4096 samples */
+    run(&stream, Q15, 20000U, 3U);
+    cascade.age = UINT32_MAX - 16U;
+    for (uint32_t i = 20000U; i < 30000U; i++) {
+        const int32_t sample = (int32_t)(i % 91U);
+        phase[i + 1U] = phase[i] + sample;
+        push(Q15, &sample, 1U);
+    }
+    assert_equals_brute_force(30000U, "saturated");
+}
+
+/* --- differences of any size ------------------------------------------------------------------ */
+
+/* The running sums of stage 0 are set to random values, so that differences fill their whole range,
+ * as after weeks at full scale. */
+static void check_differences(type_t type, uint32_t bits, random_t *random)
+{
+    static int32_t zeros[16];
+    uint64_t sums[CASCADE_HOPS + 1U];
+    init(type);
+    stage_t *const stage = cascade.stages;
+    for (uint32_t i = 0U; i <= CASCADE_HOPS; i++) {
+        sums[i] = random_next(random) >> (random_next(random) % 64U);
+        stage->low[i % CASCADE_HOPS] = (uint32_t)sums[i];
+        if (type == Q15) {
+            ((uint16_t *)cascade.tops)[i % CASCADE_HOPS] = (uint16_t)(sums[i] >> 32U);
+        } else {
+            ((uint32_t *)cascade.tops)[i % CASCADE_HOPS] = (uint32_t)(sums[i] >> 32U);
+        }
+    }
+    stage->hop = CASCADE_HOPS; /* slot 0 is hop 32, the others are hops 1 to 31 */
+    cascade.age = CASCADE_HOPS;
+    cascade.sum = random_next(random);
+    push(type, zeros, 16U);
+    davar_cascade_flush(&cascade);
+    for (uint32_t t = 0U; t < 3U; t++) {
+        const uint32_t clusters = 4U << t;
+        const uint32_t newest = CASCADE_HOPS + 1U;
+        const uint64_t d =
+            (cascade.sum - (2U * sums[newest - clusters]) + sums[newest - (2U * clusters)])
+            << (64U - bits);
+        const int64_t difference = (bits == 64U) ? (int64_t)d : ((int64_t)d / 65536);
+        const davar_u128_t square = davar_multiply_i64(difference, difference);
+        const uint32_t now =
+            (2U * t) + ((((CASCADE_HOPS / (clusters * config.clusters)) % 2U) != 0U) ? 1U : 0U);
+        TEST_ASSERT_EQUAL_HEX64(square.low, stage->squares[now].low);
+        TEST_ASSERT_EQUAL_HEX64(square.high, stage->squares[now].high);
+        TEST_ASSERT_EQUAL_UINT16(1U, stage->count[now]);
+    }
+}
+
+static void test_differences_of_any_size(void)
+{
+    random_t random = random_seeded(11U);
+    for (uint32_t i = 0U; i < 20000U; i++) {
+        check_differences(Q15, 48U, &random);
+        check_differences(Q31, 64U, &random);
+    }
+}
+
 /* --- blocks ----------------------------------------------------------------------------------- */
 
 static void test_blocks_of_any_size_leave_the_same_memory(void)
@@ -370,6 +436,8 @@ int main(void)
     RUN_TEST(test_every_memory_cluster_size_and_number_of_sizes);
     RUN_TEST(test_all_stages);
     RUN_TEST(test_running_sum_and_hop_numbers_wrap);
+    RUN_TEST(test_hops_since_a_gap_saturate);
+    RUN_TEST(test_differences_of_any_size);
     RUN_TEST(test_blocks_of_any_size_leave_the_same_memory);
     RUN_TEST(test_flushes_change_nothing_that_follows);
     free(phase);
