@@ -137,6 +137,99 @@ static void test_no_sum_overflows(void)
     }
 }
 
+/* --- the kind of noise, from the slope of the curve ------------------------------------------- */
+
+#define TAUS 6U
+#define N 100U
+
+static const davar_cascade_config_t config = {
+    .rate_hz = 1.0, .unit_per_count = 1.0, .shortest = 64U, .tau_count = TAUS, .clusters = 2048U};
+static uint64_t memory[DAVAR_CASCADE_MEMORY(Q15, TAUS) / 8U];
+static davar_cascade_t cascade;
+static davar_cascade_result_t result;
+
+/* The Allan variance of each size, in units of 2^20; 0xFFFFFFFF: no difference. */
+static void take_curve(const uint32_t avar[TAUS])
+{
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &config, memory, sizeof memory));
+    stage_t *const stages = cascade.stages;
+    for (uint32_t t = 0U; t < TAUS; t++) {
+        const uint64_t m = (uint64_t)64U << t;
+        stage_t *const stage = &stages[t / 3U];
+        if (avar[t] != UINT32_MAX) {
+            stage->count[2U * (t % 3U)] = N;
+            stage->squares[2U * (t % 3U)].low = (2U * m * m * N * avar[t]) << 20U;
+        }
+    }
+    (void)davar_cascade_take(&cascade, &result);
+}
+
+static void assert_growth(uint32_t t, uint32_t growth)
+{
+    TEST_ASSERT_EQUAL_DOUBLE(davar_cascade_edf(growth, N, 4U << (t % 3U)), result.tau[t].edf);
+}
+
+static void test_the_slope_comes_from_both_sides(void)
+{
+    const uint32_t avar[TAUS] = {64U, 400U, 36U, 36U, 49U, 49U};
+    take_curve(avar);
+    assert_growth(0U, (768U * 6U) / 5U); /* the root of 36 / 64 */
+    assert_growth(1U, (768U * 6U) / 5U);
+    assert_growth(2U, (307U * 6U) / 5U);  /* 36 / 400 */
+    assert_growth(3U, (1195U * 6U) / 5U); /* 49 / 36 */
+    assert_growth(4U, (1195U * 6U) / 5U);
+    assert_growth(5U, (1195U * 6U) / 5U);
+}
+
+static void test_a_size_without_differences_ends_the_curve(void)
+{
+    const uint32_t avar[TAUS] = {64U, 100U, 36U, 144U, UINT32_MAX, UINT32_MAX};
+    take_curve(avar);
+    assert_growth(2U, (1229U * 6U) / 5U); /* 144 / 100 */
+    assert_growth(3U, (1229U * 6U) / 5U);
+    TEST_ASSERT_TRUE(isnan(result.tau[4].edf));
+}
+
+static void test_without_a_slope_the_noise_counts_as_random_walk(void)
+{
+    const uint32_t two[TAUS] = {64U, 32U, UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX};
+    const uint32_t below[TAUS] = {0U, 32U, 16U, 16U, 8U, 8U};
+    const uint32_t above[TAUS] = {64U, 32U, 0U, 16U, 8U, 8U};
+    const uint32_t hole[TAUS] = {64U, 32U, UINT32_MAX, 16U, 8U, 8U};
+    take_curve(two);
+    assert_growth(0U, WALK);
+    assert_growth(1U, WALK);
+    take_curve(below);
+    assert_growth(0U, WALK);
+    assert_growth(1U, WALK);
+    assert_growth(3U, (724U * 6U) / 5U); /* 8 / 16 */
+    take_curve(above);
+    assert_growth(1U, WALK);
+    assert_growth(3U, WALK);
+    take_curve(hole);
+    assert_growth(1U, WALK);
+    assert_growth(3U, WALK);
+    assert_growth(4U, (724U * 6U) / 5U);
+}
+
+/* Entries of the result beyond the configured sizes are not read. */
+static void test_two_sizes_have_no_slope(void)
+{
+    static davar_cascade_config_t two; /* the cascade keeps it */
+    two = config;
+    two.tau_count = 2U;
+    result.tau[2].adev = 1.0;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &two, memory, sizeof memory));
+    stage_t *const stage = cascade.stages;
+    for (uint32_t t = 0U; t < 2U; t++) {
+        stage->count[2U * t] = N;
+        stage->squares[2U * t].low = UINT64_C(1) << 40U;
+    }
+    TEST_ASSERT_TRUE(davar_cascade_take(&cascade, &result));
+    assert_growth(0U, WALK);
+    assert_growth(1U, WALK);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -146,5 +239,9 @@ int main(void)
     RUN_TEST(test_any_growth_has_its_degrees_of_freedom);
     RUN_TEST(test_hops_lose_little_against_full_overlap);
     RUN_TEST(test_no_sum_overflows);
+    RUN_TEST(test_the_slope_comes_from_both_sides);
+    RUN_TEST(test_a_size_without_differences_ends_the_curve);
+    RUN_TEST(test_two_sizes_have_no_slope);
+    RUN_TEST(test_without_a_slope_the_noise_counts_as_random_walk);
     return UNITY_END();
 }

@@ -107,9 +107,8 @@ double davar_cascade_edf(uint32_t growth, uint32_t n, uint32_t lags)
     const uint64_t pairs = davar_multiply_u32(n, squares) - moments;
     const uint64_t distant = davar_scale_u64(flicker_tail(mix) * lags, n - end);
     const uint64_t all = ((uint64_t)n << SQUARE_BITS) + (2U * pairs) + distant;
-    const double edf = davar_divide(davar_double_of_u64(davar_multiply_u32(n, n) << SQUARE_BITS),
-                                    davar_double_of_u64(all));
-    return (edf > 1.0) ? edf : 1.0;
+    return davar_divide(davar_double_of_u64(davar_multiply_u32(n, n) << SQUARE_BITS),
+                        davar_double_of_u64(all));
 }
 
 static void give_interval(davar_cascade_result_t *result, uint32_t last, uint32_t t)
