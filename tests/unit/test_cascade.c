@@ -112,12 +112,12 @@ static davar_u128_t brute_sum(uint32_t t, uint32_t count, uint32_t *differences)
 static void assert_equals_brute_force(uint32_t count, const char *what)
 {
     davar_cascade_flush(&cascade);
-    const stage_t *const stages = cascade.stages;
+    const cascade_stage_t *const stages = cascade.stages;
     (void)davar_cascade_take(&cascade, &result);
     for (uint32_t t = 0U; t < config.tau_count; t++) {
         uint32_t expected;
         const davar_u128_t sum = brute_sum(t, count, &expected);
-        const stage_t *const stage = &stages[t / 3U];
+        const cascade_stage_t *const stage = &stages[t / 3U];
         const davar_u128_t all =
             davar_u128_add(stage->squares[2U * (t % 3U)], stage->squares[(2U * (t % 3U)) + 1U]);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected, result.tau[t].differences, what);
@@ -161,7 +161,7 @@ static void init(type_t type)
 /* As if the stream had begun long ago: with a running sum and hop numbers that will wrap. */
 static void begin_late(const stream_t *stream, type_t type)
 {
-    stage_t *const stages = cascade.stages;
+    cascade_stage_t *const stages = cascade.stages;
     cascade.sum = stream->start;
     for (uint32_t k = 0U; k < cascade.stage_count; k++) {
         stages[k].hop = stream->first_hop;
@@ -340,7 +340,7 @@ static void check_differences(type_t type, uint32_t bits, random_t *random)
     static int32_t zeros[16];
     uint64_t sums[CASCADE_HOPS + 1U];
     init(type);
-    stage_t *const stage = cascade.stages;
+    cascade_stage_t *const stage = cascade.stages;
     for (uint32_t i = 0U; i <= CASCADE_HOPS; i++) {
         sums[i] = random_next(random) >> (random_next(random) % 64U);
         stage->low[i % CASCADE_HOPS] = (uint32_t)sums[i];

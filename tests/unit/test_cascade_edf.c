@@ -152,10 +152,10 @@ static davar_cascade_result_t result;
 static void take_curve(const uint32_t avar[TAUS])
 {
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &config, memory, sizeof memory));
-    stage_t *const stages = cascade.stages;
+    cascade_stage_t *const stages = cascade.stages;
     for (uint32_t t = 0U; t < TAUS; t++) {
         const uint64_t m = (uint64_t)64U << t;
-        stage_t *const stage = &stages[t / 3U];
+        cascade_stage_t *const stage = &stages[t / 3U];
         if (avar[t] != UINT32_MAX) {
             stage->count[2U * (t % 3U)] = N;
             stage->squares[2U * (t % 3U)].low = (2U * m * m * N * avar[t]) << 20U;
@@ -220,7 +220,7 @@ static void test_two_sizes_have_no_slope(void)
     two.tau_count = 2U;
     result.tau[2].adev = 1.0;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &two, memory, sizeof memory));
-    stage_t *const stage = cascade.stages;
+    cascade_stage_t *const stage = cascade.stages;
     for (uint32_t t = 0U; t < 2U; t++) {
         stage->count[2U * t] = N;
         stage->squares[2U * t].low = UINT64_C(1) << 40U;

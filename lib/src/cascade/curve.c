@@ -9,22 +9,21 @@
 
 #include <math.h>
 
-#define SHARE_BITS CASCADE_GROWTH_BITS
-#define SHARE_ONE (1U << SHARE_BITS)
-#define FINE 16U /* lags per cluster in the correlations below, which end at two clusters */
+#define CASCADE_GROWTH_ONE (1U << CASCADE_GROWTH_BITS)
+#define LAGS_MOST 16U /* lags per cluster in the correlations below, which end at two clusters */
 #define CORRELATION_BITS 14U
 #define SQUARE_BITS 20U /* of squared correlations */
 
 /* --- the correlation of two differences (11.6), at a lag in sixteenths of a cluster, as 1.14 --- */
 
-static int32_t white_correlation(uint32_t lag)
+static int32_t correlation_of_white(uint32_t lag)
 {
-    return (lag < FINE) ? (16384 - (1536 * (int32_t)lag)) : (512 * ((int32_t)lag - 32));
+    return (lag < LAGS_MOST) ? (16384 - (1536 * (int32_t)lag)) : (512 * ((int32_t)lag - 32));
 }
 
-static int32_t flicker_correlation(uint32_t lag)
+static int32_t correlation_of_flicker(uint32_t lag)
 {
-    static const int16_t table[2U * FINE] = {
+    static const int16_t table[2U * LAGS_MOST] = {
         16384, 16104, 15457, 14552, 13449, 12191, 10813, 9344,  7810,  6238,  4651,
         3074,  1534,  60,    -1316, -2546, -3554, -4206, -4626, -4881, -5008, -5030,
         -4965, -4828, -4631, -4385, -4101, -3789, -3457, -3117, -2778, -2455};
@@ -34,11 +33,11 @@ static int32_t flicker_correlation(uint32_t lag)
 /* The sum of its squares from two clusters on, times two, per lag of a cluster. */
 #define FLICKER_TAIL UINT64_C(19713) /* 0.0188 */
 
-static int32_t walk_correlation(uint32_t lag)
+static int32_t correlation_of_walk(uint32_t lag)
 {
     const int32_t i = (int32_t)lag;
     const int32_t rest = 32 - i;
-    return (lag < FINE) ? (16384 + (((3 * i) - 96) * i * i)) : (rest * rest * rest);
+    return (lag < LAGS_MOST) ? (16384 + (((3 * i) - 96) * i * i)) : (rest * rest * rest);
 }
 
 /* --- the kind of noise ------------------------------------------------------------------------ */
@@ -46,29 +45,31 @@ static int32_t walk_correlation(uint32_t lag)
 /* A mix of neighbouring kinds: `second` has the share of the later one. */
 typedef struct {
     bool is_steep;   /* flicker and walk; otherwise white and flicker */
-    uint32_t second; /* in units of 1 / SHARE_ONE */
-} mix_t;
+    uint32_t second; /* in units of 1 / CASCADE_GROWTH_ONE */
+} cascade_mix_t;
 
-static mix_t mix_of(uint32_t growth)
+static cascade_mix_t mix_of(uint32_t growth)
 {
-    const mix_t steep = {true,
-                         ((growth < (2U * SHARE_ONE)) ? growth : (2U * SHARE_ONE)) - SHARE_ONE};
-    const mix_t flat = {false, (growth > (SHARE_ONE / 2U)) ? ((2U * growth) - SHARE_ONE) : 0U};
-    return (growth >= SHARE_ONE) ? steep : flat;
+    const cascade_mix_t steep = {
+        true, ((growth < (2U * CASCADE_GROWTH_ONE)) ? growth : (2U * CASCADE_GROWTH_ONE)) -
+                  CASCADE_GROWTH_ONE};
+    const cascade_mix_t flat = {
+        false, (growth > (CASCADE_GROWTH_ONE / 2U)) ? ((2U * growth) - CASCADE_GROWTH_ONE) : 0U};
+    return (growth >= CASCADE_GROWTH_ONE) ? steep : flat;
 }
 
-static int32_t correlation(mix_t mix, uint32_t lag)
+static int32_t correlation_of_mix(cascade_mix_t mix, uint32_t lag)
 {
-    const int32_t middle = flicker_correlation(lag);
-    const int32_t first = mix.is_steep ? middle : white_correlation(lag);
-    const int32_t second = mix.is_steep ? walk_correlation(lag) : middle;
-    return first + (((second - first) * (int32_t)mix.second) / (int32_t)SHARE_ONE);
+    const int32_t middle = correlation_of_flicker(lag);
+    const int32_t first = mix.is_steep ? middle : correlation_of_white(lag);
+    const int32_t second = mix.is_steep ? correlation_of_walk(lag) : middle;
+    return first + (((second - first) * (int32_t)mix.second) / (int32_t)CASCADE_GROWTH_ONE);
 }
 
-static uint64_t flicker_tail(mix_t mix)
+static uint64_t flicker_tail(cascade_mix_t mix)
 {
-    const uint32_t share = mix.is_steep ? (SHARE_ONE - mix.second) : mix.second;
-    return (FLICKER_TAIL * share * share) >> (2U * SHARE_BITS);
+    const uint32_t share = mix.is_steep ? (CASCADE_GROWTH_ONE - mix.second) : mix.second;
+    return (FLICKER_TAIL * share * share) >> (2U * CASCADE_GROWTH_BITS);
 }
 
 /* The growth at size t, from the sizes beside it, and 1.2 times as large: an estimate that scatters
@@ -78,28 +79,29 @@ static uint32_t growth_at(const davar_cascade_result_t *result, uint32_t last, u
     const uint32_t above = (t < last) ? (t + 1U) : last;
     const uint32_t high = (above < 2U) ? 2U : above;
     if (high > last) {
-        return 2U * SHARE_ONE;
+        return 2U * CASCADE_GROWTH_ONE;
     }
     const double long_adev = result->tau[high].adev;
     const double short_adev = result->tau[high - 2U].adev;
     if (!(short_adev > 0.0) || !(long_adev > 0.0)) {
-        return 2U * SHARE_ONE;
+        return 2U * CASCADE_GROWTH_ONE;
     }
     const double ratio = davar_divide(long_adev, short_adev);
-    const uint32_t growth = davar_scaled_to_fixed(scaled_of_double(ratio), (int32_t)SHARE_BITS);
-    return (growth < (2U * SHARE_ONE)) ? ((growth * 6U) / 5U) : growth;
+    const uint32_t growth =
+        davar_scaled_to_fixed(scaled_of_double(ratio), (int32_t)CASCADE_GROWTH_BITS);
+    return (growth < (2U * CASCADE_GROWTH_ONE)) ? ((growth * 6U) / 5U) : growth;
 }
 
 /* --- degrees of freedom and interval ---------------------------------------------------------- */
 
 double davar_cascade_edf(uint32_t growth, uint32_t n, uint32_t lags)
 {
-    const mix_t mix = mix_of(growth);
+    const cascade_mix_t mix = mix_of(growth);
     const uint32_t end = (n < (2U * lags)) ? n : (2U * lags);
     uint32_t squares = 0U;
     uint32_t moments = 0U; /* each square times its lag; below 2^30 */
     for (uint32_t i = 1U; i < end; i++) {
-        const int32_t r = correlation(mix, i * (FINE / lags));
+        const int32_t r = correlation_of_mix(mix, i * (LAGS_MOST / lags));
         const uint32_t square = (uint32_t)(r * r) >> ((2U * CORRELATION_BITS) - SQUARE_BITS);
         squares += square;
         moments += i * square;
@@ -111,7 +113,7 @@ double davar_cascade_edf(uint32_t growth, uint32_t n, uint32_t lags)
                         davar_double_of_u64(all));
 }
 
-static void give_interval(davar_cascade_result_t *result, uint32_t last, uint32_t t)
+static void give_hop_interval(davar_cascade_result_t *result, uint32_t last, uint32_t t)
 {
     davar_cascade_tau_t *const tau = &result->tau[t];
     double low;
@@ -127,10 +129,11 @@ static void give_interval(davar_cascade_result_t *result, uint32_t last, uint32_
 
 /* The sum of both generations; the number of differences in *count. Hazard: a push may come
  * between. */
-static davar_u128_t read_sum(const davar_cascade_t *cascade, uint32_t t, uint32_t *count)
+static davar_u128_t read_generations(const davar_cascade_t *cascade, uint32_t t, uint32_t *count)
 {
     const uint32_t first = 2U * (t % CASCADE_TAUS);
-    const stage_t *const stage = &((const stage_t *)cascade->stages)[t / CASCADE_TAUS];
+    const cascade_stage_t *const stage =
+        &((const cascade_stage_t *)cascade->stages)[t / CASCADE_TAUS];
     davar_u128_t sum[2];
     uint32_t before;
     do {
@@ -142,7 +145,7 @@ static davar_u128_t read_sum(const davar_cascade_t *cascade, uint32_t t, uint32_
     return davar_u128_add(sum[0], sum[1]);
 }
 
-static uint64_t read_samples(const davar_cascade_t *cascade)
+static uint64_t read_hops(const davar_cascade_t *cascade)
 {
     uint64_t hops;
     uint32_t before;
@@ -154,7 +157,7 @@ static uint64_t read_samples(const davar_cascade_t *cascade)
 }
 
 /* (11.1) */
-static double deviation_of(const davar_u128_t *sum, const davar_cascade_tau_t *tau)
+static double deviation_of_hops(const davar_u128_t *sum, const davar_cascade_tau_t *tau)
 {
     const double m = davar_double_of_u64(tau->m);
     const double divisor =
@@ -162,17 +165,17 @@ static double deviation_of(const davar_u128_t *sum, const davar_cascade_tau_t *t
     return davar_root_of_quotient(davar_double_of_u128(*sum), divisor);
 }
 
-static double unit_of(const davar_cascade_t *cascade)
+static double cascade_unit(const davar_cascade_t *cascade)
 {
     const bool is_float = (cascade->counts_per_unit > 0.0F);
     return is_float ? davar_inverse_of_power(cascade->counts_per_unit)
                     : cascade->config->unit_per_count;
 }
 
-static void take_tau(const davar_cascade_t *cascade, uint32_t t, davar_cascade_tau_t *tau)
+static void take_cascade_tau(const davar_cascade_t *cascade, uint32_t t, davar_cascade_tau_t *tau)
 {
     const uint32_t turn = t % CASCADE_TAUS;
-    const davar_u128_t sum = read_sum(cascade, t, &tau->differences);
+    const davar_u128_t sum = read_generations(cascade, t, &tau->differences);
     tau->m = cascade->config->shortest << t;
     tau->hop = tau->m / (CASCADE_OVERLAP << turn);
     tau->tau_s = davar_divide(davar_double_of_u64(tau->m), cascade->config->rate_hz);
@@ -183,7 +186,7 @@ static void take_tau(const davar_cascade_t *cascade, uint32_t t, davar_cascade_t
     tau->edf = (double)NAN;
     if (tau->differences > 0U) {
         tau->clusters = 2U + ((tau->differences - 1U) / (CASCADE_OVERLAP << turn));
-        tau->adev = davar_scale(deviation_of(&sum, tau), unit_of(cascade));
+        tau->adev = davar_scale(deviation_of_hops(&sum, tau), cascade_unit(cascade));
     }
 }
 
@@ -191,10 +194,10 @@ bool davar_cascade_take(const davar_cascade_t *cascade, davar_cascade_result_t *
 {
     bool any = false;
     uint32_t last = 0U;
-    result->samples = read_samples(cascade);
+    result->samples = read_hops(cascade);
     result->tau_count = cascade->config->tau_count;
     for (uint32_t t = 0U; t < result->tau_count; t++) {
-        take_tau(cascade, t, &result->tau[t]);
+        take_cascade_tau(cascade, t, &result->tau[t]);
         if (result->tau[t].differences > 0U) {
             any = true;
             last = t;
@@ -202,7 +205,7 @@ bool davar_cascade_take(const davar_cascade_t *cascade, davar_cascade_result_t *
     }
     for (uint32_t t = 0U; t <= last; t++) {
         if (result->tau[t].differences > 0U) {
-            give_interval(result, last, t);
+            give_hop_interval(result, last, t);
         }
     }
     return any;

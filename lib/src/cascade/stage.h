@@ -19,7 +19,7 @@ typedef struct {
     uint16_t count[2U * CASCADE_TAUS];
     davar_u128_t squares[2U * CASCADE_TAUS];
     uint32_t low[CASCADE_HOPS]; /* lower bits of the running sums at the last hops, by number */
-} stage_t;
+} cascade_stage_t;
 
 #define CASCADE_GROWTH_BITS 10U
 
