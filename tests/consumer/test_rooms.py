@@ -1,5 +1,5 @@
-"""fit, cascade, monitor, state and wire each build without the rest of the library: they need only public
-headers, number/ and their own files.
+"""fit, cascade, monitor, state and wire each build without the rest of the library: they need only
+public headers, number/ and their own files.
 """
 
 import shutil

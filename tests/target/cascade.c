@@ -4,6 +4,8 @@
 
 #include "davar/cascade.h"
 
+#include <string.h>
+
 #define TAUS 18U
 #define BATCH 64U
 #define COUNT 65536U /* samples; a hop of every stage but the last is among them */
@@ -100,11 +102,28 @@ static void measure_blocks(void)
     board_figure("cascade_blocks_x100", (uint32_t)((100U * (uint64_t)total) / COUNT));
 }
 
+/* A checksum of every number of the result: the same on all cores. */
+static uint32_t checksum(void)
+{
+    uint32_t sum = 0U;
+    for (uint32_t t = 0U; t < TAUS; t++) {
+        const double number[] = {result.tau[t].adev, result.tau[t].low, result.tau[t].high,
+                                 result.tau[t].edf, result.tau[t].tau_s};
+        uint32_t word[sizeof number / sizeof(uint32_t)];
+        memcpy(word, number, sizeof word);
+        for (uint32_t i = 0U; (i < (sizeof word / sizeof word[0])) && (number[0] > 0.0); i++) {
+            sum = (sum * 31U) + word[i];
+        }
+    }
+    return sum;
+}
+
 static void measure_result(void)
 {
     uint32_t mark = board_mark();
     sink += davar_cascade_take(&cascade, &result) ? 1 : 0;
     board_figure("cascade_take", board_instructions_since(mark));
+    board_figure("cascade_checksum", checksum());
     mark = board_mark();
     davar_cascade_gap(&cascade, 1U);
     board_figure("cascade_gap", board_instructions_since(mark));

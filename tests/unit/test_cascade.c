@@ -6,7 +6,6 @@
 #include "random.h"
 #include "unity.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #ifndef SAMPLES
@@ -29,7 +28,7 @@ static davar_cascade_config_t config;
 static davar_cascade_t cascade;
 static davar_cascade_result_t result;
 static uint64_t memory[DAVAR_CASCADE_MEMORY(Q31, DAVAR_CASCADE_TAUS_MAX) / 8U];
-static int64_t *phase; /* running sum of the samples */
+static int64_t phase[SAMPLES + 1U]; /* running sum of the samples */
 static uint32_t gap[GAPS_MAX];
 static uint32_t gap_count;
 
@@ -427,7 +426,6 @@ static void test_flushes_change_nothing_that_follows(void)
 
 int main(void)
 {
-    phase = malloc(((size_t)SAMPLES + 1U) * sizeof *phase);
     UNITY_BEGIN();
     RUN_TEST(test_sums_of_int16);
     RUN_TEST(test_sums_of_int32_at_full_scale);
@@ -440,6 +438,5 @@ int main(void)
     RUN_TEST(test_differences_of_any_size);
     RUN_TEST(test_blocks_of_any_size_leave_the_same_memory);
     RUN_TEST(test_flushes_change_nothing_that_follows);
-    free(phase);
     return UNITY_END();
 }

@@ -10,7 +10,7 @@
 #include <math.h>
 
 #define CASCADE_GROWTH_ONE (1U << CASCADE_GROWTH_BITS)
-#define LAGS_MOST 16U /* lags per cluster in the correlations below, which end at two clusters */
+#define CASCADE_LAGS 16U /* lags per cluster in the correlations below, which end at two clusters */
 #define CORRELATION_BITS 14U
 #define SQUARE_BITS 20U /* of squared correlations */
 
@@ -18,12 +18,12 @@
 
 static int32_t correlation_of_white(uint32_t lag)
 {
-    return (lag < LAGS_MOST) ? (16384 - (1536 * (int32_t)lag)) : (512 * ((int32_t)lag - 32));
+    return (lag < CASCADE_LAGS) ? (16384 - (1536 * (int32_t)lag)) : (512 * ((int32_t)lag - 32));
 }
 
 static int32_t correlation_of_flicker(uint32_t lag)
 {
-    static const int16_t table[2U * LAGS_MOST] = {
+    static const int16_t table[2U * CASCADE_LAGS] = {
         16384, 16104, 15457, 14552, 13449, 12191, 10813, 9344,  7810,  6238,  4651,
         3074,  1534,  60,    -1316, -2546, -3554, -4206, -4626, -4881, -5008, -5030,
         -4965, -4828, -4631, -4385, -4101, -3789, -3457, -3117, -2778, -2455};
@@ -37,7 +37,7 @@ static int32_t correlation_of_walk(uint32_t lag)
 {
     const int32_t i = (int32_t)lag;
     const int32_t rest = 32 - i;
-    return (lag < LAGS_MOST) ? (16384 + (((3 * i) - 96) * i * i)) : (rest * rest * rest);
+    return (lag < CASCADE_LAGS) ? (16384 + (((3 * i) - 96) * i * i)) : (rest * rest * rest);
 }
 
 /* --- the kind of noise ------------------------------------------------------------------------ */
@@ -101,7 +101,7 @@ double davar_cascade_edf(uint32_t growth, uint32_t n, uint32_t lags)
     uint32_t squares = 0U;
     uint32_t moments = 0U; /* each square times its lag; below 2^30 */
     for (uint32_t i = 1U; i < end; i++) {
-        const int32_t r = correlation_of_mix(mix, i * (LAGS_MOST / lags));
+        const int32_t r = correlation_of_mix(mix, i * (CASCADE_LAGS / lags));
         const uint32_t square = (uint32_t)(r * r) >> ((2U * CORRELATION_BITS) - SQUARE_BITS);
         squares += square;
         moments += i * square;
