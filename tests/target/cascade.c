@@ -109,7 +109,8 @@ static uint32_t checksum(void)
     for (uint32_t t = 0U; t < TAUS; t++) {
         const double number[] = {result.tau[t].adev, result.tau[t].low, result.tau[t].high,
                                  result.tau[t].edf, result.tau[t].tau_s};
-        uint32_t word[sizeof number / sizeof(uint32_t)];
+        uint32_t word[10];
+        _Static_assert(sizeof word == sizeof number, "two words a number");
         memcpy(word, number, sizeof word);
         for (uint32_t i = 0U; (i < (sizeof word / sizeof word[0])) && (number[0] > 0.0); i++) {
             sum = (sum * 31U) + word[i];
