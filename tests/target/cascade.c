@@ -35,6 +35,7 @@ static int16_t next_sample(void)
 
 static int16_t narrow[BATCH];
 static int32_t wide[BATCH];
+static int32_t large[BATCH]; /* differences of more than 32 bits */
 static float rates[BATCH];
 
 static void make_samples(void)
@@ -42,6 +43,7 @@ static void make_samples(void)
     for (uint32_t k = 0U; k < BATCH; k++) {
         narrow[k] = next_sample();
         wide[k] = narrow[k];
+        large[k] = narrow[k] * 1048576;
         rates[k] = (float)narrow[k];
     }
 }
@@ -85,8 +87,9 @@ static uint32_t instructions_of_loop(void)
             const uint32_t spent = board_instructions_since(mark) - nothing;                       \
             worst = (spent > worst) ? spent : worst;                                               \
         }                                                                                          \
-        board_figure("cascade_" #type "_push_x100", (uint32_t)((100U * (uint64_t)total) / COUNT)); \
-        board_figure("cascade_" #type "_worst_push", worst);                                       \
+        board_figure("cascade_" #type "_" #samples "_push_x100",                                   \
+                     (uint32_t)((100U * (uint64_t)total) / COUNT));                                \
+        board_figure("cascade_" #type "_" #samples "_worst_push", worst);                          \
     } while (false)
 
 /* The same in blocks of 64. */
@@ -136,6 +139,7 @@ int main(void)
     measure_blocks();
     measure_result();
     MEASURE(q31, wide);
+    MEASURE(q31, large);
     MEASURE(f32, rates);
     board_figure("cascade_memory_bytes", (uint32_t)DAVAR_CASCADE_MEMORY(Q15, TAUS));
     board_figure("cascade_t_bytes", (uint32_t)sizeof cascade);
