@@ -112,20 +112,23 @@ static void test_the_number_of_cluster_sizes(void)
     assert_all(DAVAR_OK);
 }
 
-/* (11.4): 32 m^2 is 2^59 at m = 2^27, 2^61 at m = 2^28; 2^31 is the largest m. */
+/* (11.4): 16 m^2 is 2^60 at m = 2^28, 2^62 at m = 2^29; 2^31 is the largest m. */
 static void test_the_longest_cluster_size(void)
 {
-    config.tau_count = 22U; /* 2^27 */
+    config.clusters = 16U;
+    config.tau_count = 23U; /* 2^28 */
     assert_all(DAVAR_OK);
+    config.tau_count = 24U;
+    assert_status(DAVAR_OK, DAVAR_ERR_CASCADE_TAUS, DAVAR_OK);
+    config.clusters = 32U;
     config.tau_count = 23U;
     assert_status(DAVAR_OK, DAVAR_ERR_CASCADE_TAUS, DAVAR_OK);
     config.tau_count = 24U;
     assert_status(DAVAR_OK, DAVAR_ERR_CASCADE_TAUS, DAVAR_ERR_CASCADE_TAUS);
     config.clusters = 4U;
-    config.tau_count = 23U;
+    config.tau_count = 24U;
     assert_status(DAVAR_OK, DAVAR_OK, DAVAR_OK);
     config.shortest = 256U; /* 2^31 */
-    config.tau_count = 24U;
     assert_status(DAVAR_OK, DAVAR_ERR_CASCADE_TAUS, DAVAR_ERR_CASCADE_TAUS);
     config.shortest = 260U;
     assert_status(DAVAR_ERR_CASCADE_TAUS, DAVAR_ERR_CASCADE_TAUS, DAVAR_ERR_CASCADE_TAUS);
@@ -200,7 +203,7 @@ static void test_a_result_before_the_first_difference(void)
         assert_absent(&result.tau[t]);
         TEST_ASSERT_EQUAL_UINT32(64U << t, result.tau[t].m);
         TEST_ASSERT_EQUAL_DOUBLE(0.64 * (double)(1U << t), result.tau[t].tau_s);
-        TEST_ASSERT_EQUAL_UINT32(16U << (3U * (t / 3U)), result.tau[t].hop);
+        TEST_ASSERT_EQUAL_UINT32(16U << (2U * (t / 2U)), result.tau[t].hop);
     }
     TEST_ASSERT_TRUE(result.samples == 112U);
 }

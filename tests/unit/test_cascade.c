@@ -88,7 +88,7 @@ static bool spans_gap(uint32_t from, uint32_t to, uint32_t *next)
 static davar_u128_t brute_sum(uint32_t t, uint32_t count, uint32_t *differences)
 {
     const uint32_t m = config.shortest << t;
-    const uint32_t hop = m / (4U << (t % 3U));
+    const uint32_t hop = m / (4U << (t % CASCADE_TAUS));
     const uint32_t generation = config.clusters * (m / hop);
     const uint32_t hops = count / hop;
     const uint32_t now = (hops > 0U) ? ((hops - 1U) / generation) : 0U;
@@ -116,9 +116,9 @@ static void assert_equals_brute_force(uint32_t count, const char *what)
     for (uint32_t t = 0U; t < config.tau_count; t++) {
         uint32_t expected;
         const davar_u128_t sum = brute_sum(t, count, &expected);
-        const cascade_stage_t *const stage = &stages[t / 3U];
-        const davar_u128_t all =
-            davar_u128_add(stage->squares[2U * (t % 3U)], stage->squares[(2U * (t % 3U)) + 1U]);
+        const cascade_stage_t *const stage = &stages[t / CASCADE_TAUS];
+        const davar_u128_t all = davar_u128_add(stage->squares[2U * (t % CASCADE_TAUS)],
+                                                stage->squares[(2U * (t % CASCADE_TAUS)) + 1U]);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected, result.tau[t].differences, what);
         TEST_ASSERT_EQUAL_HEX64_MESSAGE(sum.low, all.low, what);
         TEST_ASSERT_EQUAL_HEX64_MESSAGE(sum.high, all.high, what);
@@ -349,12 +349,12 @@ static void check_differences(type_t type, uint32_t bits, random_t *random)
             ((uint32_t *)cascade.tops)[i % CASCADE_HOPS] = (uint32_t)(sums[i] >> 32U);
         }
     }
-    stage->hop = CASCADE_HOPS; /* slot 0 is hop 32, the others are hops 1 to 31 */
+    stage->hop = CASCADE_HOPS; /* slot 0 is that hop, the others are the hops 1, 2 .. before */
     cascade.age = CASCADE_HOPS;
     cascade.sum = random_next(random);
     push(type, zeros, 16U);
     davar_cascade_flush(&cascade);
-    for (uint32_t t = 0U; t < 3U; t++) {
+    for (uint32_t t = 0U; t < CASCADE_TAUS; t++) {
         const uint32_t clusters = 4U << t;
         const uint32_t newest = CASCADE_HOPS + 1U;
         const uint64_t d =

@@ -53,14 +53,14 @@ typedef struct {
     uint16_t clusters;
 } davar_cascade_config_t;
 
-/** Bytes of memory for `taus` cluster sizes, as a constant. type: Q15, Q31 or F32. Three sizes
- * share a stage: 16 and 18 sizes take the same. Source: DESIGN (11.7). */
+/** Bytes of memory for `taus` cluster sizes, as a constant. type: Q15, Q31 or F32. Two sizes
+ * share a stage: 15 and 16 sizes take the same. Source: DESIGN (11.7). */
 #define DAVAR_CASCADE_MEMORY(type, taus)                                                           \
-    ((((size_t)(taus) + 2U) / 3U) * DAVAR_CASCADE_STAGE_BYTES_##type)
+    ((((size_t)(taus) + 1U) / 2U) * DAVAR_CASCADE_STAGE_BYTES_##type)
 /** @cond */
-#define DAVAR_CASCADE_STAGE_BYTES_Q15 320U
-#define DAVAR_CASCADE_STAGE_BYTES_Q31 384U
-#define DAVAR_CASCADE_STAGE_BYTES_F32 384U
+#define DAVAR_CASCADE_STAGE_BYTES_Q15 192U
+#define DAVAR_CASCADE_STAGE_BYTES_Q31 224U
+#define DAVAR_CASCADE_STAGE_BYTES_F32 224U
 /** @endcond */
 
 /** Counts of input faults since the last reset. They stop at their largest value. */
@@ -82,7 +82,7 @@ typedef struct {
     uint32_t step;  /* samples between the previous event and the next */
     uint32_t left;  /* samples from the previous event to the next hop */
     uint32_t age;   /* of the next hop: hops since the newest gap */
-    uint8_t ready;  /* bit k: stage k has a hop to serve */
+    uint16_t ready; /* bit k: stage k has a hop to serve */
     uint8_t stage_count;
     uint8_t shift;         /* log2 of config.clusters */
     uint8_t accepts;       /* the one number type that may be pushed */
@@ -101,7 +101,7 @@ typedef struct {
 typedef struct {
     double tau_s;         /**< averaging time m / rate_hz, s */
     uint32_t m;           /**< cluster size, samples */
-    uint32_t hop;         /**< samples from one difference to the next: m / 4, m / 8 or m / 16 */
+    uint32_t hop;         /**< samples from one difference to the next: m / 4 or m / 8 */
     uint32_t differences; /**< number of differences D (11.1); 0: too little data for this size */
     /** whole clusters that these differences span: about as many as the estimate averages */
     uint32_t clusters;
@@ -127,7 +127,7 @@ typedef struct {
  * - DAVAR_ERR_CASCADE_SHORTEST: shortest out of range or not a multiple of 4
  * - DAVAR_ERR_CASCADE_CLUSTERS: clusters out of range or not a power of two
  * - DAVAR_ERR_CASCADE_TAUS: tau_count out of range, or the longest cluster size m above 2^31
- *   samples; q31: clusters m^2 above 2^59; f32: above 2^61 (11.4)
+ *   samples; q31: clusters m^2 above 2^60; f32: above 2^62 (11.4)
  * - DAVAR_ERR_MEMORY_SIZE, DAVAR_ERR_MEMORY_ALIGN: as davar_init_*
  *
  * Threads: stopped. Cost: O(bytes). */
@@ -170,7 +170,7 @@ void davar_cascade_flush(davar_cascade_t *cascade);
  * @return False if no cluster size has a difference yet; *result is then complete too.
  *
  * Threads: consumer; if a push interrupts it, it re-reads the cluster size concerned. Sizes may
- * then be of two successive hops. Cost: O(T), about 31 products per size. */
+ * then be of two successive hops. Cost: O(T), about 15 products per size. */
 bool davar_cascade_take(const davar_cascade_t *cascade, davar_cascade_result_t *result);
 
 /** Returns to the state after init, counters included. Threads: stopped. Cost: O(bytes). */

@@ -22,7 +22,7 @@
 #define SHORTEST_MIN 64U
 #define SHORTEST_MAX 262140U /* hops of 65535 int16 samples sum to less than 2^31 */
 #define CLUSTERS_MIN 4U
-#define CLUSTERS_MAX 2048U /* a generation of 16 times as many differences is counted in 16 bits */
+#define CLUSTERS_MAX 2048U /* a generation of 8 times as many differences is counted in 16 bits */
 
 /* --- the work of a hop ------------------------------------------------------------------------ */
 
@@ -119,13 +119,13 @@ static inline void pass_on(davar_cascade_t *cascade, cascade_stage_t *stage, uin
 {
     remember_hop(cascade, k, stage->hop, stage->pending);
     stage->turn = 0U;
-    cascade->ready = (uint8_t)(cascade->ready & ~(1U << k));
+    cascade->ready = (uint16_t)(cascade->ready & ~(1U << k));
     if (((stage->hop % CASCADE_RATIO) == 0U) && ((k + 1U) < cascade->stage_count)) {
         cascade_stage_t *const next = stage_at(cascade, k + 1U);
         next->pending = stage->pending;
         next->age = stage->age / CASCADE_RATIO; /* both are rounded down */
         next->hop++;
-        cascade->ready = (uint8_t)(cascade->ready | (2U << k));
+        cascade->ready = (uint16_t)(cascade->ready | (2U << k));
     }
 }
 
@@ -163,7 +163,7 @@ static void begin_hop(davar_cascade_t *cascade)
 }
 
 /* A hop is due, or the previous one is not served yet. A hop has at least 16 samples, and all
- * stages together need 3 R / (R - 1) of them. */
+ * stages together need 2 R / (R - 1) of them. */
 DAVAR_APART static void cascade_event(davar_cascade_t *cascade)
 {
     davar_sequence_begin(&cascade->sequence);
@@ -343,7 +343,7 @@ static bool is_cascade_exact(const davar_cascade_config_t *config, uint8_t type)
         return false;
     }
     const uint32_t bits = (type == CASCADE_F32) ? DAVAR_FLOAT_BITS : 32U;
-    const uint64_t room = (UINT64_C(1) << (123U - (2U * bits))) / config->clusters;
+    const uint64_t room = (UINT64_C(1) << (124U - (2U * bits))) / config->clusters;
     return !is_wide_type(type) || ((longest * longest) <= room);
 }
 

@@ -10,23 +10,22 @@
 #include <math.h>
 
 #define CASCADE_GROWTH_ONE (1U << CASCADE_GROWTH_BITS)
-#define CASCADE_LAGS 16U /* lags per cluster in the correlations below, which end at two clusters */
+#define CASCADE_LAGS 8U /* lags per cluster in the correlations below, which end at two clusters */
 #define CORRELATION_BITS 14U
 #define SQUARE_BITS 20U /* of squared correlations */
 
-/* --- the correlation of two differences (11.6), at a lag in sixteenths of a cluster, as 1.14 --- */
+/* --- the correlation of two differences (11.6), at a lag in eighths of a cluster, as 1.14 --- */
 
 static int32_t correlation_of_white(uint32_t lag)
 {
-    return (lag < CASCADE_LAGS) ? (16384 - (1536 * (int32_t)lag)) : (512 * ((int32_t)lag - 32));
+    return (lag < CASCADE_LAGS) ? (16384 - (3072 * (int32_t)lag)) : (1024 * ((int32_t)lag - 16));
 }
 
 static int32_t correlation_of_flicker(uint32_t lag)
 {
-    static const int16_t table[2U * CASCADE_LAGS] = {
-        16384, 16104, 15457, 14552, 13449, 12191, 10813, 9344,  7810,  6238,  4651,
-        3074,  1534,  60,    -1316, -2546, -3554, -4206, -4626, -4881, -5008, -5030,
-        -4965, -4828, -4631, -4385, -4101, -3789, -3457, -3117, -2778, -2455};
+    static const int16_t table[2U * CASCADE_LAGS] = {16384, 15457, 13449, 10813, 7810,  4651,
+                                                     1534,  -1316, -3554, -4626, -5008, -4965,
+                                                     -4631, -4101, -3457, -2778};
     return table[lag];
 }
 
@@ -36,8 +35,8 @@ static int32_t correlation_of_flicker(uint32_t lag)
 static int32_t correlation_of_walk(uint32_t lag)
 {
     const int32_t i = (int32_t)lag;
-    const int32_t rest = 32 - i;
-    return (lag < CASCADE_LAGS) ? (16384 + (((3 * i) - 96) * i * i)) : (rest * rest * rest);
+    const int32_t rest = 16 - i;
+    return (lag < CASCADE_LAGS) ? (16384 + (((24 * i) - 384) * i * i)) : (8 * rest * rest * rest);
 }
 
 /* --- the kind of noise ------------------------------------------------------------------------ */

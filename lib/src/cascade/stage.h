@@ -6,7 +6,7 @@
 #include "number/machine.h"
 
 #define CASCADE_OVERLAP 4U                 /* Q: hops in the shortest cluster of a stage */
-#define CASCADE_TAUS 3U                    /* cluster sizes of a stage */
+#define CASCADE_TAUS 2U                    /* cluster sizes of a stage */
 #define CASCADE_RATIO (1U << CASCADE_TAUS) /* R: hops of a stage in a hop of the next */
 #define CASCADE_HOPS (CASCADE_RATIO * CASCADE_OVERLAP)
 
@@ -23,7 +23,7 @@ typedef struct {
 
 #define CASCADE_GROWTH_BITS 10U
 
-/* Degrees of freedom of n differences at a hop of 1 / lags of a cluster; lags is 4, 8 or 16 (11.6).
+/* Degrees of freedom of n differences at a hop of 1 / lags of a cluster; lags is 4 or 8 (11.6).
  * growth: factor of the Allan variance from one octave to the next, with CASCADE_GROWTH_BITS after
  * the point: 1/2 and less in white noise, 1 in flicker, 2 and more in random walk. */
 double davar_cascade_edf(uint32_t growth, uint32_t n, uint32_t lags);
