@@ -127,6 +127,7 @@ CROSS = {
     "riscv64-linux-gnu-gcc": ["-O2"],
 }
 CARRY = {
+    "state/image.c",
     "state/state.c",
     "number/absent.c",
 }  # they move floating-point numbers without computing

@@ -24,7 +24,13 @@ STREAM = tuple(
     source
     for source in MANIFEST
     if not source.startswith(
-        ("lib/src/fit/", "lib/src/monitor/", "lib/src/state/", "lib/src/wire/")
+        (
+            "lib/src/cascade/",
+            "lib/src/fit/",
+            "lib/src/monitor/",
+            "lib/src/state/",
+            "lib/src/wire/",
+        )
     )
 )
 # sources: in addition to prove_NAME.c; unroll: the largest number of loop iterations that are
@@ -39,7 +45,7 @@ PROOFS = {
     "number": Proof(("lib/src/number/real.c", "lib/src/detector/logarithm.c")),
     "slide": Proof((), 5000),
     "restore": Proof(
-        (*STREAM, "lib/src/state/state.c"),
+        (*STREAM, "lib/src/state/image.c", "lib/src/state/state.c"),
         1100,
         ("-eva-split-return-function", "davar_init_wide:0"),
     ),

@@ -27,6 +27,7 @@
 #ifndef DAVAR_CASCADE_H
 #define DAVAR_CASCADE_H
 
+#include "davar/state.h"
 #include "davar/types.h"
 
 #ifdef __cplusplus
@@ -93,6 +94,7 @@ typedef struct {
     volatile uint32_t sequence; /* odd while a push changes what take reads */
     void *stages;               /* stage_t[], in the caller's memory */
     void *tops;                 /* after them: upper bits of the running sums at their hops */
+    uint32_t memory_bytes;      /* of both */
     const davar_cascade_config_t *config;
     davar_cascade_health_t health;
 } davar_cascade_t;
@@ -175,6 +177,18 @@ bool davar_cascade_take(const davar_cascade_t *cascade, davar_cascade_result_t *
 
 /** Returns to the state after init, counters included. Threads: stopped. Cost: O(bytes). */
 void davar_cascade_reset(davar_cascade_t *cascade);
+
+/** @{ */
+/** Saves a cascade, and restores it after a loss of power, as davar_state_save and
+ * davar_state_restore do with an instance (davar/state.h): two slots of at least
+ * davar_cascade_state_bytes() each, the same return codes, and after an error of restoring the
+ * cascade is as after init. Use a storage of its own for each cascade. After restoring, call
+ * davar_cascade_gap for the samples that were lost.
+ * Threads: stopped. Cost: reads both slots, and the state is written or read once more. */
+size_t davar_cascade_state_bytes(const davar_cascade_t *cascade);
+davar_status_t davar_cascade_save(const davar_cascade_t *cascade, const davar_storage_t *storage);
+davar_status_t davar_cascade_restore(davar_cascade_t *cascade, const davar_storage_t *storage);
+/** @} */
 
 /** Returns the counts of input faults since the last reset. Threads: consumer. Cost: O(1). */
 davar_cascade_health_t davar_cascade_health(const davar_cascade_t *cascade);

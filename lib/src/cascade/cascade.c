@@ -411,6 +411,7 @@ DAVAR_RARE static void cascade_start(davar_cascade_t *cascade, const davar_casca
     cascade->config = config;
     cascade->stages = memory;
     cascade->tops = &((cascade_stage_t *)memory)[stages];
+    cascade->memory_bytes = (uint32_t)(stages * cascade_stage_bytes(type));
     cascade->stage_count = (uint8_t)stages;
     cascade->accepts = type;
     cascade->age = 1U;
