@@ -128,7 +128,6 @@ CROSS = {
 }
 CARRY = {
     "state/image.c",
-    "state/state.c",
     "number/absent.c",
 }  # they move floating-point numbers without computing
 

@@ -365,7 +365,10 @@ BOUNDED = {
         "lib/src/pipeline/push.inc",
         "while ((window->received - window->end) < (half - 1U))",
     ): "received rises by one",
-        ("lib/src/core/f32.c", "while ((run < most) && davar_is_finite(rates[run]))"): "run rises by one",
+    (
+        "lib/src/core/f32.c",
+        "while ((run < most) && davar_is_finite(rates[run]))",
+    ): "run rises by one",
     ("lib/src/core/window.h", "while ((step * power) <= (*back >> 1U))"): "power doubles",
     (
         "lib/src/detector/glr.c",

@@ -27,7 +27,6 @@
 #ifndef DAVAR_CASCADE_H
 #define DAVAR_CASCADE_H
 
-#include "davar/state.h"
 #include "davar/types.h"
 
 #ifdef __cplusplus
@@ -75,7 +74,7 @@ typedef struct {
 } davar_cascade_health_t;
 
 /** One cascade of one sensor axis. The caller owns it. Fields are private. */
-typedef struct {
+typedef struct davar_cascade {
     /** @privatesection */
     uint32_t until; /* samples until the next event, at least 1 */
     int32_t part;   /* q15: sum of the samples since the newest hop */
@@ -177,18 +176,6 @@ bool davar_cascade_take(const davar_cascade_t *cascade, davar_cascade_result_t *
 
 /** Returns to the state after init, counters included. Threads: stopped. Cost: O(bytes). */
 void davar_cascade_reset(davar_cascade_t *cascade);
-
-/** @{ */
-/** Saves a cascade, and restores it after a loss of power, as davar_state_save and
- * davar_state_restore do with an instance (davar/state.h): two slots of at least
- * davar_cascade_state_bytes() each, the same return codes, and after an error of restoring the
- * cascade is as after init. Use a storage of its own for each cascade. After restoring, call
- * davar_cascade_gap for the samples that were lost.
- * Threads: stopped. Cost: reads both slots, and the state is written or read once more. */
-size_t davar_cascade_state_bytes(const davar_cascade_t *cascade);
-davar_status_t davar_cascade_save(const davar_cascade_t *cascade, const davar_storage_t *storage);
-davar_status_t davar_cascade_restore(davar_cascade_t *cascade, const davar_storage_t *storage);
-/** @} */
 
 /** Returns the counts of input faults since the last reset. Threads: consumer. Cost: O(1). */
 davar_cascade_health_t davar_cascade_health(const davar_cascade_t *cascade);
