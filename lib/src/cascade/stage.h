@@ -15,6 +15,7 @@ typedef struct {
     uint32_t age;     /* of that hop: hops of this stage since the newest gap */
     uint32_t hop;     /* its number modulo 2^32 */
     uint32_t turn;    /* the cluster size that it is served to next */
+    uint32_t unused;  /* so that every machine has the same size */
     /* Differences of each cluster size, in two generations (11.5). */
     uint16_t count[2U * CASCADE_TAUS];
     davar_u128_t squares[2U * CASCADE_TAUS];
