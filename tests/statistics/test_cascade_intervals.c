@@ -86,7 +86,7 @@ static void print(const char *name)
 
 static void run(const char *name, const scenario_t *scenario)
 {
-    double truth[DAVAR_CASCADE_TAUS_MAX];
+    double truth[DAVAR_CASCADE_TAUS_MAX] = {0.0};
     random_t random = random_seeded(SEED);
     config = (davar_cascade_config_t){.rate_hz = 1.0,
                                       .unit_per_count = 1.0 / COUNTS,

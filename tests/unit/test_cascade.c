@@ -117,8 +117,8 @@ static void assert_equals_brute_force(uint32_t count, const char *what)
         uint32_t expected;
         const davar_u128_t sum = brute_sum(t, count, &expected);
         const cascade_stage_t *const stage = &stages[t / CASCADE_TAUS];
-        const davar_u128_t all = davar_u128_add(stage->squares[2U * (t % CASCADE_TAUS)],
-                                                stage->squares[(2U * (t % CASCADE_TAUS)) + 1U]);
+        const size_t first = 2U * (size_t)(t % CASCADE_TAUS);
+        const davar_u128_t all = davar_u128_add(stage->squares[first], stage->squares[first + 1U]);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected, result.tau[t].differences, what);
         TEST_ASSERT_EQUAL_HEX64_MESSAGE(sum.low, all.low, what);
         TEST_ASSERT_EQUAL_HEX64_MESSAGE(sum.high, all.high, what);
@@ -166,9 +166,9 @@ static void begin_late(const stream_t *stream, type_t type)
         stages[k].hop = stream->first_hop;
         stages[k].low[0] = (uint32_t)stream->start;
         if (type == Q15) {
-            ((uint16_t *)cascade.tops)[k * CASCADE_HOPS] = (uint16_t)(stream->start >> 32U);
+            ((uint16_t *)cascade.tops)[(size_t)k * CASCADE_HOPS] = (uint16_t)(stream->start >> 32U);
         } else {
-            ((uint32_t *)cascade.tops)[k * CASCADE_HOPS] = (uint32_t)(stream->start >> 32U);
+            ((uint32_t *)cascade.tops)[(size_t)k * CASCADE_HOPS] = (uint32_t)(stream->start >> 32U);
         }
     }
 }

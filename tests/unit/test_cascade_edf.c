@@ -157,8 +157,8 @@ static void take_curve(const uint32_t avar[TAUS])
         const uint64_t m = (uint64_t)64U << t;
         cascade_stage_t *const stage = &stages[t / CASCADE_TAUS];
         if (avar[t] != UINT32_MAX) {
-            stage->count[2U * (t % CASCADE_TAUS)] = N;
-            stage->squares[2U * (t % CASCADE_TAUS)].low = (2U * m * m * N * avar[t]) << 20U;
+            stage->count[(size_t)2U * (t % CASCADE_TAUS)] = N;
+            stage->squares[(size_t)2U * (t % CASCADE_TAUS)].low = (2U * m * m * N * avar[t]) << 20U;
         }
     }
     (void)davar_cascade_take(&cascade, &result);
@@ -223,8 +223,8 @@ static void test_two_sizes_have_no_slope(void)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &two, memory, sizeof memory));
     cascade_stage_t *const stage = cascade.stages;
     for (uint32_t t = 0U; t < 2U; t++) {
-        stage->count[2U * t] = N;
-        stage->squares[2U * t].low = UINT64_C(1) << 40U;
+        stage->count[(size_t)2U * t] = N;
+        stage->squares[(size_t)2U * t].low = UINT64_C(1) << 40U;
     }
     TEST_ASSERT_TRUE(davar_cascade_take(&cascade, &result));
     assert_growth(0U, WALK);

@@ -373,9 +373,11 @@ static size_t cascade_stage_bytes(uint8_t type)
     return sizeof(cascade_stage_t) + (CASCADE_HOPS * top_bits / 8U);
 }
 
-_Static_assert((sizeof(cascade_stage_t) + (2U * CASCADE_HOPS)) == DAVAR_CASCADE_STAGE_BYTES_Q15,
+_Static_assert((sizeof(cascade_stage_t) + ((size_t)2U * CASCADE_HOPS)) ==
+                   DAVAR_CASCADE_STAGE_BYTES_Q15,
                "DAVAR_CASCADE_STAGE_BYTES_Q15");
-_Static_assert((sizeof(cascade_stage_t) + (4U * CASCADE_HOPS)) == DAVAR_CASCADE_STAGE_BYTES_Q31,
+_Static_assert((sizeof(cascade_stage_t) + ((size_t)4U * CASCADE_HOPS)) ==
+                   DAVAR_CASCADE_STAGE_BYTES_Q31,
                "DAVAR_CASCADE_STAGE_BYTES_Q31");
 
 static davar_status_t check_cascade(const davar_cascade_t *cascade,
@@ -385,7 +387,7 @@ static davar_status_t check_cascade(const davar_cascade_t *cascade,
     if ((cascade == NULL) || (config == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }
-    if (is_wide_type(type) ? !DAVAR_Q31 : !DAVAR_Q15) {
+    if (!((DAVAR_Q31 && is_wide_type(type)) || (DAVAR_Q15 && !is_wide_type(type)))) {
         return DAVAR_ERR_BUILD;
     }
     davar_status_t status = check_cascade_scale(config, type);

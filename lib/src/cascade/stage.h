@@ -8,7 +8,8 @@
 #define CASCADE_OVERLAP 4U                 /* Q: hops in the shortest cluster of a stage */
 #define CASCADE_TAUS 2U                    /* cluster sizes of a stage */
 #define CASCADE_RATIO (1U << CASCADE_TAUS) /* R: hops of a stage in a hop of the next */
-#define CASCADE_HOPS (CASCADE_RATIO * CASCADE_OVERLAP)
+#define CASCADE_HOPS 16U                   /* that a stage remembers */
+_Static_assert(CASCADE_HOPS == (CASCADE_RATIO * CASCADE_OVERLAP), "the longest span");
 
 typedef struct {
     uint64_t pending; /* running sum at the hop that is served */
