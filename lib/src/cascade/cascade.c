@@ -298,10 +298,8 @@ void davar_cascade_push_f32(davar_cascade_t *cascade, const float *rates, size_t
             continue;
         }
         cascade->in_gap = false;
-        if (davar_is_saturated(rates[i], limit)) {
-            davar_count(&cascade->health.saturated);
-        }
-        const int32_t sample = davar_float_to_counts(rates[i], limit, cascade->counts_per_unit);
+        const int32_t sample = davar_float_to_counts(rates[i], limit, cascade->counts_per_unit,
+                                                     &cascade->health.saturated);
         cascade->sum += (uint64_t)(int64_t)sample;
         advance_to_event(cascade, 1U);
     }

@@ -6,15 +6,6 @@
 #include "core/window.h"
 #include "number/quantum.h"
 
-static inline int32_t to_counts(davar_t *davar, float rate)
-{
-    const float limit = (float)davar->config->full_scale;
-    if (davar_is_saturated(rate, limit)) {
-        davar_count(&davar->health.saturated);
-    }
-    return davar_float_to_counts(rate, limit, davar->counts_per_unit);
-}
-
 davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory,
                               size_t bytes)
 {
@@ -42,9 +33,11 @@ static size_t float_step(davar_t *davar, const float *rates, size_t count)
 {
     int32_t counts[FLOATS];
     const size_t most = has_queue(davar->config) ? 1U : together(&davar->window, count);
+    const float limit = (float)davar->config->full_scale;
     size_t run = 0U;
     while ((run < most) && davar_is_finite(rates[run])) {
-        counts[run] = to_counts(davar, rates[run]);
+        counts[run] = davar_float_to_counts(rates[run], limit, davar->counts_per_unit,
+                                            &davar->health.saturated);
         run++;
     }
     if (run > 0U) {

@@ -4,6 +4,7 @@
 #define DAVAR_SRC_QUANTUM_H
 
 #include "number/ieee.h"
+#include "number/sequence.h"
 
 /* Significant bits of a quantised float sample: full_scale <= 2^30 quanta (2.3). */
 #define DAVAR_FLOAT_BITS 31U
@@ -27,17 +28,16 @@ static inline bool davar_is_finite(float rate)
     return (davar_bits_of_float(rate) & UINT32_C(0x7F800000)) != UINT32_C(0x7F800000);
 }
 
-static inline bool davar_is_saturated(float rate, float limit)
+/* To the nearest quantum, halves away from zero; limited to +-limit, and then counted in *saturated.
+ * Scaling by a power of two and the remainder are exact. */
+static inline int32_t davar_float_to_counts(float rate, float limit, float counts_per_unit,
+                                            uint32_t *saturated)
 {
-    return (rate >= limit) || (rate <= -limit);
-}
-
-/* To the nearest quantum, halves away from zero; limited to +-limit. Scaling by a power of two and
- * the remainder are exact. */
-static inline int32_t davar_float_to_counts(float rate, float limit, float counts_per_unit)
-{
-    const float clamped = (rate > 0.0F) ? limit : -limit;
-    const float inside = davar_is_saturated(rate, limit) ? clamped : rate;
+    float inside = rate;
+    if ((rate >= limit) || (rate <= -limit)) {
+        davar_count(saturated);
+        inside = (rate > 0.0F) ? limit : -limit;
+    }
     const float scaled = inside * counts_per_unit;
     const int32_t whole = (int32_t)scaled;
     const float rest = scaled - (float)whole;
