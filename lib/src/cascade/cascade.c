@@ -382,13 +382,11 @@ static davar_status_t check_cascade(const davar_cascade_t *cascade,
                                     const davar_cascade_config_t *config, const void *memory,
                                     size_t bytes, uint8_t type)
 {
+    const bool built = (DAVAR_Q31 || !is_wide_type(type)) && (DAVAR_Q15 || is_wide_type(type));
     if ((cascade == NULL) || (config == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }
-    if (!((DAVAR_Q31 && is_wide_type(type)) || (DAVAR_Q15 && !is_wide_type(type)))) {
-        return DAVAR_ERR_BUILD;
-    }
-    davar_status_t status = check_cascade_scale(config, type);
+    davar_status_t status = built ? check_cascade_scale(config, type) : DAVAR_ERR_BUILD;
     if (status == DAVAR_OK) {
         status = check_cascade_clusters(config, type);
     }
