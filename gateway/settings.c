@@ -190,13 +190,12 @@ static bool apply(node_settings_t *settings, const entry_t *entry, const char *t
 
 static const char *expected(const entry_t *entry)
 {
-    static const char *const WORDS[] = {
-        [REAL] = "a number of at least 0",
-        [WHOLE] = "a whole number of at least 0",
-        [HEX] = "a hexadecimal number",
-        [CONTENT] = "summary, full, intervals or fd",
-        [POLICY] = "or or glr",
-        [FILTER] = "HZ[:ORDER[:PERCENT]], average:N, cic:N, sum:N or none"};
+    static const char *const WORDS[] = {[REAL] = "a number of at least 0",
+                                        [WHOLE] = "a whole number of at least 0",
+                                        [HEX] = "a hexadecimal number",
+                                        [CONTENT] = "summary, full, intervals or fd",
+                                        [POLICY] = "or or glr",
+                                        [FILTER] = DAVAR_BANDWIDTH_FORMS};
     return (strcmp(entry->name, "bits") == 0) ? "2 to 32" : WORDS[entry->kind];
 }
 
@@ -292,8 +291,8 @@ static bool fits_rate(node_settings_t *settings, char *why, size_t size)
         return true;
     }
     (void)snprintf(why, size,
-                   "--bandwidth: %g Hz is too far below or above the sample rate of %g Hz",
-                   settings->bandwidth.hz, rate_hz);
+                   "--bandwidth: expected " DAVAR_BANDWIDTH_RANGE " (here %g Hz), found %g Hz",
+                   rate_hz, settings->bandwidth.hz);
     return false;
 }
 

@@ -245,7 +245,7 @@ static size_t take_row(davar_python_t *run, double *table, size_t capacity, size
     if (!davar_take(run->engine.instances, &run->result)) {
         return 0U;
     }
-    davar_fit(run->engine.plans, run->engine.config.rate_hz, &run->result);
+    davar_fit(&run->engine.filtered->plan, run->engine.config.rate_hz, &run->result);
     const bool monitored = (run->model_count > 0U);
     if (monitored) {
         davar_monitor_update(&run->monitor, &run->result, &run->misfit);

@@ -37,6 +37,7 @@ davar_status_t dma_blocks_start(void)
     config.stride = 100;
     config.taus = taus;
     config.tau_count = TAUS;
+    /* Declare the low-pass of your gyro instead: davar_plan_init_filtered (davar/filter.h). */
     davar_plan_init(&plan, taus, TAUS);
     return davar_init_q15(&gyro, &config, memory, sizeof memory);
 }

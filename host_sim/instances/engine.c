@@ -49,7 +49,7 @@ static void configure(engine_t *engine, const settings_t *settings,
     }
 }
 
-/* The filter of --bandwidth at the rate of the recording, of the first channel if it was learned. */
+/* Converts the filter of --bandwidth to the sample rate. Of learned filters, takes channel 0's. */
 static bool declare(engine_t *engine, const learned_t *learned, const options_t *options,
                     sim_error_t *error)
 {
@@ -64,8 +64,9 @@ static bool declare(engine_t *engine, const learned_t *learned, const options_t 
     }
     engine->declared = &engine->filter;
     return davar_bandwidth_at(&options->bandwidth, engine->config.rate_hz, &engine->filter) ||
-           sim_fail(error, "--bandwidth: %g Hz is too far below or above the sample rate of %g Hz",
-                    options->bandwidth.hz, engine->config.rate_hz);
+           sim_fail(error,
+                    "--bandwidth: expected " DAVAR_BANDWIDTH_RANGE " (here %g Hz), found %g Hz",
+                    engine->config.rate_hz, options->bandwidth.hz);
 }
 
 static const davar_filter_t *filter_of(const engine_t *engine, const learned_t *learned,

@@ -53,9 +53,7 @@ static bool apply_bandwidth(options_t *options, const char *text, sim_error_t *e
     options->declares_filter =
         !options->learns_filter && davar_bandwidth_read(text, &options->bandwidth);
     return options->learns_filter || options->declares_filter ||
-           sim_fail(error,
-                    "--bandwidth: expected HZ[:ORDER[:PERCENT]], average:N, cic:N, sum:N, none or "
-                    "auto, found '%s'",
+           sim_fail(error, "--bandwidth: expected " DAVAR_BANDWIDTH_FORMS ", or auto, found '%s'",
                     text);
 }
 

@@ -20,8 +20,8 @@ void report_counters(const davar_health_t *health);
 /* After the run: how many results have no coefficients because the counts are too coarse. */
 void report_coarse(uint64_t coarse, uint64_t rows);
 
-/* After the run: how many results are withheld because the short cluster sizes read low, if they are
- * more than chance gives. */
+/* After the run: how many results are withheld because the short cluster sizes read low, if that is
+ * more than random fluctuations explain. */
 void report_filtered(uint64_t filtered, uint64_t rows, bool declared);
 
 #endif

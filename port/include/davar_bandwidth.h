@@ -18,6 +18,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+/** The forms above, for an error message. */
+#define DAVAR_BANDWIDTH_FORMS                                                                      \
+    "HZ[:ORDER[:PERCENT]] (order 1 or 2, at most 50 percent), average[ORDER]:N, cic[ORDER]:N or "  \
+    "sum:N (N to 4096), HZ+average:N or none"
+
+/** The range of a cutoff, for an error message. */
+#define DAVAR_BANDWIDTH_RANGE                                                                      \
+    "a cutoff from 0.002 times the sample rate to 2 times that before decimation"
+
 /** A filter whose sample rate is not known yet. */
 typedef struct {
     davar_filter_t filter; /**< cutoff is 0 */
@@ -82,7 +91,7 @@ static inline bool davar_bandwidth_low_pass(const char **text, davar_bandwidth_t
     return good;
 }
 
-/** Reads the whole text. @return False if it is none of the forms above. */
+/** Reads the complete text. @return False if it has another form, or a value out of range. */
 static inline bool davar_bandwidth_read(const char *text, davar_bandwidth_t *bandwidth)
 {
     *bandwidth = (davar_bandwidth_t){.hz = 0.0};
@@ -105,8 +114,7 @@ static inline bool davar_bandwidth_read(const char *text, davar_bandwidth_t *ban
     return good && (*text == '\0');
 }
 
-/** Writes the filter for a sample rate. @return False if its low-pass is too narrow or too wide for
- * that rate. */
+/** Writes the filter for a sample rate. @return False if its cutoff is out of range for it. */
 static inline bool davar_bandwidth_at(const davar_bandwidth_t *bandwidth, double rate_hz,
                                       davar_filter_t *filter)
 {
@@ -131,8 +139,6 @@ static inline void davar_bandwidth_plan(davar_plan_t *plan, const davar_config_t
 {
     if (filter == NULL) {
         davar_plan_init(plan, config->taus, config->tau_count);
-    } else if ((filter->poles == 0U) && (filter->averages == 0U)) {
-        davar_plan_init_white(plan, config->taus, config->tau_count);
     } else {
         davar_plan_init_filtered(plan, config->taus, config->tau_count, filter);
     }

@@ -33,7 +33,7 @@ static float get_scaled(const davar_frame_t *frame, const davar_scaled_t *scaled
     return (raw == (1U << scaled->at.bits) - 1U) ? NAN : (float)raw * scaled->unit;
 }
 
-/* The uncertainty of ARW, or why ARW is absent. Other raw values of an absent ARW have no meaning. */
+/* The uncertainty of ARW, or why ARW is absent. Other raw values of an absent ARW mean nothing. */
 static void read_arw(const davar_frame_t *frame, const davar_scaled_t *uncertainty,
                      davar_wire_t *wire)
 {

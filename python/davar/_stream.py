@@ -302,7 +302,7 @@ def dynamic(
         known = bandwidth is not None and (bandwidth != "auto" or found.bandwidth is not None)
         warnings.warn(
             f"{withheld} of {len(found.filtered)} results withheld: the short cluster sizes "
-            + ("contradict" if known else "read low, as behind a low-pass. Give")
+            + ("contradict the filter. Check" if known else "read low, as behind a low-pass. Give")
             + ' bandwidth (data sheet: LPF, -3 dB; or "auto" for a record at rest; or "none")',
             stacklevel=2,
         )

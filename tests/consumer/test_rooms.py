@@ -1,5 +1,5 @@
-"""fit, cascade, monitor, state and wire each build without the rest of the library: they need only
-public headers, number/ and their own files.
+"""filter, fit, cascade, monitor, state and wire each build without the rest of the library: they
+need only public headers, number/ and their own files; fit also the header of filter.
 """
 
 import shutil
@@ -10,8 +10,8 @@ from pathlib import Path
 from compiling import objects
 
 LIB = Path(__file__).resolve().parents[2] / "lib"
-ALONE = ("fit", "cascade", "monitor", "state", "wire")
-ALSO = {"state": ("core/instance.h",)}  # tests/style has the reason
+ALONE = ("filter", "fit", "cascade", "monitor", "state", "wire")
+ALSO = {"state": ("core/instance.h",), "fit": ("filter/spectrum.h",)}  # lib/DESIGN.md
 
 
 class Rooms(unittest.TestCase):

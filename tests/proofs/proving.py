@@ -24,12 +24,8 @@ STREAM = tuple(
     source
     for source in MANIFEST
     if not source.startswith(
-        (
-            "lib/src/cascade/",
-            "lib/src/fit/",
-            "lib/src/monitor/",
-            "lib/src/state/",
-            "lib/src/wire/",
+        tuple(
+            f"lib/src/{room}/" for room in ("filter", "fit", "cascade", "monitor", "state", "wire")
         )
     )
 )
@@ -42,7 +38,9 @@ PROOFS = {
         more=("-eva-split-return-function", "davar_decode:0"),
     ),
     "slcan": Proof(("port/wire/slcan.c",)),
-    "number": Proof(("lib/src/number/real.c", "lib/src/detector/logarithm.c")),
+    "number": Proof(
+        ("lib/src/number/real.c", "lib/src/number/scaled.c", "lib/src/detector/logarithm.c")
+    ),
     "slide": Proof((), 5000),
     "restore": Proof(
         (*STREAM, "lib/src/state/image.c", "lib/src/state/state.c"),

@@ -25,7 +25,7 @@ JOBS = {
         "--policy",
         "glr",
         "--window-max",
-        "400",
+        "320",
         "--stride",
         "50",
         "--long-cluster",

@@ -128,6 +128,7 @@ class Plan(unittest.TestCase):
             ROOT / "lib/src",
             self.work / "program.c",
             self.work / "plan.c",
+            *(ROOT / "lib/src/filter").glob("*.c"),
             *(ROOT / "lib/src/fit").glob("*.c"),
             *(ROOT / "lib/src/number").glob("*.c"),
             "-o",

@@ -194,9 +194,7 @@ static int read_option(request_t *request, const char *option, const char *value
         request->filter = value;
         return davar_bandwidth_read(value, &request->bandwidth)
                    ? 0
-                   : reject(option,
-                            "expected HZ[:ORDER[:PERCENT]], average:N, cic:N, sum:N or none",
-                            value);
+                   : reject(option, "expected " DAVAR_BANDWIDTH_FORMS, value);
     }
     if (strcmp(option, "--rate") == 0) {
         request->rate_hz = strtod(value, &end);
@@ -226,8 +224,7 @@ static int make_plan(const request_t *request, davar_plan_t *plan, davar_filter_
     }
     const double rate_hz = (request->rate_hz > 0.0) ? request->rate_hz : 1.0;
     if (!davar_bandwidth_at(&request->bandwidth, rate_hz, filter)) {
-        return reject("--bandwidth", "low-pass below 0.002 or far above the sample rate",
-                      request->filter);
+        return reject("--bandwidth", "expected " DAVAR_BANDWIDTH_RANGE, request->filter);
     }
     davar_plan_init_filtered(plan, request->taus, request->tau_count, filter);
     return 0;

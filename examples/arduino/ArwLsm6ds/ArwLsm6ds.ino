@@ -80,7 +80,7 @@ static davar_status_t start_davar()
     config.moments.segment = 0;
     config.taus = taus;
     config.tau_count = TAUS;
-    const davar_filter_t filter = {DAVAR_LOW_PASS(33, RATE_HZ, 2)}; /* at 104 Hz */
+    const davar_filter_t filter = {DAVAR_LOW_PASS(33, RATE_HZ, 2), DAVAR_SUM(1)}; /* at 104 Hz */
     davar_plan_init_filtered(&plan, taus, TAUS, &filter);
     return davar_init_q15(&gyro_z, &config, memory, sizeof memory);
 }

@@ -43,6 +43,7 @@ static davar_status_t start(void)
     config.moments.segment = 0;
     config.taus = taus;
     config.tau_count = TAUS;
+    /* Declare the low-pass of your gyro instead: davar_plan_init_filtered (davar/filter.h). */
     davar_plan_init(&plan, taus, TAUS);
     return davar_init_f32(&gyro_z, &config, memory, sizeof memory);
 }

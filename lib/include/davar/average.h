@@ -1,14 +1,16 @@
 /** @file
- * davar - average: makes a slow stream of a fast one, so that the noise costs little.
+ * davar - average: turns a fast stream into a slow one, which costs less to process.
  *
  * Adds the counts of each block of n samples, and davar gets the sums: an 8 kHz gyro becomes a
  * stream of 1 kHz. Nothing is rounded, so coarse counts keep their resolution. Push the sums with
- * davar_push_q31, with rate_hz and unit_per_count divided by n, and declare DAVAR_SUM(n) to the fit
- * (davar/fit.h), with the low-pass of the gyro.
+ * davar_push_q31, with rate_hz and unit_per_count divided by n, and declare DAVAR_SUM(n)
+ * (davar/filter.h) together with the low-pass of the gyro.
  *
  * Threads: one davar_average_t belongs to one thread or interrupt. */
 #ifndef DAVAR_AVERAGE_H
 #define DAVAR_AVERAGE_H
+
+#include "davar/options.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -25,9 +27,10 @@ typedef struct {
     uint16_t count; /* samples in sum */
 } davar_average_t;
 
-/** Begins a block. length: samples in a block, 1 to 4096. */
+/** Begins a block. length: samples in a block, 1 to 4096 (asserted). */
 static inline void davar_average_init(davar_average_t *average, uint16_t length)
 {
+    DAVAR_ASSERT((length >= 1U) && (length <= 4096U));
     *average = (davar_average_t){0, length, 0U};
 }
 

@@ -25,7 +25,7 @@ typedef struct davar_filter {
     uint8_t poles;       /**< 1: first order; 2: second order, Butterworth; 0: no low-pass */
     uint8_t averages;    /**< moving averages in series, 0 to 8; a CIC of order n has n */
     uint16_t length;     /**< samples in each of them, before the decimation, 1 to 4096 */
-    uint16_t decimation; /**< one sample is kept of so many; 0 and 1: every sample */
+    uint16_t decimation; /**< every n-th sample is kept; 0 and 1: every sample */
     /** counts that davar_average adds in a sample; above 1, averages is 1 and the two fields above
      * are the same number. 0 and 1: a sample is one count */
     uint16_t summed;
@@ -36,7 +36,8 @@ typedef struct davar_filter {
 #define DAVAR_LOW_PASS(hz, rate_hz, order)                                                         \
     .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)
 
-/** The sums of `n` samples each that davar_average makes. */
+/** The sums of `n` samples each that davar_average makes. 1: each sample is one count, for C++
+ * compilers that warn about the fields that DAVAR_LOW_PASS leaves out. */
 #define DAVAR_SUM(n) .averages = 1U, .length = (n), .decimation = (n), .summed = (n)
 
 /** Computes the power gain of a filter for white noise at a frequency, relative to that at 0.
@@ -49,16 +50,17 @@ double davar_filter_power(const davar_filter_t *filter, double frequency);
 
 /** Sets the whitening of law glr for a gyro behind `filter`, whose fields are in their ranges
  * (asserted): glr.whiten_first, whiten_second and whiten_level. The detector then keeps its rate of
- * false alarms behind the filter, and detects a change about as early as without one. A cutoff that
- * is wrong by 20 % does no harm. Call it before init, or copy its values into a const
- * configuration (tools/davar-plan --bandwidth prints them).
+ * false alarms behind the filter, and detects a change about as early as without one. With a cutoff
+ * that is wrong by 20 %, false alarms are at most a third more. Behind a narrow filter and with a
+ * sigma below five counts, it delays alarms instead: leave it out. Call it before init, or copy its
+ * values into a const configuration (tools/davar-plan --bandwidth prints them).
  * Cost: O(P) in doubles, once, with P = 4 / cutoff, 64 to 16384 points. Formula (10.16). */
 void davar_whiten(davar_config_t *config, const davar_filter_t *filter);
 
-/** Sets the bounds of kurtosis and contribution so that at most the share `rate` of the windows of
- * unchanged Gaussian noise is unstable, at every length from window.shortest up: moments.
- * kurtosis_low to moments.contribution_high. The bounds of [SONG18] call 20 % of windows of 400
- * white samples unstable. A stated rate detects small changes later.
+/** Sets the bounds of kurtosis and contribution, moments.kurtosis_low to moments.contribution_high,
+ * so that about the share `rate` of the windows of unchanged Gaussian noise is unstable: at most
+ * 1.5 times `rate` at window.shortest, fewer in longer windows. The bounds of [SONG18] call 19 % of
+ * windows of 400 white samples unstable. A stated rate detects small changes later.
  * Reads law, window.shortest and moments.segment, which is below window.shortest (asserted).
  * rate: 1e-4 to 0.1 (asserted). filter: null for white noise.
  * Cost: O(P) per lag in doubles, with P as for davar_whiten and at most 256 lags. Formula (4.3). */

@@ -28,7 +28,7 @@ typedef struct davar_plan {
     uint8_t sizes; /* ... of all that it knows */
     bool declared; /* the filter is known, or known to be absent */
     int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two: the units of variance */
-    /* Of the cluster sizes and the filter, for white noise of variance 1 before the filter (5.16). */
+    /* Of the cluster sizes and the filter, for white noise of variance 1 before it (5.16). */
     float m[DAVAR_TAUS_MAX];
     float gain[DAVAR_TAUS_MAX];    /* m avar */
     float flicker[DAVAR_TAUS_MAX]; /* root of the share of flicker that passes the filter */
@@ -106,9 +106,9 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  * - COARSE: rounding to counts hides the noise. The angle random walk has an upper limit, the other
  *   terms are absent, and every tau has the interval 0 to infinity.
  * - CONSTANT: every difference is 0. All terms are absent; every tau has that same interval.
- * - FILTERED: the short cluster sizes read low, as behind a filter that the plan does not know.
- *   All terms are absent, and every tau has that same interval. Declare the filter
- *   (davar_plan_init_filtered), or that there is none (davar_plan_init_white).
+ * - FILTERED: the short cluster sizes read low, as behind a filter that is not declared, or
+ *   contradict the declared one. All terms are absent, and every tau has that same interval. Declare
+ *   the filter (davar_plan_init_filtered), or that the samples are white (davar_plan_init_white).
  * - UNKNOWN: the window holds no difference. Everything is absent.
  *
  * @return True if white noise explains the window, so that the angle random walk is present.
@@ -130,7 +130,7 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * results are equal. For any other mix result->noise is MIXED, a resolved term is present, and an
  * unresolved term has an upper limit.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
- * times without a double FPU. Stack: about 2 kB.
+ * times without a double FPU. Stack: about 2.4 kB.
  * Formulas (5.3) to (5.11), (5.13) to (5.17). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);

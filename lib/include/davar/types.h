@@ -276,8 +276,9 @@ typedef enum {
      * absent; the angle random walk has an upper bound. Use a finer count: a smaller range, or more
      * bits */
     DAVAR_NOISE_COARSE,
-    /** the short cluster sizes read low, as behind a low-pass that the plan does not know (5.17).
-     * Everything is withheld. Declare the filter: davar_plan_init_filtered */
+    /** the short cluster sizes read low, as behind a low-pass that is not declared (5.17), or
+     * contradict the declared filter (5.16). Everything is withheld. Declare the filter:
+     * davar_plan_init_filtered */
     DAVAR_NOISE_FILTERED
 } davar_noise_t;
 

@@ -1,5 +1,5 @@
-/* davar - the spectrum behind a filter, DESIGN (5.16). No trigonometric library: angles are turned step
- * by step, in doubles that every target rounds equally. */
+/* davar - the spectrum behind a filter, DESIGN (5.16). No trigonometric library: angles are turned
+ * step by step, in doubles that every target rounds equally. */
 #ifndef DAVAR_FILTER_SPECTRUM_H
 #define DAVAR_FILTER_SPECTRUM_H
 
@@ -8,11 +8,12 @@
 
 #define SPECTRUM_PI 3.14159265358979324
 
-/* White noise over rounding, in the covariance and in whitening: a sample scatters by six counts. */
+/* The covariance and whitening include rounding to counts of a sixth of the scatter of a sample. */
 #define SPECTRUM_COUNTS 6.0
 
-/* Step of the cutoff for the derivative of the gains. */
+/* Step of the cutoff for the derivative of the gains, and its natural logarithm. */
 #define SPECTRUM_STEP 1.05
+#define SPECTRUM_LOG_STEP 0.0487901641694320031
 
 typedef struct {
     double re;

@@ -426,8 +426,7 @@ DAVAR_APART static double lower_limit(double a, double variance)
 }
 
 /* An unresolved term that may be present takes its share from the others: their intervals extend
- * down to the fit with it. A drift may be one standard error larger than it seems (5.10). `larger`:
- * that term over the one fitted. */
+ * down to the fit with it (5.10). `larger`: the term as large as it may be, over the one fitted. */
 static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse,
                   const matrix_t *h, double larger)
 {
@@ -458,8 +457,8 @@ static void judge_absent(davar_mixture_t *model, const normal_t *normal, const m
         model->variance[term] = solution_variance(normal, &inverse, h, i) * model->grow;
         const double sigma = davar_root(model->variance[term]);
         if (model->beside[term] > DAVAR_FIT_DOUBT * sigma) {
-            const double more = (term > WHITE) ? 1.5 * sigma : 0.0;
-            doubt(model, normal, &inverse, h, 1.0 + davar_divide(more, model->beside[term]));
+            const double missed = (term > WHITE) ? DAVAR_FIT_MISSED * sigma : 0.0;
+            doubt(model, normal, &inverse, h, 1.0 + davar_divide(missed, model->beside[term]));
         }
     }
 }

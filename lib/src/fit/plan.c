@@ -349,16 +349,21 @@ DAVAR_RARE void davar_plan_start(davar_plan_t *plan, const uint32_t *m, uint8_t 
     }
 }
 
+DAVAR_RARE void davar_plan_white_row(davar_plan_t *plan, int u)
+{
+    const double m_u = (double)plan->m[u];
+    for (int t = 0; t <= u; t++) {
+        const double m_t = (double)plan->m[t];
+        plan->covariance[plan_pair(t, u)] =
+            (float)(davar_noise_white_overlap(m_t, m_u) / (2.0 * m_t * m_u));
+    }
+}
+
 DAVAR_RARE void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count)
 {
     davar_plan_start(plan, m, count);
     for (int u = 0; u < count; u++) {
-        for (int t = 0; t <= u; t++) {
-            const double m_t = (double)plan->m[t];
-            const double m_u = (double)plan->m[u];
-            plan->covariance[plan_pair(t, u)] =
-                (float)(davar_noise_white_overlap(m_t, m_u) / (2.0 * m_t * m_u));
-        }
+        davar_plan_white_row(plan, u);
     }
     davar_plan_solve(plan, count);
 }

@@ -84,6 +84,11 @@ int64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int co
 #define DAVAR_FIT_DOUBT_QUARTERS 1U
 #define DAVAR_FIT_DOUBT (DAVAR_FIT_DOUBT_QUARTERS / 4.0)
 
+/* A drift that was not found counts as so much larger than it seems, in standard errors: where the
+ * test just misses it, it is larger on average (5.10). */
+#define DAVAR_FIT_MISSED_QUARTERS 6U
+#define DAVAR_FIT_MISSED (DAVAR_FIT_MISSED_QUARTERS / 4.0)
+
 /* Then an estimate with s = edf^-1/2 above this (two standard errors) may be 0 (5.10). */
 #define DAVAR_FIT_NOTHING 0.36
 
@@ -101,6 +106,9 @@ static inline int plan_pair(int t, int u)
 
 /* Writes the sizes and forgets everything else. */
 void davar_plan_start(davar_plan_t *plan, const uint32_t *m, uint8_t count);
+
+/* Writes the covariances of size u with itself and with shorter sizes for white samples (5.3). */
+void davar_plan_white_row(davar_plan_t *plan, int u);
 
 /* Solves the plan for its first `count` sizes (5.4). */
 void davar_plan_solve(davar_plan_t *plan, uint8_t count);

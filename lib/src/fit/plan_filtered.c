@@ -1,13 +1,10 @@
-/* davar - what a filter makes of white noise and drifts at each cluster size, DESIGN (5.16): means
+/* davar - the gain of a filter for white noise and drifts at each cluster size, DESIGN (5.16): means
  * over the frequencies of the sampled spectrum. */
 #include "filter/spectrum.h"
 #include "fit/plan.h"
 
 /* A cluster size above this is beyond the filter: it passes white noise. */
 #define SIZE_MOST 4096.0
-
-/* Natural logarithm of the step of the cutoff. */
-#define LOG_STEP 0.0487901641694320031
 
 /* Allan variance of flicker whose spectrum is 1 / angle: 2 ln 2 / pi */
 #define FLICKER 0.441271200305303
@@ -33,7 +30,7 @@ static void add_point(sums_t *sums, double m, double sine_2, double angle, const
     turn_on(&sums->turn);
 }
 
-/* What is before the rounding to counts: without the sums that davar_average makes. */
+/* The filter of a count: without the sums that davar_average makes. */
 static davar_filter_t before_counts(const davar_filter_t *filter)
 {
     if (filter->summed <= 1U) {
@@ -83,23 +80,20 @@ static void plan_size(davar_plan_t *plan, int t, const sums_t *sums, double mean
     plan->gain[t] = (float)(sums->gain[0] * mean);
     plan->flicker[t] = (float)davar_root(sums->flicker * mean / (FLICKER * m));
     plan->walk[t] = (float)davar_root(sums->walk * mean * 3.0 / squared(m));
-    plan->offset[t] = (float)(uncertainty * (above - below) / (2.0 * LOG_STEP * sums->gain[0]));
+    plan->offset[t] =
+        (float)(uncertainty * (above - below) / (2.0 * SPECTRUM_LOG_STEP * sums->gain[0]));
 }
 
 /* Sizes beyond SIZE_MOST, from `first` on: the filter takes the same from every Allan variance. */
 static void plan_beyond(davar_plan_t *plan, int first)
 {
     for (int u = first; u < plan->sizes; u++) {
-        const double m = (double)plan->m[u];
         if (u > 0) {
-            const double less = (1.0 - (double)plan->gain[u - 1]) * (double)plan->m[u - 1] / m;
+            const double less =
+                (1.0 - (double)plan->gain[u - 1]) * (double)plan->m[u - 1] / (double)plan->m[u];
             plan->gain[u] = (float)(1.0 - less);
         }
-        for (int t = 0; t <= u; t++) {
-            const double m_t = (double)plan->m[t];
-            plan->covariance[plan_pair(t, u)] =
-                (float)(davar_noise_white_overlap(m_t, m) / (2.0 * m_t * m));
-        }
+        davar_plan_white_row(plan, u);
     }
 }
 
@@ -149,6 +143,10 @@ DAVAR_RARE void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, 
 {
     band_t band;
     davar_filter_assert(filter);
+    if ((filter->poles == 0U) && (filter->averages == 0U)) {
+        davar_plan_init_white(plan, m, count);
+        return;
+    }
     davar_plan_start(plan, m, count);
     plan->declared = true;
     davar_band_start(filter, &band);

@@ -73,8 +73,8 @@ static int64_t amplitude(const davar_plan_t *plan, const davar_white_t *white, i
     return davar_aligned_sum(plan->functional[term], white->y, plan->count);
 }
 
-/* Rounding in the estimate of N^2: N^2 scatters with it, although it was taken off. A filter can make
- * its factor negative; it then adds nothing. */
+/* Rounding in the estimate of N^2: N^2 scatters with it, although it was taken off. A filter can
+ * make its factor negative; it then adds nothing. */
 static scaled_t rounding_part(const davar_plan_t *plan, const davar_white_t *white)
 {
     const uint32_t bits = davar_bits_of_float(plan->rounding);
@@ -93,8 +93,8 @@ static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
     white->sum = davar_scaled_plus(white->square, rounding_part(plan, white));
     const int32_t above = unit + 32 - white->sum.exponent;
     const int32_t spare = 63 - (int32_t)(SUM_SPARE + DAVAR_FIT_SHARE_BITS);
-    white->drift = (above > spare) ? (uint32_t)(above - spare) : 0U;
-    const int32_t shift = spare + (int32_t)white->drift - above;
+    white->lost = (above > spare) ? (uint32_t)(above - spare) : 0U;
+    const int32_t shift = spare + (int32_t)white->lost - above;
     white->inverse_sum = scaled_inverse(white->sum);
     white->inverse =
         davar_scaled_to_fixed(white->inverse_sum, -white->inverse_sum.exponent - shift);
@@ -104,10 +104,10 @@ static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
 static uint32_t share_of(const davar_white_t *white, uint64_t sum)
 {
     const uint32_t share = davar_upper_product((uint32_t)(sum >> SUM_SPARE), white->inverse);
-    if (white->drift == 0U) {
+    if (white->lost == 0U) {
         return share;
     }
-    return (share <= (UINT32_MAX >> white->drift)) ? (share << white->drift) : UINT32_MAX;
+    return (share <= (UINT32_MAX >> white->lost)) ? (share << white->lost) : UINT32_MAX;
 }
 
 static uint32_t times_sigma(uint32_t quarters, uint32_t sigma)
@@ -149,9 +149,10 @@ static uint32_t of_sum(const davar_white_t *white, scaled_t part, int32_t bits)
     return davar_scaled_to_fixed(scaled_times(part, white->inverse_sum), bits);
 }
 
-/* |y - N^2| over the part of it that scatters, a share. `own`: N^2, a share. `noise`: N^2 and the rounding in y,
- * with which it scatters, less `sum`, modulo 2^32; `near`: as much of that as does not matter. */
-static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint32_t noise,
+/* |y - N^2| over N^2 and the rounding at this size, with which y scatters (5.15), as a share. `own`:
+ * N^2 as a share. `more`: by how much that divisor exceeds `sum`, in units of y, modulo 2^32. Within
+ * `near` of 0, the division changes nothing that matters and is skipped. */
+static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint32_t more,
                           uint32_t near)
 {
     const uint64_t y = white->y[t].mantissa;
@@ -159,7 +160,7 @@ static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint3
     const uint32_t excess = ((share < SHARE_MOST) ? share : SHARE_MOST) - own; /* modulo 2^32 */
     const uint32_t sign = 0U - (excess >> 31U);
     const uint32_t size = (excess ^ sign) - sign;
-    if ((noise + near) <= (2U * near)) {
+    if ((more + near) <= (2U * near)) {
         return size;
     }
     const uint64_t rounded = white->rounded[t];
@@ -254,8 +255,9 @@ static uint32_t least_square(const davar_plan_t *plan, const davar_white_t *whit
     for (int k = 0; k < TERMS; k++) {
         if ((k != WHITE) &&
             (white->share[k] > times_sigma(DAVAR_FIT_DOUBT_QUARTERS, plan->sigma[k]))) {
-            const uint32_t larger = (k > WHITE) ? times_sigma(6U, plan->sigma[k]) : 0U;
-            const uint32_t low = doubted(plan, white->share[k] + larger, k);
+            const uint32_t missed =
+                (k > WHITE) ? times_sigma(DAVAR_FIT_MISSED_QUARTERS, plan->sigma[k]) : 0U;
+            const uint32_t low = doubted(plan, white->share[k] + missed, k);
             least = (low < least) ? low : least;
         }
     }
@@ -411,8 +413,7 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
         return true;
     }
     fit_shares(plan, white);
-    white->lacks = lacks(plan, white);
-    if (white->lacks && (!plan->declared || (white->suspects == 0U))) {
+    if (lacks(plan, white) && (!plan->declared || (white->suspects == 0U))) {
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
         return true;
     }

@@ -31,12 +31,11 @@ typedef struct {
     scaled_t square;   /* N^2 of a sample */
     scaled_t sum;      /* ... with the rounding that scatters with it: 1 of a share */
     scaled_t inverse_sum;
-    uint32_t inverse; /* the same as share_of needs it */
-    uint32_t drift;   /* bits by which sum is smaller than y, and that shares lack */
+    uint32_t inverse; /* the same in the fixed point of share_of */
+    uint32_t lost;    /* low bits that shares lack, because sum is so much smaller than y */
     uint32_t share[DAVAR_COEFFICIENT_COUNT]; /* amplitude over sum in plan->scale; 0: none */
     unsigned suspects;                       /* bit k: term k is significant (5.7) */
-    uint32_t lack;                           /* by which the short sizes read low, a share */
-    bool lacks;                              /* ... significantly (5.17) */
+    uint32_t lack;                           /* by which the short sizes read low, a share (5.17) */
     bool explains;                           /* no misfit (5.9) */
 } davar_white_t;
 

@@ -38,7 +38,7 @@ _Static_assert(sizeof(1.0) == sizeof(double), "davar needs constants of type dou
 #if (__GNUC__ < 12) /* these define no macro there */
 #pragma GCC optimize("no-associative-math", "no-reciprocal-math")
 #endif
-/* gcc ignores the standard's pragma, and vectorises complex products in spite of its own */
+/* gcc ignores the standard's pragma; its vectoriser fuses complex products despite fp-contract */
 #if defined(__FP_FAST_FMA)
 #pragma GCC optimize("fp-contract=off", "no-tree-slp-vectorize")
 #endif
