@@ -194,8 +194,8 @@ def functions(text):
 
 
 # The rooms: which others each may include, besides itself. The entry functions lie beside them. Of
-# lib/src, filter, fit, cascade, monitor, state and wire include the public headers and number alone,
-# and fit also filter (tests/consumer/test_rooms.py builds each of them without the rest).
+# lib/src, filter, fit, cascade, monitor, state and wire include the public headers and number
+# alone, and fit also filter (tests/consumer/test_rooms.py builds each of them without the rest).
 ROOMS = {
     "lib/src": {
         "number": set(),
