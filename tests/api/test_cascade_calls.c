@@ -393,8 +393,7 @@ static void test_an_empty_block_changes_nothing(void)
 
 static volatile uint32_t pushed;
 
-/* A square wave of 64 samples: each D at m = 64 is a multiple of 16 * 20 counts, and the sums over a
- * whole number of generations are known. */
+/* A square wave with half a period of 64 samples. */
 static void interrupt(int signal_number)
 {
     (void)signal_number;

@@ -1,5 +1,5 @@
-/* davar tests - a saved and restored cascade continues bit for bit; a foreign image is rejected, and
- * a loss of power leaves the older image. */
+/* davar tests - a saved and restored cascade continues bit for bit; a foreign image is rejected,
+ * and a loss of power leaves the older image. */
 #include "davar/cascade.h"
 #include "davar/state.h"
 #include "random.h"

@@ -1,9 +1,9 @@
-/* davar tests - how often the intervals of the cascade contain the true Allan deviation: Monte Carlo
- * over independent recordings, fixed seeds. Prints the tables of DESIGN (11.8); every figure has a
+/* davar tests - how often the intervals of the cascade contain the true Allan deviation: Monte
+ * Carlo over independent recordings, fixed seeds. Prints the figures of DESIGN (11.8); each has a
  * standard error of 0.35 % at 4000 recordings.
  *
- * The cascade reads a recording at its hops only. A hop of 16 samples is therefore one sample of the
- * noise, pushed 16 times, and its Allan variance at m samples is that of the noise at m / 16. */
+ * The cascade reads a recording at its hops only. A hop of 16 samples is therefore one sample of
+ * the noise, pushed 16 times, and its Allan variance at m samples is that of the noise at m / 16. */
 #include "davar/cascade.h"
 #include "gyro_noise.h"
 #include "unity.h"

@@ -1,8 +1,7 @@
 /* davar - the cascade: samples in, sums of squared differences at long cluster sizes (11.1) to
  * (11.5).
  *
- *   sample -> running sum -> hop of stage 0 -> served to one cluster size a sample -> hop of stage 1
- */
+ *   sample -> running sum -> hop of a stage -> one cluster size a sample -> hop of the next stage */
 #include "davar/cascade.h"
 
 #include "cascade/stage.h"

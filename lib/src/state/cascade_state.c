@@ -1,5 +1,4 @@
-/* davar - saves and restores a cascade. Its fields are saved with its memory; the pointers among them
- * are set again. */
+/* davar - saves and restores a cascade: its fields without the pointers, then its memory. */
 #include "davar/cascade.h"
 
 #include "number/machine.h"

@@ -129,8 +129,8 @@ DAVAR_RARE static bool read_slots(const davar_storage_t *storage, slots_t *slots
     return first || second;
 }
 
-/* Hazard: a second reading may differ from the first. So the check covers the copy in memory, before
- * anything of it is used. */
+/* Hazard: a second reading may differ from the first. So the check covers the copy in memory,
+ * before anything of it is used. */
 DAVAR_RARE static bool read_payload(const davar_image_t *image, const davar_storage_t *storage,
                                     unsigned slot, const header_t *header)
 {
