@@ -3,7 +3,7 @@
  * standard error of 0.35 % at 4000 recordings.
  *
  * The cascade reads a recording at its hops only. A hop of 16 samples is therefore one sample of
- * the noise, pushed 16 times, and its Allan variance at m samples is that of the noise at m / 16. */
+ * the noise, pushed 16 times. Its Allan variance at m samples is that of the noise at m / 16. */
 #include "davar/cascade.h"
 #include "gyro_noise.h"
 #include "unity.h"

@@ -1,7 +1,7 @@
 /* davar - the cascade: samples in, sums of squared differences at long cluster sizes (11.1) to
  * (11.5).
  *
- *   sample -> running sum -> hop of a stage -> one cluster size a sample -> hop of the next stage */
+ *   sample -> running sum -> hop of a stage -> a cluster size a sample -> hop of the next stage */
 #include "davar/cascade.h"
 
 #include "cascade/stage.h"
