@@ -46,7 +46,7 @@ class Lsm6ds : public Sensor {
         }
         for (; next_us_ < (double)now_us; next_us_ += 1e6 / rates[odr]) {
             const double scale = ((value_[0x11] & 0x02) != 0) ? 4.375 : mdps[value_[0x11] >> 2 & 3];
-            const uint16_t counts = (uint16_t)noise_count(rates[odr], 1000.0 / scale);
+            const uint16_t counts = (uint16_t)noise_count(rates[odr], 33.0, 1000.0 / scale);
             value_[0x26] = (uint8_t)counts;
             value_[0x27] = (uint8_t)(counts >> 8);
             value_[0x1E] |= 0x02;

@@ -63,7 +63,7 @@ class Mpu6050 : public Sensor {
         }
         for (; next_us_ < (double)now_us; next_us_ += 1e6 / rate) {
             static const double counts_per_dps[] = {131.0, 65.5, 32.8, 16.4};
-            sample((uint16_t)noise_count(rate, counts_per_dps[value_[0x1B] >> 3 & 3]));
+            sample((uint16_t)noise_count(rate, 42.0, counts_per_dps[value_[0x1B] >> 3 & 3]));
         }
     }
 
@@ -109,7 +109,8 @@ Sensor *mpu6050()
     return &sensor;
 }
 
-int16_t noise_count(double rate_hz, double counts_per_dps)
+/* White noise of standard deviation 1. */
+static double gauss()
 {
     static uint64_t state = 1;
     double uniform[2];
@@ -117,6 +118,25 @@ int16_t noise_count(double rate_hz, double counts_per_dps)
         state = state * 6364136223846793005U + 1442695040888963407U;
         one = ((double)(state >> 11U) + 0.5) / 9007199254740992.0;
     }
-    const double noise = sqrt(-2.0 * log(uniform[0])) * cos(2.0 * acos(-1.0) * uniform[1]);
-    return (int16_t)lround((1.5 + 0.3 / 60.0 * sqrt(rate_hz) * noise) * counts_per_dps);
+    return sqrt(-2.0 * log(uniform[0])) * cos(2.0 * acos(-1.0) * uniform[1]);
+}
+
+/* A Butterworth filter at eight times the rate, by the bilinear transform. */
+int16_t noise_count(double rate_hz, double bandwidth_hz, double counts_per_dps)
+{
+    static double in[2], out[2];
+    const int faster = 8;
+    const double k = tan(acos(-1.0) * bandwidth_hz / (rate_hz * faster));
+    const double under = 1.0 + k * sqrt(2.0) + k * k;
+    for (int i = 0; i < faster; i++) {
+        const double x = gauss() * sqrt((double)faster);
+        const double y = (k * k * (x + 2.0 * in[0] + in[1]) - 2.0 * (k * k - 1.0) * out[0] -
+                          (1.0 - k * sqrt(2.0) + k * k) * out[1]) /
+                         under;
+        in[1] = in[0];
+        in[0] = x;
+        out[1] = out[0];
+        out[0] = y;
+    }
+    return (int16_t)lround((1.5 + 0.3 / 60.0 * sqrt(rate_hz) * out[0]) * counts_per_dps);
 }

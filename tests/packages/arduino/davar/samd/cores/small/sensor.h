@@ -1,5 +1,5 @@
-/* A gyro on the I2C bus: white noise with ARW 0.3 deg/sqrt(h) about 1.5 deg/s, in the registers of
- * a chip. */
+/* A gyro on the I2C bus: white noise with ARW 0.3 deg/sqrt(h) about 1.5 deg/s, behind a low-pass of
+ * two poles, in the registers of a chip. */
 #ifndef SENSOR_H
 #define SENSOR_H
 
@@ -16,7 +16,7 @@ class Sensor {
 Sensor *mpu6050();
 Sensor *lsm6ds();
 
-/* A sample at this rate, in counts. */
-int16_t noise_count(double rate_hz, double counts_per_dps);
+/* The next sample at this rate, in counts. bandwidth_hz: -3 dB. */
+int16_t noise_count(double rate_hz, double bandwidth_hz, double counts_per_dps);
 
 #endif
