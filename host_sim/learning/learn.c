@@ -195,7 +195,7 @@ static void improve(const data_t *data, double (*shape)[M], fit_t *fit)
     }
 }
 
-/* Fits the powers of the terms behind the filter. */
+/* Fits the powers of the terms after the filter. */
 static void fit_filter(const data_t *data, const davar_filter_t *filter, fit_t *fit)
 {
     double shape[TERMS][M];

@@ -14,7 +14,7 @@ typedef enum {
     LEARN_WIDE,    /* white, but a wide low-pass is not excluded */
     LEARN_VAGUE,   /* several filters explain the spectrum, with different white noise */
     LEARN_MISFIT,  /* no filter of the family explains the spectrum */
-    LEARN_BEHIND,  /* noise after the filter, beyond rounding, hides it */
+    LEARN_BEHIND,  /* noise after the filter, above its rounding, hides it */
     LEARN_SHORT,   /* fewer than LEARN_SEGMENTS_LEAST segments at rest */
     LEARN_CONSTANT /* the signal does not change */
 } learn_status_t;

@@ -30,7 +30,7 @@ static const char *const TEXT[] = {
     "                          sum:N: sums of N counts (davar_average of the library)\n"
     "                          HZ+average:N: a low-pass, then one of these; none: no filter\n"
     "                          auto: learned for each column from the whole recording, which\n"
-    "                          needs 4352 samples at rest; standard error says what was found\n"
+    "                          needs 4352 samples at rest; standard error reports the result\n"
     "  --gap FACTOR            a time step longer than FACTOR sample periods is a gap (default\n"
     "                          1.5; off with --rate)\n"
     "\n"

@@ -173,7 +173,7 @@ void report_filtered(uint64_t filtered, uint64_t rows, bool declared)
             rows,
             declared ? "the short cluster sizes contradict the filter of --bandwidth. To learn it "
                        "from a recording at rest, give --bandwidth auto"
-                     : "the short cluster sizes read low, as behind a low-pass. Give the filter "
+                     : "the short cluster sizes read low, as after a low-pass. Give the filter "
                        "of the data sheet (--bandwidth HZ[:ORDER]); or auto, to learn it from a "
                        "recording at rest; or none");
     }

@@ -30,7 +30,7 @@ class Epochs(dict[str, Array]):
     - `time_s`, `window_samples`, `kurtosis`, `contribution`, `unstable` (bool).
     - `arw_deg_per_sqrt_h` with `arw_low_...` and `arw_high_...` (95 %), `bi_deg_per_h`,
       `rrw_deg_per_h_per_sqrt_h`, `rr_deg_per_h2`, `qn_deg`.
-    - `filtered` (bool): the short cluster sizes read low, as behind a low-pass, so the coefficients
+    - `filtered` (bool): the short cluster sizes read low, as after a low-pass, so the coefficients
       are withheld; give bandwidth.
     - `adev_M` (deg/s) for each cluster size M.
     - Policy glr: `alarm` (bool), `cut_age_samples`, `dispersion`.
@@ -302,7 +302,7 @@ def dynamic(
         known = bandwidth is not None and (bandwidth != "auto" or found.bandwidth is not None)
         warnings.warn(
             f"{withheld} of {len(found.filtered)} results withheld: the short cluster sizes "
-            + ("contradict the filter. Check" if known else "read low, as behind a low-pass. Give")
+            + ("contradict the filter. Check" if known else "read low, as after a low-pass. Give")
             + ' bandwidth (data sheet: LPF, -3 dB; or "auto" for a record at rest; or "none")',
             stacklevel=2,
         )

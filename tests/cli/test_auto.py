@@ -9,7 +9,7 @@ COUNT = 20_000
 
 
 def one_pole_rows(count, cutoff, seed=5):
-    """Rows of time_s, white noise, and white noise behind a one-pole low-pass, cutoff over rate."""
+    """Rows of time_s, white noise, and white noise after a one-pole low-pass, cutoff over rate."""
     source = random.Random(seed)
     decay = 2.718281828459045 ** (-6.283185307179586 * cutoff)
     level, rows = 0.0, []

@@ -6,6 +6,7 @@
 #include "gyro_noise.h"
 #include "learning/learn.h"
 #include "low_pass.h"
+#include "observed.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -85,7 +86,7 @@ static double sum_of(const case_t *one)
     return of_noise.sum * (1.0 + one->fraction) * (1.0 + one->fraction) * resonance;
 }
 
-/* White noise of N = 1 behind the filter, with drifts that pass it. */
+/* White noise of N = 1 after the filter, with drifts that pass it. */
 static void make_noise(const case_t *one, size_t count, const beside_t *beside)
 {
     static double fine[(4U * LENGTH) + TAPS];
@@ -182,18 +183,7 @@ static learned_t learn_recording(void)
 static void observe(void)
 {
     static double phase[WINDOW + 1U];
-    for (uint32_t i = 0U; i < WINDOW; i++) {
-        phase[i + 1U] = phase[i] + samples[i];
-    }
-    for (int t = 0; t < result.tau_count; t++) {
-        const uint32_t m = result.tau[t].m;
-        double sum = 0.0;
-        for (uint32_t i = 0U; i + (2U * m) <= WINDOW; i++) {
-            const double d = phase[i + (2U * m)] - (2.0 * phase[i + m]) + phase[i];
-            sum += d * d;
-        }
-        result.tau[t].adev = sqrt(sum / (2.0 * m * m * result.tau[t].differences));
-    }
+    observe_window(samples, WINDOW, phase, &result);
 }
 
 static void init_plan(const davar_filter_t *filter)

@@ -1,7 +1,8 @@
-/* davar tests - how often the paper's law calls unchanged noise unstable with a stated rate, behind
- * filters too. Fixed seeds. Prints the tables of lib/DESIGN.md (4.3). */
+/* davar tests - how often the paper's law calls unchanged noise unstable with a stated rate, also
+ * after filters. Fixed seeds. Prints the tables of lib/DESIGN.md (4.3). */
 #include "davar/davar.h"
 #include "davar/fit.h"
+#include "filter_cases.h"
 #include "filtered_noise.h"
 #include "unity.h"
 
@@ -12,25 +13,6 @@
 #endif
 
 #define TRIALS 200U
-
-typedef struct {
-    const char *name;
-    davar_filter_t filter;
-} case_t;
-
-static const case_t cases[] = {
-    {"white", {.poles = 0U}},
-    {"1 pole 0.05", {.cutoff = 0.05, .poles = 1U}},
-    {"1 pole 0.25", {.cutoff = 0.25, .poles = 1U}},
-    {"2 poles 0.05", {.cutoff = 0.05, .poles = 2U}},
-    {"2 poles 0.1", {.cutoff = 0.1, .poles = 2U}},
-    {"2 poles 0.25", {.cutoff = 0.25, .poles = 2U}},
-    {"2 poles 0.45", {.cutoff = 0.45, .poles = 2U}},
-    {"CIC 3:4", {.averages = 3U, .length = 4U, .decimation = 4U}},
-    {"average of 2", {.averages = 1U, .length = 2U}},
-    {"average of 8", {.averages = 1U, .length = 8U}},
-};
-#define CASES (sizeof cases / sizeof cases[0])
 
 void setUp(void) {}
 

@@ -1,4 +1,4 @@
-/* davar tests - the autocovariance of white noise behind a filter, from the filter's definition:
+/* davar tests - the autocovariance of white noise after a filter, from the filter's definition:
  * exponentials of a low-pass, products of the weights of moving averages. */
 #ifndef DAVAR_TESTS_AUTOCOVARIANCE_H
 #define DAVAR_TESTS_AUTOCOVARIANCE_H

@@ -1,4 +1,4 @@
-/* davar tests - Gaussian noise behind a filter as an endless stream, fast: some 10 ns a sample. */
+/* davar tests - Gaussian noise after a filter as an endless stream, fast: some 10 ns a sample. */
 #ifndef DAVAR_TESTS_FILTERED_NOISE_H
 #define DAVAR_TESTS_FILTERED_NOISE_H
 
@@ -64,7 +64,7 @@ static inline double ziggurat_next(const ziggurat_t *ziggurat, random_t *random)
 
 #define FILTERED_TAPS 64U
 
-/* White noise whose samples have variance 1 behind the filter. */
+/* White noise whose samples have variance 1 after the filter. */
 typedef struct {
     random_t random;
     ziggurat_t ziggurat;

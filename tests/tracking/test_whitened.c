@@ -1,8 +1,9 @@
-/* davar tests - the detector behind a filter, whitened (10.16): false alarms and delays, at several
+/* davar tests - the detector after a filter, whitened (10.16): false alarms and delays, at several
  * rates and in coarse counts. Fixed seeds. Prints tables of lib/src/detector/DESIGN.md. */
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "detector/glr.h"
+#include "filter_cases.h"
 #include "filtered_noise.h"
 #include "unity.h"
 
@@ -16,26 +17,6 @@
 #define LSB_PER_SIGMA 30.0
 #define BLOCK 10U
 
-typedef struct {
-    const char *name;
-    davar_filter_t filter;
-} case_t;
-
-static const case_t cases[] = {
-    {"white", {.poles = 0U}},
-    {"1 pole 0.05", {.cutoff = 0.05, .poles = 1U}},
-    {"1 pole 0.25", {.cutoff = 0.25, .poles = 1U}},
-    {"2 poles 0.05", {.cutoff = 0.05, .poles = 2U}},
-    {"2 poles 0.1", {.cutoff = 0.1, .poles = 2U}},
-    {"2 poles 0.25", {.cutoff = 0.25, .poles = 2U}},
-    {"2 poles 0.45", {.cutoff = 0.45, .poles = 2U}},
-    {"CIC 3:4", {.averages = 3U, .length = 4U, .decimation = 4U}},
-    {"average of 2", {.averages = 1U, .length = 2U}},
-    {"average of 8", {.averages = 1U, .length = 8U}},
-};
-#define CASES (sizeof cases / sizeof cases[0])
-#define NARROW 3U
-#define LESS_NARROW 4U
 #define LONG_AVERAGE 9U
 
 void setUp(void) {}
@@ -170,7 +151,7 @@ static void test_the_rate_of_false_alarms_holds_behind_every_filter(void)
 static void test_rounding_raises_no_alarms(void)
 {
     static const double sigmas[] = {10.0, 3.0, 1.0, 0.5, 0.3};
-    static const size_t which[] = {1U, NARROW, LESS_NARROW, LONG_AVERAGE};
+    static const size_t which[] = {1U, NARROW_CASE, LESS_NARROW_CASE, LONG_AVERAGE};
     const setting_t setting = {100.0, 1.0, 40.0};
     printf("| filter | 10 counts | 3 | 1 | 0.5 | 0.3 |\n");
     for (size_t i = 0U; i < (sizeof which / sizeof which[0]); i++) {
@@ -243,7 +224,7 @@ static void test_a_change_of_1_5_is_detected_within_1_5_seconds(void)
 
 static void test_a_wrong_cutoff_does_no_harm(void)
 {
-    static const size_t which[] = {1U, NARROW, LESS_NARROW, 5U};
+    static const size_t which[] = {1U, NARROW_CASE, LESS_NARROW_CASE, 5U};
     printf("| filter | cutoff | false alarms, 100 Hz, 1 /h | delay |\n");
     for (size_t i = 0U; i < (sizeof which / sizeof which[0]); i++) {
         for (int sign = -1; sign <= 1; sign += 2) {
@@ -262,11 +243,11 @@ static void test_a_wrong_cutoff_does_no_harm(void)
     }
 }
 
-/* What coarse counts cost: behind narrow filters whitening then delays the alarm. */
+/* What coarse counts cost: after narrow filters whitening then delays the alarm. */
 static void test_delays_in_coarse_counts(void)
 {
     static const double sigmas[] = {10.0, 5.0, 3.0, 1.0};
-    static const size_t which[] = {1U, NARROW, LESS_NARROW, LONG_AVERAGE};
+    static const size_t which[] = {1U, NARROW_CASE, LESS_NARROW_CASE, LONG_AVERAGE};
     printf("| filter | 10 counts | 5 | 3 | 1 | not whitened, 3 | 1 |\n");
     for (size_t i = 0U; i < (sizeof which / sizeof which[0]); i++) {
         const davar_filter_t *const filter = &cases[which[i]].filter;

@@ -1,4 +1,4 @@
-/* davar tests - the plan of a fit behind a filter (5.16), compared with brute force: sums over the
+/* davar tests - the plan of a fit for filtered noise (5.16), compared with brute force: sums over the
  * autocovariance of the filtered noise, and an integral over the spectrum of a drift. */
 #include "autocovariance.h"
 #include "davar/davar.h"

@@ -1,4 +1,4 @@
-/* davar tests - the fit behind a filter (5.16), and of samples whose filter is unknown (5.17), from
+/* davar tests - the fit of filtered noise (5.16), and of samples whose filter is unknown (5.17), from
  * exact Allan variances. */
 #include "fit/mixture.h"
 #include "fit/plan.h"
@@ -36,7 +36,7 @@ static void plan_filter(const davar_filter_t *filter)
     }
 }
 
-/* The Allan variances of a mix behind a filter, rounded to counts. */
+/* The Allan variances of a mix after a filter, rounded to counts. */
 static void set_filtered(const davar_filter_t *filter, const double a[], double count)
 {
     static davar_plan_t truth;
@@ -355,7 +355,7 @@ static void test_drifts_behind_the_filter_are_found_with_their_size(void)
     }
 }
 
-/* Behind a narrow filter, flicker dominates wherever white noise passes: its share is not known. */
+/* After a narrow filter, flicker dominates wherever white noise passes: its share is not known. */
 static void test_white_noise_that_never_dominates_is_absent(void)
 {
     const double walk[] = {0, 1.0, 0, 0.02, 0};

@@ -225,7 +225,7 @@ class Words(unittest.TestCase):
         source = (ROOT / "host_sim/output/report.c").read_text()
         source = re.sub(r'"\s*"', "", source)
         for reason, words in (
-            ("filtered", "the short cluster sizes read low, as behind a low-pass"),
+            ("filtered", "the short cluster sizes read low, as after a low-pass"),
             ("coarse", "the noise is below half a count, so rounding hides the angle random walk"),
         ):
             self.assertIn(words, source)

@@ -126,7 +126,7 @@ static void write_whitening(const davar_filter_t *filter)
     davar_config_t config = davar_default_config;
     davar_whiten(&config, filter);
     (void)printf(
-        "/* Law glr behind this filter: .whiten_first = %d, .whiten_second = %d,\n"
+        "/* Law glr with this filter: .whiten_first = %d, .whiten_second = %d,\n"
         " * .whiten_level = %.9g in the glr part of the configuration, as davar_whiten sets "
         "them. */\n",
         config.glr.whiten_first, config.glr.whiten_second, config.glr.whiten_level);

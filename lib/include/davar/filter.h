@@ -20,7 +20,8 @@ extern "C" {
  * the common ones, alone or both: davar_filter_t filter = {DAVAR_LOW_PASS(250, 1000, 2),
  * DAVAR_SUM(8)}. */
 typedef struct davar_filter {
-    double cutoff; /**< -3 dB over the sample rate that davar sees, 0.002 to 2 times decimation */
+    double
+        cutoff; /**< -3 dB over the rate of the samples that davar gets, 0.002 to 2 times decimation */
     double uncertainty;  /**< relative standard uncertainty of cutoff, 0 to 0.5 */
     uint8_t poles;       /**< 1: first order; 2: second order, Butterworth; 0: no low-pass */
     uint8_t averages;    /**< moving averages in series, 0 to 8; a CIC of order n has n */
@@ -37,22 +38,22 @@ typedef struct davar_filter {
     .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)
 
 /** The sums of `n` samples each that davar_average makes. 1: each sample is one count, for C++
- * compilers that warn about the fields that DAVAR_LOW_PASS leaves out. */
+ * compilers that warn about the fields that DAVAR_LOW_PASS omits. */
 #define DAVAR_SUM(n) .averages = 1U, .length = (n), .decimation = (n), .summed = (n)
 
 /** Computes the power gain of a filter for white noise at a frequency, relative to that at 0.
- * frequency: over the sample rate that davar sees, 0 to 0.5. Aliases are included. The fields of
- * *filter are in their ranges (asserted).
+ * frequency: over the rate of the samples that davar gets, 0 to 0.5. Aliases are included. The
+ * fields of *filter are in their ranges (asserted).
  * @return At least 0; 1 at frequency 0, and at every frequency if the filter is all zeros.
  *
  * Cost: O(decimation) in doubles. Formula (5.16). */
 double davar_filter_power(const davar_filter_t *filter, double frequency);
 
-/** Sets the whitening of law glr for a gyro behind `filter`, whose fields are in their ranges
+/** Sets the whitening of law glr for a gyro with `filter`, whose fields are in their ranges
  * (asserted): glr.whiten_first, whiten_second and whiten_level. The detector then keeps its rate of
- * false alarms behind the filter, and detects a change about as early as without one. With a cutoff
- * that is wrong by 20 %, false alarms are at most a third more. Behind a narrow filter and with a
- * sigma below five counts, it delays alarms instead: leave it out. Call it before init, or copy its
+ * false alarms after the filter, and detects a change about as early as without one. With a cutoff
+ * that is wrong by 20 %, false alarms are at most a third more. After a narrow filter and with a
+ * sigma below five counts, it delays alarms instead: do not use it. Call it before init, or copy its
  * values into a const configuration (tools/davar-plan --bandwidth prints them).
  * Cost: O(P) in doubles, once, with P = 4 / cutoff, 64 to 16384 points. Formula (10.16). */
 void davar_whiten(davar_config_t *config, const davar_filter_t *filter);

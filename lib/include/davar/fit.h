@@ -85,7 +85,7 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 #define davar_plan_init_white DAVAR_SIZED(davar_plan_init_white)
 void davar_plan_init_white(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 
-/** The same for a gyro behind `filter`, whose fields are in their ranges (asserted). The angle
+/** The same for a gyro with `filter`, whose fields are in their ranges (asserted). The angle
  * random walk is then that of the gyro before the filter.
  * Cost: O(P T^2) in doubles, once, with P = 4 m[last], at least 4 / cutoff, at most 16384 points.
  * Formula (5.16). */
@@ -106,7 +106,7 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  * - COARSE: rounding to counts hides the noise. The angle random walk has an upper limit, the other
  *   terms are absent, and every tau has the interval 0 to infinity.
  * - CONSTANT: every difference is 0. All terms are absent; every tau has that same interval.
- * - FILTERED: the short cluster sizes read low, as behind a filter that is not declared, or
+ * - FILTERED: the short cluster sizes read low, as after a filter that is not declared, or
  *   contradict the declared one. All terms are absent, and every tau has that same interval. Declare
  *   the filter (davar_plan_init_filtered), or that the samples are white (davar_plan_init_white).
  * - UNKNOWN: the window holds no difference. Everything is absent.

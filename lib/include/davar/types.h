@@ -134,7 +134,7 @@ typedef struct {
         /** second channel for clusters of 4 k blocks, up to 512 samples. 0 (default): none */
         uint32_t long_cluster;
         /** @{ */
-        /** whitening behind a filter: the first channel takes x[i] - (whiten_first x[i-1] +
+        /** whitening after a filter: the first channel takes x[i] - (whiten_first x[i-1] +
          * whiten_second x[i-2]) / 2^14. |first| + |second| at most 49152. 0, 0 (default): the
          * samples. davar_whiten sets all three (10.16) */
         int16_t whiten_first;
@@ -271,7 +271,7 @@ typedef enum {
      * absent; the angle random walk has an upper bound. Use a finer count: a smaller range, or more
      * bits */
     DAVAR_NOISE_COARSE,
-    /** the short cluster sizes read low, as behind a low-pass that is not declared (5.17), or
+    /** the short cluster sizes read low, as after a low-pass that is not declared (5.17), or
      * contradict the declared filter (5.16). Everything is withheld. Declare the filter:
      * davar_plan_init_filtered */
     DAVAR_NOISE_FILTERED

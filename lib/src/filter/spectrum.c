@@ -1,4 +1,4 @@
-/* davar - the spectrum behind a filter. */
+/* davar - the spectrum after a filter. */
 #include "filter/spectrum.h"
 
 /* Frequencies from 0 to half the sample rate, a power of two. */

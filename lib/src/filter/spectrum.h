@@ -1,4 +1,4 @@
-/* davar - the spectrum behind a filter, DESIGN (5.16). No trigonometric library: angles are turned
+/* davar - the spectrum after a filter, DESIGN (5.16). No trigonometric library: angles are turned
  * step by step, in doubles that every target rounds equally. */
 #ifndef DAVAR_FILTER_SPECTRUM_H
 #define DAVAR_FILTER_SPECTRUM_H

@@ -256,7 +256,7 @@ static uint32_t coarse_from(const davar_plan_t *plan)
 
 /* Weights of the fit of a mixture: 1 / m, shared among crowded neighbours. Each is the distance
  * between the geometric means with its neighbours, on the scale of 1 / m. The first entry also
- * represents all shorter sizes, the last one half of all longer ones. Behind a filter, a size with
+ * represents all shorter sizes, the last one half of all longer ones. After a filter, a size with
  * fewer degrees of freedom counts less (5.6). */
 static void plan_weights(davar_plan_t *plan)
 {

@@ -68,7 +68,7 @@ int64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int co
 #define DAVAR_FIT_SIGMA_MOST (UINT32_C(1) << 26U)
 
 /* A centre is at most 2^20: the smallest share then leaves no white noise. It is at least 2^-32, so
- * that it fits a shift. Behind a filter it can be negative; the term then takes nothing. */
+ * that it fits a shift. After a filter it can be negative; the term then takes nothing. */
 #define DAVAR_FIT_CENTRE_MOST 1048576.0F
 #define DAVAR_FIT_CENTRE_LEAST 2.3283064365386963e-10F
 

@@ -137,7 +137,7 @@ static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
     }
 }
 
-/* Do the short cluster sizes read low, as behind a filter that the plan does not know? */
+/* Do the short cluster sizes read low, as after a filter that the plan does not know? */
 static bool lacks(const davar_plan_t *plan, const davar_white_t *white)
 {
     return white->lack > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[DAVAR_QUANTIZATION]);

@@ -1,7 +1,7 @@
 """The filter of a fitted model as the device declares it: davar_filter_t in C, and --bandwidth.
 
 The device has one low-pass of order 1 or 2, sampled with its images, then equal moving averages
-(lib/include/davar/filter.h). The file lists the cluster sizes at which white noise behind that
+(lib/include/davar/filter.h). The file lists the cluster sizes at which white noise after that
 filter has the Allan deviation of the model's."""
 
 import math

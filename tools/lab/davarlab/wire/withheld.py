@@ -12,7 +12,7 @@ REASONS = {
     "sensor, or use a finer count (a smaller range, or more bits)",
     "coarse": "the noise is below half a count, so rounding hides the angle random walk. Use a "
     "finer count (a smaller range, or more bits). Content intervals also sends the upper limit",
-    "filtered": "the short cluster sizes read low, as behind a low-pass that is not declared, or "
+    "filtered": "the short cluster sizes read low, as after a low-pass that is not declared, or "
     "they contradict the declared one. Give the gyro's bandwidth (data sheet: LPF, -3 dB) to the "
     "sender: --bandwidth HZ[:ORDER] (davar-sim, davar-node), or DAVAR_LOW_PASS and "
     "davar_plan_init_filtered in firmware. davar-sim --bandwidth auto learns it from a recording "

@@ -1,4 +1,4 @@
-/* A gyro on the I2C bus: white noise with ARW 0.3 deg/sqrt(h) about 1.5 deg/s, behind a low-pass of
+/* A gyro on the I2C bus: white noise with ARW 0.3 deg/sqrt(h) about 1.5 deg/s, after a low-pass of
  * two poles, in the registers of a chip. */
 #ifndef SENSOR_H
 #define SENSOR_H
