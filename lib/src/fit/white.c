@@ -403,7 +403,6 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     if (of_sum(white, white->rounding, NOISE_BITS) >=
         noise_times(of_sum(white, white->square, NOISE_BITS), plan->coarse)) {
         white->suspects = 0U;
-        white->explains = false;
         if (!is_within_counts(plan, white)) {
             return false;
         }
@@ -417,11 +416,11 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
         return true;
     }
-    white->explains = (white->suspects == 0U) && explains(plan, white);
-    if (white->explains) {
-        write_white(plan, white, result);
+    if ((white->suspects != 0U) || !explains(plan, white)) {
+        return false;
     }
-    return white->explains;
+    write_white(plan, white, result);
+    return true;
 }
 
 bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,

@@ -36,7 +36,6 @@ typedef struct {
     uint32_t share[DAVAR_COEFFICIENT_COUNT]; /* amplitude over sum in plan->scale; 0: none */
     unsigned suspects;                       /* bit k: term k is significant (5.7) */
     uint32_t lack;                           /* by which the short sizes read low, a share (5.17) */
-    bool explains;                           /* no misfit (5.9) */
 } davar_white_t;
 
 /* Writes the result if white noise explains the window or the window shows nothing, and returns
