@@ -1,5 +1,6 @@
 /* davar tests - a caller's bug fails the matching assertion. Compiled with the library's sources
  * and assertions on, in every build. */
+#include "davar/cascade.h"
 #include "davar/davar.h"
 #include "unity.h"
 
@@ -49,6 +50,23 @@ static void test_a_push_of_another_type_than_init_s(void)
     TEST_ASSERT_FALSE(ASSERTS((davar_push_f32(&davar, &rate, 1U), 0)));
     TEST_ASSERT_TRUE(ASSERTS((davar_push_q31(&davar, &wide, 1U), 0)));
     TEST_ASSERT_TRUE(ASSERTS((davar_push_q15(&davar, &narrow, 1U), 0)));
+}
+
+static void test_a_push_of_another_type_to_a_cascade(void)
+{
+    static const davar_cascade_config_t settings = {
+        .rate_hz = 1.0, .unit_per_count = 1.0, .shortest = 64U, .tau_count = 3U, .clusters = 32U};
+    const int16_t narrow = 0;
+    const int32_t wide = 0;
+    const float rate = 0.0F;
+    davar_cascade_t cascade;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &settings, memory, sizeof memory));
+    TEST_ASSERT_FALSE(ASSERTS((davar_cascade_push_q15(&cascade, &narrow, 1U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_cascade_push_q31(&cascade, &wide, 1U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_cascade_push_f32(&cascade, &rate, 1U), 0)));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q31(&cascade, &settings, memory, sizeof memory));
+    TEST_ASSERT_FALSE(ASSERTS((davar_cascade_push_q31(&cascade, &wide, 1U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_cascade_push_q15(&cascade, &narrow, 1U), 0)));
 }
 
 static void test_a_sample_or_a_gap_after_the_record_was_finished(void)
@@ -119,6 +137,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_push_of_another_type_than_init_s);
+    RUN_TEST(test_a_push_of_another_type_to_a_cascade);
     RUN_TEST(test_a_sample_or_a_gap_after_the_record_was_finished);
     RUN_TEST(test_a_plan_of_no_cluster_size_and_a_window_shorter_than_a_span);
     RUN_TEST(test_a_filter_outside_its_ranges);

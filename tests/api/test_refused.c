@@ -1,6 +1,7 @@
 /* davar tests - without asserts, a push of the wrong number type, or after the end of a record, is
  * rejected and harmless; and a block gives each of its results. Compiled with the library's sources
  * and without asserts, in every build. */
+#include "davar/cascade.h"
 #include "davar/state.h"
 #include "stream_fixture.h"
 
@@ -111,6 +112,28 @@ static void test_a_push_of_another_type_is_rejected_and_counted(void)
             TEST_ASSERT_EQUAL_MEMORY(before, memory, sizeof before);
         }
     }
+}
+
+static void test_a_push_of_another_type_to_a_cascade_is_counted(void)
+{
+    static const davar_cascade_config_t settings = {.rate_hz = 1.0,
+                                                    .unit_per_count = 1.0,
+                                                    .full_scale = 100.0,
+                                                    .shortest = 64U,
+                                                    .tau_count = 3U,
+                                                    .clusters = 32U};
+    davar_cascade_t cascade;
+    davar_cascade_result_t curve;
+    make_samples();
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &settings, memory, sizeof memory));
+    davar_cascade_push_q31(&cascade, wide, SAMPLES);
+    davar_cascade_push_f32(&cascade, rates, SAMPLES);
+    TEST_ASSERT_EQUAL_UINT32(2U * SAMPLES, davar_cascade_health(&cascade).missing);
+    davar_cascade_flush(&cascade);
+    TEST_ASSERT_FALSE(davar_cascade_take(&cascade, &curve));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_f32(&cascade, &settings, memory, sizeof memory));
+    davar_cascade_push_q15(&cascade, narrow, SAMPLES);
+    TEST_ASSERT_EQUAL_UINT32(SAMPLES, davar_cascade_health(&cascade).missing);
 }
 
 static void test_a_push_after_the_end_is_rejected_until_the_reset(void)
@@ -232,6 +255,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_push_of_another_type_is_rejected_and_counted);
+    RUN_TEST(test_a_push_of_another_type_to_a_cascade_is_counted);
     RUN_TEST(test_a_push_after_the_end_is_rejected_until_the_reset);
     RUN_TEST(test_after_a_restored_end_nothing_is_accepted);
     RUN_TEST(test_a_block_gives_every_result);

@@ -1,5 +1,6 @@
 /* Runs one stream through every configuration that a build can disable. Prints the status of init,
  * and a checksum of the bits of all results. */
+#include "davar/cascade.h"
 #include "davar/davar.h"
 
 #include <math.h>
@@ -100,6 +101,48 @@ static davar_status_t start(char type, const davar_config_t *config)
     }
 }
 
+/* The same for a cascade: "qc" and so on. */
+static void run_cascade(char type)
+{
+    static const davar_cascade_config_t config = {.rate_hz = 100.0,
+                                                  .unit_per_count = 0.01,
+                                                  .full_scale = 100.0,
+                                                  .shortest = 64,
+                                                  .tau_count = 5,
+                                                  .clusters = 4};
+    static davar_cascade_t cascade;
+    static davar_cascade_result_t result;
+    davar_status_t status = DAVAR_OK;
+    sum = 0;
+    if (type == 'q') {
+        status = davar_cascade_init_q15(&cascade, &config, memory, sizeof memory);
+    } else if (type == 'w') {
+        status = davar_cascade_init_q31(&cascade, &config, memory, sizeof memory);
+    } else {
+        status = davar_cascade_init_f32(&cascade, &config, memory, sizeof memory);
+    }
+    for (int i = 0; (i < SAMPLES) && (status == DAVAR_OK); i++) {
+        const int32_t wide_count = count_at(i);
+        const int16_t count = (int16_t)wide_count;
+        const float rate = 0.01F * (float)wide_count;
+        if (type == 'q') {
+            davar_cascade_push_q15(&cascade, &count, 1);
+        } else if (type == 'w') {
+            davar_cascade_push_q31(&cascade, &wide_count, 1);
+        } else {
+            davar_cascade_push_f32(&cascade, &rate, 1);
+        }
+    }
+    if (status == DAVAR_OK) {
+        (void)davar_cascade_take(&cascade, &result);
+        for (int t = 0; t < result.tau_count; t++) {
+            add(result.tau[t].adev);
+            add(result.tau[t].high);
+        }
+    }
+    printf("%cc %s %016llx\n", type, davar_status_text(status), (unsigned long long)sum);
+}
+
 int main(void)
 {
     static const char types[] = {'q', 'w', 'f'};
@@ -137,6 +180,9 @@ int main(void)
         }
         printf("%c%d%s %s %016llx\n", type, way, by_edges ? "e" : "", davar_status_text(status),
                (unsigned long long)sum);
+    }
+    for (int type = 0; type < 3; type++) {
+        run_cascade(types[type]);
     }
     return 0;
 }

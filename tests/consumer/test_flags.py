@@ -127,7 +127,7 @@ CROSS = {
     "riscv64-linux-gnu-gcc": ["-O2"],
 }
 CARRY = {
-    "state/state.c",
+    "state/image.c",
     "number/absent.c",
 }  # they move floating-point numbers without computing
 

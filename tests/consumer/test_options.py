@@ -24,12 +24,20 @@ FLAGS = [
     "-I",
     ROOT / "lib/src",
 ]
-# Features that a configuration of options.c needs. Bits of the digit: adaptive 1, centred 2, stride
-# 4. 8 and 9 are policy glr, 9 with a stride; e: by edges.
+
+
+def features(way):
+    """Bits of the digit: adaptive 1, centred 2, stride 4. 8 and 9 are policy glr, 9 with a stride;
+    e: by edges; c: a cascade, which needs its number type alone.
+    """
+    return 0 if way[1] == "c" else int(way[1])
+
+
+# Features that a configuration of options.c needs.
 NEEDS = {
-    "LAWS": lambda way: int(way[1]) & 9,
-    "CENTRED": lambda way: int(way[1]) & 2,
-    "GRID": lambda way: (int(way[1]) & 4 or way[1] == "9") and not way.endswith("e"),
+    "LAWS": lambda way: features(way) & 9,
+    "CENTRED": lambda way: features(way) & 2,
+    "GRID": lambda way: (features(way) & 4 or way[1] == "9") and not way.endswith("e"),
     "Q15": lambda way: way[0] == "q",
     "Q31": lambda way: way[0] in "wf",
 }

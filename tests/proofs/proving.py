@@ -24,7 +24,9 @@ STREAM = tuple(
     source
     for source in MANIFEST
     if not source.startswith(
-        tuple(f"lib/src/{room}/" for room in ("filter", "fit", "monitor", "state", "wire"))
+        tuple(
+            f"lib/src/{room}/" for room in ("filter", "fit", "cascade", "monitor", "state", "wire")
+        )
     )
 )
 # sources: in addition to prove_NAME.c; unroll: the largest number of loop iterations that are
@@ -41,7 +43,7 @@ PROOFS = {
     ),
     "slide": Proof((), 5000),
     "restore": Proof(
-        (*STREAM, "lib/src/state/state.c"),
+        (*STREAM, "lib/src/state/image.c", "lib/src/state/state.c"),
         1100,
         ("-eva-split-return-function", "davar_init_wide:0"),
     ),

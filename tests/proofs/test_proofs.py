@@ -50,12 +50,12 @@ PLANTS = {
     ],
     "restore": [
         (
-            "lib/src/state/state.c",
+            "lib/src/state/image.c",
             "(left < sizeof part) ? left : sizeof part",
             "left",
             ("-DWIDE=0",),
         ),
-        ("lib/src/state/state.c", "& 15U]", "& 31U]", ("-DWIDE=0",)),
+        ("lib/src/state/image.c", "& 15U]", "& 31U]", ("-DWIDE=0",)),
     ],
     "push": [
         (

@@ -2,6 +2,7 @@
  * evaluation of a result, for the test that reads the disassembly. It runs and does nothing. */
 #include "board.h"
 
+#include "davar/cascade.h"
 #include "davar/davar.h"
 #include "davar/law.h"
 
@@ -10,6 +11,7 @@ int main(void)
     static const davar_law_t *const laws[] = {&davar_law_kurtosis, &davar_law_or, &davar_law_and,
                                               &davar_law_glr_q15, &davar_law_glr_q31};
     static davar_t davar;
+    static davar_cascade_t cascade;
     static davar_result_t result;
     static davar_plan_t plan;
     const int16_t narrow = 0;
@@ -22,6 +24,8 @@ int main(void)
         (void)davar_init_q15(&davar, &config, NULL, 0U);
         davar_push_q15(&davar, &narrow, 1U);
         davar_push_q31(&davar, &wide, 1U);
+        davar_cascade_push_q15(&cascade, &narrow, 1U);
+        davar_cascade_push_q31(&cascade, &wide, 1U);
         (void)davar_take(&davar, &result);
         davar_fit(&plan, 1.0, &result);
     }

@@ -14,7 +14,12 @@ import target_cost
 import targets
 
 WORSE = 1.02
-PUSH = ("davar_push_q15", "davar_push_q31")
+PUSH = (
+    "davar_push_q15",
+    "davar_push_q31",
+    "davar_cascade_push_q15",
+    "davar_cascade_push_q31",
+)
 # The functions of the laws that a sample calls: push, place and judge of glr, judge of [SONG18].
 LAW_FUNCTIONS = ("glr_push", "glr_place", "glr_judge", "judge_kurtosis", "judge_or", "judge_and")
 GAPS = ("davar_q15_gap", "davar_q31_gap")
@@ -113,6 +118,39 @@ class Cost(unittest.TestCase):
             found = target_cost.offences(target, image, PUSH, GAPS)
         self.assertIn(f"{target}: davar_law_or does not exist", found)
         self.assertTrue([line for line in found if "a pointer at offset" in line], found)
+
+
+# Instructions that a sample costs more with the cascade: mean of q15, worst of noise.
+CASCADE_BUDGET = {"cortex-m4f": (25.0, 300), "cortex-m0": (40.0, 300)}
+
+
+class CascadeCost(unittest.TestCase):
+    """tests/target/cascade.c on every bare board."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.figures = {}
+        for target in targets.BARE:
+            image = targets.build(target, image="cascade_cost") / "cascade_cost.elf"
+            status, output = targets.execute(target, image, shift=targets.counting_shift(target))
+            assert status == 0, f"{target}: {output}"
+            found = re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)
+            cls.figures[target] = {name: int(value) for name, value in found}
+
+    def test_a_sample_keeps_its_budget(self):
+        for target, (mean, worst) in CASCADE_BUDGET.items():
+            with self.subTest(target=target):
+                figures = self.figures[target]
+                self.assertLessEqual(figures["cascade_q15_narrow_push_x100"] / 100, mean)
+                self.assertLessEqual(figures["cascade_q15_narrow_worst_push"], worst)
+
+    def test_every_core_computes_the_same_bits(self):
+        self.assertEqual(1, len({figures["cascade_checksum"] for figures in self.figures.values()}))
+
+    def test_18_sizes_take_1728_bytes(self):
+        for target, figures in self.figures.items():
+            with self.subTest(target=target):
+                self.assertEqual(1728, figures["cascade_memory_bytes"])
 
 
 if __name__ == "__main__":

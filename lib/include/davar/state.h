@@ -56,6 +56,18 @@ davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *sto
  * Cost: reads both slots once and the image a second time; O(T) to set up the memory. */
 davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage);
 
+struct davar_cascade; /* davar/cascade.h */
+
+/** @{ */
+/** The same for a cascade (davar/cascade.h), with a storage of its own. After restoring, call
+ * davar_cascade_gap for the samples that were lost. The slot needs the memory of the cascade and at
+ * most 200 bytes more. */
+size_t davar_cascade_state_bytes(const struct davar_cascade *cascade);
+davar_status_t davar_cascade_save(const struct davar_cascade *cascade,
+                                  const davar_storage_t *storage);
+davar_status_t davar_cascade_restore(struct davar_cascade *cascade, const davar_storage_t *storage);
+/** @} */
+
 #ifdef __cplusplus
 }
 #endif

@@ -4,6 +4,7 @@
 
 #include "core/instance.h"
 #include "core/window.h"
+#include "number/quantum.h"
 #include "number/real.h"
 
 const davar_config_t davar_default_config = {
@@ -14,12 +15,6 @@ const davar_config_t davar_default_config = {
 
 /* Keeps every sum of a window length and a step inside 32 bits. */
 #define STRIDE_MAX 16777216U
-
-bool davar_is_between(double low, double value, double high)
-{
-    return (davar_bits_of_double(low) <= davar_bits_of_double(value)) &&
-           (davar_bits_of_double(value) <= davar_bits_of_double(high));
-}
 
 /* The square of an Allan variance of such values stays in the range of a double. */
 DAVAR_APART static bool positive_finite(double value)
@@ -232,6 +227,11 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_STATE_NONE] = "no whole image of a state",
         [DAVAR_ERR_STATE_FOREIGN] =
             "state of another version, number type, configuration or machine",
+        [DAVAR_ERR_CASCADE_SHORTEST] =
+            "cascade: shortest cluster size not a multiple of 4 from 64 to 262140 samples",
+        [DAVAR_ERR_CASCADE_CLUSTERS] = "cascade: clusters not a power of two from 4 to 2048",
+        [DAVAR_ERR_CASCADE_TAUS] =
+            "cascade: too many cluster sizes, or none, or the longest beyond the exact sums",
     };
     return ((size_t)status < COUNT_OF(text)) ? text[status] : "unknown status";
 }

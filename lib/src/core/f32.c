@@ -4,49 +4,14 @@
 
 #include "core/instance.h"
 #include "core/window.h"
-#include "number/ieee.h"
-
-/* The smallest power of two q with full_scale <= 2^30 q (2.3). */
-static double quantum_for(double full_scale)
-{
-    double quantum = 1.0;
-    while ((quantum * 1073741824.0) < full_scale) {
-        quantum *= 2.0;
-    }
-    while ((quantum * 536870912.0) >= full_scale) {
-        quantum *= 0.5;
-    }
-    return quantum;
-}
-
-/* Tests the bits of a sample: a compiler flag such as -ffast-math may drop other tests. */
-static inline bool is_finite(float rate)
-{
-    return (davar_bits_of_float(rate) & UINT32_C(0x7F800000)) != UINT32_C(0x7F800000);
-}
-
-/* To the nearest quantum, halves away from zero. Scaling by a power of two and the remainder are
- * exact. */
-static inline int32_t to_counts(davar_t *davar, float rate)
-{
-    const float limit = (float)davar->config->full_scale;
-    float inside = rate;
-    if ((rate >= limit) || (rate <= -limit)) {
-        davar_count(&davar->health.saturated);
-        inside = (rate > 0.0F) ? limit : -limit;
-    }
-    const float scaled = inside * davar->counts_per_unit;
-    const int32_t whole = (int32_t)scaled;
-    const float rest = scaled - (float)whole;
-    return whole + ((rest >= 0.5F) ? 1 : 0) - ((rest <= -0.5F) ? 1 : 0);
-}
+#include "number/quantum.h"
 
 davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory,
                               size_t bytes)
 {
     const davar_status_t status = davar_init_wide(davar, config, memory, bytes, true);
     if (status == DAVAR_OK) {
-        davar->counts_per_unit = (float)(1.0 / quantum_for(config->full_scale));
+        davar->counts_per_unit = davar_counts_per_unit(config->full_scale);
     }
     return status;
 }
@@ -68,9 +33,11 @@ static size_t float_step(davar_t *davar, const float *rates, size_t count)
 {
     int32_t counts[FLOATS];
     const size_t most = has_queue(davar->config) ? 1U : together(&davar->window, count);
+    const float limit = (float)davar->config->full_scale;
     size_t run = 0U;
-    while ((run < most) && is_finite(rates[run])) {
-        counts[run] = to_counts(davar, rates[run]);
+    while ((run < most) && davar_is_finite(rates[run])) {
+        counts[run] = davar_float_to_counts(rates[run], limit, davar->counts_per_unit,
+                                            &davar->health.saturated);
         run++;
     }
     if (run > 0U) {

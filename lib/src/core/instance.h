@@ -6,10 +6,7 @@
 #include "davar/instance.h"
 #include "davar/law.h"
 
-#include <stdatomic.h>
-
-/* Significant bits of a quantised float sample: full_scale <= 2^30 quanta (2.3). */
-#define DAVAR_FLOAT_BITS 31U
+#include "number/sequence.h"
 
 typedef struct davar_number {
     bool wide;                                               /* q31, f32 */
@@ -47,10 +44,6 @@ size_t davar_q31_feed(davar_t *davar, const int32_t *samples, size_t count);
 /* The same through the law's queue, if it has one. */
 size_t davar_q31_push(davar_t *davar, const int32_t *samples, size_t count);
 
-/* Compares non-negative numbers by their bits. A negative number or NaN counts as larger than
- * all. */
-bool davar_is_between(double low, double value, double high);
-
 /* DAVAR_OK or the first reason to reject a configuration, in the order of davar_status_t. */
 davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number,
                                   bool is_float);
@@ -84,19 +77,10 @@ static inline int32_t davar_highest(const davar_t *davar)
     return (int32_t)((UINT32_C(1) << (bits - 1U)) - 1U);
 }
 
-/* One more input fault; the counter stays at its largest value. */
-static inline void davar_count(uint32_t *counter)
-{
-    if (*counter < UINT32_MAX) {
-        (*counter)++;
-    }
-}
-
 /* Counts samples that enter no sum. */
 static inline void davar_count_missing(davar_t *davar, size_t missing)
 {
-    const uint32_t room = UINT32_MAX - davar->health.missing;
-    davar->health.missing += (missing < room) ? (uint32_t)missing : room;
+    davar_count_many(&davar->health.missing, missing);
 }
 
 /* False if the caller has a bug: another type, or a push after davar_flush. The samples are counted
@@ -130,39 +114,26 @@ static inline void davar_produce(davar_t *davar)
 
 /* --- the sequence lock ------------------------------------------------------------------------ */
 
-/* One writer (for example an interrupt) and one reader that it may interrupt. `sequence` is odd
- * during a push. A reader that finds it changed repeats its reads. The writer never waits. */
+/* number/sequence.h; `sequence` is odd during a push. */
 
 static inline void davar_change_begin(davar_t *davar)
 {
-    davar->sequence = davar->sequence + 1U;
-    atomic_thread_fence(memory_order_release);
+    davar_sequence_begin(&davar->sequence);
 }
 
 static inline void davar_change_end(davar_t *davar)
 {
-    atomic_thread_fence(memory_order_release);
-    davar->sequence = davar->sequence + 1U;
+    davar_sequence_end(&davar->sequence);
 }
 
 static inline uint32_t davar_read_begin(const davar_t *davar)
 {
-    const uint32_t before = davar->sequence;
-    atomic_thread_fence(memory_order_acquire);
-    return before;
+    return davar_sequence_read(&davar->sequence);
 }
 
-/* The compiler keeps the copies made so far: it does not read the originals again. */
-static inline void davar_read_apart(void)
-{
-    atomic_thread_fence(memory_order_acquire);
-}
-
-/* True if a push came between, or was active on another core. */
 static inline bool davar_read_torn(const davar_t *davar, uint32_t before)
 {
-    atomic_thread_fence(memory_order_acquire);
-    return ((before % 2U) != 0U) || (before != davar->sequence);
+    return davar_sequence_torn(&davar->sequence, before);
 }
 
 static inline bool davar_result_waits(const davar_t *davar)

@@ -72,4 +72,11 @@ static inline double davar_double_of_u64(uint64_t value)
 #endif
 }
 
+/* Each half rounds, then their sum. */
+static inline double davar_double_of_u128(davar_u128_t value)
+{
+    return (davar_double_of_u64(value.high) * 18446744073709551616.0) +
+           davar_double_of_u64(value.low);
+}
+
 #endif

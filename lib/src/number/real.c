@@ -98,6 +98,14 @@ double davar_root_by_integers(double value)
     return root_of(bits | (UINT64_C(1) << 63U), exponent);
 }
 
+/* --- comparisons ---------------------------------------------------------------------------- */
+
+bool davar_is_between(double low, double value, double high)
+{
+    return (davar_bits_of_double(low) <= davar_bits_of_double(value)) &&
+           (davar_bits_of_double(value) <= davar_bits_of_double(high));
+}
+
 /* --- quotients -----------------------------------------------------------------------------------
  * For b in [1, 2) a line gives x = 1 / b within 1/17. Newton's iteration x <- x (2 - b x) turns a
  * relative error e into e^2: 6e-2, 3e-3, 1e-5, 2e-10 (32 bits end there), 5e-20. 2 - b x is the

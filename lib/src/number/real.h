@@ -8,6 +8,10 @@
 
 #include <math.h>
 
+/* Compares non-negative numbers by their bits. A negative number or NaN counts as larger than
+ * all. */
+bool davar_is_between(double low, double value, double high);
+
 /* The root of 0, NaN or infinity is itself, that of a negative number NaN. */
 double davar_root_by_integers(double value);
 

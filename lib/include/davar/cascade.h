@@ -1,0 +1,187 @@
+/** @file
+ * davar - cascade: the Allan deviation at long cluster sizes, from minutes to days, in a few
+ * kilobytes.
+ *
+ * The core (davar/davar.h) keeps every sample of its window, so its memory grows with the longest
+ * cluster. The cascade remembers a running sum of the samples at sparse positions. Each further
+ * octave of cluster size costs about 100 bytes (q15). Push the same samples to both.
+ *
+ * ```
+ * static const davar_cascade_config_t config = {.rate_hz = 100.0, .unit_per_count = 0.061,
+ *                                               .shortest = 256, .tau_count = 16, .clusters = 32};
+ * static uint64_t memory[DAVAR_CASCADE_MEMORY(Q15, 16) / 8];
+ * static davar_cascade_t cascade;
+ *
+ * davar_cascade_init_q15(&cascade, &config, memory, sizeof memory);
+ * davar_cascade_push_q15(&cascade, samples, count);    // in the interrupt
+ * if (davar_cascade_take(&cascade, &result)) { ... }   // when a curve is wanted
+ * ```
+ *
+ * Arithmetic: every sum is exact, and every target computes the same bits. No function allocates
+ * memory, blocks or reads a clock. Formulas: lib/src/cascade/DESIGN.md (section 11).
+ *
+ * Threads: one producer calls push and gap, one consumer take and health. The producer may
+ * interrupt the consumer and never waits. "Stopped" functions need both to be idle.
+ *
+ * Cost: T cluster sizes. Instructions for each core: docs/COST.md. */
+#ifndef DAVAR_CASCADE_H
+#define DAVAR_CASCADE_H
+
+#include "davar/types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Largest number of cluster sizes of a cascade. */
+#define DAVAR_CASCADE_TAUS_MAX 24
+
+/** Settings. They may be const in flash and must outlive the cascade. */
+typedef struct {
+    double rate_hz;        /**< samples per second, 1e-50 to 1e50 */
+    double unit_per_count; /**< q15, q31: deg/s per count, 1e-50 to 1e50 */
+    /** f32: largest |rate| expected, deg/s, 1e-20 to 1e20; from here on samples saturate */
+    double full_scale;
+    /** smallest cluster size in samples, a multiple of 4 from 64 to 262140. Twice the largest
+     * cluster size of the core continues its octaves */
+    uint32_t shortest;
+    /** number of cluster sizes, 1 to DAVAR_CASCADE_TAUS_MAX: each is twice the previous one */
+    uint8_t tau_count;
+    /** how much each cluster size remembers, in clusters of that size: at least so many + 2 and
+     * fewer than twice so many + 2, once it has seen them. A power of two from 4 to 2048; 32 is
+     * usual. Larger: narrower intervals, slower to follow a change (11.5) */
+    uint16_t clusters;
+} davar_cascade_config_t;
+
+/** Bytes of memory for `taus` cluster sizes, as a constant. type: Q15, Q31 or F32. Two sizes
+ * share a stage: 15 and 16 sizes take the same. Source: DESIGN (11.7). */
+#define DAVAR_CASCADE_MEMORY(type, taus)                                                           \
+    ((((size_t)(taus) + 1U) / 2U) * DAVAR_CASCADE_STAGE_BYTES_##type)
+/** @cond */
+#define DAVAR_CASCADE_STAGE_BYTES_Q15 192U
+#define DAVAR_CASCADE_STAGE_BYTES_Q31 224U
+#define DAVAR_CASCADE_STAGE_BYTES_F32 224U
+/** @endcond */
+
+/** Counts of input faults since the last reset. They stop at their largest value. */
+typedef struct {
+    uint32_t gaps;    /**< calls of davar_cascade_gap, and runs of NaN or inf */
+    uint32_t missing; /**< samples lost in those gaps, or pushed as another type */
+    /** f32: samples at or above full_scale; they are used, clamped. The core counts those of counts
+     */
+    uint32_t saturated;
+    uint32_t not_finite; /**< NaN or inf in float input; each run is a gap */
+} davar_cascade_health_t;
+
+/** One cascade of one sensor axis. The caller owns it. Fields are private. */
+typedef struct davar_cascade {
+    /** @privatesection */
+    uint32_t until; /* samples until the next event, at least 1 */
+    int32_t part;   /* q15: sum of the samples since the newest hop */
+    uint64_t sum;   /* of all samples modulo 2^64; q15: up to the newest hop */
+    uint32_t step;  /* samples between the previous event and the next */
+    uint32_t left;  /* samples from the previous event to the next hop */
+    uint32_t age;   /* of the next hop: hops since the newest gap */
+    uint16_t ready; /* bit k: stage k has a hop to serve */
+    uint8_t stage_count;
+    uint8_t shift;         /* log2 of config.clusters */
+    uint8_t accepts;       /* the one number type that may be pushed */
+    bool in_gap;           /* f32: inside a run of NaN or inf */
+    float counts_per_unit; /* f32, as limit: full_scale */
+    float limit;
+    uint64_t hops;
+    volatile uint32_t sequence; /* odd while a push changes what take reads */
+    void *stages;               /* stage_t[], in the caller's memory */
+    void *tops;                 /* after them: upper bits of the running sums at their hops */
+    uint32_t memory_bytes;      /* of both */
+    const davar_cascade_config_t *config;
+    davar_cascade_health_t health;
+} davar_cascade_t;
+
+/** One cluster size of the curve. */
+typedef struct {
+    double tau_s;         /**< averaging time m / rate_hz, s */
+    uint32_t m;           /**< cluster size, samples */
+    uint32_t hop;         /**< samples from one difference to the next: m / 4 or m / 8 */
+    uint32_t differences; /**< number of differences D (11.1); 0: too little data for this size */
+    /** whole clusters that these differences span: about as many as the estimate averages */
+    uint32_t clusters;
+    double adev; /**< Allan deviation, deg/s; NaN if differences is 0 */
+    double low;  /**< lower limit of the 95 % interval, deg/s; NaN if adev is */
+    double high; /**< upper limit; infinite if every difference is 0 */
+    double edf;  /**< equivalent degrees of freedom (11.6), at least 1; NaN if adev is */
+} davar_cascade_tau_t;
+
+/** The curve. */
+typedef struct {
+    uint64_t samples;  /**< samples up to the newest difference of the shortest cluster size */
+    uint8_t tau_count; /**< number of entries of tau, as configured */
+    davar_cascade_tau_t tau[DAVAR_CASCADE_TAUS_MAX]; /**< the cluster sizes, ascending */
+} davar_cascade_result_t;
+
+/** @{ */
+/** Starts a cascade.
+ * The caller owns config and memory (8-byte aligned, DAVAR_CASCADE_MEMORY bytes). Both must outlive
+ * the cascade, config unchanged.
+ * @return DAVAR_OK, or the first error found; on error nothing is written:
+ * - DAVAR_ERR_NULL, DAVAR_ERR_BUILD, DAVAR_ERR_RATE, DAVAR_ERR_SCALE: as davar_init_*
+ * - DAVAR_ERR_CASCADE_SHORTEST: shortest out of range or not a multiple of 4
+ * - DAVAR_ERR_CASCADE_CLUSTERS: clusters out of range or not a power of two
+ * - DAVAR_ERR_CASCADE_TAUS: tau_count out of range, or the longest cluster size m above 2^31
+ *   samples; q31: clusters m^2 above 2^60; f32: above 2^62 (11.4)
+ * - DAVAR_ERR_MEMORY_SIZE, DAVAR_ERR_MEMORY_ALIGN: as davar_init_*
+ *
+ * Threads: stopped. Cost: O(bytes). */
+davar_status_t davar_cascade_init_q15(davar_cascade_t *cascade,
+                                      const davar_cascade_config_t *config, void *memory,
+                                      size_t bytes);
+davar_status_t davar_cascade_init_q31(davar_cascade_t *cascade,
+                                      const davar_cascade_config_t *config, void *memory,
+                                      size_t bytes);
+davar_status_t davar_cascade_init_f32(davar_cascade_t *cascade,
+                                      const davar_cascade_config_t *config, void *memory,
+                                      size_t bytes);
+/** @} */
+
+/** @{ */
+/** Pushes a block of samples of any size: counts (of any width), or deg/s for _f32.
+ * Results do not depend on how samples are split into blocks. A type other than the one of init is
+ * an assertion failure; without asserts the samples count as missing.
+ * Threads: producer. Cost: O(1) per sample, at most one difference; no division; _q15, _q31: no
+ * floating point. */
+void davar_cascade_push_q15(davar_cascade_t *cascade, const int16_t *counts, size_t count);
+void davar_cascade_push_q31(davar_cascade_t *cascade, const int32_t *counts, size_t count);
+void davar_cascade_push_f32(davar_cascade_t *cascade, const float *rates, size_t count);
+/** @} */
+
+/** Reports that `missing` samples (at least 1; the number is only counted) were lost before the
+ * next one. Differences that span the gap are excluded from every sum. What each cluster size
+ * remembers, and how long, stays.
+ * Threads: producer. Cost: O(1). */
+void davar_cascade_gap(davar_cascade_t *cascade, uint32_t missing);
+
+/** Adds the differences that are complete but still queued: up to T of them, for at most T + 3
+ * samples after a hop. Call it at the end of a recording; pushes may follow.
+ * Threads: stopped. Cost: O(T). */
+void davar_cascade_flush(davar_cascade_t *cascade);
+
+/** Computes the curve as it is now: Allan deviations, degrees of freedom and 95 % intervals.
+ * The kind of noise at each size is estimated from the slope of the curve (11.6). The intervals
+ * hold for sizes of at least 4 clusters. Rounding to counts is not removed.
+ * @return False if no cluster size has a difference yet; *result is then complete too.
+ *
+ * Threads: consumer; if a push interrupts it, it re-reads the cluster size concerned. Sizes may
+ * then be of two successive hops. Cost: O(T), about 15 products per size. */
+bool davar_cascade_take(const davar_cascade_t *cascade, davar_cascade_result_t *result);
+
+/** Returns to the state after init, counters included. Threads: stopped. Cost: O(bytes). */
+void davar_cascade_reset(davar_cascade_t *cascade);
+
+/** Returns the counts of input faults since the last reset. Threads: consumer. Cost: O(1). */
+davar_cascade_health_t davar_cascade_health(const davar_cascade_t *cascade);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

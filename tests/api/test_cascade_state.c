@@ -1,0 +1,221 @@
+/* davar tests - a saved and restored cascade continues bit for bit; a foreign image is rejected,
+ * and a loss of power leaves the older image. */
+#include "davar/cascade.h"
+#include "davar/state.h"
+#include "random.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define SLOT 4096U
+#define TAUS 9U
+#define BYTES DAVAR_CASCADE_MEMORY(Q31, TAUS)
+
+typedef enum { Q15, Q31, F32 } type_t;
+
+static davar_cascade_config_t config;
+static davar_cascade_t original;
+static davar_cascade_t restored;
+static uint64_t memory[2][BYTES / 8U];
+static unsigned char cells[2U * SLOT];
+static size_t budget; /* the power fails after so many written bytes */
+static davar_storage_t storage;
+
+static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(data, &cells[offset], bytes);
+    return true;
+}
+
+static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
+{
+    (void)context;
+    const size_t done = (bytes < budget) ? bytes : budget;
+    memcpy(&cells[offset], data, done);
+    budget -= done;
+    return done == bytes;
+}
+
+void setUp(void)
+{
+    storage = (davar_storage_t){read_cells, write_cells, NULL, SLOT};
+    memset(cells, 0xFF, sizeof cells);
+    budget = SIZE_MAX;
+    config = (davar_cascade_config_t){.rate_hz = 100.0,
+                                      .unit_per_count = 0.5,
+                                      .full_scale = 300.0,
+                                      .shortest = 64U,
+                                      .tau_count = TAUS,
+                                      .clusters = 8U};
+}
+
+void tearDown(void) {}
+
+static void init(type_t type, davar_cascade_t *cascade, unsigned which)
+{
+    davar_status_t (*const start[])(davar_cascade_t *, const davar_cascade_config_t *, void *,
+                                    size_t) = {davar_cascade_init_q15, davar_cascade_init_q31,
+                                               davar_cascade_init_f32};
+    memset(memory[which], 0xA5, sizeof memory[which]);
+    TEST_ASSERT_EQUAL(DAVAR_OK, start[type](cascade, &config, memory[which], BYTES));
+}
+
+static void step(type_t type, davar_cascade_t *cascade, random_t *random)
+{
+    const uint64_t draw = random_next(random);
+    const int16_t narrow = (int16_t)(draw >> 48U);
+    const int32_t wide = (int32_t)(uint32_t)draw;
+    const float rate = ((draw % 300U) == 7U) ? (float)INFINITY : (float)(draw % 290U);
+    if ((draw % 500U) == 3U) {
+        davar_cascade_gap(cascade, 1U);
+    }
+    switch (type) {
+    case Q15:
+        davar_cascade_push_q15(cascade, &narrow, 1U);
+        break;
+    case Q31:
+        davar_cascade_push_q31(cascade, &wide, 1U);
+        break;
+    case F32:
+    default:
+        davar_cascade_push_f32(cascade, &rate, 1U);
+        break;
+    }
+}
+
+static void assert_equal_cascades(void)
+{
+    davar_cascade_t expected = original;
+    expected.stages = restored.stages;
+    expected.tops = restored.tops;
+    TEST_ASSERT_EQUAL_MEMORY(&expected, &restored, sizeof restored);
+    TEST_ASSERT_EQUAL_MEMORY(memory[0], memory[1], original.memory_bytes);
+}
+
+static void check_continues(type_t type, uint32_t samples)
+{
+    random_t random = random_seeded(samples);
+    init(type, &original, 0U);
+    for (uint32_t i = 0U; i < samples; i++) {
+        step(type, &original, &random);
+    }
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+    init(type, &restored, 1U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_restore(&restored, &storage));
+    assert_equal_cascades();
+    random_t again = random;
+    for (uint32_t i = 0U; i < 3000U; i++) {
+        step(type, &original, &random);
+        step(type, &restored, &again);
+    }
+    assert_equal_cascades();
+}
+
+static void test_a_restored_cascade_continues_bit_for_bit(void)
+{
+    for (uint32_t samples = 0U; samples < 20000U; samples += 1237U) {
+        check_continues(Q15, samples);
+        check_continues(Q31, samples);
+        check_continues(F32, samples);
+    }
+}
+
+static void assert_foreign(type_t type)
+{
+    init(type, &restored, 1U);
+    const davar_cascade_t fresh = restored;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_cascade_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL_MEMORY(&fresh, &restored, sizeof fresh);
+}
+
+static void test_an_image_of_other_settings_is_foreign(void)
+{
+    const davar_cascade_config_t saved = config;
+    init(Q15, &original, 0U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+    config.rate_hz = 101.0;
+    assert_foreign(Q15);
+    config = saved;
+    config.unit_per_count = 0.25;
+    assert_foreign(Q15);
+    config = saved;
+    config.full_scale = 200.0;
+    assert_foreign(Q15);
+    config = saved;
+    config.shortest = 68U;
+    assert_foreign(Q15);
+    config = saved;
+    config.tau_count = TAUS - 1U;
+    assert_foreign(Q15);
+    config = saved;
+    config.clusters = 16U;
+    assert_foreign(Q15);
+    config = saved;
+    assert_foreign(Q31);
+    init(Q15, &restored, 1U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_restore(&restored, &storage));
+}
+
+/* Q31 and f32 have images of the same length. */
+static void test_an_image_of_another_wide_type_is_foreign(void)
+{
+    init(Q31, &original, 0U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+    assert_foreign(F32);
+}
+
+static void test_no_image(void)
+{
+    init(Q15, &restored, 1U);
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_NONE, davar_cascade_restore(&restored, &storage));
+}
+
+static void test_a_slot_must_be_long_enough(void)
+{
+    init(Q15, &original, 0U);
+    const size_t bytes = davar_cascade_state_bytes(&original);
+    TEST_ASSERT_TRUE((bytes > original.memory_bytes) && (bytes <= (original.memory_bytes + 200U)));
+    storage.slot_bytes = bytes - 1U;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_cascade_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_cascade_restore(&original, &storage));
+    storage.slot_bytes = bytes;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_restore(&original, &storage));
+}
+
+/* Wherever the power fails, the image before or the new one is restored. */
+static void test_a_loss_of_power_leaves_the_older_image(void)
+{
+    random_t random = random_seeded(3U);
+    init(Q15, &original, 0U);
+    const size_t bytes = davar_cascade_state_bytes(&original);
+    for (size_t cut = 0U; cut <= bytes; cut += 7U) {
+        for (uint32_t i = 0U; i < 50U; i++) {
+            step(Q15, &original, &random);
+        }
+        budget = SIZE_MAX;
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+        const uint64_t before = original.hops;
+        for (uint32_t i = 0U; i < 50U; i++) {
+            step(Q15, &original, &random);
+        }
+        budget = cut;
+        const davar_status_t status = davar_cascade_save(&original, &storage);
+        init(Q15, &restored, 1U);
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_restore(&restored, &storage));
+        TEST_ASSERT_TRUE(restored.hops == ((status == DAVAR_OK) ? original.hops : before));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_restored_cascade_continues_bit_for_bit);
+    RUN_TEST(test_an_image_of_other_settings_is_foreign);
+    RUN_TEST(test_an_image_of_another_wide_type_is_foreign);
+    RUN_TEST(test_no_image);
+    RUN_TEST(test_a_slot_must_be_long_enough);
+    RUN_TEST(test_a_loss_of_power_leaves_the_older_image);
+    return UNITY_END();
+}
