@@ -70,8 +70,8 @@ def run(command: Sequence[str | Path], what: str) -> str:
 
 def build(target: str, kind: str = "target", image: str | None = None) -> Path:
     """Configures and builds the images of a target (or one of them): "target" to measure, "job" and
-    "long" (job_kind) for davar-mcu, "suites" with Unity (needs DAVAR_UNITY_DIR), "portable" the same without hand-written
-    instructions. Returns the folder.
+    "long" (job_kind) for davar-mcu, "suites" with Unity (needs DAVAR_UNITY_DIR), "portable" the
+    same without hand-written instructions. Returns the folder.
     """
     toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target]['core']}.cmake"
     where = folder(target, kind)
