@@ -92,6 +92,10 @@ static const davar_filter_t *filter_of(const engine_t *engine, const learned_t *
 static bool extend(engine_t *engine, const options_t *options, sim_error_t *error)
 {
     char why[256];
+    if (!(options->longest_tau_s > 0.0)) {
+        davar_curve_make(&engine->curve, &engine->config, 0U);
+        return true;
+    }
     return davar_curve_reach(&engine->curve, &engine->config, engine->number,
                              options->longest_tau_s, why, sizeof why) ||
            sim_fail(error, "--longest-tau: %s", why);
