@@ -2,10 +2,12 @@
  *
  *   wire_probe encode SEED RESULTS CONTENT CHANNEL   random results: their values, then their frames
  *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender to its end
+ *   wire_probe day SEED HOURS RESULTS CONTENT        a gyro at 100 Hz with a cascade: values and frames
  *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): frames
  *   wire_probe decode                                frames on standard input (candump): their
  * values */
-#include "davar/law.h"
+#include "davar/cascade.h"
+#include "davar/davar.h"
 #include "davar_decode.h"
 #include "davar_slcan.h"
 #include "random.h"
@@ -186,6 +188,76 @@ static int run(char **argv)
     return 0;
 }
 
+/* White noise and a random walk of rate, in counts: their Allan deviations are equal at 1000 s. */
+static int16_t gyro_sample(random_t *random, double *walk)
+{
+    *walk += 0.0017 * random_gauss(random);
+    return (int16_t)lround(*walk + 100.0 * random_gauss(random));
+}
+
+/* The sizes of a window, 1 to 64, and of a cascade, 128 to a day. */
+static int day(char **argv)
+{
+    enum { RATE = 100, SHORT = 7, LONG = 17, BLOCK = 600 };
+    static uint32_t sizes[SHORT + LONG];
+    for (uint32_t t = 0; t < (uint32_t)(SHORT + LONG); t++) {
+        sizes[t] = 1U << t;
+    }
+    const davar_config_t window = {.rate_hz = RATE,
+                                   .unit_per_count = 0.0005,
+                                   .stride = BLOCK,
+                                   DAVAR_FIXED(BLOCK),
+                                   .taus = sizes,
+                                   .tau_count = SHORT};
+    const davar_cascade_config_t further = {.rate_hz = RATE,
+                                            .unit_per_count = 0.0005,
+                                            .shortest = 1U << (uint32_t)SHORT,
+                                            .tau_count = LONG,
+                                            .clusters = 32};
+    static uint64_t memory[4096];
+    static uint64_t cascade_memory[DAVAR_CASCADE_MEMORY(Q15, LONG) / 8U];
+    static davar_t davar;
+    static davar_cascade_t cascade;
+    static davar_plan_t plan;
+    static davar_result_t result;
+    if ((davar_init_q15(&davar, &window, memory, sizeof memory) != DAVAR_OK) ||
+        (davar_cascade_init_q15(&cascade, &further, cascade_memory, sizeof cascade_memory) !=
+         DAVAR_OK)) {
+        return 2;
+    }
+    davar_plan_init_white(&plan, sizes, SHORT + LONG);
+    random_t random = random_seeded(strtoull(argv[2], NULL, 10));
+    const unsigned long blocks = strtoul(argv[3], NULL, 10) * 3600U * RATE / BLOCK;
+    const unsigned long every = blocks / strtoul(argv[4], NULL, 10);
+    davar_config_t sent = window;
+    sent.stride = (uint32_t)every * BLOCK;
+    sent.tau_count = SHORT + LONG;
+    davar_encoder_t encoder;
+    const davar_wire_health_t health = {{0}};
+    (void)davar_encoder_init(&encoder, &sent, DAVAR_WIRE_BASE, 0U,
+                             (uint8_t)strtoul(argv[5], NULL, 10));
+    davar_encoder_session(&encoder, SESSION);
+    double walk = 0.0;
+    for (unsigned long b = 1U; b <= blocks; b++) {
+        int16_t counts[BLOCK];
+        for (size_t i = 0; i < (size_t)BLOCK; i++) {
+            counts[i] = gyro_sample(&random, &walk);
+        }
+        const size_t pushed = davar_push_until_result_q15(&davar, counts, BLOCK);
+        davar_cascade_push_q15(&cascade, counts, pushed);
+        if (davar_take(&davar, &result) && (b % every == 0U)) {
+            (void)davar_cascade_append(&cascade, &result);
+            davar_fit(&plan, (double)RATE, &result);
+            print_result(&result, &health);
+            davar_encoder_begin(&encoder, &result, &health);
+            print_all(&encoder);
+        }
+    }
+    davar_encoder_finish(&encoder, &health);
+    print_all(&encoder);
+    return 0;
+}
+
 /* `floats`: the values are rates, otherwise counts. */
 static int raw(bool floats, char **argv)
 {
@@ -262,6 +334,9 @@ int main(int argc, char **argv)
     }
     if ((argc == 9) && (strcmp(argv[1], "run") == 0)) {
         return run(argv);
+    }
+    if ((argc == 6) && (strcmp(argv[1], "day") == 0)) {
+        return day(argv);
     }
     if ((argc == 3) && ((strcmp(argv[1], "raw") == 0) || (strcmp(argv[1], "rates") == 0))) {
         return raw(strcmp(argv[1], "rates") == 0, argv);
