@@ -1,5 +1,5 @@
-"""The Allan curve of a result: every cluster size of its channel, with 95 % intervals and the fitted
-terms, for a chart."""
+"""The Allan curve of a result, for a chart: every cluster size of its channel, with 95 % intervals
+and the fitted terms."""
 
 import functools
 import math
@@ -12,8 +12,8 @@ from ..report.values import Json
 from .frames import Result
 
 H = 3600.0  # seconds
-# Column of a coefficient -> (its unit in deg and s, what its square is multiplied by, power of tau):
-# Allan variance of the terms, (1.2) of lib/DESIGN.md.
+# The Allan variance of each term, (1.2) of lib/DESIGN.md: column of the coefficient -> (its unit in
+# deg and s, factor of its square, power of tau).
 TERMS = {
     "qn_deg": (1.0, 3.0, -2),
     "arw_deg_per_sqrt_h": (1 / math.sqrt(H), 1.0, -1),
@@ -33,8 +33,9 @@ def widths() -> tuple[Floats, Floats, Floats]:
 
 
 def limits(value: float, uncertainty: float) -> tuple[float, float] | None:
-    """The 95 % interval of a deviation. DAVAR_Adev has half its width over the value, which decides
-    the degrees of freedom, and they decide both limits. None: unknown, or wider than can be sent."""
+    """The 95 % interval of a deviation. `uncertainty` is half its width over the value: it follows
+    from the degrees of freedom, as both limits do. None: unknown, or wider than a frame can hold.
+    """
     if not (math.isfinite(value) and math.isfinite(uncertainty)):
         return None
     half, low, high = widths()
@@ -45,8 +46,8 @@ def limits(value: float, uncertainty: float) -> tuple[float, float] | None:
 
 
 def fitted(values: dict[str, float], tau_s: float) -> float | None:
-    """The deviation of the resolved terms together at this averaging time; None: no term is
-    resolved."""
+    """The deviation of the fitted terms together at this averaging time. None: no term is
+    present."""
     variance = sum(
         factor * (values[name] * unit) ** 2 * tau_s**power
         for name, (unit, factor, power) in TERMS.items()
@@ -56,9 +57,9 @@ def fitted(values: dict[str, float], tau_s: float) -> float | None:
 
 
 def curve(result: Result) -> Json | None:
-    """Lists with one entry per cluster size, ascending: m (samples), tau_s (None: the rate is not
-    known yet), adev, low, high, fitted (deg/s; None: absent). None: the sender sends no Allan
-    deviations, or no size has a name yet."""
+    """Lists with one entry per cluster size, ascending: m (samples), tau_s (None: rate not known
+    yet), adev, low, high, fitted (deg/s; None: absent). None: no Allan deviations are sent, or no
+    cluster size is known yet."""
     sender = result.sender
     rate = sender.setup.get("rate_hz")
     sizes = sorted((sender.clusters[t], t) for t in result.adev if t in sender.clusters)
