@@ -3,6 +3,7 @@
 #ifndef ENGINE_H
 #define ENGINE_H
 
+#include "davar_curve.h"
 #include "davar_node.h"
 #include "instances/settings.h"
 #include "learning/learn.h"
@@ -16,12 +17,14 @@ typedef struct {
 
 typedef struct {
     davar_config_t config; /* of channel 0 */
+    davar_curve_t curve;   /* the cluster sizes of every result */
     filtered_t *filtered;  /* one per channel */
     davar_filter_t filter;
     const davar_filter_t *declared; /* the filter of channel 0, or null: unknown */
     davar_port_number_t number;
     size_t count;
     davar_t *instances;
+    davar_cascade_t *cascades; /* started if the curve has one */
     uint64_t *memory;
     davar_node_channel_t *channels;
 } engine_t;

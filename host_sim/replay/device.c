@@ -70,8 +70,8 @@ static bool write_job(const places_t *places, replay_t *replay, const engine_t *
         return sim_fail(error, "%s: cannot be written", places->job);
     }
     uint64_t words[DAVAR_JOB_WORDS];
-    davar_job_encode(&engine->config, engine->number, (uint32_t)engine->count, engine->declared,
-                     words);
+    davar_job_encode(&engine->config, engine->curve.cascade.tau_count, engine->number,
+                     (uint32_t)engine->count, engine->declared, words);
     (void)fwrite(words, sizeof words, 1U, file);
     const davar_port_t port = replay_port(replay);
     davar_port_block_t block = {0};
@@ -176,7 +176,7 @@ static bool read_results(const places_t *places, replay_t *replay, const engine_
     results_t results = {.file = fopen(places->results, "rb"),
                          .path = places->results,
                          .channels = engine->count,
-                         .rest = (6U * (size_t)engine->config.tau_count) +
+                         .rest = (6U * (size_t)engine->curve.tau_count) +
                                  ((size_t)4U * DAVAR_COEFFICIENT_COUNT)};
     if (results.file == NULL) {
         return sim_fail(error, "%s: the device wrote no results", places->results);
