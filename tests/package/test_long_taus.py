@@ -174,9 +174,9 @@ class AllanTools(unittest.TestCase):
 
 class Fit(unittest.TestCase):
     def test_a_random_walk_that_the_window_cannot_see(self):
-        """Its deviation equals that of the white noise at 100 s; the window ends at 2 s."""
+        """Its deviation equals that of the white noise at 20 s; the window ends at 2 s."""
         white, rate_hz = 0.05, 100.0
-        step = white / rate_hz * np.sqrt(3) / 100.0  # per sample
+        step = white / rate_hz * np.sqrt(3) / 20.0  # per sample
         truth = {
             "arw_deg_per_sqrt_h": white / np.sqrt(rate_hz) * 60,
             "rrw_deg_per_h_per_sqrt_h": step * np.sqrt(rate_hz) * 3600 * 60,
@@ -189,8 +189,10 @@ class Fit(unittest.TestCase):
             curve = davar.dynamic(x, rate_hz, longest_tau_s=2000, **options)
             window = davar.dynamic(x[-50_000:], rate_hz, **options)
             self.assertLess(np.isfinite(window.rrw_deg_per_h_per_sqrt_h).mean(), 0.2)
-            for name, value in truth.items():  # 20 % is above 4 standard errors
-                self.assertLess(abs(curve[name][-1] / value - 1), 0.5 if "rrw" in name else 0.2)
+            for name, value in truth.items():
+                # The standard errors are 4 % and 9 %; by chance, 1 % of the results are withheld.
+                estimate = np.nanmedian(curve[name][-100:])
+                self.assertLess(abs(estimate / value - 1), 0.45 if "rrw" in name else 0.2, name)
             np.testing.assert_array_equal(
                 curve.adev[:250, :3], davar.dynamic(x[:50_000], rate_hz, **options).adev[:250]
             )
