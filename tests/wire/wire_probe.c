@@ -2,12 +2,10 @@
  *
  *   wire_probe encode SEED RESULTS CONTENT CHANNEL   random results: their values, then their frames
  *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender to its end
- *   wire_probe day SEED HOURS RESULTS CONTENT        a gyro at 100 Hz with a cascade: values and frames
  *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): frames
  *   wire_probe decode                                frames on standard input (candump): their
  * values */
-#include "davar/cascade.h"
-#include "davar/davar.h"
+#include "davar/law.h"
 #include "davar_decode.h"
 #include "davar_slcan.h"
 #include "random.h"
@@ -18,10 +16,16 @@
 
 #define SESSION 165U
 
-static const uint32_t taus[12] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4294967295U};
+#define TAUS 32U
+
+static const uint32_t taus[TAUS] = {
+    1U << 0,  1U << 1,  1U << 2,  1U << 3,  1U << 4,  1U << 5,  1U << 6,  1U << 7,
+    1U << 8,  1U << 9,  1U << 10, 1U << 11, 1U << 12, 1U << 13, 1U << 14, 1U << 15,
+    1U << 16, 1U << 17, 1U << 18, 1U << 19, 1U << 20, 1U << 21, 1U << 22, 1U << 23,
+    1U << 24, 1U << 25, 1U << 26, 1U << 27, 1U << 28, 1U << 29, 1U << 30, UINT32_MAX};
 /* Channels from 8 onward have policy glr. */
 static davar_config_t config = {
-    .rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = 12};
+    .rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = TAUS};
 
 /* Any magnitude that a sensor could have; sometimes absent, zero or out of range. */
 static double any(random_t *random)
@@ -41,8 +45,8 @@ static void make(random_t *random, davar_result_t *result, davar_wire_health_t *
         .unstable = (random_next(random) & 1U) != 0U,
         .kurtosis = any(random),
         .contribution = any(random),
-        .tau_count = 12};
-    for (size_t t = 0; t < 12U; t++) {
+        .tau_count = TAUS};
+    for (size_t t = 0; t < TAUS; t++) {
         const double value = any(random);
         result->tau[t] = (davar_adev_t){
             .m = taus[t], .adev = value, .low = 0.9 * value, .high = value + any(random)};
@@ -68,9 +72,10 @@ static void make(random_t *random, davar_result_t *result, davar_wire_health_t *
 
 static void make_misfit(random_t *random, davar_misfit_t *misfit)
 {
-    *misfit = (davar_misfit_t){
-        .health = any(random), .tau_count = 12, .worst = (uint8_t)(random_next(random) % 13U)};
-    for (size_t t = 0; t < 12U; t++) {
+    *misfit = (davar_misfit_t){.health = any(random),
+                               .tau_count = TAUS,
+                               .worst = (uint8_t)(random_next(random) % (TAUS + 1U))};
+    for (size_t t = 0; t < TAUS; t++) {
         misfit->tau[t].deviation = ((random_next(random) & 1U) != 0U) ? any(random) : -any(random);
     }
 }
@@ -188,76 +193,6 @@ static int run(char **argv)
     return 0;
 }
 
-/* White noise and a random walk of rate, in counts: their Allan deviations are equal at 1000 s. */
-static int16_t gyro_sample(random_t *random, double *walk)
-{
-    *walk += 0.0017 * random_gauss(random);
-    return (int16_t)lround(*walk + 100.0 * random_gauss(random));
-}
-
-/* The sizes of a window, 1 to 64, and of a cascade, 128 to a day. */
-static int day(char **argv)
-{
-    enum { RATE = 100, SHORT = 7, LONG = 17, BLOCK = 600 };
-    static uint32_t sizes[SHORT + LONG];
-    for (uint32_t t = 0; t < (uint32_t)(SHORT + LONG); t++) {
-        sizes[t] = 1U << t;
-    }
-    const davar_config_t window = {.rate_hz = RATE,
-                                   .unit_per_count = 0.0005,
-                                   .stride = BLOCK,
-                                   DAVAR_FIXED(BLOCK),
-                                   .taus = sizes,
-                                   .tau_count = SHORT};
-    const davar_cascade_config_t further = {.rate_hz = RATE,
-                                            .unit_per_count = 0.0005,
-                                            .shortest = 1U << (uint32_t)SHORT,
-                                            .tau_count = LONG,
-                                            .clusters = 32};
-    static uint64_t memory[4096];
-    static uint64_t cascade_memory[DAVAR_CASCADE_MEMORY(Q15, LONG) / 8U];
-    static davar_t davar;
-    static davar_cascade_t cascade;
-    static davar_plan_t plan;
-    static davar_result_t result;
-    if ((davar_init_q15(&davar, &window, memory, sizeof memory) != DAVAR_OK) ||
-        (davar_cascade_init_q15(&cascade, &further, cascade_memory, sizeof cascade_memory) !=
-         DAVAR_OK)) {
-        return 2;
-    }
-    davar_plan_init_white(&plan, sizes, SHORT + LONG);
-    random_t random = random_seeded(strtoull(argv[2], NULL, 10));
-    const unsigned long blocks = strtoul(argv[3], NULL, 10) * 3600U * RATE / BLOCK;
-    const unsigned long every = blocks / strtoul(argv[4], NULL, 10);
-    davar_config_t sent = window;
-    sent.stride = (uint32_t)every * BLOCK;
-    sent.tau_count = SHORT + LONG;
-    davar_encoder_t encoder;
-    const davar_wire_health_t health = {{0}};
-    (void)davar_encoder_init(&encoder, &sent, DAVAR_WIRE_BASE, 0U,
-                             (uint8_t)strtoul(argv[5], NULL, 10));
-    davar_encoder_session(&encoder, SESSION);
-    double walk = 0.0;
-    for (unsigned long b = 1U; b <= blocks; b++) {
-        int16_t counts[BLOCK];
-        for (size_t i = 0; i < (size_t)BLOCK; i++) {
-            counts[i] = gyro_sample(&random, &walk);
-        }
-        const size_t pushed = davar_push_until_result_q15(&davar, counts, BLOCK);
-        davar_cascade_push_q15(&cascade, counts, pushed);
-        if (davar_take(&davar, &result) && (b % every == 0U)) {
-            (void)davar_cascade_append(&cascade, &result);
-            davar_fit(&plan, (double)RATE, &result);
-            print_result(&result, &health);
-            davar_encoder_begin(&encoder, &result, &health);
-            print_all(&encoder);
-        }
-    }
-    davar_encoder_finish(&encoder, &health);
-    print_all(&encoder);
-    return 0;
-}
-
 /* `floats`: the values are rates, otherwise counts. */
 static int raw(bool floats, char **argv)
 {
@@ -334,9 +269,6 @@ int main(int argc, char **argv)
     }
     if ((argc == 9) && (strcmp(argv[1], "run") == 0)) {
         return run(argv);
-    }
-    if ((argc == 6) && (strcmp(argv[1], "day") == 0)) {
-        return day(argv);
     }
     if ((argc == 3) && ((strcmp(argv[1], "raw") == 0) || (strcmp(argv[1], "rates") == 0))) {
         return raw(strcmp(argv[1], "rates") == 0, argv);

@@ -14,11 +14,11 @@ from .. import files
 from ..errors import BadInput, internal_error
 from ..report.values import Json
 from ..wire import frames, record
-from ..wire.curve import curve
 from ..wire.frames import Result
 from ..wire.raw_record import RawRecorder
 from ..wire.source import Source
 from ..wire.withheld import REASONS
+from .curve import curve
 
 BLOCK = 1 << 20
 KEPT = 1200  # results of a channel

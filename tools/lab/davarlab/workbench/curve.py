@@ -9,7 +9,7 @@ from scipy import stats
 
 from ..arrays import Floats
 from ..report.values import Json
-from .frames import Result
+from ..wire.frames import Result
 
 H = 3600.0  # seconds
 # The Allan variance of each term, (1.2) of lib/DESIGN.md: column of the coefficient -> (its unit in
