@@ -187,10 +187,10 @@ export function rolling(id, rows) {
   const arw = of("arw_deg_per_sqrt_h");
   return draw(id, [
     { ...line(x, of("arw_low_deg_per_sqrt_h"), ""), line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
-    { ...line(x, of("arw_high_deg_per_sqrt_h"), "95 % interval"), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
-    line(x, arw, "angle random walk", { color: colour("blue"), width: 2 }),
+    { ...line(x, of("arw_high_deg_per_sqrt_h"), "95 %"), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
+    line(x, arw, "ARW", { color: colour("blue"), width: 2 }),
     { x: marked.map((i) => x[i]), y: marked.map((i) => arw[i]), name: rows.some((row) => row.alarm !== undefined) ? "alarm" : "unstable", mode: "markers", marker: { symbol: "x", color: colour("orange"), size: 7 } },
-    { ...line(x, of("window_samples"), "window, samples", { color: colour("faint"), width: 1, dash: "dot" }), yaxis: "y2" },
+    { ...line(x, of("window_samples"), "window", { color: colour("faint"), width: 1, dash: "dot" }), yaxis: "y2" },
   ], layout(axis(title), axis("deg/√h", { rangemode: "tozero" }), { yaxis2: { ...axis("window, samples", { rangemode: "tozero" }), overlaying: "y", side: "right",
     showgrid: false }, margin: { l: 64, r: 64, t: 26, b: 42 } }));
 }
