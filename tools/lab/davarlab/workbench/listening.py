@@ -162,7 +162,7 @@ class Listening:
 
     def curves(self) -> Json:
         """Channel -> the Allan curve of its newest result."""
-        return {index: curve(results[-1]) for index, results in self.results.items()}
+        return {str(index): curve(results[-1]) for index, results in self.results.items()}
 
     def so_far(self) -> Json:
         with self.lock:
