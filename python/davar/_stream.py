@@ -281,8 +281,8 @@ def dynamic(
             for minutes to days. The first is twice the largest cluster size of the window, or the
             next octave that is a multiple of 4 and at least 64 samples. All together at most 32.
             Each remembers its last 34 to 66 clusters, up to the newest sample pushed (also with
-            mode="centred"). The coefficients are those of the whole curve. Give a stride: a fit of
-            the whole curve takes tens of microseconds.
+            mode="centred"). One fit to the whole curve gives the coefficients. It takes 6 to 30 us,
+            so choose a stride.
         stride: one epoch every so many samples. Default 1.
         engine: "grid" (default) or "edges": equal results, different memory.
         false_alarms_per_hour: glr: accepted false alarms per hour of unchanged noise. Default 0.01.
