@@ -5,9 +5,14 @@
 #include "davar/davar.h"
 #include "davar_job.h"
 
-#ifdef DAVAR_SMALL /* 16 kB of RAM */
+#ifdef DAVAR_SMALL     /* 16 kB of RAM */
+#if DAVAR_TAUS_MAX > 8 /* for a cascade: plan, results and stack are larger */
+#define JOB_FILE_CHANNELS 1U
+#define JOB_FILE_POOL_WORDS 520U
+#else
 #define JOB_FILE_CHANNELS 3U
-#define JOB_FILE_POOL_WORDS 1192U
+#define JOB_FILE_POOL_WORDS 1130U
+#endif
 #define JOB_FILE_BUFFER_WORDS 64U
 #else
 #define JOB_FILE_CHANNELS 8U

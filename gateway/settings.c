@@ -289,6 +289,10 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
 static bool extend(node_settings_t *settings, char *why, size_t size)
 {
     char reason[256];
+    if (settings->longest_tau_s < 0.0) {
+        davar_curve_make(&settings->curve, &settings->config, 0U);
+        return true;
+    }
     if (davar_curve_reach(&settings->curve, &settings->config, DAVAR_PORT_Q31,
                           settings->longest_tau_s, reason, sizeof reason)) {
         return true;
@@ -337,6 +341,7 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
 {
     *settings = (node_settings_t){.base = DAVAR_WIRE_BASE,
                                   .alarm_off_s = 1.0,
+                                  .longest_tau_s = -1.0,
                                   .content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
                                   .config = davar_default_config};
     settings->config.window.mode = DAVAR_MODE_TRAILING;

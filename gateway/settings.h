@@ -25,7 +25,7 @@ typedef struct {
     davar_filter_t filter; /* ... at the sample rate */
     davar_config_t config;
     uint32_t taus[DAVAR_TAUS_MAX];
-    double longest_tau_s; /* 0: not given */
+    double longest_tau_s; /* negative: not given */
     davar_curve_t curve;
 } node_settings_t;
 

@@ -32,11 +32,21 @@ static davar_status_t init(davar_port_number_t number, davar_t *davar, const dav
     }
 }
 
+/* A window stores no more gaps than the recording has. Law glr treats shocks as gaps too. */
+static void limit_gaps(davar_config_t *config, uint64_t gaps)
+{
+    const bool is_glr = (davar_law_id(config) == (uint8_t)DAVAR_POLICY_GLR);
+    if (!is_glr && (config->window.gaps_max > gaps)) {
+        config->window.gaps_max = (uint16_t)gaps;
+    }
+}
+
 static void configure(engine_t *engine, const settings_t *settings,
-                      const quantisation_t *quantisation, double rate_hz)
+                      const quantisation_t *quantisation, const timing_t *timing)
 {
     engine->config = settings->config;
-    engine->config.rate_hz = rate_hz;
+    engine->config.rate_hz = timing->rate_hz;
+    limit_gaps(&engine->config, timing->gaps);
     engine->config.unit_per_count = quantisation->unit_per_count;
     engine->config.full_scale = quantisation->full_scale;
     engine->config.sample_bits = quantisation->sample_bits;
@@ -82,6 +92,10 @@ static const davar_filter_t *filter_of(const engine_t *engine, const learned_t *
 static bool extend(engine_t *engine, const options_t *options, sim_error_t *error)
 {
     char why[256];
+    if (!(options->longest_tau_s > 0.0)) {
+        davar_curve_make(&engine->curve, &engine->config, 0U);
+        return true;
+    }
     return davar_curve_reach(&engine->curve, &engine->config, engine->number,
                              options->longest_tau_s, why, sizeof why) ||
            sim_fail(error, "--longest-tau: %s", why);
@@ -136,11 +150,11 @@ static davar_status_t start(engine_t *engine, size_t c, const davar_filter_t *fi
 }
 
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
-                  double rate_hz, size_t count, const learned_t *learned, const options_t *options,
-                  sim_error_t *error)
+                  const timing_t *timing, size_t count, const learned_t *learned,
+                  const options_t *options, sim_error_t *error)
 {
     *engine = (engine_t){.count = count};
-    configure(engine, settings, quantisation, rate_hz);
+    configure(engine, settings, quantisation, timing);
     if (!declare(engine, learned, options, error) || !extend(engine, options, error)) {
         return false;
     }

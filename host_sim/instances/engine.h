@@ -8,6 +8,7 @@
 #include "instances/settings.h"
 #include "learning/learn.h"
 #include "recording/quantise.h"
+#include "recording/timing.h"
 
 /* What follows from the filter of a channel. */
 typedef struct {
@@ -35,8 +36,8 @@ typedef struct {
  * read; it must outlive the engine too. False: the library rejects the configuration (the message
  * names the option), or out of memory. */
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
-                  double rate_hz, size_t count, const learned_t *learned, const options_t *options,
-                  sim_error_t *error);
+                  const timing_t *timing, size_t count, const learned_t *learned,
+                  const options_t *options, sim_error_t *error);
 
 /* Adds the counters of one more channel. Gaps and missing samples are the same in all channels and
  * are not summed. */

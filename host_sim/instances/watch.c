@@ -25,9 +25,10 @@ bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine
         return false;
     }
     if (!has_tau(&watch->table, &engine->curve)) {
-        return sim_fail(error,
-                        "--model-table: %s: it has no cluster size in common with the results",
-                        options->model_table);
+        return sim_fail(
+            error,
+            "--model-table: %s: it has no cluster size in common with --taus or --longest-tau",
+            options->model_table);
     }
     watch->monitor = calloc(engine->count, sizeof *watch->monitor);
     if (watch->monitor == NULL) {

@@ -97,17 +97,13 @@ static inline uint8_t davar_curve_most(const davar_config_t *config, davar_port_
     return most;
 }
 
-/** Sets the sizes of the window and every octave of a cascade up to longest_s seconds; 0: no
- * cascade. @return False, with the reason for a user in `why`, if the cascade would have no size,
+/** Sets the sizes of the window and every octave of a cascade up to longest_s seconds. @return False, with the reason for a user in `why`, if the cascade would have no size,
  * or more than it can have. */
 static inline bool davar_curve_reach(davar_curve_t *curve, const davar_config_t *config,
                                      davar_port_number_t number, double longest_s, char *why,
                                      size_t size)
 {
     davar_curve_make(curve, config, 0U);
-    if (!(longest_s > 0.0)) {
-        return true;
-    }
     const uint32_t last = config->taus[config->tau_count - 1U];
     const double first_s = (double)curve->cascade.shortest / config->rate_hz;
     const uint8_t most = davar_curve_most(config, number);
