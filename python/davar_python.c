@@ -173,12 +173,12 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
         !model_fits(run)) {
         return false;
     }
-    const fields_setup_t setup = {.taus = run->engine.curve.taus,
-                                  .tau_count = run->engine.curve.tau_count,
-                                  .monitored = (run->model_count > 0U),
-                                  .tracked = (davar_law_id(&run->engine.config) ==
-                                              (uint8_t)DAVAR_POLICY_GLR),
-                                  .details = run->options.details};
+    const fields_setup_t setup = {
+        .taus = run->engine.curve.taus,
+        .tau_count = run->engine.curve.tau_count,
+        .monitored = (run->model_count > 0U),
+        .tracked = (davar_law_id(&run->engine.config) == (uint8_t)DAVAR_POLICY_GLR),
+        .details = run->options.details};
     fields_make(&run->fields, &setup);
     return true;
 }

@@ -109,11 +109,17 @@ class Same(unittest.TestCase):
         with together.elsewhere():
             Path("table.csv").write_text(
                 "m,adev_dps,relative_tolerance,tau_s\n1,0.2,0.02,0.01\n4,0.1,0.02,0.04\n5,0.1,0.02,0.05\n"
+                "128,0.02,0.1,1.28\n"
             )
             for details in (False, True):
                 self.expect(
                     davar.dynamic(
-                        x, RATE_HZ, model_table=Path("table.csv"), stride=10, details=details
+                        x,
+                        RATE_HZ,
+                        model_table=Path("table.csv"),
+                        stride=10,
+                        details=details,
+                        longest_tau_s=5,
                     ),
                     together.simulator(
                         together.recording({"gyro_z_dps": x}),
@@ -123,6 +129,8 @@ class Same(unittest.TestCase):
                         "table.csv",
                         "--stride",
                         10,
+                        "--longest-tau",
+                        5,
                         *(["--details"] if details else []),
                     ),
                 )
