@@ -87,8 +87,8 @@ typedef struct davar {
                                        (((w) == (W)) ? 0U : ((w) / 4U)), K, m, T, 4U))
 #define DAVAR_LARGER(a, b) (((a) > (b)) ? (a) : (b))
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES_Q15 ((size_t)104U + (4U * sizeof(void *)))
-#define DAVAR_STAGES_BYTES_Q31 ((size_t)176U + (4U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q15 ((size_t)96U + (6U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q31 ((size_t)168U + (6U * sizeof(void *)))
 /** @endcond */
 
 /** @{ */
