@@ -276,7 +276,7 @@ def dynamic(
         taus_s: averaging times in seconds, ascending, each rounded to a whole number of sample
             periods.
         stride: one epoch every so many samples. Default 1.
-        engine: "grid" (default) or "edges": equal results, different memory.
+        engine: "auto" (default) or "grid", for a stride above 1: equal results, different cost.
         false_alarms_per_hour: glr: accepted false alarms per hour of unchanged noise. Default 0.01.
         cut_interval: glr: accepted mean time between false cuts, seconds. Default 300.
         block: glr: samples per block. Default 10.

@@ -168,7 +168,7 @@ int main(void)
         }
         config.window.mode = (way & 2) != 0 ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
         config.stride = ((way & 4) != 0) || (way == 9) ? 20 : 1;
-        config.engine = by_edges ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
+        config.engine = by_edges ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
         config.window.mirrored_end = true;
         config.taus = taus;
         config.tau_count = 4;

@@ -74,7 +74,7 @@ static void stream(davar_mode_t mode, const uint32_t *taus, uint32_t gap)
     config.window.shortest = ADAPTIVE ? 6U : 8U;
     config.moments.segment = ADAPTIVE ? 3U : 0U;
     config.stride = STRIDE;
-    config.engine = EDGES ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
+    config.engine = EDGES ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
     config.window.gaps_max = 2U;
     config.taus = taus;
     config.tau_count = 2U;

@@ -171,8 +171,9 @@ static void test_positions_wrap_unnoticed_at_every_sample(void)
     wrapped(90U);
 }
 
-static void test_positions_wrap_unnoticed_on_a_grid(void)
+static void wrapped_by(davar_engine_t engine)
 {
+    config.engine = engine;
     config.window.mirrored_end = true;
     config.stride = 7U;
     wrapped(90U);
@@ -181,10 +182,14 @@ static void test_positions_wrap_unnoticed_on_a_grid(void)
     wrapped(90U);
 }
 
-static void test_positions_wrap_unnoticed_where_edges_catch_up(void)
+static void test_positions_wrap_unnoticed_at_a_stride(void)
 {
-    config.engine = DAVAR_ENGINE_EDGES;
-    test_positions_wrap_unnoticed_on_a_grid();
+    wrapped_by(DAVAR_ENGINE_AUTO);
+}
+
+static void test_positions_wrap_unnoticed_on_a_grid(void)
+{
+    wrapped_by(DAVAR_ENGINE_GRID);
 }
 
 static void test_positions_wrap_correctly_after_the_detector(void)
@@ -251,7 +256,7 @@ static void test_a_record_that_ends_after_the_wrap_is_flushed(void)
         config.window.mirrored_end = true;
         config.stride = 7U;
         wrapped(1000U - behind);
-        config.engine = DAVAR_ENGINE_EDGES;
+        config.engine = DAVAR_ENGINE_GRID;
         wrapped(1000U - behind);
     }
 }
@@ -299,7 +304,7 @@ static void test_an_old_gap_is_forgotten(void)
         forgotten(later[i]);
         config.window.mode = DAVAR_MODE_CENTRED;
         forgotten(later[i]);
-        config.engine = DAVAR_ENGINE_EDGES;
+        config.engine = DAVAR_ENGINE_GRID;
         forgotten(later[i]);
         config.window.mode = DAVAR_MODE_TRAILING;
         forgotten(later[i]);
@@ -311,7 +316,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
-    RUN_TEST(test_positions_wrap_unnoticed_where_edges_catch_up);
+    RUN_TEST(test_positions_wrap_unnoticed_at_a_stride);
     RUN_TEST(test_positions_wrap_correctly_after_the_detector);
     RUN_TEST(test_blocks_wrap_unnoticed);
     RUN_TEST(test_positions_wrap_unnoticed_in_centred_windows_of_the_detector);
