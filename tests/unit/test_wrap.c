@@ -263,7 +263,7 @@ static void test_a_record_that_ends_after_the_wrap_is_flushed(void)
 
 /* A single gap, then none for 2^31 samples and more, then another: the first must not reappear.
  * Time advances for everything except the boundaries that are still stored. */
-static void forgotten(uint32_t later)
+static void forgotten(uint32_t first, uint32_t later)
 {
     davar_t plain;
     davar_t late;
@@ -272,7 +272,7 @@ static void forgotten(uint32_t later)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&late, &config, memory[1], sizeof memory[1]));
     for (uint32_t n = 0U; n < 1000U; n++) {
         const int16_t sample = sample_at(n);
-        if ((n == 100U) || (n == 700U)) {
+        if ((n == first) || (n == 700U)) {
             davar_gap(&plain, 1U);
             davar_gap(&late, 1U);
         }
@@ -297,18 +297,29 @@ static void test_an_old_gap_is_forgotten(void)
     static const uint32_t later[] = {0x7FFFFE00U, 0x80000000U, 0xFFFFFFFFU - 600U};
     for (unsigned i = 0U; i < 3U; i++) {
         setUp();
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
         config.window.mode = DAVAR_MODE_TRAILING;
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
         config.stride = 7U;
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
         config.window.mode = DAVAR_MODE_CENTRED;
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
         config.engine = DAVAR_ENGINE_GRID;
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
         config.window.mode = DAVAR_MODE_TRAILING;
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
     }
+}
+
+/* The window leaves its mirrored start and the gap at the same epoch, and glides from then on. */
+static void test_a_gap_next_to_the_start_is_forgotten(void)
+{
+    config.law = NULL;
+    config.moments.segment = 0U;
+    config.stride = 7U;
+    forgotten(3U, 0x80000000U);
+    config.engine = DAVAR_ENGINE_GRID;
+    forgotten(3U, 0x80000000U);
 }
 
 int main(void)
@@ -322,5 +333,6 @@ int main(void)
     RUN_TEST(test_positions_wrap_unnoticed_in_centred_windows_of_the_detector);
     RUN_TEST(test_a_record_that_ends_after_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);
+    RUN_TEST(test_a_gap_next_to_the_start_is_forgotten);
     return UNITY_END();
 }
