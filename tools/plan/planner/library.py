@@ -1,0 +1,50 @@
+"""What the library itself computes for a design, by the program davar-plan of tools/plan."""
+
+import os
+import re
+import subprocess
+from pathlib import Path
+from typing import NamedTuple
+
+from .design import Design
+from .wishes import BadOption
+
+PROGRAM = Path(
+    os.environ.get(
+        "DAVAR_PLAN", Path(__file__).resolve().parents[3] / "build/tools/tools/plan/davar-plan"
+    )
+)
+
+
+class FitPlan(NamedTuple):
+    """text: C of the plan. whitening: settings of law glr, lines of an initialiser."""
+
+    text: str
+    whitening: tuple[str, ...]
+
+
+def run(*words: str) -> str:
+    """The output of the program. Raises BadOption with its error."""
+    done = subprocess.run([PROGRAM, *words], text=True, capture_output=True, check=False)
+    if done.returncode:
+        raise BadOption(done.stderr.strip().removeprefix("davar-plan: "))
+    return done.stdout
+
+
+def filter_options(design: Design) -> list[str]:
+    wishes = design.wishes
+    if wishes.bandwidth is None:
+        return []
+    return ["--bandwidth", wishes.bandwidth, "--rate", repr(wishes.rate_hz)]
+
+
+def fit_plan(design: Design) -> FitPlan:
+    """The plan of the fit for the cluster sizes and the filter of a design."""
+    sizes = ",".join(map(str, design.taus))
+    text = run("--taus", sizes, "--name", "davar_setup_plan", *filter_options(design))
+    body, _, comment = text.partition("/* Law glr with this filter:")
+    found = re.findall(r"\.(whiten_\w+) = ([-+.e0-9]+)", comment)
+    settings = tuple(f".{name} = {value}" for name, value in found if float(value) != 0)
+    body = body.split("\n\n", 1)[1] if "\n\n" in body else body
+    whitening = ", ".join(settings)
+    return FitPlan('#include "davar/version.h"\n\n' + body, (whitening,) if settings else ())
