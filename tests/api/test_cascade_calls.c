@@ -16,7 +16,7 @@
 
 static davar_cascade_config_t config;
 static davar_cascade_t cascade;
-static davar_cascade_result_t result;
+static davar_result_t result;
 static uint64_t memory[DAVAR_CASCADE_MEMORY(Q31, DAVAR_CASCADE_TAUS_MAX) / 8U];
 
 void setUp(void)
@@ -185,10 +185,21 @@ static void push_many(int16_t sample, uint32_t count)
     }
 }
 
-static void assert_absent(const davar_cascade_tau_t *tau)
+static bool take(void)
+{
+    result.tau_count = 0U;
+    return davar_cascade_append(&cascade, &result);
+}
+
+/* Whole clusters that the differences span. */
+static uint32_t clusters_of(const davar_adev_t *tau)
+{
+    return (tau->differences > 0U) ? (2U + (((tau->differences - 1U) * tau->hop) / tau->m)) : 0U;
+}
+
+static void assert_absent(const davar_adev_t *tau)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, tau->differences);
-    TEST_ASSERT_EQUAL_UINT32(0U, tau->clusters);
     TEST_ASSERT_TRUE(isnan(tau->adev) && isnan(tau->low) && isnan(tau->high) && isnan(tau->edf));
 }
 
@@ -197,15 +208,13 @@ static void test_a_result_before_the_first_difference(void)
     init();
     push_many(1, 127U);
     davar_cascade_flush(&cascade);
-    TEST_ASSERT_FALSE(davar_cascade_take(&cascade, &result));
+    TEST_ASSERT_FALSE(take());
     TEST_ASSERT_EQUAL_UINT8(TAUS, result.tau_count);
     for (uint32_t t = 0U; t < TAUS; t++) {
         assert_absent(&result.tau[t]);
         TEST_ASSERT_EQUAL_UINT32(64U << t, result.tau[t].m);
-        TEST_ASSERT_EQUAL_DOUBLE(0.64 * (double)(1U << t), result.tau[t].tau_s);
         TEST_ASSERT_EQUAL_UINT32(16U << (2U * (t / 2U)), result.tau[t].hop);
     }
-    TEST_ASSERT_TRUE(result.samples == 112U);
 }
 
 /* One step in the middle: D is 64 counts times the height. */
@@ -215,15 +224,11 @@ static void test_the_first_difference(void)
     push_many(0, 64U);
     push_many(10, 64U);
     davar_cascade_flush(&cascade);
-    TEST_ASSERT_TRUE(davar_cascade_take(&cascade, &result));
+    TEST_ASSERT_TRUE(take());
     TEST_ASSERT_EQUAL_UINT32(1U, result.tau[0].differences);
-    TEST_ASSERT_EQUAL_UINT32(2U, result.tau[0].clusters);
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, 0.5 * 10.0 / sqrt(2.0), result.tau[0].adev);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, result.tau[0].edf);
-    TEST_ASSERT_TRUE(result.tau[0].low < result.tau[0].adev);
-    TEST_ASSERT_TRUE(result.tau[0].high > result.tau[0].adev);
+    TEST_ASSERT_TRUE(isnan(result.tau[0].low) && isnan(result.tau[0].edf)); /* until a fit */
     assert_absent(&result.tau[1]);
-    TEST_ASSERT_TRUE(result.samples == 128U);
 }
 
 static void test_a_constant_rate(void)
@@ -231,12 +236,9 @@ static void test_a_constant_rate(void)
     init();
     push_many(-7, 5000U);
     davar_cascade_flush(&cascade);
-    TEST_ASSERT_TRUE(davar_cascade_take(&cascade, &result));
+    TEST_ASSERT_TRUE(take());
     for (uint32_t t = 0U; t < 5U; t++) {
         TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[t].adev);
-        TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[t].low);
-        TEST_ASSERT_TRUE(isinf(result.tau[t].high));
-        TEST_ASSERT_TRUE(result.tau[t].edf >= 1.0);
     }
 }
 
@@ -250,11 +252,9 @@ static void test_a_constant_rate_after_noise(void)
     }
     push_many(0, 1500U);
     davar_cascade_flush(&cascade);
-    TEST_ASSERT_TRUE(davar_cascade_take(&cascade, &result));
+    TEST_ASSERT_TRUE(take());
     TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[0].adev);
-    TEST_ASSERT_TRUE(isinf(result.tau[0].high));
     TEST_ASSERT_TRUE(result.tau[4].adev > 0.0);
-    TEST_ASSERT_TRUE(isfinite(result.tau[4].high));
 }
 
 /* The same samples in the core and the cascade: the same deviation if the core's differences are
@@ -286,7 +286,8 @@ static void test_the_deviation_agrees_with_the_core(void)
     }
     davar_cascade_flush(&cascade);
     TEST_ASSERT_TRUE(davar_take(&davar, &curve));
-    TEST_ASSERT_TRUE(davar_cascade_take(&cascade, &result));
+    TEST_ASSERT_EQUAL_UINT32(1U, curve.tau[0].hop);
+    TEST_ASSERT_TRUE(take());
     for (uint32_t t = 0U; t < 3U; t++) {
         TEST_ASSERT_DOUBLE_WITHIN(0.1 * curve.tau[t].adev, curve.tau[t].adev, result.tau[t].adev);
     }
@@ -303,14 +304,14 @@ static void test_each_size_remembers_between_one_and_two_generations(void)
         if ((i % 97U) != 0U) {
             continue;
         }
-        (void)davar_cascade_take(&cascade, &result);
+        (void)take();
         for (uint32_t t = 0U; t < TAUS; t++) {
             const uint32_t generation = 8U * (result.tau[t].m / result.tau[t].hop);
             TEST_ASSERT_TRUE(result.tau[t].differences <= (2U * generation));
-            TEST_ASSERT_TRUE(result.tau[t].clusters < 18U);
+            TEST_ASSERT_TRUE(clusters_of(&result.tau[t]) < 18U);
             if (i > (17U * result.tau[t].m)) {
                 TEST_ASSERT_TRUE(result.tau[t].differences > generation);
-                TEST_ASSERT_TRUE(result.tau[t].clusters >= 10U);
+                TEST_ASSERT_TRUE(clusters_of(&result.tau[t]) >= 10U);
             }
         }
     }
@@ -349,7 +350,7 @@ static void test_floats_at_full_scale_are_counted_and_clamped(void)
     }
     davar_cascade_flush(&cascade);
     TEST_ASSERT_EQUAL_UINT32(128U, davar_cascade_health(&cascade).saturated);
-    TEST_ASSERT_TRUE(davar_cascade_take(&cascade, &result));
+    TEST_ASSERT_TRUE(take());
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 600.0 / sqrt(2.0), result.tau[0].adev);
 }
 
@@ -374,7 +375,7 @@ static void test_reset_returns_to_the_start(void)
         }
         davar_cascade_reset(&cascade);
         TEST_ASSERT_EQUAL_MEMORY(&fresh, &cascade, sizeof fresh);
-        TEST_ASSERT_FALSE(davar_cascade_take(&cascade, &result));
+        TEST_ASSERT_FALSE(take());
     }
 }
 
@@ -406,7 +407,7 @@ static void interrupt(int signal_number)
 
 /* |D| is 64 * 20 at every fourth hop and 32 * 20, 0, 32 * 20 between: over any n the sum has one
  * of four values. A torn result would have another. */
-static bool is_consistent(const davar_cascade_tau_t *tau)
+static bool is_consistent(const davar_adev_t *tau)
 {
     static const double part[4] = {1.0, 0.25, 0.0, 0.25};
     const double full = 2.0 * 64.0 * 64.0 * (double)tau->differences;
@@ -438,7 +439,7 @@ static void test_results_taken_while_an_interrupt_pushes_are_consistent(void)
     TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &on, NULL));
     while (results < 2000000U) {
-        if (davar_cascade_take(&cascade, &result)) {
+        if (take()) {
             results++;
             TEST_ASSERT_TRUE(is_consistent(&result.tau[0]));
         }

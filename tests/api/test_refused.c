@@ -123,14 +123,14 @@ static void test_a_push_of_another_type_to_a_cascade_is_counted(void)
                                                     .tau_count = 3U,
                                                     .clusters = 32U};
     davar_cascade_t cascade;
-    davar_cascade_result_t curve;
+    davar_result_t curve = {0};
     make_samples();
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &settings, memory, sizeof memory));
     davar_cascade_push_q31(&cascade, wide, SAMPLES);
     davar_cascade_push_f32(&cascade, rates, SAMPLES);
     TEST_ASSERT_EQUAL_UINT32(2U * SAMPLES, davar_cascade_health(&cascade).missing);
     davar_cascade_flush(&cascade);
-    TEST_ASSERT_FALSE(davar_cascade_take(&cascade, &curve));
+    TEST_ASSERT_FALSE(davar_cascade_append(&cascade, &curve));
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_f32(&cascade, &settings, memory, sizeof memory));
     davar_cascade_push_q15(&cascade, narrow, SAMPLES);
     TEST_ASSERT_EQUAL_UINT32(SAMPLES, davar_cascade_health(&cascade).missing);

@@ -111,7 +111,7 @@ static void run_cascade(char type)
                                                   .tau_count = 5,
                                                   .clusters = 4};
     static davar_cascade_t cascade;
-    static davar_cascade_result_t result;
+    static davar_result_t result;
     davar_status_t status = DAVAR_OK;
     sum = 0;
     if (type == 'q') {
@@ -134,7 +134,8 @@ static void run_cascade(char type)
         }
     }
     if (status == DAVAR_OK) {
-        (void)davar_cascade_take(&cascade, &result);
+        result.tau_count = 0U;
+        (void)davar_cascade_append(&cascade, &result);
         for (int t = 0; t < result.tau_count; t++) {
             add(result.tau[t].adev);
             add(result.tau[t].high);

@@ -5,6 +5,7 @@
  * The cascade reads a recording at its hops only. A hop of 16 samples is therefore one sample of
  * the noise, pushed 16 times. Its Allan variance at m samples is that of the noise at m / 16. */
 #include "davar/cascade.h"
+#include "davar/fit.h"
 #include "gyro_noise.h"
 #include "unity.h"
 
@@ -32,7 +33,8 @@ typedef struct {
 
 static davar_cascade_config_t config;
 static davar_cascade_t cascade;
-static davar_cascade_result_t result;
+static davar_result_t result;
+static davar_plan_t plan;
 static uint64_t memory[DAVAR_CASCADE_MEMORY(Q31, DAVAR_CASCADE_TAUS_MAX) / 8U];
 static double rate[HOPS_MAX];
 static double holds[DAVAR_CASCADE_TAUS_MAX]; /* percent */
@@ -61,12 +63,13 @@ static void push_hops(const scenario_t *scenario, random_t *random, uint32_t hop
 static void count_recording(const double *truth)
 {
     for (uint32_t t = 0U; t < config.tau_count; t++) {
-        const davar_cascade_tau_t *const tau = &result.tau[t];
+        const davar_adev_t *const tau = &result.tau[t];
         if (tau->differences > 0U) {
             taken[t] += 1.0;
             holds[t] += ((tau->low <= truth[t]) && (truth[t] <= tau->high)) ? 100.0 : 0.0;
             edf[t] += tau->edf;
-            clusters[t] += (double)tau->clusters;
+            clusters[t] +=
+                2.0 + ((double)tau->differences - 1.0) * (double)tau->hop / (double)tau->m;
         }
     }
 }
@@ -87,6 +90,7 @@ static void print(const char *name)
 static void run(const char *name, const scenario_t *scenario)
 {
     double truth[DAVAR_CASCADE_TAUS_MAX] = {0.0};
+    uint32_t sizes[DAVAR_CASCADE_TAUS_MAX];
     random_t random = random_seeded(SEED);
     config = (davar_cascade_config_t){.rate_hz = 1.0,
                                       .unit_per_count = 1.0 / COUNTS,
@@ -94,6 +98,7 @@ static void run(const char *name, const scenario_t *scenario)
                                       .tau_count = scenario->tau_count,
                                       .clusters = scenario->clusters};
     for (uint32_t t = 0U; t < config.tau_count; t++) {
+        sizes[t] = config.shortest << t;
         truth[t] = sqrt(gyro_noise_avar(&scenario->noise, 4U << t));
         holds[t] = 0.0;
         edf[t] = 0.0;
@@ -101,6 +106,7 @@ static void run(const char *name, const scenario_t *scenario)
         clusters[t] = 0.0;
     }
     TEST_ASSERT_TRUE(scenario->hops <= HOPS_MAX);
+    davar_plan_init_white(&plan, sizes, config.tau_count);
     for (uint32_t i = 0U; i < RECORDINGS; i++) {
         const uint32_t quarter = scenario->hops / 4U;
         const uint32_t hops = scenario->hops - (uint32_t)(random_next(&random) % quarter);
@@ -108,7 +114,9 @@ static void run(const char *name, const scenario_t *scenario)
         TEST_ASSERT_EQUAL(DAVAR_OK,
                           davar_cascade_init_q31(&cascade, &config, memory, sizeof memory));
         push_hops(scenario, &random, hops);
-        TEST_ASSERT_TRUE(davar_cascade_take(&cascade, &result));
+        result = (davar_result_t){0};
+        TEST_ASSERT_TRUE(davar_cascade_append(&cascade, &result));
+        davar_fit(&plan, config.rate_hz, &result);
         count_recording(truth);
     }
     for (uint32_t t = 0U; t < config.tau_count; t++) {

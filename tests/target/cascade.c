@@ -18,7 +18,7 @@ static const davar_cascade_config_t config = {.rate_hz = 100.0,
                                               .clusters = 32U};
 static uint64_t memory[DAVAR_CASCADE_MEMORY(Q31, TAUS) / 8U];
 static davar_cascade_t cascade;
-static davar_cascade_result_t result;
+static davar_result_t result;
 static volatile int32_t sink;
 static uint32_t state = 1U;
 
@@ -110,12 +110,10 @@ static uint32_t checksum(void)
 {
     uint32_t sum = 0U;
     for (uint32_t t = 0U; t < TAUS; t++) {
-        const double number[] = {result.tau[t].adev, result.tau[t].low, result.tau[t].high,
-                                 result.tau[t].edf, result.tau[t].tau_s};
-        uint32_t word[10];
-        _Static_assert(sizeof word == sizeof number, "two words a number");
-        memcpy(word, number, sizeof word);
-        for (uint32_t i = 0U; (i < (sizeof word / sizeof word[0])) && (number[0] > 0.0); i++) {
+        uint32_t word[2];
+        _Static_assert(sizeof word == sizeof result.tau[t].adev, "two words a number");
+        memcpy(word, &result.tau[t].adev, sizeof word);
+        for (uint32_t i = 0U; (i < 2U) && (result.tau[t].adev > 0.0); i++) {
             sum = (sum * 31U) + word[i];
         }
     }
@@ -125,8 +123,8 @@ static uint32_t checksum(void)
 static void measure_result(void)
 {
     uint32_t mark = board_mark();
-    sink += davar_cascade_take(&cascade, &result) ? 1 : 0;
-    board_figure("cascade_take", board_instructions_since(mark));
+    sink += davar_cascade_append(&cascade, &result) ? 1 : 0;
+    board_figure("cascade_append", board_instructions_since(mark));
     board_figure("cascade_checksum", checksum());
     mark = board_mark();
     davar_cascade_gap(&cascade, 1U);
@@ -143,6 +141,5 @@ int main(void)
     MEASURE(f32, rates);
     board_figure("cascade_memory_bytes", (uint32_t)DAVAR_CASCADE_MEMORY(Q15, TAUS));
     board_figure("cascade_t_bytes", (uint32_t)sizeof cascade);
-    board_figure("cascade_result_bytes", (uint32_t)sizeof result);
     return 0;
 }

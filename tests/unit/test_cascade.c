@@ -26,7 +26,7 @@ typedef struct {
 
 static davar_cascade_config_t config;
 static davar_cascade_t cascade;
-static davar_cascade_result_t result;
+static davar_result_t result;
 static uint64_t memory[DAVAR_CASCADE_MEMORY(Q31, DAVAR_CASCADE_TAUS_MAX) / 8U];
 static int64_t phase[SAMPLES + 1U]; /* running sum of the samples */
 static uint32_t gap[GAPS_MAX];
@@ -112,7 +112,8 @@ static void assert_equals_brute_force(uint32_t count, const char *what)
 {
     davar_cascade_flush(&cascade);
     const cascade_stage_t *const stages = cascade.stages;
-    (void)davar_cascade_take(&cascade, &result);
+    result.tau_count = 0U;
+    (void)davar_cascade_append(&cascade, &result);
     for (uint32_t t = 0U; t < config.tau_count; t++) {
         uint32_t expected;
         const davar_u128_t sum = brute_sum(t, count, &expected);
@@ -218,7 +219,6 @@ static void run(const stream_t *stream, type_t type, uint32_t count, uint32_t se
 {
     static int32_t block[BLOCK_MAX];
     random_t random = random_seeded(seed);
-    const uint32_t hop = config.shortest / 4U;
     double walk = 0.0;
     uint32_t length = 0U;
     gap_count = 0U;
@@ -243,7 +243,6 @@ static void run(const stream_t *stream, type_t type, uint32_t count, uint32_t se
     push(type, block, length);
     assert_equals_brute_force(count, "sums");
     TEST_ASSERT_EQUAL_UINT32(gap_count, cascade.health.gaps);
-    TEST_ASSERT_TRUE(result.samples == (((uint64_t)count / hop) * hop));
 }
 
 static void run_all(type_t type, uint32_t count, uint32_t gap_every)

@@ -13,14 +13,17 @@
  * static davar_cascade_t cascade;
  *
  * davar_cascade_init_q15(&cascade, &config, memory, sizeof memory);
- * davar_cascade_push_q15(&cascade, samples, count);    // in the interrupt
- * if (davar_cascade_take(&cascade, &result)) { ... }   // when a curve is wanted
+ * davar_cascade_push_q15(&cascade, samples, count);    // in the interrupt, as davar_push_q15
+ * ...
+ * davar_take(&axis, &result);                          // the short sizes
+ * davar_cascade_append(&cascade, &result);             // the long ones
+ * davar_fit(&plan, 100.0, &result);                    // five terms of the whole curve
  * ```
  *
  * Arithmetic: every sum is exact, and every target computes the same bits. No function allocates
  * memory, blocks or reads a clock. Formulas: lib/src/cascade/DESIGN.md (section 11).
  *
- * Threads: one producer calls push and gap, one consumer take and health. The producer may
+ * Threads: one producer calls push and gap, one consumer append and health. The producer may
  * interrupt the consumer and never waits. "Stopped" functions need both to be idle.
  *
  * Cost: T cluster sizes. Instructions for each core: docs/COST.md. */
@@ -90,34 +93,13 @@ typedef struct davar_cascade {
     float counts_per_unit; /* f32, as limit: full_scale */
     float limit;
     uint64_t hops;
-    volatile uint32_t sequence; /* odd while a push changes what take reads */
+    volatile uint32_t sequence; /* odd while a push changes what append reads */
     void *stages;               /* stage_t[], in the caller's memory */
     void *tops;                 /* after them: upper bits of the running sums at their hops */
     uint32_t memory_bytes;      /* of both */
     const davar_cascade_config_t *config;
     davar_cascade_health_t health;
 } davar_cascade_t;
-
-/** One cluster size of the curve. */
-typedef struct {
-    double tau_s;         /**< averaging time m / rate_hz, s */
-    uint32_t m;           /**< cluster size, samples */
-    uint32_t hop;         /**< samples from one difference to the next: m / 4 or m / 8 */
-    uint32_t differences; /**< number of differences D (11.1); 0: too little data for this size */
-    /** whole clusters that these differences span: about as many as the estimate averages */
-    uint32_t clusters;
-    double adev; /**< Allan deviation, deg/s; NaN if differences is 0 */
-    double low;  /**< lower limit of the 95 % interval, deg/s; NaN if adev is */
-    double high; /**< upper limit; infinite if every difference is 0 */
-    double edf;  /**< equivalent degrees of freedom (11.6), at least 1; NaN if adev is */
-} davar_cascade_tau_t;
-
-/** The curve. */
-typedef struct {
-    uint64_t samples;  /**< samples up to the newest difference of the shortest cluster size */
-    uint8_t tau_count; /**< number of entries of tau, as configured */
-    davar_cascade_tau_t tau[DAVAR_CASCADE_TAUS_MAX]; /**< the cluster sizes, ascending */
-} davar_cascade_result_t;
 
 /** @{ */
 /** Starts a cascade.
@@ -165,14 +147,20 @@ void davar_cascade_gap(davar_cascade_t *cascade, uint32_t missing);
  * Threads: stopped. Cost: O(T). */
 void davar_cascade_flush(davar_cascade_t *cascade);
 
-/** Computes the curve as it is now: Allan deviations, degrees of freedom and 95 % intervals.
- * The kind of noise at each size is estimated from the slope of the curve (11.6). The intervals
- * hold for sizes of at least 4 clusters. Rounding to counts is not removed.
- * @return False if no cluster size has a difference yet; *result is then complete too.
+/** Adds the cluster sizes of the cascade, as they are now, to a result of davar_take of the same
+ * samples, or to a zeroed one. davar_fit then fits the whole curve, if its plan was made for all
+ * sizes: first those of the window, then those of the cascade.
  *
- * Threads: consumer; if a push interrupts it, it re-reads the cluster size concerned. Sizes may
- * then be of two successive hops. Cost: O(T), about 15 products per size. */
-bool davar_cascade_take(const davar_cascade_t *cascade, davar_cascade_result_t *result);
+ * Writes the entries of tau[] from tau_count on, without intervals, tau_count and unit_per_count.
+ * tau_count is then at most DAVAR_TAUS_MAX, and the sizes of the window are below
+ * config.shortest (both asserted). The Allan deviations include rounding to counts, as those of
+ * davar_take. Those of float samples have no rounding.
+ * @return False if no cluster size of the cascade has a difference yet.
+ *
+ * Threads: consumer; if a push interrupts it, it reads the cluster size concerned again. Sizes may
+ * then be of two successive hops. Cost: O(T), about 5 products per size. */
+#define davar_cascade_append DAVAR_SIZED(davar_cascade_append)
+bool davar_cascade_append(const davar_cascade_t *cascade, davar_result_t *result);
 
 /** Returns to the state after init, counters included. Threads: stopped. Cost: O(bytes). */
 void davar_cascade_reset(davar_cascade_t *cascade);

@@ -39,10 +39,10 @@ typedef struct davar_plan {
     float floor;              /* variance of the rounding that covariance includes */
     float hidden;             /* root of white noise, in counts, that rounding hides (5.15) */
     double rounding_variance; /* of a sample, in squared counts */
+    float weight[DAVAR_TAUS_MAX];
+    float freedom[DAVAR_TAUS_MAX]; /* degrees of freedom per effective difference */
     /* Of the usable sizes (5.4). */
     float to_white[DAVAR_TAUS_MAX]; /* m / gain */
-    float weight[DAVAR_TAUS_MAX];
-    float freedom[DAVAR_TAUS_MAX];  /* degrees of freedom per effective difference */
     float doubtful[DAVAR_TAUS_MAX]; /* offset^2 / 2 that the amplitude of white noise leaves */
     uint32_t inverse_gain[DAVAR_TAUS_MAX]; /* 23.9; at most 2^23 */
     int32_t functional[DAVAR_COEFFICIENT_COUNT]

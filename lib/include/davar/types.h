@@ -219,6 +219,9 @@ typedef struct {
 typedef struct {
     uint32_t m;           /**< cluster size, samples */
     uint32_t differences; /**< number of differences D; 0: the window is too short for this tau */
+    /** samples from one difference to the next: 1, or m / 4 or m / 8 from a cascade. Without gaps, the
+     * differences look back over 2 m + (differences - 1) hop samples */
+    uint32_t hop;
     /** overlapping Allan deviation, deg/s; NaN if differences is 0 (1.1). It includes rounding to
      * counts, which the coefficients do not (5.15) */
     double adev;

@@ -23,11 +23,4 @@ typedef struct {
     uint32_t low[CASCADE_HOPS]; /* lower bits of the running sums at the last hops, by number */
 } cascade_stage_t;
 
-#define CASCADE_GROWTH_BITS 10U
-
-/* Degrees of freedom of n differences at a hop of 1 / lags of a cluster; lags is 4 or 8 (11.6).
- * growth: factor of the Allan variance from one octave to the next, with CASCADE_GROWTH_BITS after
- * the point: 1/2 and less in white noise, 1 in flicker, 2 and more in random walk. */
-double davar_cascade_edf(uint32_t growth, uint32_t n, uint32_t lags);
-
 #endif

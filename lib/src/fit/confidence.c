@@ -1,8 +1,10 @@
-/* davar - degrees of freedom per noise kind and chi-square limits, DESIGN (5.1) (5.2) (5.3) (5.8).
+/* davar - degrees of freedom per noise kind and chi-square limits, DESIGN (5.1) (5.2) (5.3) (5.8)
+ * (11.6).
  * The constants were fitted to exact values; tests/unit/test_confidence.c compares both. */
 #include "davar/fit.h"
 
 #include "fit/plan.h"
+#include "number/real.h"
 
 DAVAR_APART static double at_least(double floor, double value)
 {
@@ -39,6 +41,86 @@ DAVAR_RARE double davar_noise_edf(davar_coefficient_kind_t noise, double m, doub
     return at_least(1.0, edf);
 }
 
+/* --- differences at hops (11.6) --- */
+
+#define HOP_LAGS 8U /* the table has so many lags per cluster, and ends at two clusters */
+#define HOP_BITS 14U
+#define HOP_SQUARE_BITS 20U
+
+/* Twice the sum of the squared correlations of flicker from two clusters on, per lag of a cluster:
+ * 0.0188. */
+#define FLICKER_TAIL UINT64_C(19713)
+
+/* Correlation of two differences whose distance is `lag` eighths of a cluster, as 1.14. */
+static int32_t hop_correlation(davar_coefficient_kind_t noise, uint32_t lag)
+{
+    static const int16_t flicker[2U * HOP_LAGS] = {16384, 15457, 13449, 10813, 7810,  4651,
+                                                   1534,  -1316, -3554, -4626, -5008, -4965,
+                                                   -4631, -4101, -3457, -2778};
+    const int32_t i = (int32_t)lag;
+    switch (noise) {
+    case DAVAR_QUANTIZATION: /* 1/6 at two clusters: see the sum */
+        return (lag == HOP_LAGS) ? -10923 : 0;
+    case DAVAR_ANGLE_RANDOM_WALK:
+        return (lag < HOP_LAGS) ? (16384 - (3072 * i)) : (1024 * (i - 16));
+    case DAVAR_BIAS_INSTABILITY:
+        return flicker[lag];
+    case DAVAR_RATE_RANDOM_WALK:
+    case DAVAR_RATE_RAMP:
+    case DAVAR_COEFFICIENT_COUNT:
+    default:
+        return (lag < HOP_LAGS) ? (16384 + (((24 * i) - 384) * i * i))
+                                : (8 * (16 - i) * (16 - i) * (16 - i));
+    }
+}
+
+/* Twice the squared correlation per pair of differences that are two clusters or more apart, as
+ * 0.20. */
+static uint64_t hop_tail(davar_coefficient_kind_t noise, uint32_t lags)
+{
+    if (noise == DAVAR_QUANTIZATION) {
+        return UINT64_C(58254); /* 2 / 36, at two clusters only */
+    }
+    return (noise == DAVAR_BIAS_INSTABILITY) ? (FLICKER_TAIL * lags) : 0U;
+}
+
+DAVAR_RARE double davar_hop_edf(davar_coefficient_kind_t noise, uint32_t differences, uint32_t lags)
+{
+    const uint32_t n = differences;
+    const uint32_t end = (n < (2U * lags)) ? n : (2U * lags);
+    uint32_t squares = 0U;
+    uint32_t moments = 0U; /* each square times its lag; below 2^30 */
+    for (uint32_t i = 1U; i < end; i++) {
+        const int32_t r = hop_correlation(noise, i * (HOP_LAGS / lags));
+        const uint32_t square = (uint32_t)(r * r) >> ((2U * HOP_BITS) - HOP_SQUARE_BITS);
+        squares += square;
+        moments += i * square;
+    }
+    const uint64_t pairs = davar_multiply_u32(n, squares) - moments;
+    const uint64_t distant = davar_scale_u64(hop_tail(noise, lags), n - end);
+    const uint64_t all = ((uint64_t)n << HOP_SQUARE_BITS) + (2U * pairs) + distant;
+    return davar_divide(davar_double_of_u64(davar_multiply_u32(n, n) << HOP_SQUARE_BITS),
+                        davar_double_of_u64(all));
+}
+
+/* --- for every noise --- */
+
+static double edf_of(const davar_result_t *result, const davar_adev_t *tau,
+                     davar_coefficient_kind_t noise)
+{
+    return davar_fit_hops(tau) ? davar_hop_edf(noise, tau->differences, tau->m / tau->hop)
+                               : davar_edf(noise, tau->m, result->window_samples);
+}
+
+DAVAR_RARE double davar_fit_kept(const davar_result_t *result, const davar_adev_t *tau)
+{
+    if (davar_fit_hops(tau)) {
+        return 1.0;
+    }
+    const double all = (double)(result->window_samples + 1U - (2U * tau->m));
+    return (double)tau->differences / all * scaled_to_double(davar_fit_evidence(result));
+}
+
 DAVAR_RARE double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window)
 {
     DAVAR_ASSERT((m >= 1U) && (window / 2U >= m));
@@ -49,15 +131,12 @@ DAVAR_RARE double davar_edf_least(const davar_result_t *result, uint8_t t)
 {
     const davar_adev_t *const tau = &result->tau[t];
     DAVAR_ASSERT((t < result->tau_count) && (tau->differences > 0U));
-    double least = davar_edf(DAVAR_QUANTIZATION, tau->m, result->window_samples);
+    double least = edf_of(result, tau, DAVAR_QUANTIZATION);
     for (int kind = DAVAR_ANGLE_RANDOM_WALK; kind <= DAVAR_RATE_RANDOM_WALK; kind++) {
-        const double edf =
-            davar_edf((davar_coefficient_kind_t)kind, tau->m, result->window_samples);
+        const double edf = edf_of(result, tau, (davar_coefficient_kind_t)kind);
         least = (edf < least) ? edf : least;
     }
-    const double all = (double)(result->window_samples + 1U - (2U * tau->m));
-    const double kept = (double)tau->differences / all;
-    return at_least(1.0, least * kept * scaled_to_double(davar_fit_evidence(result)));
+    return at_least(1.0, least * davar_fit_kept(result, tau));
 }
 
 /* The kernel of the long size has three jumps, +1 -2 +1. The triangle of the short one covers each

@@ -24,10 +24,13 @@ static double bound(const davar_mixture_t *model, int term)
 
 static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
 {
-    for (int t = 0; t < model->plan->count; t++) {
+    for (int t = 0; t < model->count; t++) {
         davar_adev_t *tau = &result->tau[t];
         double low;
         double high;
+        if (!davar_mixture_has(model, t)) {
+            continue;
+        }
         tau->edf = davar_mixture_edf(model, t);
         davar_chi_square_interval(tau->edf, &low, &high);
         tau->low = tau->adev * davar_root(low);
@@ -39,7 +42,9 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
 {
     double unit[DAVAR_COEFFICIENT_COUNT];
     davar_square_units(rate_hz, unit);
-    result->noise = DAVAR_NOISE_MIXED;
+    const bool white =
+        model->curve && (model->terms == (1U << (unsigned)WHITE)) && !(model->grow > 1.0);
+    result->noise = white ? DAVAR_NOISE_WHITE : DAVAR_NOISE_MIXED;
     for (int k = 0; k < TERMS; k++) {
         const double a = model->a[k];
         if (((model->terms >> (unsigned)k) & 1U) != 0U) {
@@ -92,25 +97,82 @@ static void write_white_part(const davar_plan_t *plan, const davar_mixture_t *mo
     }
 }
 
-DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t *white,
+DAVAR_RARE static void fit_mixture(davar_mixture_t *model, double white, unsigned suspects,
                                    double rate_hz, davar_result_t *result)
 {
-    davar_mixture_t model = {
-        .data = result, .plan = plan, .rounding = scaled_to_double(davar_rounding(plan, result))};
-    davar_mixture_fit(&model, scaled_to_double(white->sum), white->suspects);
-    if (davar_mixture_is_filtered(&model)) {
+    const davar_plan_t *const plan = model->plan;
+    model->data = result;
+    model->rounding = scaled_to_double(davar_rounding(plan, result));
+    davar_mixture_fit(model, white, suspects);
+    if (davar_mixture_is_filtered(model)) {
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
         return;
     }
-    write_mixture_intervals(&model, result);
-    write_mixture(&model, rate_hz, result);
-    write_white_part(plan, &model, result);
+    write_mixture_intervals(model, result);
+    write_mixture(model, rate_hz, result);
+    write_white_part(plan, model, result);
+}
+
+/* Number of sizes up to the last one that a cascade filled; 0 without a cascade. */
+static int curve_count(const davar_plan_t *plan, const davar_result_t *result)
+{
+    int count = 0;
+    for (int t = 0; (t < result->tau_count) && (t < plan->sizes); t++) {
+        if (davar_fit_hops(&result->tau[t]) && (result->tau[t].differences > 0U)) {
+            count = t + 1;
+        }
+    }
+    return count;
+}
+
+/* Where the fit of a curve starts: white noise that explains the shortest size that is not 0. 0: all
+ * are 0. */
+static double first_white(const davar_plan_t *plan, const davar_result_t *result, int count)
+{
+    for (int t = 0; t < count; t++) {
+        const davar_adev_t *const tau = &result->tau[t];
+        if ((tau->differences > 0U) && (tau->adev > 0.0)) {
+            return tau->adev * tau->adev * (double)plan->m[t] / (double)plan->gain[t];
+        }
+    }
+    return 0.0;
+}
+
+/* The window shows nothing that contradicts the plan, or there is no window (5.18). */
+static bool is_open(davar_noise_t noise)
+{
+    return (noise == DAVAR_NOISE_WHITE) || (noise == DAVAR_NOISE_MIXED) ||
+           (noise == DAVAR_NOISE_UNKNOWN);
+}
+
+static void fit_window(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    davar_white_t white;
+    if (!davar_white_suffices(plan, rate_hz, result, &white)) {
+        davar_mixture_t model = {.plan = plan, .count = plan->count};
+        fit_mixture(&model, scaled_to_double(white.sum), white.suspects, rate_hz, result);
+    }
+}
+
+/* All sizes together, those of the window and of the cascade (5.18). */
+DAVAR_RARE static void fit_curve(davar_plan_t *plan, int count, double rate_hz,
+                                 davar_result_t *result)
+{
+    const double white = first_white(plan, result, count);
+    if (white > 0.0) {
+        davar_mixture_t model = {.plan = plan, .count = count, .curve = true};
+        davar_plan_rate(plan, rate_hz);
+        fit_mixture(&model, white, 0U, rate_hz, result);
+    } else {
+        davar_write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
+    }
 }
 
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
-    davar_white_t white;
-    if (!davar_white_suffices(plan, rate_hz, result, &white)) {
-        fit_mixture(plan, &white, rate_hz, result);
+    const int count = curve_count(plan, result);
+    fit_window(plan, rate_hz, result);
+    if ((count > 0) && is_open(result->noise)) {
+        fit_curve(plan, count, rate_hz, result);
     }
 }

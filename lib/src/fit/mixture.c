@@ -83,31 +83,65 @@ static double avar_of(const davar_mixture_t *model, int t)
     return sum;
 }
 
-DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
+bool davar_mixture_has(const davar_mixture_t *model, int t)
+{
+    return model->data->tau[t].differences > 0U;
+}
+
+/* Samples that size t looks back over. */
+static double span_of(const davar_mixture_t *model, int t)
 {
     const davar_adev_t *const tau = &model->data->tau[t];
+    return davar_fit_hops(tau)
+               ? 2.0 * (double)tau->m + (double)(tau->differences - 1U) * (double)tau->hop
+               : (double)model->data->window_samples;
+}
+
+/* Weight of size t in least squares: it grows with what the size looks back over (5.18). */
+static double weight_of(const davar_mixture_t *model, int t)
+{
+    const double weight = (double)model->plan->weight[t];
+    return davar_fit_hops(&model->data->tau[t])
+               ? weight * (span_of(model, t) / ((double)model->data->window_samples + 1.0))
+               : weight;
+}
+
+/* Degrees of freedom of size t, of a whole window, if there were only this term. */
+static double edf_of_term(const davar_mixture_t *model, int t, int term)
+{
+    const davar_adev_t *const tau = &model->data->tau[t];
+    const davar_coefficient_kind_t kind = (davar_coefficient_kind_t)term;
     const double m = (double)tau->m;
-    const double all = (double)model->data->window_samples - 2.0 * m + 1.0;
-    const double white_edf = (double)model->plan->freedom[t] * (all + 0.5 * m);
+    const double white = (double)model->plan->freedom[t];
+    double edf;
+    if (davar_fit_hops(tau)) {
+        const double filtered = (term == WHITE) ? white / davar_noise_white_weight(m) : 1.0;
+        edf = davar_hop_edf(kind, tau->differences, tau->m / tau->hop) * filtered;
+    } else {
+        const double all = (double)model->data->window_samples - 2.0 * m + 1.0;
+        edf = (term == WHITE) ? white * (all + 0.5 * m) : davar_noise_edf(kind, m, all);
+    }
+    return (edf > 1.0) ? edf : 1.0;
+}
+
+DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
+{
     double x[TERMS];
     shapes(model, t, x);
-    double inverse = rounding_at(model, t) / ((white_edf > 1.0) ? white_edf : 1.0);
+    double inverse = rounding_at(model, t) / edf_of_term(model, t, WHITE);
     for (int k = 0; k < TERMS; k++) {
         if (has_term(model->terms, k)) {
-            const double edf =
-                (k == WHITE) ? white_edf : davar_noise_edf((davar_coefficient_kind_t)k, m, all);
-            inverse += model->a[k] * x[k] / ((edf > 1.0) ? edf : 1.0);
+            inverse += model->a[k] * x[k] / edf_of_term(model, t, k);
         }
     }
-    const double lost = (double)tau->differences / all;
     const double edf =
-        avar_of(model, t) / inverse * lost * scaled_to_double(davar_fit_evidence(model->data));
+        avar_of(model, t) / inverse * davar_fit_kept(model->data, &model->data->tau[t]);
     return (edf > 1.0) ? edf : 1.0;
 }
 
 DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
 {
-    const int last = model->plan->count - 1;
+    const int last = model->count - 1;
     const int short_one = (term == WHITE) ? (int)model->plan->passed : 0;
     const int strongest = (term <= WHITE) ? short_one : last;
     double x[TERMS];
@@ -117,7 +151,7 @@ DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
 
 bool davar_mixture_shows_white(const davar_mixture_t *model)
 {
-    for (int t = 0; t < model->plan->count; t++) {
+    for (int t = 0; t < model->count; t++) {
         double x[TERMS];
         shapes(model, t, x);
         if (!(model->plan->gain[t] < DAVAR_FIT_PASSED) &&
@@ -139,9 +173,9 @@ bool davar_mixture_is_filtered(const davar_mixture_t *model)
         return true;
     }
     if (plan->declared) { /* a filter passes no quantization, and nothing that no term gives */
-        return (plan->gain[0] < PASSES_ALL) && (quantized || !fits);
+        return (plan->gain[0] < PASSES_ALL) && (quantized || !(fits || model->curve));
     }
-    return !fits || !davar_mixture_shows_white(model);
+    return !model->curve && (!fits || !davar_mixture_shows_white(model));
 }
 
 /* --- least squares (5.6) --- */
@@ -150,12 +184,16 @@ bool davar_mixture_is_filtered(const davar_mixture_t *model)
  * may still be far off. */
 static void normal_equations(const davar_mixture_t *model, double trust, normal_t *normal)
 {
-    *normal = (normal_t){.count = model->plan->count};
-    for (int t = 0; t < normal->count; t++) {
+    *normal = (normal_t){0};
+    for (int t = 0; t < model->count; t++) {
+        double x[TERMS];
+        if (!davar_mixture_has(model, t)) {
+            continue;
+        }
+        normal->count++;
         const double avar = square(model->data->tau[t].adev);
         const double expected = trust * avar_of(model, t) + (1.0 - trust) * avar;
-        const double weight = (double)model->plan->weight[t] / square(expected);
-        double x[TERMS];
+        const double weight = weight_of(model, t) / square(expected);
         shapes(model, t, x);
         for (int k = 0; k < TERMS; k++) {
             const double weighted = weight * x[k];
@@ -312,6 +350,17 @@ static double white_correlation(const davar_plan_t *plan, int t, int u)
                       (double)plan->covariance[plan_pair(u, u)]);
 }
 
+/* Correlation of two estimates that look back over different spans, over that of equal spans: the
+ * newer part of the longer span is the shorter one (5.18). */
+static double shared_by(const davar_mixture_t *model, int t, int u)
+{
+    if (!davar_fit_hops(&model->data->tau[u])) {
+        return 1.0;
+    }
+    const double ratio = span_of(model, t) / span_of(model, u);
+    return davar_root((ratio < 1.0) ? ratio : (1.0 / ratio));
+}
+
 /* Covariance of two Allan variances of the model, t < u, over the product of sqrt(variance / avar).
  * Each term has its own correlation, weighted with the geometric mean of its parts (5.8). */
 static double covariance(const davar_mixture_t *model, int t, int u)
@@ -335,7 +384,7 @@ static double covariance(const davar_mixture_t *model, int t, int u)
             sum += part[k] * davar_noise_correlation((davar_coefficient_kind_t)k, m_t, m_u);
         }
     }
-    return sum;
+    return sum * shared_by(model, t, u);
 }
 
 /* Twice the log-likelihood that an estimate with one degree of freedom loses: r - 1 - ln r, without
@@ -350,6 +399,9 @@ DAVAR_APART static double loss(double ratio)
 static void covariance_row(const davar_mixture_t *model, int u, const double factor[], double row[])
 {
     for (int t = 0; t <= u; t++) {
+        if (!davar_mixture_has(model, t)) {
+            continue;
+        }
         const double share = (t < u) ? covariance(model, t, u) : 0.5 * avar_of(model, u);
         double x[TERMS];
         shapes(model, t, x);
@@ -369,9 +421,12 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
     double moved[TERMS] = {0};
     double misfit = 0.0;
     *h = (matrix_t){0};
-    for (int u = 0; u < normal->count; u++) {
+    for (int u = 0; u < model->count; u++) {
+        if (!davar_mixture_has(model, u)) {
+            continue;
+        }
         const double avar = avar_of(model, u);
-        const double weight = (double)plan->weight[u] / square(avar);
+        const double weight = weight_of(model, u) / square(avar);
         double row[TERMS] = {0};
         double x[TERMS];
         shapes(model, u, x);
@@ -411,10 +466,12 @@ static int term_count(unsigned terms)
 
 /* Factor for the variances of a model that does not fit, for example of a filtered sensor or a
  * sinusoid (5.9). */
-static double inflation(const davar_mixture_t *model, double misfit)
+static double inflation(const davar_mixture_t *model, const normal_t *normal, double misfit)
 {
-    const double freedom = (double)(model->plan->count - term_count(model->terms));
-    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * (double)model->plan->misfit_spread;
+    const double freedom = (double)(normal->count - term_count(model->terms));
+    const double more = (double)normal->count / (double)model->plan->count;
+    const double spread = (double)model->plan->misfit_spread * davar_root(more);
+    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * spread;
     return real ? misfit / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
 }
 
@@ -482,7 +539,7 @@ static void judge(davar_mixture_t *model)
     normal_t normal;
     matrix_t h;
     normal_equations(model, 1.0, &normal);
-    model->grow = inflation(model, scatter(model, &normal, &h));
+    model->grow = inflation(model, &normal, scatter(model, &normal, &h));
     judge_present(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
         if (!has_term(model->terms, k)) {
@@ -522,9 +579,10 @@ static void settle(davar_mixture_t *model)
 static double unexplained(const davar_mixture_t *model)
 {
     double sum = 0.0;
-    for (int t = 0; t < model->plan->count; t++) {
-        sum += (double)model->plan->weight[t] *
-               loss(square(model->data->tau[t].adev) / avar_of(model, t));
+    for (int t = 0; t < model->count; t++) {
+        if (davar_mixture_has(model, t)) {
+            sum += weight_of(model, t) * loss(square(model->data->tau[t].adev) / avar_of(model, t));
+        }
     }
     return sum;
 }

@@ -9,7 +9,9 @@
  * filter, and rounding / m. */
 typedef struct {
     const davar_result_t *data; /* the Allan variances to fit */
-    const davar_plan_t *plan;   /* of its usable cluster sizes */
+    const davar_plan_t *plan;   /* of its cluster sizes */
+    int count;                  /* sizes to fit, those without differences excepted */
+    bool curve;                 /* with those of a cascade (5.18) */
     double rounding;            /* variance of rounding (5.15) */
 
     unsigned terms;                         /* bit k: term k is in the model */
@@ -23,6 +25,9 @@ typedef struct {
 /* Fills `terms` and everything below it. Starts with white noise of variance `white` (> 0) per
  * sample and adds one of the terms in `suspects` (bit k: term k), if any. O(T^2). */
 void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects);
+
+/* Has size t differences? */
+bool davar_mixture_has(const davar_mixture_t *model, int t);
 
 /* Degrees of freedom of an Allan variance of this mix (5.6). */
 double davar_mixture_edf(const davar_mixture_t *model, int t);

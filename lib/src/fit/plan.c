@@ -228,18 +228,14 @@ static double misfit_spread(const davar_plan_t *plan)
     return davar_root(sum);
 }
 
-/* Degrees of freedom per effective difference, and the part of the uncertain cutoff that moves a
- * size against white noise. */
+/* The part of the uncertain cutoff that moves a size against white noise, and the factors of y. */
 static void plan_taus(davar_plan_t *plan, const double constant[])
 {
     const double common = offset_in(plan, constant);
     for (int t = 0; t < plan->count; t++) {
         const double gain = (double)plan->gain[t];
-        const double rounded = 1.0 + (double)plan->floor / gain;
         const double offset = (double)plan->offset[t] - common;
         plan->to_white[t] = (float)((double)plan->m[t] / gain);
-        plan->freedom[t] =
-            (float)(2.0 * rounded * rounded / (double)plan->covariance[plan_pair(t, t)]);
         plan->doubtful[t] = (float)(0.5 * offset * offset);
         const double inverse = (double)(UINT32_C(1) << DAVAR_FIT_GAIN_BITS) / gain + 0.5;
         plan->inverse_gain[t] = (inverse < 4294967295.0) ? (uint32_t)inverse : UINT32_MAX;
@@ -254,13 +250,23 @@ static uint32_t coarse_from(const davar_plan_t *plan)
     return (uint32_t)(hides * (double)(UINT32_C(1) << NOISE_BITS));
 }
 
+/* Degrees of freedom per effective difference. */
+static void plan_freedom(davar_plan_t *plan)
+{
+    for (int t = 0; t < plan->sizes; t++) {
+        const double rounded = 1.0 + (double)plan->floor / (double)plan->gain[t];
+        plan->freedom[t] =
+            (float)(2.0 * rounded * rounded / (double)plan->covariance[plan_pair(t, t)]);
+    }
+}
+
 /* Weights of the fit of a mixture: 1 / m, shared among crowded neighbours. Each is the distance
  * between the geometric means with its neighbours, on the scale of 1 / m. The first entry also
  * represents all shorter sizes, the last one half of all longer ones. After a filter, a size with
  * fewer degrees of freedom counts less (5.6). */
 static void plan_weights(davar_plan_t *plan)
 {
-    const int end = plan->count - 1;
+    const int end = plan->sizes - 1;
     const double first = (double)plan->m[0];
     const double last = (double)plan->m[end];
     const double second = (double)plan->m[(end > 0) ? 1 : 0];
@@ -328,6 +334,7 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
     plan->rounding = (float)rounding;
     plan->coarse = coarse_from(plan);
     plan_units(plan);
+    plan_freedom(plan);
     plan_weights(plan);
     plan->misfit_spread = (float)misfit_spread(plan);
     /* The largest sum of edf (y - 1)^2 that is not a misfit (5.9). */

@@ -16,6 +16,15 @@
  * below 1 (5.1). */
 double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences);
 
+/* The same for `differences` at a hop of m / lags, m large (11.6). */
+double davar_hop_edf(davar_coefficient_kind_t noise, uint32_t differences, uint32_t lags);
+
+/* Does a cascade give this cluster size? */
+static inline bool davar_fit_hops(const davar_adev_t *tau)
+{
+    return tau->hop > 1U;
+}
+
 /* The edf of white noise at m over (differences + m / 2) (5.1). */
 double davar_noise_white_weight(double m);
 
@@ -113,8 +122,8 @@ void davar_plan_white_row(davar_plan_t *plan, int u);
 /* Solves the plan for its first `count` sizes (5.4). */
 void davar_plan_solve(davar_plan_t *plan, uint8_t count);
 
-/* Number of cluster sizes that a window supports. If one size has no differences, no longer one
- * counts. */
+/* Number of cluster sizes that the window supports. If one size has no differences, no longer one
+ * counts. Those of a cascade do not count. */
 uint8_t davar_fit_usable(const davar_result_t *result);
 
 /* Updates a plan that has as many cluster sizes, at least one, to the differences and window length
@@ -128,11 +137,15 @@ void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result);
 /* Factors from a[k] of avar = sum a[k] m^(k - 2) to the squared coefficients of (1.2). */
 void davar_square_units(double rate_hz, double unit[]);
 
-/* Sets the factors from roots of amplitudes to coefficients in their units. */
+/* Sets the factors from roots of amplitudes to coefficients in their units, if the rate is new. */
 void davar_plan_rate(davar_plan_t *plan, double rate_hz);
 
 /* Share of the differences that is new evidence: below 1 for mirror images (5.13) and chosen
  * windows (10.14). */
 scaled_t davar_fit_evidence(const davar_result_t *result);
+
+/* Share of the degrees of freedom of a whole window that a cluster size has: gaps, and evidence. 1
+ * for a cascade, whose differences are counted one by one. */
+double davar_fit_kept(const davar_result_t *result, const davar_adev_t *tau);
 
 #endif

@@ -69,6 +69,9 @@ void davar_square_units(double rate_hz, double unit[])
 
 void davar_plan_rate(davar_plan_t *plan, double rate_hz)
 {
+    if (davar_bits_of_double(plan->rate_hz) == davar_bits_of_double(rate_hz)) {
+        return;
+    }
     for (int k = 0; k < TERMS; k++) {
         const double square =
             davar_scale(factor[k], scaled_to_double(scaled_of_float(plan->unit[k])));
@@ -83,7 +86,8 @@ void davar_plan_rate(davar_plan_t *plan, double rate_hz)
 uint8_t davar_fit_usable(const davar_result_t *result)
 {
     uint8_t count = 0U;
-    while ((count < result->tau_count) && (result->tau[count].differences > 0U)) {
+    while ((count < result->tau_count) && (result->tau[count].differences > 0U) &&
+           !davar_fit_hops(&result->tau[count])) {
         count++;
     }
     return count;

@@ -353,10 +353,15 @@ static void write_white(const davar_plan_t *plan, const davar_white_t *white,
 DAVAR_RARE void davar_write_unlimited(const davar_plan_t *plan, davar_noise_t noise,
                                       davar_result_t *result)
 {
-    for (int t = 0; t < plan->count; t++) {
-        result->tau[t].edf = plan->edf[t];
-        result->tau[t].low = 0.0;
-        result->tau[t].high = (double)INFINITY;
+    for (int t = 0; t < result->tau_count; t++) {
+        davar_adev_t *const tau = &result->tau[t];
+        if ((t < plan->count) && !davar_fit_hops(tau)) {
+            tau->edf = plan->edf[t];
+        }
+        if (tau->differences > 0U) {
+            tau->low = 0.0;
+            tau->high = (double)INFINITY;
+        }
     }
     davar_absent_coefficients(result);
     result->noise = noise;
@@ -397,9 +402,7 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
         return true;
     }
     fit_amplitude(plan, white);
-    if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
-        davar_plan_rate(plan, rate_hz);
-    }
+    davar_plan_rate(plan, rate_hz);
     if (of_sum(white, white->rounding, NOISE_BITS) >=
         noise_times(of_sum(white, white->square, NOISE_BITS), plan->coarse)) {
         white->suspects = 0U;
