@@ -66,6 +66,21 @@ static uint32_t larger(uint32_t a, uint32_t b)
     return (a > b) ? a : b;
 }
 
+#ifdef CURVE
+/* The curve of each axis. Returns the instructions for each. */
+static uint32_t curve(void)
+{
+    const uint32_t mark = board_mark();
+    uint32_t results = 0U;
+    for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
+        taken = davar_setup_curve(a);
+        results += (taken != NULL) ? 1U : 0U;
+    }
+    const uint32_t spent = board_instructions_since(mark);
+    return (results == DAVAR_SETUP_AXES) ? (spent / results) : 0U;
+}
+#endif
+
 /* White noise, every result taken. */
 static void measure_quiet(void)
 {
@@ -105,6 +120,15 @@ static void measure_rough(void)
     }
     board_figure("worst_push", worst);
     board_figure("worst_take", worst_take);
+#ifdef CURVE
+    uint32_t of_curve = 0U;
+    for (uint32_t i = 0U; i < (4U * STRIDE); i++) {
+        next_samples(1);
+        (void)push();
+        of_curve = larger(of_curve, curve());
+    }
+    board_figure("curve", of_curve);
+#endif
 }
 
 static inline uintptr_t stack_pointer(void)
@@ -137,6 +161,17 @@ static __attribute__((noinline)) uint32_t used(uintptr_t from)
     return (MARGIN + STACK_WORDS - clean) * (uint32_t)sizeof(uint32_t);
 }
 
+static void take_all(void)
+{
+    for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
+#ifdef CURVE
+        taken = davar_setup_curve(a);
+#else
+        taken = davar_setup_take(a);
+#endif
+    }
+}
+
 static void measure_stack(void)
 {
     uint32_t of_push = 0U;
@@ -152,9 +187,7 @@ static void measure_stack(void)
         of_push = larger(of_push, used(from));
         if ((i % STRIDE) == (STRIDE - 1U)) {
             paint(from);
-            for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
-                taken = davar_setup_take(a);
-            }
+            take_all();
             of_take = larger(of_take, used(from));
         }
     }
@@ -168,13 +201,16 @@ int main(void)
     paint(from);
     const davar_status_t status = davar_setup_start();
     board_figure("stack_start", used(from));
-    board_figure("status", (uint32_t)status);
+    if (status != DAVAR_OK) {
+        board_figure("refused_with_status", (uint32_t)status);
+        board_exit(1);
+    }
     const uint32_t mark = board_mark();
     nothing = board_instructions_since(mark);
     measure_quiet();
     measure_rough();
     measure_stack();
-    return (int)status;
+    return 0;
 }
 
 #else
@@ -200,7 +236,10 @@ int main(void)
         }
         davar_setup_push(samples, 1U);
         for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
-            const davar_result_t *const result = davar_setup_take(a);
+            const davar_result_t *result = davar_setup_take(a);
+#ifdef CURVE
+            result = (result == (void *)0) ? davar_setup_curve(a) : result;
+#endif
             if (result != (void *)0) {
                 output = result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value;
             }

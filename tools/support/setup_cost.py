@@ -166,6 +166,7 @@ def measure(target: str, design, folder: Path) -> Figures:
         f"-DUNIT={unit}",
         f"-DWINDOW={design.window}U",
         f"-DSTRIDE={design.stride}U",
+        *(["-DCURVE"] if design.cascade_taus else []),
     ]
     flash, ram = linked(target, folder, measured, where)
     main, image = folder / "measured.o", folder / "measured.elf"
@@ -184,7 +185,8 @@ def measure(target: str, design, folder: Path) -> Figures:
     status, output = targets.execute(target, image, shift=targets.counting_shift(target))
     raw = {name: int(value) for name, value in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)}
     if status or "stack_take" not in raw:
-        raise targets.TargetError(f"{target}: the setup failed (status {status}):\n{output}")
+        shown = "\n".join(output.splitlines()[:10])
+        raise targets.TargetError(f"{target}: the setup failed (status {status}):\n{shown}")
     return {
         "flash_bytes": flash,
         "ram_bytes": ram,
@@ -195,4 +197,5 @@ def measure(target: str, design, folder: Path) -> Figures:
         "worst_push_instructions": raw["worst_push"],
         "mean_take_instructions": raw["mean_take"],
         "worst_take_instructions": raw["worst_take"],
+        "curve_instructions": raw.get("curve", 0),
     }

@@ -169,14 +169,14 @@ typedef struct davar {
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
      DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
      DAVAR_GRID_BYTES + (2U * DAVAR_ROUND8((size_t)4U * (taus))) +                                 \
-     (DAVAR_GLR_RECORDS(window_max, stride, block) * (size_t)8U * (taus)) +                        \
-     DAVAR_GLR_BYTES_Q15 + DAVAR_ROUND8((size_t)2U * 5U * (block)))
+     (DAVAR_GLR_RECORDS(window_max, stride, block) * (size_t)8U * (taus)) + DAVAR_GLR_BYTES_Q15 +  \
+     DAVAR_ROUND8((size_t)2U * 5U * (block)))
 #define DAVAR_MEMORY_GLR_Q31(window_max, stride, block, m_max, taus, gaps)                         \
     (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                             \
      DAVAR_ROUND8((size_t)4U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
      DAVAR_GRID_BYTES + (2U * DAVAR_ROUND8((size_t)4U * (taus))) +                                 \
-     (DAVAR_GLR_RECORDS(window_max, stride, block) * (size_t)16U * (taus)) +                       \
-     DAVAR_GLR_BYTES_Q31 + DAVAR_ROUND8((size_t)4U * 5U * (block)))
+     (DAVAR_GLR_RECORDS(window_max, stride, block) * (size_t)16U * (taus)) + DAVAR_GLR_BYTES_Q31 + \
+     DAVAR_ROUND8((size_t)4U * 5U * (block)))
 #define DAVAR_MEMORY_GLR_F32(window_max, stride, block, m_max, taus, gaps)                         \
     DAVAR_MEMORY_GLR_Q31(window_max, stride, block, m_max, taus, gaps)
 /** @} */

@@ -14,6 +14,7 @@ PROGRAM = Path(
         "DAVAR_PLAN", Path(__file__).resolve().parents[3] / "build/tools/tools/plan/davar-plan"
     )
 )
+PROMISE = PROGRAM.with_name("davar-promise")
 
 
 class FitPlan(NamedTuple):
@@ -31,6 +32,27 @@ def run(*words: str) -> str:
     return done.stdout
 
 
+def promise(
+    design: Design, window: int, noise: float, false_alarms_per_hour: float
+) -> dict[str, float]:
+    """What the library promises for a window of so many samples, and for law glr."""
+    wishes = design.wishes
+    words = (
+        ",".join(map(str, design.taus)),
+        wishes.bandwidth or "-",
+        repr(wishes.rate_hz),
+        str(window),
+        repr(noise),
+        repr(false_alarms_per_hour),
+        str(design.stride),
+    )
+    done = subprocess.run([PROMISE, *words], text=True, capture_output=True, check=False)
+    if done.returncode:
+        fit_plan(design)  # it states what is wrong with a filter
+        raise BadOption(f"--bandwidth: cannot be used, found '{wishes.bandwidth}'")
+    return {name: float(value) for name, value in map(str.split, done.stdout.splitlines())}
+
+
 def filter_options(design: Design) -> list[str]:
     wishes = design.wishes
     if wishes.bandwidth is None:
@@ -41,10 +63,11 @@ def filter_options(design: Design) -> list[str]:
 def fit_plan(design: Design) -> FitPlan:
     """The plan of the fit for the cluster sizes and the filter of a design."""
     sizes = ",".join(map(str, design.taus))
-    text = run("--taus", sizes, "--name", "davar_setup_plan", *filter_options(design))
+    slow = ",".join(map(str, design.long_taus)) if design.fit == "terms" else ""
+    options = [*(["--long", slow] if slow else []), *filter_options(design)]
+    text = run("--taus", sizes, "--name", "davar_setup_plan", *options)
     body, _, comment = text.partition("/* Law glr with this filter:")
     found = re.findall(r"\.(whiten_\w+) = ([-+.e0-9]+)", comment)
     settings = tuple(f".{name} = {value}" for name, value in found if float(value) != 0)
-    body = body.split("\n\n", 1)[1] if "\n\n" in body else body
-    whitening = ", ".join(settings)
-    return FitPlan('#include "davar/version.h"\n\n' + body, (whitening,) if settings else ())
+    body = body.split("\n\n", 1)[1]  # without its comment and includes
+    return FitPlan(body.rstrip() + "\n", (", ".join(settings),) if settings else ())

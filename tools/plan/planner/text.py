@@ -14,8 +14,9 @@ def defines(design: Design) -> list[str]:
     """The -D options of the build."""
     narrow = design.wishes.type == "int16"
     options = {
-        "TAUS_MAX": design.sizes,
+        "TAUS_MAX": design.taus_max,
         "Q31" if narrow else "Q15": 0,
+        "GRID": int(design.engine == "grid"),
         "LAWS": int(design.law == "glr"),
         "CENTRED": 0,
     }
@@ -47,15 +48,13 @@ def _window(design: Design, whitening: Sequence[str]) -> list[str]:
 
 
 def _memory(design: Design) -> str:
-    kind = SUFFIX[design.wishes.type].upper()
-    size = f"{design.window}, 0, 0, {design.stride}, {design.taus[-1]}, {len(design.taus)}, {GAPS}"
+    kind, largest, count = SUFFIX[design.wishes.type].upper(), design.taus[-1], len(design.taus)
+    window, stride = design.window, design.stride
     if design.law == "glr":
-        size = (
-            f"{design.window}, {design.stride}, {BLOCK}, {design.taus[-1]}, "
-            f"{len(design.taus)}, {GAPS}"
-        )
-        return f"DAVAR_MEMORY_GLR_{kind}({size})"
-    return f"DAVAR_MEMORY_GRID_{kind}({size})"
+        return f"DAVAR_MEMORY_GLR_{kind}({window}, {stride}, {BLOCK}, {largest}, {count}, {GAPS})"
+    if design.engine == "grid":
+        return f"DAVAR_MEMORY_GRID_{kind}({window}, 0, 0, {stride}, {largest}, {count}, {GAPS})"
+    return f"DAVAR_MEMORY_{kind}({window}, {largest}, {count}, {GAPS})"
 
 
 HEADER = """/* {title}
@@ -91,13 +90,30 @@ void davar_setup_gap(uint32_t missing);
  *   coefficient[DAVAR_ANGLE_RANDOM_WALK]: present, value, low, high, in deg/sqrt(h){more}
  *   noise: why a coefficient is absent */
 const davar_result_t *davar_setup_take(uint8_t axis);
-
+{curve}
 #ifdef __cplusplus
 }}
 #endif
 
 #endif
 """
+
+
+CURVE_COMMENT = {
+    "arw": "",
+    "curve": """
+/* The same with the long averaging times instead: tau[] has adev, low and high in deg/s, NaN where
+ * there is too little data. The lowest adev over 0.664 estimates the bias instability. It is slower
+ * than davar_setup_take. */
+const davar_result_t *davar_setup_curve(uint8_t axis);
+""",
+    "terms": """
+/* The same with the whole Allan curve: tau[] has the long averaging times too, and coefficient[] has
+ * the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the other terms. It is much
+ * slower than davar_setup_take, so call it as seldom as you need a curve. */
+const davar_result_t *davar_setup_curve(uint8_t axis);
+""",
+}
 
 
 def header(design: Design, title: str, about: Sequence[str]) -> str:
@@ -111,14 +127,10 @@ def header(design: Design, title: str, about: Sequence[str]) -> str:
         f" * the first sample of every axis, then the second of every axis, and so on."
     )
     checks = [f"({name} != {value})" for name, value in (d.split("=") for d in defines(design))]
-    rows = ["".join(checks[i : i + 3]) for i in range(0, 0)]
-    del rows
     lines = [" || ".join(checks[i : i + 3]) for i in range(0, len(checks), 3)]
     more = ""
     if design.law == "glr":
         more += "\n *   alarm: the noise has changed since the last result"
-    if design.cascade_taus:
-        more += "\n *   tau[]: the Allan curve, each with adev, low and high, in deg/s"
     return HEADER.format(
         title=title,
         about="\n".join(f" * {line}".rstrip() for line in about),
@@ -128,17 +140,19 @@ def header(design: Design, title: str, about: Sequence[str]) -> str:
         sample=SAMPLE[design.wishes.type],
         last=axes - 1,
         more=more,
+        curve=CURVE_COMMENT[design.fit],
     )
 
 
 SOURCE = """/* {title} davar_setup.h describes it. */
 #include "davar_setup.h"
+{includes}
 {plan}
 static const uint32_t taus[] = {{{taus}}}; /* samples */
 static const davar_config_t config = {{
     .rate_hz = {rate!r},
     {scale}
-    .stride = {stride},
+    .stride = {stride},{engine}
     {window}
     .taus = taus,
     .tau_count = {count},
@@ -166,15 +180,22 @@ void davar_setup_gap(uint32_t missing)
 {gap}    }}
 }}
 
-const davar_result_t *davar_setup_take(uint8_t axis)
+/* The newest result of an axis with its angle random walk, or null. */
+static davar_result_t *newest(uint8_t axis)
 {{
     static davar_result_t result;
-    if (!davar_take(&gyro[axis], &result)) {{
+    if ((axis >= DAVAR_SETUP_AXES) || !davar_take(&gyro[axis], &result)) {{
         return NULL;
     }}
-{fit}    return &result;
+    (void)davar_fit_white_ready(&davar_setup_plan, config.rate_hz, &result);
+    return &result;
 }}
-"""
+
+const davar_result_t *davar_setup_take(uint8_t axis)
+{{
+    return newest(axis);
+}}
+{curve}"""
 
 PUSH_ONE = """void davar_setup_push(const {sample} *samples, size_t count)
 {{
@@ -211,6 +232,50 @@ static davar_cascade_t cascade[DAVAR_SETUP_AXES];
 """
 
 
+CURVE = {
+    "arw": "",
+    "curve": """
+const davar_result_t *davar_setup_curve(uint8_t axis)
+{
+    davar_result_t *const result = newest(axis);
+    if (result != NULL) {
+        memset(result, 0, sizeof *result);
+        (void)davar_cascade_append(&cascade[axis], result);
+        for (uint8_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+            result->coefficient[k] = (davar_coefficient_t){false, NAN, NAN, INFINITY};
+        }
+        for (uint8_t t = 0; t < result->tau_count; t++) {
+            davar_adev_t *const tau = &result->tau[t];
+            if (tau->differences > 0) {
+                tau->edf = davar_edf_least(result, t);
+                davar_chi_square_interval(tau->edf, &tau->low, &tau->high);
+                tau->low = tau->adev * sqrt(tau->low);
+                tau->high = tau->adev * sqrt(tau->high);
+            }
+        }
+    }
+    return result;
+}
+""",
+    "terms": """
+const davar_result_t *davar_setup_curve(uint8_t axis)
+{
+    davar_result_t *const result = newest(axis);
+    if (result != NULL) {
+        (void)davar_cascade_append(&cascade[axis], result);
+        davar_fit(&davar_setup_plan, config.rate_hz, result);
+    }
+    return result;
+}
+""",
+}
+INCLUDES = {
+    "arw": "",
+    "curve": '#include "davar/cascade.h"\n\n#include <math.h>\n#include <string.h>\n',
+    "terms": '#include "davar/cascade.h"\n',
+}
+
+
 def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> str:
     """davar_setup.c. plan: the text of the fit plan; whitening: settings of law glr."""
     wishes, slow = design.wishes, design.cascade_taus > 0
@@ -226,18 +291,15 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> s
         if wishes.axes == 1
         else f"            davar_cascade_push_{suffix}(&cascade[a], one, n);\n",
     )
-    ready = "    (void)davar_fit_white_ready(&davar_setup_plan, config.rate_hz, &result);\n"
-    terms = (
-        "    (void)davar_cascade_append(&cascade[axis], &result);\n"
-        "    davar_fit(&davar_setup_plan, config.rate_hz, &result);\n"
-    )
     return SOURCE.format(
         title=title,
-        plan=('#include "davar/cascade.h"\n' if slow else "") + plan,
+        includes=INCLUDES[design.fit],
+        plan=plan,
         taus=", ".join(map(str, design.taus)),
         rate=rate,
         scale=scale,
         stride=design.stride,
+        engine="\n    .engine = DAVAR_ENGINE_GRID," if design.engine == "grid" else "",
         window="\n    ".join(_window(design, whitening)),
         count=len(design.taus),
         memory=_memory(design),
@@ -260,7 +322,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> s
         "        }\n",
         push=push,
         gap="        davar_cascade_gap(&cascade[a], missing);\n" if slow else "",
-        fit=terms if design.fit == "terms" else ready,
+        curve=CURVE[design.fit],
     )
 
 
