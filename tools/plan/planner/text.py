@@ -7,6 +7,7 @@ from .design import BLOCK, CASCADE_CLUSTERS, GAPS, Design
 NAME = "davar_setup"
 SUFFIX = {"int16": "q15", "int32": "q31", "float": "f32"}
 SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
+ENGINES = {"grid": "DAVAR_ENGINE_GRID", "slide": "DAVAR_ENGINE_EDGES"}
 TOGETHER = 16  # samples of an axis that a push hands on at once
 
 
@@ -299,7 +300,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> s
         rate=rate,
         scale=scale,
         stride=design.stride,
-        engine="\n    .engine = DAVAR_ENGINE_GRID," if design.engine == "grid" else "",
+        engine=f"\n    .engine = {ENGINES[design.engine]}," if design.stride > 1 else "",
         window="\n    ".join(_window(design, whitening)),
         count=len(design.taus),
         memory=_memory(design),
