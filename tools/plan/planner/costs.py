@@ -51,7 +51,8 @@ def memory_bytes(design: Design, sizes: dict[str, Any]) -> int:
     stages = (96 if narrow else 168) + 6 * pointer
     common = stages + tau * count + round8(4 * GAPS)
     if design.engine == "slide":
-        return common + round8(sample * (design.window + 2 * largest + 1))
+        of_result = 8 + 2 * pointer + record * count if design.stride > 1 else 0
+        return common + round8(sample * (design.window + 2 * largest + 1)) + of_result
     grid = common + round8(sample * (4 * largest + 127)) + 304 + 41 * pointer + 2 * round8(4 * count)
     if design.law == "glr":
         blocks = (design.window + design.stride) // BLOCK + 4

@@ -7,7 +7,6 @@ from .design import BLOCK, CASCADE_CLUSTERS, GAPS, Design
 NAME = "davar_setup"
 SUFFIX = {"int16": "q15", "int32": "q31", "float": "f32"}
 SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
-ENGINES = {"grid": "DAVAR_ENGINE_GRID", "slide": "DAVAR_ENGINE_EDGES"}
 TOGETHER = 16  # samples of an axis that a push hands on at once
 
 
@@ -55,7 +54,10 @@ def _memory(design: Design) -> str:
         return f"DAVAR_MEMORY_GLR_{kind}({window}, {stride}, {BLOCK}, {largest}, {count}, {GAPS})"
     if design.engine == "grid":
         return f"DAVAR_MEMORY_GRID_{kind}({window}, 0, 0, {stride}, {largest}, {count}, {GAPS})"
-    return f"DAVAR_MEMORY_{kind}({window}, {largest}, {count}, {GAPS})"
+    every_sample = f"DAVAR_MEMORY_{kind}({window}, {largest}, {count}, {GAPS})"
+    if stride == 1:
+        return every_sample
+    return f"{every_sample} +\n    DAVAR_MEMORY_STRIDE_{kind}(0, {count})"
 
 
 HEADER = """/* {title}
@@ -300,7 +302,9 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> s
         rate=rate,
         scale=scale,
         stride=design.stride,
-        engine=f"\n    .engine = {ENGINES[design.engine]}," if design.stride > 1 else "",
+        engine="\n    .engine = DAVAR_ENGINE_GRID,"
+        if (design.engine, design.law) == ("grid", "fixed")
+        else "",
         window="\n    ".join(_window(design, whitening)),
         count=len(design.taus),
         memory=_memory(design),
