@@ -104,16 +104,24 @@ static void measure_quiet(void)
     board_figure("mean_take", (uint32_t)(takes / ((results > 0U) ? results : 1U)));
 }
 
-/* Noise that is at times five times as large, with shocks, and with a gap before one sample in about
- * 128, so that many results are due just after one. */
+/* A gap in every third stride, in turn just before a result is due and elsewhere: three in a fixed
+ * window of eight strides. */
+static bool is_gap(uint32_t i)
+{
+    const uint32_t stride = i / STRIDE;
+    const uint32_t place = ((stride % 2U) == 0U) ? (STRIDE - 1U) : ((stride * 7U) % STRIDE);
+    return ((stride % 3U) == 0U) && ((i % STRIDE) == place);
+}
+
+/* Noise that is at times five times as large, with shocks and gaps. */
 static void measure_rough(void)
 {
     uint32_t worst = 0U;
     uint32_t worst_take = 0U;
-    for (uint32_t i = 0U; i < (8000U + (8U * STRIDE)); i++) {
+    for (uint32_t i = 0U; i < (8000U + (20U * STRIDE)); i++) {
         const bool shock = ((i % 450U) < 8U) && (i > 400U);
         next_samples(shock ? 40 : ((((i / 700U) % 2U) == 0U) ? 1 : 5));
-        if (((state >> 8U) % 128U) == 0U) {
+        if (is_gap(i)) {
             davar_setup_gap(1U);
         }
         worst = larger(worst, push());
@@ -177,11 +185,11 @@ static void measure_stack(void)
 {
     uint32_t of_push = 0U;
     uint32_t of_take = 0U;
-    for (uint32_t i = 0U; i < (STRIDE * 4U) + 1000U; i++) {
+    for (uint32_t i = 0U; i < ((2U * WINDOW) + (STRIDE * 4U)); i++) {
         const uintptr_t from = stack_pointer();
         next_samples((((i / 300U) % 2U) == 0U) ? 1 : 20);
         paint(from);
-        if ((i % 377U) == 100U) {
+        if (i == 100U) {
             davar_setup_gap(1U);
         }
         davar_setup_push(samples, 1U);

@@ -20,7 +20,7 @@ ARCHITECTURE = {
     "cortex_m": ("-mthumb", "--specs=nano.specs"),
     "riscv": ("-mcmodel=medany", "--specs=picolibc.specs"),
 }
-SAMPLE = {"int16": ("int16_t", "1"), "int32": ("int32_t", "1"), "float": ("float", "0.01f")}
+SAMPLE = {"int16": ("int16_t", "1"), "int32": ("int32_t", "100"), "float": ("float", "0.01f")}
 Figures = dict[str, float]
 
 
