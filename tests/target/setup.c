@@ -105,12 +105,16 @@ static void measure_quiet(void)
 }
 
 /* A gap in every third stride, in turn just before a result is due and elsewhere: three in a fixed
- * window of eight strides. */
+ * window of eight strides. And one where the noise grows: law glr then accepts three blocks at once,
+ * just after a gap. */
 static bool is_gap(uint32_t i)
 {
+    if ((i % 1400U) == 700U) {
+        return true;
+    }
     const uint32_t stride = i / STRIDE;
     const uint32_t place = ((stride % 2U) == 0U) ? (STRIDE - 1U) : ((stride * 7U) % STRIDE);
-    return ((stride % 3U) == 0U) && ((i % STRIDE) == place);
+    return ((stride % 3U) == 0U) && ((i % STRIDE) == place) && ((i % 1400U) < 600U);
 }
 
 /* Noise that is at times five times as large, with shocks and gaps. */
