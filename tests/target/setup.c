@@ -104,17 +104,15 @@ static void measure_quiet(void)
     board_figure("mean_take", (uint32_t)(takes / ((results > 0U) ? results : 1U)));
 }
 
-/* A gap in every third stride, in turn just before a result is due and elsewhere: three in a fixed
- * window of eight strides. And one where the noise grows: law glr then accepts three blocks at once,
- * just after a gap. */
+/* A gap in every fourth stride, just before a result is due or one sample earlier, so that a fixed
+ * window of eight strides meets one with either edge at the same time. And one where the noise
+ * grows: law glr then accepts three blocks at once, just after a gap. */
 static bool is_gap(uint32_t i)
 {
-    if ((i % 1400U) == 700U) {
-        return true;
-    }
     const uint32_t stride = i / STRIDE;
-    const uint32_t place = ((stride % 2U) == 0U) ? (STRIDE - 1U) : ((stride * 7U) % STRIDE);
-    return ((stride % 3U) == 0U) && ((i % STRIDE) == place) && ((i % 1400U) < 600U);
+    const uint32_t place = STRIDE - 1U - ((stride / 64U) % 2U);
+    const bool quiet = (i % 1400U) < 600U;
+    return ((i % 1400U) == 700U) || (((stride % 4U) == 0U) && ((i % STRIDE) == place) && quiet);
 }
 
 /* Noise that is at times five times as large, with shocks and gaps. */
@@ -122,7 +120,7 @@ static void measure_rough(void)
 {
     uint32_t worst = 0U;
     uint32_t worst_take = 0U;
-    for (uint32_t i = 0U; i < (8000U + (20U * STRIDE)); i++) {
+    for (uint32_t i = 0U; i < (12000U + (40U * STRIDE)); i++) {
         const bool shock = ((i % 450U) < 8U) && (i > 400U);
         next_samples(shock ? 40 : ((((i / 700U) % 2U) == 0U) ? 1 : 5));
         if (is_gap(i)) {
