@@ -104,15 +104,17 @@ static void measure_quiet(void)
     board_figure("mean_take", (uint32_t)(takes / ((results > 0U) ? results : 1U)));
 }
 
-/* A gap in every fourth stride, just before a result is due or one sample earlier, so that a fixed
- * window of eight strides meets one with either edge at the same time. And one where the noise
- * grows: law glr then accepts three blocks at once, just after a gap. */
+#define REGULAR ((40U * STRIDE) + 4000U) /* samples with regular gaps */
+
+/* First a gap in every fourth stride, just before a result is due or a few samples earlier, so that
+ * both edges of a fixed window of eight strides meet one at the same time. Then one where the noise
+ * grows: law glr accepts three blocks at once, just after a gap. */
 static bool is_gap(uint32_t i)
 {
     const uint32_t stride = i / STRIDE;
-    const uint32_t place = STRIDE - 1U - ((stride / 64U) % 2U);
-    const bool quiet = (i % 1400U) < 600U;
-    return ((i % 1400U) == 700U) || (((stride % 4U) == 0U) && ((i % STRIDE) == place) && quiet);
+    const uint32_t place = STRIDE - 1U - ((stride / 16U) % 4U);
+    const bool regular = ((stride % 4U) == 0U) && ((i % STRIDE) == place);
+    return (i < REGULAR) ? regular : ((i % 1400U) == 700U);
 }
 
 /* Noise that is at times five times as large, with shocks and gaps. */
@@ -120,7 +122,7 @@ static void measure_rough(void)
 {
     uint32_t worst = 0U;
     uint32_t worst_take = 0U;
-    for (uint32_t i = 0U; i < (12000U + (40U * STRIDE)); i++) {
+    for (uint32_t i = 0U; i < (REGULAR + 8000U); i++) {
         const bool shock = ((i % 450U) < 8U) && (i > 400U);
         next_samples(shock ? 40 : ((((i / 700U) % 2U) == 0U) ? 1 : 5));
         if (is_gap(i)) {
