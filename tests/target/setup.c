@@ -18,7 +18,6 @@
 static SAMPLE samples[DAVAR_SETUP_AXES];
 static const davar_result_t *volatile taken;
 static uint32_t state = 1U;
-static uint32_t pushed;  /* samples so far */
 static uint32_t nothing; /* instructions of a measurement itself */
 
 /* Sum of twelve uniform variates, a fixed seed: nearly Gaussian, sigma 120 units about a mean of
@@ -44,7 +43,6 @@ static void next_samples(int32_t times)
 
 static uint32_t push(void)
 {
-    pushed++;
     const uint32_t mark = board_mark();
     davar_setup_push(samples, 1U);
     return board_instructions_since(mark) - nothing;
@@ -106,13 +104,14 @@ static void measure_quiet(void)
     board_figure("mean_take", (uint32_t)(takes / ((results > 0U) ? results : 1U)));
 }
 
-#define REGULAR ((40U * STRIDE) + 4000U)                   /* samples with regular gaps */
-#define PERIOD (STRIDE * ((1400U + STRIDE - 1U) / STRIDE)) /* of the loud noise, in samples */
-#define RELEASE 30U /* samples of a change after which law glr accepts three blocks at once */
+#define REGULAR ((40U * STRIDE) + 4000U) /* samples with regular gaps */
+/* Then the noise grows every so many samples, each time ten samples later in a stride. */
+#define PERIOD ((STRIDE * ((400U + STRIDE - 1U) / STRIDE)) + 10U)
+#define PERIODS ((STRIDE / 10U) + 12U)
 
 /* First a gap in every fourth stride, just before a result is due or a few samples earlier, so that
  * both edges of a fixed window of eight strides meet one at the same time. Then one where the noise
- * grows: law glr accepts three blocks at once, just after a gap, with a result. */
+ * grows: law glr accepts three blocks at once, just after a gap, and at one time with a result. */
 static bool is_gap(uint32_t i, uint32_t phase)
 {
     const uint32_t stride = i / STRIDE;
@@ -126,10 +125,10 @@ static void measure_rough(void)
 {
     uint32_t worst = 0U;
     uint32_t worst_take = 0U;
-    for (uint32_t i = 0U; i < (REGULAR + (6U * PERIOD)); i++) {
-        const uint32_t phase = (pushed + RELEASE) % PERIOD;
+    for (uint32_t i = 0U; i < (REGULAR + (PERIODS * PERIOD)); i++) {
+        const uint32_t phase = i % PERIOD;
         const bool shock = (i % 450U) < 8U;
-        next_samples((shock && (i < REGULAR)) ? 40 : ((phase < (PERIOD / 2U)) ? 5 : 1));
+        next_samples((shock && (i < REGULAR)) ? 40 : ((phase < 120U) ? 5 : 1));
         if (is_gap(i, phase)) {
             davar_setup_gap(1U);
         }
