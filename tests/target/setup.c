@@ -106,8 +106,8 @@ static void measure_quiet(void)
 
 #define REGULAR ((40U * STRIDE) + 4000U) /* samples with regular gaps */
 /* Then the noise grows every so many samples, each time ten samples later in a stride. */
-#define PERIOD ((STRIDE * ((400U + STRIDE - 1U) / STRIDE)) + 10U)
-#define PERIODS ((STRIDE / 10U) + 12U)
+#define PERIOD ((STRIDE * ((1400U + STRIDE - 1U) / STRIDE)) + 10U)
+#define PERIODS ((STRIDE < 250U) ? ((STRIDE / 10U) + 12U) : 37U)
 
 /* First a gap in every fourth stride, just before a result is due or a few samples earlier, so that
  * both edges of a fixed window of eight strides meet one at the same time. Then one where the noise
@@ -128,7 +128,7 @@ static void measure_rough(void)
     for (uint32_t i = 0U; i < (REGULAR + (PERIODS * PERIOD)); i++) {
         const uint32_t phase = i % PERIOD;
         const bool shock = (i % 450U) < 8U;
-        next_samples((shock && (i < REGULAR)) ? 40 : ((phase < 120U) ? 5 : 1));
+        next_samples((shock && (i < REGULAR)) ? 40 : ((phase < (PERIOD / 2U)) ? 5 : 1));
         if (is_gap(i, phase)) {
             davar_setup_gap(1U);
         }
