@@ -18,6 +18,7 @@
 static SAMPLE samples[DAVAR_SETUP_AXES];
 static const davar_result_t *volatile taken;
 static uint32_t state = 1U;
+static uint32_t pushed;  /* samples so far */
 static uint32_t nothing; /* instructions of a measurement itself */
 
 /* Sum of twelve uniform variates, a fixed seed: nearly Gaussian, sigma 120 units about a mean of
@@ -43,6 +44,7 @@ static void next_samples(int32_t times)
 
 static uint32_t push(void)
 {
+    pushed++;
     const uint32_t mark = board_mark();
     davar_setup_push(samples, 1U);
     return board_instructions_since(mark) - nothing;
@@ -104,20 +106,21 @@ static void measure_quiet(void)
     board_figure("mean_take", (uint32_t)(takes / ((results > 0U) ? results : 1U)));
 }
 
-#define REGULAR ((40U * STRIDE) + 4000U) /* samples with regular gaps */
-/* Then the noise grows every so many samples, each time ten samples later in a stride. */
-#define PERIOD ((STRIDE * ((1400U + STRIDE - 1U) / STRIDE)) + 10U)
-#define PERIODS ((STRIDE < 250U) ? ((STRIDE / 10U) + 12U) : 37U)
+/* First the noise grows every PERIOD samples, so that law glr accepts three blocks at once when a
+ * result is due, just after a gap. Then there are shocks, and a gap in every fourth stride, just
+ * before a result is due or a few samples earlier, so that both edges of a fixed window of eight
+ * strides meet one at the same time. */
+#define PERIOD (STRIDE * ((1400U + STRIDE - 1U) / STRIDE))
+#define RELEASE 30U /* samples of a change after which the blocks are accepted */
+#define CHANGES (6U * PERIOD)
+#define REGULAR ((40U * STRIDE) + 4000U)
 
-/* First a gap in every fourth stride, just before a result is due or a few samples earlier, so that
- * both edges of a fixed window of eight strides meet one at the same time. Then one where the noise
- * grows: law glr accepts three blocks at once, just after a gap, and at one time with a result. */
 static bool is_gap(uint32_t i, uint32_t phase)
 {
     const uint32_t stride = i / STRIDE;
     const uint32_t place = STRIDE - 1U - ((stride / 16U) % 4U);
     const bool regular = ((stride % 4U) == 0U) && ((i % STRIDE) == place);
-    return (i < REGULAR) ? regular : (phase == 0U);
+    return (i < CHANGES) ? (phase == 0U) : regular;
 }
 
 /* Noise that is at times five times as large, with shocks and gaps. */
@@ -125,10 +128,10 @@ static void measure_rough(void)
 {
     uint32_t worst = 0U;
     uint32_t worst_take = 0U;
-    for (uint32_t i = 0U; i < (REGULAR + (PERIODS * PERIOD)); i++) {
-        const uint32_t phase = i % PERIOD;
-        const bool shock = (i % 450U) < 8U;
-        next_samples((shock && (i < REGULAR)) ? 40 : ((phase < (PERIOD / 2U)) ? 5 : 1));
+    for (uint32_t i = 0U; i < (CHANGES + REGULAR); i++) {
+        const uint32_t phase = (pushed + RELEASE) % PERIOD;
+        const bool shock = (i >= CHANGES) && ((i % 450U) < 8U);
+        next_samples(shock ? 40 : ((phase < (PERIOD / 2U)) ? 5 : 1));
         if (is_gap(i, phase)) {
             davar_setup_gap(1U);
         }
