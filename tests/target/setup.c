@@ -106,13 +106,12 @@ static void measure_quiet(void)
     board_figure("mean_take", (uint32_t)(takes / ((results > 0U) ? results : 1U)));
 }
 
-/* First the noise grows every PERIOD samples, so that law glr accepts three blocks at once when a
- * result is due, just after a gap. Then there are shocks, and a gap in every fourth stride, just
+/* First the noise grows every PERIOD samples, just after a gap, so that law glr accepts three blocks
+ * at once. A result is due 10 to 60 samples later. Then there are shocks, and a gap in every fourth stride, just
  * before a result is due or a few samples earlier, so that both edges of a fixed window of eight
  * strides meet one at the same time. */
 #define PERIOD (STRIDE * ((1400U + STRIDE - 1U) / STRIDE))
-#define RELEASE 30U /* samples of a change after which the blocks are accepted */
-#define CHANGES (6U * PERIOD)
+#define CHANGES (12U * PERIOD)
 #define REGULAR ((40U * STRIDE) + 4000U)
 
 static bool is_gap(uint32_t i, uint32_t phase)
@@ -129,7 +128,7 @@ static void measure_rough(void)
     uint32_t worst = 0U;
     uint32_t worst_take = 0U;
     for (uint32_t i = 0U; i < (CHANGES + REGULAR); i++) {
-        const uint32_t phase = (pushed + RELEASE) % PERIOD;
+        const uint32_t phase = (pushed + 10U + (10U * ((i / PERIOD) % 6U))) % PERIOD;
         const bool shock = (i >= CHANGES) && ((i % 450U) < 8U);
         next_samples(shock ? 40 : ((phase < (PERIOD / 2U)) ? 5 : 1));
         if (is_gap(i, phase)) {
