@@ -1,19 +1,31 @@
-"""Measures what a setup of tools/davar-plan costs on an emulated bare board: compiles it with the
-library, links it, runs it.
+"""Measures what setups of tools/davar-plan cost on the emulated bare boards: compiles them with the
+library, links them, runs them. Fits the table from which the planner computes costs.
+
+    python3 tools/support/setup_cost.py    renews tools/plan/planner/costs.json
+
+Called by tools/davar-bench --setups. Standard library only.
 """
 
 import hashlib
+import json
 import os
 import re
-import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import targets
 
 ROOT = targets.ROOT
 sys.path.insert(0, str(ROOT / "tools/plan"))
+
+from planner import costs, library, text  # noqa: E402
+from planner.design import Design  # noqa: E402
+from planner.wishes import TYPES, Wishes  # noqa: E402
 
 FLAGS = ("-std=c11", "-Os", "-DNDEBUG", "-ffunction-sections", "-fdata-sections")
 ARCHITECTURE = {
@@ -33,15 +45,15 @@ def compiler(target: str) -> str:
     return targets.MACHINES[target]["toolchain"] + "gcc"
 
 
-def library(target: str, options: Sequence[str], where: Path) -> Path:
+def archive(target: str, options: Sequence[str], where: Path) -> Path:
     """An archive of the library with these options, made once for each content of lib/."""
     sources = sorted((ROOT / "lib/src").rglob("*.c"))
     content = hashlib.sha256(" ".join([target, *FLAGS, *options]).encode())
     for path in sorted((ROOT / "lib").rglob("*.[ch]*")) + sorted((ROOT / "lib").rglob("*.inc")):
         content.update(path.read_bytes())
     folder = where / "library" / content.hexdigest()[:16]
-    archive = folder / "libdavar.a"
-    if not archive.exists():
+    made = folder / "libdavar.a"
+    if not made.exists():
         folder.mkdir(parents=True, exist_ok=True)
         objects = []
         for source in sources:
@@ -52,8 +64,8 @@ def library(target: str, options: Sequence[str], where: Path) -> Path:
         targets.run(
             [targets.MACHINES[target]["toolchain"] + "ar", "rcs", making, *objects], "archiving"
         )
-        making.rename(archive)
-    return archive
+        making.rename(made)
+    return made
 
 
 def compile_one(target: str, source: Path, made: Path, options: Sequence[str]) -> None:
@@ -142,7 +154,7 @@ def linked(target: str, folder: Path, options: Sequence[str], where: Path) -> tu
             main,
             [*options, *empty, f"-I{folder}", "-ffreestanding"],
         )
-        objects = [main] if empty else [main, folder / "davar_setup.o", library(target, options_of(options), where)]
+        objects = [main] if empty else [main, folder / "davar_setup.o", archive(target, options_of(options), where)]
         link(target, objects, image, "-Wl,-emain")
         sizes.append(bytes_of(target, image))
     return sizes[1][0] - sizes[0][0], sizes[1][1] - sizes[0][1]
@@ -152,13 +164,21 @@ def options_of(options: Sequence[str]) -> list[str]:
     return [option for option in options if option.startswith("-DDAVAR_")]
 
 
-def measure(target: str, design, folder: Path) -> Figures:
-    """The figures of a setup in `folder`, by compiling, linking and running it."""
-    from planner import text
+def write(design: Design, folder: Path) -> None:
+    """Writes the C files of a design."""
+    plan = library.fit_plan(design)
+    title = "davar - a setup."
+    header = text.header(design, title, ["For a measurement."])
+    (folder / "davar_setup.h").write_text(header, encoding="utf-8")
+    source = text.source(design, title, plan.text, plan.whitening)
+    (folder / "davar_setup.c").write_text(source, encoding="utf-8")
 
+
+def measure(target: str, design: Design, folder: Path) -> Figures:
+    """The figures of the setup in `folder`, by compiling, linking and running it."""
     where = ROOT / "build" / f"setup-{target}"
     sample, unit = SAMPLE[design.wishes.type]
-    options = [*(f"-D{define}" for define in text.defines(design))]
+    options = [f"-D{define}" for define in text.defines(design)]
     compile_one(target, folder / "davar_setup.c", folder / "davar_setup.o", options)
     measured = [
         *options,
@@ -174,14 +194,16 @@ def measure(target: str, design, folder: Path) -> Figures:
         target,
         ROOT / "tests/target/setup.c",
         main,
-        [*measured, "-DMEASURED", f"-I{folder}", f"-I{ROOT / 'port/bare_metal'}",
-         f"-DBOARD_CLOCK_PER_US={targets.MACHINES[target]['clock_mhz']}U"],
+        [
+            *measured,
+            "-DMEASURED",
+            f"-I{folder}",
+            f"-I{ROOT / 'port/bare_metal'}",
+            f"-DBOARD_CLOCK_PER_US={targets.MACHINES[target]['clock_mhz']}U",
+        ],
     )
-    link(
-        target,
-        [main, folder / "davar_setup.o", *board(target, where), library(target, options, where)],
-        image,
-    )
+    objects = [main, folder / "davar_setup.o", *board(target, where)]
+    link(target, [*objects, archive(target, options, where)], image)
     status, output = targets.execute(target, image, shift=targets.counting_shift(target))
     raw = {name: int(value) for name, value in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)}
     if status or "stack_take" not in raw:
@@ -199,3 +221,163 @@ def measure(target: str, design, folder: Path) -> Figures:
         "worst_take_instructions": raw["worst_take"],
         "curve_instructions": raw.get("curve", 0),
     }
+
+
+# --- the table ---
+
+# (axes, cluster sizes, stride, window), small enough for the 16 kB of the Cortex-M0's board.
+FIXED = ((1, 5, 20, 160), (1, 8, 40, 320), (2, 5, 75, 600), (2, 8, 60, 480), (3, 5, 40, 320),
+         (1, 8, 150, 1200))  # fmt: skip
+GLR = ((1, 4, 50, 800), (1, 6, 100, 500), (2, 4, 30, 250), (1, 4, 100, 500), (1, 6, 40, 400))
+# (axes, cluster sizes of the window, stride, cluster sizes of the cascade)
+CASCADE = ((1, 5, 40, 6), (1, 8, 60, 12), (2, 5, 75, 13))
+
+
+def design_of(core: str, type: str, law: str, engine: str, point: Sequence[int]) -> Design:
+    axes, count, stride, window = point
+    wishes = Wishes(
+        rate_hz=1000.0, core=core, axes=axes, type=type, lsb=0.061, full_scale=2000.0,
+        bandwidth="250:2", false_alarms_per_hour=0.01,
+    )  # fmt: skip
+    taus = tuple(1 << i for i in range(count))
+    shortest = window if law == "fixed" else max(20, 10 * -(-2 * taus[-1] // 10))
+    return Design(wishes, law, engine, "arw", window, shortest, stride, taus)
+
+
+def measured(design: Design) -> Figures:
+    with tempfile.TemporaryDirectory() as folder:
+        write(design, Path(folder))
+        return measure(design.wishes.core, design, Path(folder))
+
+
+def solve(rows: Sequence[Sequence[float]], values: Sequence[float]) -> list[float]:
+    """Least squares of relative errors. Directions without data stay 0."""
+    size = len(rows[0])
+    weights = [1 / max(abs(value), 1.0) for value in values]
+    matrix = [
+        [sum((w * row[i]) * (w * row[j]) for w, row in zip(weights, rows)) for j in range(size)]
+        + [sum(w * w * row[i] * value for w, row, value in zip(weights, rows, values))]
+        for i in range(size)
+    ]
+    largest = [matrix[i][i] or 1.0 for i in range(size)]
+    free = []
+    for i in range(size):
+        if matrix[i][i] <= 1e-9 * largest[i]:
+            continue
+        free.append(i)
+        for k in range(size):
+            if k != i:
+                factor = matrix[k][i] / matrix[i][i]
+                matrix[k] = [a - factor * b for a, b in zip(matrix[k], matrix[i])]
+    return [round(matrix[i][size] / matrix[i][i], 4) if i in free else 0.0 for i in range(size)]
+
+
+def fitted(designs: Sequence[Design], found: Sequence[Figures], sizes: Any) -> dict[str, Any]:
+    """A row of the table: the coefficients of every figure."""
+    row: dict[str, Any] = {}
+    for figure, features in costs.FEATURES.items():
+        rows = [features(design) for design in designs]
+        less = [costs.known(figure, design, sizes) for design in designs]
+        row[figure] = solve(rows, [f[figure] - k for f, k in zip(found, less)])
+    return row
+
+
+def slow_row(
+    designs: Sequence[Design], found: Sequence[Figures], base: Any, sizes: Any
+) -> dict[str, Any]:
+    """What a cascade adds; stacks and the curve are absolute."""
+    row: dict[str, Any] = {}
+    for figure, features in costs.SLOW_FEATURES.items():
+        rows = [features(design) for design in designs]
+        values = [f[figure] for f in found]
+        if figure not in costs.ABSOLUTE:
+            less = [costs.of_row(figure, base, design, sizes) for design in designs]
+            values = [value - k for value, k in zip(values, less)]
+        row[figure] = solve(rows, values)
+    others = [
+        f["ram_bytes"] - costs.ram_bytes(design, sizes, 0) for f, design in zip(found, designs)
+    ]
+    row["other_ram_bytes"] = max(others)
+    return row
+
+
+SIZES = """
+#include "davar/davar.h"
+#include "davar/cascade.h"
+char size_instance[sizeof(davar_t)];
+char size_cascade[sizeof(davar_cascade_t)];
+char size_result[sizeof(davar_result_t)];
+char size_plan[sizeof(davar_plan_t)];
+char size_pointer[sizeof(void *)];
+"""
+
+
+def sizes_of(core: str) -> dict[str, Any]:
+    """Bytes of the public types on a core, by DAVAR_TAUS_MAX."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        source, made = Path(folder) / "sizes.c", Path(folder) / "sizes.o"
+        source.write_text(SIZES, encoding="ascii")
+        for most in (4, 8, 16):
+            compile_one(core, source, made, [f"-DDAVAR_TAUS_MAX={most}"])
+            tool = targets.MACHINES[core]["toolchain"] + "nm"
+            lines = targets.run([tool, "-S", made], "nm").splitlines()
+            found[most] = {
+                line.split()[3][5:]: int(line.split()[1], 16) for line in lines if "size_" in line
+            }
+    of_tau = (found[8]["result"] - found[4]["result"]) // 4
+    plans = [(1.0, m, m * (m + 1) / 2) for m in found]
+    return {
+        "pointer": found[8]["pointer"],
+        "instance": found[8]["instance"],
+        "cascade": found[8]["cascade"],
+        "result": [found[8]["result"] - 8 * of_tau, of_tau],
+        "plan": [round(c) for c in solve(plans, [f["plan"] for f in found.values()])],
+    }
+
+
+def core_table(core: str) -> dict[str, Any]:
+    """The costs on one core."""
+    sizes = sizes_of(core)
+    table: dict[str, Any] = {"sizes": sizes, "window": {}, "cascade": {}}
+    for type in TYPES:
+        for law, engine, points in (
+            ("fixed", "slide", FIXED),
+            ("fixed", "grid", FIXED),
+            ("glr", "grid", GLR),
+        ):
+            designs = [design_of(core, type, law, engine, point) for point in points]
+            found = [measured(design) for design in designs]
+            table["window"][f"{type} {law} {engine}"] = fitted(designs, found, sizes)
+        base = table["window"][f"{type} fixed slide"]
+        for fit in ("curve", "terms"):
+            designs = [
+                replace(
+                    design_of(core, type, "fixed", "slide", (axes, count, stride, 8 * stride)),
+                    fit=fit,
+                    cascade_shortest=2 << max(count - 1, 5),
+                    cascade_taus=slow,
+                )
+                for axes, count, stride, slow in CASCADE
+            ]
+            found = [measured(design) for design in designs]
+            table["cascade"][f"{type} {fit}"] = slow_row(designs, found, base, sizes)
+        print(f"{core}: {type} measured", file=sys.stderr, flush=True)
+    return table
+
+
+def main() -> int:
+    try:
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            tables = dict(zip(targets.BARE, pool.map(core_table, targets.BARE)))
+    except targets.TargetError as why:
+        print(f"davar-bench: {why}", file=sys.stderr)
+        return 2
+    rows = json.dumps(tables, indent=1)
+    rows = re.sub(r"\[\s+([^\[\]{}]*?)\s+\]", lambda m: "[" + " ".join(m[1].split()) + "]", rows)
+    costs.TABLE_PATH.write_text(rows + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

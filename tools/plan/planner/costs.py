@@ -1,11 +1,14 @@
 """What a design costs on a core, from the measured table costs.json."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from .design import BLOCK, GAPS, Design
+
+Features = Callable[[Design], list[float]]
 
 TABLE_PATH = Path(__file__).parent / "costs.json"
 
@@ -18,6 +21,7 @@ class Cost:
     ram_bytes: int
     push_stack_bytes: int
     take_stack_bytes: int
+    start_stack_bytes: int
     mean_push_instructions: int
     worst_push_instructions: int
     mean_take_instructions: int
@@ -26,7 +30,8 @@ class Cost:
 
     @property
     def stack_bytes(self) -> int:
-        return max(self.push_stack_bytes, self.take_stack_bytes)
+        """The deepest of the three functions."""
+        return max(self.push_stack_bytes, self.take_stack_bytes, self.start_stack_bytes)
 
 
 def table() -> dict[str, Any]:
@@ -78,3 +83,97 @@ def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
         stage = 192 if narrow else 224
         total += axes * ((design.cascade_taus + 1) // 2 * stage + sizes["cascade"])
     return total
+
+
+# --- the model: each figure is a sum of features times the coefficients of its kind and core ---
+
+
+def _several(design: Design) -> float:
+    """A push of several axes copies the samples of each."""
+    return float(design.wishes.axes > 1)
+
+
+def _push(design: Design) -> list[float]:
+    axes, count, stride = design.wishes.axes, len(design.taus), design.stride
+    return [_several(design), axes, axes * count, axes / stride, axes * count / stride]
+
+
+def _worst(design: Design) -> list[float]:
+    axes = design.wishes.axes
+    return [_several(design), axes, axes * len(design.taus)]
+
+
+def _each(design: Design) -> list[float]:
+    return [1.0, float(len(design.taus))]
+
+
+def _linked(design: Design) -> list[float]:
+    return [1.0, float(len(design.taus)), _several(design)]
+
+
+FEATURES: dict[str, Features] = {
+    "flash_bytes": _linked,
+    "push_stack_bytes": _linked,
+    "take_stack_bytes": _each,
+    "start_stack_bytes": _each,
+    "mean_push_instructions": _push,
+    "worst_push_instructions": _worst,
+    "mean_take_instructions": _each,
+    "worst_take_instructions": _each,
+}
+
+
+def _slow_linked(design: Design) -> list[float]:
+    return [1.0, float(design.cascade_taus)]
+
+
+def _slow_push(design: Design) -> list[float]:
+    axes = design.wishes.axes
+    return [axes, 64 * axes / design.cascade_shortest]
+
+
+SLOW_FEATURES: dict[str, Features] = {
+    "flash_bytes": _slow_linked,
+    "mean_push_instructions": _slow_push,
+    "worst_push_instructions": lambda design: [float(design.wishes.axes)],
+    "push_stack_bytes": _slow_linked,
+    "take_stack_bytes": _slow_linked,
+    "start_stack_bytes": _slow_linked,
+    "curve_instructions": _slow_linked,
+}
+ABSOLUTE = ("push_stack_bytes", "take_stack_bytes", "start_stack_bytes", "curve_instructions")
+
+
+def known(figure: str, design: Design, sizes: dict[str, Any]) -> int:
+    """The part of a figure that needs no measurement."""
+    return plan_bytes(design, sizes) if figure == "flash_bytes" else 0
+
+
+def _sum(features: list[float], coefficients: list[float]) -> float:
+    return sum(f * c for f, c in zip(features, coefficients))
+
+
+def of_row(figure: str, row: dict[str, Any], design: Design, sizes: dict[str, Any]) -> float:
+    """A figure of a design without what its cascade adds."""
+    return _sum(FEATURES[figure](design), row[figure]) + known(figure, design, sizes)
+
+
+def cost(design: Design, of_core: dict[str, Any]) -> Cost:
+    """What the design costs. of_core: the table of its core."""
+    wishes, sizes = design.wishes, of_core["sizes"]
+    row = of_core["window"][f"{wishes.type} {design.law} {design.engine}"]
+    found = {figure: of_row(figure, row, design, sizes) for figure in FEATURES}
+    other, curve = 0, None
+    if design.cascade_taus:
+        slow = of_core["cascade"][f"{wishes.type} {design.fit}"]
+        other = slow["other_ram_bytes"]
+        for figure, features in SLOW_FEATURES.items():
+            added = _sum(features(design), slow[figure])
+            if figure == "curve_instructions":
+                curve = round(added)
+            elif figure in ABSOLUTE:
+                found[figure] = max(found[figure], added)
+            else:
+                found[figure] += added
+    rounded = {figure: round(value) for figure, value in found.items()}
+    return Cost(ram_bytes=ram_bytes(design, sizes, other), curve_instructions=curve, **rounded)
