@@ -10,6 +10,8 @@ from .design import BLOCK, GAPS, Design
 
 Features = Callable[[Design], list[float]]
 
+ACCEPTED = 3 * BLOCK  # samples that law glr accepts at once
+
 TABLE_PATH = Path(__file__).parent / "costs.json"
 
 
@@ -95,12 +97,14 @@ def _several(design: Design) -> float:
 
 def _push(design: Design) -> list[float]:
     axes, count, stride = design.wishes.axes, len(design.taus), design.stride
-    return [_several(design), axes, axes * count, axes / stride, axes * count / stride]
+    by_tau = 0.0 if design.law == "glr" else axes * count / stride
+    return [_several(design), axes, axes * count, axes / stride, by_tau]
 
 
 def _worst(design: Design) -> list[float]:
     axes = design.wishes.axes
-    return [_several(design), axes, axes * len(design.taus)]
+    after_gap = min(2 * design.taus[-1], ACCEPTED) if design.law == "glr" else 0
+    return [_several(design), axes, axes * len(design.taus), axes * after_gap]
 
 
 def _each(design: Design) -> list[float]:
