@@ -1,0 +1,255 @@
+"""The choice: the first candidate that meets every wish, or which wish to relax."""
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from . import costs, design, promises
+from .costs import Cost
+from .design import Design
+from .promises import Promise
+from .wishes import Wishes
+
+PERCENT_STILL_USEFUL = 40.0
+FITS = ("arw", "terms", "curve")  # best first
+RAM_OVER_FLASH = 2  # a byte of RAM is scarcer
+LENGTHEN = (1.25, 1.5, 2, 3, 4, 6, 10, 20, 50, 100)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A design with what it gives and what it costs."""
+
+    design: Design
+    promise: Promise
+    cost: Cost
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """A wish that makes the others possible: its option and value."""
+
+    option: str
+    value: str
+
+
+class Impossible(Exception):
+    """No design meets the wishes. The text has the reason."""
+
+    def __init__(self, reason: str, relaxed: Iterable[Relaxed] = ()) -> None:
+        super().__init__(reason)
+        self.relaxed = list(relaxed)
+
+
+def kilobytes(size: int) -> str:
+    """Rounded up to 0.1 k."""
+    return f"{math.ceil(size / 102.4) / 10:g}k"
+
+
+def seconds(value: float) -> str:
+    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+
+
+# --- candidates ---
+
+
+def window_for(wishes: Wishes, percent: float) -> int:
+    """Samples of white noise that give the angle random walk to so many percent."""
+    window = 400.0
+    for _ in range(4):
+        window = min(max(window, 64.0), design.WINDOW_MOST[wishes.type] * 0.9)
+        tried = next(iter(design.fixed_of_window(wishes, int(window))))
+        found = promises.promise(tried).arw_percent
+        if math.isinf(found):
+            break
+        window = tried.window * (found / percent) ** 2 * 1.01
+    return int(window)
+
+
+def _followers(wishes: Wishes, percent: float) -> list[Design]:
+    """Designs whose window law follows changes."""
+    return design.glr(wishes, window_for(wishes, percent))
+
+
+def candidates(wishes: Wishes) -> Iterator[tuple[float, list[Design]]]:
+    """Groups of designs in the order of preference, each with the percentage that it must reach."""
+    percent = wishes.arw_percent or design.ARW_PERCENT
+    if wishes.false_alarms_per_hour is not None:
+        yield percent, _followers(wishes, percent)
+        return
+    if wishes.respond_s is not None:
+        yield percent, design.fixed(wishes)
+        yield percent, _followers(wishes, percent)
+    else:
+        usual = design.fixed(wishes)
+        if wishes.arw_percent is None:
+            yield percent, usual
+        yield percent, design.fixed_of_window(wishes, window_for(wishes, percent))
+    if wishes.arw_percent is None:
+        yield PERCENT_STILL_USEFUL, design.fixed(wishes)
+
+
+# --- what a plan fails ---
+
+
+def excess(plan: Plan, percent: float) -> dict[str, float]:
+    """Option -> by which factor the plan misses it; only those above 1."""
+    wishes, cost, promise = plan.design.wishes, plan.cost, plan.promise
+    found = {
+        "--ram": cost.ram_bytes / (wishes.ram_bytes or math.inf),
+        "--flash": cost.flash_bytes / (wishes.flash_bytes or math.inf),
+        "--respond": promise.respond_s / (wishes.respond_s or math.inf),
+        "--arw-percent": promise.arw_percent / percent,
+    }
+    return {option: factor for option, factor in found.items() if factor > 1}
+
+
+def _rank(plan: Plan) -> tuple[int, int, int]:
+    cost = plan.cost
+    fewer_results = design.WINDOWS[0] - plan.design.window // plan.design.stride
+    price = cost.flash_bytes + RAM_OVER_FLASH * cost.ram_bytes
+    return FITS.index(plan.design.fit), max(fewer_results, 0), price
+
+
+def _plans(wishes: Wishes, of_core: Any) -> Iterator[tuple[float, list[Plan]]]:
+    for percent, designs in candidates(wishes):
+        yield (
+            percent,
+            [Plan(d, promises.promise(d), costs.cost(d, of_core)) for d in designs],
+        )
+
+
+def find(wishes: Wishes, of_core: Any) -> Plan | None:
+    """The best plan that meets every wish."""
+    for percent, plans in _plans(wishes, of_core):
+        fitting = [plan for plan in plans if not excess(plan, percent)]
+        if fitting:
+            return min(fitting, key=_rank)
+    return None
+
+
+# --- what to relax ---
+
+
+def _described(wishes: Wishes) -> str:
+    """The wishes that cost memory."""
+    words = [f"{wishes.axes} {'axis' if wishes.axes == 1 else 'axes'}"]
+    if wishes.respond_s is not None:
+        words.append(f"a response within {seconds(wishes.respond_s)} s")
+    if wishes.arw_percent is not None:
+        words.append(f"ARW to {wishes.arw_percent:g} %")
+    if wishes.false_alarms_per_hour is not None:
+        words.append("alarms")
+    if wishes.longest_tau_s is not None:
+        words.append(f"averaging times to {seconds(wishes.longest_tau_s)} s")
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _only(option: str, plans: Iterable[tuple[float, list[Plan]]]) -> Iterator[Plan]:
+    """Plans that miss this option alone."""
+    for percent, group in plans:
+        for plan in group:
+            if set(excess(plan, percent)) == {option}:
+                yield plan
+
+
+def _relaxed_limits(plans: list[tuple[float, list[Plan]]]) -> Iterator[Relaxed]:
+    """Each limit as the cheapest plan that misses nothing else needs it."""
+    needs: tuple[tuple[str, Callable[[Plan], float], Callable[[float], str]], ...] = (
+        ("--ram", lambda plan: plan.cost.ram_bytes, lambda value: kilobytes(int(value))),
+        ("--flash", lambda plan: plan.cost.flash_bytes, lambda value: kilobytes(int(value))),
+        ("--arw-percent", lambda plan: plan.promise.arw_percent, lambda v: f"{v * 1.01 + 0.05:.1f}"),
+        ("--respond", lambda plan: plan.promise.respond_s, lambda value: seconds(value * 1.01)),
+    )
+    for option, need, shown in needs:
+        values = [need(plan) for plan in _only(option, plans)]
+        if values and math.isfinite(min(values)):
+            yield Relaxed(option, shown(min(values)))
+
+
+def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
+    """The nearest other values of the wishes that are no limits."""
+    if wishes.respond_s is not None:
+        for factor in LENGTHEN:
+            other = replace(wishes, respond_s=float(seconds(wishes.respond_s * factor)))
+            if find(other, of_core):
+                yield Relaxed("--respond", seconds(wishes.respond_s * factor))
+                break
+    if wishes.longest_tau_s is not None:
+        for halvings in range(1, 24):
+            shorter = float(seconds(wishes.longest_tau_s / 2**halvings))
+            if find(replace(wishes, longest_tau_s=shorter), of_core):
+                yield Relaxed("--longest-tau", seconds(shorter))
+                break
+    for axes in range(wishes.axes - 1, 0, -1):
+        if find(replace(wishes, axes=axes), of_core):
+            yield Relaxed("--axes", str(axes))
+            break
+
+
+def _relaxed(
+    wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any
+) -> list[Relaxed]:
+    """One value for each option."""
+    found: dict[str, Relaxed] = {}
+    for relaxed in (*_relaxed_limits(plans), *_relaxed_wishes(wishes, of_core)):
+        found.setdefault(relaxed.option, relaxed)
+    return list(found.values())
+
+
+def _reason_without_design(wishes: Wishes) -> str:
+    if design.fixed(replace(wishes, longest_tau_s=None)):
+        return (
+            f"--longest-tau {seconds(wishes.longest_tau_s or 0)}: too long for the exact sums of "
+            f"{wishes.type} at {wishes.rate_hz:g} Hz"
+        )
+    least = 1.2 * design.WINDOW_LEAST / wishes.rate_hz
+    return (
+        f"--respond {seconds(wishes.respond_s or 0)}: less than {design.WINDOW_LEAST} samples at "
+        f"{wishes.rate_hz:g} Hz, which take {seconds(least)} s"
+    )
+
+
+def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
+    """What the wishes need and do not get."""
+    all_plans = [(percent, plan) for percent, group in plans for plan in group]
+    if all(math.isinf(plan.promise.arw_percent) for _, plan in all_plans):
+        counts = design.noise_counts(wishes)
+        return (
+            f"--lsb {wishes.lsb:g}: the typical noise is {counts:.2g} counts before the filter, and "
+            f"rounding hides it: choose a smaller range of the gyro, or sum samples (davar/average.h)"
+        )
+    percent, best = min(all_plans, key=lambda one: max(excess(one[1], one[0]).values()))
+    option = max(excess(best, percent), key=lambda o: excess(best, percent)[o])
+    need = _described(wishes)
+    if option == "--ram":
+        return f"RAM {kilobytes(wishes.ram_bytes or 0)}: {need} need {kilobytes(best.cost.ram_bytes)}"
+    if option == "--flash":
+        return (
+            f"flash {kilobytes(wishes.flash_bytes or 0)}: {need} need "
+            f"{kilobytes(best.cost.flash_bytes)}"
+        )
+    if option == "--respond":
+        return (
+            f"respond {seconds(wishes.respond_s or 0)} s: a doubling of the noise is seen within "
+            f"{seconds(best.promise.respond_s)} s at the earliest"
+        )
+    within = f" within {seconds(wishes.respond_s)} s" if wishes.respond_s is not None else ""
+    return (
+        f"ARW to {percent:g} %: at {wishes.rate_hz:g} Hz, white noise allows "
+        f"{best.promise.arw_percent:.1f} %{within}"
+    )
+
+
+def plan(wishes: Wishes) -> Plan:
+    """The plan for the wishes. Raises Impossible, or BadOption for a filter."""
+    of_core = costs.table()[wishes.core]
+    found = find(wishes, of_core)
+    if found is not None:
+        return found
+    plans = [(percent, group) for percent, group in _plans(wishes, of_core) if group]
+    relaxed = _relaxed(wishes, plans, of_core)
+    raise Impossible(
+        _reason(wishes, plans) if plans else _reason_without_design(wishes), relaxed
+    )
