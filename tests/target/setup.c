@@ -11,7 +11,7 @@
 
 #include "board.h"
 
-#define STACK_WORDS 1024U
+#define STACK_WORDS 832U
 #define PAINT 0xA5C3965AU
 #define MARGIN 32U /* words that the painting itself needs */
 

@@ -2,11 +2,11 @@
  * interval of the angle random walk is, and how late law glr shows that the noise has doubled. The
  * library itself fits simulated windows and detects simulated changes.
  *
- *   davar-promise TAUS FILTER RATE WINDOW NOISE ALARMS STRIDE
+ *   davar-promise TAUS FILTER RATE WINDOW NOISE [ALARMS LONGEST STRIDE]
  *
- * TAUS, FILTER: as davar-plan; FILTER "-" is undeclared. RATE: Hz. WINDOW, STRIDE: samples. NOISE:
- * white noise of a sample before the filter, in counts; 0: of no matter. ALARMS: false alarms per
- * hour of law glr; 0: fixed window. Prints lines "name value". */
+ * TAUS, FILTER: as davar-plan; FILTER "-" is undeclared. RATE: Hz. WINDOW: samples of a usual
+ * window. NOISE: white noise of a sample before the filter, in counts; 0: of no matter. For law glr,
+ * ALARMS: false alarms per hour; LONGEST, STRIDE: samples. Prints lines "name value". */
 #include "davar/davar.h"
 #include "davar_bandwidth.h"
 
@@ -142,8 +142,9 @@ static bool alarm_after(davar_t *davar, double sigma, davar_result_t *result)
 
 static double delay(davar_t *davar, davar_result_t *result, double ratio)
 {
+    const uint32_t quiet = QUIET + (uint32_t)((double)davar->config->stride * uniform());
     davar_reset(davar);
-    for (uint32_t i = 0U; i < (QUIET + (uint32_t)(100.0 * uniform())); i++) {
+    for (uint32_t i = 0U; i < quiet; i++) {
         (void)alarm_after(davar, CHANGE_COUNTS, result);
     }
     uint32_t late = 1U;
@@ -204,7 +205,7 @@ int main(int count, char *words[])
     uint32_t taus[DAVAR_TAUS_MAX];
     davar_bandwidth_t bandwidth;
     davar_filter_t filter;
-    if (count != 8) {
+    if ((count != 6) && (count != 9)) {
         (void)fputs("davar-promise: for tools/davar-plan\n", stderr);
         return 2;
     }
@@ -212,7 +213,6 @@ int main(int count, char *words[])
     const double rate_hz = strtod(words[3], NULL);
     const uint32_t window = (uint32_t)strtoul(words[4], NULL, 10);
     const double noise = strtod(words[5], NULL);
-    const double alarms = strtod(words[6], NULL);
     if (strcmp(words[2], "-") == 0) {
         davar_plan_init(&plan, taus, tau_count);
     } else if (davar_bandwidth_read(words[2], &bandwidth) &&
@@ -222,7 +222,8 @@ int main(int count, char *words[])
         return 2;
     }
     promise_interval(&plan, window, (noise > 0.0) ? noise : FINE_COUNTS);
-    return (alarms > 0.0)
-               ? promise_alarm(rate_hz, window, alarms, (uint32_t)strtoul(words[7], NULL, 10))
-               : 0;
+    return (count == 6)
+               ? 0
+               : promise_alarm(rate_hz, (uint32_t)strtoul(words[7], NULL, 10),
+                               strtod(words[6], NULL), (uint32_t)strtoul(words[8], NULL, 10));
 }

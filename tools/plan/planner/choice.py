@@ -54,38 +54,40 @@ def seconds(value: float) -> str:
 # --- candidates ---
 
 
-def window_for(wishes: Wishes, percent: float) -> int:
-    """Samples of white noise that give the angle random walk to so many percent."""
-    window = 400.0
-    for _ in range(4):
+def _reaching(
+    make: Callable[[Wishes, int], list[Design]], wishes: Wishes, percent: float
+) -> list[Design]:
+    """The designs of the shortest window that gives the angle random walk to so many percent, or
+    those of the longest.
+    """
+    short = replace(wishes, longest_tau_s=None)
+    window, found = 400.0, math.inf
+    for _ in range(12):
         window = min(max(window, 64.0), design.WINDOW_MOST[wishes.type] * 0.9)
-        tried = next(iter(design.fixed_of_window(wishes, int(window))))
-        found = promises.promise(tried).arw_percent
-        if math.isinf(found):
+        tried = make(short, int(window))
+        if not tried:
             break
-        window = tried.window * (found / percent) ** 2 * 1.01
-    return int(window)
-
-
-def _followers(wishes: Wishes, percent: float) -> list[Design]:
-    """Designs whose window law follows changes."""
-    return design.glr(wishes, window_for(wishes, percent))
+        found = promises.promise(tried[0]).arw_percent
+        if math.isinf(found) or 0.93 * percent < found <= percent:
+            break
+        window *= min(max((found / percent) ** 2 * 1.04, 0.1), 10)
+    return make(wishes, int(window))
 
 
 def candidates(wishes: Wishes) -> Iterator[tuple[float, list[Design]]]:
     """Groups of designs in the order of preference, each with the percentage that it must reach."""
     percent = wishes.arw_percent or design.ARW_PERCENT
     if wishes.false_alarms_per_hour is not None:
-        yield percent, _followers(wishes, percent)
+        yield percent, _reaching(design.glr, wishes, percent)
         return
     if wishes.respond_s is not None:
         yield percent, design.fixed(wishes)
-        yield percent, _followers(wishes, percent)
+        yield percent, _reaching(design.glr, wishes, percent)
     else:
         usual = design.fixed(wishes)
         if wishes.arw_percent is None:
             yield percent, usual
-        yield percent, design.fixed_of_window(wishes, window_for(wishes, percent))
+        yield percent, _reaching(design.fixed_of_window, wishes, percent)
     if wishes.arw_percent is None:
         yield PERCENT_STILL_USEFUL, design.fixed(wishes)
 
@@ -222,12 +224,12 @@ def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
         )
     percent, best = min(all_plans, key=lambda one: max(excess(one[1], one[0]).values()))
     option = max(excess(best, percent), key=lambda o: excess(best, percent)[o])
-    need = _described(wishes)
+    need = f"{_described(wishes)} {'needs' if wishes.axes == 1 and ' and ' not in _described(wishes) else 'need'}"
     if option == "--ram":
-        return f"RAM {kilobytes(wishes.ram_bytes or 0)}: {need} need {kilobytes(best.cost.ram_bytes)}"
+        return f"RAM {kilobytes(wishes.ram_bytes or 0)}: {need} {kilobytes(best.cost.ram_bytes)}"
     if option == "--flash":
         return (
-            f"flash {kilobytes(wishes.flash_bytes or 0)}: {need} need "
+            f"flash {kilobytes(wishes.flash_bytes or 0)}: {need} "
             f"{kilobytes(best.cost.flash_bytes)}"
         )
     if option == "--respond":
@@ -236,9 +238,10 @@ def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
             f"{seconds(best.promise.respond_s)} s at the earliest"
         )
     within = f" within {seconds(wishes.respond_s)} s" if wishes.respond_s is not None else ""
+    undeclared = "; a declared --bandwidth makes it narrower" if wishes.bandwidth is None else ""
     return (
         f"ARW to {percent:g} %: at {wishes.rate_hz:g} Hz, white noise allows "
-        f"{best.promise.arw_percent:.1f} %{within}"
+        f"{best.promise.arw_percent:.1f} %{within}{undeclared}"
     )
 
 

@@ -19,7 +19,8 @@ WINDOW_LEAST = 16
 WINDOW_MOST = {"int16": 65536, "int32": 1 << 24, "float": 1 << 24}
 BLOCK = 10  # of law glr
 BLOCKS_LEAST, BLOCKS_MOST = 8, 768
-SIZE_AFTER_CUT = 8  # largest cluster size of law glr, so that a short window has a result
+SIZES_AFTER_CUT = 8, 32  # largest cluster size of law glr: a window after a cut has two of them
+STRIDE_MOST = 100  # of law glr: an alarm waits for the next result
 MEAN_WINDOW = 2 / 3  # of law glr in unchanged noise, over its longest
 CASCADE_LEAST = 64
 CASCADE_TAUS_MOST = 24
@@ -141,19 +142,15 @@ def fixed_of_window(wishes: Wishes, window: int) -> list[Design]:
 
 def glr(wishes: Wishes, window: int) -> list[Design]:
     """Law glr with that window on average, best first."""
-    blocks = math.ceil(window / MEAN_WINDOW / BLOCK)
-    if blocks > BLOCKS_MOST:
-        return []
+    blocks = min(math.ceil(window / MEAN_WINDOW / BLOCK), BLOCKS_MOST)
     alarms = wishes.false_alarms_per_hour or FALSE_ALARMS_PER_HOUR
     wishes = replace(wishes, false_alarms_per_hour=alarms)
     longest = BLOCK * max(blocks, 2 * BLOCKS_LEAST)
-    passes = _filter_samples(wishes)
-    largest = max(SIZE_AFTER_CUT, 2 ** math.ceil(math.log2(2 * passes)))
+    respond = (wishes.respond_s or RESPOND_S) * wishes.rate_hz
+    largest = min(max(respond / 8, SIZES_AFTER_CUT[0]), SIZES_AFTER_CUT[1])
+    largest = max(largest, 2 ** math.ceil(math.log2(2 * _filter_samples(wishes))))
     taus = _octaves(min(largest, _largest_size(wishes, longest)), 16)
     shortest = BLOCK * max(2, math.ceil(2 * taus[-1] / BLOCK))
-    respond = wishes.respond_s or RESPOND_S
-    stride = max(BLOCK, int(respond * wishes.rate_hz / 8) // BLOCK * BLOCK)
-    design = Design(
-        wishes, "glr", "grid", "arw", longest, shortest, min(stride, longest), taus
-    )
+    stride = min(max(BLOCK, int(respond / 8) // BLOCK * BLOCK), STRIDE_MOST)
+    design = Design(wishes, "glr", "grid", "arw", longest, shortest, stride, taus)
     return list(_with_cascade(design))

@@ -32,24 +32,23 @@ def run(*words: str) -> str:
     return done.stdout
 
 
-def promise(
-    design: Design, window: int, noise: float, false_alarms_per_hour: float
-) -> dict[str, float]:
-    """What the library promises for a window of so many samples, and for law glr."""
+def promise(design: Design, window: int, noise: float) -> dict[str, float]:
+    """What the library promises for a window of so many samples, and for the alarms of law glr."""
     wishes = design.wishes
-    words = (
+    words = [
         ",".join(map(str, design.taus)),
         wishes.bandwidth or "-",
         repr(wishes.rate_hz),
         str(window),
         repr(noise),
-        repr(false_alarms_per_hour),
-        str(design.stride),
-    )
+    ]
+    if design.law == "glr":
+        alarms = repr(wishes.false_alarms_per_hour)
+        words += [alarms, str(design.window), str(design.stride)]
     done = subprocess.run([PROMISE, *words], text=True, capture_output=True, check=False)
     if done.returncode:
-        fit_plan(design)  # it states what is wrong with a filter
-        raise BadOption(f"--bandwidth: cannot be used, found '{wishes.bandwidth}'")
+        fit_plan(design)  # raises if the filter is the reason
+        raise RuntimeError(f"davar-promise {' '.join(words)} failed")
     return {name: float(value) for name, value in map(str.split, done.stdout.splitlines())}
 
 

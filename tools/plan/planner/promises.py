@@ -40,7 +40,7 @@ def promise(design: Design) -> Promise:
     glr = design.law == "glr"
     window = int(design.window * MEAN_WINDOW) if glr else design.window
     alarms = wishes.false_alarms_per_hour if glr else None
-    found = library.promise(design, window, noise_counts(wishes), alarms or 0.0)
+    found = library.promise(design, window, noise_counts(wishes))
     shown = found.get("present_percent", 0.0) >= PRESENT_LEAST
     respond = design.respond_s
     if glr:
