@@ -154,7 +154,11 @@ def linked(target: str, folder: Path, options: Sequence[str], where: Path) -> tu
             main,
             [*options, *empty, f"-I{folder}", "-ffreestanding"],
         )
-        objects = [main] if empty else [main, folder / "davar_setup.o", archive(target, options_of(options), where)]
+        objects = (
+            [main]
+            if empty
+            else [main, folder / "davar_setup.o", archive(target, options_of(options), where)]
+        )
         link(target, objects, image, "-Wl,-emain")
         sizes.append(bytes_of(target, image))
     return sizes[1][0] - sizes[0][0], sizes[1][1] - sizes[0][1]

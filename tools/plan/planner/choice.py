@@ -134,7 +134,7 @@ def find(wishes: Wishes, of_core: Any) -> Plan | None:
 # --- what to relax ---
 
 
-def _described(wishes: Wishes) -> str:
+def _described(wishes: Wishes) -> list[str]:
     """The wishes that cost memory."""
     words = [f"{wishes.axes} {'axis' if wishes.axes == 1 else 'axes'}"]
     if wishes.respond_s is not None:
@@ -145,7 +145,24 @@ def _described(wishes: Wishes) -> str:
         words.append("alarms")
     if wishes.longest_tau_s is not None:
         words.append(f"averaging times to {seconds(wishes.longest_tau_s)} s")
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    return words
+
+
+def _need(wishes: Wishes) -> str:
+    """Those wishes as the subject of a sentence, with its verb."""
+    words = _described(wishes)
+    if len(words) == 1:
+        return f"{words[0]} {'needs' if wishes.axes == 1 else 'need'}"
+    return f"{', '.join(words[:-1])} and {words[-1]} need"
+
+
+# Option -> what a plan needs of it, as the option's value.
+NEEDS: dict[str, Callable[[Plan], str]] = {
+    "--ram": lambda plan: kilobytes(plan.cost.ram_bytes),
+    "--flash": lambda plan: kilobytes(plan.cost.flash_bytes),
+    "--arw-percent": lambda plan: f"{plan.promise.arw_percent * 1.01 + 0.05:.1f}",
+    "--respond": lambda plan: seconds(plan.promise.respond_s * 1.01),
+}
 
 
 def _only(option: str, plans: Iterable[tuple[float, list[Plan]]]) -> Iterator[Plan]:
@@ -156,18 +173,19 @@ def _only(option: str, plans: Iterable[tuple[float, list[Plan]]]) -> Iterator[Pl
                 yield plan
 
 
+def _useful(plan: Plan) -> bool:
+    return plan.promise.arw_percent <= PERCENT_STILL_USEFUL
+
+
 def _relaxed_limits(plans: list[tuple[float, list[Plan]]]) -> Iterator[Relaxed]:
     """Each limit as the cheapest plan that misses nothing else needs it."""
-    needs: tuple[tuple[str, Callable[[Plan], float], Callable[[float], str]], ...] = (
-        ("--ram", lambda plan: plan.cost.ram_bytes, lambda value: kilobytes(int(value))),
-        ("--flash", lambda plan: plan.cost.flash_bytes, lambda value: kilobytes(int(value))),
-        ("--arw-percent", lambda plan: plan.promise.arw_percent, lambda v: f"{v * 1.01 + 0.05:.1f}"),
-        ("--respond", lambda plan: plan.promise.respond_s, lambda value: seconds(value * 1.01)),
-    )
-    for option, need, shown in needs:
-        values = [need(plan) for plan in _only(option, plans)]
-        if values and math.isfinite(min(values)):
-            yield Relaxed(option, shown(min(values)))
+    for option, need in NEEDS.items():
+        missing = [plan for plan in _only(option, plans) if _useful(plan)]
+        if missing:
+            percent = design.ARW_PERCENT
+            yield Relaxed(
+                option, need(min(missing, key=lambda p: excess(p, percent).get(option, 1)))
+            )
 
 
 def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
@@ -190,14 +208,28 @@ def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
             break
 
 
-def _relaxed(
-    wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any
-) -> list[Relaxed]:
-    """One value for each option."""
+def _relaxed(wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any) -> list[Relaxed]:
+    """One value for each option that alone makes a plan possible."""
     found: dict[str, Relaxed] = {}
     for relaxed in (*_relaxed_limits(plans), *_relaxed_wishes(wishes, of_core)):
         found.setdefault(relaxed.option, relaxed)
     return list(found.values())
+
+
+def _nearest(plans: list[tuple[float, list[Plan]]]) -> tuple[float, Plan]:
+    """The plan that misses its wishes by least, and its percentage."""
+    pairs = [(percent, plan) for percent, group in plans for plan in group]
+    useful = [pair for pair in pairs if _useful(pair[1])]
+    return min(useful or pairs, key=lambda pair: math.prod(excess(pair[1], pair[0]).values()))
+
+
+def _together(plans: list[tuple[float, list[Plan]]]) -> list[Relaxed]:
+    """What to relax at once if no single option suffices."""
+    percent, nearest = _nearest(plans)
+    if not _useful(nearest):
+        return []
+    values = [(option, NEEDS[option](nearest)) for option in excess(nearest, percent)]
+    return [Relaxed(values[0][0], " ".join([values[0][1], *(f"{o} {v}" for o, v in values[1:])]))]
 
 
 def _reason_without_design(wishes: Wishes) -> str:
@@ -215,34 +247,25 @@ def _reason_without_design(wishes: Wishes) -> str:
 
 def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
     """What the wishes need and do not get."""
-    all_plans = [(percent, plan) for percent, group in plans for plan in group]
-    if all(math.isinf(plan.promise.arw_percent) for _, plan in all_plans):
+    if all(math.isinf(plan.promise.arw_percent) for _, group in plans for plan in group):
         counts = design.noise_counts(wishes)
         return (
             f"--lsb {wishes.lsb:g}: the typical noise is {counts:.2g} counts before the filter, and "
             f"rounding hides it: choose a smaller range of the gyro, or sum samples (davar/average.h)"
         )
-    percent, best = min(all_plans, key=lambda one: max(excess(one[1], one[0]).values()))
-    option = max(excess(best, percent), key=lambda o: excess(best, percent)[o])
-    need = f"{_described(wishes)} {'needs' if wishes.axes == 1 and ' and ' not in _described(wishes) else 'need'}"
-    if option == "--ram":
-        return f"RAM {kilobytes(wishes.ram_bytes or 0)}: {need} {kilobytes(best.cost.ram_bytes)}"
-    if option == "--flash":
-        return (
-            f"flash {kilobytes(wishes.flash_bytes or 0)}: {need} "
-            f"{kilobytes(best.cost.flash_bytes)}"
-        )
-    if option == "--respond":
-        return (
-            f"respond {seconds(wishes.respond_s or 0)} s: a doubling of the noise is seen within "
-            f"{seconds(best.promise.respond_s)} s at the earliest"
-        )
-    within = f" within {seconds(wishes.respond_s)} s" if wishes.respond_s is not None else ""
-    undeclared = "; a declared --bandwidth makes it narrower" if wishes.bandwidth is None else ""
-    return (
-        f"ARW to {percent:g} %: at {wishes.rate_hz:g} Hz, white noise allows "
-        f"{best.promise.arw_percent:.1f} %{within}{undeclared}"
-    )
+    percent, nearest = _nearest(plans)
+    said = {
+        "--ram": f"RAM {kilobytes(wishes.ram_bytes or 0)}: {_need(wishes)} "
+        f"{kilobytes(nearest.cost.ram_bytes)}",
+        "--flash": f"flash {kilobytes(wishes.flash_bytes or 0)}: {_need(wishes)} "
+        f"{kilobytes(nearest.cost.flash_bytes)}",
+        "--respond": f"respond {seconds(wishes.respond_s or 0)} s: a doubling of the noise is seen "
+        f"within {seconds(nearest.promise.respond_s)} s",
+        "--arw-percent": f"ARW to {percent:g} %: the longest window gives "
+        f"{nearest.promise.arw_percent:.1f} %"
+        + ("; a declared --bandwidth makes that narrower" if wishes.bandwidth is None else ""),
+    }
+    return "; ".join(said[option] for option in excess(nearest, percent))
 
 
 def plan(wishes: Wishes) -> Plan:
@@ -253,6 +276,6 @@ def plan(wishes: Wishes) -> Plan:
         return found
     plans = [(percent, group) for percent, group in _plans(wishes, of_core) if group]
     relaxed = _relaxed(wishes, plans, of_core)
-    raise Impossible(
-        _reason(wishes, plans) if plans else _reason_without_design(wishes), relaxed
-    )
+    if not plans:
+        raise Impossible(_reason_without_design(wishes), relaxed)
+    raise Impossible(_reason(wishes, plans), relaxed or _together(plans))

@@ -36,7 +36,9 @@ class Design:
     wishes: Wishes
     law: str  # "fixed" or "glr"
     engine: str  # "slide" or "grid"
-    fit: str  # "arw": of the window; "curve": and deviations of a cascade; "terms": and a fit of all
+    fit: (
+        str  # "arw": of the window; "curve": and deviations of a cascade; "terms": and a fit of all
+    )
     window: int
     shortest: int
     stride: int

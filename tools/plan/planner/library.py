@@ -3,6 +3,7 @@
 import os
 import re
 import subprocess
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -45,10 +46,16 @@ def promise(design: Design, window: int, noise: float) -> dict[str, float]:
     if design.law == "glr":
         alarms = repr(wishes.false_alarms_per_hour)
         words += [alarms, str(design.window), str(design.stride)]
-    done = subprocess.run([PROMISE, *words], text=True, capture_output=True, check=False)
-    if done.returncode:
-        fit_plan(design)  # raises if the filter is the reason
-        raise RuntimeError(f"davar-promise {' '.join(words)} failed")
+    try:
+        return _promised(*words)
+    except subprocess.CalledProcessError:
+        fit_plan(design)  # raises BadOption if the filter is the reason
+        raise
+
+
+@lru_cache(maxsize=None)
+def _promised(*words: str) -> dict[str, float]:
+    done = subprocess.run([PROMISE, *words], text=True, capture_output=True, check=True)
     return {name: float(value) for name, value in map(str.split, done.stdout.splitlines())}
 
 

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from statistics import NormalDist
 
 from . import library
@@ -33,7 +32,6 @@ def chi_square_percent(freedom: float) -> float:
     return 50 * (high - low)
 
 
-@lru_cache(maxsize=4096)
 def promise(design: Design) -> Promise:
     """What the design gives. Raises BadOption for a filter that the library rejects."""
     wishes, slow = design.wishes, design.cascade_taus > 0

@@ -69,8 +69,7 @@ def gives(plan: Plan) -> list[str]:
     if promise.bias_instability_deg_per_h:
         what = "bias instability and random walk" if design.fit == "terms" else "bias instability"
         lines.append(
-            f"{what} from that curve, if above "
-            f"{number(promise.bias_instability_deg_per_h)} deg/h"
+            f"{what} from that curve, if above {number(promise.bias_instability_deg_per_h)} deg/h"
         )
     return lines
 
@@ -96,7 +95,9 @@ def takes(plan: Plan) -> list[str]:
         f"at most about {instructions(cost.worst_take_instructions)}",
     ]
     if cost.curve_instructions:
-        lines.append(f"curve of an axis: about {instructions(cost.curve_instructions)} instructions")
+        lines.append(
+            f"curve of an axis: about {instructions(cost.curve_instructions)} instructions"
+        )
     return lines
 
 
