@@ -236,8 +236,10 @@ int main(void)
 
 #include <stdint.h>
 
-volatile SAMPLE input;
-volatile double output;
+static volatile struct {
+    SAMPLE input;
+    double output;
+} port; /* of one size, whatever a setup adds */
 
 int main(void);
 void _exit(int status);
@@ -251,7 +253,7 @@ int main(void)
     }
     for (;;) {
         for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
-            samples[a] = input;
+            samples[a] = port.input;
         }
         davar_setup_push(samples, 1U);
         for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
@@ -260,13 +262,13 @@ int main(void)
             result = (result == (void *)0) ? davar_setup_curve(a) : result;
 #endif
             if (result != (void *)0) {
-                output = result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value;
+                port.output = result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value;
             }
         }
     }
 #else
     for (;;) {
-        output = (double)(int)input;
+        port.output = (double)(int)port.input;
     }
 #endif
 }

@@ -199,7 +199,8 @@ def as_json(plan: Plan) -> dict[str, Any]:
 
 def impossible(why: Impossible) -> list[str]:
     """The reason, and what to relax."""
-    found = [f"impossible: {why}"]
+    reasons = str(why).split("; ")
+    found = [f"impossible: {reasons[0]}", *(f"  and {reason}" for reason in reasons[1:])]
     if why.relaxed:
         found.append("possible with one of:")
         found += [f"  {relaxed.option} {relaxed.value}" for relaxed in why.relaxed]

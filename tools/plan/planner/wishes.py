@@ -121,7 +121,7 @@ def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
         if option == "--json":
             found[option] = ""
             continue
-        if not inside and not rest:
+        if not inside and (not rest or rest[0] in options):
             raise BadOption(f"{option}: its value is missing (see --help)")
         found[option] = inside[0] if inside else rest.pop(0)
     return found
