@@ -235,7 +235,7 @@ FIXED = ((1, 5, 20, 160), (1, 8, 40, 320), (2, 5, 75, 600), (2, 8, 60, 480), (3,
 GLR = ((1, 4, 50, 800), (1, 6, 100, 500), (2, 4, 30, 200), (1, 4, 100, 500), (1, 6, 40, 400),
        (1, 5, 60, 500))  # fmt: skip
 # (axes, cluster sizes of the window, stride, cluster sizes of the cascade)
-CASCADE = ((1, 5, 40, 6), (1, 8, 60, 12), (2, 5, 75, 13))
+CASCADE = ((1, 5, 40, 6), (1, 8, 60, 12), (2, 5, 20, 13))
 
 
 def design_of(core: str, type: str, law: str, engine: str, point: Sequence[int]) -> Design:
