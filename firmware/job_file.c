@@ -51,13 +51,45 @@ static davar_status_t init(const job_file_t *file, davar_t *davar, void *memory,
     }
 }
 
-static size_t memory_words(const job_file_t *file)
+static size_t words_of(size_t bytes)
+{
+    return (bytes + 7U) / sizeof(uint64_t);
+}
+
+#define CASCADE_WORDS words_of(sizeof(davar_cascade_t))
+
+static size_t instance_words(const job_file_t *file)
 {
     const davar_config_t *const config = &file->job.config;
     const size_t bytes = (file->job.number == DAVAR_PORT_Q15)   ? davar_memory_size_q15(config)
                          : (file->job.number == DAVAR_PORT_Q31) ? davar_memory_size_q31(config)
                                                                 : davar_memory_size_f32(config);
-    return (bytes + 7U) / sizeof(uint64_t);
+    return words_of(bytes);
+}
+
+/* Zero without a cascade. */
+static size_t stages_words(const job_file_t *file)
+{
+    return words_of(davar_curve_bytes(&file->job.curve, file->job.number));
+}
+
+davar_cascade_t *job_file_cascade(job_file_t *file, uint32_t channel)
+{
+    uint64_t *const words = &file->pool[(channel * file->channel_words) + file->instance_words];
+    return (stages_words(file) > 0U) ? (davar_cascade_t *)(void *)words : NULL;
+}
+
+static bool start(job_file_t *file, uint32_t channel, davar_t *davar)
+{
+    uint64_t *const memory = &file->pool[channel * file->channel_words];
+    davar_cascade_t *const cascade = job_file_cascade(file, channel);
+    if (init(file, davar, memory, file->instance_words * sizeof *memory) != DAVAR_OK) {
+        return false;
+    }
+    return (cascade == NULL) ||
+           (davar_curve_start(&file->job.curve, file->job.number, cascade,
+                              memory + file->instance_words + CASCADE_WORDS,
+                              stages_words(file) * sizeof *memory) == DAVAR_OK);
 }
 
 int job_file_open(job_file_t *file, const char *path, davar_t *instances)
@@ -72,16 +104,20 @@ int job_file_open(job_file_t *file, const char *path, davar_t *instances)
         (job->channels > JOB_FILE_CHANNELS)) {
         return JOB_UNKNOWN;
     }
-    const size_t each = memory_words(file);
-    if ((each * job->channels) > JOB_FILE_POOL_WORDS) {
+    file->instance_words = instance_words(file);
+    file->channel_words = file->instance_words;
+    if (stages_words(file) > 0U) {
+        file->channel_words += CASCADE_WORDS + stages_words(file);
+    }
+    if ((file->channel_words * job->channels) > JOB_FILE_POOL_WORDS) {
         return JOB_NO_MEMORY;
     }
     for (uint32_t c = 0U; c < job->channels; c++) {
-        if (init(file, &instances[c], &file->pool[c * each], each * sizeof file->pool[0]) !=
-            DAVAR_OK) {
+        if (!start(file, c, &instances[c])) {
             return JOB_REFUSED;
         }
     }
-    davar_bandwidth_plan(&file->plan, &job->config, job->declared ? &job->filter : NULL);
+    davar_bandwidth_plan(&file->plan, job->curve.taus, job->curve.tau_count,
+                         job->declared ? &job->filter : NULL);
     return JOB_DONE;
 }

@@ -38,8 +38,10 @@ static int work(void)
 {
     const davar_port_t port = {.context = &input, .read = job_file_read, .send = send_result};
     for (uint32_t c = 0U; c < input.job.channels; c++) {
-        channels[c] = (davar_node_channel_t){
-            .davar = &instances[c], .number = input.job.number, .plan = &input.plan};
+        channels[c] = (davar_node_channel_t){.davar = &instances[c],
+                                             .number = input.job.number,
+                                             .cascade = job_file_cascade(&input, c),
+                                             .plan = &input.plan};
     }
     davar_node_init(&node, channels, input.job.channels, &port);
     davar_node_state_t state = DAVAR_NODE_RUNNING;

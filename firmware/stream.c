@@ -5,7 +5,7 @@
  *   timer interrupt -> sensor -> davar_push_q15
  *   main loop: davar_take -> davar_fit -> encoder -> SLCAN -> UART
  *
- * The sensor is a job file of one int16 channel. Command line: image JOB PERIOD_US. The last lines
+ * The sensor is a job file of one int16 channel without a cascade. Command line: image JOB PERIOD_US. The last lines
  * on the console are the counters. Exit status: see job_file.h. */
 #include "board.h"
 #include "job_file.h"
@@ -169,6 +169,7 @@ int main(void)
         return opened;
     }
     if ((sensor.job.channels != 1U) || (sensor.job.number != DAVAR_PORT_Q15) ||
+        (job_file_cascade(&sensor, 0U) != NULL) ||
         !davar_encoder_init(&encoder, &sensor.job.config, DAVAR_WIRE_BASE, 0U,
                             DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS)) {
         return JOB_UNKNOWN;

@@ -28,6 +28,7 @@ typedef struct {
     outbox_t outbox;
     davar_encoder_t encoder;
     davar_t davar;
+    davar_cascade_t cascade;
     davar_plan_t plan;
     davar_node_channel_t channel;
     davar_node_t node;
@@ -208,15 +209,24 @@ static bool open_link(gateway_t *gateway, char *why)
 
 static bool start_library(gateway_t *gateway, char *why)
 {
+    const davar_curve_t *const curve = &gateway->settings.curve;
     const size_t bytes = davar_memory_size_q31(&gateway->settings.config);
-    gateway->memory = calloc(1U, bytes);
-    const davar_status_t status =
-        (gateway->memory == NULL)
+    const size_t own_bytes = (bytes + 7U) & ~(size_t)7U;
+    const size_t cascade_bytes = davar_curve_bytes(curve, DAVAR_PORT_Q31);
+    char *const memory = calloc(1U, own_bytes + cascade_bytes);
+    gateway->memory = memory;
+    davar_status_t status =
+        (memory == NULL)
             ? DAVAR_ERR_MEMORY_SIZE
-            : davar_init_q31(&gateway->davar, &gateway->settings.config, gateway->memory, bytes);
+            : davar_init_q31(&gateway->davar, &gateway->settings.config, memory, bytes);
+    if ((status == DAVAR_OK) && (cascade_bytes > 0U)) {
+        gateway->channel.cascade = &gateway->cascade;
+        status = davar_curve_start(curve, DAVAR_PORT_Q31, &gateway->cascade, memory + own_bytes,
+                                   cascade_bytes);
+    }
     (void)snprintf(why, WHY_BYTES, "%s", davar_status_text(status));
     if (status == DAVAR_OK) {
-        davar_bandwidth_plan(&gateway->plan, &gateway->settings.config,
+        davar_bandwidth_plan(&gateway->plan, curve->taus, curve->tau_count,
                              gateway->settings.declares_filter ? &gateway->settings.filter : NULL);
     }
     return status == DAVAR_OK;

@@ -43,6 +43,7 @@ static const char *const HELP[] = {
     "  --window-min N    shortest window (default 400; glr: 20)\n"
     "  --segment N       short segment of the contribution test (default 100; glr: 0)\n"
     "  --stride K        one result every K samples (default 100)\n"
+    "  --longest-tau S   further octaves of cluster sizes, up to S seconds, beyond the window\n"
     "  --false-alarms-per-hour X  glr: accepted false alarms per hour of unchanged noise\n"
     "                    (default 0.01)\n"
     "  --cut-interval S  glr: accepted mean time between false cuts of the window, in seconds\n"
@@ -109,6 +110,7 @@ static const entry_t TABLE[] = {
     {"window-min", WHOLE, AT(config.window.shortest)},
     {"segment", WHOLE, AT(config.moments.segment)},
     {"stride", WHOLE, AT(config.stride)},
+    {"longest-tau", REAL, AT(longest_tau_s)},
     {"channel", WHOLE, AT(channel)},
     {"baud", WHOLE, AT(baud)},
     {"base", HEX, AT(base)},
@@ -283,6 +285,22 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
     return true;
 }
 
+/* Extends the cluster sizes to --longest-tau. */
+static bool extend(node_settings_t *settings, char *why, size_t size)
+{
+    char reason[256];
+    if (settings->longest_tau_s < 0.0) {
+        davar_curve_make(&settings->curve, &settings->config, 0U);
+        return true;
+    }
+    if (davar_curve_reach(&settings->curve, &settings->config, DAVAR_PORT_Q31,
+                          settings->longest_tau_s, reason, sizeof reason)) {
+        return true;
+    }
+    (void)snprintf(why, size, "--longest-tau: %s", reason);
+    return false;
+}
+
 /* Converts the filter to the sample rate. */
 static bool fits_rate(node_settings_t *settings, char *why, size_t size)
 {
@@ -323,6 +341,7 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
 {
     *settings = (node_settings_t){.base = DAVAR_WIRE_BASE,
                                   .alarm_off_s = 1.0,
+                                  .longest_tau_s = -1.0,
                                   .content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
                                   .config = davar_default_config};
     settings->config.window.mode = DAVAR_MODE_TRAILING;
@@ -342,7 +361,7 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
     const davar_status_t status =
         davar_memory_size_q31(&settings->config) > 0U ? DAVAR_OK : DAVAR_ERR_NULL;
     if (settings->help || (status == DAVAR_OK)) {
-        return settings->help || fits_rate(settings, why, size);
+        return settings->help || (fits_rate(settings, why, size) && extend(settings, why, size));
     }
     davar_t probe;
     uint64_t none[1];

@@ -4,6 +4,7 @@
 
 #include "davar/davar.h"
 #include "davar_bandwidth.h"
+#include "davar_curve.h"
 
 typedef struct {
     const char *source;
@@ -24,6 +25,8 @@ typedef struct {
     davar_filter_t filter; /* ... at the sample rate */
     davar_config_t config;
     uint32_t taus[DAVAR_TAUS_MAX];
+    double longest_tau_s; /* negative: not given */
+    davar_curve_t curve;
 } node_settings_t;
 
 /* False: `why` names the option. */

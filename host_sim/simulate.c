@@ -52,7 +52,7 @@ static bool load(run_t *run, sim_error_t *error)
     return timing_find(&run->timing, &run->recording, options, error) &&
            (!options->learns_filter ||
             learn_channels(run->learned, &run->recording, &run->timing, options, error)) &&
-           engine_start(&run->engine, &run->settings, &run->quantisation, run->timing.rate_hz,
+           engine_start(&run->engine, &run->settings, &run->quantisation, &run->timing,
                         run->recording.selection.count, run->learned, options, error) &&
            output_open(&run->output, options, &run->engine, &run->recording.selection, error);
 }

@@ -119,10 +119,10 @@ bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *ad
 /* True if there is no error model, or it has a cluster size of the results. */
 static bool model_fits(davar_python_t *run)
 {
-    const davar_config_t *config = &run->engine.config;
+    const davar_curve_t *const curve = &run->engine.curve;
     for (size_t i = 0; i < run->model_count; i++) {
-        for (uint8_t t = 0; t < config->tau_count; t++) {
-            if (run->model[i].m == config->taus[t]) {
+        for (uint8_t t = 0; t < curve->tau_count; t++) {
+            if (run->model[i].m == curve->taus[t]) {
                 return true;
             }
         }
@@ -167,17 +167,18 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
 {
     const extent_t extent = {.low = low, .high = high};
     run->quantisation = quantise_plan(&run->options, &extent);
-    if (!engine_start(&run->engine, &run->settings, &run->quantisation, rate_hz, 1U, &run->learned,
+    const timing_t timing = {.rate_hz = rate_hz, .gaps = UINT16_MAX};
+    if (!engine_start(&run->engine, &run->settings, &run->quantisation, &timing, 1U, &run->learned,
                       &run->options, &run->error) ||
         !model_fits(run)) {
         return false;
     }
-    const davar_config_t *config = &run->engine.config;
-    const fields_setup_t setup = {.taus = config->taus,
-                                  .tau_count = config->tau_count,
-                                  .monitored = (run->model_count > 0U),
-                                  .tracked = (davar_law_id(config) == (uint8_t)DAVAR_POLICY_GLR),
-                                  .details = run->options.details};
+    const fields_setup_t setup = {
+        .taus = run->engine.curve.taus,
+        .tau_count = run->engine.curve.tau_count,
+        .monitored = (run->model_count > 0U),
+        .tracked = (davar_law_id(&run->engine.config) == (uint8_t)DAVAR_POLICY_GLR),
+        .details = run->options.details};
     fields_make(&run->fields, &setup);
     return true;
 }
@@ -192,9 +193,18 @@ const char *davar_python_column(const davar_python_t *run, size_t i)
     return run->fields.field[i].name;
 }
 
+/* Null: no --longest-tau. */
+static davar_cascade_t *cascade_of(const davar_python_t *run)
+{
+    return run->engine.channels->cascade;
+}
+
 void davar_python_gap(davar_python_t *run, uint32_t missing)
 {
     davar_gap(run->engine.instances, missing);
+    if (cascade_of(run) != NULL) {
+        davar_cascade_gap(cascade_of(run), missing);
+    }
 }
 
 static void convert(davar_python_t *run, const double *values, size_t count)
@@ -225,6 +235,23 @@ static size_t push_some(davar_python_t *run, size_t from, size_t count)
     }
 }
 
+static void push_cascade(davar_python_t *run, size_t from, size_t count)
+{
+    davar_cascade_t *const cascade = cascade_of(run);
+    switch (run->engine.number) {
+    case DAVAR_PORT_Q15:
+        davar_cascade_push_q15(cascade, run->samples.q15 + from, count);
+        break;
+    case DAVAR_PORT_Q31:
+        davar_cascade_push_q31(cascade, run->samples.q31 + from, count);
+        break;
+    case DAVAR_PORT_F32:
+    default:
+        davar_cascade_push_f32(cascade, run->samples.f32 + from, count);
+        break;
+    }
+}
+
 static double number_of(const cell_t *cell)
 {
     switch (cell->kind) {
@@ -244,6 +271,9 @@ static size_t take_row(davar_python_t *run, double *table, size_t capacity, size
 {
     if (!davar_take(run->engine.instances, &run->result)) {
         return 0U;
+    }
+    if (cascade_of(run) != NULL) {
+        (void)davar_cascade_append(cascade_of(run), &run->result);
     }
     davar_fit(&run->engine.filtered->plan, run->engine.config.rate_hz, &run->result);
     const bool monitored = (run->model_count > 0U);
@@ -269,6 +299,9 @@ static size_t push_chunk(davar_python_t *run, size_t count, double *table, size_
         const size_t more = push_some(run, done, count - done);
         if (more == 0U) {
             break;
+        }
+        if (cascade_of(run) != NULL) {
+            push_cascade(run, done, more);
         }
         done += more;
         *written += take_row(run, table, capacity, *written);
@@ -297,6 +330,9 @@ size_t davar_python_push(davar_python_t *run, const double *values, size_t count
 size_t davar_python_flush(davar_python_t *run, double *table, size_t capacity)
 {
     size_t written = 0;
+    if (cascade_of(run) != NULL) {
+        davar_cascade_flush(cascade_of(run));
+    }
     while ((written < capacity) && davar_flush(run->engine.instances)) {
         written += take_row(run, table, capacity, written);
     }

@@ -32,11 +32,21 @@ static davar_status_t init(davar_port_number_t number, davar_t *davar, const dav
     }
 }
 
+/* A window stores no more gaps than the recording has. Law glr treats shocks as gaps too. */
+static void limit_gaps(davar_config_t *config, uint64_t gaps)
+{
+    const bool is_glr = (davar_law_id(config) == (uint8_t)DAVAR_POLICY_GLR);
+    if (!is_glr && (config->window.gaps_max > gaps)) {
+        config->window.gaps_max = (uint16_t)gaps;
+    }
+}
+
 static void configure(engine_t *engine, const settings_t *settings,
-                      const quantisation_t *quantisation, double rate_hz)
+                      const quantisation_t *quantisation, const timing_t *timing)
 {
     engine->config = settings->config;
-    engine->config.rate_hz = rate_hz;
+    engine->config.rate_hz = timing->rate_hz;
+    limit_gaps(&engine->config, timing->gaps);
     engine->config.unit_per_count = quantisation->unit_per_count;
     engine->config.full_scale = quantisation->full_scale;
     engine->config.sample_bits = quantisation->sample_bits;
@@ -78,53 +88,86 @@ static const davar_filter_t *filter_of(const engine_t *engine, const learned_t *
     return learn_knows(&learned[channel]) ? &learned[channel].filter : NULL;
 }
 
+/* Extends the cluster sizes to --longest-tau. */
+static bool extend(engine_t *engine, const options_t *options, sim_error_t *error)
+{
+    char why[256];
+    if (!(options->longest_tau_s > 0.0)) {
+        davar_curve_make(&engine->curve, &engine->config, 0U);
+        return true;
+    }
+    return davar_curve_reach(&engine->curve, &engine->config, engine->number,
+                             options->longest_tau_s, why, sizeof why) ||
+           sim_fail(error, "--longest-tau: %s", why);
+}
+
 /* Sets what follows from the filter: the settings of the window laws, and the plan. */
-static void adapt(filtered_t *filtered, const davar_filter_t *filter, const options_t *options)
+static void adapt(filtered_t *filtered, const davar_curve_t *curve, const davar_filter_t *filter,
+                  const options_t *options)
 {
     davar_bandwidth_whiten(&filtered->config, filter);
     if (options->unstable_rate > 0.0) {
         davar_bound_unstable_rate(&filtered->config, options->unstable_rate, filter);
     }
-    davar_bandwidth_plan(&filtered->plan, &filtered->config, filter);
+    davar_bandwidth_plan(&filtered->plan, curve->taus, curve->tau_count, filter);
 }
 
 static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
 {
     engine->instances = calloc(engine->count, sizeof *engine->instances);
+    engine->cascades = calloc(engine->count, sizeof *engine->cascades);
     engine->channels = calloc(engine->count, sizeof *engine->channels);
     engine->memory = calloc(engine->count, words * sizeof *engine->memory);
     engine->filtered = calloc(engine->count, sizeof *engine->filtered);
-    if ((engine->instances == NULL) || (engine->channels == NULL) || (engine->memory == NULL) ||
-        (engine->filtered == NULL)) {
+    if ((engine->instances == NULL) || (engine->cascades == NULL) || (engine->channels == NULL) ||
+        (engine->memory == NULL) || (engine->filtered == NULL)) {
         return sim_fail(error, "--window-max: out of memory for %u samples, %zu channels",
                         engine->config.window.longest, engine->count);
     }
     return true;
 }
 
+/* Starts one channel in its `words` of memory, of which the instance takes `own_words`. */
+static davar_status_t start(engine_t *engine, size_t c, const davar_filter_t *filter, size_t words,
+                            size_t own_words, const options_t *options)
+{
+    filtered_t *const filtered = &engine->filtered[c];
+    uint64_t *const memory = engine->memory + c * words;
+    const bool has_cascade = (words > own_words);
+    filtered->config = engine->config;
+    adapt(filtered, &engine->curve, filter, options);
+    engine->channels[c] =
+        (davar_node_channel_t){.davar = &engine->instances[c],
+                               .number = engine->number,
+                               .cascade = has_cascade ? &engine->cascades[c] : NULL,
+                               .plan = &filtered->plan};
+    const davar_status_t status = init(engine->number, &engine->instances[c], &filtered->config,
+                                       memory, own_words * sizeof *memory);
+    return ((status == DAVAR_OK) && has_cascade)
+               ? davar_curve_start(&engine->curve, engine->number, &engine->cascades[c],
+                                   memory + own_words, (words - own_words) * sizeof *memory)
+               : status;
+}
+
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
-                  double rate_hz, size_t count, const learned_t *learned, const options_t *options,
-                  sim_error_t *error)
+                  const timing_t *timing, size_t count, const learned_t *learned,
+                  const options_t *options, sim_error_t *error)
 {
     *engine = (engine_t){.count = count};
-    configure(engine, settings, quantisation, rate_hz);
-    if (!declare(engine, learned, options, error)) {
+    configure(engine, settings, quantisation, timing);
+    if (!declare(engine, learned, options, error) || !extend(engine, options, error)) {
         return false;
     }
     const size_t bytes = memory_size(engine->number, &engine->config);
-    const size_t words = bytes / sizeof *engine->memory + 1U;
+    const size_t own_words = bytes / sizeof *engine->memory + 1U;
+    const size_t words =
+        own_words + davar_curve_bytes(&engine->curve, engine->number) / sizeof *engine->memory;
     if (!allocate(engine, words, error)) {
         return false;
     }
     for (size_t c = 0; c < count; c++) {
-        filtered_t *const filtered = &engine->filtered[c];
-        filtered->config = engine->config;
-        adapt(filtered, filter_of(engine, learned, options, c), options);
-        engine->channels[c] = (davar_node_channel_t){
-            .davar = &engine->instances[c], .number = engine->number, .plan = &filtered->plan};
         const davar_status_t status =
-            init(engine->number, &engine->instances[c], &filtered->config,
-                 engine->memory + c * words, words * sizeof *engine->memory);
+            start(engine, c, filter_of(engine, learned, options, c), words, own_words, options);
         if (status != DAVAR_OK) {
             return settings_fail(status, options, error);
         }
@@ -156,6 +199,7 @@ davar_health_t engine_health(const engine_t *engine)
 void engine_free(engine_t *engine)
 {
     free(engine->instances);
+    free(engine->cascades);
     free(engine->channels);
     free(engine->filtered);
     free(engine->memory);

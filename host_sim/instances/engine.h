@@ -3,10 +3,12 @@
 #ifndef ENGINE_H
 #define ENGINE_H
 
+#include "davar_curve.h"
 #include "davar_node.h"
 #include "instances/settings.h"
 #include "learning/learn.h"
 #include "recording/quantise.h"
+#include "recording/timing.h"
 
 /* What follows from the filter of a channel. */
 typedef struct {
@@ -16,12 +18,14 @@ typedef struct {
 
 typedef struct {
     davar_config_t config; /* of channel 0 */
+    davar_curve_t curve;   /* the cluster sizes of every result */
     filtered_t *filtered;  /* one per channel */
     davar_filter_t filter;
     const davar_filter_t *declared; /* the filter of channel 0, or null: unknown */
     davar_port_number_t number;
     size_t count;
     davar_t *instances;
+    davar_cascade_t *cascades; /* started if the curve has one */
     uint64_t *memory;
     davar_node_channel_t *channels;
 } engine_t;
@@ -32,8 +36,8 @@ typedef struct {
  * read; it must outlive the engine too. False: the library rejects the configuration (the message
  * names the option), or out of memory. */
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
-                  double rate_hz, size_t count, const learned_t *learned, const options_t *options,
-                  sim_error_t *error);
+                  const timing_t *timing, size_t count, const learned_t *learned,
+                  const options_t *options, sim_error_t *error);
 
 /* Adds the counters of one more channel. Gaps and missing samples are the same in all channels and
  * are not summed. */

@@ -3,11 +3,11 @@
 
 #include <stdlib.h>
 
-static bool has_tau(const model_table_t *table, const davar_config_t *config)
+static bool has_tau(const model_table_t *table, const davar_curve_t *curve)
 {
     for (uint8_t i = 0; i < table->count; i++) {
-        for (uint8_t t = 0; t < config->tau_count; t++) {
-            if (table->tau[i].m == config->taus[t]) {
+        for (uint8_t t = 0; t < curve->tau_count; t++) {
+            if (table->tau[i].m == curve->taus[t]) {
                 return true;
             }
         }
@@ -24,9 +24,11 @@ bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine
     if (!model_table_read(&watch->table, options->model_table, engine->config.rate_hz, error)) {
         return false;
     }
-    if (!has_tau(&watch->table, &engine->config)) {
-        return sim_fail(error, "--model-table: %s: it has no cluster size in common with --taus",
-                        options->model_table);
+    if (!has_tau(&watch->table, &engine->curve)) {
+        return sim_fail(
+            error,
+            "--model-table: %s: it has no cluster size in common with --taus or --longest-tau",
+            options->model_table);
     }
     watch->monitor = calloc(engine->count, sizeof *watch->monitor);
     if (watch->monitor == NULL) {

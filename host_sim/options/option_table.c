@@ -240,6 +240,11 @@ static bool apply_taus(options_t *options, const char *text, sim_error_t *error)
     return value_u32_list("taus", text, options->taus, DAVAR_TAUS_MAX, &options->tau_count, error);
 }
 
+static bool apply_longest_tau(options_t *options, const char *text, sim_error_t *error)
+{
+    return value_positive("longest-tau", text, &options->longest_tau_s, error);
+}
+
 static bool apply_out(options_t *options, const char *text, sim_error_t *error)
 {
     static const char *const WORDS[] = {"csv", "jsonl"};
@@ -352,6 +357,7 @@ const option_entry_t OPTION_TABLE[] = {
     {"grow", apply_grow},
     {"shrink", apply_shrink},
     {"taus", apply_taus},
+    {"longest-tau", apply_longest_tau},
     {"stride", apply_stride},
     {"engine", apply_engine},
     {"out", apply_out},

@@ -81,6 +81,7 @@ typedef struct {
     uint32_t taus_wanted;          /* geometric: how many */
     uint32_t taus[DAVAR_TAUS_MAX]; /* list */
     size_t tau_count;
+    double longest_tau_s; /* 0: not given */
     out_t out;
     const char *link;        /* for OUT_LINK: can:IFACE or slcan:PATH */
     uint32_t can_base;       /* identifier of channel 0 */

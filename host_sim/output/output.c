@@ -13,8 +13,8 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
     output->raw = options->raw;
     output->flush_rows = (options->pace > 0.0);
     output->rows = 0;
-    const fields_setup_t setup = {.taus = engine->config.taus,
-                                  .tau_count = engine->config.tau_count,
+    const fields_setup_t setup = {.taus = engine->curve.taus,
+                                  .tau_count = engine->curve.tau_count,
                                   .monitored = (options->model_table != NULL),
                                   .tracked = (options->policy == DAVAR_POLICY_GLR),
                                   .details = options->details};

@@ -70,8 +70,8 @@ static bool write_job(const places_t *places, replay_t *replay, const engine_t *
         return sim_fail(error, "%s: cannot be written", places->job);
     }
     uint64_t words[DAVAR_JOB_WORDS];
-    davar_job_encode(&engine->config, engine->number, (uint32_t)engine->count, engine->declared,
-                     words);
+    davar_job_encode(&engine->config, engine->curve.cascade.tau_count, engine->number,
+                     (uint32_t)engine->count, engine->declared, words);
     (void)fwrite(words, sizeof words, 1U, file);
     const davar_port_t port = replay_port(replay);
     davar_port_block_t block = {0};
@@ -90,13 +90,18 @@ static bool write_job(const places_t *places, replay_t *replay, const engine_t *
 }
 
 /* The meaning of the image's exit status (firmware/job_file.h). */
-static const char *cause(int status)
+static const char *cause(int status, bool has_cascade)
 {
     switch (status) {
     case 4:
-        return "the device supports fewer cluster sizes or channels";
+        return has_cascade ? "the device supports fewer cluster sizes or channels: shorten --taus "
+                             "or --longest-tau, or give fewer columns"
+                           : "the device supports fewer cluster sizes or channels";
     case 5:
-        return "the device has too little memory for this window and these channels";
+        return has_cascade
+                   ? "the device has too little memory for this window, these channels and the "
+                     "cascade of --longest-tau: shorten --window-max or --longest-tau"
+                   : "the device has too little memory for this window and these channels";
     case 6:
         return "the device rejected the settings";
     default:
@@ -104,7 +109,8 @@ static const char *cause(int status)
     }
 }
 
-static bool run_device(const char *command, const places_t *places, sim_error_t *error)
+static bool run_device(const char *command, const places_t *places, bool has_cascade,
+                       sim_error_t *error)
 {
     char line[4096];
     if (snprintf(line, sizeof line, "%s %s %s", command, places->job, places->results) >=
@@ -113,7 +119,8 @@ static bool run_device(const char *command, const places_t *places, sim_error_t 
     }
     const int status = system(line); /* NOLINT(cert-env33-c): the option takes a command line */
     const int code = ((status != -1) && WIFEXITED(status)) ? WEXITSTATUS(status) : -1;
-    return (code == 0) || sim_fail(error, "--device: %s (exit status %d)", cause(code), code);
+    return (code == 0) ||
+           sim_fail(error, "--device: %s (exit status %d)", cause(code, has_cascade), code);
 }
 
 typedef struct {
@@ -176,7 +183,7 @@ static bool read_results(const places_t *places, replay_t *replay, const engine_
     results_t results = {.file = fopen(places->results, "rb"),
                          .path = places->results,
                          .channels = engine->count,
-                         .rest = (6U * (size_t)engine->config.tau_count) +
+                         .rest = (6U * (size_t)engine->curve.tau_count) +
                                  ((size_t)4U * DAVAR_COEFFICIENT_COUNT)};
     if (results.file == NULL) {
         return sim_fail(error, "%s: the device wrote no results", places->results);
@@ -196,7 +203,7 @@ bool device_replay(const char *command, replay_t *replay, const engine_t *engine
         return false;
     }
     const bool good = write_job(&places, replay, engine, error) &&
-                      run_device(command, &places, error) &&
+                      run_device(command, &places, engine->curve.cascade.tau_count > 0U, error) &&
                       read_results(&places, replay, engine, health, error);
     remove_places(&places);
     return good;

@@ -133,14 +133,15 @@ static inline void davar_bandwidth_whiten(davar_config_t *config, const davar_fi
     }
 }
 
-/** Prepares the plan of a fit. filter null: nothing is known about a filter. */
-static inline void davar_bandwidth_plan(davar_plan_t *plan, const davar_config_t *config,
+/** Prepares the plan of a fit for `count` cluster sizes m[]. filter null: nothing is known about a
+ * filter. */
+static inline void davar_bandwidth_plan(davar_plan_t *plan, const uint32_t *m, uint8_t count,
                                         const davar_filter_t *filter)
 {
     if (filter == NULL) {
-        davar_plan_init(plan, config->taus, config->tau_count);
+        davar_plan_init(plan, m, count);
     } else {
-        davar_plan_init_filtered(plan, config->taus, config->tau_count, filter);
+        davar_plan_init_filtered(plan, m, count, filter);
     }
 }
 

@@ -3,8 +3,8 @@
 
 #include <string.h>
 
-#define MAGIC UINT64_C(0x34424F4A52564144) /* "DAVRJOB4" */
-#define FILTER_WORDS 6U                    /* the last of the settings */
+#define MAGIC UINT64_C(0x35424F4A52564144) /* "DAVRJOB5" */
+#define FILTER_WORDS 6U                    /* the last of the settings but one */
 #define HEALTH UINT64_MAX                  /* instead of a channel */
 
 static uint64_t bits_of(double value)
@@ -39,8 +39,9 @@ static double double_of(uint64_t bits)
 #define OF_WORD_ENGINE(word) (davar_engine_t)(word)
 #define OF_WORD_BOOL(word) ((word) != 0U)
 
-void davar_job_encode(const davar_config_t *config, davar_port_number_t number, uint32_t channels,
-                      const davar_filter_t *filter, uint64_t words[DAVAR_JOB_WORDS])
+void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
+                      davar_port_number_t number, uint32_t channels, const davar_filter_t *filter,
+                      uint64_t words[DAVAR_JOB_WORDS])
 {
     const davar_filter_t none = {0};
     const davar_filter_t *const known = (filter != NULL) ? filter : &none;
@@ -59,6 +60,7 @@ void davar_job_encode(const davar_config_t *config, davar_port_number_t number, 
         known->poles,
         known->averages,
         ((uint64_t)known->summed << 32U) | ((uint64_t)known->length << 16U) | known->decimation,
+        cascade_taus,
     };
     memcpy(words, fields, sizeof fields);
     for (uint32_t t = 0U; t < DAVAR_JOB_TAUS; t++) {
@@ -79,13 +81,15 @@ static const uint64_t *decode_fields(davar_config_t *config, const uint64_t *wor
 bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
 {
     davar_config_t *const config = &job->config;
+    uint32_t taus[DAVAR_TAUS_MAX];
     job->number = (davar_port_number_t)words[1];
     job->channels = (uint32_t)words[2];
     config->law = davar_policy_law((davar_policy_t)words[3], job->number != DAVAR_PORT_Q15);
-    config->taus = job->taus;
     const uint64_t *const filter = decode_fields(config, &words[4]);
-    const bool all_read = (filter == &words[DAVAR_JOB_SETTINGS - FILTER_WORDS]);
-    if ((words[0] != MAGIC) || !all_read || (config->tau_count > DAVAR_TAUS_MAX)) {
+    const uint64_t *const cascade_taus = filter + FILTER_WORDS;
+    if ((words[0] != MAGIC) || ((cascade_taus + 1) != &words[DAVAR_JOB_SETTINGS]) ||
+        (config->tau_count == 0U) || (*cascade_taus > DAVAR_TAUS_MAX) ||
+        ((config->tau_count + *cascade_taus) > DAVAR_TAUS_MAX)) {
         return false;
     }
     job->declared = (filter[0] != 0U);
@@ -97,8 +101,11 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
                                    .decimation = (uint16_t)filter[5],
                                    .summed = (uint16_t)(filter[5] >> 32U)};
     for (uint32_t t = 0U; t < config->tau_count; t++) {
-        job->taus[t] = (uint32_t)words[DAVAR_JOB_SETTINGS + t];
+        taus[t] = (uint32_t)words[DAVAR_JOB_SETTINGS + t];
     }
+    config->taus = taus;
+    davar_curve_make(&job->curve, config, (uint8_t)*cascade_taus);
+    config->taus = job->curve.taus;
     return true;
 }
 
@@ -127,7 +134,7 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
     uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
         const davar_adev_t *const tau = &result->tau[t];
-        const uint64_t fields[6] = {tau->m,
+        const uint64_t fields[6] = {((uint64_t)tau->hop << 32U) | tau->m,
                                     tau->differences,
                                     bits_of(tau->adev),
                                     bits_of(tau->low),
@@ -201,9 +208,13 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result,
     result->unit_per_count = 0.0; /* the result is already fitted */
     const uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
-        const davar_adev_t tau = {(uint32_t)word[0],  (uint32_t)word[1],  double_of(word[2]),
-                                  double_of(word[3]), double_of(word[4]), double_of(word[5])};
-        result->tau[t] = tau;
+        result->tau[t] = (davar_adev_t){.m = (uint32_t)word[0],
+                                        .differences = (uint32_t)word[1],
+                                        .hop = (uint32_t)(word[0] >> 32U),
+                                        .adev = double_of(word[2]),
+                                        .low = double_of(word[3]),
+                                        .high = double_of(word[4]),
+                                        .edf = double_of(word[5])};
     }
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++, word += 4) {
         const davar_coefficient_t one = {word[0] != 0U, double_of(word[1]), double_of(word[2]),

@@ -11,6 +11,7 @@
 
 #include "davar/davar.h"
 #include "davar_bandwidth.h"
+#include "davar_curve.h"
 #include "davar_policy.h"
 #include "davar_port.h"
 
@@ -19,24 +20,26 @@ extern "C" {
 #endif
 
 #define DAVAR_JOB_TAUS 32U
-#define DAVAR_JOB_SETTINGS 37U
+#define DAVAR_JOB_SETTINGS 38U
 #define DAVAR_JOB_WORDS (DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS)
 #define DAVAR_JOB_HEAD 18U
 #define DAVAR_JOB_RESULT_WORDS                                                                     \
     (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))
 
 typedef struct {
-    davar_config_t config; /* its taus point to the member below */
-    uint32_t taus[DAVAR_TAUS_MAX];
+    davar_config_t config; /* its taus point to those of the curve */
+    davar_curve_t curve;
     davar_port_number_t number;
     uint32_t channels;
     bool declared; /* the filter is known */
     davar_filter_t filter;
 } davar_job_t;
 
-/* `config` may point to taus anywhere. `filter` null: unknown. */
-void davar_job_encode(const davar_config_t *config, davar_port_number_t number, uint32_t channels,
-                      const davar_filter_t *filter, uint64_t words[DAVAR_JOB_WORDS]);
+/* `config` may point to taus anywhere. `cascade_taus`: number of sizes of the cascade; 0: none.
+ * `filter` null: unknown. */
+void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
+                      davar_port_number_t number, uint32_t channels, const davar_filter_t *filter,
+                      uint64_t words[DAVAR_JOB_WORDS]);
 
 /* False: not a job, or more cluster sizes than this build supports. The job must not be moved. */
 bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS]);

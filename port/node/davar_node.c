@@ -35,6 +35,14 @@ static void rewind_channels(davar_node_t *node, size_t count)
     }
 }
 
+static void lose(const davar_node_channel_t *channel, uint32_t missing)
+{
+    davar_gap(channel->davar, missing);
+    if (channel->cascade != NULL) {
+        davar_cascade_gap(channel->cascade, missing);
+    }
+}
+
 static davar_node_state_t begin_block(davar_node_t *node, const davar_port_block_t *block)
 {
     assert((block->samples != NULL) && (block->count > 0U));
@@ -42,7 +50,7 @@ static davar_node_state_t begin_block(davar_node_t *node, const davar_port_block
     rewind_channels(node, block->count);
     if (node->block.missing > 0U) {
         for (size_t c = 0; c < node->channel_count; c++) {
-            davar_gap(node->channels[c].davar, node->block.missing);
+            lose(&node->channels[c], node->block.missing);
         }
     }
     count_one(&node->counters.blocks);
@@ -54,6 +62,11 @@ static davar_node_state_t begin_block(davar_node_t *node, const davar_port_block
 static davar_node_state_t begin_flush(davar_node_t *node)
 {
     node->ended = true;
+    for (size_t c = 0; c < node->channel_count; c++) {
+        if (node->channels[c].cascade != NULL) {
+            davar_cascade_flush(node->channels[c].cascade);
+        }
+    }
     rewind_channels(node, SIZE_MAX);
     return DAVAR_NODE_RUNNING;
 }
@@ -114,11 +127,32 @@ static size_t push(davar_node_channel_t *channel, const davar_port_samples_t *sa
     return consumed;
 }
 
+static void push_cascade(const davar_node_channel_t *channel, const davar_port_samples_t *samples,
+                         size_t count)
+{
+    switch (channel->number) {
+    case DAVAR_PORT_Q15:
+        davar_cascade_push_q15(channel->cascade, samples->q15 + channel->position, count);
+        break;
+    case DAVAR_PORT_Q31:
+        davar_cascade_push_q31(channel->cascade, samples->q31 + channel->position, count);
+        break;
+    case DAVAR_PORT_F32:
+    default:
+        davar_cascade_push_f32(channel->cascade, samples->f32 + channel->position, count);
+        break;
+    }
+}
+
 static void push_rest(davar_node_t *node, size_t c)
 {
     davar_node_channel_t *channel = &node->channels[c];
-    channel->position +=
-        push(channel, &node->block.samples[c], node->block.count - channel->position);
+    const davar_port_samples_t *const samples = &node->block.samples[c];
+    const size_t consumed = push(channel, samples, node->block.count - channel->position);
+    if (channel->cascade != NULL) {
+        push_cascade(channel, samples, consumed);
+    }
+    channel->position += consumed;
 }
 
 static void flush_one(davar_node_t *node, size_t c)
@@ -158,6 +192,9 @@ static davar_node_state_t serve(davar_node_t *node, size_t c)
     }
     node->pending = davar_take(channel->davar, &node->result);
     node->pending_channel = c;
+    if (node->pending && (channel->cascade != NULL)) {
+        (void)davar_cascade_append(channel->cascade, &node->result);
+    }
     if (node->pending && (channel->plan != NULL)) {
         davar_fit(channel->plan, channel->davar->config->rate_hz, &node->result);
     }

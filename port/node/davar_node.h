@@ -6,6 +6,7 @@
 #ifndef DAVAR_NODE_H
 #define DAVAR_NODE_H
 
+#include "davar/cascade.h"
 #include "davar/davar.h"
 #include "davar_port.h"
 
@@ -18,8 +19,12 @@ extern "C" {
 typedef struct {
     davar_t *davar;             /**< the instance; it must outlive the node */
     davar_port_number_t number; /**< number type of that instance */
-    /** plan of the fit, for the taus of the configuration; channels with equal taus may share one.
-     * Null: ADEV only */
+    /** a cascade that davar_cascade_init_* of the same type has started: the node pushes the same
+     * samples to it, and its cluster sizes follow those of the window in every result. They end at
+     * the newest sample that was pushed, in centred mode too. Null: none */
+    davar_cascade_t *cascade;
+    /** plan of the fit, for the taus of the configuration and of the cascade; channels with equal
+     * taus may share one. Null: ADEV only */
     davar_plan_t *plan;
     /** @privatesection */
     size_t position; /* processed samples of the current block (after the end: flushed results) */

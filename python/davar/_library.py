@@ -87,9 +87,9 @@ def library() -> ctypes.CDLL:
 
 def named(text: str, taus: str = "taus") -> str:
     """A message of davar-sim with Python arguments for options: --window-max -> window_max, --rate
-    -> rate_hz, --taus -> `taus`.
+    -> rate_hz, --longest-tau -> longest_tau_s, --taus -> `taus`.
     """
-    names = {"rate": "rate_hz", "taus": taus}
+    names = {"rate": "rate_hz", "taus": taus, "longest-tau": "longest_tau_s"}
     return re.sub(
         r"--([a-z][a-z-]*)", lambda option: names.get(option[1], option[1].replace("-", "_")), text
     )
@@ -106,11 +106,8 @@ class Run:
         if not self._run:
             raise MemoryError
         for name, text in options.items():
-            self._check(
-                self._calls.davar_python_option(
-                    self._run, name.replace("_", "-").encode(), text.encode()
-                )
-            )
+            option = name.removesuffix("_s").replace("_", "-")
+            self._check(self._calls.davar_python_option(self._run, option.encode(), text.encode()))
         needed = c_uint64()
         self._check(self._calls.davar_python_configure(self._run, byref(needed)))
         self.needed = needed.value

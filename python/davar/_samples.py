@@ -225,7 +225,7 @@ def text(name: str, value: Any) -> str:
             low, high = value
             return f"{float(low)!r}:{float(high)!r}"
         return str(whole(name, value)) if name in WHOLE else repr(float(value))
-    except (TypeError, ValueError) as why:
+    except (TypeError, ValueError, OverflowError) as why:
         said = str(why)
         raise ValueError(
             said

@@ -92,6 +92,7 @@ OPTIONS = (
     "unstable_rate",
     "grow",
     "shrink",
+    "longest_tau_s",
     "stride",
     "engine",
     "false_alarms_per_hour",
@@ -219,6 +220,7 @@ def dynamic(
     taus: str | None = None,
     clusters: npt.ArrayLike | None = None,
     taus_s: npt.ArrayLike | None = None,
+    longest_tau_s: float | None = None,
     stride: int | None = None,
     engine: str | None = None,
     false_alarms_per_hour: float | None = None,
@@ -275,6 +277,12 @@ def dynamic(
             N,N,...
         taus_s: averaging times in seconds, ascending, each rounded to a whole number of sample
             periods.
+        longest_tau_s: adds averaging times beyond the window, in octaves up to so many seconds,
+            for minutes to days. The first is twice the largest cluster size of the window, or the
+            next octave that is a multiple of 4 and at least 64 samples. All together at most 32.
+            Each remembers its last 34 to 66 clusters, up to the newest sample pushed (also with
+            mode="centred"). One fit to the whole curve gives the coefficients. It takes 6 to 30 us,
+            so choose a stride.
         stride: one epoch every so many samples. Default 1.
         engine: "grid" (default) or "edges": equal results, different memory.
         false_alarms_per_hour: glr: accepted false alarms per hour of unchanged noise. Default 0.01.
@@ -374,6 +382,7 @@ class Stream:
         taus: str | None = None,
         clusters: npt.ArrayLike | None = None,
         taus_s: npt.ArrayLike | None = None,
+        longest_tau_s: float | None = None,
         stride: int | None = None,
         engine: str | None = None,
         false_alarms_per_hour: float | None = None,

@@ -208,6 +208,8 @@ class Arguments(unittest.TestCase):
             {"engine": "steam"},
             {"long_cluster": -1},
             {"long_cluster": 1.5},
+            *({"longest_tau_s": seconds} for seconds in (0, -1, np.nan, np.inf, "day", 100, 1e9)),
+            {"longest_tau_s": 10**400},
         ):
             self.refused(next(iter(named)), davar.dynamic, X, 1.0, **named)
         self.refused("policy glr", davar.dynamic, X, 1.0, policy="glr", block=2)

@@ -37,6 +37,9 @@ class Page(unittest.TestCase):
             re.search(r"^([\d.]+) deg/sqrt\(h\) before$", said.getvalue(), re.MULTILINE)[1]
         )
         self.assertAlmostEqual(before, 0.2 / 10 * 60, delta=0.06)
+        self.assertIn("[1.00000e-02 2.62144e+03] s", said.getvalue())
+        walk = re.search(r"^([\d.]+) deg/h/sqrt\(h\) walk$", said.getvalue(), re.MULTILINE)
+        self.assertAlmostEqual(float(walk[1]) / (1e-5 * 10 * 3600 * 60), 1, delta=0.5)
         self.assertIn("0 gaps", said.getvalue())
 
     def test_the_examples_of_the_docstrings_run(self):

@@ -60,6 +60,9 @@ class Same(unittest.TestCase):
             {"bandwidth": "none", "stride": 10},
             {"policy": "glr", "stride": 10, "bandwidth": 20},
             {"policy": "kurtosis", "unstable_rate": 0.02, "bandwidth": "20:1"},
+            {"longest_tau_s": 9, "stride": 10, "details": True},
+            {"longest_tau_s": 9, "stride": 10, "policy": "glr", "clusters": [1, 5, 31]},
+            {"longest_tau_s": 6.5, "stride": 10, "arith": "float", "bandwidth": 40},
         ):
             with self.subTest(options):
                 words = []
@@ -71,8 +74,9 @@ class Same(unittest.TestCase):
                         if isinstance(value, list)
                         else value
                     )
+                    option = {"clusters": "taus", "longest_tau_s": "longest-tau"}.get(name, name)
                     words += [
-                        "--" + ("taus" if name == "clusters" else name).replace("_", "-"),
+                        "--" + option.replace("_", "-"),
                         *([] if value is True else [pair]),
                     ]
                 self.expect(
@@ -105,11 +109,17 @@ class Same(unittest.TestCase):
         with together.elsewhere():
             Path("table.csv").write_text(
                 "m,adev_dps,relative_tolerance,tau_s\n1,0.2,0.02,0.01\n4,0.1,0.02,0.04\n5,0.1,0.02,0.05\n"
+                "128,0.02,0.1,1.28\n"
             )
             for details in (False, True):
                 self.expect(
                     davar.dynamic(
-                        x, RATE_HZ, model_table=Path("table.csv"), stride=10, details=details
+                        x,
+                        RATE_HZ,
+                        model_table=Path("table.csv"),
+                        stride=10,
+                        details=details,
+                        longest_tau_s=5,
                     ),
                     together.simulator(
                         together.recording({"gyro_z_dps": x}),
@@ -119,6 +129,8 @@ class Same(unittest.TestCase):
                         "table.csv",
                         "--stride",
                         10,
+                        "--longest-tau",
+                        5,
                         *(["--details"] if details else []),
                     ),
                 )
@@ -129,9 +141,13 @@ class Same(unittest.TestCase):
             with self.subTest(bits=bits, factor=factor):
                 text = together.recording({"gyro_z_counts": counts * factor})
                 self.expect(
-                    davar.dynamic(counts * factor, RATE_HZ, lsb=0.01, bits=bits, stride=10),
+                    davar.dynamic(
+                        counts * factor, RATE_HZ, lsb=0.01, bits=bits, stride=10, longest_tau_s=9
+                    ),
                     together.simulator(
-                        text, "--rate", RATE_HZ, "--lsb", 0.01, "--bits", bits, "--stride", 10
+                        text,
+                        *("--rate", RATE_HZ, "--lsb", 0.01, "--bits", bits, "--stride", 10),
+                        *("--longest-tau", 9),
                     ),
                 )
 
@@ -142,8 +158,8 @@ class Same(unittest.TestCase):
         time_s[3000:] += 77.7
         text = together.recording({"time_s": time_s, "gyro_z_dps": x})
         self.expect(
-            davar.dynamic(x, time_s=time_s, stride=9, details=True),
-            together.simulator(text, "--stride", 9, "--details"),
+            davar.dynamic(x, time_s=time_s, stride=9, details=True, longest_tau_s=5.2),
+            together.simulator(text, "--stride", 9, "--details", "--longest-tau", 5.2),
         )
         self.expect(
             davar.dynamic(x, RATE_HZ, time_s=time_s, gap=3.5, mode="trailing"),
@@ -193,7 +209,7 @@ class Options(unittest.TestCase):
     argument is an option.
     """
 
-    renamed = {"rate": "rate_hz"}
+    renamed = {"rate": "rate_hz", "longest-tau": "longest_tau_s"}
     of_the_program = {
         "column": "x is the column",
         "out": "arrays",

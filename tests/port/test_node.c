@@ -1,5 +1,6 @@
 /* davar tests - the node loop with a port that stalls and fails: results are complete and in order,
  * whatever the port does. */
+#include "davar/cascade.h"
 #include "davar_node.h"
 #include "random.h"
 #include "unity.h"
@@ -9,7 +10,7 @@
 
 #define TAUS 2U
 #define CHANNELS ((size_t)3U)
-#define SAMPLES 90U
+#define SAMPLES 330U
 #define RESULTS_MAX (CHANNELS * SAMPLES)
 #define STEPS_MAX 100000U
 
@@ -337,7 +338,7 @@ static void test_a_grid_and_a_trailing_window_end_properly(void)
     config.window.grow = 1U;
     run_plain();
     TEST_ASSERT_EQUAL_UINT64(7U, fake.sent[0].result.epoch);
-    TEST_ASSERT_EQUAL_UINT64(87U, fake.sent[fake.sent_count - 1U].result.epoch);
+    TEST_ASSERT_EQUAL_UINT64(SAMPLES - 3U, fake.sent[fake.sent_count - 1U].result.epoch);
 }
 
 static void test_done_is_final_and_read_is_not_called_again(void)
@@ -354,7 +355,7 @@ static void test_counters_and_the_longest_step(void)
 {
     const script_t script = {.block = 40U};
     run_script(script);
-    TEST_ASSERT_EQUAL_UINT32(3U, node.counters.blocks);
+    TEST_ASSERT_EQUAL_UINT32((SAMPLES + 39U) / 40U, node.counters.blocks);
     TEST_ASSERT_EQUAL_UINT64(SAMPLES, node.counters.samples);
     TEST_ASSERT_EQUAL_UINT64(CHANNELS * SAMPLES, node.counters.results);
     TEST_ASSERT_EQUAL_UINT32(3U, node.counters.longest_step_us);
@@ -388,6 +389,46 @@ static void test_a_plan_adds_the_fit(void)
     assert_same_results(plain.sent, fake.sent, plain.sent_count);
 }
 
+/* The same samples and gaps reach a cascade, and its sizes follow those of the window: after the
+ * end, those of all samples. The window of a result ends half its length after its epoch. */
+static void test_a_cascade_follows_every_channel(void)
+{
+    static const davar_cascade_config_t long_config = {.rate_hz = 10.0,
+                                                       .unit_per_count = 1.0,
+                                                       .full_scale = 1024.0,
+                                                       .shortest = 64U,
+                                                       .tau_count = 1U,
+                                                       .clusters = 4U};
+    static uint64_t stages[CHANNELS][DAVAR_CASCADE_MEMORY(Q31, 1U) / 8U];
+    static davar_cascade_t cascade[CHANNELS];
+    for (size_t gap_at = 0U; gap_at <= 40U; gap_at += 40U) {
+        const script_t script = {.block = 7U, .gap_at = gap_at};
+        run_script(script);
+        plain = fake;
+        start(CHANNELS, script);
+        (void)davar_cascade_init_q15(&cascade[0], &long_config, stages[0], sizeof stages[0]);
+        (void)davar_cascade_init_q31(&cascade[1], &long_config, stages[1], sizeof stages[1]);
+        (void)davar_cascade_init_f32(&cascade[2], &long_config, stages[2], sizeof stages[2]);
+        for (size_t c = 0; c < CHANNELS; c++) {
+            channel[c].cascade = &cascade[c];
+        }
+        run();
+        assert_same_results(plain.sent, fake.sent, plain.sent_count);
+        for (size_t c = 0; c < CHANNELS; c++) {
+            channel[c].cascade = NULL;
+            TEST_ASSERT_EQUAL_UINT32((gap_at > 0U) ? 7U : 0U,
+                                     davar_cascade_health(&cascade[c]).missing);
+            const davar_result_t *const early = &fake.sent[c].result;
+            const davar_result_t *const last = &fake.sent[fake.sent_count - CHANNELS + c].result;
+            TEST_ASSERT_EQUAL_UINT8(TAUS + 1U, last->tau_count);
+            TEST_ASSERT_EQUAL_UINT32(64U, last->tau[TAUS].m);
+            TEST_ASSERT_EQUAL_UINT32(0U, early->tau[TAUS].differences);
+            /* ends of spans at 128, 144, .. 320; after a gap at 40 from 176 on */
+            TEST_ASSERT_EQUAL_UINT32((gap_at > 0U) ? 10U : 13U, last->tau[TAUS].differences);
+        }
+    }
+}
+
 #ifdef NDEBUG
 /* A channel with another number type than its instance: its samples are counted as missing. */
 static void test_samples_of_another_type_are_counted_as_missing(void)
@@ -405,6 +446,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_plan_adds_the_fit);
+    RUN_TEST(test_a_cascade_follows_every_channel);
 #ifdef NDEBUG
     RUN_TEST(test_samples_of_another_type_are_counted_as_missing);
 #endif

@@ -226,6 +226,52 @@ static void test_overlap_weighs_as_much_as_it_brings(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 2.0, misfit.tau[0].mean_deviation / first);
 }
 
+/* (9.4) for a size of a cascade that looks back over `span` samples. */
+static const uint32_t hop = 10U;
+
+static void set_long(uint32_t span, double adev)
+{
+    set_tau(0, 40U, adev, 50.0);
+    result.tau[0].hop = hop;
+    result.tau[0].differences = 1U + ((span - (2U * 40U)) / hop);
+}
+
+static void start_long(void)
+{
+    static const davar_model_tau_t one[1] = {{40U, 1.0, 0.0}};
+    TEST_ASSERT_TRUE(davar_monitor_init(&monitor, one, 1U, 4.0));
+    result.tau_count = 1U;
+}
+
+/* While it forgets nothing, the newest value contains the older ones. */
+static void test_a_size_of_a_cascade_that_grows_is_one_window(void)
+{
+    start_long();
+    for (uint32_t span = 1000U; span < 9000U; span += 50U) {
+        set_long(span, 1.05 - (1e-5 * span));
+        result.epoch += 53U; /* no multiple of the hop */
+        davar_monitor_update(&monitor, &result, &misfit);
+        TEST_ASSERT_EQUAL_DOUBLE(misfit.tau[0].deviation, misfit.tau[0].mean_deviation);
+        result.epoch++;
+        davar_monitor_update(&monitor, &result, &misfit); /* nothing new */
+    }
+}
+
+/* Once it forgets, its span counts, not the window. */
+static void test_a_size_of_a_cascade_counts_what_it_looks_back_over(void)
+{
+    start_long();
+    set_long(2000U, 1.05);
+    davar_monitor_update(&monitor, &result, &misfit);
+    for (uint32_t n = 0U; n < 15U; n++) {
+        set_long(2000U - (((n % 2U) == 0U) ? 400U : 0U), 1.05); /* drops 800, then grows by 400 */
+        result.epoch += 400U;
+        davar_monitor_update(&monitor, &result, &misfit);
+    }
+    /* 2000 + 15 * 400 samples are four windows, twice the deviation of one. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.15, 2.0, misfit.tau[0].mean_deviation / misfit.tau[0].deviation);
+}
+
 /* With a memory of four windows a change is forgotten after some tens of windows. */
 static void test_past_changes_are_forgotten(void)
 {
@@ -288,6 +334,8 @@ int main(void)
     RUN_TEST(test_a_tolerance_takes_an_alarm_away);
     RUN_TEST(test_the_mean_of_four_windows_deviates_twice_as_much);
     RUN_TEST(test_overlap_weighs_as_much_as_it_brings);
+    RUN_TEST(test_a_size_of_a_cascade_that_grows_is_one_window);
+    RUN_TEST(test_a_size_of_a_cascade_counts_what_it_looks_back_over);
     RUN_TEST(test_past_changes_are_forgotten);
     RUN_TEST(test_a_stream_that_starts_again_is_a_new_window);
     RUN_TEST(test_an_impossible_table_is_rejected);

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PROBE = os.environ.get("DAVAR_WIRE_PROBE", "wire_probe")
 DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 BASE, STEP = 0x5D0, 16
-SESSION = 165  # of wire_probe
+SESSION, TAUS = 165, 32  # of wire_probe
 OF_NO_RESULT = (5, 6, 9, 11)  # Health, Setup, Raw, and End itself
 # By davar_noise_t: the name of the uncertainty of an absent ARW.
 REASONS = ("absent", "beyond", "mixed", "constant", "coarse", "filtered")
@@ -180,7 +180,7 @@ class Codec(unittest.TestCase):
         health, worst, *deviations = values["M"]
         if signals["MonitorIndex"] == 32:
             self.assert_float(health, signals["ModelHealth"])
-            self.assertEqual("absent" if worst == 12 else worst, signals["WorstTau"])
+            self.assertEqual("absent" if worst == TAUS else worst, signals["WorstTau"])
         else:
             self.assert_float(deviations[signals["MonitorIndex"]], signals["ModelDeviation"])
 
@@ -197,7 +197,7 @@ class Codec(unittest.TestCase):
             self.assertEqual(4000000000, signals["Stride"])
         else:
             index = signals["Item"] - 32
-            self.assertEqual(2**index if index < 11 else 2**32 - 1, signals["ClusterSamples"])
+            self.assertEqual(2**index if index < TAUS - 1 else 2**32 - 1, signals["ClusterSamples"])
 
     def check_resultfd(self, values, signals):
         self.assertEqual(int(values["R"][0]) % 2**24, signals["Epoch"])
@@ -254,7 +254,7 @@ class Codec(unittest.TestCase):
             2,
             7,
             ["State", "Stationarity", "Arw"]
-            + ["Adev"] * 12
+            + ["Adev"] * TAUS
             + ["Coefficient"] * 15
             + ["Health", "Setup", "End"],
         )
@@ -264,7 +264,7 @@ class Codec(unittest.TestCase):
             3,
             3,
             ["State", "Stationarity", "Arw"]
-            + ["Adev"] * 12
+            + ["Adev"] * TAUS
             + ["Coefficient"] * 5
             + ["Health", "Setup", "End"],
             channel=5,
@@ -279,7 +279,7 @@ class Codec(unittest.TestCase):
             3,
             ["State", "Stationarity", "Arw"]
             + ["Change"] * 4
-            + ["Adev"] * 12
+            + ["Adev"] * TAUS
             + ["Coefficient"] * 5
             + ["Health", "Setup", "End"],
             channel=34,
@@ -287,7 +287,7 @@ class Codec(unittest.TestCase):
         self.check(
             11,
             8,
-            ["ResultFd"] + ["Change"] * 4 + ["Adev"] * 4 + ["Health", "Setup", "End"],
+            ["ResultFd"] + ["Change"] * 4 + ["Adev"] * (TAUS - 8) + ["Health", "Setup", "End"],
             channel=9,
         )
 
@@ -295,15 +295,22 @@ class Codec(unittest.TestCase):
         self.check(
             7,
             16,
-            ["State", "Stationarity", "Arw"] + ["Monitor"] * 13 + ["Health", "Setup", "End"],
+            ["State", "Stationarity", "Arw"]
+            + ["Monitor"] * (TAUS + 1)
+            + ["Health", "Setup", "End"],
             channel=1,
         )
         self.check(
-            8, 24, ["ResultFd"] + ["Adev"] * 4 + ["Monitor"] * 13 + ["Health", "Setup", "End"]
+            8,
+            24,
+            ["ResultFd"]
+            + ["Adev"] * (TAUS - 8)
+            + ["Monitor"] * (TAUS + 1)
+            + ["Health", "Setup", "End"],
         )
 
     def test_a_result_in_one_fd_frame(self):
-        self.check(4, 15, ["ResultFd"] + ["Adev"] * 4 + ["Health", "Setup", "End"])
+        self.check(4, 15, ["ResultFd"] + ["Adev"] * (TAUS - 8) + ["Health", "Setup", "End"])
 
     def test_a_channel_beyond_the_standard_identifiers_is_rejected(self):
         with self.assertRaises(subprocess.CalledProcessError):

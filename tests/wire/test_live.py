@@ -221,6 +221,13 @@ class Words(unittest.TestCase):
             said = live.line(values | {"arw_withheld": reason})
             self.assertIn(f"ARW       absent ({reason}) deg", said)
 
+    def test_a_line_has_the_slow_terms_that_are_resolved(self):
+        values = {"channel": 0, "epoch": 7, "arw_deg_per_sqrt_h": 0.3, "window_samples": 600}
+        plain = live.line(values | {"bi_deg_per_h": None})
+        self.assertTrue(plain.endswith("window 600"), plain)
+        said = live.line(values | {"bi_deg_per_h": 5.125, "rrw_deg_per_h_per_sqrt_h": 12.0})
+        self.assertEqual(said, plain + "  BI 5.125 deg/h  RRW 12 deg/h/sqrt(h)")
+
     def test_davar_sim_uses_the_same_words(self):
         source = (ROOT / "host_sim/output/report.c").read_text()
         source = re.sub(r'"\s*"', "", source)

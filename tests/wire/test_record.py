@@ -72,6 +72,20 @@ class Record(unittest.TestCase):
             [f"{0.01 * n:.9g}" for n in range(10)], [row["time_s"] for row in self.rows()]
         )
 
+    def test_sizes_whose_deviation_comes_later_have_a_column_from_the_start(self):
+        recorder, channel = self.recorder(), known(*(2**t for t in range(32)))
+        for n in range(32):
+            one = result(n, taus=32)
+            one.adev = {t: value if t <= n else float("nan") for t, value in one.adev.items()}
+            recorder.add(one, channel)
+        rows = self.rows()
+        self.assertEqual([f"adev_{2**t}" for t in range(32)], [*rows[0]][-32:])
+        for n, row in enumerate(rows):
+            self.assertEqual(
+                [t > n for t in range(32)], [row[f"adev_{2**t}"] == "" for t in range(32)]
+            )
+        self.assertEqual(0, recorder.left_out)
+
     def test_they_do_not_wait_for_ever(self):
         recorder = self.recorder()
         for n in range(10000):

@@ -16,10 +16,16 @@
 
 #define SESSION 165U
 
-static const uint32_t taus[12] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4294967295U};
+#define TAUS 32U
+
+static const uint32_t taus[TAUS] = {
+    1U << 0,  1U << 1,  1U << 2,  1U << 3,  1U << 4,  1U << 5,  1U << 6,  1U << 7,
+    1U << 8,  1U << 9,  1U << 10, 1U << 11, 1U << 12, 1U << 13, 1U << 14, 1U << 15,
+    1U << 16, 1U << 17, 1U << 18, 1U << 19, 1U << 20, 1U << 21, 1U << 22, 1U << 23,
+    1U << 24, 1U << 25, 1U << 26, 1U << 27, 1U << 28, 1U << 29, 1U << 30, UINT32_MAX};
 /* Channels from 8 onward have policy glr. */
 static davar_config_t config = {
-    .rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = 12};
+    .rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = TAUS};
 
 /* Any magnitude that a sensor could have; sometimes absent, zero or out of range. */
 static double any(random_t *random)
@@ -39,8 +45,8 @@ static void make(random_t *random, davar_result_t *result, davar_wire_health_t *
         .unstable = (random_next(random) & 1U) != 0U,
         .kurtosis = any(random),
         .contribution = any(random),
-        .tau_count = 12};
-    for (size_t t = 0; t < 12U; t++) {
+        .tau_count = TAUS};
+    for (size_t t = 0; t < TAUS; t++) {
         const double value = any(random);
         result->tau[t] = (davar_adev_t){
             .m = taus[t], .adev = value, .low = 0.9 * value, .high = value + any(random)};
@@ -66,9 +72,10 @@ static void make(random_t *random, davar_result_t *result, davar_wire_health_t *
 
 static void make_misfit(random_t *random, davar_misfit_t *misfit)
 {
-    *misfit = (davar_misfit_t){
-        .health = any(random), .tau_count = 12, .worst = (uint8_t)(random_next(random) % 13U)};
-    for (size_t t = 0; t < 12U; t++) {
+    *misfit = (davar_misfit_t){.health = any(random),
+                               .tau_count = TAUS,
+                               .worst = (uint8_t)(random_next(random) % (TAUS + 1U))};
+    for (size_t t = 0; t < TAUS; t++) {
         misfit->tau[t].deviation = ((random_next(random) & 1U) != 0U) ? any(random) : -any(random);
     }
 }

@@ -97,6 +97,88 @@ class Live(Visiting):
         expect(page.locator("#live")).to_be_hidden()
         self.assert_quiet()
 
+    def test_the_allan_curve_grows_to_a_day(self):
+        recording, source, walk = self.folder / "days.csv", random.Random(1), 0.0
+        lines = ["gyro_z_dps"]
+        for _ in range(400_000):  # two days and a half: white noise, from half an hour on a walk
+            walk += source.gauss(0, 3e-5)
+            lines.append(f"{walk + source.gauss(0, 0.05):.5f}")
+        recording.write_text("\n".join(lines) + "\n")
+        simulated = (
+            *(ROOT / "tools/davar-sim", recording, "--rate", "2", "--lsb", "0.0005"),
+            *("--stride", "600", "--bandwidth", "none", "--longest-tau", "86400"),
+        )
+        told = list(
+            csv.DictReader(
+                io.StringIO(
+                    subprocess.run(
+                        (*simulated, "--details"), text=True, capture_output=True, check=True
+                    ).stdout
+                )
+            )
+        )
+        _, source = self.sender("--can-content", "intervals", simulated=simulated)
+        bench = self.open()
+        page = self.page(bench)
+        page.set_viewport_size({"width": 1280, "height": 720})
+        page.fill("#source", source)
+        page.click("#listen")
+        expect(page.locator("#live-state")).to_contain_text("ended")
+        self.shot(page, "live-curve")
+        sizes = [2**t for t in range(18)]  # to 18 h
+        first, last = told[0], told[-1]
+        self.assertEqual([m for m in sizes if first[f"adev_{m}"]], [m for m in sizes if m <= 256])
+        found = bench.ask("live")[1]["curves"]["0"]
+        self.assertEqual(found["m"], sizes)
+        self.assertEqual(found["tau_s"], [m / 2 for m in sizes])
+        for t, m in enumerate(sizes):
+            for name, column in (("adev", "adev"), ("low", "adev_low"), ("high", "adev_high")):
+                if found[name][t] is None:  # the last ones have too few differences for a limit
+                    self.assertGreater(m, 2**15)
+                else:
+                    self.assertAlmostEqual(
+                        found[name][t] / float(last[f"{column}_{m}"]), 1, delta=2e-3, msg=(name, m)
+                    )
+        # What is drawn is that, on an axis with all sizes, in units of time.
+        drawn = page.evaluate(
+            """() => { const {data, layout} = document.getElementById('live-curve');
+            return {x: data[1].x, y: data[1].y, up: data[1].error_y.array, fitted: data[0].y,
+                    marks: layout.xaxis.ticktext, range: layout.xaxis.range}; }"""
+        )
+        self.assertEqual((drawn["x"], drawn["y"]), (found["tau_s"], found["adev"]))
+        self.assertEqual(drawn["fitted"], found["fitted"])
+        for adev, high, up in zip(found["adev"], found["high"], drawn["up"]):
+            self.assertAlmostEqual(up, 0 if high is None else high - adev)
+        self.assertEqual(drawn["marks"], ["1 s", "10 s", "1 min", "10 min", "1 h", "6 h"])
+        self.assertLess(10 ** drawn["range"][0], found["tau_s"][0])
+        self.assertGreater(10 ** drawn["range"][1], found["tau_s"][-1])
+        expect(page.locator("#live-terms")).to_contain_text("RRW")
+        chart = page.locator("#live-chart .main-svg").first.bounding_box()
+        self.assertLessEqual(chart["x"] + chart["width"], 1280)
+        for seconds, words in (
+            (2e-6, "2 µs"),
+            (0.01, "10 ms"),
+            (0.9999, "1 s"),
+            (59.4, "59.4 s"),
+            (60, "1 min"),
+            (5400, "1.5 h"),
+            (86400, "1 d"),
+            (2**31 / 100, "249 d"),
+        ):
+            self.assertEqual(
+                page.evaluate(f"import('/page/words.js').then((m) => m.duration({seconds}))"), words
+            )
+        with open(self.folder / "davarlab-files/live.csv", encoding="ascii") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), len(told))
+        for row, wanted in zip(rows, told):
+            for m in sizes:
+                name = f"adev_{m}"
+                self.assertEqual(bool(row[name]), bool(wanted[name]))
+                if row[name]:
+                    self.assertAlmostEqual(float(row[name]) / float(wanted[name]), 1, delta=1e-6)
+        self.assert_quiet()
+
     def test_a_change_of_the_noise_is_told(self):
         told = [
             row

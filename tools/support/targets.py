@@ -42,7 +42,16 @@ def taus_max(target: str, kind: str) -> int:
     """Cluster sizes of a result: eight for measurements; as many as the RAM allows for other
     images.
     """
-    return 8 if kind == "target" or MACHINES[target]["small"] else 32
+    if kind == "target" or MACHINES[target]["small"]:
+        return 24 if kind == "long" else 8
+    return 32
+
+
+def job_kind(target: str, has_cascade: bool) -> str:
+    """The images that run a job. A small board has others for a job with a cascade: more cluster
+    sizes, and less memory for windows.
+    """
+    return "long" if has_cascade and MACHINES[target]["small"] else "job"
 
 
 def run(command: Sequence[str | Path], what: str) -> str:
@@ -60,9 +69,9 @@ def run(command: Sequence[str | Path], what: str) -> str:
 
 
 def build(target: str, kind: str = "target", image: str | None = None) -> Path:
-    """Configures and builds the images of a target (or one of them): "target" to measure, "job" for
-    davar-mcu, "suites" with Unity (needs DAVAR_UNITY_DIR), "portable" the same without hand-written
-    instructions. Returns the folder.
+    """Configures and builds the images of a target (or one of them): "target" to measure, "job" and
+    "long" (job_kind) for davar-mcu, "suites" with Unity (needs DAVAR_UNITY_DIR), "portable" the
+    same without hand-written instructions. Returns the folder.
     """
     toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target]['core']}.cmake"
     where = folder(target, kind)
@@ -177,16 +186,21 @@ def identity(target: str, image: str | Path) -> list[str | Path]:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """targets.py list | build TARGET | run TARGET JOB RESULTS, for tools/davar-mcu."""
+    """targets.py list | build TARGET SIZES | run TARGET SIZES JOB RESULTS, for tools/davar-mcu.
+    SIZES: window, or cascade for --longest-tau.
+    """
     if arguments == ["list"]:
         print(*MACHINES)
         return 0
-    verb, target, *files = arguments
+    verb, target, sizes, *files = arguments
+    kind = job_kind(target, sizes == "cascade")
     try:
         if verb == "build":
-            build(target, "job", "replay")
+            build(target, kind, "replay")
             return 0
-        status, output = execute(target, folder(target, "job") / "replay.elf", " ".join(files))
+        status, output = execute(
+            target, folder(target, kind) / "replay.elf", " ".join(files), timeout=36000
+        )
         sys.stderr.write(output)
         return status
     except TargetError as why:

@@ -129,9 +129,15 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * Reads and writes the same fields as davar_fit_white, which it tries first: for white noise the
  * results are equal. For any other mix result->noise is MIXED, a resolved term is present, and an
  * unresolved term has an upper limit.
+ *
+ * With sizes of a cascade (davar_cascade_append), a plan for all sizes is needed. Quantization and
+ * the angle random walk are then those of the window, because it is newer; bias instability, rate
+ * random walk and rate ramp are those of the cascade once four of its sizes have differences. If the
+ * window is CONSTANT, COARSE or FILTERED, its statement stands for all. Without a window, the cascade
+ * gives all terms. result->noise is WHITE only if white noise explains window and cascade.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
  * times without a double FPU. Stack: about 2.4 kB.
- * Formulas (5.3) to (5.11), (5.13) to (5.17). */
+ * Formulas (5.3) to (5.11), (5.13) to (5.18). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
@@ -144,7 +150,8 @@ void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
  * Cost: O(1). Formula (5.1), after Greenhall and Riley 2003. */
 double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window);
 
-/** Computes degrees of freedom of result->tau[t] that hold for every noise.
+/** Computes degrees of freedom of result->tau[t], of a window or a cascade, that hold for every
+ * noise.
  * This is the smallest value of the pure noise kinds, reduced for gaps and mirrored samples; a
  * mixture has no fewer (5.6). Use it for results without a fit. tau[t].differences > 0 (asserted).
  * @return At least 1. Cost: O(1). */

@@ -60,10 +60,10 @@ typedef struct {
 /** The history of one tau. Fields are private. */
 typedef struct {
     /** @privatesection */
-    double excess;   /* weighted mean of the numerator of (9.2) */
-    double variance; /* of that mean */
-    double windows;  /* number of windows that the mean is worth */
-    double share;    /* variance of the mean over that of one window */
+    double excess;        /* weighted mean of the numerator of (9.2) */
+    double variance;      /* of that mean, by chance */
+    double samples;       /* that the mean is worth */
+    uint32_t differences; /* of the newest comparison */
 } davar_monitor_tau_t;
 
 /** The history of one channel, about 32 bytes per tau. The caller owns it. Fields are private. */
@@ -92,9 +92,9 @@ bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model
                         double memory);
 
 /** Compares the next result of the channel with the model and fills *misfit.
- * The result comes from davar_take, with or without a fit. Without a fit the monitor assumes the
- * smallest degrees of freedom (davar_edf_least). Results may overlap: each one is weighted by the
- * new samples it brings. The cluster sizes must stay those of the first result.
+ * The result comes from davar_take, with or without the sizes of a cascade, and with or without a
+ * fit. Without a fit the monitor assumes the smallest degrees of freedom (davar_edf_least). Results
+ * may overlap: each one is weighted by the new samples that it brings to each cluster size. The cluster sizes must stay those of the first result.
  * Cost: O(T count), about 60 double operations per tau. Formulas (9.1) to (9.5). */
 #define davar_monitor_update DAVAR_SIZED(davar_monitor_update)
 void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result,

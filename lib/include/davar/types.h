@@ -219,9 +219,6 @@ typedef struct {
 typedef struct {
     uint32_t m;           /**< cluster size, samples */
     uint32_t differences; /**< number of differences D; 0: the window is too short for this tau */
-    /** samples from one difference to the next: 1, or m / 4 or m / 8 from a cascade. Without gaps, the
-     * differences look back over 2 m + (differences - 1) hop samples */
-    uint32_t hop;
     /** overlapping Allan deviation, deg/s; NaN if differences is 0 (1.1). It includes rounding to
      * counts, which the coefficients do not (5.15) */
     double adev;
@@ -230,6 +227,9 @@ typedef struct {
     double low;
     double high; /**< upper limit, as low; may be infinite */
     double edf;  /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
+    /** samples from one difference to the next: 1, or m / 4 or m / 8 in a size of a cascade, whose
+     * differences look back over 2 m + (differences - 1) hop samples (11.5) */
+    uint32_t hop;
 } davar_adev_t;
 
 /** The five noise coefficients, in the order of the powers of tau. */

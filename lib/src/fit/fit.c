@@ -24,7 +24,7 @@ static double bound(const davar_mixture_t *model, int term)
 
 static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
 {
-    for (int t = 0; t < model->count; t++) {
+    for (int t = model->first; t < model->count; t++) {
         davar_adev_t *tau = &result->tau[t];
         double low;
         double high;
@@ -38,25 +38,32 @@ static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t
     }
 }
 
-static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_result_t *result)
+static davar_coefficient_t coefficient_of(const davar_mixture_t *model, int term,
+                                          const double unit[])
+{
+    davar_coefficient_t coefficient;
+    if (((model->terms >> (unsigned)term) & 1U) != 0U) {
+        const double a = model->a[term];
+        double low;
+        double high;
+        davar_chi_square_interval(2.0 * a * a / model->variance[term], &low, &high);
+        const double value = davar_root(a * unit[term]);
+        coefficient = (davar_coefficient_t){
+            true, value, davar_root(model->least[term] * unit[term]), value * davar_root(high)};
+    } else {
+        write_absent(&coefficient, davar_root(bound(model, term) * unit[term]));
+    }
+    return coefficient;
+}
+
+/* The terms from `first` on. */
+static void write_terms(const davar_mixture_t *model, int first, double rate_hz,
+                        davar_result_t *result)
 {
     double unit[DAVAR_COEFFICIENT_COUNT];
     davar_square_units(rate_hz, unit);
-    const bool white =
-        model->curve && (model->terms == (1U << (unsigned)WHITE)) && !(model->grow > 1.0);
-    result->noise = white ? DAVAR_NOISE_WHITE : DAVAR_NOISE_MIXED;
-    for (int k = 0; k < TERMS; k++) {
-        const double a = model->a[k];
-        if (((model->terms >> (unsigned)k) & 1U) != 0U) {
-            double low;
-            double high;
-            davar_chi_square_interval(2.0 * a * a / model->variance[k], &low, &high);
-            const double value = davar_root(a * unit[k]);
-            result->coefficient[k] = (davar_coefficient_t){
-                true, value, davar_root(model->least[k] * unit[k]), value * davar_root(high)};
-        } else {
-            write_absent(&result->coefficient[k], davar_root(bound(model, k) * unit[k]));
-        }
+    for (int k = first; k < TERMS; k++) {
+        result->coefficient[k] = coefficient_of(model, k, unit);
     }
 }
 
@@ -97,82 +104,113 @@ static void write_white_part(const davar_plan_t *plan, const davar_mixture_t *mo
     }
 }
 
-DAVAR_RARE static void fit_mixture(davar_mixture_t *model, double white, unsigned suspects,
-                                   double rate_hz, davar_result_t *result)
+static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_result_t *result)
 {
-    const davar_plan_t *const plan = model->plan;
-    model->data = result;
-    model->rounding = scaled_to_double(davar_rounding(plan, result));
-    davar_mixture_fit(model, white, suspects);
-    if (davar_mixture_is_filtered(model)) {
-        davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
+    write_mixture_intervals(model, result);
+    write_terms(model, DAVAR_QUANTIZATION, rate_hz, result);
+    write_white_part(model->plan, model, result);
+}
+
+static void fit_window(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    davar_white_t white;
+    if (davar_white_suffices(plan, rate_hz, result, &white)) {
         return;
     }
-    write_mixture_intervals(model, result);
-    write_mixture(model, rate_hz, result);
-    write_white_part(plan, model, result);
-}
-
-/* Number of sizes up to the last one that a cascade filled; 0 without a cascade. */
-static int curve_count(const davar_plan_t *plan, const davar_result_t *result)
-{
-    int count = 0;
-    for (int t = 0; (t < result->tau_count) && (t < plan->sizes); t++) {
-        if (davar_fit_hops(&result->tau[t]) && (result->tau[t].differences > 0U)) {
-            count = t + 1;
-        }
+    davar_mixture_t model = {.plan = plan, .data = result, .count = plan->count};
+    davar_mixture_fit(&model, scaled_to_double(white.sum), white.suspects);
+    if (davar_mixture_is_filtered(&model)) {
+        davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
+    } else {
+        result->noise = DAVAR_NOISE_MIXED;
+        write_mixture(&model, rate_hz, result);
     }
-    return count;
 }
 
-/* Where the fit of a curve starts: white noise that explains the shortest size that is not 0. 0: all
- * are 0. */
-static double first_white(const davar_plan_t *plan, const davar_result_t *result, int count)
-{
-    for (int t = 0; t < count; t++) {
-        const davar_adev_t *const tau = &result->tau[t];
-        if ((tau->differences > 0U) && (tau->adev > 0.0)) {
-            return tau->adev * tau->adev * (double)plan->m[t] / (double)plan->gain[t];
-        }
-    }
-    return 0.0;
-}
+/* --- the sizes of a cascade (5.18) --- */
 
-/* The window shows nothing that contradicts the plan, or there is no window (5.18). */
+/* The window shows nothing that contradicts the plan, or there is no window. */
 static bool is_open(davar_noise_t noise)
 {
     return (noise == DAVAR_NOISE_WHITE) || (noise == DAVAR_NOISE_MIXED) ||
            (noise == DAVAR_NOISE_UNKNOWN);
 }
 
-static void fit_window(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+/* Fewer sizes of a cascade say less about the slow terms than the window does. */
+#define SIZES_LEAST 4
+
+/* Adds the sizes that a cascade filled to an empty model. */
+static void find_cascade(davar_mixture_t *model)
 {
-    davar_white_t white;
-    if (!davar_white_suffices(plan, rate_hz, result, &white)) {
-        davar_mixture_t model = {.plan = plan, .count = plan->count};
-        fit_mixture(&model, scaled_to_double(white.sum), white.suspects, rate_hz, result);
+    const davar_result_t *const result = model->data;
+    model->first = 0;
+    model->count = 0;
+    for (int t = 0; (t < result->tau_count) && (t < model->plan->sizes); t++) {
+        const davar_adev_t *const tau = &result->tau[t];
+        if (davar_fit_hops(tau) && (tau->differences > 0U)) {
+            model->first = (model->count > 0) ? model->first : t;
+            model->count = t + 1;
+        }
     }
 }
 
-/* All sizes together, those of the window and of the cascade (5.18). */
-DAVAR_RARE static void fit_curve(davar_plan_t *plan, int count, double rate_hz,
-                                 davar_result_t *result)
+/* White noise that alone explains the shortest size that is not 0. 0: all are. */
+static double first_white(const davar_mixture_t *model)
 {
-    const double white = first_white(plan, result, count);
-    if (white > 0.0) {
-        davar_mixture_t model = {.plan = plan, .count = count, .curve = true};
-        davar_plan_rate(plan, rate_hz);
-        fit_mixture(&model, white, 0U, rate_hz, result);
+    for (int t = model->first; t < model->count; t++) {
+        const double adev = model->data->tau[t].adev;
+        if (davar_mixture_has(model, t) && (adev > 0.0)) {
+            return adev * adev * (double)model->plan->m[t] / (double)model->plan->gain[t];
+        }
+    }
+    return 0.0;
+}
+
+/* The slow terms, or all if there is no window. White noise stays that of the window: it is newer. */
+DAVAR_RARE static void write_cascade(const davar_mixture_t *model, double rate_hz,
+                                     davar_result_t *result)
+{
+    const bool is_white = (model->terms == (1U << (unsigned)WHITE)) && !(model->grow > 1.0);
+    if (result->noise == DAVAR_NOISE_UNKNOWN) {
+        result->noise = DAVAR_NOISE_WHITE;
+        write_mixture(model, rate_hz, result);
     } else {
-        davar_write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
+        write_mixture_intervals(model, result);
+        write_terms(model, DAVAR_BIAS_INSTABILITY, rate_hz, result);
+    }
+    if (!is_white && (result->noise == DAVAR_NOISE_WHITE)) {
+        result->noise = DAVAR_NOISE_MIXED;
+    }
+}
+
+DAVAR_RARE static void fit_cascade(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    const bool alone = (result->noise == DAVAR_NOISE_UNKNOWN);
+    davar_mixture_t model = {.plan = plan, .data = result};
+    find_cascade(&model);
+    const double white = first_white(&model);
+    if ((model.count - model.first) < (alone ? 1 : SIZES_LEAST)) {
+        return;
+    }
+    if (!(white > 0.0)) {
+        if (alone) {
+            davar_write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
+        }
+        return;
+    }
+    davar_plan_rate(plan, rate_hz);
+    davar_mixture_fit(&model, white, 0U);
+    if (alone && davar_mixture_is_filtered(&model)) {
+        davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
+    } else {
+        write_cascade(&model, rate_hz, result);
     }
 }
 
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
-    const int count = curve_count(plan, result);
     fit_window(plan, rate_hz, result);
-    if ((count > 0) && is_open(result->noise)) {
-        fit_curve(plan, count, rate_hz, result);
+    if (is_open(result->noise)) {
+        fit_cascade(plan, rate_hz, result);
     }
 }

@@ -6,6 +6,7 @@
 #include "fit/mixture.h"
 
 #include "fit/plan.h"
+#include "fit/white.h"
 #include "number/real.h"
 
 /* Below this pivot, two terms have the same shape at these cluster sizes. */
@@ -151,7 +152,7 @@ DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
 
 bool davar_mixture_shows_white(const davar_mixture_t *model)
 {
-    for (int t = 0; t < model->count; t++) {
+    for (int t = model->first; t < model->count; t++) {
         double x[TERMS];
         shapes(model, t, x);
         if (!(model->plan->gain[t] < DAVAR_FIT_PASSED) &&
@@ -165,7 +166,8 @@ bool davar_mixture_shows_white(const davar_mixture_t *model)
 bool davar_mixture_is_filtered(const davar_mixture_t *model)
 {
     const davar_plan_t *const plan = model->plan;
-    const bool fits = !(model->grow > 1.0);
+    const bool cascade = davar_fit_hops(&model->data->tau[model->first]); /* no filter is as slow */
+    const bool fits = cascade || !(model->grow > 1.0);
     const bool quantized = has_term(model->terms, DAVAR_QUANTIZATION);
     const double lack = -model->beside[DAVAR_QUANTIZATION];
     const double sigma = davar_root(model->variance[DAVAR_QUANTIZATION]);
@@ -173,9 +175,9 @@ bool davar_mixture_is_filtered(const davar_mixture_t *model)
         return true;
     }
     if (plan->declared) { /* a filter passes no quantization, and nothing that no term gives */
-        return (plan->gain[0] < PASSES_ALL) && (quantized || !(fits || model->curve));
+        return (plan->gain[0] < PASSES_ALL) && (quantized || !fits);
     }
-    return !model->curve && (!fits || !davar_mixture_shows_white(model));
+    return !cascade && (!fits || !davar_mixture_shows_white(model));
 }
 
 /* --- least squares (5.6) --- */
@@ -185,7 +187,7 @@ bool davar_mixture_is_filtered(const davar_mixture_t *model)
 static void normal_equations(const davar_mixture_t *model, double trust, normal_t *normal)
 {
     *normal = (normal_t){0};
-    for (int t = 0; t < model->count; t++) {
+    for (int t = model->first; t < model->count; t++) {
         double x[TERMS];
         if (!davar_mixture_has(model, t)) {
             continue;
@@ -398,7 +400,7 @@ DAVAR_APART static double loss(double ratio)
  * / avar). */
 static void covariance_row(const davar_mixture_t *model, int u, const double factor[], double row[])
 {
-    for (int t = 0; t <= u; t++) {
+    for (int t = model->first; t <= u; t++) {
         if (!davar_mixture_has(model, t)) {
             continue;
         }
@@ -421,7 +423,7 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
     double moved[TERMS] = {0};
     double misfit = 0.0;
     *h = (matrix_t){0};
-    for (int u = 0; u < model->count; u++) {
+    for (int u = model->first; u < model->count; u++) {
         if (!davar_mixture_has(model, u)) {
             continue;
         }
@@ -579,7 +581,7 @@ static void settle(davar_mixture_t *model)
 static double unexplained(const davar_mixture_t *model)
 {
     double sum = 0.0;
-    for (int t = 0; t < model->count; t++) {
+    for (int t = model->first; t < model->count; t++) {
         if (davar_mixture_has(model, t)) {
             sum += weight_of(model, t) * loss(square(model->data->tau[t].adev) / avar_of(model, t));
         }
@@ -639,6 +641,7 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
 
 DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
+    model->rounding = scaled_to_double(davar_rounding(model->plan, model->data));
     model->terms = term_bit(WHITE);
     model->a[WHITE] = white;
     if (!grow(model, suspects)) {

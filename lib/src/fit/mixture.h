@@ -10,8 +10,8 @@
 typedef struct {
     const davar_result_t *data; /* the Allan variances to fit */
     const davar_plan_t *plan;   /* of its cluster sizes */
-    int count;                  /* sizes to fit, those without differences excepted */
-    bool curve;                 /* with those of a cascade (5.18) */
+    int first;                  /* the sizes to fit: of a window, or of a cascade (5.18), */
+    int count;                  /* below this index; those without differences are left out */
     double rounding;            /* variance of rounding (5.15) */
 
     unsigned terms;                         /* bit k: term k is in the model */

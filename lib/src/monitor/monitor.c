@@ -93,40 +93,69 @@ bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model
     return true;
 }
 
-/* The share of new samples in this window; 1 after a restart of the stream. */
-static double fresh_share(const davar_monitor_t *monitor, const davar_result_t *result)
+/* Samples since the previous result; infinite after a restart of the stream. */
+static double step_of(const davar_monitor_t *monitor, const davar_result_t *result)
 {
     const bool follows = monitor->started && (result->epoch > monitor->epoch);
-    const double step =
-        follows ? (double)(result->epoch - monitor->epoch) : (double)result->window_samples;
-    const double window = (double)result->window_samples;
-    return (step < window) ? step / window : 1.0;
+    return follows ? (double)(result->epoch - monitor->epoch) : (double)INFINITY;
 }
 
-/* Updates the running mean of at most `memory` windows (9.4). */
-static void remember(davar_monitor_tau_t *tau, double memory, double fresh, double excess,
-                     double edf)
+static bool is_of_cascade(const davar_adev_t *measured)
 {
-    const double grown = tau->windows + fresh;
-    tau->windows = (grown < memory) ? grown : memory;
-    const double weight = (tau->windows > fresh) ? fresh / tau->windows : 1.0;
-    tau->excess += weight * (excess - tau->excess);
-    tau->variance += weight * (scatter_of(edf) - tau->variance);
-    tau->share = (1.0 - weight) * (1.0 - weight) * tau->share + weight * weight / fresh;
+    return measured->hop > 1U;
+}
+
+/* Samples that a size looks back over. */
+static double span_of(const davar_result_t *result, const davar_adev_t *measured)
+{
+    const double steps = (double)measured->differences - 1.0;
+    return is_of_cascade(measured) ? (2.0 * (double)measured->m + steps * (double)measured->hop)
+                                   : (double)result->window_samples;
+}
+
+/* Of these, those that the mean does not contain. A size of a cascade may only grow for a long time;
+ * its new differences count. If it has fewer than before, it dropped a generation (11.5). */
+static double fresh_of(const davar_monitor_tau_t *tau, const davar_adev_t *measured, double span,
+                       double step)
+{
+    if (!(step < span)) {
+        return span;
+    }
+    const bool has_grown = is_of_cascade(measured) && (measured->differences >= tau->differences);
+    return has_grown ? (double)(measured->differences - tau->differences) * (double)measured->hop
+                     : step;
+}
+
+/* Updates the running mean of at most `memory` windows (9.4). A window that contains all that the
+ * mean is worth replaces it. */
+static void remember(davar_monitor_tau_t *tau, double memory, double span, double fresh,
+                     double excess, double edf)
+{
+    const double most = memory * span;
+    const double grown = tau->samples + fresh;
+    tau->samples = (grown < most) ? grown : most;
+    if (tau->samples > span) {
+        const double weight = fresh / tau->samples;
+        const double kept = 1.0 - weight;
+        tau->excess += weight * (excess - tau->excess);
+        tau->variance =
+            kept * kept * tau->variance + weight * scatter_of(edf) * (span / tau->samples);
+    } else {
+        tau->samples = span;
+        tau->excess = excess;
+        tau->variance = scatter_of(edf);
+    }
 }
 
 static double mean_deviation(const davar_monitor_tau_t *tau, const davar_model_tau_t *model)
 {
-    if (!(tau->windows > 0.0)) {
-        return (double)NAN;
-    }
-    const double share = (tau->share < 1.0) ? tau->share : 1.0; /* the first may be partial */
-    return tau->excess / davar_root(tau->variance * share + tolerance_of(model));
+    return (tau->samples > 0.0) ? tau->excess / davar_root(tau->variance + tolerance_of(model))
+                                : (double)NAN;
 }
 
 /* Without a fit that explains the window, edf is the smallest that any noise has. */
 static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_result_t *result,
-                                         uint8_t t, double fresh)
+                                         uint8_t t, double step)
 {
     const davar_adev_t *measured = &result->tau[t];
     const davar_model_tau_t *model = entry_of(monitor->model, monitor->model_count, measured->m);
@@ -136,10 +165,13 @@ static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_r
     }
     if ((measured->differences > 0U) && (measured->adev >= 0.0) && isfinite(measured->adev)) {
         const double edf = (measured->edf >= 1.0) ? measured->edf : davar_edf_least(result, t);
+        davar_monitor_tau_t *const tau = &monitor->tau[t];
+        const double span = span_of(result, measured);
         found.match = DAVAR_TAU_COMPARED;
         found.deviation = davar_deviation(measured->adev, edf, model);
-        remember(&monitor->tau[t], monitor->memory, fresh, excess_of(measured->adev, edf, model),
-                 edf);
+        remember(tau, monitor->memory, span, fresh_of(tau, measured, span, step),
+                 excess_of(measured->adev, edf, model), edf);
+        tau->differences = measured->differences;
     } else {
         found.match = DAVAR_TAU_NOT_IN_WINDOW;
     }
@@ -176,14 +208,14 @@ void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result
                           davar_misfit_t *misfit)
 {
     DAVAR_ASSERT((monitor != NULL) && (result != NULL) && (misfit != NULL));
-    const double fresh = fresh_share(monitor, result);
+    const double step = step_of(monitor, result);
     *misfit = (davar_misfit_t){.health = (double)NAN,
                                .fast = (double)NAN,
                                .slow = (double)NAN,
                                .worst = result->tau_count,
                                .tau_count = result->tau_count};
     for (uint8_t t = 0U; t < result->tau_count; t++) {
-        misfit->tau[t] = misfit_compare(monitor, result, t, fresh);
+        misfit->tau[t] = misfit_compare(monitor, result, t, step);
         if (misfit->tau[t].match == DAVAR_TAU_COMPARED) {
             misfit->compared++;
         }

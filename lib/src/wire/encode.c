@@ -224,9 +224,10 @@ static void fill_health(davar_encoder_t *encoder, davar_frame_t *frame)
 static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame)
 {
     const davar_config_t *config = encoder->config;
-    const uint8_t n = encoder->setup_next;
     const uint8_t items =
         ((encoder->content & DAVAR_SEND_RAW) != 0U) ? 3U : 2U; /* before the taus */
+    const uint8_t count = (uint8_t)(items + encoder->result->tau_count);
+    const uint8_t n = (encoder->setup_next < count) ? encoder->setup_next : 0U;
     put(frame, signal_session, encoder->session);
     if (n == 0U) {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_RATE);
@@ -240,9 +241,9 @@ static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame)
                   (config->unit_per_count > 0.0) ? config->unit_per_count : 1.0); /* 1 for floats */
     } else {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + n - items);
-        put(frame, signal_value, config->taus[n - items]);
+        put(frame, signal_value, encoder->result->tau[n - items].m);
     }
-    encoder->setup_next = (uint8_t)((n + 1U) % (items + config->tau_count));
+    encoder->setup_next = (uint8_t)(n + 1U);
 }
 
 static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame)

@@ -176,6 +176,8 @@ class Result:
     epoch: int
     values: dict[str, Any] = field(default_factory=dict)  # column -> number
     adev: dict[int, float] = field(default_factory=dict)  # TauIndex -> deg/s
+    # TauIndex -> half the 95 % interval over the deviation; infinite: more than can be sent.
+    uncertainty: dict[int, float] = field(default_factory=dict)
     # TauIndex -> standard deviations from the error model.
     deviation: dict[int, float] = field(default_factory=dict)
     # Of its channel: the runs of the sender that were seen. (channel, stretch, epoch) comes once.
@@ -329,7 +331,9 @@ def parts(signals: Signals) -> list[tuple[tuple[str, Any], Any]]:
     if (reason := str(signals.get("ArwRelativeUncertainty"))) in REASONS:
         found.append((("values", "arw_withheld"), reason))
     if "AdevDps" in signals:
-        found.append((("adev", signals["TauIndex"]), signals["AdevDps"]))
+        index = signals["TauIndex"]
+        found.append((("adev", index), signals["AdevDps"]))
+        found.append((("uncertainty", index), number(signals["AdevRelativeUncertainty"])))
     if "ModelDeviation" in signals:
         found.append((("deviation", signals["MonitorIndex"]), signals["ModelDeviation"]))
     if "Adev0Dps" in signals:

@@ -35,6 +35,14 @@ def alarm(values: Row) -> str:
     return f"  ALARM, the noise has changed{levels}"
 
 
+def slow_terms(values: Row) -> str:
+    """What long cluster sizes resolve."""
+    terms = (("BI", "bi_deg_per_h", "deg/h"), ("RRW", "rrw_deg_per_h_per_sqrt_h", "deg/h/sqrt(h)"))
+    return "".join(
+        f"  {short} {values[name]:.4g} {unit}" for short, name, unit in terms if values.get(name)
+    )
+
+
 def line(values: Row) -> str:
     """One result for people."""
     arw, doubt = values.get("arw_deg_per_sqrt_h"), values.get("arw_relative_uncertainty")
@@ -48,6 +56,7 @@ def line(values: Row) -> str:
     return (
         f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  "
         f"{window}"
+        + slow_terms(values)
         + (
             ""
             if values.get("model_health") is None

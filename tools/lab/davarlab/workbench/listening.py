@@ -18,6 +18,7 @@ from ..wire.frames import Result
 from ..wire.raw_record import RawRecorder
 from ..wire.source import Source
 from ..wire.withheld import REASONS
+from .curve import curve
 
 BLOCK = 1 << 20
 KEPT = 1200  # results of a channel
@@ -132,7 +133,12 @@ class Listening:
             self.count += len(told)
         if told or self.stood != before:
             self.tell(
-                live={**self.stood, "rows": [shown(result) for result in told], "count": self.count}
+                live={
+                    **self.stood,
+                    "rows": [shown(result) for result in told],
+                    "count": self.count,
+                    "curves": self.curves(),
+                }
             )
 
     def standing(self) -> Json:
@@ -154,12 +160,17 @@ class Listening:
             },
         }
 
+    def curves(self) -> Json:
+        """Channel -> the Allan curve of its newest result."""
+        return {str(index): curve(results[-1]) for index, results in self.results.items()}
+
     def so_far(self) -> Json:
         with self.lock:
             return {
                 **self.standing(),
                 "rows": [shown(result) for results in self.results.values() for result in results],
                 "count": self.count,
+                "curves": self.curves(),
                 "kept": KEPT,
                 "reasons": REASONS,
             }

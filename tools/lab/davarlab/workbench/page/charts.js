@@ -1,5 +1,5 @@
 // The charts. Plotly draws them. While a slider moves, a separate SVG path follows it, because Plotly is too slow for that.
-import { number } from "/page/words.js";
+import { duration, number } from "/page/words.js";
 
 // Plotly interprets <b> and %{..} in names as markup.
 const literal = (text) => String(text).replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;").replaceAll("%{", "% {");
@@ -30,6 +30,7 @@ const settings = (name) => ({
 async function draw(id, traces, place, clicked) {
   const plot = document.getElementById(id);
   await Plotly.react(plot, traces, place, settings(id));
+  if (Math.abs(plot.clientWidth - plot._fullLayout.width) > 1) await Plotly.Plots.resize(plot); // a neighbour appeared
   plot.removeAllListeners("plotly_click");
   if (clicked) plot.on("plotly_click", (event) => clicked(event.points[0]));
   return plot;
@@ -173,28 +174,48 @@ export function spectrogram(one) {
   }], layout(axis(one.column), axis("frequency, Hz", { type: "log" })));
 }
 
-// Live results over time, or over the epoch while the rate is unknown. Crosses: unstable windows, or alarms of policy glr.
-const when = (rows) => (rows.every((row) => row.time_s !== undefined) ? ["time, s", rows.map((row) => row.time_s)] : ["epoch", rows.map((row) => row.epoch)]);
+// Live results over time, or over the epoch while the rate is unknown.
+function when(rows) {
+  if (rows.some((row) => row.time_s === undefined)) return ["epoch", rows.map((row) => row.epoch)];
+  const [unit, size] = rows.at(-1).time_s > 10800 ? ["h", 3600] : ["s", 1];
+  return [`time, ${unit}`, rows.map((row) => row.time_s / size)];
+}
 
+// Crosses: unstable windows, or alarms of policy glr.
 export function rolling(id, rows) {
   const [title, x] = when(rows), of = (name) => rows.map((row) => row[name] ?? null), marked = rows.map((row, i) => ((row.alarm ?? row.unstable) ? i : -1)).filter((i) => i >= 0);
   const arw = of("arw_deg_per_sqrt_h");
   return draw(id, [
     { ...line(x, of("arw_low_deg_per_sqrt_h"), ""), line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
-    { ...line(x, of("arw_high_deg_per_sqrt_h"), "95 % interval"), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
-    line(x, arw, "angle random walk", { color: colour("blue"), width: 2 }),
+    { ...line(x, of("arw_high_deg_per_sqrt_h"), "95 %"), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
+    line(x, arw, "ARW", { color: colour("blue"), width: 2 }),
     { x: marked.map((i) => x[i]), y: marked.map((i) => arw[i]), name: rows.some((row) => row.alarm !== undefined) ? "alarm" : "unstable", mode: "markers", marker: { symbol: "x", color: colour("orange"), size: 7 } },
-    { ...line(x, of("window_samples"), "window, samples", { color: colour("faint"), width: 1, dash: "dot" }), yaxis: "y2" },
+    { ...line(x, of("window_samples"), "window", { color: colour("faint"), width: 1, dash: "dot" }), yaxis: "y2" },
   ], layout(axis(title), axis("deg/√h", { rangemode: "tozero" }), { yaxis2: { ...axis("window, samples", { rangemode: "tozero" }), overlaying: "y", side: "right",
     showgrid: false }, margin: { l: 64, r: 64, t: 26, b: 42 } }));
 }
 
+const MARKS_S = [1e-4, 1e-3, 0.01, 0.1, 1, 10, 60, 600, 3600, 21600, 86400, 864000, 8640000, 86400000]; // on an axis of averaging times
+
+// The newest Allan curve. The axis has every cluster size, also those whose first deviation comes later.
+export function curve(id, one) {
+  const x = one.tau_s ?? one.m, ends = [x[0] / 1.3, x.at(-1) * 1.3], marks = MARKS_S.filter((s) => s >= ends[0] && s <= ends[1]);
+  const times = one.tau_s ? { tickvals: marks, ticktext: marks.map(duration) } : {}, reach = (limits) => one.adev.map((value, i) => (limits[i] === null ? 0 : Math.abs(limits[i] - value)));
+  const label = (m, i) => `${one.tau_s ? duration(x[i]) : `${m} samples`}: ${number(one.adev[i])} deg/s${one.low[i] === null ? ", no interval" : `, 95 %: ${number(one.low[i])} to ${number(one.high[i])}`}`;
+  return draw(id, [
+    line(x, one.fitted, "fitted terms", { color: colour("blue"), width: 2 }),
+    { x, y: one.adev, name: "measured, 95 %", mode: "markers", marker: { color: colour("orange"), size: 6, symbol: one.low.map((low) => (low === null ? "circle-open" : "circle")) }, text: one.m.map(label), hovertemplate: "%{text}<extra></extra>",
+      error_y: { type: "data", symmetric: false, array: reach(one.high), arrayminus: reach(one.low), color: colour("orange"), thickness: 1, width: 3 } },
+  ], layout(axis(one.tau_s ? "averaging time τ" : "cluster, samples", { type: "log", range: ends.map(Math.log10), ...times }), axis("Allan deviation, deg/s", { type: "log" })));
+}
+
 // The Allan deviation over time and cluster size.
-export function surface(id, rows) {
+export function surface(id, rows, one) {
   const [title, x] = when(rows);
-  const names = [...new Set(rows.flatMap((row) => Object.keys(row)))].filter((name) => /^adev_\d+$/.test(name)).sort((a, b) => a.slice(5) - b.slice(5));
+  const sizes = [...new Set(rows.flatMap((row) => Object.keys(row)))].filter((name) => /^adev_\d+$/.test(name)).map((name) => Number(name.slice(5))).sort((a, b) => a - b);
+  const times = new Map((one?.tau_s ?? []).map((s, i) => [one.m[i], duration(s)])), timed = new Set(times.values()).size === sizes.length;
   return draw(id, [{
-    type: "heatmap", x, y: names.map((name) => name.slice(5)), z: names.map((name) => rows.map((row) => (row[name] > 0 ? Math.log10(row[name]) : null))),
-    colorscale: "Cividis", colorbar: { title: { text: "log₁₀ deg/s", side: "right" }, thickness: 12 }, hovertemplate: "%{x:.6g}, %{y} samples: 10^%{z:.2f}<extra></extra>",
-  }], layout(axis(title), axis("cluster, samples", { type: "category" })));
+    type: "heatmap", x, y: sizes.map((m) => (timed ? times.get(m) : String(m))), z: sizes.map((m) => rows.map((row) => (row[`adev_${m}`] > 0 ? Math.log10(row[`adev_${m}`]) : null))),
+    colorscale: "Cividis", colorbar: { title: { text: "log₁₀ deg/s", side: "right" }, thickness: 12 }, hovertemplate: "%{x:.6g}, %{y}: 10^%{z:.2f}<extra></extra>",
+  }], layout(axis(title), axis(timed ? "averaging time τ" : "cluster, samples", { type: "category", automargin: true })));
 }

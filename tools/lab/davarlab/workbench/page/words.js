@@ -14,6 +14,14 @@ export function number(value, digits = 3) {
   return value === null || value === undefined ? "–" : String(Number(Number(value).toPrecision(digits)));
 }
 
+const UNITS = [[86400, "d"], [3600, "h"], [60, "min"], [1, "s"], [1e-3, "ms"], [0, "µs"]];
+
+// A time in the largest unit of which it is at least one.
+export function duration(s) {
+  const [size, unit] = UNITS.find(([size]) => s >= size * 0.9995);
+  return `${number(s / (size || 1e-6))} ${unit}`;
+}
+
 export function fill(id, ...children) {
   const place = document.getElementById(id);
   place.replaceChildren(...children.filter((child) => child !== null && child !== undefined));

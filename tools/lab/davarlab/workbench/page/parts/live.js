@@ -45,6 +45,9 @@ export function heard(news) {
 
 const counts = (all) => Object.entries(all).map(([name, count]) => `${name.replaceAll("_", " ")} ${count}`).join(", ");
 
+const TERMS = [["bi_deg_per_h", "BI", "deg/h"], ["rrw_deg_per_h_per_sqrt_h", "RRW", "deg/h/√h"], ["rr_deg_per_h2", "RR", "deg/h²"], ["qn_deg", "QN", "deg"]];
+const resolved = (row) => TERMS.filter(([name]) => row[name]).map(([name, short, unit]) => `, ${short} ${number(row[name])} ${unit}`).join("");
+
 const draw = newest(async () => {
   if (!rows.size && !standing.ended) fill("live-said", `${standing.source}: nothing received yet`);
   const chosen = Number(at("live-channel").value || [...rows.keys()][0]);
@@ -55,14 +58,17 @@ const draw = newest(async () => {
     const arw = last.arw_deg_per_sqrt_h, health = counts(standing.health[chosen] || {});
     fill("live-said", element("b", { id: "live-arw" }, arw === undefined || arw === null ? "ARW absent" : `ARW ${number(arw, 4)}`),
       ` deg/√h${last.arw_low_deg_per_sqrt_h ? `, 95 %: ${number(last.arw_low_deg_per_sqrt_h)} to ${number(last.arw_high_deg_per_sqrt_h)}` : ""}`,
-      `, epoch `, element("span", { id: "live-epoch" }, String(last.epoch)), `, window ${last.window_samples ?? "?"} samples`,
+      element("span", { id: "live-terms" }, resolved(last)), `, epoch `, element("span", { id: "live-epoch" }, String(last.epoch)), `, window ${last.window_samples ?? "?"} samples`,
       last.unstable && last.alarm === undefined ? element("strong", { class: "alarm" }, " UNSTABLE") : "",
       changed ? element("strong", { class: "alarm", id: "live-changed" }, ` noise changed at epoch ${changed.epoch}${changed.change_older && changed.change_newer
         ? `, ${number(changed.change_older)} → ${number(changed.change_newer)} deg/s` : ""}`) : "",
       last.arw_withheld ? element("div", { id: "live-why" }, `No angle random walk (${last.arw_withheld}): ${reasons[last.arw_withheld]}.`) : "",
       element("div", {}, `received: ${counts(standing.faults) || "nothing"}; the device reports: ${health || "nothing lost"}`));
+    const curve = standing.curves[chosen];
+    at("live-curve").hidden = !curve;
+    if (curve) await charts.curve("live-curve", curve);
     await charts.rolling("live-chart", shown);
-    await charts.surface("live-surface", shown);
+    await charts.surface("live-surface", shown, curve);
   }
   fill("live-state", standing.ended ? "The source has ended. " : standing.said ? `${standing.said}. ` : "", `Saved in ${standing.path}.`);
   at("diagnose").hidden = !standing.raw.includes(chosen);
