@@ -98,6 +98,7 @@ davar_status_t noise_start(void)
     config.unit_per_count = 0.05;
     config.window.grow = 1;
     config.stride = 100;
+    config.engine = DAVAR_ENGINE_GRID; /* for samples in blocks (docs/COST.md) */
     config.taus = taus;
     config.tau_count = TAUS;
     /* Declare the low-pass of your gyro instead: davar_plan_init_filtered (davar/filter.h). */

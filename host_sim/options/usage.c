@@ -81,7 +81,7 @@ static const char *const TEXT[] = {
 
     "Output\n"
     "  --stride K              one result every K samples (default 1)\n"
-    "  --engine grid|edges     algorithm for strides: equal results, different memory\n"
+    "  --engine auto|grid      algorithm for strides: equal results, different cost\n"
     "  --out csv|jsonl|can:IFACE|slcan:PATH  format (default csv), or a CAN interface or tty\n"
     "                          for frames; slcan:pty creates a pty and prints its name\n"
     "  --can-base HEX          CAN identifier of the first channel (default 5D0); each further\n"

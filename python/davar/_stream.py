@@ -284,7 +284,7 @@ def dynamic(
             mode="centred"). One fit to the whole curve gives the coefficients. It takes 6 to 30 us,
             so choose a stride.
         stride: one epoch every so many samples. Default 1.
-        engine: "grid" (default) or "edges": equal results, different memory.
+        engine: "auto" (default) or "grid", for a stride above 1: equal results, different cost.
         false_alarms_per_hour: glr: accepted false alarms per hour of unchanged noise. Default 0.01.
         cut_interval: glr: accepted mean time between false cuts, seconds. Default 300.
         block: glr: samples per block. Default 10.

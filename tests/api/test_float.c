@@ -273,6 +273,7 @@ static void test_blocks_equal_samples_one_by_one(void)
         davar_t davar[2];
         config.window.mode = ((trial & 1U) == 0U) ? DAVAR_MODE_TRAILING : DAVAR_MODE_CENTRED;
         config.stride = strides[(trial / 2U) % 4U];
+        config.engine = (((trial / 8U) % 2U) == 0U) ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
         config.window.longest = 400U;
         config.window.shortest = 200U;
         config.moments.segment = 100U;

@@ -43,10 +43,9 @@ static void test_a_restart_in_centred_mode_continues_the_epochs(void)
     TEST_ASSERT_EQUAL_UINT64(100U, result.epoch);
 }
 
-static void test_a_restart_at_any_moment_keeps_the_grid_of_epochs(void)
+static void restart_at_any_moment(davar_engine_t engine)
 {
-    config.window.gaps_max = 0U;
-    config.stride = 7U;
+    config.engine = engine;
     for (uint32_t before = 1U; before < 160U; before++) {
         config.window.mode = ((before % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
         start_q15();
@@ -60,6 +59,14 @@ static void test_a_restart_at_any_moment_keeps_the_grid_of_epochs(void)
         }
         TEST_ASSERT_EQUAL_UINT64(6U, result.epoch % 7U);
     }
+}
+
+static void test_a_restart_at_any_moment_keeps_the_grid_of_epochs(void)
+{
+    config.window.gaps_max = 0U;
+    config.stride = 7U;
+    restart_at_any_moment(DAVAR_ENGINE_AUTO);
+    restart_at_any_moment(DAVAR_ENGINE_GRID);
 }
 
 static void test_a_restart_loses_a_waiting_result_and_counts_it(void)

@@ -69,7 +69,7 @@ static void test_each_bad_setting_is_rejected_with_its_own_code(void)
     config.stride = 0U, refused(DAVAR_ERR_STRIDE);
     config.stride = (1U << 24U) + 1U, refused(DAVAR_ERR_STRIDE);
     config.stride = config.window.longest + 1U, refused(DAVAR_ERR_STRIDE_LONG);
-    config.engine = (davar_engine_t)(DAVAR_ENGINE_EDGES + 1), refused(DAVAR_ERR_ENGINE);
+    config.engine = (davar_engine_t)(DAVAR_ENGINE_GRID + 1), refused(DAVAR_ERR_ENGINE);
     config.tau_count = 0U, refused(DAVAR_ERR_TAU_COUNT);
     config.tau_count = DAVAR_TAUS_MAX + 1U, refused(DAVAR_ERR_TAU_COUNT);
     config.taus = unsorted, config.tau_count = 2U, refused(DAVAR_ERR_TAU_ORDER);
@@ -161,6 +161,7 @@ static void test_memory_never_shrinks_as_windows_grow(void)
     config.taus = many;
     config.tau_count = 32U;
     config.stride = 2U;
+    config.engine = DAVAR_ENGINE_GRID;
     size_t before = 0U;
     for (config.window.longest = 65536U; config.window.longest <= 16777216U;
          config.window.longest += 32768U) {
@@ -207,17 +208,21 @@ static size_t larger_of(size_t a, size_t b)
     return (a > b) ? a : b;
 }
 
-/* By edges a stride needs the memory of every sample, plus its own samples. */
-static void test_the_memory_macros_include_a_stride_by_edges(void)
+/* A stride above 1 adds a copy of the sums and of the moments, whatever the stride. */
+static void test_the_memory_macros_include_a_stride(void)
 {
     const uint32_t last = 1U << (TAUS - 1U);
-    config.engine = DAVAR_ENGINE_EDGES;
     for (uint32_t stride = 2U; stride <= config.window.longest; stride++) {
         config.stride = stride;
         config.window.mode = ((stride % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-        const uint32_t samples = config.window.longest + stride - 1U;
-        const size_t q15 = DAVAR_MEMORY_Q15(samples, last, TAUS, config.window.gaps_max);
-        const size_t q31 = DAVAR_MEMORY_Q31(samples, last, TAUS, config.window.gaps_max);
+        config.law = ((stride % 4U) < 2U) ? &davar_law_or : NULL;
+        config.moments.segment = (config.law == NULL) ? 0U : 1U;
+        const uint32_t longest = config.window.longest;
+        const uint32_t segment = config.moments.segment;
+        const size_t q15 = DAVAR_MEMORY_Q15(longest, last, TAUS, config.window.gaps_max) +
+                           DAVAR_MEMORY_STRIDE_Q15(segment, TAUS);
+        const size_t q31 = DAVAR_MEMORY_Q31(longest, last, TAUS, config.window.gaps_max) +
+                           DAVAR_MEMORY_STRIDE_Q31(segment, TAUS);
         TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_q15(&config), q15);
         TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_q31(&config), q31);
         TEST_ASSERT_LESS_OR_EQUAL_size_t(davar_memory_size_q15(&config) + 24U, q15);
@@ -231,6 +236,7 @@ static void test_the_memory_macros_of_a_grid_are_enough_for_init(void)
     const uint32_t last = 1U << (TAUS - 1U);
     for (uint32_t i = 0U; i < 60000U; i++) {
         const uint32_t draw = i * 2654435761U;
+        config.engine = DAVAR_ENGINE_GRID;
         config.stride = 2U + ((draw >> 8U) % 90U);
         config.window.shortest = 2U * (last + ((draw >> 16U) % 97U));
         config.window.longest = config.window.shortest + (2U * ((draw >> 4U) % 211U));
@@ -273,6 +279,7 @@ static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
     config.moments.segment = 100U;
     config.law = &davar_law_or;
     config.stride = 100U;
+    config.engine = DAVAR_ENGINE_GRID;
     TEST_ASSERT_EQUAL_UINT32(8U, config.taus[TAUS - 1U]);
     size_t most = 0U;
     for (int mode = DAVAR_MODE_TRAILING; mode <= DAVAR_MODE_CENTRED; mode++) {
@@ -432,7 +439,7 @@ int main(void)
     RUN_TEST(test_memory_never_shrinks_as_windows_grow);
     RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_the_memory_macros_are_enough_for_init);
-    RUN_TEST(test_the_memory_macros_include_a_stride_by_edges);
+    RUN_TEST(test_the_memory_macros_include_a_stride);
     RUN_TEST(test_the_memory_macros_of_a_grid_are_enough_for_init);
     RUN_TEST(test_the_memory_macro_of_a_grid_is_no_more_than_that);
     RUN_TEST(test_the_memory_macro_of_glr_is_enough_and_no_more);

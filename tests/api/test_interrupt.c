@@ -133,7 +133,7 @@ static void test_gaps_in_an_interrupt_tear_no_result(void)
     TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
     for (unsigned i = 0U; i < 3U; i++) {
         config.stride = strides[i];
-        config.engine = (i == 2U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
+        config.engine = (i == 2U) ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
         TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
         start_timer(50);
         for (uint32_t results = 0U; results < RESULTS;) {

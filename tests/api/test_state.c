@@ -54,26 +54,34 @@ static void test_a_restored_stream_continues_bit_for_bit(void)
     survives_anywhere();
 }
 
-static void test_a_restored_grid_continues_bit_for_bit(void)
+static void survives_a_stride(davar_engine_t engine)
 {
+    config.engine = engine;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.stride = 7U;
     survives_anywhere();
     config.window.mode = DAVAR_MODE_TRAILING;
     survives_anywhere();
     config.stride = config.window.longest; /* windows side by side */
     survives_anywhere();
-    config.engine = DAVAR_ENGINE_EDGES;
-    survives_anywhere();
-    config.stride = 7U;
-    survives_anywhere();
 }
 
-/* The records of a grid contain its waiting result: the restored instance can take it. */
-static void test_a_waiting_result_survives(void)
+static void test_a_restored_stride_continues_bit_for_bit(void)
+{
+    survives_a_stride(DAVAR_ENGINE_AUTO);
+}
+
+static void test_a_restored_grid_continues_bit_for_bit(void)
+{
+    survives_a_stride(DAVAR_ENGINE_GRID);
+}
+
+static void waiting_result_survives(davar_engine_t engine)
 {
     davar_result_t expected = {0};
     davar_result_t actual = {0};
     config.stride = 20U;
+    config.engine = engine;
     init(Q15, &original, 0U);
     for (uint32_t n = 0U; !original.ready || (n % 20U != 7U) || !original.unstable; n++) {
         TEST_ASSERT_LESS_THAN_UINT32(10000U, n);
@@ -86,6 +94,14 @@ static void test_a_waiting_result_survives(void)
     TEST_ASSERT_TRUE(take_fitted(&original, &expected) && take_fitted(&restored, &actual));
     TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof expected);
     TEST_ASSERT_TRUE(actual.unstable);
+}
+
+/* The restored instance can take a result of before: the copy of its sums, or the records of the
+ * grid, are in the image. */
+static void test_a_waiting_result_survives(void)
+{
+    waiting_result_survives(DAVAR_ENGINE_AUTO);
+    waiting_result_survives(DAVAR_ENGINE_GRID);
 }
 
 /* In the middle of a run of floats that are not numbers: still one gap. */
@@ -163,7 +179,7 @@ static void test_an_image_of_another_configuration_is_foreign(void)
     memcpy(cells, image, sizeof cells), config.taus = other_taus, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.unit_per_count = 0.02, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.stride = 2U, foreign(Q15);
-    memcpy(cells, image, sizeof cells), config.stride = 2U, config.engine = DAVAR_ENGINE_EDGES,
+    memcpy(cells, image, sizeof cells), config.stride = 2U, config.engine = DAVAR_ENGINE_GRID,
                                         foreign(Q15);
     memcpy(cells, image, sizeof cells), config.moments.kurtosis_high = 3.4, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.window.mirrored_end = true, foreign(Q15);
@@ -317,6 +333,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
+    RUN_TEST(test_a_restored_stride_continues_bit_for_bit);
     RUN_TEST(test_a_restored_grid_continues_bit_for_bit);
     RUN_TEST(test_a_waiting_result_survives);
     RUN_TEST(test_a_gap_that_continues_survives);

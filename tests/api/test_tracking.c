@@ -497,9 +497,6 @@ static void test_errors_of_init(void)
     config.window.mode = DAVAR_MODE_CENTRED, config.stride = 10U, config.window.longest = 590U,
     refused();
     config.window.mode = DAVAR_MODE_CENTRED, config.glr.block = 65U, refused();
-    config.window.mode = DAVAR_MODE_CENTRED, config.engine = DAVAR_ENGINE_EDGES;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE, davar_init_q15(&davar, &config, memory, sizeof memory));
-    setUp();
     config.glr.block = 4U, refused();
     config.glr.block = 65U, refused();
     config.glr.shock_blocks = 3U, refused();
@@ -507,12 +504,6 @@ static void test_errors_of_init(void)
     config.stride = 1201U;
     TEST_ASSERT_EQUAL(DAVAR_ERR_STRIDE_LONG,
                       davar_init_q15(&davar, &config, memory, sizeof memory));
-    setUp();
-    config.stride = 10U, config.engine = DAVAR_ENGINE_EDGES;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE, davar_init_q15(&davar, &config, memory, sizeof memory));
-    setUp();
-    config.engine = DAVAR_ENGINE_EDGES; /* no effect at stride 1 */
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     setUp();
     config.stride = 7U, config.window.shortest = 1192U,
     refused(); /* its windows begin between two blocks */

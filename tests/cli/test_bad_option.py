@@ -142,14 +142,6 @@ class BadOption(SimCase):
             self.sim(path, "--window-max", "702", "--stride", "701"), "at least 701"
         )
 
-    def test_engine_edges_has_no_stride_with_policy_glr(self):
-        self.assert_refused(
-            self.sim(
-                self.recording(count=700), "--policy", "glr", "--stride", "10", "--engine", "edges"
-            ),
-            "--engine",
-        )
-
     def test_unknown_options(self):
         path = self.recording()
         self.assert_refused(self.sim(path, "--windowmax", "600"), "--windowmax")

@@ -12,7 +12,7 @@ from sim_case import SimCase
 PROBE = os.environ.get("DAVAR_SETTINGS_PROBE", "settings_probe")
 POLICIES = ("fixed", "kurtosis", "or", "and", "glr")
 TRIALS = 400
-BY_CODE = {"--policy": POLICIES, "--mode": ("trailing", "centred"), "--engine": ("grid", "edges")}
+BY_CODE = {"--policy": POLICIES, "--mode": ("trailing", "centred"), "--engine": ("auto", "grid")}
 
 
 def settings(source):
@@ -23,7 +23,7 @@ def settings(source):
     found = {
         "--policy": source.choice(POLICIES),
         "--mode": source.choice(("centred", "trailing")),
-        "--engine": source.choice(("grid", "edges")),
+        "--engine": source.choice(("auto", "grid")),
         "--window-max": window,
         "--window-min": max(
             0, source.choice((0, 1, 2, 20, window // 3 * 2, window // 2 * 2, *near))
@@ -68,7 +68,7 @@ def settings(source):
         "--kurtosis": "2.5:3.3",
         "--contribution": "0:0.07",
         "--taus": "1,2",
-        "--engine": "grid",
+        "--engine": "auto",
         "--mode": "centred",
         "--false-alarms-per-hour": "0.01",
         "--cut-interval": "300",

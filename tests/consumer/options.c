@@ -150,8 +150,8 @@ int main(void)
     davar_plan_init_white(&plan, taus, 4);
     for (int all = 0; all < 42; all++) {
         const int number = all % 14;
-        const bool by_edges = number >= 10;
-        const int way = by_edges ? (number - 6) : number; /* 4 to 7 once more */
+        const bool automatic = number >= 10;
+        const int way = automatic ? (number - 6) : number; /* 4 to 7 once more */
         const bool tracked = way >= 8;
         davar_config_t config = davar_default_config;
         config.window.mode = DAVAR_MODE_CENTRED;
@@ -169,7 +169,7 @@ int main(void)
         }
         config.window.mode = (way & 2) != 0 ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
         config.stride = ((way & 4) != 0) || (way == 9) ? 20 : 1;
-        config.engine = by_edges ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
+        config.engine = automatic ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
         config.window.mirrored_end = true;
         config.taus = taus;
         config.tau_count = 4;
@@ -179,7 +179,7 @@ int main(void)
         if (status == DAVAR_OK) {
             push(type, &config);
         }
-        printf("%c%d%s %s %016llx\n", type, way, by_edges ? "e" : "", davar_status_text(status),
+        printf("%c%d%s %s %016llx\n", type, way, automatic ? "a" : "", davar_status_text(status),
                (unsigned long long)sum);
     }
     for (int type = 0; type < 3; type++) {

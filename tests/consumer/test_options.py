@@ -28,7 +28,7 @@ FLAGS = [
 
 def features(way):
     """Bits of the digit: adaptive 1, centred 2, stride 4. 8 and 9 are policy glr, 9 with a stride;
-    e: by edges; c: a cascade, which needs its number type alone.
+    a: engine auto; c: a cascade, which needs its number type alone.
     """
     return 0 if way[1] == "c" else int(way[1])
 
@@ -37,7 +37,7 @@ def features(way):
 NEEDS = {
     "LAWS": lambda way: features(way) & 9,
     "CENTRED": lambda way: features(way) & 2,
-    "GRID": lambda way: (features(way) & 4 or way[1] == "9") and not way.endswith("e"),
+    "GRID": lambda way: (features(way) & 4 or way[1] == "9") and not way.endswith("a"),
     "Q15": lambda way: way[0] == "q",
     "Q31": lambda way: way[0] in "wf",
 }
@@ -68,8 +68,8 @@ class Options(unittest.TestCase):
         whole = ways()
         self.assertEqual({status for status, _ in whole.values()}, {"ok"})
         self.assertGreater(len({total for _, total in whole.values()}), 15)
-        for way in [way for way in whole if way.endswith("e")]:
-            self.assertEqual(whole[way[:-1]], whole[way], "edges and grid differ")
+        for way in [way for way in whole if way.endswith("a")]:
+            self.assertEqual(whole[way[:-1]], whole[way], "auto and grid differ")
         for left_out in (("GRID",), ("LAWS",), ("CENTRED",), ("Q15",), ("Q31",), LEAN):
             found = ways(*(f"-DDAVAR_{name}=0" for name in left_out))
             for way, (status, total) in found.items():

@@ -108,7 +108,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     davar_result_t result;
     config = small_config(taus, 4U);
     config.window.mode = (between(&bytes, 0U, 1U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-    config.stride = between(&bytes, 1U, 9U);
+    const uint32_t drawn = between(&bytes, 0U, 17U);
+    config.stride = 1U + (drawn % 9U);
+    config.engine = (drawn < 9U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
     const uint32_t cut = between(&bytes, 1U, 120U);
     memset(cells, 0xFF, sizeof cells);
     damage_count = 0U;

@@ -70,7 +70,7 @@ static void choose_config(trial_t *trial, bytes_t *bytes)
     config->stride = (config->stride > 35U) ? 1U : config->stride;
     config->stride =
         (config->stride < config->window.longest) ? config->stride : config->window.longest;
-    config->engine = (between(bytes, 0U, 1U) == 1U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
+    config->engine = (between(bytes, 0U, 1U) == 1U) ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
     config->window.gaps_max = (uint16_t)((2U * config->window.longest) + config->stride + 2U);
     config->window.mirrored_end = true;
     trial->is_q31 = byte(bytes) % 2U != 0U;

@@ -332,6 +332,7 @@ static void test_a_channel_out_of_step_does_not_disturb_the_others(void)
 static void test_a_grid_and_a_trailing_window_end_properly(void)
 {
     config.stride = 4U;
+    config.engine = DAVAR_ENGINE_GRID;
     run_plain();
     TEST_ASSERT_EQUAL_size_t(CHANNELS * (SAMPLES / 4U), fake.sent_count);
     config.window.mode = DAVAR_MODE_TRAILING;

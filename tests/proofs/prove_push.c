@@ -4,7 +4,7 @@
  * number missing; then two more, each GAP_APART pushes later (gaps_max 2, so the window restarts).
  * Bound: PUSHES pushes from the start, which turns the ring over; window 8, cluster sizes 1, 2
  * (octaves) or 1, 3; centred and trailing; policy fixed, or with ADAPTIVE 1 the window follows
- * kurtosis and contribution; a result every STRIDE samples, on a grid or with EDGES 1 by edges. */
+ * kurtosis and contribution; a result every STRIDE samples, by engine auto or with GRID 1 on a grid. */
 #include "davar/davar.h"
 
 #include "proof.h"
@@ -25,12 +25,13 @@
 #ifndef STRIDE
 #define STRIDE 1
 #endif
-#ifndef EDGES
-#define EDGES 0
+#ifndef GRID
+#define GRID 0
 #endif
 
 #if WIDE
 #define MEMORY DAVAR_MEMORY_Q31
+#define MEMORY_STRIDE DAVAR_MEMORY_STRIDE_Q31
 #define MEMORY_GRID DAVAR_MEMORY_GRID_Q31
 #define INIT davar_init_q31
 typedef int32_t sample_t;
@@ -38,6 +39,7 @@ typedef int32_t sample_t;
 #define PUSH davar_push_until_result_q31
 #else
 #define MEMORY DAVAR_MEMORY_Q15
+#define MEMORY_STRIDE DAVAR_MEMORY_STRIDE_Q15
 #define MEMORY_GRID DAVAR_MEMORY_GRID_Q15
 #define INIT davar_init_q15
 typedef int16_t sample_t;
@@ -46,10 +48,12 @@ typedef int16_t sample_t;
 #endif
 
 /* Not one word more. */
-#if (STRIDE == 1) || EDGES
-static uint64_t memory[MEMORY(8U + STRIDE - 1U, 3U, 2U, 2U) / 8U];
-#else
+#if GRID
 static uint64_t memory[MEMORY_GRID(8U, 0U, 0U, STRIDE, 3U, 2U, 2U) / 8U];
+#elif STRIDE > 1
+static uint64_t memory[(MEMORY(8U, 3U, 2U, 2U) + MEMORY_STRIDE(3U * ADAPTIVE, 2U)) / 8U];
+#else
+static uint64_t memory[MEMORY(8U, 3U, 2U, 2U) / 8U];
 #endif
 static const uint32_t octaves[2] = {1U, 2U};
 static const uint32_t others[2] = {1U, 3U};
@@ -74,7 +78,7 @@ static void stream(davar_mode_t mode, const uint32_t *taus, uint32_t gap)
     config.window.shortest = ADAPTIVE ? 6U : 8U;
     config.moments.segment = ADAPTIVE ? 3U : 0U;
     config.stride = STRIDE;
-    config.engine = EDGES ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
+    config.engine = GRID ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
     config.window.gaps_max = 2U;
     config.taus = taus;
     config.tau_count = 2U;

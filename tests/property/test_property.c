@@ -87,7 +87,7 @@ static void choose_config(random_t *random, trial_t *trial)
         ((random_next(random) % 16U) == 0U) ? between(random, 20U, 300U) : config->stride;
     config->stride =
         (config->stride < config->window.longest) ? config->stride : config->window.longest;
-    config->engine = (random_next(random) % 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_EDGES;
+    config->engine = (random_next(random) % 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
     /* The gaps of two windows and of the samples between them: the maximum. */
     config->window.gaps_max = (uint16_t)((2U * config->window.longest) + config->stride + 2U);
     config->window.mirrored_end = true;
@@ -239,6 +239,19 @@ static void push_and_reset(davar_t *davar, const trial_t *trial)
     }
 }
 
+/* Pushes samples after a result that waits, fewer than complete the next; returns where it ends. */
+static int64_t push_on(davar_t *davar, const trial_t *trial, int64_t from, uint32_t count)
+{
+    int64_t i = from;
+    for (uint32_t more = count; (more > 0U) && (i < trial->count); more--) {
+        if (trial->gap_before[i]) {
+            davar_gap(davar, 1U);
+        }
+        i += (int64_t)push(davar, trial, i, i + 1);
+    }
+    return i;
+}
+
 static void run_trial(const trial_t *trial, random_t *random)
 {
     davar_t davar;
@@ -261,6 +274,9 @@ static void run_trial(const trial_t *trial, random_t *random)
         end = (end > trial->count) ? trial->count : end;
         while (i < end) {
             i += (int64_t)push(&davar, trial, i, end);
+            if (i < end) { /* at a result: taken now or later */
+                i = push_on(&davar, trial, i, between(random, 0U, trial->config.stride - 1U));
+            }
             if (take_fitted(&davar, &result)) {
                 expect_next(trial, &reference, &result);
             }
@@ -324,7 +340,7 @@ static void run_small_window(trial_t *trial)
         (SMALL_STRIDE < config->window.longest) ? SMALL_STRIDE : config->window.longest;
     for (uint32_t each = 0U; each < (8U * longest); each++) {
         config->law = davar_policy_law((davar_policy_t)(each % 4U), false);
-        config->engine = ((each / 4U) % 2U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
+        config->engine = ((each / 4U) % 2U) ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
         config->stride = 1U + (each / 8U);
         run_small(trial);
     }

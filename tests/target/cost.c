@@ -38,7 +38,7 @@ static void make_samples(void)
     }
 }
 
-static davar_engine_t engine;
+static davar_engine_t engine = DAVAR_ENGINE_GRID;
 
 static void start(davar_policy_t policy, uint32_t stride)
 {
@@ -204,18 +204,21 @@ static void measure_engine(davar_engine_t by, uint32_t stride, const char *const
 
 static void measure_engines(void)
 {
+    static const char *const auto_of_2[] = {"auto2_x100", "auto2_worst", "auto2_blocks_x100",
+                                            "auto2_ram"};
+    static const char *const auto_of_10[] = {"auto10_x100", "auto10_worst", "auto10_blocks_x100",
+                                             "auto10_ram"};
+    static const char *const auto_of_60[] = {"auto60_x100", "auto60_worst", "auto60_blocks_x100",
+                                             "auto60_ram"};
     static const char *const grid_of_10[] = {"grid10_x100", "grid10_worst", "grid10_blocks_x100",
                                              "grid10_ram"};
-    static const char *const edges_of_10[] = {"edges10_x100", "edges10_worst",
-                                              "edges10_blocks_x100", "edges10_ram"};
     static const char *const grid_of_60[] = {"grid60_x100", "grid60_worst", "grid60_blocks_x100",
                                              "grid60_ram"};
-    static const char *const edges_of_60[] = {"edges60_x100", "edges60_worst",
-                                              "edges60_blocks_x100", "edges60_ram"};
+    measure_engine(DAVAR_ENGINE_AUTO, 2U, auto_of_2);
+    measure_engine(DAVAR_ENGINE_AUTO, 10U, auto_of_10);
+    measure_engine(DAVAR_ENGINE_AUTO, STRIDE, auto_of_60);
     measure_engine(DAVAR_ENGINE_GRID, 10U, grid_of_10);
-    measure_engine(DAVAR_ENGINE_EDGES, 10U, edges_of_10);
     measure_engine(DAVAR_ENGINE_GRID, STRIDE, grid_of_60);
-    measure_engine(DAVAR_ENGINE_EDGES, STRIDE, edges_of_60);
 }
 
 /* --- the default: adaptive window, steps of the noise, gaps --- */

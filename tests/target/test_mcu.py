@@ -31,7 +31,7 @@ JOBS = {
         "--long-cluster",
         "80",
     ),
-    "a stride by edges": (*TAUS, "--stride", "10", "--engine", "edges"),
+    "a stride on a grid": (*TAUS, "--stride", "10", "--engine", "grid"),
     "gaps restart the window": ("--stride", "60", "--window-max", "300"),
 }
 RANDOM_JOBS = 5

@@ -281,7 +281,7 @@ static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32
     return config;
 }
 
-static void run_policy(bool is_wide, davar_policy_t policy)
+static void run_policy(bool is_wide, davar_policy_t policy, davar_engine_t engine)
 {
     davar_plan_init_white(&plan, taus, 5U);
     static const uint32_t strides[] = {
@@ -291,6 +291,7 @@ static void run_policy(bool is_wide, davar_policy_t policy)
             config_of(policy, ((way & 1U) != 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING,
                       strides[way / 2U]);
         config.window.mirrored_end = (way == 1U);
+        config.engine = engine;
         config.glr.long_cluster =
             ((policy == DAVAR_POLICY_GLR) && (way > 3U)) ? ((way % 2U) * 80U) : 0U;
         config.glr.block = (way < 4U) ? (6U + (2U * way)) : 10U;
@@ -299,36 +300,48 @@ static void run_policy(bool is_wide, davar_policy_t policy)
     }
 }
 
-static void run_policies(bool is_wide)
+static void run_policies(bool is_wide, davar_engine_t engine)
 {
     static const davar_policy_t policies[] = {DAVAR_POLICY_FIXED, DAVAR_POLICY_KURTOSIS,
                                               DAVAR_POLICY_OR, DAVAR_POLICY_AND};
     for (uint32_t p = 0U; p < sizeof policies / sizeof policies[0]; p++) {
-        run_policy(is_wide, policies[p]);
+        run_policy(is_wide, policies[p], engine);
     }
 }
 
 static void test_results_of_q15(void)
 {
-    run_policies(false);
+    run_policies(false, DAVAR_ENGINE_AUTO);
+    expect(UINT64_C(0x1E8428ABFB5F9ECD));
+}
+
+static void test_results_of_q15_on_a_grid(void)
+{
+    run_policies(false, DAVAR_ENGINE_GRID);
     expect(UINT64_C(0xC22B5A9F3FA75D0D));
 }
 
 static void test_results_of_q31(void)
 {
-    run_policies(true);
+    run_policies(true, DAVAR_ENGINE_AUTO);
+    expect(UINT64_C(0x4C6D4BA86A7F69AA));
+}
+
+static void test_results_of_q31_on_a_grid(void)
+{
+    run_policies(true, DAVAR_ENGINE_GRID);
     expect(UINT64_C(0xBD630D2521A1897B));
 }
 
 static void test_results_of_policy_glr(void)
 {
-    run_policy(false, DAVAR_POLICY_GLR);
+    run_policy(false, DAVAR_POLICY_GLR, DAVAR_ENGINE_AUTO);
     expect(UINT64_C(0x873D2648AB40743D));
 }
 
 static void test_results_of_policy_glr_q31(void)
 {
-    run_policy(true, DAVAR_POLICY_GLR);
+    run_policy(true, DAVAR_POLICY_GLR, DAVAR_ENGINE_AUTO);
     expect(UINT64_C(0x5230DC95B92E97B8));
 }
 
@@ -672,7 +685,9 @@ int main(void)
     RUN_TEST(test_deviations_from_a_model);
     RUN_TEST(test_dispersion);
     RUN_TEST(test_results_of_q15);
+    RUN_TEST(test_results_of_q15_on_a_grid);
     RUN_TEST(test_results_of_q31);
+    RUN_TEST(test_results_of_q31_on_a_grid);
     RUN_TEST(test_results_of_policy_glr);
     RUN_TEST(test_results_of_policy_glr_q31);
     RUN_TEST(test_frames);

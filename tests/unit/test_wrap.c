@@ -171,8 +171,9 @@ static void test_positions_wrap_unnoticed_at_every_sample(void)
     wrapped(90U);
 }
 
-static void test_positions_wrap_unnoticed_on_a_grid(void)
+static void wrapped_by(davar_engine_t engine)
 {
+    config.engine = engine;
     config.window.mirrored_end = true;
     config.stride = 7U;
     wrapped(90U);
@@ -181,10 +182,14 @@ static void test_positions_wrap_unnoticed_on_a_grid(void)
     wrapped(90U);
 }
 
-static void test_positions_wrap_unnoticed_where_edges_catch_up(void)
+static void test_positions_wrap_unnoticed_at_a_stride(void)
 {
-    config.engine = DAVAR_ENGINE_EDGES;
-    test_positions_wrap_unnoticed_on_a_grid();
+    wrapped_by(DAVAR_ENGINE_AUTO);
+}
+
+static void test_positions_wrap_unnoticed_on_a_grid(void)
+{
+    wrapped_by(DAVAR_ENGINE_GRID);
 }
 
 static void test_positions_wrap_correctly_after_the_detector(void)
@@ -251,14 +256,14 @@ static void test_a_record_that_ends_after_the_wrap_is_flushed(void)
         config.window.mirrored_end = true;
         config.stride = 7U;
         wrapped(1000U - behind);
-        config.engine = DAVAR_ENGINE_EDGES;
+        config.engine = DAVAR_ENGINE_GRID;
         wrapped(1000U - behind);
     }
 }
 
 /* A single gap, then none for 2^31 samples and more, then another: the first must not reappear.
  * Time advances for everything except the boundaries that are still stored. */
-static void forgotten(uint32_t later)
+static void forgotten(uint32_t first, uint32_t later)
 {
     davar_t plain;
     davar_t late;
@@ -267,7 +272,7 @@ static void forgotten(uint32_t later)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&late, &config, memory[1], sizeof memory[1]));
     for (uint32_t n = 0U; n < 1000U; n++) {
         const int16_t sample = sample_at(n);
-        if ((n == 100U) || (n == 700U)) {
+        if ((n == first) || (n == 700U)) {
             davar_gap(&plain, 1U);
             davar_gap(&late, 1U);
         }
@@ -292,18 +297,29 @@ static void test_an_old_gap_is_forgotten(void)
     static const uint32_t later[] = {0x7FFFFE00U, 0x80000000U, 0xFFFFFFFFU - 600U};
     for (unsigned i = 0U; i < 3U; i++) {
         setUp();
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
         config.window.mode = DAVAR_MODE_TRAILING;
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
         config.stride = 7U;
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
         config.window.mode = DAVAR_MODE_CENTRED;
-        forgotten(later[i]);
-        config.engine = DAVAR_ENGINE_EDGES;
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
+        config.engine = DAVAR_ENGINE_GRID;
+        forgotten(100U, later[i]);
         config.window.mode = DAVAR_MODE_TRAILING;
-        forgotten(later[i]);
+        forgotten(100U, later[i]);
     }
+}
+
+/* The window leaves its mirrored start and the gap at the same epoch, and glides from then on. */
+static void test_a_gap_next_to_the_start_is_forgotten(void)
+{
+    config.law = NULL;
+    config.moments.segment = 0U;
+    config.stride = 7U;
+    forgotten(3U, 0x80000000U);
+    config.engine = DAVAR_ENGINE_GRID;
+    forgotten(3U, 0x80000000U);
 }
 
 int main(void)
@@ -311,11 +327,12 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
-    RUN_TEST(test_positions_wrap_unnoticed_where_edges_catch_up);
+    RUN_TEST(test_positions_wrap_unnoticed_at_a_stride);
     RUN_TEST(test_positions_wrap_correctly_after_the_detector);
     RUN_TEST(test_blocks_wrap_unnoticed);
     RUN_TEST(test_positions_wrap_unnoticed_in_centred_windows_of_the_detector);
     RUN_TEST(test_a_record_that_ends_after_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);
+    RUN_TEST(test_a_gap_next_to_the_start_is_forgotten);
     return UNITY_END();
 }

@@ -42,6 +42,7 @@ LINKED = {
     "everything_glr": (5, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")),
 }  # tests/target/linked.c
 STRIDE = 60
+ENGINES = ("auto2", "auto10", "auto60", "grid10", "grid60")  # and their strides
 
 
 def tool(target: str, name: str, *arguments: str | Path) -> str:
@@ -232,7 +233,7 @@ def measure(target: str) -> Figures:
         "stack_bytes": raw["stack_push_bytes"],
         "stack_take_bytes": raw["stack_take_bytes"],
     }
-    for engine in ("grid10", "edges10", "grid60", "edges60"):
+    for engine in ENGINES:
         figures |= {
             f"{engine}_instructions_per_sample": raw[f"{engine}_x100"] / 100,
             f"{engine}_blocks_instructions_per_sample": raw[f"{engine}_blocks_x100"] / 100,
@@ -462,12 +463,10 @@ class Engines(NamedTuple):
         values = figures[self.core]
         rows = [
             (
-                stride,
-                engine,
-                *(f"{values[f'{engine}{stride}_{key}']:.0f}" for _, key in ENGINE_COLUMNS),
+                *reversed(re.findall(r"\d+|\D+", engine)),
+                *(f"{values[f'{engine}_{key}']:.0f}" for _, key in ENGINE_COLUMNS),
             )
-            for stride in (10, 60)
-            for engine in ("grid", "edges")
+            for engine in ENGINES
         ]
         return markdown(("stride", "engine", *(title for title, _ in ENGINE_COLUMNS)), rows)
 

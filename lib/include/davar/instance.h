@@ -68,7 +68,7 @@ typedef struct davar {
  *                                     largest(128), taus(8)) / 8];
  * ```
  * type: Q15, Q31 or F32. largest: the largest cluster size. A fixed window has shortest equal to
- * longest. Engine grid for strides above 1. Source: DESIGN 6. */
+ * longest. For DAVAR_ENGINE_GRID, use DAVAR_MEMORY_GRID_*. Source: DESIGN 6. */
 #define DAVAR_MEMORY(type, a_longest, a_shortest, a_stride, a_largest, a_taus)                     \
     DAVAR_MEMORY_NUMBERS(type, DAVAR_NUMBER_OF_LONGEST_##a_longest,                                \
                          DAVAR_NUMBER_OF_SHORTEST_##a_shortest, DAVAR_NUMBER_OF_STRIDE_##a_stride, \
@@ -80,24 +80,21 @@ typedef struct davar {
 #define DAVAR_NUMBER_OF_LARGEST_largest(samples) samples
 #define DAVAR_NUMBER_OF_TAUS_taus(count) count
 #define DAVAR_MEMORY_NUMBERS(type, W, w, K, m, T)                                                  \
-    DAVAR_ROUND8(                                                                                  \
-        ((K) == 1)                                                                                 \
-            ? DAVAR_MEMORY_##type(DAVAR_LARGER(W, (((W) - (w)) / 2U) + (2U * (m))), m, T, 4U)      \
-            : DAVAR_MEMORY_GRID_##type(W, (((w) == (W)) ? 0U : (w)),                               \
-                                       (((w) == (W)) ? 0U : ((w) / 4U)), K, m, T, 4U))
+    DAVAR_ROUND8(DAVAR_MEMORY_##type(DAVAR_LARGER(W, (((W) - (w)) / 2U) + (2U * (m))), m, T, 4U) + \
+                 (((K) == 1) ? 0U : DAVAR_MEMORY_STRIDE_##type((W) - (w), T)))
 #define DAVAR_LARGER(a, b) (((a) > (b)) ? (a) : (b))
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES_Q15 ((size_t)104U + (4U * sizeof(void *)))
-#define DAVAR_STAGES_BYTES_Q31 ((size_t)176U + (4U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q15 ((size_t)96U + (6U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q31 ((size_t)168U + (6U * sizeof(void *)))
 /** @endcond */
 
 /** @{ */
 /** The formulas of DAVAR_MEMORY, for other settings, in bytes.
  * They hold for a result at every sample (stride 1), if every span fits the shortest window
- * (2 m_max <= shortest). For a stride by edges, window_max is longest + stride - 1 instead of
- * longest. For a grid, use DAVAR_MEMORY_GRID_*, for law glr on a grid DAVAR_MEMORY_GLR_*. Otherwise
- * call davar_memory_size_*. Every sample of the window and of the longest span takes 2 bytes (q15)
- * or 4 (q31, f32). Source: DESIGN 6. */
+ * (2 m_max <= shortest). For a stride above 1, add DAVAR_MEMORY_STRIDE_*. For DAVAR_ENGINE_GRID,
+ * use DAVAR_MEMORY_GRID_*, for law glr with a stride above 1 DAVAR_MEMORY_GLR_*. Otherwise call
+ * davar_memory_size_*. Every sample of the window and of the longest span takes 2 bytes (q15) or 4
+ * (q31, f32). Source: DESIGN 6. */
 #define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                            \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
      DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) +                             \
@@ -108,6 +105,16 @@ typedef struct davar {
      DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps)                                            \
     DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)
+/** @} */
+
+/** @{ */
+/** What a stride above 1 adds to DAVAR_MEMORY_*, in bytes: the sums of the newest result and, unless
+ * moments.segment is 0, its moments. Source: DESIGN 2.9. */
+#define DAVAR_MEMORY_STRIDE_Q15(segment, taus)                                                     \
+    ((size_t)8U + (2U * sizeof(void *)) + ((size_t)8U * (taus)) + (((segment) == 0U) ? 0U : 64U))
+#define DAVAR_MEMORY_STRIDE_Q31(segment, taus)                                                     \
+    ((size_t)8U + (2U * sizeof(void *)) + ((size_t)16U * (taus)) + (((segment) == 0U) ? 0U : 128U))
+#define DAVAR_MEMORY_STRIDE_F32(segment, taus) DAVAR_MEMORY_STRIDE_Q31(segment, taus)
 /** @} */
 
 /** @cond */
@@ -134,7 +141,7 @@ typedef struct davar {
 /** @endcond */
 
 /** @{ */
-/** The same on a grid (stride above 1), in both modes, in bytes.
+/** The same for DAVAR_ENGINE_GRID (stride above 1), in both modes, in bytes.
  * window_min 0: a fixed window. With mirrored_end add 2 bytes (q15) or 4 (q31, f32) per sample of
  * window_max, rounded up to 8. The fewest records are needed where the stride divides half of both
  * lengths. Source: DESIGN 2.7. */

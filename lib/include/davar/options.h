@@ -23,7 +23,7 @@
 #define DAVAR_Q31 1
 #endif
 
-/** Engine grid. Without it a stride above 1 needs DAVAR_ENGINE_EDGES. */
+/** DAVAR_ENGINE_GRID, and law glr with a stride above 1 or in centred mode. */
 #ifndef DAVAR_GRID
 #define DAVAR_GRID 1
 #endif

@@ -50,8 +50,7 @@ typedef enum {
     DAVAR_ERR_STRIDE = 18, /**< stride 0 or above 2^24 */
     /** stride above window.longest: samples between two windows would never count */
     DAVAR_ERR_STRIDE_LONG = 19,
-    /** engine not in davar_engine_t; or EDGES for law glr with a stride above 1 or centred */
-    DAVAR_ERR_ENGINE = 20,
+    DAVAR_ERR_ENGINE = 20, /**< engine not in davar_engine_t */
     /** law glr: a setting of glr out of range (davar_config_t.glr), or window.longest below 8 or
      * above 768 blocks, or no window of whole blocks between shortest and longest */
     DAVAR_ERR_TRACKING = 21,
@@ -85,10 +84,12 @@ typedef enum {
 /** How a stride above 1 is computed: the same results at another cost (docs/COST.md). DESIGN (2.7),
  * (2.9). */
 typedef enum {
-    /** running sums, recorded where an edge can be: least work; memory falls with the stride */
-    DAVAR_ENGINE_GRID = 0,
-    /** sums follow both edges when a result is due: least memory for a short stride */
-    DAVAR_ENGINE_EDGES = 1
+    /** as stride 1: sums follow both edges of the window, at the same cost for every sample. Law glr:
+     * the grid, for a stride above 1 and in centred mode */
+    DAVAR_ENGINE_AUTO = 0,
+    /** running sums, recorded where an edge can be: fewer instructions for samples in blocks, more
+     * for single ones; the memory falls as the stride rises */
+    DAVAR_ENGINE_GRID = 1
 } davar_engine_t;
 
 /** Settings. They may be const in flash and must outlive the instance. Start from
@@ -151,7 +152,7 @@ typedef struct {
     } glr;
 
     uint32_t stride;       /**< samples from one result to the next, 1 to longest; default 1 */
-    davar_engine_t engine; /**< how a stride above 1 is computed; default grid */
+    davar_engine_t engine; /**< how a stride above 1 is computed; default automatic */
     const uint32_t *taus;  /**< cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
     uint8_t tau_count;     /**< 1 to DAVAR_TAUS_MAX */
 } davar_config_t;

@@ -99,9 +99,7 @@ static davar_status_t check_motion(const davar_config_t *config)
         !(is_centred_step(config->window.grow) && is_centred_step(config->window.shrink))) {
         return DAVAR_ERR_STEP;
     }
-    if (((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_EDGES) ||
-        (has_queue(config) && (config->engine == DAVAR_ENGINE_EDGES) &&
-         ((config->stride > 1U) || is_about(config)))) {
+    if ((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_GRID) {
         return DAVAR_ERR_ENGINE;
     }
     const bool too_far = ((uint64_t)config->window.shrink * config->stride) > (uint64_t)INT32_MAX;
@@ -150,7 +148,8 @@ static bool is_built(const davar_config_t *config)
     if (centred) {
         built = built && DAVAR_CENTRED;
     }
-    if ((config->engine == DAVAR_ENGINE_GRID) && ((config->stride > 1U) || (centred && queue))) {
+    if (((config->stride > 1U) && (queue || (config->engine == DAVAR_ENGINE_GRID))) ||
+        (centred && queue)) {
         built = built && DAVAR_GRID;
     }
     return built;
@@ -215,7 +214,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
         [DAVAR_ERR_STRIDE_LONG] =
             "stride above window_max: samples between two windows would never count",
-        [DAVAR_ERR_ENGINE] = "engine unknown, or edges for policy glr with a stride above 1",
+        [DAVAR_ERR_ENGINE] = "engine unknown",
         [DAVAR_ERR_TRACKING] =
             "policy glr: block, shock_blocks, long_cluster, a window, stride or rate out of range",
         [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",

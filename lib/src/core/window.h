@@ -35,12 +35,13 @@ static inline bool has_moments(const davar_config_t *config)
     return DAVAR_LAWS && (config->moments.segment != 0U);
 }
 
-/* Results come from records on a grid (2.7). A law with a queue may need any edge of a centred
- * window again. */
+/* Results come from records on a grid (2.7), because the user chose it or because a law with a queue
+ * may need an earlier edge of the window again. */
 static inline bool has_grid(const davar_config_t *config)
 {
-    const bool wanted = (config->stride > 1U) && (config->engine == DAVAR_ENGINE_GRID);
-    return DAVAR_GRID && (wanted || (has_queue(config) && is_about(config)));
+    const bool strides = (config->stride > 1U);
+    const bool chosen = strides && (config->engine == DAVAR_ENGINE_GRID);
+    return DAVAR_GRID && (chosen || (has_queue(config) && (strides || is_about(config))));
 }
 
 static inline davar_law_shape_t law_shape(const davar_config_t *config)

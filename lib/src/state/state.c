@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-#define FORMAT 5U
+#define FORMAT 6U
 
 /* The instance without its pointers. */
 typedef struct {
