@@ -1,5 +1,5 @@
-"""Setups of tools/davar-plan on every bare board: compiled, linked and run, each costs what the plan
-states. The wishes are not those from which the table of costs was made.
+"""Setups of tools/davar-plan on every bare board: compiled, linked and run, each costs what its
+plan states. The wishes are not those from which the table of costs was made.
 """
 
 import sys

@@ -1,5 +1,5 @@
-"""tools/davar-plan from wishes: its files compile, its promises hold in simulations, what it suggests
-to relax helps, and bad input is one line.
+"""tools/davar-plan from wishes: its files compile, its promises hold in simulations, relaxing what
+it suggests helps, and bad input is one line.
 """
 
 import json
@@ -12,7 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/plan"))
-from planner import BadOption, costs, plan, sensors
+from planner import BadOption, costs, plan, sensors  # noqa: E402
 
 KEYS = (
     "flash_bytes",
@@ -216,7 +216,8 @@ class Impossible(Planned):
         EXAMPLE.replace("24k", "16k"),
         EXAMPLE.replace("20k", "4k").replace("24k", "8k"),
         "--rate 100 --lsb 0.05 --bandwidth 33 --respond 0.01 --core cortex-m0",
-        "--rate 100 --lsb 0.05 --bandwidth 33 --respond 3 --arw-percent 2 --ram 6k --core cortex-m0",
+        "--rate 100 --lsb 0.05 --bandwidth 33 --respond 3 --arw-percent 2 --ram 6k "
+        "--core cortex-m0",
         "--rate 1000 --lsb 0.05 --bandwidth 250 --longest-tau 1e9 --core cortex-m0",
     )
 
@@ -239,7 +240,8 @@ class Impossible(Planned):
                     self.assertEqual((0, ""), (again.returncode, again.stderr), one)
 
     def test_noise_below_a_count_is_no_plan(self):
-        done = command("--rate 100 --lsb 3 --noise 1 --core cortex-m0".split())
+        words = "--rate 100 --lsb 3 --noise 1 --core cortex-m0"
+        done = command(words.split())
         self.assertEqual(1, done.returncode)
         self.assertIn("rounding hides it", done.stderr)
 

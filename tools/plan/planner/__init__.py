@@ -1,7 +1,8 @@
-"""The planner: from wishes in physical units to a setup of davar in C, with what it costs and gives.
+"""The planner: from wishes in physical units to a setup of davar in C, its costs and its promises.
 
-The modules in the order of the data: wishes (with sensors), design, promises (with library), costs,
-choice, text, report. Standard library only."""
+The modules in the order of the data: wishes (with sensors), design, promises (with library),
+costs, choice, text, report. Standard library only.
+"""
 
 from typing import Any
 

@@ -250,8 +250,9 @@ def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
     if all(math.isinf(plan.promise.arw_percent) for _, group in plans for plan in group):
         counts = design.noise_counts(wishes)
         return (
-            f"--lsb {wishes.lsb:g}: the typical noise is {counts:.2g} counts before the filter, and "
-            f"rounding hides it: choose a smaller range of the gyro, or sum samples (davar/average.h)"
+            f"--lsb {wishes.lsb:g}: the typical noise is {counts:.2g} counts before the filter, "
+            "and rounding hides it: choose a smaller range of the gyro, or sum samples "
+            "(davar/average.h)"
         )
     percent, nearest = _nearest(plans)
     said = {

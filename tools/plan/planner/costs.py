@@ -52,7 +52,7 @@ def round8(size: int) -> int:
 def memory_bytes(design: Design, sizes: dict[str, Any]) -> int:
     """Of one instance: the macros of davar/instance.h."""
     narrow = design.wishes.type == "int16"
-    sample, pointer = (2 if narrow else 4), sizes["pointer"]
+    sample, pointer = (2 if narrow else 4), int(sizes["pointer"])
     tau, record, powers = (16, 8, 32) if narrow else (32, 16, 64)
     count, largest = len(design.taus), design.taus[-1]
     stages = (96 if narrow else 168) + 6 * pointer
@@ -73,7 +73,7 @@ def memory_bytes(design: Design, sizes: dict[str, Any]) -> int:
 
 def plan_bytes(design: Design, sizes: dict[str, Any]) -> int:
     most = design.taus_max
-    base, of_tau, of_pair = sizes["plan"]
+    base, of_tau, of_pair = map(int, sizes["plan"])
     return round8(base + of_tau * most + of_pair * (most * (most + 1) // 2))
 
 
@@ -81,7 +81,7 @@ def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
     """Exact. other: what the C library adds."""
     axes, narrow = design.wishes.axes, design.wishes.type == "int16"
     base, of_tau = sizes["result"]
-    total = axes * (round8(memory_bytes(design, sizes)) + sizes["instance"])
+    total: int = axes * (round8(memory_bytes(design, sizes)) + sizes["instance"])
     total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other
     if design.cascade_taus:
         stage = 192 if narrow else 224

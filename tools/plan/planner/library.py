@@ -3,7 +3,7 @@
 import os
 import re
 import subprocess
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -53,7 +53,7 @@ def promise(design: Design, window: int, noise: float) -> dict[str, float]:
         raise
 
 
-@lru_cache(maxsize=None)
+@cache
 def _promised(*words: str) -> dict[str, float]:
     done = subprocess.run([PROMISE, *words], text=True, capture_output=True, check=True)
     return {name: float(value) for name, value in map(str.split, done.stdout.splitlines())}

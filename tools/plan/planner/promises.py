@@ -28,7 +28,7 @@ class Promise:
 def chi_square_percent(freedom: float) -> float:
     """Half of the 95 % interval of a deviation over its value: Wilson and Hilferty."""
     z, k = NormalDist().inv_cdf(0.975), 2 / (9 * freedom)
-    low, high = (1 / (1 - k + sign * z * math.sqrt(k)) ** 1.5 for sign in (1, -1))
+    low, high = (math.pow(1 - k + sign * z * math.sqrt(k), -1.5) for sign in (1, -1))
     return 50 * (high - low)
 
 

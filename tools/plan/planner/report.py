@@ -50,8 +50,8 @@ def gives(plan: Plan) -> list[str]:
     wishes, promise, design = plan.design.wishes, plan.promise, plan.design
     rate = wishes.rate_hz
     lines = [
-        f"ARW to +-{number(promise.arw_percent)} % (95 %) from {duration(design.window / rate)} on, "
-        f"a result every {duration(design.stride / rate)}"
+        f"ARW to +-{number(promise.arw_percent)} % (95 %) from {duration(design.window / rate)} "
+        f"on, a result every {duration(design.stride / rate)}"
     ]
     if promise.false_alarms_per_hour is None:
         lines.append(f"results follow a change of the noise within {duration(promise.respond_s)}")
@@ -80,7 +80,7 @@ def _of(size: int, limit: int | None) -> str:
 
 def takes(plan: Plan) -> list[str]:
     """What the setup costs."""
-    wishes, cost, design = plan.design.wishes, plan.cost, plan.design
+    wishes, cost = plan.design.wishes, plan.cost
     axes = "" if wishes.axes == 1 else f" of {wishes.axes} axes"
     second = wishes.rate_hz * cost.mean_push_instructions
     lines = [
@@ -128,8 +128,8 @@ def remarks(plan: Plan) -> list[str]:
     counts = noise_counts(wishes)
     if 0 < counts < 1:
         found.append(
-            f"the typical noise is {number(counts)} counts before the filter, so ARW can be absent: "
-            "a smaller range of the gyro is better"
+            f"the typical noise is {number(counts)} counts before the filter, so ARW can be "
+            "absent: a smaller range of the gyro is better"
         )
     return found
 
@@ -158,8 +158,8 @@ def comment(plan: Plan, command: str) -> list[str]:
         "",
         f"    {options}",
         "",
-        "which davar_setup.args has for gcc and clang (@davar_setup.args), and davar_setup.cmake for",
-        "CMake (include it before add_subdirectory of davar).",
+        "which davar_setup.args has for gcc and clang (@davar_setup.args), and davar_setup.cmake",
+        "for CMake (include it before add_subdirectory of davar).",
     ]
 
 

@@ -111,9 +111,9 @@ CURVE_COMMENT = {
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
     "terms": """
-/* The same with the whole Allan curve: tau[] has the long averaging times too, and coefficient[] has
- * the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the other terms. It is much
- * slower than davar_setup_take, so call it as seldom as you need a curve. */
+/* The same with the whole Allan curve: tau[] has the long averaging times too, and coefficient[]
+ * has the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the other terms. It is
+ * much slower than davar_setup_take, so call it as seldom as you need a curve. */
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
 }
