@@ -311,6 +311,16 @@ class BadInput(Planned):
             self.assertIn(word, done.stdout)
 
 
+class Readme(unittest.TestCase):
+    def test_the_report_of_the_readme_is_what_its_command_prints(self):
+        page = (ROOT / "README.md").read_text(encoding="utf-8")
+        words = re.search(r"^tools/davar-plan (.*) -o \S+$", page, re.MULTILINE)[1].split()
+        shown = re.search(r"```text\n(.*?)```", page, re.DOTALL)[1].splitlines()
+        printed = command(words).stdout.splitlines()
+        self.assertEqual(printed[:-1], shown[:-1])
+        self.assertEqual("  wrote  ", shown[-1][:9])
+
+
 class Engine(unittest.TestCase):
     def test_one_function_gives_the_plan(self):
         found = plan(rate_hz=100.0, core="cortex-m0", lsb=0.05, bandwidth="33:2")

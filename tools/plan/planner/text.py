@@ -190,7 +190,7 @@ static davar_result_t *newest(uint8_t axis)
     if ((axis >= DAVAR_SETUP_AXES) || !davar_take(&gyro[axis], &result)) {{
         return NULL;
     }}
-    (void)davar_fit_white_ready(&davar_setup_plan, config.rate_hz, &result);
+    (void){white}(&davar_setup_plan, config.rate_hz, &result);
     return &result;
 }}
 
@@ -328,6 +328,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> s
         push=push,
         gap="        davar_cascade_gap(&cascade[a], missing);\n" if slow else "",
         curve=CURVE[design.fit],
+        white="davar_fit_white" if design.fit == "terms" else "davar_fit_white_ready",
     )
 
 
