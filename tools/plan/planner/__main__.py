@@ -20,8 +20,8 @@ usage: tools/davar-plan --rate HZ --lsb X --core CORE [options] [-o FOLDER] [--j
 
 The first two forms plan a setup of davar for your gyro, your chip and your wishes. They print its
 promises and its costs, and write it to FOLDER as C: davar_setup.h and davar_setup.c with the
-functions start, push and take, and the options of the build. The third form writes the plan of a fit alone:
-see --taus --help.
+functions start, push and take, and the options of the build. The third form writes the plan of a
+fit alone: see --taus --help.
 
 What you have
   --sensor NAME@RATE   a gyro of docs/FIRMWARE.md: its counts, low-pass and typical noise at that

@@ -106,15 +106,15 @@ const davar_result_t *davar_setup_take(uint8_t axis);
 CURVE_COMMENT = {
     "arw": "",
     "curve": """
-/* Returns the newest result with the long averaging times instead: tau[] has adev, low and high in deg/s, NaN where
- * there is too little data. The lowest adev over 0.664 estimates the bias instability. It is slower
- * than davar_setup_take. */
+/* Returns the newest result with the long averaging times instead: tau[] has adev, low and high in
+ * deg/s, NaN where there is too little data. The lowest adev over 0.664 estimates the bias
+ * instability. It is slower than davar_setup_take. */
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
     "terms": """
 /* Returns the newest result with the whole Allan curve: tau[] has the long averaging times too, and
- * coefficient[] has the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the other terms. It is
- * much slower than davar_setup_take, so call it as seldom as you need a curve. */
+ * coefficient[] has the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the
+ * other terms. It is much slower than davar_setup_take: call it as seldom as you need a curve. */
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
 }
