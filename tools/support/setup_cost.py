@@ -285,7 +285,15 @@ def fitted(designs: Sequence[Design], found: Sequence[Figures], sizes: Any) -> d
         rows = [features(design) for design in designs]
         less = [costs.known(figure, design, sizes) for design in designs]
         row[figure] = solve(rows, [f[figure] - k for f, k in zip(found, less)])
+    row["other_ram_bytes"] = other_ram_bytes(designs, found, sizes)
     return row
+
+
+def other_ram_bytes(designs: Sequence[Design], found: Sequence[Figures], sizes: Any) -> int:
+    """RAM that the C library adds."""
+    return max(
+        int(f["ram_bytes"]) - costs.ram_bytes(design, sizes, 0) for f, design in zip(found, designs)
+    )
 
 
 def slow_row(
@@ -300,10 +308,7 @@ def slow_row(
             less = [costs.of_row(figure, base, design, sizes) for design in designs]
             values = [value - k for value, k in zip(values, less)]
         row[figure] = solve(rows, values)
-    others = [
-        f["ram_bytes"] - costs.ram_bytes(design, sizes, 0) for f, design in zip(found, designs)
-    ]
-    row["other_ram_bytes"] = max(others)
+    row["other_ram_bytes"] = other_ram_bytes(designs, found, sizes)
     return row
 
 

@@ -97,19 +97,24 @@ def _several(design: Design) -> float:
 
 def _push(design: Design) -> list[float]:
     axes, count, stride = design.wishes.axes, len(design.taus), design.stride
-    by_tau = 0.0 if design.law == "glr" else axes * count / stride
-    return [_several(design), axes, axes * count, axes / stride, by_tau]
+    if design.law == "glr":
+        return [0.0, axes, axes * count, axes / stride, 0.0]
+    return [_several(design), axes, axes * count, axes / stride, axes * count / stride]
 
 
 def _worst(design: Design) -> list[float]:
     axes, count, span = design.wishes.axes, len(design.taus), 2 * design.taus[-1]
     if design.law == "fixed":
-        return [_several(design), axes, axes * count, axes * float(span > design.stride)]
+        return [_several(design), axes, axes * count, axes * count * float(span > design.stride)]
     return [_several(design), axes, axes * count, axes * float(span > ACCEPTED)]
 
 
 def _each(design: Design) -> list[float]:
     return [1.0, float(len(design.taus))]
+
+
+def _start(design: Design) -> list[float]:
+    return [1.0, _several(design), float(design.wishes.axes)]
 
 
 def _linked(design: Design) -> list[float]:
@@ -120,7 +125,7 @@ FEATURES: dict[str, Features] = {
     "flash_bytes": _linked,
     "push_stack_bytes": _linked,
     "take_stack_bytes": _each,
-    "start_stack_bytes": _each,
+    "start_stack_bytes": _start,
     "mean_push_instructions": _push,
     "worst_push_instructions": _worst,
     "mean_take_instructions": _each,
@@ -141,9 +146,9 @@ SLOW_FEATURES: dict[str, Features] = {
     "flash_bytes": _slow_linked,
     "mean_push_instructions": _slow_push,
     "worst_push_instructions": lambda design: [float(design.wishes.axes)],
-    "push_stack_bytes": _slow_linked,
+    "push_stack_bytes": lambda design: [1.0, _several(design)],
     "take_stack_bytes": _slow_linked,
-    "start_stack_bytes": _slow_linked,
+    "start_stack_bytes": lambda design: [1.0, _several(design)],
     "curve_instructions": _slow_linked,
 }
 ABSOLUTE = ("push_stack_bytes", "take_stack_bytes", "start_stack_bytes", "curve_instructions")
@@ -168,7 +173,7 @@ def cost(design: Design, of_core: dict[str, Any]) -> Cost:
     wishes, sizes = design.wishes, of_core["sizes"]
     row = of_core["window"][f"{wishes.type} {design.law} {design.engine}"]
     found = {figure: of_row(figure, row, design, sizes) for figure in FEATURES}
-    other, curve = 0, None
+    other, curve = row["other_ram_bytes"], None
     if design.cascade_taus:
         slow = of_core["cascade"][f"{wishes.type} {design.fit}"]
         other = slow["other_ram_bytes"]
