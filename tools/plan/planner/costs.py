@@ -151,7 +151,7 @@ SLOW_FEATURES: dict[str, Features] = {
     "start_stack_bytes": lambda design: [1.0, _several(design)],
     "curve_instructions": _slow_linked,
 }
-ABSOLUTE = ("push_stack_bytes", "take_stack_bytes", "start_stack_bytes", "curve_instructions")
+ABSOLUTE = ("take_stack_bytes", "curve_instructions")
 
 
 def known(figure: str, design: Design, sizes: dict[str, Any]) -> int:
