@@ -15,6 +15,9 @@
 /* A plan whose shortest size has at least this gain declares no filter. */
 #define PASSES_ALL 0.99F
 
+/* Degrees of freedom whose two-sided limit is the one-sided one: (1.96 / 1.645)^2 times as many. */
+#define ONE_SIDED 1.42
+
 /* Rounds of reweighting: enough to compare models, and to converge to a small fraction of a
  * standard error. */
 #define ROUNDS_TRIAL 2
@@ -89,22 +92,18 @@ bool davar_mixture_has(const davar_mixture_t *model, int t)
     return model->data->tau[t].differences > 0U;
 }
 
-/* Samples that size t looks back over. */
-static double span_of(const davar_mixture_t *model, int t)
+/* Samples that size t of a cascade looks back over. */
+static double span_of(const davar_adev_t *tau)
 {
-    const davar_adev_t *const tau = &model->data->tau[t];
-    return davar_fit_hops(tau)
-               ? 2.0 * (double)tau->m + (double)(tau->differences - 1U) * (double)tau->hop
-               : (double)model->data->window_samples;
+    return 2.0 * (double)tau->m + (double)(tau->differences - 1U) * (double)tau->hop;
 }
 
 /* Weight of size t in least squares: it grows with what the size looks back over (5.18). */
 static double weight_of(const davar_mixture_t *model, int t)
 {
+    const davar_adev_t *const tau = &model->data->tau[t];
     const double weight = (double)model->plan->weight[t];
-    return davar_fit_hops(&model->data->tau[t])
-               ? weight * (span_of(model, t) / ((double)model->data->window_samples + 1.0))
-               : weight;
+    return davar_fit_hops(tau) ? (weight * span_of(tau)) : weight;
 }
 
 /* Degrees of freedom of size t, of a whole window, if there were only this term. */
@@ -140,14 +139,20 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
     return (edf > 1.0) ? edf : 1.0;
 }
 
-DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
+DAVAR_RARE double davar_mixture_most(const davar_mixture_t *model, int term)
 {
     const int last = model->count - 1;
-    const int short_one = (term == WHITE) ? (int)model->plan->passed : 0;
+    const int short_one = (term == WHITE) ? (int)model->plan->passed : model->first;
     const int strongest = (term <= WHITE) ? short_one : last;
     double x[TERMS];
+    double low;
+    double high;
     shapes(model, strongest, x);
-    return avar_of(model, strongest) / x[term];
+    const double room = avar_of(model, strongest) / x[term];
+    const double a = (model->beside[term] > 0.0) ? model->beside[term] : 0.0;
+    const double edf = 2.0 * square(room) / model->variance[term];
+    davar_chi_square_interval(edf * ONE_SIDED, &low, &high);
+    return (edf > 0.0) ? a * high + room * (high - 1.0) : (double)INFINITY;
 }
 
 bool davar_mixture_shows_white(const davar_mixture_t *model)
@@ -356,10 +361,11 @@ static double white_correlation(const davar_plan_t *plan, int t, int u)
  * newer part of the longer span is the shorter one (5.18). */
 static double shared_by(const davar_mixture_t *model, int t, int u)
 {
-    if (!davar_fit_hops(&model->data->tau[u])) {
+    const davar_adev_t *const tau = model->data->tau;
+    if (!davar_fit_hops(&tau[u])) {
         return 1.0;
     }
-    const double ratio = span_of(model, t) / span_of(model, u);
+    const double ratio = span_of(&tau[t]) / span_of(&tau[u]);
     return davar_root((ratio < 1.0) ? ratio : (1.0 / ratio));
 }
 
