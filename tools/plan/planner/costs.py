@@ -1,6 +1,7 @@
 """What a design costs on a core, from the measured table costs.json."""
 
 import json
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -98,7 +99,8 @@ def _several(design: Design) -> float:
 def _push(design: Design) -> list[float]:
     axes, count, stride = design.wishes.axes, len(design.taus), design.stride
     if design.law == "glr":
-        return [0.0, axes, axes * count, axes / stride, 0.0]
+        doublings = math.log2(design.window / BLOCK)  # of the window, tried at each result
+        return [0.0, axes, axes * count, axes / stride, axes / stride * doublings]
     return [_several(design), axes, axes * count, axes / stride, axes * count / stride]
 
 
