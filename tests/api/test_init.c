@@ -291,6 +291,45 @@ static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
         DAVAR_MEMORY_GRID_Q15(600U, 400U, 100U, 100U, 8U, TAUS, config.window.gaps_max));
 }
 
+/* At most 16 bytes above the need, for the rounding of the fixed part. */
+static void check_memory_of_glr(size_t need, size_t macro)
+{
+    TEST_ASSERT_GREATER_THAN_size_t(0U, need);
+    TEST_ASSERT_GREATER_OR_EQUAL_size_t(need, macro);
+    TEST_ASSERT_LESS_OR_EQUAL_size_t(need + 16U, macro);
+}
+
+static void test_the_memory_macro_of_glr_is_enough_and_no_more(void)
+{
+    const uint32_t last = 1U << (TAUS - 1U);
+    config.moments.segment = 0U;
+    config.window.mode = DAVAR_MODE_TRAILING;
+    config.window.shortest = 20U;
+    config.window.shrink = 64U;
+    for (uint32_t i = 0U; i < 3000U; i++) {
+        const uint32_t draw = i * 2654435761U;
+        const uint32_t block = 5U + ((draw >> 8U) % 60U);
+        config.glr.block = block;
+        config.window.shortest = 2U * block;
+        config.window.longest = (8U * block) + ((draw >> 4U) % (700U * block));
+        config.stride = 2U + ((draw >> 16U) % 500U);
+        config.stride =
+            (config.stride < config.window.longest) ? config.stride : config.window.longest;
+        config.window.gaps_max = (uint16_t)(i % 7U);
+        config.law = &davar_law_glr_q15;
+        check_memory_of_glr(davar_memory_size_q15(&config),
+                            DAVAR_MEMORY_GLR_Q15(config.window.longest, config.stride, block, last,
+                                                 TAUS, config.window.gaps_max));
+        config.law = &davar_law_glr_q31;
+        check_memory_of_glr(davar_memory_size_q31(&config),
+                            DAVAR_MEMORY_GLR_Q31(config.window.longest, config.stride, block, last,
+                                                 TAUS, config.window.gaps_max));
+        check_memory_of_glr(davar_memory_size_f32(&config),
+                            DAVAR_MEMORY_GLR_F32(config.window.longest, config.stride, block, last,
+                                                 TAUS, config.window.gaps_max));
+    }
+}
+
 static void test_exactly_the_required_memory_is_never_exceeded(void)
 {
     for (uint32_t stride = 1U; stride < 24U; stride++) {
@@ -403,6 +442,7 @@ int main(void)
     RUN_TEST(test_the_memory_macros_include_a_stride);
     RUN_TEST(test_the_memory_macros_of_a_grid_are_enough_for_init);
     RUN_TEST(test_the_memory_macro_of_a_grid_is_no_more_than_that);
+    RUN_TEST(test_the_memory_macro_of_glr_is_enough_and_no_more);
     RUN_TEST(test_exactly_the_required_memory_is_never_exceeded);
     RUN_TEST(test_the_last_cluster_that_cannot_overflow);
     RUN_TEST(test_the_named_memory_macro_is_enough);

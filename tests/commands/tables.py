@@ -36,6 +36,7 @@ NOT_RUN = {
         "the same measurement as in tools/davar-bench --json, which runs here; the board of the "
         "page is not available"
     ),
+    "tools/davar-bench --setups": "it measures for 20 minutes",
     "tools/davar-mutants --sample 210": HOURS,
     "tools/davar-mutants --all": HOURS,
     "python3 -B tests/proofs/proving.py push -DPUSHES=24U": (

@@ -1,5 +1,5 @@
 """The firmware examples of all pages and header comments compile unchanged, without a warning. The
-first is short.
+README's is short and measures the noise with the setup that its command writes.
 """
 
 import math
@@ -12,7 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
-PAGES = (README, ROOT / "docs/FIRMWARE.md")  # each block continues the one before
+FIRMWARE = ROOT / "docs/FIRMWARE.md"  # each block continues the one before
 ALONE = [ROOT / "packaging/common/README.md"]
 HEADERS = sorted([*ROOT.glob("lib/include/**/*.h"), *ROOT.glob("port/**/*.h")])
 LINES_MAX = 15
@@ -27,8 +27,15 @@ def blocks(path):
 
 
 def examples():
-    """The texts of the ```c blocks of PAGES."""
-    return [block for page in PAGES for block in blocks(page)]
+    """The texts of the ```c blocks of FIRMWARE."""
+    return blocks(FIRMWARE)
+
+
+def planned(folder):
+    """Runs the command of the README that writes a setup, with another folder."""
+    words = re.search(r"^tools/davar-plan (.*) -o \S+$", README.read_text(), re.MULTILINE)[1]
+    command = [ROOT / "tools/davar-plan", *words.split(), "-o", folder]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
 
 def compiled(text, *flags):
@@ -79,12 +86,70 @@ def behind_two_poles(cutoff, count, noise):
 class ReadmeExample(unittest.TestCase):
     def setUp(self):
         self.assertTrue(README.exists(), "there is no README.md")
-        self.assertTrue(examples(), "README.md has no ```c block")
+        self.assertEqual(1, len(blocks(README)), "README.md has one ```c block")
+        self.assertTrue(examples(), "docs/FIRMWARE.md has no ```c block")
 
     def test_the_example_is_short(self):
+        self.assertLessEqual(len(blocks(README)[0].splitlines()), LINES_MAX)
         self.assertLessEqual(len(examples()[0].splitlines()), LINES_MAX)
 
-    def test_the_first_example_measures_its_input(self):
+    def test_the_example_of_the_readme_measures_its_input(self):
+        noise = random.Random(2)
+        # 30 counts of 1/16.4 deg/s after the low-pass of 250 Hz at 1 kHz
+        axes = [behind_two_poles(0.25, 12000, noise) for _ in range(3)]
+        counts = ", ".join(
+            f"{{{', '.join(str(round(16.4 * rate)) for rate in xyz)}}}" for xyz in zip(*axes)
+        )
+        program = f"""#include "davar_setup.h"
+#include <stdio.h>
+#include <stdlib.h>
+static const int16_t counts[][3] = {{{counts}}};
+void gyro_interrupt(const int16_t xyz[3]);
+int main_loop(void (*report)(int axis, double arw, double low, double high));
+const davar_result_t *take_after_a_sample(uint8_t axis);
+const davar_result_t *take_after_a_sample(uint8_t axis)
+{{
+    static size_t next;
+    if (next == 12000) {{
+        exit(0);
+    }}
+    if (axis == 0) {{
+        gyro_interrupt(counts[next++]);
+    }}
+    return davar_setup_take(axis);
+}}
+static void report(int axis, double arw, double low, double high)
+{{
+    printf("%d %g %g %g\\n", axis, arw, low, high);
+}}
+int main(void)
+{{
+    return main_loop(report);
+}}
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            work = Path(folder)
+            planned(work)
+            (work / "program.c").write_text(program, encoding="utf-8")
+            (work / "example.c").write_text(blocks(README)[0], encoding="utf-8")
+            options = (work / "davar_setup.args").read_text().split()
+            strict = ["gcc", "-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", *options]
+            strict += ["-I", ROOT / "lib/include", "-I", ROOT / "lib/src", "-I", work]
+            example = [*strict, "-Ddavar_setup_take=take_after_a_sample", "-c", work / "example.c"]
+            subprocess.run([*example, "-o", work / "example.o"], check=True)
+            sources = [work / "davar_setup.c", *sorted((ROOT / "lib/src").rglob("*.c"))]
+            everything = [work / "program.c", work / "example.o", *sources, "-lm"]
+            subprocess.run([*strict, *everything, "-o", work / "program"], check=True)
+            lines = subprocess.run(
+                [work / "program"], check=True, text=True, stdout=subprocess.PIPE
+            ).stdout.splitlines()
+        found = [tuple(map(float, line.split())) for line in lines]
+        self.assertEqual({0, 1, 2}, {axis for axis, *_ in found})
+        truth = 60 / math.sqrt(1000)  # N of 1 per root sample
+        held = sum(low <= truth <= high for _, _, low, high in found)
+        self.assertGreater(held, 0.85 * len(found))
+
+    def test_the_example_by_hand_measures_its_input(self):
         noise = random.Random(1)
         # 20 counts are 1 deg/s: 6 deg/sqrt(h) at 100 Hz, in front of a low-pass at 33 Hz
         rates = behind_two_poles(0.33, 6000, noise)
@@ -156,7 +221,7 @@ int main(void)
             for path in ROOT.rglob("*.md")
             if path.relative_to(ROOT).parts[0] != "build" and blocks(path)
         ]
-        self.assertEqual(sorted([*PAGES, *ALONE]), sorted(pages))
+        self.assertEqual(sorted([README, FIRMWARE, *ALONE]), sorted(pages))
 
     def test_an_example_that_does_not_compile_is_reported(self):
         self.assertIn("no_such_field", compiled(examples()[0].replace(".stride", ".no_such_field")))

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -21,6 +21,13 @@ class Board(TypedDict):
     cpu: str
     emulator: str
     small: bool
+    # of bare boards
+    flash: NotRequired[str]
+    ram: NotRequired[str]
+    driver: NotRequired[str]
+    clock_mhz: NotRequired[int]
+    timer: NotRequired[str]
+    uart: NotRequired[str]
 
 
 MACHINES: dict[str, Board] = json.loads(

@@ -92,10 +92,9 @@ typedef struct davar {
 /** The formulas of DAVAR_MEMORY, for other settings, in bytes.
  * They hold for a result at every sample (stride 1), if every span fits the shortest window
  * (2 m_max <= shortest). For a stride above 1, add DAVAR_MEMORY_STRIDE_*. For DAVAR_ENGINE_GRID,
- * use DAVAR_MEMORY_GRID_*. Otherwise, and for law glr, call davar_memory_size_*.
- * On a grid glr records at every block, about ((longest + stride) / block + 4) 8 T bytes (q15;
- * q31: 16 T) and, with moments, 32 (64) more each. Every sample of the window and of the longest
- * span takes 2 bytes (q15) or 4 (q31, f32). Source: DESIGN 6. */
+ * use DAVAR_MEMORY_GRID_*, for law glr with a stride above 1 DAVAR_MEMORY_GLR_*. Otherwise call
+ * davar_memory_size_*. Every sample of the window and of the longest span takes 2 bytes (q15) or 4
+ * (q31, f32). Source: DESIGN 6. */
 #define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                            \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
      DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) +                             \
@@ -160,6 +159,33 @@ typedef struct davar {
                         2U * DAVAR_ROUND8((size_t)4U * (taus))))
 #define DAVAR_MEMORY_GRID_F32(window_max, window_min, segment, stride, m_max, taus, gaps)          \
     DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)
+/** @} */
+
+/** @cond */
+#define DAVAR_GLR_BYTES_Q15 ((size_t)1256U + (2U * sizeof(void *)))
+#define DAVAR_GLR_BYTES_Q31 ((size_t)1280U + (2U * sizeof(void *)))
+#define DAVAR_GLR_RECORDS(window_max, stride, block)                                               \
+    (((((size_t)(window_max) + (stride)) / (block)) + 2U) + 2U)
+/** @endcond */
+
+/** @{ */
+/** The same for law glr in trailing mode with a stride above 1, no moments (moments.segment 0) and
+ * no second channel (glr.long_cluster 0), in bytes. Such a grid records at every block of `block`
+ * samples. Source: DESIGN 6. */
+#define DAVAR_MEMORY_GLR_Q15(window_max, stride, block, m_max, taus, gaps)                         \
+    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
+     DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
+     DAVAR_GRID_BYTES + (2U * DAVAR_ROUND8((size_t)4U * (taus))) +                                 \
+     (DAVAR_GLR_RECORDS(window_max, stride, block) * (size_t)8U * (taus)) + DAVAR_GLR_BYTES_Q15 +  \
+     DAVAR_ROUND8((size_t)2U * 5U * (block)))
+#define DAVAR_MEMORY_GLR_Q31(window_max, stride, block, m_max, taus, gaps)                         \
+    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                             \
+     DAVAR_ROUND8((size_t)4U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
+     DAVAR_GRID_BYTES + (2U * DAVAR_ROUND8((size_t)4U * (taus))) +                                 \
+     (DAVAR_GLR_RECORDS(window_max, stride, block) * (size_t)16U * (taus)) + DAVAR_GLR_BYTES_Q31 + \
+     DAVAR_ROUND8((size_t)4U * 5U * (block)))
+#define DAVAR_MEMORY_GLR_F32(window_max, stride, block, m_max, taus, gaps)                         \
+    DAVAR_MEMORY_GLR_Q31(window_max, stride, block, m_max, taus, gaps)
 /** @} */
 
 #ifdef __cplusplus

@@ -1,0 +1,98 @@
+"""Setups of tools/davar-plan on every bare board: compiled, linked and run, each costs what its
+plan states. The wishes are not those from which the table of costs was made.
+"""
+
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import setup_cost
+import targets
+from planner import choice
+from planner.wishes import BadOption, read
+from python_suites import set_up
+
+WITHIN = 0.05
+# Of law glr, which reaches them after a rare sequence of blocks: bounds.
+BOUNDS_OF_GLR = ("push_stack_bytes", "worst_push_instructions")
+FIGURES = (
+    "flash_bytes",
+    "push_stack_bytes",
+    "take_stack_bytes",
+    "start_stack_bytes",
+    "mean_push_instructions",
+    "worst_push_instructions",
+)
+# Small enough for the RAM of every board, with the stack that the measurement paints.
+SMALL = (
+    "--rate 100 --lsb 0.05 --bandwidth 33:2",
+    "--rate 400 --lsb 0.061 --bandwidth 116 --respond 1.6 --axes 3 --ram 11k",
+    "--rate 1000 --lsb 0.061 --bandwidth 250 --respond 0.8 --axes 2 --longest-tau 50 --ram 9k",
+    "--rate 50 --type int32 --lsb 0.001 --bandwidth 20:1 --respond 4",
+    "--rate 200 --type float --full-scale 500 --bandwidth none --respond 4 --longest-tau 3600 "
+    "--ram 11k",
+    "--rate 250 --lsb 0.01 --bandwidth 90 --respond 0.5 --arw-percent 16",
+)
+LARGE = (
+    "--rate 1000 --axes 3 --lsb 0.061 --bandwidth 250:2 --respond 2 --longest-tau 1000 --ram 20k "
+    "--flash 36k",
+    "--sensor icm42688@1000 --axes 3 --respond 1",
+    "--sensor bmi088@400 --axes 3 --longest-tau 10000 --ram 64k",
+    "--rate 500 --axes 3 --lsb 0.061 --bandwidth 120 --false-alarms-per-hour 0.1",
+    "--rate 800 --type int32 --lsb 0.002 --bandwidth 200 --false-alarms-per-hour 1 --axes 2 "
+    "--longest-tau 400",
+    "--rate 2000 --type float --full-scale 2000 --bandwidth 500 --axes 3 --respond 3 --ram 48k",
+)
+
+
+class Setups(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        set_up("build tools davar-plan && build tools davar-promise", "planner.log")
+
+    def check(self, core, words):
+        wishes = read([*words.split(), "--core", core], targets.BARE).wishes
+        plan = choice.plan(wishes)
+        with tempfile.TemporaryDirectory() as folder:
+            setup_cost.write(plan.design, Path(folder))
+            found = setup_cost.measure(core, plan.design, Path(folder))
+        self.assertEqual(plan.cost.ram_bytes, found["ram_bytes"])
+        for figure in FIGURES:
+            with self.subTest(core=core, wishes=words, figure=figure, design=plan.design.kind):
+                stated = getattr(plan.cost, figure)
+                self.assertLessEqual(found[figure] / stated, 1 + WITHIN)
+                if plan.design.law == "fixed" or figure not in BOUNDS_OF_GLR:
+                    self.assertGreaterEqual(found[figure] / stated, 1 - WITHIN)
+
+    def test_the_wishes_are_read(self):
+        with self.assertRaises(BadOption):
+            read(["--rate", "x"], targets.BARE)
+
+
+def wishes_of(core):
+    """All for the Cortex-M4F; the Cortex-M0's board is small; in turn four for each other core."""
+    if targets.MACHINES[core]["small"]:
+        return SMALL
+    if core == "cortex-m4f":
+        return SMALL + LARGE
+    at = targets.BARE.index(core)
+    return [of[(at + k) % len(of)] for of in (SMALL, LARGE) for k in (0, 3)]
+
+
+def of_core(core):
+    def test(self):
+        for words in wishes_of(core):
+            with self.subTest(core=core, wishes=words):
+                self.check(core, words)
+
+    return test
+
+
+for name in targets.BARE:
+    setattr(Setups, f"test_{name.replace('-', '_')}", of_core(name))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,134 @@
+"""The command line of tools/davar-plan."""
+
+import json
+import os
+import shlex
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import choice, costs, library, report, text, wishes
+from .choice import Impossible, Plan
+from .wishes import BadOption
+
+USAGE = """\
+usage: tools/davar-plan --rate HZ --lsb X --core CORE [options] [-o FOLDER] [--json]
+       tools/davar-plan --sensor NAME@RATE --core CORE [options] [-o FOLDER] [--json]
+       tools/davar-plan --taus M,M,... [--long M,M,...] [--bandwidth FILTER --rate HZ]
+                        [--name NAME] > plan.c
+
+The first two forms plan a setup of davar for your gyro, your chip and your wishes. They print its
+promises and its costs, and write it to FOLDER as C: davar_setup.h and davar_setup.c with the
+functions start, push and take, and the options of the build. The third form writes the plan of a
+fit alone: see --taus --help.
+
+What you have
+  --sensor NAME@RATE   a gyro of docs/FIRMWARE.md: its counts, low-pass and typical noise at that
+                       sample rate in Hz; other options override them. {sensors}
+  --rate HZ            sample rate
+  --axes N             axes of the gyro, 1 to {axes} (1)
+  --type TYPE          of a sample: int16, int32 or float (int16)
+  --lsb X              size of a count in deg/s
+  --full-scale X       float: the largest rate in deg/s
+  --bandwidth FILTER   low-pass of the gyro, HZ[:ORDER], or another filter: see --taus --help
+  --noise N            typical angle random walk in deg/sqrt(h), to check the size of a count
+  --core CORE          {cores}
+  --flash BYTES        that davar may use; 24k is 24576
+  --ram BYTES          the same, without the stack
+
+What you want
+  --respond S          results follow a change of the noise within S seconds ({respond:g})
+  --arw-percent P      95 % interval of the angle random walk: +-P percent ({percent:g})
+  --longest-tau S      averaging times up to S seconds, for bias instability and random walk
+  --false-alarms-per-hour X
+                       an alarm when the noise changes, and X false alarms in an hour
+
+  -o FOLDER            write the files; without it, only print
+  --json               one JSON object on standard output
+  --help
+
+Exit status: 0 done; 1 impossible, with the reason and which wish to relax; 2 bad option (one line
+on standard error, nothing written).
+"""
+
+
+def usage() -> str:
+    from . import design, sensors
+
+    return USAGE.format(
+        sensors="NAME:\n" + " " * 23 + ", ".join(sorted(sensors.PARTS)[:6]) + ",\n" + " " * 23
+        + ", ".join(sorted(sensors.PARTS)[6:]),
+        axes=wishes.AXES_MOST,
+        cores=",\n                       ".join(
+            ", ".join(costs.cores()[i : i + 5]) for i in range(0, len(costs.cores()), 5)
+        ),
+        respond=design.RESPOND_S,
+        percent=design.ARW_PERCENT,
+    )  # fmt: skip
+
+
+def files(plan: Plan, command: str) -> dict[str, str]:
+    """Name -> content."""
+    fit_plan = library.fit_plan(plan.design)
+    title = f"davar - a setup for {report.subject(plan)}, written by tools/davar-plan."
+    options = "".join(f"-D{define}\n" for define in text.defines(plan.design))
+    return {
+        "davar_setup.h": text.header(plan.design, title, report.comment(plan, command)),
+        "davar_setup.c": text.source(plan.design, title, fit_plan.text, fit_plan.whitening),
+        "davar_setup.args": options,
+        "davar_setup.cmake": text.cmake(plan.design),
+    }
+
+
+def write(folder: Path, contents: dict[str, str]) -> None:
+    """Writes all files, or none. Raises BadOption."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder) as new:
+            for name, content in contents.items():
+                (Path(new) / name).write_text(content, encoding="utf-8")
+            for name in contents:
+                os.replace(Path(new) / name, folder / name)
+    except OSError as why:
+        raise BadOption(f"-o: cannot write {why.filename}: {why.strerror}") from None
+
+
+def run(words: Sequence[str]) -> int:
+    command = wishes.read(words, costs.cores())
+    try:
+        plan = choice.plan(command.wishes)
+    except Impossible as why:
+        if command.json:
+            print(json.dumps(report.impossible_as_json(why), indent=1))
+        else:
+            print("davar-plan: " + "\n".join(report.impossible(why)), file=sys.stderr)
+        return 1
+    contents = files(plan, "tools/davar-plan " + shlex.join(words))
+    if command.folder is not None:
+        write(Path(command.folder), contents)
+    if command.json:
+        print(json.dumps(report.as_json(plan), indent=1))
+        return 0
+    print("\n".join(report.lines(plan)))
+    if command.folder is not None:
+        print(f"  wrote  {', '.join(contents)} in {command.folder}")
+    else:
+        print("  wrote  nothing: give a folder with -o to get the C files")
+    return 0
+
+
+def main() -> int:
+    words = sys.argv[1:]
+    if "--help" in words or "-h" in words:
+        print(usage(), end="")
+        return 0
+    try:
+        return run(words)
+    except BadOption as why:
+        print(f"davar-plan: {why}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,282 @@
+"""The choice: the first candidate that meets every wish, or which wish to relax."""
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from . import costs, design, promises
+from .costs import Cost
+from .design import Design
+from .promises import Promise
+from .wishes import Wishes
+
+PERCENT_STILL_USEFUL = 40.0
+FITS = ("arw", "terms", "curve")  # best first
+RAM_OVER_FLASH = 2  # a byte of RAM is scarcer
+LENGTHEN = (1.25, 1.5, 2, 3, 4, 6, 10, 20, 50, 100)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A design with what it gives and what it costs."""
+
+    design: Design
+    promise: Promise
+    cost: Cost
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """A wish that makes the others possible: its option and value."""
+
+    option: str
+    value: str
+
+
+class Impossible(Exception):
+    """No design meets the wishes. The text has the reason."""
+
+    def __init__(self, reason: str, relaxed: Iterable[Relaxed] = ()) -> None:
+        super().__init__(reason)
+        self.relaxed = list(relaxed)
+
+
+def kilobytes(size: int) -> str:
+    """Rounded up to 0.1 k."""
+    return f"{math.ceil(size / 102.4) / 10:g}k"
+
+
+def seconds(value: float) -> str:
+    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+
+
+# --- candidates ---
+
+
+def _reaching(
+    make: Callable[[Wishes, int], list[Design]], wishes: Wishes, percent: float
+) -> list[Design]:
+    """The designs of the shortest window that gives the angle random walk to so many percent, or
+    those of the longest.
+    """
+    short = replace(wishes, longest_tau_s=None)
+    window, found = 400.0, math.inf
+    for _ in range(12):
+        window = min(max(window, 64.0), design.WINDOW_MOST[wishes.type] * 0.9)
+        tried = make(short, int(window))
+        if not tried:
+            break
+        found = promises.promise(tried[0]).arw_percent
+        if math.isinf(found) or 0.93 * percent < found <= percent:
+            break
+        window *= min(max((found / percent) ** 2 * 1.04, 0.1), 10)
+    return make(wishes, int(window))
+
+
+def candidates(wishes: Wishes) -> Iterator[tuple[float, list[Design]]]:
+    """Groups of designs in the order of preference, each with the percentage that it must reach."""
+    percent = wishes.arw_percent or design.ARW_PERCENT
+    if wishes.false_alarms_per_hour is not None:
+        yield percent, _reaching(design.glr, wishes, percent)
+        return
+    if wishes.respond_s is not None:
+        yield percent, design.fixed(wishes)
+        yield percent, _reaching(design.glr, wishes, percent)
+    else:
+        usual = design.fixed(wishes)
+        if wishes.arw_percent is None:
+            yield percent, usual
+        yield percent, _reaching(design.fixed_of_window, wishes, percent)
+    if wishes.arw_percent is None:
+        yield PERCENT_STILL_USEFUL, design.fixed(wishes)
+
+
+# --- what a plan fails ---
+
+
+def excess(plan: Plan, percent: float) -> dict[str, float]:
+    """Option -> by which factor the plan misses it; only those above 1."""
+    wishes, cost, promise = plan.design.wishes, plan.cost, plan.promise
+    found = {
+        "--ram": cost.ram_bytes / (wishes.ram_bytes or math.inf),
+        "--flash": cost.flash_bytes / (wishes.flash_bytes or math.inf),
+        "--respond": promise.respond_s / (wishes.respond_s or math.inf),
+        "--arw-percent": promise.arw_percent / percent,
+    }
+    return {option: factor for option, factor in found.items() if factor > 1}
+
+
+def _rank(plan: Plan) -> tuple[int, int, int]:
+    cost = plan.cost
+    fewer_results = design.WINDOWS[0] - plan.design.window // plan.design.stride
+    price = cost.flash_bytes + RAM_OVER_FLASH * cost.ram_bytes
+    return FITS.index(plan.design.fit), max(fewer_results, 0), price
+
+
+def _plans(wishes: Wishes, of_core: Any) -> Iterator[tuple[float, list[Plan]]]:
+    for percent, designs in candidates(wishes):
+        yield (
+            percent,
+            [Plan(d, promises.promise(d), costs.cost(d, of_core)) for d in designs],
+        )
+
+
+def find(wishes: Wishes, of_core: Any) -> Plan | None:
+    """The best plan that meets every wish."""
+    for percent, plans in _plans(wishes, of_core):
+        fitting = [plan for plan in plans if not excess(plan, percent)]
+        if fitting:
+            return min(fitting, key=_rank)
+    return None
+
+
+# --- what to relax ---
+
+
+def _described(wishes: Wishes) -> list[str]:
+    """The wishes that cost memory."""
+    words = [f"{wishes.axes} {'axis' if wishes.axes == 1 else 'axes'}"]
+    if wishes.respond_s is not None:
+        words.append(f"a response within {seconds(wishes.respond_s)} s")
+    if wishes.arw_percent is not None:
+        words.append(f"ARW to {wishes.arw_percent:g} %")
+    if wishes.false_alarms_per_hour is not None:
+        words.append("alarms")
+    if wishes.longest_tau_s is not None:
+        words.append(f"averaging times to {seconds(wishes.longest_tau_s)} s")
+    return words
+
+
+def _need(wishes: Wishes) -> str:
+    """Those wishes as the subject of a sentence, with its verb."""
+    words = _described(wishes)
+    if len(words) == 1:
+        return f"{words[0]} {'needs' if wishes.axes == 1 else 'need'}"
+    return f"{', '.join(words[:-1])} and {words[-1]} need"
+
+
+# Option -> what a plan needs of it, as the option's value.
+NEEDS: dict[str, Callable[[Plan], str]] = {
+    "--ram": lambda plan: kilobytes(plan.cost.ram_bytes),
+    "--flash": lambda plan: kilobytes(plan.cost.flash_bytes),
+    "--arw-percent": lambda plan: f"{plan.promise.arw_percent * 1.01 + 0.05:.1f}",
+    "--respond": lambda plan: seconds(plan.promise.respond_s * 1.01),
+}
+
+
+def _only(option: str, plans: Iterable[tuple[float, list[Plan]]]) -> Iterator[Plan]:
+    """Plans that miss this option alone."""
+    for percent, group in plans:
+        for plan in group:
+            if set(excess(plan, percent)) == {option}:
+                yield plan
+
+
+def _useful(plan: Plan) -> bool:
+    return plan.promise.arw_percent <= PERCENT_STILL_USEFUL
+
+
+def _relaxed_limits(plans: list[tuple[float, list[Plan]]]) -> Iterator[Relaxed]:
+    """Each limit as the cheapest plan that misses nothing else needs it."""
+    for option, need in NEEDS.items():
+        missing = [plan for plan in _only(option, plans) if _useful(plan)]
+        if missing:
+            percent = design.ARW_PERCENT
+            yield Relaxed(
+                option, need(min(missing, key=lambda p: excess(p, percent).get(option, 1)))
+            )
+
+
+def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
+    """The nearest other values of the wishes that are no limits."""
+    if wishes.respond_s is not None:
+        for factor in LENGTHEN:
+            other = replace(wishes, respond_s=float(seconds(wishes.respond_s * factor)))
+            if find(other, of_core):
+                yield Relaxed("--respond", seconds(wishes.respond_s * factor))
+                break
+    if wishes.longest_tau_s is not None:
+        for halvings in range(1, 24):
+            shorter = float(seconds(wishes.longest_tau_s / 2**halvings))
+            if find(replace(wishes, longest_tau_s=shorter), of_core):
+                yield Relaxed("--longest-tau", seconds(shorter))
+                break
+    for axes in range(wishes.axes - 1, 0, -1):
+        if find(replace(wishes, axes=axes), of_core):
+            yield Relaxed("--axes", str(axes))
+            break
+
+
+def _relaxed(wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any) -> list[Relaxed]:
+    """One value for each option that alone makes a plan possible."""
+    found: dict[str, Relaxed] = {}
+    for relaxed in (*_relaxed_limits(plans), *_relaxed_wishes(wishes, of_core)):
+        found.setdefault(relaxed.option, relaxed)
+    return list(found.values())
+
+
+def _nearest(plans: list[tuple[float, list[Plan]]]) -> tuple[float, Plan]:
+    """The plan that misses its wishes by least, and its percentage."""
+    pairs = [(percent, plan) for percent, group in plans for plan in group]
+    useful = [pair for pair in pairs if _useful(pair[1])]
+    return min(useful or pairs, key=lambda pair: math.prod(excess(pair[1], pair[0]).values()))
+
+
+def _together(plans: list[tuple[float, list[Plan]]]) -> list[Relaxed]:
+    """What to relax at once if no single option suffices."""
+    percent, nearest = _nearest(plans)
+    if not _useful(nearest):
+        return []
+    values = [(option, NEEDS[option](nearest)) for option in excess(nearest, percent)]
+    return [Relaxed(values[0][0], " ".join([values[0][1], *(f"{o} {v}" for o, v in values[1:])]))]
+
+
+def _reason_without_design(wishes: Wishes) -> str:
+    if design.fixed(replace(wishes, longest_tau_s=None)):
+        return (
+            f"--longest-tau {seconds(wishes.longest_tau_s or 0)}: too long for the exact sums of "
+            f"{wishes.type} at {wishes.rate_hz:g} Hz"
+        )
+    least = 1.2 * design.WINDOW_LEAST / wishes.rate_hz
+    return (
+        f"--respond {seconds(wishes.respond_s or 0)}: less than {design.WINDOW_LEAST} samples at "
+        f"{wishes.rate_hz:g} Hz, which take {seconds(least)} s"
+    )
+
+
+def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
+    """What the wishes need and do not get."""
+    if all(math.isinf(plan.promise.arw_percent) for _, group in plans for plan in group):
+        counts = design.noise_counts(wishes)
+        return (
+            f"--lsb {wishes.lsb:g}: the typical noise is {counts:.2g} counts before the filter, "
+            "and rounding hides it: choose a smaller range of the gyro, or sum samples "
+            "(davar/average.h)"
+        )
+    percent, nearest = _nearest(plans)
+    said = {
+        "--ram": f"RAM {kilobytes(wishes.ram_bytes or 0)}: {_need(wishes)} "
+        f"{kilobytes(nearest.cost.ram_bytes)}",
+        "--flash": f"flash {kilobytes(wishes.flash_bytes or 0)}: {_need(wishes)} "
+        f"{kilobytes(nearest.cost.flash_bytes)}",
+        "--respond": f"respond {seconds(wishes.respond_s or 0)} s: a doubling of the noise is seen "
+        f"within {seconds(nearest.promise.respond_s)} s",
+        "--arw-percent": f"ARW to {percent:g} %: the longest window gives "
+        f"{nearest.promise.arw_percent:.1f} %"
+        + ("; a declared --bandwidth makes that narrower" if wishes.bandwidth is None else ""),
+    }
+    return "; ".join(said[option] for option in excess(nearest, percent))
+
+
+def plan(wishes: Wishes) -> Plan:
+    """The plan for the wishes. Raises Impossible, or BadOption for a filter."""
+    of_core = costs.table()[wishes.core]
+    found = find(wishes, of_core)
+    if found is not None:
+        return found
+    plans = [(percent, group) for percent, group in _plans(wishes, of_core) if group]
+    relaxed = _relaxed(wishes, plans, of_core)
+    if not plans:
+        raise Impossible(_reason_without_design(wishes), relaxed)
+    raise Impossible(_reason(wishes, plans), relaxed or _together(plans))

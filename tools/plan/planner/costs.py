@@ -1,0 +1,191 @@
+"""What a design costs on a core, from the measured table costs.json."""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .design import BLOCK, GAPS, Design
+
+Features = Callable[[Design], list[float]]
+
+ACCEPTED = 3 * BLOCK  # samples that law glr accepts at once
+
+TABLE_PATH = Path(__file__).parent / "costs.json"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Bytes, and instructions: of a push of one sample of all axes, of a take of one axis."""
+
+    flash_bytes: int
+    ram_bytes: int
+    push_stack_bytes: int
+    take_stack_bytes: int
+    start_stack_bytes: int
+    mean_push_instructions: int
+    worst_push_instructions: int
+    mean_take_instructions: int
+    worst_take_instructions: int
+    curve_instructions: int | None
+
+    @property
+    def stack_bytes(self) -> int:
+        """The deepest of the three functions."""
+        return max(self.push_stack_bytes, self.take_stack_bytes, self.start_stack_bytes)
+
+
+def table() -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(TABLE_PATH.read_text(encoding="utf-8"))
+    return found
+
+
+def cores() -> list[str]:
+    return list(table())
+
+
+def round8(size: int) -> int:
+    return (size + 7) // 8 * 8
+
+
+def memory_bytes(design: Design, sizes: dict[str, Any]) -> int:
+    """Of one instance: the macros of davar/instance.h."""
+    narrow = design.wishes.type == "int16"
+    sample, pointer = (2 if narrow else 4), int(sizes["pointer"])
+    tau, record, powers = (16, 8, 32) if narrow else (32, 16, 64)
+    count, largest = len(design.taus), design.taus[-1]
+    stages = (96 if narrow else 168) + 6 * pointer
+    common = stages + tau * count + round8(4 * GAPS)
+    if design.engine == "slide":
+        of_result = 8 + 2 * pointer + record * count if design.stride > 1 else 0
+        return common + round8(sample * (design.window + 2 * largest + 1)) + of_result
+    grid = (
+        common + round8(sample * (4 * largest + 127)) + 304 + 41 * pointer + 2 * round8(4 * count)
+    )
+    if design.law == "glr":
+        blocks = (design.window + design.stride) // BLOCK + 4
+        law = (1256 if narrow else 1280) + 2 * pointer + round8(sample * 5 * BLOCK)
+        return grid + blocks * record * count + law
+    slots = design.window // design.stride + 2
+    return grid + slots * (record * count + powers) + 2 * (record * count + powers) + 2 * powers
+
+
+def plan_bytes(design: Design, sizes: dict[str, Any]) -> int:
+    return round8(int(sizes["plan"][design.taus_max - 1]))
+
+
+def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
+    """Exact. other: what the C library adds."""
+    axes, narrow = design.wishes.axes, design.wishes.type == "int16"
+    base, of_tau = sizes["result"]
+    total: int = axes * (round8(memory_bytes(design, sizes)) + sizes["instance"])
+    total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other
+    if design.cascade_taus:
+        stage = 192 if narrow else 224
+        total += axes * ((design.cascade_taus + 1) // 2 * stage + sizes["cascade"])
+    return total
+
+
+# --- the model: each figure is a sum of features times the coefficients of its kind and core ---
+
+
+def _several(design: Design) -> float:
+    """A push of several axes copies the samples of each."""
+    return float(design.wishes.axes > 1)
+
+
+def _push(design: Design) -> list[float]:
+    axes, count, stride = design.wishes.axes, len(design.taus), design.stride
+    if design.law == "glr":
+        doublings = math.log2(design.window / BLOCK)  # of the window, tried at each result
+        return [0.0, axes, axes * count, axes / stride, axes / stride * doublings]
+    return [_several(design), axes, axes * count, axes / stride, axes * count / stride]
+
+
+def _worst(design: Design) -> list[float]:
+    axes, count, span = design.wishes.axes, len(design.taus), 2 * design.taus[-1]
+    if design.law == "fixed":
+        return [_several(design), axes, axes * count, axes * count * float(span > design.stride)]
+    return [_several(design), axes, axes * count, axes * float(span > ACCEPTED)]
+
+
+def _each(design: Design) -> list[float]:
+    return [1.0, float(len(design.taus))]
+
+
+def _start(design: Design) -> list[float]:
+    return [1.0, _several(design), float(design.wishes.axes)]
+
+
+def _linked(design: Design) -> list[float]:
+    return [1.0, float(len(design.taus)), _several(design)]
+
+
+FEATURES: dict[str, Features] = {
+    "flash_bytes": _linked,
+    "push_stack_bytes": _linked,
+    "take_stack_bytes": _each,
+    "start_stack_bytes": _start,
+    "mean_push_instructions": _push,
+    "worst_push_instructions": _worst,
+    "mean_take_instructions": _each,
+    "worst_take_instructions": _each,
+}
+
+
+def _slow_linked(design: Design) -> list[float]:
+    return [1.0, float(design.cascade_taus)]
+
+
+def _slow_push(design: Design) -> list[float]:
+    axes = design.wishes.axes
+    return [axes, 64 * axes / design.cascade_shortest]
+
+
+SLOW_FEATURES: dict[str, Features] = {
+    "flash_bytes": _slow_linked,
+    "mean_push_instructions": _slow_push,
+    "worst_push_instructions": lambda design: [float(design.wishes.axes)],
+    "push_stack_bytes": lambda design: [1.0, _several(design)],
+    "take_stack_bytes": _slow_linked,
+    "start_stack_bytes": lambda design: [1.0, _several(design)],
+    "curve_instructions": _slow_linked,
+}
+ABSOLUTE = ("take_stack_bytes", "curve_instructions")
+
+
+def known(figure: str, design: Design, sizes: dict[str, Any]) -> int:
+    """The part of a figure that needs no measurement."""
+    return plan_bytes(design, sizes) if figure == "flash_bytes" else 0
+
+
+def _sum(features: list[float], coefficients: list[float]) -> float:
+    return sum(f * c for f, c in zip(features, coefficients))
+
+
+def of_row(figure: str, row: dict[str, Any], design: Design, sizes: dict[str, Any]) -> float:
+    """A figure of a design without what its cascade adds."""
+    return _sum(FEATURES[figure](design), row[figure]) + known(figure, design, sizes)
+
+
+def cost(design: Design, of_core: dict[str, Any]) -> Cost:
+    """What the design costs. of_core: the table of its core."""
+    wishes, sizes = design.wishes, of_core["sizes"]
+    row = of_core["window"][f"{wishes.type} {design.law} {design.engine}"]
+    found = {figure: of_row(figure, row, design, sizes) for figure in FEATURES}
+    other, curve = row["other_ram_bytes"], None
+    if design.cascade_taus:
+        slow = of_core["cascade"][f"{wishes.type} {design.fit}"]
+        other = slow["other_ram_bytes"]
+        for figure, features in SLOW_FEATURES.items():
+            added = _sum(features(design), slow[figure])
+            if figure == "curve_instructions":
+                curve = round(added)
+            elif figure in ABSOLUTE:
+                found[figure] = max(found[figure], added)
+            else:
+                found[figure] += added
+    rounded = {figure: round(value) for figure, value in found.items()}
+    return Cost(ram_bytes=ram_bytes(design, sizes, other), curve_instructions=curve, **rounded)

@@ -1,0 +1,214 @@
+"""A plan as a person reads it, and as JSON."""
+
+import math
+from typing import Any
+
+from . import text
+from .choice import Impossible, Plan
+from .design import noise_counts
+
+FIT = {
+    "arw": "ARW",
+    "curve": "ARW, and the Allan curve with intervals",
+    "terms": "ARW; on request all five terms from the whole curve",
+}
+
+
+def number(value: float) -> str:
+    """Three digits."""
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g}"
+    digits = max(0, 2 - math.floor(math.log10(abs(value))))
+    shown = f"{value:.{digits}f}"
+    return shown.rstrip("0").rstrip(".") if "." in shown else shown
+
+
+def duration(value: float) -> str:
+    """In the unit that a person would use."""
+    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if value >= 2 * size:
+            return f"{number(value / size)} {unit}"
+    return f"{number(value)} s"
+
+
+def instructions(value: float) -> str:
+    if value >= 1e6:
+        return f"{number(value / 1e6)} million"
+    return f"{value:.0f}"
+
+
+def subject(plan: Plan) -> str:
+    """What the plan is for, in a line."""
+    wishes = plan.design.wishes
+    axes = "1 axis" if wishes.axes == 1 else f"{wishes.axes} axes"
+    sensor = f" ({wishes.sensor})" if wishes.sensor else ""
+    return f"{axes} of {wishes.type} at {wishes.rate_hz:g} Hz{sensor} on a {wishes.core}"
+
+
+def gives(plan: Plan) -> list[str]:
+    """What the setup promises."""
+    wishes, promise, design = plan.design.wishes, plan.promise, plan.design
+    rate = wishes.rate_hz
+    lines = [
+        f"ARW to +-{number(promise.arw_percent)} % (95 %) after {duration(design.window / rate)}, "
+        f"then a result every {duration(design.stride / rate)}"
+    ]
+    if promise.false_alarms_per_hour is None:
+        lines.append(f"results follow a change of the noise within {duration(promise.respond_s)}")
+    else:
+        lines.append(
+            f"an alarm within {duration(promise.respond_s)} after the noise has doubled (9 in 10), "
+            f"and one false alarm in {duration(3600 / promise.false_alarms_per_hour)}"
+        )
+    if promise.curve_first_s and promise.curve_settled_s:
+        lines.append(
+            f"the Allan curve to {duration(promise.longest_tau_s)}: first values there after "
+            f"{duration(promise.curve_first_s)}, to +-{number(promise.curve_percent or 0)} % after "
+            f"{duration(promise.curve_settled_s)}"
+        )
+    if promise.bias_instability_deg_per_h:
+        what = "bias instability and random walk" if design.fit == "terms" else "bias instability"
+        lines.append(
+            f"{what} from that curve, if above {number(promise.bias_instability_deg_per_h)} deg/h"
+        )
+    return lines
+
+
+def _of(size: int, limit: int | None) -> str:
+    return f"{size} bytes" if limit is None else f"{size} of {limit} bytes"
+
+
+def takes(plan: Plan) -> list[str]:
+    """What the setup costs."""
+    wishes, cost = plan.design.wishes, plan.cost
+    axes = "" if wishes.axes == 1 else f" of {wishes.axes} axes"
+    second = wishes.rate_hz * cost.mean_push_instructions
+    lines = [
+        f"flash {_of(cost.flash_bytes, wishes.flash_bytes)}, "
+        f"RAM {_of(cost.ram_bytes, wishes.ram_bytes)}",
+        f"stack {cost.stack_bytes} bytes: start {cost.start_stack_bytes}, "
+        f"push {cost.push_stack_bytes}, take {cost.take_stack_bytes}",
+        f"push of a sample{axes}: {instructions(cost.mean_push_instructions)} instructions, "
+        f"at most about {instructions(cost.worst_push_instructions)}; "
+        f"{instructions(second)} a second",
+        f"take of an axis: {instructions(cost.mean_take_instructions)} instructions, "
+        f"at most about {instructions(cost.worst_take_instructions)}",
+    ]
+    if cost.curve_instructions:
+        lines.append(
+            f"curve of an axis: about {instructions(cost.curve_instructions)} instructions"
+        )
+    return lines
+
+
+def how(plan: Plan) -> list[str]:
+    """Which means the planner chose."""
+    design = plan.design
+    law = "a fixed window" if design.law == "fixed" else "law glr, windows up to"
+    engine = ", engine grid" if (design.law, design.engine) == ("fixed", "grid") else ""
+    slow = f" and {design.cascade_taus} of a cascade" if design.cascade_taus else ""
+    return [
+        f"{law} of {design.window} samples, stride {design.stride}{engine}"
+        if design.law == "fixed"
+        else f"{law} {design.window} samples, stride {design.stride}",
+        f"{len(design.taus)} cluster sizes{slow}; fit: {FIT[design.fit]}",
+    ]
+
+
+def remarks(plan: Plan) -> list[str]:
+    """What the user should check."""
+    wishes, found = plan.design.wishes, []
+    if wishes.bandwidth is None:
+        found.append(
+            "the gyro's low-pass is not declared: results that a filter could falsify are "
+            "withheld. State it with --bandwidth, or --bandwidth none"
+        )
+    elif wishes.sensor:
+        found.append(f"set the gyro to the low-pass of this plan: --bandwidth {wishes.bandwidth}")
+    counts = noise_counts(wishes)
+    if 0 < counts < 1:
+        found.append(
+            f"the typical noise is {number(counts)} counts before the filter, so ARW can be "
+            "absent: a smaller range of the gyro is better"
+        )
+    return found
+
+
+def lines(plan: Plan) -> list[str]:
+    """The whole report."""
+    parts = (("gives", gives), ("costs", takes), ("how", how), ("check", remarks))
+    found = [subject(plan)]
+    for name, part in parts:
+        for i, line in enumerate(part(plan)):
+            found.append(f"  {name if i == 0 else '':6} {line}")
+    return found
+
+
+def comment(plan: Plan, command: str) -> list[str]:
+    """The comment at the top of davar_setup.h."""
+    options = " ".join(f"-D{define}" for define in text.defines(plan.design))
+    return [
+        "",
+        f"    {command}",
+        "",
+        *lines(plan),
+        "",
+        "Figures are for -Os and emulated cores (docs/PLANNER.md). Compile this file, davar and",
+        "everything that includes its headers with",
+        "",
+        f"    {options}",
+        "",
+        "which davar_setup.args has for gcc and clang (@davar_setup.args), and davar_setup.cmake",
+        "for CMake (include it before add_subdirectory of davar).",
+    ]
+
+
+def as_json(plan: Plan) -> dict[str, Any]:
+    """The contract's keys first."""
+    design, cost, promise = plan.design, plan.cost, plan.promise
+    rate = design.wishes.rate_hz
+    return {
+        "flash_bytes": cost.flash_bytes,
+        "ram_bytes": cost.ram_bytes,
+        "stack_bytes": cost.stack_bytes,
+        "worst_push_instructions": cost.worst_push_instructions,
+        "mean_instructions": cost.mean_push_instructions,
+        "defines": text.defines(design),
+        "arw_percent": round(promise.arw_percent, 2),
+        "respond_s": promise.respond_s,
+        "taus_s": design.taus_s,
+        "push_stack_bytes": cost.push_stack_bytes,
+        "take_stack_bytes": cost.take_stack_bytes,
+        "start_stack_bytes": cost.start_stack_bytes,
+        "mean_take_instructions": cost.mean_take_instructions,
+        "worst_take_instructions": cost.worst_take_instructions,
+        "curve_instructions": cost.curve_instructions,
+        "false_alarms_per_hour": promise.false_alarms_per_hour,
+        "window_s": design.window / rate,
+        "stride_s": design.stride / rate,
+        "curve_first_s": promise.curve_first_s,
+        "curve_settled_s": promise.curve_settled_s,
+        "curve_percent": promise.curve_percent,
+        "bias_instability_deg_per_h": promise.bias_instability_deg_per_h,
+        "law": design.law,
+        "engine": design.engine,
+        "fit": design.fit,
+        "remarks": remarks(plan),
+    }
+
+
+def impossible(why: Impossible) -> list[str]:
+    """The reason, and what to relax."""
+    reasons = str(why).split("; ")
+    found = [f"impossible: {reasons[0]}", *(f"  and {reason}" for reason in reasons[1:])]
+    if why.relaxed:
+        found.append("possible with one of:")
+        found += [f"  {relaxed.option} {relaxed.value}" for relaxed in why.relaxed]
+    return found
+
+
+def impossible_as_json(why: Impossible) -> dict[str, Any]:
+    return {
+        "impossible": str(why),
+        "relax": [{"option": r.option, "value": r.value} for r in why.relaxed],
+    }

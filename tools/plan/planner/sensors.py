@@ -1,0 +1,47 @@
+"""The gyros of sensors.json: what a part gives at a rate."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+ROWS: list[dict[str, Any]] = json.loads(
+    (Path(__file__).parent / "sensors.json").read_text(encoding="utf-8")
+)["rows"]
+PARTS: dict[str, dict[str, Any]] = {
+    name: part for row in ROWS for name, part in row.get("parts", {}).items()
+}
+
+
+def bandwidth(part: dict[str, Any], rate_hz: float) -> str:
+    """The filter at a sample rate, as an option --bandwidth. Raises ValueError."""
+    choices = {float(rate): hz for rate, hz in part.get("bandwidth_at_rate", {}).items()}
+    if choices:
+        if rate_hz not in choices:
+            rates = ", ".join(f"{rate:g}" for rate in sorted(choices))
+            raise ValueError(f"one of its rates ({rates} Hz)")
+        hz = choices[rate_hz]
+    elif "bandwidth_share" in part:
+        hz = part["bandwidth_share"] * max(rate_hz, part["bandwidth_rate_least"])
+    elif "bandwidths" in part:
+        fitting = [hz for hz in part["bandwidths"] if hz <= rate_hz / 2]
+        hz = max(fitting, default=min(part["bandwidths"]))
+    else:
+        return str(part["bandwidth"])
+    return f"{hz:g}:{part['order']}"
+
+
+def look_up(name: str, rate_hz: float) -> dict[str, object]:
+    """Fields of Wishes for a part at a rate. Raises ValueError with what was expected."""
+    if name not in PARTS:
+        raise ValueError(f"one of {', '.join(sorted(PARTS))}, then @RATE")
+    part = PARTS[name]
+    if not part["rate_least_hz"] <= rate_hz <= part["rate_most_hz"]:
+        raise ValueError(f"a rate of {part['rate_least_hz']:g} to {part['rate_most_hz']:g} Hz")
+    return {
+        "sensor": f"{name}@{rate_hz:g}",
+        "rate_hz": rate_hz,
+        "type": "int16",
+        "lsb": part["lsb_dps"],
+        "bandwidth": bandwidth(part, rate_hz),
+        "noise": part["noise_dps_per_root_hz"] * 60 / 2**0.5,
+    }

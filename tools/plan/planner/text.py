@@ -1,0 +1,341 @@
+"""The C text of a design: davar_setup.h, davar_setup.c and the options of the build."""
+
+from collections.abc import Sequence
+
+from .design import BLOCK, CASCADE_CLUSTERS, GAPS, Design
+
+NAME = "davar_setup"
+SUFFIX = {"int16": "q15", "int32": "q31", "float": "f32"}
+SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
+TOGETHER = 16  # samples of an axis that a push hands on at once
+
+
+def defines(design: Design) -> list[str]:
+    """The -D options of the build."""
+    narrow = design.wishes.type == "int16"
+    options = {
+        "TAUS_MAX": design.taus_max,
+        "Q31" if narrow else "Q15": 0,
+        "GRID": int(design.engine == "grid"),
+        "LAWS": int(design.law == "glr"),
+        "CENTRED": 0,
+    }
+    return [f"DAVAR_{name}={value}" for name, value in options.items()]
+
+
+def _scale(design: Design) -> str:
+    wishes = design.wishes
+    if wishes.type == "float":
+        return f".full_scale = {wishes.full_scale!r}, /* deg/s */"
+    return f".unit_per_count = {wishes.lsb!r}, /* deg/s */"
+
+
+def _window(design: Design, whitening: Sequence[str]) -> list[str]:
+    if design.law == "fixed":
+        return [f"DAVAR_FIXED({design.window}), /* samples */"]
+    wishes = design.wishes
+    law = SUFFIX["int16" if wishes.type == "int16" else "int32"]
+    return [
+        f".law = &davar_law_glr_{law},",
+        f".window = {{.longest = {design.window}, .shortest = {design.shortest}, .grow = 1,",
+        f"           .shrink = 64, .gaps_max = {GAPS}}},",
+        f".glr = {{.false_alarms_per_hour = {wishes.false_alarms_per_hour!r},",
+        f"        .cut_interval_s = 300.0, .block = {BLOCK}, .shock_blocks = 2"
+        + ("," if whitening else "},"),
+        *(f"        {line}" for line in whitening[:-1]),
+        *(f"        {line}}}," for line in whitening[-1:]),
+    ]
+
+
+def _memory(design: Design) -> str:
+    kind, largest, count = SUFFIX[design.wishes.type].upper(), design.taus[-1], len(design.taus)
+    window, stride = design.window, design.stride
+    if design.law == "glr":
+        return f"DAVAR_MEMORY_GLR_{kind}({window}, {stride}, {BLOCK}, {largest}, {count}, {GAPS})"
+    if design.engine == "grid":
+        return f"DAVAR_MEMORY_GRID_{kind}({window}, 0, 0, {stride}, {largest}, {count}, {GAPS})"
+    every_sample = f"DAVAR_MEMORY_{kind}({window}, {largest}, {count}, {GAPS})"
+    if stride == 1:
+        return every_sample
+    return f"{every_sample} +\n    DAVAR_MEMORY_STRIDE_{kind}(0, {count})"
+
+
+HEADER = """/* {title}
+{about}
+ */
+#ifndef DAVAR_SETUP_H
+#define DAVAR_SETUP_H
+
+#include "davar/davar.h"
+
+#if {conditions}
+#error "compile davar and everything that includes its headers with the options of davar_setup.args"
+#endif
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+#define DAVAR_SETUP_AXES {axes}
+
+/* Starts all axes. Call it once, before the interrupt is enabled. Returns DAVAR_OK. */
+davar_status_t davar_setup_start(void);
+
+/* Pushes `count` samples of {each}
+ * Call it from the interrupt, with blocks of any size. It never waits. */
+void davar_setup_push(const {sample} *samples, size_t count);
+
+/* Reports that `missing` samples of each axis were lost before the next push. Call it from the
+ * interrupt. */
+void davar_setup_gap(uint32_t missing);
+
+/* Returns the newest result of an axis, 0 to {last}, or null if it was taken before.
+ * Call it in the main loop. The result is valid until the next call:
+ *   coefficient[DAVAR_ANGLE_RANDOM_WALK]: present, value, low, high, in deg/sqrt(h){more}
+ *   noise: why a coefficient is absent */
+const davar_result_t *davar_setup_take(uint8_t axis);
+{curve}
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+CURVE_COMMENT = {
+    "arw": "",
+    "curve": """
+/* Returns the newest result with the long averaging times instead: tau[] has adev, low and high in
+ * deg/s, NaN where there is too little data. The lowest adev over 0.664 estimates the bias
+ * instability. It is slower than davar_setup_take. */
+const davar_result_t *davar_setup_curve(uint8_t axis);
+""",
+    "terms": """
+/* Returns the newest result with the whole Allan curve: tau[] has the long averaging times too, and
+ * coefficient[] has the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the
+ * other terms. It is much slower than davar_setup_take: call it as seldom as you need a curve. */
+const davar_result_t *davar_setup_curve(uint8_t axis);
+""",
+}
+
+
+def header(design: Design, title: str, about: Sequence[str]) -> str:
+    """davar_setup.h. about: lines for the comment at the top."""
+    axes = design.wishes.axes
+    unit = "deg/s" if design.wishes.type == "float" else "counts"
+    each = (
+        f"the gyro, in {unit}."
+        if axes == 1
+        else f"each of the {axes} axes, in {unit}, in this order:\n"
+        f" * the first sample of every axis, then the second of every axis, and so on."
+    )
+    checks = [f"({name} != {value})" for name, value in (d.split("=") for d in defines(design))]
+    lines = [" || ".join(checks[i : i + 3]) for i in range(0, len(checks), 3)]
+    more = ""
+    if design.law == "glr":
+        more += "\n *   alarm: the noise has changed since the last result"
+    return HEADER.format(
+        title=title,
+        about="\n".join(f" * {line}".rstrip() for line in about),
+        conditions=" || \\\n    ".join(lines),
+        axes=axes,
+        each=each,
+        sample=SAMPLE[design.wishes.type],
+        last=axes - 1,
+        more=more,
+        curve=CURVE_COMMENT[design.fit],
+    )
+
+
+SOURCE = """/* {title} davar_setup.h describes it. */
+#include "davar_setup.h"
+{includes}
+{plan}
+static const uint32_t taus[] = {{{taus}}}; /* samples */
+static const davar_config_t config = {{
+    .rate_hz = {rate!r},
+    {scale}
+    .stride = {stride},{engine}
+    {window}
+    .taus = taus,
+    .tau_count = {count},
+}};
+static uint64_t memory[DAVAR_SETUP_AXES][({memory} + 7U) / 8U];
+static davar_t gyro[DAVAR_SETUP_AXES];
+{cascade}
+davar_status_t davar_setup_start(void)
+{{
+    for (size_t a = 0; a < DAVAR_SETUP_AXES; a++) {{
+        davar_status_t status =
+            davar_init_{suffix}(&gyro[a], &config, memory[a], sizeof memory[a]);
+{start}        if (status != DAVAR_OK) {{
+            return status;
+        }}
+    }}
+    return DAVAR_OK;
+}}
+
+{push}
+void davar_setup_gap(uint32_t missing)
+{{
+    for (size_t a = 0; a < DAVAR_SETUP_AXES; a++) {{
+        davar_gap(&gyro[a], missing);
+{gap}    }}
+}}
+
+/* The newest result of an axis with its angle random walk, or null. */
+static davar_result_t *newest(uint8_t axis)
+{{
+    static davar_result_t result;
+    if ((axis >= DAVAR_SETUP_AXES) || !davar_take(&gyro[axis], &result)) {{
+        return NULL;
+    }}
+    (void){white}(&davar_setup_plan, config.rate_hz, &result);
+    return &result;
+}}
+
+const davar_result_t *davar_setup_take(uint8_t axis)
+{{
+    return newest(axis);
+}}
+{curve}"""
+
+PUSH_ONE = """void davar_setup_push(const {sample} *samples, size_t count)
+{{
+    davar_push_{suffix}(&gyro[0], samples, count);
+{cascade}}}
+"""
+
+PUSH_ALL = """void davar_setup_push(const {sample} *samples, size_t count)
+{{
+    {sample} one[{together}]; /* samples of one axis */
+    while (count > 0) {{
+        const size_t n = (count < {together}) ? count : {together};
+        for (size_t a = 0; a < DAVAR_SETUP_AXES; a++) {{
+            for (size_t i = 0; i < n; i++) {{
+                one[i] = samples[(DAVAR_SETUP_AXES * i) + a];
+            }}
+            davar_push_{suffix}(&gyro[a], one, n);
+{cascade}        }}
+        samples += DAVAR_SETUP_AXES * n;
+        count -= n;
+    }}
+}}
+"""
+
+CASCADE = """static const davar_cascade_config_t slow = {{
+    .rate_hz = {rate!r},
+    {scale}
+    .shortest = {shortest}, /* samples */
+    .tau_count = {taus},
+    .clusters = {clusters},
+}};
+static uint64_t stages[DAVAR_SETUP_AXES][DAVAR_CASCADE_MEMORY({type}, {taus}) / 8U];
+static davar_cascade_t cascade[DAVAR_SETUP_AXES];
+"""
+
+
+CURVE = {
+    "arw": "",
+    "curve": """
+const davar_result_t *davar_setup_curve(uint8_t axis)
+{
+    davar_result_t *const result = newest(axis);
+    if (result != NULL) {
+        memset(result, 0, sizeof *result);
+        (void)davar_cascade_append(&cascade[axis], result);
+        for (uint8_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+            result->coefficient[k] = (davar_coefficient_t){false, NAN, NAN, INFINITY};
+        }
+        for (uint8_t t = 0; t < result->tau_count; t++) {
+            davar_adev_t *const tau = &result->tau[t];
+            if (tau->differences > 0) {
+                tau->edf = davar_edf_least(result, t);
+                davar_chi_square_interval(tau->edf, &tau->low, &tau->high);
+                tau->low = tau->adev * sqrt(tau->low);
+                tau->high = tau->adev * sqrt(tau->high);
+            }
+        }
+    }
+    return result;
+}
+""",
+    "terms": """
+const davar_result_t *davar_setup_curve(uint8_t axis)
+{
+    davar_result_t *const result = newest(axis);
+    if (result != NULL) {
+        (void)davar_cascade_append(&cascade[axis], result);
+        davar_fit(&davar_setup_plan, config.rate_hz, result);
+    }
+    return result;
+}
+""",
+}
+INCLUDES = {
+    "arw": "",
+    "curve": '#include "davar/cascade.h"\n\n#include <math.h>\n#include <string.h>\n',
+    "terms": '#include "davar/cascade.h"\n',
+}
+
+
+def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> str:
+    """davar_setup.c. plan: the text of the fit plan; whitening: settings of law glr."""
+    wishes, slow = design.wishes, design.cascade_taus > 0
+    suffix, sample = SUFFIX[wishes.type], SAMPLE[wishes.type]
+    rate, scale = wishes.rate_hz, _scale(design)
+    push = (PUSH_ONE if wishes.axes == 1 else PUSH_ALL).format(
+        sample=sample,
+        suffix=suffix,
+        together=TOGETHER,
+        cascade=""
+        if not slow
+        else f"    davar_cascade_push_{suffix}(&cascade[0], samples, count);\n"
+        if wishes.axes == 1
+        else f"            davar_cascade_push_{suffix}(&cascade[a], one, n);\n",
+    )
+    return SOURCE.format(
+        title=title,
+        includes=INCLUDES[design.fit],
+        plan=plan,
+        taus=", ".join(map(str, design.taus)),
+        rate=rate,
+        scale=scale,
+        stride=design.stride,
+        engine="\n    .engine = DAVAR_ENGINE_GRID,"
+        if (design.engine, design.law) == ("grid", "fixed")
+        else "",
+        window="\n    ".join(_window(design, whitening)),
+        count=len(design.taus),
+        memory=_memory(design),
+        cascade=CASCADE.format(
+            rate=rate,
+            scale=scale,
+            shortest=design.cascade_shortest,
+            taus=design.cascade_taus,
+            clusters=CASCADE_CLUSTERS,
+            type=suffix.upper(),
+        )
+        if slow
+        else "",
+        suffix=suffix,
+        start=""
+        if not slow
+        else "        if (status == DAVAR_OK) {\n"
+        f"            status = davar_cascade_init_{suffix}(&cascade[a], &slow, stages[a],\n"
+        "                                              sizeof stages[a]);\n"
+        "        }\n",
+        push=push,
+        gap="        davar_cascade_gap(&cascade[a], missing);\n" if slow else "",
+        curve=CURVE[design.fit],
+        white="davar_fit_white" if design.fit == "terms" else "davar_fit_white_ready",
+    )
+
+
+def cmake(design: Design) -> str:
+    """davar_setup.cmake: to include before add_subdirectory of davar."""
+    return "".join(
+        'set({} {} CACHE STRING "made by tools/davar-plan" FORCE)\n'.format(*d.split("="))
+        for d in defines(design)
+    )

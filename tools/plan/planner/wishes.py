@@ -1,0 +1,167 @@
+"""The wishes of a command line: what the user has and wants, in physical units."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from . import sensors
+
+TYPES = ("int16", "int32", "float")
+AXES_MOST = 16
+
+
+class BadOption(Exception):
+    """An option that cannot be used. The text names it."""
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """None: not stated. The planner then chooses, or does not limit."""
+
+    rate_hz: float
+    core: str
+    axes: int = 1
+    type: str = "int16"
+    lsb: float | None = None  # deg/s per count
+    full_scale: float | None = None  # deg/s; of floats
+    bandwidth: str | None = None  # as davar-plan --bandwidth
+    noise: float | None = None  # typical angle random walk, deg/sqrt(h)
+    respond_s: float | None = None
+    arw_percent: float | None = None
+    longest_tau_s: float | None = None
+    false_alarms_per_hour: float | None = None
+    ram_bytes: int | None = None
+    flash_bytes: int | None = None
+    sensor: str | None = None
+
+
+def _number(text: str) -> float:
+    value = float(text) if re.fullmatch(r"[0-9.]+(e[+-]?[0-9]+)?", text, re.IGNORECASE) else 0.0
+    if not 1e-12 <= value <= 1e12:
+        raise ValueError("a number above 0")
+    return value
+
+
+def _percent(text: str) -> float:
+    value = _number(text)
+    if not 0.1 <= value <= 50:
+        raise ValueError("a number from 0.1 to 50")
+    return value
+
+
+def _axes(text: str) -> int:
+    if not re.fullmatch(r"[0-9]{1,3}", text) or not 1 <= int(text) <= AXES_MOST:
+        raise ValueError(f"a whole number from 1 to {AXES_MOST}")
+    return int(text)
+
+
+def _bytes(text: str) -> int:
+    found = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?)([kK]?)", text)
+    size = float(found[1]) * (1024 if found[2] else 1) if found else 0.0
+    if not 1 <= size <= 2**40:
+        raise ValueError("a number of bytes, such as 20480 or 20k")
+    return int(size)
+
+
+def _text(text: str) -> str:
+    if not text.strip():
+        raise ValueError("a text")
+    return text
+
+
+def _one_of(choices: Sequence[str]) -> Callable[[str], str]:
+    def read(text: str) -> str:
+        if text not in choices:
+            raise ValueError(f"one of {', '.join(choices)}")
+        return text
+
+    return read
+
+
+def _readers(cores: Sequence[str]) -> dict[str, tuple[str, Callable[[str], object]]]:
+    """Option -> (field of Wishes, how its value is read)."""
+    return {
+        "--rate": ("rate_hz", _number),
+        "--axes": ("axes", _axes),
+        "--type": ("type", _one_of(TYPES)),
+        "--lsb": ("lsb", _number),
+        "--full-scale": ("full_scale", _number),
+        "--bandwidth": ("bandwidth", _text),
+        "--noise": ("noise", _number),
+        "--respond": ("respond_s", _number),
+        "--arw-percent": ("arw_percent", _percent),
+        "--longest-tau": ("longest_tau_s", _number),
+        "--false-alarms-per-hour": ("false_alarms_per_hour", _number),
+        "--ram": ("ram_bytes", _bytes),
+        "--flash": ("flash_bytes", _bytes),
+        "--core": ("core", _one_of(cores)),
+        "--sensor": ("sensor", _text),
+    }
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command line."""
+
+    wishes: Wishes
+    folder: str | None
+    json: bool
+
+
+def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
+    """Option -> its word. --json has none."""
+    found: dict[str, str] = {}
+    rest = list(words)
+    while rest:
+        option, *inside = rest.pop(0).split("=", 1)
+        if option not in options:
+            raise BadOption(f"{option}: unknown option (see --help)")
+        if option in found:
+            raise BadOption(f"{option}: given twice")
+        if option == "--json":
+            found[option] = ""
+            continue
+        if not inside and (not rest or rest[0] in options):
+            raise BadOption(f"{option}: its value is missing (see --help)")
+        found[option] = inside[0] if inside else rest.pop(0)
+    return found
+
+
+def of_sensor(text: str) -> dict[str, object]:
+    """The fields of Wishes that NAME@RATE states."""
+    name, at, rate = text.partition("@")
+    try:
+        if not at:
+            raise ValueError("NAME@RATE, such as icm42688@1000")
+        return sensors.look_up(name, _number(rate))
+    except ValueError as why:
+        raise BadOption(f"--sensor: expected {why}, found '{text}'") from None
+
+
+def checked(wishes: Wishes) -> Wishes:
+    """The wishes, if nothing is missing or contradicts."""
+    if wishes.type == "float" and wishes.full_scale is None:
+        raise BadOption("--full-scale: required with --type float: the largest rate in deg/s")
+    if wishes.type != "float" and wishes.lsb is None:
+        raise BadOption("--lsb: required: the size of a count in deg/s (or --sensor NAME@RATE)")
+    if wishes.longest_tau_s is not None and wishes.longest_tau_s * wishes.rate_hz < 1:
+        raise BadOption("--longest-tau: shorter than one sample; expected seconds")
+    return wishes
+
+
+def read(words: Sequence[str], cores: Sequence[str]) -> Command:
+    """Reads a command line. Raises BadOption."""
+    readers = _readers(cores)
+    texts = _values(words, [*readers, "-o", "--json"])
+    stated: dict[str, object] = of_sensor(texts["--sensor"]) if "--sensor" in texts else {}
+    for option, (field, reader) in readers.items():
+        if option in texts:
+            try:
+                stated[field] = reader(texts[option])
+            except ValueError as why:
+                raise BadOption(f"{option}: expected {why}, found '{texts[option]}'") from None
+    for option, field in (("--rate", "rate_hz"), ("--core", "core")):
+        if field not in stated:
+            raise BadOption(f"{option}: required (see --help)")
+    wishes = replace(Wishes(rate_hz=0.0, core=""), **stated)  # type: ignore[arg-type]
+    return Command(checked(wishes), texts.get("-o"), "--json" in texts)

@@ -1,0 +1,230 @@
+/* davar-promise - what a setup can promise, for the planner in tools/plan/planner: how wide the
+ * interval of the angle random walk is, and how late law glr shows that the noise has doubled. The
+ * library itself fits simulated windows and detects simulated changes.
+ *
+ *   davar-promise TAUS FILTER RATE WINDOW NOISE [ALARMS LONGEST STRIDE]
+ *
+ * TAUS, FILTER: as davar-plan; FILTER "-" is undeclared. RATE: Hz. WINDOW: samples of a usual
+ * window. NOISE: white noise of a sample before the filter, in counts; 0: of no matter. For law glr,
+ * ALARMS: false alarms per hour; LONGEST, STRIDE: samples. Prints lines "name value". */
+#include "davar/davar.h"
+#include "davar_bandwidth.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define TRIALS 401         /* windows */
+#define CHANGES 251        /* of the noise */
+#define FINE_COUNTS 1000.0 /* noise whose rounding does not matter */
+#define BLOCK 10U
+#define QUIET 1000U   /* samples before a change */
+#define LATEST 20000U /* samples after it */
+#define CHANGE_COUNTS 100.0
+
+static uint64_t state = 1U;
+
+/* Standard normal: splitmix64 and Box-Muller. */
+static double uniform(void)
+{
+    state += UINT64_C(0x9E3779B97F4A7C15);
+    uint64_t z = state;
+    z = (z ^ (z >> 30U)) * UINT64_C(0xBF58476D1CE4E5B9);
+    z = (z ^ (z >> 27U)) * UINT64_C(0x94D049BB133111EB);
+    return ((double)((z ^ (z >> 31U)) >> 11U) + 0.5) / 9007199254740992.0;
+}
+
+static double gauss(void)
+{
+    const double radius = sqrt(-2.0 * log(uniform()));
+    return radius * cos(6.283185307179586 * uniform());
+}
+
+static int compare(const void *a, const void *b)
+{
+    const double x = *(const double *)a;
+    const double y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The value that a share of them does not exceed. */
+static double quantile(double values[], int count, double share)
+{
+    qsort(values, (size_t)count, sizeof values[0], compare);
+    return values[(int)(share * (count - 1))];
+}
+
+/* --- the interval --- */
+
+static int pair(int t, int u)
+{
+    return (t < u) ? (((u * (u + 1)) / 2) + t) : (((t * (t + 1)) / 2) + u);
+}
+
+/* Cholesky of the covariance of y (5.3) in a window of white noise, N = 1. */
+static void factorise(const davar_plan_t *plan, double window, double l[])
+{
+    for (int u = 0; u < plan->count; u++) {
+        for (int t = 0; t <= u; t++) {
+            const double effective = window + 1.0 - (1.5 * (double)plan->m[t]);
+            double left = (double)plan->covariance[pair(t, u)] / effective;
+            left *= (t == u) ? 1.0001 : 1.0;
+            for (int s = 0; s < t; s++) {
+                left -= l[pair(s, t)] * l[pair(s, u)];
+            }
+            l[pair(t, u)] = (t == u) ? sqrt((left > 0.0) ? left : 0.0) : (left / l[pair(t, t)]);
+        }
+    }
+}
+
+/* A window of white noise as davar_take reports it, in counts. */
+static void draw_window(const davar_plan_t *plan, const double l[], uint32_t window, double noise,
+                        davar_result_t *result)
+{
+    double z[DAVAR_TAUS_MAX];
+    memset(result, 0, sizeof *result);
+    result->tau_count = plan->count;
+    result->window_samples = window;
+    result->unit_per_count = 1.0;
+    for (int t = 0; t < plan->count; t++) {
+        z[t] = gauss();
+        double y = 1.0;
+        for (int s = 0; s <= t; s++) {
+            y += l[pair(s, t)] * z[s];
+        }
+        const double m = (double)plan->m[t];
+        const double square = (noise * noise * y * (double)plan->gain[t]) + (1.0 / 12.0);
+        result->tau[t].m = (uint32_t)plan->m[t];
+        result->tau[t].hop = 1U;
+        result->tau[t].differences = window + 1U - (2U * (uint32_t)plan->m[t]);
+        result->tau[t].adev = sqrt(((square > 0.0) ? square : 0.0) / m);
+    }
+}
+
+/* Half the width of the 95 % interval of the angle random walk over its value, percent: the median;
+ * and the share of the windows that have it. */
+static void promise_interval(davar_plan_t *plan, uint32_t window, double noise)
+{
+    static double l[(DAVAR_TAUS_MAX * (DAVAR_TAUS_MAX + 1)) / 2];
+    static double half[TRIALS];
+    static davar_result_t result;
+    int present = 0;
+    factorise(plan, window, l);
+    for (int i = 0; i < TRIALS; i++) {
+        draw_window(plan, l, window, noise, &result);
+        (void)davar_fit_white(plan, 1.0, &result);
+        const davar_coefficient_t *const walk = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+        if (walk->present) {
+            half[present] = 50.0 * (walk->high - walk->low) / walk->value;
+            present++;
+        }
+    }
+    (void)printf("present_percent %.3g\n", 100.0 * present / TRIALS);
+    if (present > 0) {
+        (void)printf("arw_percent %.4g\n", quantile(half, present, 0.5));
+    }
+}
+
+/* --- the alarm --- */
+
+static int16_t count_of(double value)
+{
+    return (int16_t)((value < -32767.0) ? -32767.0 : ((value > 32767.0) ? 32767.0 : rint(value)));
+}
+
+/* Pushes one sample and takes the result. Returns its alarm. */
+static bool alarm_after(davar_t *davar, double sigma, davar_result_t *result)
+{
+    const int16_t count = count_of(sigma * gauss());
+    davar_push_q15(davar, &count, 1U);
+    return davar_take(davar, result) && result->alarm;
+}
+
+static double delay(davar_t *davar, davar_result_t *result, double ratio)
+{
+    const uint32_t quiet = QUIET + (uint32_t)((double)davar->config->stride * uniform());
+    davar_reset(davar);
+    for (uint32_t i = 0U; i < quiet; i++) {
+        (void)alarm_after(davar, CHANGE_COUNTS, result);
+    }
+    uint32_t late = 1U;
+    while (!alarm_after(davar, ratio * CHANGE_COUNTS, result) && (late < LATEST)) {
+        late++;
+    }
+    return late;
+}
+
+/* Samples from a change to the alarm, which nine in ten do not exceed. */
+static int promise_alarm(double rate_hz, uint32_t window, double alarms, uint32_t stride)
+{
+    static const uint32_t taus[] = {1U, 2U};
+    static davar_t davar;
+    static davar_result_t result;
+    static double late[CHANGES];
+    davar_config_t config = {.rate_hz = rate_hz,
+                             .unit_per_count = 1.0,
+                             .stride = stride,
+                             DAVAR_GLR_Q15(1U),
+                             .taus = taus,
+                             .tau_count = 2U};
+    config.window.longest = window;
+    config.glr.false_alarms_per_hour = alarms;
+    const size_t bytes = davar_memory_size_q15(&config);
+    void *const memory = calloc(1U, bytes + 8U);
+    if ((memory == NULL) || (davar_init_q15(&davar, &config, memory, bytes) != DAVAR_OK)) {
+        free(memory);
+        return 2;
+    }
+    for (int i = 0; i < CHANGES; i++) {
+        late[i] = delay(&davar, &result, 2.0);
+    }
+    (void)printf("doubling_samples %.0f\n", quantile(late, CHANGES, 0.9));
+    free(memory);
+    return 0;
+}
+
+/* --- */
+
+static uint8_t read_taus(const char *text, uint32_t taus[])
+{
+    uint8_t count = 0U;
+    char *end = NULL;
+    for (const char *at = text; count < DAVAR_TAUS_MAX; at = end + 1) {
+        taus[count] = (uint32_t)strtoul(at, &end, 10);
+        count++;
+        if (*end != ',') {
+            break;
+        }
+    }
+    return count;
+}
+
+int main(int count, char *words[])
+{
+    static davar_plan_t plan;
+    uint32_t taus[DAVAR_TAUS_MAX];
+    davar_bandwidth_t bandwidth;
+    davar_filter_t filter;
+    if ((count != 6) && (count != 9)) {
+        (void)fputs("davar-promise: for tools/davar-plan\n", stderr);
+        return 2;
+    }
+    const uint8_t tau_count = read_taus(words[1], taus);
+    const double rate_hz = strtod(words[3], NULL);
+    const uint32_t window = (uint32_t)strtoul(words[4], NULL, 10);
+    const double noise = strtod(words[5], NULL);
+    if (strcmp(words[2], "-") == 0) {
+        davar_plan_init(&plan, taus, tau_count);
+    } else if (davar_bandwidth_read(words[2], &bandwidth) &&
+               davar_bandwidth_at(&bandwidth, rate_hz, &filter)) {
+        davar_plan_init_filtered(&plan, taus, tau_count, &filter);
+    } else {
+        return 2;
+    }
+    promise_interval(&plan, window, (noise > 0.0) ? noise : FINE_COUNTS);
+    return (count == 6)
+               ? 0
+               : promise_alarm(rate_hz, (uint32_t)strtoul(words[7], NULL, 10),
+                               strtod(words[6], NULL), (uint32_t)strtoul(words[8], NULL, 10));
+}
