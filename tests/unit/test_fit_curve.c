@@ -231,6 +231,28 @@ static void test_a_window_that_is_withheld(void)
     TEST_ASSERT_TRUE(isinf(result.tau[SHORT].high));
 }
 
+/* A plan is a cache, not a history. */
+static void test_a_plan_that_fitted_a_window_before_gives_the_same(void)
+{
+    static davar_plan_t used;
+    davar_result_t one;
+    set_curve(SHORT, LONG, mixed);
+    used = plan;
+    davar_fit(&used, 1.0, &result);
+    set_curve(SHORT, LONG, mixed);
+    for (uint8_t t = 0U; t < SHORT; t++) {
+        result.tau[t].differences = 0U;
+    }
+    for (uint8_t t = SHORT; t < result.tau_count; t++) {
+        result.tau[t].adev *= ((t % 2U) == 0U) ? 0.8 : 1.25;
+    }
+    one = result;
+    davar_fit(&plan, 1.0, &result);
+    davar_fit(&used, 1.0, &one);
+    TEST_ASSERT_EQUAL(result.noise, one.noise);
+    TEST_ASSERT_EQUAL_MEMORY(result.coefficient, one.coefficient, sizeof one.coefficient);
+}
+
 /* Another fit of the window alone ignores the cascade. */
 static void test_the_fit_of_white_noise_ignores_the_cascade(void)
 {
@@ -282,6 +304,7 @@ int main(void)
     RUN_TEST(test_a_cascade_of_zeros_after_a_window);
     RUN_TEST(test_a_cascade_alone_that_contradicts_the_filter);
     RUN_TEST(test_a_window_that_is_withheld);
+    RUN_TEST(test_a_plan_that_fitted_a_window_before_gives_the_same);
     RUN_TEST(test_the_fit_of_white_noise_ignores_the_cascade);
     RUN_TEST(test_sizes_beyond_the_plan_are_left_alone);
     RUN_TEST(test_degrees_of_freedom_for_any_noise);

@@ -161,7 +161,7 @@ static void test_the_limit_of_white_noise_that_a_mixture_lacks(void)
     const double flicker[] = {0, 1.0, 0.3, 0, 0};
     plan_filter(&filters[3]);
     set_filtered(&filters[3], flicker, 0.0);
-    davar_mixture_t model = {.data = &result, .plan = &plan, .count = plan.count};
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
     davar_mixture_fit(&model, 1.0, 1U << DAVAR_BIAS_INSTABILITY);
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_BIAS_INSTABILITY, model.terms);
     const double passed = pow((double)plan.flicker[3], 2.0) * model.a[DAVAR_BIAS_INSTABILITY];
@@ -356,7 +356,7 @@ static void test_the_misfit_of_a_mixture_counts_the_doubt_of_the_cutoff(void)
         for (int t = 0; t < SIZES; t++) {
             result.tau[t].adev *= (t % 2 == 0) ? 1.25 : 0.75;
         }
-        davar_mixture_t model = {.data = &result, .plan = &plan, .count = plan.count};
+        davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
         davar_mixture_fit(&model, unit * unit, 1U << DAVAR_RATE_RANDOM_WALK);
         double misfit = 0.0;
         int terms = 0;
@@ -503,7 +503,7 @@ static void test_the_upper_limit_of_a_mixture_includes_it_too(void)
     set_model(drift);
     davar_result_t known = result;
     davar_fit(&plan, 1.0, &result);
-    davar_mixture_t model = {.data = &result, .plan = &plan, .count = plan.count};
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
     davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RANDOM_WALK);
     plan.declared = true;
     davar_fit(&plan, 1.0, &known);

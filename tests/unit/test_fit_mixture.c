@@ -11,7 +11,7 @@ static void test_general_fit_agrees_with_the_short_cut(void)
     set_octaves(600, 7);
     set_model(nearly_white);
     davar_fit(&plan, 1.0, &result);
-    davar_mixture_t model = {.data = &result, .plan = &plan, .count = plan.count};
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
     davar_mixture_fit(&model, 1.0, 0U);
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
     /* other weights: they differ by less than a hundredth of a standard error */
@@ -31,7 +31,7 @@ static void test_a_superfluous_term_is_removed(void)
     const double walk[] = {0, 0, 0, 1.0, 0};
     set_octaves(600, 7);
     set_model(walk);
-    davar_mixture_t model = {.data = &result, .plan = &plan, .count = plan.count};
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
     davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RAMP); /* the wrong suspect */
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_RATE_RANDOM_WALK, model.terms);
 }
@@ -66,7 +66,7 @@ static void test_all_five_terms_are_found_from_white_noise_alone(void)
     const double mix[] = {300.0, 1.0, 4e-4, 3e-8, 3e-13};
     set_octaves(UINT32_C(1) << 24U, 22);
     set_model(mix);
-    davar_mixture_t model = {.data = &result, .plan = &plan, .count = plan.count};
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
     davar_mixture_fit(&model, 1.0, 0U);
     TEST_ASSERT_EQUAL_UINT((1U << DAVAR_COEFFICIENT_COUNT) - 1U, model.terms);
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
@@ -88,7 +88,7 @@ static void test_in_an_exact_mix_absent_terms_are_zero(void)
             mix[k] = ((terms & (1U << k)) != 0U) ? all[k] : 0.0;
         }
         set_model(mix);
-        davar_mixture_t model = {.data = &result, .plan = &plan, .count = plan.count};
+        davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
         davar_mixture_fit(&model, 1.0, 0U);
         TEST_ASSERT_EQUAL_UINT(terms, model.terms);
         for (unsigned k = 0U; k < (unsigned)DAVAR_COEFFICIENT_COUNT; k++) {
@@ -108,7 +108,7 @@ static void test_degrees_of_freedom_of_one_term(void)
     const uint32_t window = 64U;
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
         davar_mixture_t model = {
-            .data = &result, .plan = &plan, .count = plan.count, .terms = 1U << (unsigned)k};
+            .data = &result, .plan = &plan, .end = plan.count, .terms = 1U << (unsigned)k};
         model.a[k] = 0.7;
         for (uint32_t m = 1U; m <= (window / 2U); m++) {
             const uint32_t all = window - (2U * m) + 1U;
@@ -132,7 +132,7 @@ static void test_degrees_of_freedom_of_rounding(void)
     for (uint32_t m = 1U; m <= 32U; m++) {
         set_taus(64U, &m, 1);
         const davar_mixture_t model = {
-            .data = &result, .plan = &plan, .count = plan.count, .rounding = 0.3};
+            .data = &result, .plan = &plan, .end = plan.count, .rounding = 0.3};
         const double edf = davar_noise_edf(DAVAR_ANGLE_RANDOM_WALK, m, result.tau[0].differences);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * edf, edf, davar_mixture_edf(&model, 0));
     }

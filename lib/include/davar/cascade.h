@@ -26,7 +26,7 @@
  * Threads: one producer calls push and gap, one consumer append and health. The producer may
  * interrupt the consumer and never waits. "Stopped" functions need both to be idle.
  *
- * Cost: T cluster sizes. Instructions for each core: docs/COST.md. */
+ * Cost: T cluster sizes. Instructions: lib/src/cascade/DESIGN.md (11.7). */
 #ifndef DAVAR_CASCADE_H
 #define DAVAR_CASCADE_H
 
@@ -50,8 +50,8 @@ typedef struct {
     uint32_t shortest;
     /** number of cluster sizes, 1 to DAVAR_CASCADE_TAUS_MAX: each is twice the previous one */
     uint8_t tau_count;
-    /** how much each cluster size remembers, in clusters of that size: at least so many + 2 and
-     * fewer than twice so many + 2, once it has seen them. A power of two from 4 to 2048; 32 is
+    /** how much each cluster size remembers, in clusters of that size: clusters + 2 to
+     * 2 clusters + 2, once it has seen them. A power of two from 4 to 2048; 32 is
      * usual. Larger: narrower intervals, slower to follow a change (11.5) */
     uint16_t clusters;
 } davar_cascade_config_t;
@@ -70,8 +70,8 @@ typedef struct {
 typedef struct {
     uint32_t gaps;    /**< calls of davar_cascade_gap, and runs of NaN or inf */
     uint32_t missing; /**< samples lost in those gaps, or pushed as another type */
-    /** f32: samples at or above full_scale; they are used, clamped. The core counts those of counts
-     */
+    /** f32: samples at or above full_scale; they are used, clamped. davar_push_* counts saturated
+     * counts */
     uint32_t saturated;
     uint32_t not_finite; /**< NaN or inf in float input; each run is a gap */
 } davar_cascade_health_t;
@@ -92,9 +92,8 @@ typedef struct davar_cascade {
     bool in_gap;           /* f32: inside a run of NaN or inf */
     float counts_per_unit; /* f32, as limit: full_scale */
     float limit;
-    uint64_t hops;
     volatile uint32_t sequence; /* odd while a push changes what append reads */
-    void *stages;               /* stage_t[], in the caller's memory */
+    void *stages;               /* cascade_stage_t[], in the caller's memory */
     void *tops;                 /* after them: upper bits of the running sums at their hops */
     uint32_t memory_bytes;      /* of both */
     const davar_cascade_config_t *config;
@@ -142,8 +141,8 @@ void davar_cascade_push_f32(davar_cascade_t *cascade, const float *rates, size_t
  * Threads: producer. Cost: O(1). */
 void davar_cascade_gap(davar_cascade_t *cascade, uint32_t missing);
 
-/** Adds the differences that are complete but still queued: up to T of them, for at most T + 3
- * samples after a hop. Call it at the end of a recording; pushes may follow.
+/** Adds the differences that are complete but still queued: a push adds one at a time, so up to T
+ * wait. Call it at the end of a recording; pushes may follow.
  * Threads: stopped. Cost: O(T). */
 void davar_cascade_flush(davar_cascade_t *cascade);
 
@@ -151,21 +150,22 @@ void davar_cascade_flush(davar_cascade_t *cascade);
  * samples, or to a zeroed one. davar_fit then fits the whole curve, if its plan was made for all
  * sizes: first those of the window, then those of the cascade.
  *
- * Writes the entries of tau[] from tau_count on, without intervals, tau_count and unit_per_count.
+ * Appends all its entries to tau[], with intervals absent, and updates tau_count and unit_per_count.
  * tau_count is then at most DAVAR_TAUS_MAX, and the sizes of the window are below
  * config.shortest (both asserted). The Allan deviations include rounding to counts, as those of
  * davar_take. Those of float samples have no rounding.
  * @return False if no cluster size of the cascade has a difference yet.
  *
  * Threads: consumer; if a push interrupts it, it reads the cluster size concerned again. Sizes may
- * then be of two successive hops. Cost: O(T), about 5 products per size. */
+ * then end at different hops. Cost: O(T), about 5 products per size. */
 #define davar_cascade_append DAVAR_SIZED(davar_cascade_append)
 bool davar_cascade_append(const davar_cascade_t *cascade, davar_result_t *result);
 
 /** Returns to the state after init, counters included. Threads: stopped. Cost: O(bytes). */
 void davar_cascade_reset(davar_cascade_t *cascade);
 
-/** Returns the counts of input faults since the last reset. Threads: consumer. Cost: O(1). */
+/** Returns the counts of input faults since the last reset. If a push or a gap interrupts it, one
+ * counter may be newer than another. Threads: consumer. Cost: O(1). */
 davar_cascade_health_t davar_cascade_health(const davar_cascade_t *cascade);
 
 #ifdef __cplusplus

@@ -133,7 +133,7 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * With sizes of a cascade (davar_cascade_append), a plan for all sizes is needed. Quantization and
  * the angle random walk are then those of the window, because it is newer; bias instability, rate
  * random walk and rate ramp are those of the cascade once four of its sizes have differences. If the
- * window is CONSTANT, COARSE or FILTERED, its statement stands for all. Without a window, the cascade
+ * window is CONSTANT, COARSE or FILTERED, davar_fit ignores the cascade. Without a window, the cascade
  * gives all terms. result->noise is WHITE only if white noise explains window and cascade.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
  * times without a double FPU. Stack: about 2.4 kB.

@@ -68,7 +68,7 @@ typedef struct davar {
  *                                     largest(128), taus(8)) / 8];
  * ```
  * type: Q15, Q31 or F32. largest: the largest cluster size. A fixed window has shortest equal to
- * longest. For DAVAR_ENGINE_GRID, use DAVAR_MEMORY_GRID_*. Source: DESIGN 6. */
+ * longest, and no moments. For DAVAR_ENGINE_GRID, use DAVAR_MEMORY_GRID_*. Source: DESIGN 6. */
 #define DAVAR_MEMORY(type, a_longest, a_shortest, a_stride, a_largest, a_taus)                     \
     DAVAR_MEMORY_NUMBERS(type, DAVAR_NUMBER_OF_LONGEST_##a_longest,                                \
                          DAVAR_NUMBER_OF_SHORTEST_##a_shortest, DAVAR_NUMBER_OF_STRIDE_##a_stride, \

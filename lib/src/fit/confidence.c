@@ -108,13 +108,13 @@ DAVAR_RARE double davar_hop_edf(davar_coefficient_kind_t noise, uint32_t differe
 static double edf_of(const davar_result_t *result, const davar_adev_t *tau,
                      davar_coefficient_kind_t noise)
 {
-    return davar_fit_hops(tau) ? davar_hop_edf(noise, tau->differences, tau->m / tau->hop)
+    return davar_hops(tau) ? davar_hop_edf(noise, tau->differences, tau->m / tau->hop)
                                : davar_edf(noise, tau->m, result->window_samples);
 }
 
 DAVAR_RARE double davar_fit_kept(const davar_result_t *result, const davar_adev_t *tau)
 {
-    if (davar_fit_hops(tau)) {
+    if (davar_hops(tau)) {
         return 1.0;
     }
     const double all = (double)(result->window_samples + 1U - (2U * tau->m));

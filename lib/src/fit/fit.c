@@ -14,7 +14,7 @@ static void write_absent(davar_coefficient_t *coefficient, double bound)
 
 static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
 {
-    for (int t = model->first; t < model->count; t++) {
+    for (int t = model->first; t < model->end; t++) {
         davar_adev_t *tau = &result->tau[t];
         double low;
         double high;
@@ -107,7 +107,7 @@ static void fit_window(davar_plan_t *plan, double rate_hz, davar_result_t *resul
     if (davar_white_suffices(plan, rate_hz, result, &white)) {
         return;
     }
-    davar_mixture_t model = {.plan = plan, .data = result, .count = plan->count};
+    davar_mixture_t model = {.plan = plan, .data = result, .end = plan->count};
     davar_mixture_fit(&model, scaled_to_double(white.sum), white.suspects);
     if (davar_mixture_is_filtered(&model)) {
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
@@ -126,29 +126,29 @@ static bool is_open(davar_noise_t noise)
            (noise == DAVAR_NOISE_UNKNOWN);
 }
 
-/* Fewer sizes of a cascade say less about the slow terms than the window does. Their intervals count
- * from the first. */
+/* With fewer sizes, a cascade says less about the slow terms than the window does. */
 #define SIZES_LEAST 4
 
-/* Adds the sizes that a cascade filled to an empty model. */
+/* Sets the range of sizes that a cascade filled. */
 static void find_cascade(davar_mixture_t *model)
 {
     const davar_result_t *const result = model->data;
     model->first = 0;
-    model->count = 0;
+    model->end = 0;
     for (int t = 0; (t < result->tau_count) && (t < model->plan->sizes); t++) {
         const davar_adev_t *const tau = &result->tau[t];
-        if (davar_fit_hops(tau) && (tau->differences > 0U)) {
-            model->first = (model->count > 0) ? model->first : t;
-            model->count = t + 1;
+        if (davar_hops(tau) && (tau->differences > 0U)) {
+            model->first = (model->end > 0) ? model->first : t;
+            model->end = t + 1;
         }
     }
 }
 
-/* White noise that alone explains the shortest size that is not 0. 0: all are. */
+/* White noise that alone explains the shortest size that is not 0. Returns 0 if
+ * all sizes are. */
 static double first_white(const davar_mixture_t *model)
 {
-    for (int t = model->first; t < model->count; t++) {
+    for (int t = model->first; t < model->end; t++) {
         const double adev = model->data->tau[t].adev;
         if (adev > 0.0) { /* not NaN */
             return adev * adev * (double)model->plan->m[t] / (double)model->plan->gain[t];
@@ -168,7 +168,7 @@ DAVAR_RARE static void write_cascade(const davar_mixture_t *model, double rate_h
         return;
     }
     write_mixture_intervals(model, result);
-    if ((model->count - model->first) >= SIZES_LEAST) {
+    if ((model->end - model->first) >= SIZES_LEAST) {
         write_terms(model, DAVAR_BIAS_INSTABILITY, rate_hz, result);
     }
     if (!is_white && (result->noise == DAVAR_NOISE_WHITE)) {
@@ -183,7 +183,7 @@ DAVAR_RARE static void fit_cascade(davar_plan_t *plan, double rate_hz, davar_res
     find_cascade(&model);
     const double white = first_white(&model);
     if (!(white > 0.0)) {
-        if (alone && (model.count > 0)) {
+        if (alone && (model.end > 0)) {
             davar_write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
         }
         return;

@@ -92,10 +92,9 @@ bool davar_mixture_has(const davar_mixture_t *model, int t)
     return model->data->tau[t].differences > 0U;
 }
 
-/* Samples that size t of a cascade looks back over. */
-static double span_of(const davar_adev_t *tau)
+static bool is_of_cascade(const davar_mixture_t *model)
 {
-    return 2.0 * (double)tau->m + (double)(tau->differences - 1U) * (double)tau->hop;
+    return davar_hops(&model->data->tau[model->first]);
 }
 
 /* Weight of size t in least squares: it grows with what the size looks back over (5.18). */
@@ -103,7 +102,7 @@ static double weight_of(const davar_mixture_t *model, int t)
 {
     const davar_adev_t *const tau = &model->data->tau[t];
     const double weight = (double)model->plan->weight[t];
-    return davar_fit_hops(tau) ? (weight * span_of(tau)) : weight;
+    return davar_hops(tau) ? (weight * davar_hop_span(tau)) : weight;
 }
 
 /* Degrees of freedom of size t, of a whole window, if there were only this term. */
@@ -114,7 +113,7 @@ static double edf_of_term(const davar_mixture_t *model, int t, int term)
     const double m = (double)tau->m;
     const double white = (double)model->plan->freedom[t];
     double edf;
-    if (davar_fit_hops(tau)) {
+    if (davar_hops(tau)) {
         const double filtered = (term == WHITE) ? white / davar_noise_white_weight(m) : 1.0;
         edf = davar_hop_edf(kind, tau->differences, tau->m / tau->hop) * filtered;
     } else {
@@ -141,8 +140,9 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
 
 DAVAR_RARE double davar_mixture_most(const davar_mixture_t *model, int term)
 {
-    const int last = model->count - 1;
-    const int short_one = (term == WHITE) ? (int)model->plan->passed : model->first;
+    const int last = model->end - 1;
+    const bool passes = (term != WHITE) || is_of_cascade(model);
+    const int short_one = passes ? model->first : (int)model->plan->passed;
     const int strongest = (term <= WHITE) ? short_one : last;
     double x[TERMS];
     double low;
@@ -157,7 +157,7 @@ DAVAR_RARE double davar_mixture_most(const davar_mixture_t *model, int term)
 
 bool davar_mixture_shows_white(const davar_mixture_t *model)
 {
-    for (int t = model->first; t < model->count; t++) {
+    for (int t = model->first; t < model->end; t++) {
         double x[TERMS];
         shapes(model, t, x);
         if (!(model->plan->gain[t] < DAVAR_FIT_PASSED) &&
@@ -171,7 +171,7 @@ bool davar_mixture_shows_white(const davar_mixture_t *model)
 bool davar_mixture_is_filtered(const davar_mixture_t *model)
 {
     const davar_plan_t *const plan = model->plan;
-    const bool cascade = davar_fit_hops(&model->data->tau[model->first]); /* no filter is as slow */
+    const bool cascade = is_of_cascade(model); /* no filter is as slow */
     const bool fits = cascade || !(model->grow > 1.0);
     const bool quantized = has_term(model->terms, DAVAR_QUANTIZATION);
     const double lack = -model->beside[DAVAR_QUANTIZATION];
@@ -192,7 +192,7 @@ bool davar_mixture_is_filtered(const davar_mixture_t *model)
 static void normal_equations(const davar_mixture_t *model, double trust, normal_t *normal)
 {
     *normal = (normal_t){0};
-    for (int t = model->first; t < model->count; t++) {
+    for (int t = model->first; t < model->end; t++) {
         double x[TERMS];
         if (!davar_mixture_has(model, t)) {
             continue;
@@ -362,10 +362,10 @@ static double white_correlation(const davar_plan_t *plan, int t, int u)
 static double shared_by(const davar_mixture_t *model, int t, int u)
 {
     const davar_adev_t *const tau = model->data->tau;
-    if (!davar_fit_hops(&tau[u])) {
+    if (!davar_hops(&tau[u])) {
         return 1.0;
     }
-    const double ratio = span_of(&tau[t]) / span_of(&tau[u]);
+    const double ratio = davar_hop_span(&tau[t]) / davar_hop_span(&tau[u]);
     return davar_root((ratio < 1.0) ? ratio : (1.0 / ratio));
 }
 
@@ -429,7 +429,7 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
     double moved[TERMS] = {0};
     double misfit = 0.0;
     *h = (matrix_t){0};
-    for (int u = model->first; u < model->count; u++) {
+    for (int u = model->first; u < model->end; u++) {
         if (!davar_mixture_has(model, u)) {
             continue;
         }
@@ -472,14 +472,28 @@ static int term_count(unsigned terms)
     return count;
 }
 
+/* Standard deviation of the misfit: of a window from the plan, of a cascade from its sizes (5.9). */
+static double misfit_spread(const davar_mixture_t *model)
+{
+    if (!is_of_cascade(model)) {
+        return (double)model->plan->misfit_spread;
+    }
+    double sum = 0.0;
+    for (int u = model->first; u < model->end; u++) {
+        for (int t = model->first; (t <= u) && davar_mixture_has(model, u); t++) {
+            const double both = white_correlation(model->plan, t, u) * shared_by(model, t, u);
+            sum += davar_mixture_has(model, t) ? (((t < u) ? 4.0 : 2.0) * square(both)) : 0.0;
+        }
+    }
+    return davar_root(sum);
+}
+
 /* Factor for the variances of a model that does not fit, for example of a filtered sensor or a
  * sinusoid (5.9). */
 static double inflation(const davar_mixture_t *model, const normal_t *normal, double misfit)
 {
     const double freedom = (double)(normal->count - term_count(model->terms));
-    const double more = (double)normal->count / (double)model->plan->count;
-    const double spread = (double)model->plan->misfit_spread * davar_root(more);
-    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * spread;
+    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * misfit_spread(model);
     return real ? misfit / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
 }
 
@@ -587,7 +601,7 @@ static void settle(davar_mixture_t *model)
 static double unexplained(const davar_mixture_t *model)
 {
     double sum = 0.0;
-    for (int t = model->first; t < model->count; t++) {
+    for (int t = model->first; t < model->end; t++) {
         if (davar_mixture_has(model, t)) {
             sum += weight_of(model, t) * loss(square(model->data->tau[t].adev) / avar_of(model, t));
         }

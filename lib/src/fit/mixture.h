@@ -10,8 +10,8 @@
 typedef struct {
     const davar_result_t *data; /* the Allan variances to fit */
     const davar_plan_t *plan;   /* of its cluster sizes */
-    int first;                  /* the sizes to fit: of a window, or of a cascade (5.18), */
-    int count;                  /* below this index; those without differences are left out */
+    int first;                  /* sizes to fit: first to end - 1, of a window or a cascade (5.18) */
+    int end;
     double rounding;            /* variance of rounding (5.15) */
 
     unsigned terms;                         /* bit k: term k is in the model */

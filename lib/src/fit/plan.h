@@ -4,6 +4,7 @@
 #define DAVAR_FIT_PLAN_H
 
 #include "davar/fit.h"
+#include "number/hop.h"
 #include "number/scaled.h"
 
 /* The number of terms, and the term that every model has. */
@@ -18,12 +19,6 @@ double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differen
 
 /* The same for `differences` at a hop of m / lags, m large (11.6). */
 double davar_hop_edf(davar_coefficient_kind_t noise, uint32_t differences, uint32_t lags);
-
-/* Does a cascade give this cluster size? */
-static inline bool davar_fit_hops(const davar_adev_t *tau)
-{
-    return tau->hop > 1U;
-}
 
 /* The edf of white noise at m over (differences + m / 2) (5.1). */
 double davar_noise_white_weight(double m);

@@ -87,7 +87,7 @@ uint8_t davar_fit_usable(const davar_result_t *result)
 {
     uint8_t count = 0U;
     while ((count < result->tau_count) && (result->tau[count].differences > 0U) &&
-           !davar_fit_hops(&result->tau[count])) {
+           !davar_hops(&result->tau[count])) {
         count++;
     }
     return count;

@@ -355,10 +355,8 @@ DAVAR_RARE void davar_write_unlimited(const davar_plan_t *plan, davar_noise_t no
 {
     for (int t = 0; t < result->tau_count; t++) {
         davar_adev_t *const tau = &result->tau[t];
-        if ((t < plan->count) && !davar_fit_hops(tau)) {
-            tau->edf = plan->edf[t];
-        }
         if (tau->differences > 0U) {
+            tau->edf = davar_hops(tau) ? (double)NAN : plan->edf[t];
             tau->low = 0.0;
             tau->high = (double)INFINITY;
         }

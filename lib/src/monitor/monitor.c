@@ -3,6 +3,7 @@
 #include "davar/monitor.h"
 
 #include "davar/fit.h"
+#include "number/hop.h"
 #include "number/real.h"
 
 #define RATIO_LIMIT 1e12 /* of variances; it bounds the loops of cube_root */
@@ -100,17 +101,10 @@ static double step_of(const davar_monitor_t *monitor, const davar_result_t *resu
     return follows ? (double)(result->epoch - monitor->epoch) : (double)INFINITY;
 }
 
-static bool is_of_cascade(const davar_adev_t *measured)
-{
-    return measured->hop > 1U;
-}
-
 /* Samples that a size looks back over. */
 static double span_of(const davar_result_t *result, const davar_adev_t *measured)
 {
-    const double steps = (double)measured->differences - 1.0;
-    return is_of_cascade(measured) ? (2.0 * (double)measured->m + steps * (double)measured->hop)
-                                   : (double)result->window_samples;
+    return davar_hops(measured) ? davar_hop_span(measured) : (double)result->window_samples;
 }
 
 /* Of these, those that the mean does not contain. A size of a cascade may only grow for a long time;
@@ -121,7 +115,7 @@ static double fresh_of(const davar_monitor_tau_t *tau, const davar_adev_t *measu
     if (!(step < span)) {
         return span;
     }
-    const bool has_grown = is_of_cascade(measured) && (measured->differences >= tau->differences);
+    const bool has_grown = davar_hops(measured) && (measured->differences >= tau->differences);
     return has_grown ? (double)(measured->differences - tau->differences) * (double)measured->hop
                      : step;
 }

@@ -4,7 +4,7 @@
 #define DAVAR_SRC_QUANTUM_H
 
 #include "number/ieee.h"
-#include "number/sequence.h"
+#include "number/count.h"
 
 /* Significant bits of a quantised float sample: full_scale <= 2^30 quanta (2.3). */
 #define DAVAR_FLOAT_BITS 31U

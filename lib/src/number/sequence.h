@@ -41,18 +41,4 @@ static inline bool davar_sequence_torn(const volatile uint32_t *sequence, uint32
     return ((before % 2U) != 0U) || (before != *sequence);
 }
 
-/* One more input fault; the counter stays at its largest value. */
-static inline void davar_count(uint32_t *counter)
-{
-    if (*counter < UINT32_MAX) {
-        (*counter)++;
-    }
-}
-
-static inline void davar_count_many(uint32_t *counter, size_t more)
-{
-    const uint32_t room = UINT32_MAX - *counter;
-    *counter += (more < room) ? (uint32_t)more : room;
-}
-
 #endif

@@ -34,8 +34,7 @@ static davar_image_t image_of_cascade(const davar_cascade_t *cascade, davar_casc
 
 DAVAR_RARE size_t davar_cascade_state_bytes(const davar_cascade_t *cascade)
 {
-    const davar_image_t image = image_of_cascade(cascade, NULL);
-    return davar_image_bytes(&image);
+    return davar_image_bytes(sizeof *cascade, cascade->memory_bytes);
 }
 
 DAVAR_RARE davar_status_t davar_cascade_save(const davar_cascade_t *cascade,

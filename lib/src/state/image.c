@@ -62,9 +62,9 @@ DAVAR_RARE static uint32_t payload_check(const header_t *header, const davar_ima
     return davar_image_check(check, image->memory, image->memory_bytes);
 }
 
-DAVAR_RARE size_t davar_image_bytes(const davar_image_t *image)
+DAVAR_RARE size_t davar_image_bytes(size_t saved_bytes, size_t memory_bytes)
 {
-    return sizeof(header_t) + image->saved_bytes + image->memory_bytes;
+    return sizeof(header_t) + saved_bytes + memory_bytes;
 }
 
 /* --- reading ---------------------------------------------------------------------------------- */
@@ -144,7 +144,7 @@ DAVAR_RARE static bool read_payload(const davar_image_t *image, const davar_stor
 DAVAR_RARE davar_status_t davar_image_restore(const davar_image_t *image,
                                               const davar_storage_t *storage)
 {
-    const size_t bytes = davar_image_bytes(image);
+    const size_t bytes = davar_image_bytes(image->saved_bytes, image->memory_bytes);
     slots_t slots;
     bool unsteady = false;
     if ((storage->slot_bytes < bytes) || !read_slots(storage, &slots)) {
@@ -174,7 +174,7 @@ DAVAR_RARE davar_status_t davar_image_save(const davar_image_t *image,
                                            const davar_storage_t *storage)
 {
     slots_t slots;
-    if ((storage->slot_bytes < davar_image_bytes(image)) || !read_slots(storage, &slots)) {
+    if ((storage->slot_bytes < davar_image_bytes(image->saved_bytes, image->memory_bytes)) || !read_slots(storage, &slots)) {
         return DAVAR_ERR_STATE_STORAGE;
     }
     const uint32_t order = slots.whole[slots.newest] ? (slots.header[slots.newest].order + 1U) : 0U;

@@ -14,7 +14,7 @@ typedef struct {
 } davar_image_t;
 
 /* Bytes of a slot. */
-size_t davar_image_bytes(const davar_image_t *image);
+size_t davar_image_bytes(size_t saved_bytes, size_t memory_bytes);
 
 /* DAVAR_OK or DAVAR_ERR_STATE_STORAGE. */
 davar_status_t davar_image_save(const davar_image_t *image, const davar_storage_t *storage);

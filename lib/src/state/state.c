@@ -73,8 +73,7 @@ static davar_image_t image_of(const davar_t *davar, saved_t *saved)
 
 DAVAR_RARE size_t davar_state_bytes(const davar_t *davar)
 {
-    const davar_image_t image = image_of(davar, NULL);
-    return davar_image_bytes(&image);
+    return davar_image_bytes(sizeof(saved_t), memory_bytes(davar));
 }
 
 DAVAR_RARE davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage)
