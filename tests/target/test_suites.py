@@ -21,6 +21,8 @@ BEYOND_16_KB = {
     "fit_mixture",
     "fit_plan",
     "fit_white",
+    "cascade",
+    "cascade_edf",
     "codec",
     "float",
     "gaps",
