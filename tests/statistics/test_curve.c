@@ -54,7 +54,6 @@ static const davar_config_t window_config = {.rate_hz = 1.0,
                                              .sample_bits = 32U,
                                              DAVAR_FIXED(WINDOW),
                                              .stride = WINDOW,
-                                             .engine = DAVAR_ENGINE_EDGES,
                                              .taus = taus,
                                              .tau_count = SHORT_TAUS};
 static const davar_cascade_config_t cascade_config = {.rate_hz = 1.0,

@@ -33,6 +33,19 @@ JOBS = {
     ),
     "a stride on a grid": (*TAUS, "--stride", "10", "--engine", "grid"),
     "gaps restart the window": ("--stride", "60", "--window-max", "300"),
+    "a cascade": ("--policy", "fixed", "--stride", "600", "--longest-tau", "300"),
+    "a cascade after a filter": (
+        "--policy",
+        "fixed",
+        "--mode",
+        "trailing",
+        "--stride",
+        "600",
+        "--longest-tau",
+        "20",
+        "--bandwidth",
+        "30",
+    ),
 }
 RANDOM_JOBS = 5
 EVERY_SAMPLE = (*TAUS, "--lsb", "0.01")
@@ -126,20 +139,24 @@ class Mcu(unittest.TestCase):
 
         PASSED.check(
             result_cache.content_key(
-                *self.between(target), recording.read_bytes(), *options, *expected
+                *self.between(target, "--longest-tau" in options),
+                recording.read_bytes(),
+                *options,
+                *expected,
             ),
             passes,
         )
 
     @classmethod
     @functools.cache
-    def between(cls, target):
+    def between(cls, target, has_cascade):
         """Everything between a recording and its results: the image, its emulator, davar-sim, which
         feeds it, and the scripts.
         """
-        targets.build(target, "job", "replay")
+        kind = targets.job_kind(target, has_cascade)
+        targets.build(target, kind, "replay")
         return [
-            *targets.identity(target, targets.folder(target, "job") / "replay.elf"),
+            *targets.identity(target, targets.folder(target, kind) / "replay.elf"),
             ROOT / "build/tools/host_sim/davar-sim",
             ROOT / "tools/davar-mcu",
             Path(targets.__file__),
@@ -194,6 +211,23 @@ class Mcu(unittest.TestCase):
         )
         self.assertEqual((2, ""), (status, output))
         self.assertIn("too little memory", error)
+
+    def test_a_cascade_that_does_not_fit_the_device_is_reported(self):
+        for options, words in (
+            (("--stride", "1"), "the cascade of --longest-tau: shorten --window-max"),
+            (("--taus", "1,2,3,4,5,6,7,8,9,10"), "shorten --taus or --longest-tau"),
+        ):
+            with self.subTest(options=options):
+                status, output, error = self.command(
+                    "davar-mcu",
+                    "--target",
+                    "cortex-m0",
+                    self.short,
+                    *("--lsb", "0.01", "--window-max", "1200", "--policy", "fixed"),
+                    *("--stride", "600", "--longest-tau", "40000", *options),
+                )
+                self.assertEqual((2, ""), (status, output))
+                self.assertIn(words, error)
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ void setUp(void)
                               .tau_count = 3};
     for (size_t t = 0; t < 10U; t++) {
         result.tau[t] = (davar_adev_t){
-            .adev = 0.5 + (double)t, .low = 0.4 + (double)t, .high = 0.6 + (double)t};
+            .m = taus[t], .adev = 0.5 + (double)t, .low = 0.4 + (double)t, .high = 0.6 + (double)t};
     }
     for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
         result.coefficient[k] =

@@ -222,7 +222,7 @@ PARTS = {
     "package": Part(
         "the Python package, installed by pip outside the checkout",
         suite("package", setting=package),
-        packages=VENV,
+        packages=(*VENV, *ONE_BOARD),
     ),
     "targets": Part(
         "the suites of lib/ and its cost on ten emulated boards",
