@@ -6,7 +6,6 @@ import os
 import shlex
 import sys
 import zipfile
-from collections.abc import Sequence
 from dataclasses import replace
 
 from .. import places
@@ -120,17 +119,13 @@ def _rows(stated: wishes.Wishes, found: choice.Plan | None) -> list[Json]:
     ]
 
 
-def _relaxed(relaxed: Sequence[choice.Relaxed]) -> list[Json]:
-    """text: of the command line; options: the same by their names in a request."""
-    found = []
-    for one in relaxed:
-        words = f"{one.option} {one.value}".split()
-        options = {
-            option.removeprefix("--").replace("-", "_"): value
-            for option, value in zip(words[::2], words[1::2])
-        }
-        found.append({"text": " ".join(words), "options": options})
-    return found
+def _relaxed(relaxed: choice.Relaxed) -> dict[str, str]:
+    """The options to change at once, by their names in a request."""
+    words = f"{relaxed.option} {relaxed.value}".split()
+    return {
+        option.removeprefix("--").replace("-", "_"): value
+        for option, value in zip(words[::2], words[1::2])
+    }
 
 
 def plan(**options: str) -> Json:
@@ -145,7 +140,7 @@ def plan(**options: str) -> Json:
     try:
         found = choice.plan(stated)
     except choice.Impossible as why:
-        reasons, relaxed = str(why).split("; "), _relaxed(why.relaxed)
+        reasons, relaxed = str(why).split("; "), list(map(_relaxed, why.relaxed))
         return answer | {"impossible": reasons, "relax": relaxed, "cores": _rows(stated, None)}
     except wishes.BadOption as why:
         raise BadInput(str(why)) from None

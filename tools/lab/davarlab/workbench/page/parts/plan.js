@@ -13,8 +13,8 @@ const seconds = (text) => duration(Number(text));
 const WISHES = [
   ["respond", "Respond within", ["", .1, .2, .3, .5, .7, 1, 1.5, 2, 3, 5, 7, 10, 15, 20, 30, 60, 120, 300, 600], "planner's choice", seconds],
   ["arw_percent", "Interval of ARW (95 %)", ["", .5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40], "planner's choice", (text) => `± ${text} %`],
-  ["longest_tau", "Longest averaging time", ["", 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1000, 1800, 3600, 7200, 21600, 43200, 86400, 259200, 604800], "no long curve", seconds],
-  ["false_alarms_per_hour", "Alarm when the noise changes", ["", .001, .003, .01, .03, .1, .3, 1], "off", (text) => `${text} false per hour`],
+  ["longest_tau", "Longest averaging time", ["", 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 21600, 43200, 86400, 259200, 604800], "no long curve", seconds],
+  ["false_alarms_per_hour", "False alarms per hour", ["", .001, .003, .01, .03, .1, .3, 1], "no alarm", (text) => text],
   ["ram", "RAM limit", ["1k", "2k", "3k", "4k", "5k", "6k", "8k", "10k", "12k", "16k", "20k", "24k", "32k", "48k", "64k", "96k", "128k", "256k", "512k", ""], "none", (text) => text],
   ["flash", "Flash limit", ["8k", "10k", "12k", "14k", "16k", "18k", "20k", "22k", "24k", "28k", "32k", "40k", "48k", "64k", "128k", "256k", "512k", ""], "none", (text) => text],
 ].map(([option, label, values, unstated, said]) => ({ option, label, values: values.map(String), unstated, said }));
@@ -42,8 +42,20 @@ function view(plan) {
   }
 }
 
+// Repeats a request until a server answers; the page reports that none does.
+async function query(what, given = {}) {
+  for (;;) {
+    try {
+      return await ask(what, given, null);
+    } catch (why) {
+      if (why.name !== "Gone") throw why;
+      await new Promise((done) => setTimeout(done, 1000));
+    }
+  }
+}
+
 const open = () => doing("", async () => {
-  known = await ask("planner", {}, null);
+  known = await query("planner");
   if (known.missing) {
     fill("plan", element("p", { id: "plan-missing" }, known.missing));
     return;
@@ -90,7 +102,7 @@ function own() {
   const float = wishes.type === "float";
   return [field("Type of a sample", choice("plan-type", known.types.map((one) => [one, one]), wishes.type,
     (type) => { wish({ type, lsb: type === "float" ? "" : wishes.lsb, full_scale: type === "float" ? wishes.full_scale || "500" : "" }); form(); })),
-    float ? field("Full scale, deg/s", entry("full_scale")) : field("Count, deg/s", entry("lsb")),
+    float ? field("Full scale, deg/s", entry("full_scale")) : field("One count, deg/s", entry("lsb")),
     field("Low-pass, HZ:ORDER", entry("bandwidth", { placeholder: "not declared" })),
     field("Noise, deg/√h", entry("noise", { placeholder: "not stated" }))];
 }
@@ -145,9 +157,8 @@ async function find() {
   flying += 1;
   at("plan").setAttribute("aria-busy", true);
   late ??= setTimeout(() => old(true), LATE_MS);
-  try { found = await ask("plan", wishes, null); } catch (why) { found = { refused: why }; }
+  try { found = await query("plan", wishes); } catch (why) { found = { refused: why.message }; }
   flying -= 1;
-  if (found.refused?.name === "Gone") { setTimeout(find, 1000); return; } // the page says so; what it shows stays dimmed
   if (turn > shown) {
     shown = turn;
     draw(found);
@@ -169,7 +180,9 @@ function old(yes) {
 function draw(found) {
   answer = found;
   if (found.refused) {
-    fill("plan-found", said(found.refused.message, true));
+    fill("plan-found", said(found.refused, true));
+    fill("plan-gyro-said");
+    rows({ limits: {}, cores: known.cores.map((core) => ({ core })) });
     return;
   }
   const { gyro: has } = found, part = known.sensors.find((one) => one.name === wishes.sensor?.split("@")[0]);
@@ -178,22 +191,35 @@ function draw(found) {
   rows(found);
 }
 
-const said = (text, alarm) => element("p", { id: "plan-said", role: "status", class: alarm ? "alarm" : null }, text);
+const said = (text, alarm) => element("p", { id: "plan-said", role: "status", class: alarm ? "no" : null }, text);
 
 function possible(found) {
   return [said(found.subject), element("ul", { id: "plan-gives" }, ...found.gives.map((line) => element("li", {}, line))),
     ...found.check.map((line) => element("p", { class: "hint" }, `Check: ${line}.`)),
     element("details", {}, element("summary", {}, "How, and all costs"), element("ul", {}, ...[...found.how, ...found.costs].map((line) => element("li", {}, line)))),
-    element("pre", { id: "plan-command", tabindex: 0, "aria-label": "command line" }, found.command),
+    command(found),
     element("div", { class: "row" }, element("button", { id: "plan-copy", onclick: copy }, "Copy the command"),
       element("button", { id: "plan-files", class: "main", onclick: () => doing("writing the files", () => download("setup", wishes, "davar_setup.zip")) }, "Download the C files"))];
 }
 
 function impossible(found) {
   return [said(`Impossible: ${found.impossible[0]}.`, true), ...found.impossible.slice(1).map((reason) => element("p", {}, `And ${reason}.`)),
-    found.relax.length ? element("p", {}, "Possible with one of:") : null,
-    element("div", { class: "row", id: "plan-relax" }, ...found.relax.map((one) => element("button", { onclick: () => { wish(one.options); form(); } }, one.text))),
-    element("pre", { id: "plan-command", tabindex: 0, "aria-label": "command line" }, found.command)].filter(Boolean);
+    element("div", { class: "row", id: "plan-relax" }, found.relax.length ? "Possible with one of:" : "No change of one wish is known to help.", ...found.relax.map((one) => element("button", { onclick: () => { wish(one); form(); } }, relaxed(one)))),
+    command(found)];
+}
+
+// A wish that makes the others possible, as its control names it.
+function relaxed(options) {
+  return Object.entries(options).map(([option, value]) => {
+    const one = WISHES.find((wish) => wish.option === option);
+    return one ? `${one.label}: ${one.said(value)}` : `${option}: ${value}`;
+  }).join(", ");
+}
+
+// Lines break between options.
+function command(found) {
+  const [program, ...options] = found.command.split(/ (?=-)/);
+  return element("pre", { id: "plan-command" }, program, ...options.flatMap((one) => [" ", element("span", {}, one)]));
 }
 
 async function copy() {
@@ -219,7 +245,7 @@ function rows(found) {
   for (const row of found.cores) {
     const line = at("plan-costs").querySelector(`tr[data-core="${row.core}"]`);
     line.classList.toggle("chosen", row.core === wishes.core);
-    line.replaceChildren(line.cells[0], ...(row.fits ? COSTS.map(([key]) => cell(key, row[key], scale[key])) : [element("td", { colspan: COSTS.length, class: "alarm" }, "does not fit")]));
+    line.replaceChildren(line.cells[0], ...(row.fits ? COSTS.map(([key]) => cell(key, row[key], scale[key])) : [element("td", { colspan: COSTS.length, class: "none" }, row.fits === false ? "does not fit" : "")]));
   }
 }
 
