@@ -138,6 +138,25 @@ class Files(Planned):
         )
         self.assertEqual("", done.stderr)
 
+    def test_cmake_builds_it_with_the_options_of_the_plan(self):
+        self.planned(EXAMPLE)
+        (self.work / "CMakeLists.txt").write_text(
+            "cmake_minimum_required(VERSION 3.22)\nproject(app LANGUAGES C)\n"
+            "include(setup/davar_setup.cmake)\n"
+            f"add_subdirectory({ROOT} davar)\nadd_executable(app main.c setup/davar_setup.c)\n"
+            "target_link_libraries(app PRIVATE davar::davar)\n"
+        )
+        (self.work / "main.c").write_text(
+            '#include "setup/davar_setup.h"\n'
+            "int main(void) { return (davar_setup_start() == DAVAR_OK) ? 0 : 1; }\n"
+        )
+        for words in (["-S", ".", "-B", "build"], ["--build", "build", "--target", "app"]):
+            done = subprocess.run(
+                ["cmake", *words], text=True, capture_output=True, check=False, cwd=self.work
+            )
+            self.assertEqual(0, done.returncode, done.stdout + done.stderr)
+        self.assertEqual(0, subprocess.run([self.work / "build/app"], check=False).returncode)
+
     def test_the_example_of_the_issue_fits(self):
         found = self.planned(EXAMPLE)
         self.assertLessEqual(found["flash_bytes"], 24 * 1024)

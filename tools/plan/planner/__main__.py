@@ -18,10 +18,10 @@ usage: tools/davar-plan --rate HZ --lsb X --core CORE [options] [-o FOLDER] [--j
        tools/davar-plan --taus M,M,... [--long M,M,...] [--bandwidth FILTER --rate HZ]
                         [--name NAME] > plan.c
 
-The first two forms plan a setup of davar from what you have and want. They print what it gives and
-what it costs, and write it to FOLDER as C: davar_setup.h and davar_setup.c with the functions
-start, push and take, and the options of the build. The third form writes the plan of a fit alone:
-see --taus --help.
+The first two forms plan a setup of davar for your gyro, your chip and your wishes. They print its
+promises and its costs, and write it to FOLDER as C: davar_setup.h and davar_setup.c with the
+functions start, push and take, and the options of the build. The third form writes the plan of a
+fit alone: see --taus --help.
 
 What you have
   --sensor NAME@RATE   a gyro of docs/FIRMWARE.md: its counts, low-pass and typical noise at that
@@ -42,7 +42,7 @@ What you want
   --arw-percent P      95 % interval of the angle random walk: +-P percent ({percent:g})
   --longest-tau S      averaging times up to S seconds, for bias instability and random walk
   --false-alarms-per-hour X
-                       an alarm when the noise changes, with so many false ones
+                       an alarm when the noise changes, and X false alarms in an hour
 
   -o FOLDER            write the files; without it, only print
   --json               one JSON object on standard output

@@ -50,8 +50,8 @@ def gives(plan: Plan) -> list[str]:
     wishes, promise, design = plan.design.wishes, plan.promise, plan.design
     rate = wishes.rate_hz
     lines = [
-        f"ARW to +-{number(promise.arw_percent)} % (95 %) from {duration(design.window / rate)} "
-        f"on, a result every {duration(design.stride / rate)}"
+        f"ARW to +-{number(promise.arw_percent)} % (95 %) after {duration(design.window / rate)}, "
+        f"then a result every {duration(design.stride / rate)}"
     ]
     if promise.false_alarms_per_hour is None:
         lines.append(f"results follow a change of the noise within {duration(promise.respond_s)}")

@@ -85,10 +85,11 @@ davar_status_t davar_setup_start(void);
  * Call it from the interrupt, with blocks of any size. It never waits. */
 void davar_setup_push(const {sample} *samples, size_t count);
 
-/* Reports that so many samples of each axis were lost before the next push. From the interrupt. */
+/* Reports that `missing` samples of each axis were lost before the next push. Call it from the
+ * interrupt. */
 void davar_setup_gap(uint32_t missing);
 
-/* Returns the newest result of an axis, 0 to {last}, or null if there is none since the last call.
+/* Returns the newest result of an axis, 0 to {last}, or null if it was taken before.
  * Call it in the main loop. The result is valid until the next call:
  *   coefficient[DAVAR_ANGLE_RANDOM_WALK]: present, value, low, high, in deg/sqrt(h){more}
  *   noise: why a coefficient is absent */
@@ -105,15 +106,15 @@ const davar_result_t *davar_setup_take(uint8_t axis);
 CURVE_COMMENT = {
     "arw": "",
     "curve": """
-/* The same with the long averaging times instead: tau[] has adev, low and high in deg/s, NaN where
- * there is too little data. The lowest adev over 0.664 estimates the bias instability. It is slower
- * than davar_setup_take. */
+/* Returns the newest result with the long averaging times instead: tau[] has adev, low and high in
+ * deg/s, NaN where there is too little data. The lowest adev over 0.664 estimates the bias
+ * instability. It is slower than davar_setup_take. */
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
     "terms": """
-/* The same with the whole Allan curve: tau[] has the long averaging times too, and coefficient[]
- * has the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the other terms. It is
- * much slower than davar_setup_take, so call it as seldom as you need a curve. */
+/* Returns the newest result with the whole Allan curve: tau[] has the long averaging times too, and
+ * coefficient[] has the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the
+ * other terms. It is much slower than davar_setup_take: call it as seldom as you need a curve. */
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
 }
