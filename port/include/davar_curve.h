@@ -97,8 +97,9 @@ static inline uint8_t davar_curve_most(const davar_config_t *config, davar_port_
     return most;
 }
 
-/** Sets the sizes of the window and every octave of a cascade up to longest_s seconds. @return False, with the reason for a user in `why`, if the cascade would have no size,
- * or more than it can have. */
+/** Sets the sizes of the window and every octave of a cascade up to longest_s seconds.
+ * @return False, with the reason for a user in `why`, if the cascade would have no size, or more than
+ * it can have. */
 static inline bool davar_curve_reach(davar_curve_t *curve, const davar_config_t *config,
                                      davar_port_number_t number, double longest_s, char *why,
                                      size_t size)

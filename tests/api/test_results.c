@@ -47,6 +47,15 @@ static void test_a_block_push_stops_at_each_result(void)
     TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT64(9U, result.epoch);
     TEST_ASSERT_EQUAL_size_t(10U, davar_push_until_result_q15(&davar, &block[29], 35U));
+    config.law = NULL; /* the window only slides */
+    config.moments.segment = 0U;
+    start_q15();
+    (void)feed(0U, 99U);
+    for (uint64_t epoch = 89U; epoch < 119U; epoch += 10U) {
+        TEST_ASSERT_EQUAL_size_t(10U, davar_push_until_result_q15(&davar, block, 64U));
+        TEST_ASSERT_TRUE(take_fitted(&davar, &result));
+        TEST_ASSERT_EQUAL_UINT64(epoch, result.epoch);
+    }
 }
 
 static void test_an_empty_push_consumes_nothing(void)

@@ -1,7 +1,10 @@
 """davar-sim --longest-tau: cluster sizes beyond the window, compared with brute force over the
-recording.
+recording. Tests of recordings that may not be distributed are skipped if their folder
+(DAVAR_REAL_DATA) is absent.
 """
 
+import csv
+import gzip
 import json
 import math
 import os
@@ -10,9 +13,11 @@ import struct
 import threading
 import unittest
 from itertools import accumulate
+from pathlib import Path
 
 from sim_case import SimCase, as_text
 
+REAL = Path(os.environ.get("DAVAR_REAL_DATA", "../shared/data/real"))
 RATE_HZ = 100.0
 LSB = 2.0**-7  # deg/s; every arithmetic holds these samples exactly
 SAMPLES = 60_000
@@ -23,6 +28,10 @@ LONG = (128, 256, 512, 1024, 2048, 4096, 8192)
 LONGEST_S = 100  # 81.92 s is the last octave
 FIXED = ("--policy", "fixed", "--stride", STRIDE)
 GAPS = {9000: 7, 9100: 1, 31_313: 400}  # sample: how many are missing before it
+
+
+def needs(name):
+    return unittest.skipUnless((REAL / name).is_file(), f"needs the recording {name}")
 
 
 def counts_of(samples, seed=5):
@@ -289,6 +298,53 @@ class Refused(SimCase):
     def test_words_are_no_times(self):
         for value in ("", "x", "0", "-5", "nan", "inf", "1h"):
             self.refuse(value)
+
+
+class Real(SimCase):
+    """Days and hours of real gyros, compared with brute force over their samples."""
+
+    def check(self, name, gap_s, rate_hz, first, sizes, *options):
+        times, values = [], []
+        with gzip.open(REAL / name, "rt", encoding="ascii") as file:
+            for row in csv.DictReader(line for line in file if not line.startswith("#")):
+                times.append(float(row["time_s"]))
+                values.append(float(row["gyro_x_dps"]))
+        gaps = [i for i in range(1, len(times)) if times[i] - times[i - 1] > gap_s]
+        sums = [0.0, *accumulate(values)]
+        found = self.results(
+            REAL / name,
+            *("--column", "gyro_x_dps", "--mode", "trailing", "--policy", "fixed", "--details"),
+            *("--bandwidth", "none", "--longest-tau", 1e5 / rate_hz, *options),
+        )
+        end = int(found[-1]["epoch"]) + 1
+        self.assertGreater(end % hops_of(first, first), len(sizes) + 3)
+        for m in sizes:
+            deviation, number = brute_force(sums, m, first, end, gaps)
+            self.assertEqual(str(number), found[-1][f"differences_{m}"])
+            if number > 0:
+                self.assertAlmostEqual(1, float(found[-1][f"adev_{m}"]) / deviation, 4)
+        return [float(found[-1][f"adev_{m}"]) for m in sizes if found[-1][f"adev_{m}"]]
+
+    @needs("sensehat_lsm9ds1_bench_3days.csv.gz")
+    def test_three_days_of_a_driver_that_subtracts_a_bias(self):
+        sizes = [128 << k for k in range(10)]
+        curve = self.check(
+            *("sensehat_lsm9ds1_bench_3days.csv.gz", 30, 0.1, 128, sizes),
+            *("--gap", 3, "--stride", 590),
+        )
+        self.assertEqual(7, len(curve))  # up to 22 h
+        for one, other in zip(curve, curve[1:]):
+            self.assertLess(other, 0.7 * one)
+
+    @needs("sensehat_lsm9ds1_iss_3h.csv.gz")
+    def test_three_hours_in_orbit(self):
+        sizes = [64 << k for k in range(6)]
+        curve = self.check(
+            *("sensehat_lsm9ds1_iss_3h.csv.gz", 1e9, 0.5157, 64, sizes),
+            *("--rate", 0.5157, "--window-max", 300, "--stride", 293, "--lsb", 0.0175),
+        )
+        self.assertEqual(6, len(curve))  # up to 66 min
+        self.assertGreater(curve[4], 1.3 * curve[1])  # the cycle of 93 min
 
 
 if __name__ == "__main__":

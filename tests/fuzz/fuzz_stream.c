@@ -63,6 +63,9 @@ static void choose_config(trial_t *trial, bytes_t *bytes)
     config->window.shrink = 2U * between(bytes, 0U, 2U);
     config->window.grow = 2U * between(bytes, 0U, 1U);
     config->moments.segment = between(bytes, 1U, config->window.shortest - 1U);
+    if ((config->law == NULL) && ((config->moments.segment % 2U) == 0U)) {
+        config->moments.segment = 0U;
+    }
     config->moments.contribution_high = 0.02 * (double)between(bytes, 1U, 10U);
     config->moments.kurtosis_high = 2.0137 + (0.2 * (double)between(bytes, 1U, 10U));
     config->moments.kurtosis_low = 0.0137 + (0.5 * (double)between(bytes, 0U, 4U));

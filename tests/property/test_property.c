@@ -77,6 +77,9 @@ static void choose_config(random_t *random, trial_t *trial)
         config->window.grow = 2U * between(random, 0U, 1U);
     }
     config->moments.segment = between(random, 1U, config->window.shortest - 1U);
+    if ((config->law == NULL) && ((random_next(random) % 2U) == 0U)) {
+        config->moments.segment = 0U; /* no moments: the plain step */
+    }
     config->moments.contribution_high = 0.02 * (double)between(random, 1U, 10U);
     /* Different from the round values that rails can hit exactly, where the reference's own
      * rounding would decide. */
@@ -340,6 +343,9 @@ static void run_small_window(trial_t *trial)
         (SMALL_STRIDE < config->window.longest) ? SMALL_STRIDE : config->window.longest;
     for (uint32_t each = 0U; each < (8U * longest); each++) {
         config->law = davar_policy_law((davar_policy_t)(each % 4U), false);
+        if ((config->law != NULL) && (config->moments.segment == 0U)) {
+            continue;
+        }
         config->engine = ((each / 4U) % 2U) ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
         config->stride = 1U + (each / 8U);
         run_small(trial);
@@ -356,7 +362,7 @@ static void run_small_windows(trial_t *trial, davar_mode_t mode, uint32_t step)
          config->window.longest += step) {
         for (config->window.shortest = 2U; config->window.shortest <= config->window.longest;
              config->window.shortest += step) {
-            for (config->moments.segment = 1U; config->moments.segment < config->window.shortest;
+            for (config->moments.segment = 0U; config->moments.segment < config->window.shortest;
                  config->moments.segment++) {
                 run_small_window(trial);
             }

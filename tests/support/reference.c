@@ -137,6 +137,8 @@ bool reference_next(reference_t *reference, reference_epoch_t *epoch)
         reference->due_epoch += config->stride;
         const bool reported = centred || (length >= (int64_t)config->window.shortest);
         epoch->unstable = false;
+        epoch->kurtosis = (double)NAN;
+        epoch->contribution = (double)NAN;
         if (reported && (config->moments.segment > 0U)) {
             judge(reference, epoch);
         }

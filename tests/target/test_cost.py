@@ -45,6 +45,20 @@ class Cost(unittest.TestCase):
             with self.subTest(target=target, figure="floating point"):
                 self.check_floating_point(target, targets.folder(target))
 
+    def test_a_stride_costs_about_as_much_as_every_sample(self):
+        """A stride of 2 copies the sums at every second sample."""
+        for target, figures in self.recorded.items():
+            single = figures["every_sample_instructions_per_sample"]
+            for engine, most in (("auto2", 1.13), ("auto10", 1.1), ("auto60", 1.1)):
+                with self.subTest(target=target, engine=engine):
+                    self.assertLessEqual(
+                        figures[f"{engine}_instructions_per_sample"], most * single
+                    )
+                    self.assertLessEqual(
+                        figures[f"{engine}_worst_push_instructions"],
+                        1.3 * figures["fixed_worst_push_instructions"],
+                    )
+
     def check_floating_point(self, target, where):
         """ARW with a plan of the host links no more floating-point code of the compiler than ADEV:
         none on a core without a double FPU.

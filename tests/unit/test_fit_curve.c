@@ -96,6 +96,29 @@ static void test_noise_that_has_changed(void)
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, present_terms());
 }
 
+/* White noise is all that a fit finds, but it does not explain the sizes. */
+static void test_a_cascade_that_no_mix_explains(void)
+{
+    set_curve(SHORT, LONG, white);
+    for (uint8_t t = SHORT; t < result.tau_count; t++) {
+        result.tau[t].adev *= ((t % 2U) == 0U) ? 0.7 : 1.4;
+    }
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, present_terms());
+}
+
+static void test_a_window_of_a_mix_keeps_its_short_terms(void)
+{
+    const double quantized[] = {3.0, 1.0, mixed[2], 0, 0};
+    set_curve(SHORT, LONG, quantized);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_TRUE(term(DAVAR_QUANTIZATION)->present);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, term(DAVAR_QUANTIZATION)->value);
+    TEST_ASSERT_TRUE(term(DAVAR_BIAS_INSTABILITY)->present);
+}
+
 static void test_few_sizes_of_a_cascade_leave_the_terms_to_the_window(void)
 {
     davar_result_t window;
@@ -121,6 +144,7 @@ static void test_sizes_without_differences_are_left_out(void)
     result.tau[6].differences = 0U;
     result.tau[SHORT].differences = 0U;
     result.tau[SHORT + 3U].differences = 0U;
+    result.tau[SHORT + 6U].differences = 3U; /* filled again */
     result.tau[SHORT + LONG - 1U].differences = 0U;
     davar_fit(&plan, 1.0, &result);
     assert_white_of_window();
@@ -142,8 +166,10 @@ static void test_a_cascade_alone_gives_all_terms(void)
     davar_fit(&plan, 1.0, &result);
     TEST_ASSERT_EQUAL(DAVAR_NOISE_WHITE, result.noise);
     set_curve(0U, 1U, white);
+    davar_plan_init(&plan, &result.tau[0].m, 1U); /* no filter is declared */
     davar_fit(&plan, 1.0, &result);
-    assert_holds(60.0, term(DAVAR_ANGLE_RANDOM_WALK));
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value);
 }
 
 static void test_a_cascade_alone_that_is_constant(void)
@@ -247,6 +273,8 @@ int main(void)
     RUN_TEST(test_slow_terms_come_from_the_cascade);
     RUN_TEST(test_white_noise_stays_that_of_the_window);
     RUN_TEST(test_noise_that_has_changed);
+    RUN_TEST(test_a_cascade_that_no_mix_explains);
+    RUN_TEST(test_a_window_of_a_mix_keeps_its_short_terms);
     RUN_TEST(test_few_sizes_of_a_cascade_leave_the_terms_to_the_window);
     RUN_TEST(test_sizes_without_differences_are_left_out);
     RUN_TEST(test_a_cascade_alone_gives_all_terms);

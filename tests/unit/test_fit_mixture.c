@@ -107,7 +107,8 @@ static void test_degrees_of_freedom_of_one_term(void)
     uint32_t clamped = 0U;
     const uint32_t window = 64U;
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        davar_mixture_t model = {.data = &result, .plan = &plan, .count = plan.count, .terms = 1U << (unsigned)k};
+        davar_mixture_t model = {
+            .data = &result, .plan = &plan, .count = plan.count, .terms = 1U << (unsigned)k};
         model.a[k] = 0.7;
         for (uint32_t m = 1U; m <= (window / 2U); m++) {
             const uint32_t all = window - (2U * m) + 1U;
@@ -130,7 +131,8 @@ static void test_degrees_of_freedom_of_rounding(void)
 {
     for (uint32_t m = 1U; m <= 32U; m++) {
         set_taus(64U, &m, 1);
-        const davar_mixture_t model = {.data = &result, .plan = &plan, .count = plan.count, .rounding = 0.3};
+        const davar_mixture_t model = {
+            .data = &result, .plan = &plan, .count = plan.count, .rounding = 0.3};
         const double edf = davar_noise_edf(DAVAR_ANGLE_RANDOM_WALK, m, result.tau[0].differences);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * edf, edf, davar_mixture_edf(&model, 0));
     }

@@ -56,8 +56,7 @@ bool davar_cascade_append(const davar_cascade_t *cascade, davar_result_t *result
     DAVAR_ASSERT((first + config->tau_count) <= (uint32_t)DAVAR_TAUS_MAX);
     DAVAR_ASSERT((first == 0U) || (result->tau[first - 1U].m < config->shortest));
     result->unit_per_count = is_float ? 0.0 : unit;
-    for (uint32_t t = 0U; (t < config->tau_count) && ((first + t) < (uint32_t)DAVAR_TAUS_MAX);
-         t++) {
+    for (uint32_t t = 0U; t < config->tau_count; t++) {
         davar_adev_t *const tau = &result->tau[first + t];
         take_cascade_tau(cascade, t, unit, tau);
         any = any || (tau->differences > 0U);

@@ -159,7 +159,7 @@ static double first_white(const davar_mixture_t *model)
 {
     for (int t = model->first; t < model->count; t++) {
         const double adev = model->data->tau[t].adev;
-        if (davar_mixture_has(model, t) && (adev > 0.0)) {
+        if (adev > 0.0) { /* not NaN */
             return adev * adev * (double)model->plan->m[t] / (double)model->plan->gain[t];
         }
     }

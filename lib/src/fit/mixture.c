@@ -89,22 +89,18 @@ bool davar_mixture_has(const davar_mixture_t *model, int t)
     return model->data->tau[t].differences > 0U;
 }
 
-/* Samples that size t looks back over. */
-static double span_of(const davar_mixture_t *model, int t)
+/* Samples that size t of a cascade looks back over. */
+static double span_of(const davar_adev_t *tau)
 {
-    const davar_adev_t *const tau = &model->data->tau[t];
-    return davar_fit_hops(tau)
-               ? 2.0 * (double)tau->m + (double)(tau->differences - 1U) * (double)tau->hop
-               : (double)model->data->window_samples;
+    return 2.0 * (double)tau->m + (double)(tau->differences - 1U) * (double)tau->hop;
 }
 
 /* Weight of size t in least squares: it grows with what the size looks back over (5.18). */
 static double weight_of(const davar_mixture_t *model, int t)
 {
+    const davar_adev_t *const tau = &model->data->tau[t];
     const double weight = (double)model->plan->weight[t];
-    return davar_fit_hops(&model->data->tau[t])
-               ? weight * (span_of(model, t) / ((double)model->data->window_samples + 1.0))
-               : weight;
+    return davar_fit_hops(tau) ? (weight * span_of(tau)) : weight;
 }
 
 /* Degrees of freedom of size t, of a whole window, if there were only this term. */
@@ -356,10 +352,11 @@ static double white_correlation(const davar_plan_t *plan, int t, int u)
  * newer part of the longer span is the shorter one (5.18). */
 static double shared_by(const davar_mixture_t *model, int t, int u)
 {
-    if (!davar_fit_hops(&model->data->tau[u])) {
+    const davar_adev_t *const tau = model->data->tau;
+    if (!davar_fit_hops(&tau[u])) {
         return 1.0;
     }
-    const double ratio = span_of(model, t) / span_of(model, u);
+    const double ratio = span_of(&tau[t]) / span_of(&tau[u]);
     return davar_root((ratio < 1.0) ? ratio : (1.0 / ratio));
 }
 
