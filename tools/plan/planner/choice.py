@@ -61,16 +61,16 @@ def _reaching(
     those of the longest.
     """
     short = replace(wishes, longest_tau_s=None)
-    window, found = 400.0, math.inf
+    window, longest = 400.0, design.WINDOW_MOST[wishes.type] * 0.9
     for _ in range(12):
-        window = min(max(window, 64.0), design.WINDOW_MOST[wishes.type] * 0.9)
         tried = make(short, int(window))
         if not tried:
             break
         found = promises.promise(tried[0]).arw_percent
         if math.isinf(found) or 0.93 * percent < found <= percent:
             break
-        window *= min(max((found / percent) ** 2 * 1.04, 0.1), 10)
+        factor = min(max((found / percent) ** 2 * 1.04, 0.1), 10)
+        window = min(max(window * factor, 64.0), longest)
     return make(wishes, int(window))
 
 
