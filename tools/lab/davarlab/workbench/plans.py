@@ -15,11 +15,11 @@ from ..report.values import Json
 os.environ.setdefault("DAVAR_PLAN", str(places.shared("build/tools/tools/plan/davar-plan")))
 sys.path.insert(0, str(places.shared("tools/plan/planner").parent))
 
-from planner import choice, costs, library, report, sensors, wishes  # noqa: E402
-from planner.__main__ import files  # noqa: E402
+from planner import choice, costs, library, report, sensors, wishes
+from planner.__main__ import files
 
 FOLDER = "setup"  # of the files, in the command to type
-ROUND_RATES = (25, 50, 100, 200, 400, 500, 800, 1000, 2000, 4000, 8000)  # Hz, to offer
+ROUND_RATES = (50, 100, 200, 400, 500, 800, 1000, 2000, 4000, 8000)  # Hz, to offer
 COSTS = (
     "flash_bytes",
     "ram_bytes",
@@ -111,9 +111,7 @@ def _rows(stated: wishes.Wishes, found: choice.Plan | None) -> list[Json]:
     return [
         _row(
             core,
-            found
-            if core == stated.core
-            else choice.find(replace(stated, core=core), table[core]),
+            found if core == stated.core else choice.find(replace(stated, core=core), table[core]),
         )
         for core in table
     ]

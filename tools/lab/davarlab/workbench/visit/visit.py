@@ -66,7 +66,8 @@ CALLS = {
 
 @dataclass(frozen=True)
 class Call:
-    """kind: QUESTION, LOOK, PLAN or ACTION; run: a function of plain values that returns plain values."""
+    """kind: QUESTION, LOOK, PLAN or ACTION; run: a function of plain values that returns plain
+    values."""
 
     kind: str
     run: Callable[..., Any]
