@@ -180,7 +180,9 @@ def _useful(plan: Plan) -> bool:
 
 def _sufficient(wishes: Wishes, values: dict[str, str], of_core: Any) -> dict[str, str] | None:
     """Values of options that make a plan possible: these, and what the nearest plan still misses,
-    because a new precision or time leads to other windows. None: not found."""
+    because a new precision or time leads to other windows. A relaxed limit of memory gives way
+    first, because it leads to no others. None: not found."""
+    memory = {"--ram", "--flash"} & set(values)
     for _ in range(ATTEMPTS):
         other = changed(wishes, values)
         if find(other, of_core) is not None:
@@ -188,7 +190,8 @@ def _sufficient(wishes: Wishes, values: dict[str, str], of_core: Any) -> dict[st
         plans = [(percent, group) for percent, group in _plans(other, of_core) if group]
         if not plans:
             return None
-        percent, nearest = _nearest(plans)
+        only = [(p, [plan for plan in g if set(excess(plan, p)) <= memory]) for p, g in plans]
+        percent, nearest = _nearest([pair for pair in only if pair[1]] or plans)
         values = values | {option: NEEDS[option](nearest) for option in excess(nearest, percent)}
     return None
 
