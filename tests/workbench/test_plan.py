@@ -159,7 +159,7 @@ class Plan(Visiting):
                 inputs = page.locator("#plan-wishes input").evaluate_all(
                     "all => all.map((one) => one.value)"
                 )
-                self.assertTrue(value.split(",")[0] in shown + inputs, (text, shown))
+                self.assertTrue(value.split(" and ")[0] in shown + inputs, (text, shown))
                 page.close()
         self.assert_quiet()
 

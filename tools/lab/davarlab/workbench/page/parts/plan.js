@@ -202,9 +202,11 @@ function possible(found) {
       element("button", { id: "plan-files", class: "main", onclick: () => doing("writing the files", () => download("setup", wishes, "davar_setup.zip")) }, "Download the C files"))];
 }
 
+const POSSIBLE = ["The planner found no wish to relax.", "Possible with:", "Possible with one of:"];
+
 function impossible(found) {
   return [said(`Impossible: ${found.impossible[0]}.`, true), ...found.impossible.slice(1).map((reason) => element("p", {}, `And ${reason}.`)),
-    element("div", { class: "row", id: "plan-relax" }, found.relax.length ? "Possible with one of:" : "No change of one wish is known to help.", ...found.relax.map((one) => element("button", { onclick: () => { wish(one); form(); } }, relaxed(one)))),
+    element("div", { class: "row", id: "plan-relax" }, POSSIBLE[Math.min(found.relax.length, 2)], ...found.relax.map((one) => element("button", { onclick: () => { wish(one); form(); } }, relaxed(one)))),
     command(found)];
 }
 
@@ -213,7 +215,7 @@ function relaxed(options) {
   return Object.entries(options).map(([option, value]) => {
     const one = WISHES.find((wish) => wish.option === option);
     return one ? `${one.label}: ${one.said(value)}` : `${option}: ${value}`;
-  }).join(", ");
+  }).join(" and ");
 }
 
 // Lines break between options.
