@@ -225,8 +225,13 @@ function command(found) {
 }
 
 async function copy() {
-  await navigator.clipboard.writeText(answer.command);
-  at("plan-copy").textContent = "Copied";
+  try {
+    await navigator.clipboard.writeText(answer.command);
+    at("plan-copy").textContent = "Copied";
+  } catch { // the browser does not allow it
+    getSelection().selectAllChildren(at("plan-command"));
+    at("plan-copy").textContent = "Selected: press Ctrl+C";
+  }
 }
 
 // --- what it costs on each core ---
