@@ -15,6 +15,8 @@ from planner.wishes import BadOption, read
 from python_suites import set_up
 
 WITHIN = 0.05
+# Of law glr, which reaches them after a rare sequence of blocks: bounds.
+BOUNDS_OF_GLR = ("push_stack_bytes", "worst_push_instructions")
 FIGURES = (
     "flash_bytes",
     "push_stack_bytes",
@@ -59,7 +61,9 @@ class Setups(unittest.TestCase):
         for figure in FIGURES:
             with self.subTest(core=core, wishes=words, figure=figure, design=plan.design.kind):
                 stated = getattr(plan.cost, figure)
-                self.assertAlmostEqual(1, found[figure] / stated, delta=WITHIN)
+                self.assertLessEqual(found[figure] / stated, 1 + WITHIN)
+                if plan.design.law == "fixed" or figure not in BOUNDS_OF_GLR:
+                    self.assertGreaterEqual(found[figure] / stated, 1 - WITHIN)
 
     def test_the_wishes_are_read(self):
         with self.assertRaises(BadOption):

@@ -24,7 +24,7 @@ ROOT = targets.ROOT
 sys.path.insert(0, str(ROOT / "tools/plan"))
 
 from planner import costs, library, text  # noqa: E402
-from planner.design import Design  # noqa: E402
+from planner.design import TAUS_MOST, Design  # noqa: E402
 from planner.wishes import TYPES, Wishes  # noqa: E402
 
 FLAGS = ("-std=c11", "-Os", "-DNDEBUG", "-ffunction-sections", "-fdata-sections")
@@ -324,21 +324,20 @@ def sizes_of(core: str) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         source, made = Path(folder) / "sizes.c", Path(folder) / "sizes.o"
         source.write_text(SIZES, encoding="ascii")
-        for most in (4, 8, 16):
+        for most in range(1, TAUS_MOST + 1):
             compile_one(core, source, made, [f"-DDAVAR_TAUS_MAX={most}"])
             tool = targets.MACHINES[core]["toolchain"] + "nm"
             lines = targets.run([tool, "-S", made], "nm").splitlines()
             found[most] = {
                 line.split()[3][5:]: int(line.split()[1], 16) for line in lines if "size_" in line
             }
-    of_tau = (found[8]["result"] - found[4]["result"]) // 4
-    plans = [(1.0, m, m * (m + 1) / 2) for m in found]
+    of_tau = found[2]["result"] - found[1]["result"]
     return {
-        "pointer": found[8]["pointer"],
-        "instance": found[8]["instance"],
-        "cascade": found[8]["cascade"],
-        "result": [found[8]["result"] - 8 * of_tau, of_tau],
-        "plan": [round(c) for c in solve(plans, [f["plan"] for f in found.values()])],
+        "pointer": found[1]["pointer"],
+        "instance": found[1]["instance"],
+        "cascade": found[1]["cascade"],
+        "result": [found[1]["result"] - of_tau, of_tau],
+        "plan": [found[most]["plan"] for most in found],
     }
 
 
@@ -379,10 +378,15 @@ def main() -> int:
     except targets.TargetError as why:
         print(f"davar-bench: {why}", file=sys.stderr)
         return 2
+    store(tables)
+    return 0
+
+
+def store(tables: dict[str, Any]) -> None:
+    """Writes the table, each list on a line."""
     rows = json.dumps(tables, indent=1)
     rows = re.sub(r"\[\s+([^\[\]{}]*?)\s+\]", lambda m: "[" + " ".join(m[1].split()) + "]", rows)
     costs.TABLE_PATH.write_text(rows + "\n", encoding="utf-8")
-    return 0
 
 
 if __name__ == "__main__":

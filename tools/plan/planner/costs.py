@@ -72,9 +72,7 @@ def memory_bytes(design: Design, sizes: dict[str, Any]) -> int:
 
 
 def plan_bytes(design: Design, sizes: dict[str, Any]) -> int:
-    most = design.taus_max
-    base, of_tau, of_pair = map(int, sizes["plan"])
-    return round8(base + of_tau * most + of_pair * (most * (most + 1) // 2))
+    return round8(int(sizes["plan"][design.taus_max - 1]))
 
 
 def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
@@ -104,9 +102,10 @@ def _push(design: Design) -> list[float]:
 
 
 def _worst(design: Design) -> list[float]:
-    axes = design.wishes.axes
-    after_gap = min(2 * design.taus[-1], ACCEPTED) if design.law == "glr" else 0
-    return [_several(design), axes, axes * len(design.taus), axes * after_gap]
+    axes, count, span = design.wishes.axes, len(design.taus), 2 * design.taus[-1]
+    if design.law == "fixed":
+        return [_several(design), axes, axes * count, axes * float(span > design.stride)]
+    return [_several(design), axes, axes * count, axes * float(span > ACCEPTED)]
 
 
 def _each(design: Design) -> list[float]:
