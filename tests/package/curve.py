@@ -54,6 +54,7 @@ def on_board(
         [ROOT / "tools/davar-mcu", "--target", target, "-", "--rate", RATE_HZ, "--lsb", LSB_DPS]
         + ["--bits", 16, "--policy", "fixed", "--segment", 0, "--mode", "trailing", "--details"]
         + ["--window-max", WINDOW, "--window-min", WINDOW, "--stride", WINDOW]
+        + ["--engine", "grid"]
         + ["--taus", "1,2,4,8,16,32,64", "--bandwidth", "none", "--longest-tau", longest_s]
     )
     board = subprocess.Popen(

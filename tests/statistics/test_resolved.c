@@ -66,6 +66,7 @@ void setUp(void)
     config.window.shortest = MINUTE;
     config.moments.segment = 0U;
     config.stride = MINUTE;
+    config.engine = DAVAR_ENGINE_GRID;
     config.taus = sizes;
     config.tau_count = TAUS;
     davar_plan_init_white(&plan, sizes, TAUS + LONG_TAUS);

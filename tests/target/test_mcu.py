@@ -31,7 +31,7 @@ JOBS = {
         "--long-cluster",
         "80",
     ),
-    "a stride on a grid": (*TAUS, "--stride", "10", "--engine", "grid"),
+    "a stride on a grid": (*TAUS, "--stride", "20", "--engine", "grid"),
     "gaps restart the window": ("--stride", "60", "--window-max", "300"),
     "a cascade": ("--policy", "fixed", "--stride", "600", "--longest-tau", "300"),
     "a cascade after a filter": (
