@@ -314,8 +314,8 @@ def run(options: argparse.Namespace) -> int:
     elif options.model or options.sensor:
         raise BadInput(("-m" if options.model else "--sensor") + " needs a recording")
     server = Server(visit, token)
-    # asyncio sets TCP_NODELAY only on a socket whose protocol is named: without, an answer waits for
-    # 40 ms.
+    # asyncio sets TCP_NODELAY only on a socket whose protocol is named. Without, an answer waits
+    # for 40 ms.
     tcp = socket.IPPROTO_TCP
     with socket.socket(proto=tcp) as listener, tempfile.TemporaryDirectory() as folder:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
