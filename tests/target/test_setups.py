@@ -28,10 +28,11 @@ FIGURES = (
 # Small enough for the RAM of every board, with the stack that the measurement paints.
 SMALL = (
     "--rate 100 --lsb 0.05 --bandwidth 33:2",
-    "--rate 400 --lsb 0.061 --bandwidth 116 --respond 0.9 --axes 3",
+    "--rate 400 --lsb 0.061 --bandwidth 116 --respond 1.6 --axes 3 --ram 11k",
     "--rate 1000 --lsb 0.061 --bandwidth 250 --respond 0.8 --axes 2 --longest-tau 50 --ram 9k",
     "--rate 50 --type int32 --lsb 0.001 --bandwidth 20:1 --respond 4",
-    "--rate 200 --type float --full-scale 500 --bandwidth none --respond 2 --longest-tau 3600",
+    "--rate 200 --type float --full-scale 500 --bandwidth none --respond 4 --longest-tau 3600 "
+    "--ram 11k",
     "--rate 250 --lsb 0.01 --bandwidth 90 --respond 0.5 --arw-percent 16",
 )
 LARGE = (

@@ -166,12 +166,12 @@ static void test_the_limit_of_white_noise_that_a_mixture_lacks(void)
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_BIAS_INSTABILITY, model.terms);
     const double passed = pow((double)plan.flicker[3], 2.0) * model.a[DAVAR_BIAS_INSTABILITY];
     const double room = passed * 8.0 / (double)plan.gain[3];
-    assert_near(room, davar_mixture_room(&model, WHITE), 1e-9);
-    const double margin = 1.645 * sqrt(model.variance[WHITE]);
-    const double small = model.beside[WHITE] + margin;
+    double low;
+    double high;
+    davar_chi_square_interval(1.42 * 2.0 * room * room / model.variance[WHITE], &low, &high);
+    const double most = (model.beside[WHITE] * high) + (room * (high - 1.0));
     davar_fit(&plan, 1.0, &result);
-    assert_near(60.0 * sqrt(small * (1.0 + (margin / room))), term(DAVAR_ANGLE_RANDOM_WALK)->high,
-                1e-6);
+    assert_near(60.0 * sqrt(most), term(DAVAR_ANGLE_RANDOM_WALK)->high, 1e-6);
 }
 
 /* If the filter passes 35 % of no size, the longest one bounds the angle random walk. */

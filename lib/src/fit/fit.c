@@ -12,16 +12,6 @@ static void write_absent(davar_coefficient_t *coefficient, double bound)
     *coefficient = (davar_coefficient_t){false, (double)NAN, (double)NAN, bound};
 }
 
-/* Upper limit of an absent term (5.11). A present term would scatter too, so sigma grows by the
- * share that the limit would have of the model's Allan variance where the term is strongest. */
-static double bound(const davar_mixture_t *model, int term)
-{
-    const double margin = DAVAR_FIT_BOUND * davar_root(model->variance[term]);
-    const double a = model->beside[term];
-    const double small = ((a > 0.0) ? a : 0.0) + margin;
-    return small + margin * (small * (1.0 / davar_mixture_room(model, term)));
-}
-
 static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
 {
     for (int t = model->first; t < model->count; t++) {
@@ -51,7 +41,7 @@ static davar_coefficient_t coefficient_of(const davar_mixture_t *model, int term
         coefficient = (davar_coefficient_t){
             true, value, davar_root(model->least[term] * unit[term]), value * davar_root(high)};
     } else {
-        write_absent(&coefficient, davar_root(bound(model, term) * unit[term]));
+        write_absent(&coefficient, davar_root(davar_mixture_most(model, term) * unit[term]));
     }
     return coefficient;
 }

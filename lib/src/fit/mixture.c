@@ -15,6 +15,9 @@
 /* A plan whose shortest size has at least this gain declares no filter. */
 #define PASSES_ALL 0.99F
 
+/* Degrees of freedom whose two-sided limit is the one-sided one: (1.96 / 1.645)^2 times as many. */
+#define ONE_SIDED 1.42
+
 /* Rounds of reweighting: enough to compare models, and to converge to a small fraction of a
  * standard error. */
 #define ROUNDS_TRIAL 2
@@ -136,14 +139,20 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
     return (edf > 1.0) ? edf : 1.0;
 }
 
-DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
+DAVAR_RARE double davar_mixture_most(const davar_mixture_t *model, int term)
 {
     const int last = model->count - 1;
-    const int short_one = (term == WHITE) ? (int)model->plan->passed : 0;
+    const int short_one = (term == WHITE) ? (int)model->plan->passed : model->first;
     const int strongest = (term <= WHITE) ? short_one : last;
     double x[TERMS];
+    double low;
+    double high;
     shapes(model, strongest, x);
-    return avar_of(model, strongest) / x[term];
+    const double room = avar_of(model, strongest) / x[term];
+    const double a = (model->beside[term] > 0.0) ? model->beside[term] : 0.0;
+    const double edf = 2.0 * square(room) / model->variance[term];
+    davar_chi_square_interval(edf * ONE_SIDED, &low, &high);
+    return (edf > 0.0) ? a * high + room * (high - 1.0) : (double)INFINITY;
 }
 
 bool davar_mixture_shows_white(const davar_mixture_t *model)

@@ -32,8 +32,8 @@ bool davar_mixture_has(const davar_mixture_t *model, int t);
 /* Degrees of freedom of an Allan variance of this mix (5.6). */
 double davar_mixture_edf(const davar_mixture_t *model, int t);
 
-/* Allan variance of the model where term k is strongest, in units of a[k]. */
-double davar_mixture_room(const davar_mixture_t *model, int term);
+/* Upper limit of an absent term (5.11). */
+double davar_mixture_most(const davar_mixture_t *model, int term);
 
 /* Is white noise half of the Allan variance at a size that the filter passes (5.16)? */
 bool davar_mixture_shows_white(const davar_mixture_t *model);

@@ -1,6 +1,7 @@
 """What a design costs on a core, from the measured table costs.json."""
 
 import json
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,19 +98,25 @@ def _several(design: Design) -> float:
 
 def _push(design: Design) -> list[float]:
     axes, count, stride = design.wishes.axes, len(design.taus), design.stride
-    by_tau = 0.0 if design.law == "glr" else axes * count / stride
-    return [_several(design), axes, axes * count, axes / stride, by_tau]
+    if design.law == "glr":
+        doublings = math.log2(design.window / BLOCK)  # of the window, tried at each result
+        return [0.0, axes, axes * count, axes / stride, axes / stride * doublings]
+    return [_several(design), axes, axes * count, axes / stride, axes * count / stride]
 
 
 def _worst(design: Design) -> list[float]:
     axes, count, span = design.wishes.axes, len(design.taus), 2 * design.taus[-1]
     if design.law == "fixed":
-        return [_several(design), axes, axes * count, axes * float(span > design.stride)]
+        return [_several(design), axes, axes * count, axes * count * float(span > design.stride)]
     return [_several(design), axes, axes * count, axes * float(span > ACCEPTED)]
 
 
 def _each(design: Design) -> list[float]:
     return [1.0, float(len(design.taus))]
+
+
+def _start(design: Design) -> list[float]:
+    return [1.0, _several(design), float(design.wishes.axes)]
 
 
 def _linked(design: Design) -> list[float]:
@@ -120,7 +127,7 @@ FEATURES: dict[str, Features] = {
     "flash_bytes": _linked,
     "push_stack_bytes": _linked,
     "take_stack_bytes": _each,
-    "start_stack_bytes": _each,
+    "start_stack_bytes": _start,
     "mean_push_instructions": _push,
     "worst_push_instructions": _worst,
     "mean_take_instructions": _each,
@@ -141,12 +148,12 @@ SLOW_FEATURES: dict[str, Features] = {
     "flash_bytes": _slow_linked,
     "mean_push_instructions": _slow_push,
     "worst_push_instructions": lambda design: [float(design.wishes.axes)],
-    "push_stack_bytes": _slow_linked,
+    "push_stack_bytes": lambda design: [1.0, _several(design)],
     "take_stack_bytes": _slow_linked,
-    "start_stack_bytes": _slow_linked,
+    "start_stack_bytes": lambda design: [1.0, _several(design)],
     "curve_instructions": _slow_linked,
 }
-ABSOLUTE = ("push_stack_bytes", "take_stack_bytes", "start_stack_bytes", "curve_instructions")
+ABSOLUTE = ("take_stack_bytes", "curve_instructions")
 
 
 def known(figure: str, design: Design, sizes: dict[str, Any]) -> int:
@@ -168,7 +175,7 @@ def cost(design: Design, of_core: dict[str, Any]) -> Cost:
     wishes, sizes = design.wishes, of_core["sizes"]
     row = of_core["window"][f"{wishes.type} {design.law} {design.engine}"]
     found = {figure: of_row(figure, row, design, sizes) for figure in FEATURES}
-    other, curve = 0, None
+    other, curve = row["other_ram_bytes"], None
     if design.cascade_taus:
         slow = of_core["cascade"][f"{wishes.type} {design.fit}"]
         other = slow["other_ram_bytes"]

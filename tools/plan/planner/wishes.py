@@ -114,7 +114,7 @@ def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
     rest = list(words)
     while rest:
         option, *inside = rest.pop(0).split("=", 1)
-        if option not in options:
+        if option not in options or (option == "--json" and inside):
             raise BadOption(f"{option}: unknown option (see --help)")
         if option in found:
             raise BadOption(f"{option}: given twice")
