@@ -128,7 +128,7 @@ static void test_few_sizes_of_a_cascade_leave_the_terms_to_the_window(void)
     set_curve(SHORT, 3U, mixed);
     davar_fit(&plan, 1.0, &result);
     TEST_ASSERT_EQUAL_MEMORY(window.coefficient, result.coefficient, sizeof window.coefficient);
-    TEST_ASSERT_TRUE(isnan(result.tau[SHORT].low));
+    TEST_ASSERT_TRUE(result.tau[SHORT].low < result.tau[SHORT].adev);
     set_curve(SHORT, 4U, mixed);
     davar_fit(&plan, 1.0, &result);
     TEST_ASSERT_TRUE(term(DAVAR_RATE_RAMP)->high < window.coefficient[DAVAR_RATE_RAMP].high);

@@ -126,7 +126,8 @@ static bool is_open(davar_noise_t noise)
            (noise == DAVAR_NOISE_UNKNOWN);
 }
 
-/* Fewer sizes of a cascade say less about the slow terms than the window does. */
+/* Fewer sizes of a cascade say less about the slow terms than the window does. Their intervals count
+ * from the first. */
 #define SIZES_LEAST 4
 
 /* Adds the sizes that a cascade filled to an empty model. */
@@ -162,10 +163,12 @@ DAVAR_RARE static void write_cascade(const davar_mixture_t *model, double rate_h
 {
     const bool is_white = (model->terms == (1U << (unsigned)WHITE)) && !(model->grow > 1.0);
     if (result->noise == DAVAR_NOISE_UNKNOWN) {
-        result->noise = DAVAR_NOISE_WHITE;
+        result->noise = is_white ? DAVAR_NOISE_WHITE : DAVAR_NOISE_MIXED;
         write_mixture(model, rate_hz, result);
-    } else {
-        write_mixture_intervals(model, result);
+        return;
+    }
+    write_mixture_intervals(model, result);
+    if ((model->count - model->first) >= SIZES_LEAST) {
         write_terms(model, DAVAR_BIAS_INSTABILITY, rate_hz, result);
     }
     if (!is_white && (result->noise == DAVAR_NOISE_WHITE)) {
@@ -179,11 +182,8 @@ DAVAR_RARE static void fit_cascade(davar_plan_t *plan, double rate_hz, davar_res
     davar_mixture_t model = {.plan = plan, .data = result};
     find_cascade(&model);
     const double white = first_white(&model);
-    if ((model.count - model.first) < (alone ? 1 : SIZES_LEAST)) {
-        return;
-    }
     if (!(white > 0.0)) {
-        if (alone) {
+        if (alone && (model.count > 0)) {
             davar_write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
         }
         return;
