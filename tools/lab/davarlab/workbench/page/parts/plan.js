@@ -214,7 +214,7 @@ function impossible(found) {
 function relaxed(options) {
   return Object.entries(options).map(([option, value]) => {
     const one = WISHES.find((wish) => wish.option === option);
-    return one ? `${one.label}: ${one.said(value)}` : `${option}: ${value}`;
+    return one ? `${one.label}: ${one.said(value)}` : `${option[0].toUpperCase()}${option.slice(1)}: ${value}`;
   }).join(" and ");
 }
 
