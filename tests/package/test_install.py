@@ -56,6 +56,9 @@ class Made(unittest.TestCase):
             "davar/libdavar_python.so",
             "davarlab/shared/libdavar_lab.so",
             "davarlab/shared/davar.dbc",
+            "davarlab/shared/davar-plan",
+            "davarlab/shared/davar-promise",
+            "davarlab/shared/planner/costs.json",
             "davarlab/report/page.html",
             "davarfleet/page.html",
         ):
@@ -206,6 +209,19 @@ class WithTheExtra(unittest.TestCase):
         done = self.davarlab("compare", "rec.csv", "-m", "m.toml", "--json")
         self.assertIn(done.returncode, (0, 1), done.stderr)
         self.assertIn('"verdict"' if "verdict" in done.stdout else '"p_value"', done.stdout)
+
+    def test_the_workbench_has_its_planner(self):
+        done = self.run_in(
+            "-c",
+            "from davarlab.workbench import plans\n"
+            "print(plans.planner()['missing'], plans.library.__file__)\n"
+            "options = {'sensor': 'icm42688@1000', 'core': 'cortex-m4f'}\n"
+            "print(plans.plan(**options)['subject'], len(plans.setup(**options)) > 1000)\n",
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        first, second = done.stdout.splitlines()
+        self.assertEqual(first, f"None {self.site}/davarlab/shared/planner/library.py")
+        self.assertEqual(second, "1 axis of int16 at 1000 Hz (icm42688@1000) on a cortex-m4f True")
 
     def test_another_log_is_read(self):
         done = self.run_in(

@@ -238,6 +238,10 @@ class Impossible(Planned):
         "--rate 100 --lsb 0.05 --bandwidth 33 --respond 3 --arw-percent 2 --ram 6k "
         "--core cortex-m0",
         "--rate 1000 --lsb 0.05 --bandwidth 250 --longest-tau 1e9 --core cortex-m0",
+        "--rate 100 --lsb 0.05 --bandwidth 33 --arw-percent 0.5 --core cortex-m4f",
+        "--sensor mpu6050@800 --arw-percent 0.5 --ram 3k --flash 18k --core cortex-m3",
+        "--sensor bmi160@200 --respond 0.5 --arw-percent 20 --false-alarms-per-hour 0.003 "
+        "--flash 20k --core cortex-m0",
     )
 
     def test_the_reason_has_numbers_and_what_it_suggests_is_possible(self):

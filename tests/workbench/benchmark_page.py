@@ -22,6 +22,7 @@ GOALS = {
     "all candidates, s": 3.0,
     "a candidate added, s": 1.0,
     "cell to its samples, ms": 300.0,
+    "slider to plan, ms": 100.0,
 }
 SLIDE = """async (input) => {
   const frame = () => new Promise((done) => requestAnimationFrame(() => {
@@ -41,6 +42,20 @@ SLIDE = """async (input) => {
 }"""
 
 
+PLAN = """async (input) => {
+  const spent = [], plan = document.getElementById("plan");
+  for (const value of [...Array(Number(input.max) + 1).keys()].map(String)) {
+    const begin = performance.now();
+    input.value = value;
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+    while (plan.getAttribute("aria-busy") === "true") await new Promise(requestAnimationFrame);
+    spent.push(performance.now() - begin);
+  }
+  input.value = input.id.match(/ram|flash/) ? input.max : "0";
+  input.dispatchEvent(new Event("input", { bubbles: true }));
+  while (plan.getAttribute("aria-busy") === "true") await new Promise(requestAnimationFrame);
+  return spent;
+}"""
 REST_MS = (
     3000  # until the charts below are drawn too: what a person does next does not wait for them
 )
@@ -98,6 +113,14 @@ def one_visit(case):
             page.keyboard.press("w"),
             expect(page.locator("#cell-spectrum .main-svg").first).to_be_visible(),
         )
+    )
+    page.click("#view-plan")
+    expect(page.locator("#plan")).to_have_attribute("aria-busy", "false")
+    page.wait_for_timeout(REST_MS)
+    found["slider to plan, ms"] = statistics.median(
+        answer
+        for one in page.locator("#plan-wishes input[type=range]").all()
+        for answer in one.evaluate(PLAN)
     )
     return found
 

@@ -164,6 +164,17 @@ class Private(Visiting):
         self.click_all(at("flight.csv"), ["BUTTON|read"])
         self.click_all(at("flight.bin"), ["IMU:#"])
 
+        def at_a_plan():
+            bench.act("close")
+            address = bench.address
+            bench.address += "#plan"
+            page = self.live_page(bench)
+            bench.address = address
+            expect(page.locator("#plan-files")).to_be_visible()
+            return page
+
+        self.click_all(at_a_plan, ["BUTTON|plan-copy", "BUTTON|plan-files", "SELECT|plan-gyro"])
+
     def test_the_policy_leaves_a_script_no_way_out(self):
         came = []
 

@@ -9,11 +9,12 @@ from . import costs, design, promises
 from .costs import Cost
 from .design import Design
 from .promises import Promise
-from .wishes import Wishes
+from .wishes import Wishes, changed
 
 PERCENT_STILL_USEFUL = 40.0
 FITS = ("arw", "terms", "curve")  # best first
 RAM_OVER_FLASH = 2  # a byte of RAM is scarcer
+ATTEMPTS = 5
 LENGTHEN = (1.25, 1.5, 2, 3, 4, 6, 10, 20, 50, 100)
 
 
@@ -61,16 +62,16 @@ def _reaching(
     those of the longest.
     """
     short = replace(wishes, longest_tau_s=None)
-    window, found = 400.0, math.inf
+    window, longest = 400.0, design.WINDOW_MOST[wishes.type] * 0.9
     for _ in range(12):
-        window = min(max(window, 64.0), design.WINDOW_MOST[wishes.type] * 0.9)
         tried = make(short, int(window))
         if not tried:
             break
         found = promises.promise(tried[0]).arw_percent
         if math.isinf(found) or 0.93 * percent < found <= percent:
             break
-        window *= min(max((found / percent) ** 2 * 1.04, 0.1), 10)
+        factor = min(max((found / percent) ** 2 * 1.04, 0.1), 10)
+        window = min(max(window * factor, 64.0), longest)
     return make(wishes, int(window))
 
 
@@ -177,15 +178,36 @@ def _useful(plan: Plan) -> bool:
     return plan.promise.arw_percent <= PERCENT_STILL_USEFUL
 
 
-def _relaxed_limits(plans: list[tuple[float, list[Plan]]]) -> Iterator[Relaxed]:
+def _sufficient(wishes: Wishes, values: dict[str, str], of_core: Any) -> dict[str, str] | None:
+    """Values of options that make a plan possible: these, and what the nearest plan still misses,
+    because a new precision or time leads to other windows. A relaxed limit of memory gives way
+    first, because it leads to no others. None: not found."""
+    memory = {"--ram", "--flash"} & set(values)
+    for _ in range(ATTEMPTS):
+        other = changed(wishes, values)
+        if find(other, of_core) is not None:
+            return values
+        plans = [(percent, group) for percent, group in _plans(other, of_core) if group]
+        if not plans:
+            return None
+        only = [(p, [plan for plan in g if set(excess(plan, p)) <= memory]) for p, g in plans]
+        percent, nearest = _nearest([pair for pair in only if pair[1]] or plans)
+        values = values | {option: NEEDS[option](nearest) for option in excess(nearest, percent)}
+    return None
+
+
+def _relaxed_limits(
+    wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any
+) -> Iterator[Relaxed]:
     """Each limit as the cheapest plan that misses nothing else needs it."""
     for option, need in NEEDS.items():
         missing = [plan for plan in _only(option, plans) if _useful(plan)]
         if missing:
             percent = design.ARW_PERCENT
-            yield Relaxed(
-                option, need(min(missing, key=lambda p: excess(p, percent).get(option, 1)))
-            )
+            cheapest = min(missing, key=lambda p: excess(p, percent).get(option, 1))
+            found = _sufficient(wishes, {option: need(cheapest)}, of_core)
+            if found and set(found) == {option}:
+                yield Relaxed(option, found[option])
 
 
 def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
@@ -211,7 +233,7 @@ def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
 def _relaxed(wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any) -> list[Relaxed]:
     """One value for each option that alone makes a plan possible."""
     found: dict[str, Relaxed] = {}
-    for relaxed in (*_relaxed_limits(plans), *_relaxed_wishes(wishes, of_core)):
+    for relaxed in (*_relaxed_limits(wishes, plans, of_core), *_relaxed_wishes(wishes, of_core)):
         found.setdefault(relaxed.option, relaxed)
     return list(found.values())
 
@@ -223,12 +245,15 @@ def _nearest(plans: list[tuple[float, list[Plan]]]) -> tuple[float, Plan]:
     return min(useful or pairs, key=lambda pair: math.prod(excess(pair[1], pair[0]).values()))
 
 
-def _together(plans: list[tuple[float, list[Plan]]]) -> list[Relaxed]:
+def _together(wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any) -> list[Relaxed]:
     """What to relax at once if no single option suffices."""
     percent, nearest = _nearest(plans)
     if not _useful(nearest):
         return []
-    values = [(option, NEEDS[option](nearest)) for option in excess(nearest, percent)]
+    needs = {option: NEEDS[option](nearest) for option in excess(nearest, percent)}
+    values = list((_sufficient(wishes, needs, of_core) or {}).items())
+    if not values:
+        return []
     return [Relaxed(values[0][0], " ".join([values[0][1], *(f"{o} {v}" for o, v in values[1:])]))]
 
 
@@ -279,4 +304,4 @@ def plan(wishes: Wishes) -> Plan:
     relaxed = _relaxed(wishes, plans, of_core)
     if not plans:
         raise Impossible(_reason_without_design(wishes), relaxed)
-    raise Impossible(_reason(wishes, plans), relaxed or _together(plans))
+    raise Impossible(_reason(wishes, plans), relaxed or _together(wishes, plans, of_core))

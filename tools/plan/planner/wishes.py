@@ -1,7 +1,7 @@
 """The wishes of a command line: what the user has and wants, in physical units."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from . import sensors
@@ -147,6 +147,13 @@ def checked(wishes: Wishes) -> Wishes:
     if wishes.longest_tau_s is not None and wishes.longest_tau_s * wishes.rate_hz < 1:
         raise BadOption("--longest-tau: shorter than one sample; expected seconds")
     return wishes
+
+
+def changed(wishes: Wishes, texts: Mapping[str, str]) -> Wishes:
+    """The wishes with other values of some options."""
+    readers = _readers(())
+    stated = {readers[option][0]: readers[option][1](text) for option, text in texts.items()}
+    return replace(wishes, **stated)  # type: ignore[arg-type]
 
 
 def read(words: Sequence[str], cores: Sequence[str]) -> Command:

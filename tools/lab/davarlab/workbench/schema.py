@@ -160,6 +160,26 @@ class Sheet(Given):
     rate_random_walk: Number = 0.0
 
 
+class Plan(Given):
+    """Options of tools/davar-plan, which checks their values."""
+
+    sensor: Text | None = None
+    rate: Text | None = None
+    axes: Text | None = None
+    type: Text | None = None
+    lsb: Text | None = None
+    full_scale: Text | None = None
+    bandwidth: Text | None = None
+    noise: Text | None = None
+    core: Text | None = None
+    respond: Text | None = None
+    arw_percent: Text | None = None
+    longest_tau: Text | None = None
+    false_alarms_per_hour: Text | None = None
+    ram: Text | None = None
+    flash: Text | None = None
+
+
 class Drop(Given):
     """Beside the file that is dropped."""
 
@@ -201,6 +221,9 @@ REQUESTS: dict[str, type[Given]] = {
     "spectrogram": Spectrogram,
     "axes": Nothing,
     "sheet": Sheet,
+    "planner": Nothing,
+    "plan": Plan,
+    "setup": Plan,
     "drop": Drop,
 }
 

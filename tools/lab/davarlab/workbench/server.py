@@ -33,7 +33,7 @@ from ..errors import BadInput, internal_error
 from ..report import values
 from . import schema
 from .visit.stepping import Stale
-from .visit.visit import ACTION, LOOK, QUESTION, Call, Visit
+from .visit.visit import ACTION, LOOK, PLAN, QUESTION, Call, Visit
 
 PAGE = Path(__file__).resolve().parent / "page"
 SERVED = {
@@ -41,6 +41,7 @@ SERVED = {
 }  # these, whatever is asked for
 HOST = "127.0.0.1"
 LARGEST_DROP, LARGEST_REQUEST = 1 << 31, 4 << 20
+PLANS = 2  # at once: the newest does not wait for the one before it
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 POLICY = (
     "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
@@ -78,6 +79,7 @@ class Server:
         self.visit, self.token = visit, token
         self.tabs: set[WebSocket] = set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
+        self.planner = ThreadPoolExecutor(PLANS)
         self.loop: asyncio.AbstractEventLoop | None = None
         # Calls that a person waits for and the worker has not begun.
         self.waiting: set[Work] = set()
@@ -133,7 +135,7 @@ class Server:
         )
 
     async def ask(self, request: Request) -> Response:
-        return await self.answer(request, (LOOK, QUESTION), query=self.query(request))
+        return await self.answer(request, (LOOK, PLAN, QUESTION), query=self.query(request))
 
     async def do(self, request: Request) -> Response:
         if not self.allowed(request):
@@ -218,7 +220,7 @@ class Server:
         assert self.loop is not None  # run() has set it
         try:
             found = await self.loop.run_in_executor(
-                self.reader if call.kind == LOOK else self.worker,
+                {LOOK: self.reader, PLAN: self.planner}.get(call.kind, self.worker),
                 self.begun(call, what, given),
             )
         except BadInput as why:
@@ -232,7 +234,7 @@ class Server:
     def end(self) -> None:
         """Ends the workers; what is still being computed, perhaps for minutes, is given up with the
         process, but no file in the middle."""
-        for pool in (self.worker, self.reader):
+        for pool in (self.worker, self.reader, self.planner):
             pool.shutdown(wait=False, cancel_futures=True)
         if self.computing:
             with files.WRITING:
@@ -312,7 +314,10 @@ def run(options: argparse.Namespace) -> int:
     elif options.model or options.sensor:
         raise BadInput(("-m" if options.model else "--sensor") + " needs a recording")
     server = Server(visit, token)
-    with socket.socket() as listener, tempfile.TemporaryDirectory() as folder:
+    # asyncio sets TCP_NODELAY only on a socket whose protocol is named. Without, an answer waits
+    # for 40 ms.
+    tcp = socket.IPPROTO_TCP
+    with socket.socket(proto=tcp) as listener, tempfile.TemporaryDirectory() as folder:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((HOST, options.port))

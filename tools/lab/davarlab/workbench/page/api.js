@@ -21,8 +21,9 @@ async function fetched(path, settings) {
   }
 }
 
-export async function ask(what, given = {}) {
-  return answered(await fetched(`/api/${what}?${new URLSearchParams(given)}`, { headers, signal: asked.signal }));
+// signal: null for a request that forget() does not cancel.
+export async function ask(what, given = {}, signal = asked.signal) {
+  return answered(await fetched(`/api/${what}?${new URLSearchParams(given)}`, { headers, signal }));
 }
 
 // Cancels pending requests. They fail with an AbortError, as do new requests until recall().

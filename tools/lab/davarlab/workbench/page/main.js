@@ -6,6 +6,7 @@ import * as charts from "/page/charts.js";
 import { closer, look, record, sights, worst } from "/page/parts/closer.js";
 import * as landing from "/page/parts/landing.js";
 import { heard, live } from "/page/parts/live.js";
+import { planning } from "/page/parts/plan.js";
 import { acting, at, change, changed, dead, doing, leaving, newest, now, say, shownBy, stale } from "/page/now.js";
 import * as stack from "/page/parts/stack.js";
 import { falling, timeline } from "/page/parts/timeline.js";
@@ -127,6 +128,7 @@ const keys = { u: () => at("undo").click(), r: () => at("redo").click(), f: () =
 
 document.addEventListener("keydown", (event) => {
   if (event.target.matches("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (planning() && event.key !== "?") return; // the other keys act on the model
   if (keys[event.key]) keys[event.key]();
   else if (/^[1-9]$/.test(event.key)) add(event.key - 1);
   else return;

@@ -10,7 +10,7 @@ from typing import Any
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
-from .. import typed
+from .. import plans, typed
 from ..arrivals import Arrivals
 from ..desk import Desk
 from ..ears import Ears
@@ -22,8 +22,9 @@ from .intake import Intake, Waiting
 from .looks import Looks
 from .stepping import Stepping
 
-# Questions need the bench of a fit, looks only what is there; actions change something.
-QUESTION, LOOK, ACTION = "question", "look", "action"
+# Questions need the bench of a fit, looks only what is there, plans nothing of it; actions change
+# something.
+QUESTION, LOOK, PLAN, ACTION = "question", "look", "plan", "action"
 CALLS = {
     "step": (QUESTION, "stepping.step"),
     "candidates": (QUESTION, "stepping.candidates"),
@@ -39,6 +40,9 @@ CALLS = {
     "spectrogram": (LOOK, "looks.spectrogram"),
     "axes": (LOOK, "looks.axes"),
     "sheet": (LOOK, "looks.sheet"),
+    "planner": (PLAN, "plans.planner"),
+    "plan": (PLAN, "plans.plan"),
+    "setup": (PLAN, "plans.setup"),
     "open": (ACTION, "intake.open"),
     "tutorial": (ACTION, "intake.tutorial"),
     "sensor": (ACTION, "intake.sensor"),
@@ -62,7 +66,8 @@ CALLS = {
 
 @dataclass(frozen=True)
 class Call:
-    """kind: QUESTION, LOOK or ACTION; run: a function of plain values that returns plain values."""
+    """kind: QUESTION, LOOK, PLAN or ACTION; run: a function of plain values that returns plain
+    values."""
 
     kind: str
     run: Callable[..., Any]
@@ -86,7 +91,7 @@ class Visit:
             lambda: False
         )  # is somebody waiting for what is being computed
         self.intake, self.hold, self.stepping = Intake(self), HoldOut(self), Stepping(self)
-        self.looks, self.closer = Looks(self), Closer(self)
+        self.looks, self.closer, self.plans = Looks(self), Closer(self), plans
         self.calls = {
             name: Call(kind, attrgetter(path)(self)) for name, (kind, path) in CALLS.items()
         }
