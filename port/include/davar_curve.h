@@ -36,8 +36,8 @@ static inline uint32_t davar_curve_shortest(uint32_t last)
     return (m <= 262140U) ? (uint32_t)m : 0U;
 }
 
-/** Sets the sizes of the window of `config`, which must not point into the curve, and `cascade_taus`
- * of a cascade that continues them. */
+/** Sets the sizes of the window of `config`, which must not point into the curve, and
+ * `cascade_taus` of a cascade that continues them. */
 static inline void davar_curve_make(davar_curve_t *curve, const davar_config_t *config,
                                     uint8_t cascade_taus)
 {
@@ -98,8 +98,8 @@ static inline uint8_t davar_curve_most(const davar_config_t *config, davar_port_
 }
 
 /** Sets the sizes of the window and every octave of a cascade up to longest_s seconds.
- * @return False, with the reason for a user in `why`, if the cascade would have no size, or more than
- * it can have. */
+ * @return False, with the reason for a user in `why`, if the cascade would have no size, or more
+ * than it can have. */
 static inline bool davar_curve_reach(davar_curve_t *curve, const davar_config_t *config,
                                      davar_port_number_t number, double longest_s, char *why,
                                      size_t size)

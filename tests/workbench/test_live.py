@@ -100,8 +100,8 @@ class Live(Visiting):
     def test_the_allan_curve_grows_to_a_day(self):
         recording, source, walk = self.folder / "days.csv", random.Random(1), 0.0
         lines = ["gyro_z_dps"]
-        for _ in range(400_000):  # two days and a half: white noise, from half an hour on a walk
-            walk += source.gauss(0, 3e-5)
+        for _ in range(400_000):  # two days and a half: white noise, from five minutes on a walk
+            walk += source.gauss(0, 1.5e-4)
             lines.append(f"{walk + source.gauss(0, 0.05):.5f}")
         recording.write_text("\n".join(lines) + "\n")
         simulated = (

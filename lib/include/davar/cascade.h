@@ -150,8 +150,8 @@ void davar_cascade_flush(davar_cascade_t *cascade);
  * samples, or to a zeroed one. davar_fit then fits the whole curve, if its plan was made for all
  * sizes: first those of the window, then those of the cascade.
  *
- * Appends all its entries to tau[], with intervals absent, and updates tau_count and unit_per_count.
- * tau_count is then at most DAVAR_TAUS_MAX, and the sizes of the window are below
+ * Appends all its entries to tau[], with intervals absent, and updates tau_count and
+ * unit_per_count. tau_count is then at most DAVAR_TAUS_MAX, and the sizes of the window are below
  * config.shortest (both asserted). The Allan deviations include rounding to counts, as those of
  * davar_take. Those of float samples have no rounding.
  * @return False if no cluster size of the cascade has a difference yet.

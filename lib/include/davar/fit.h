@@ -107,7 +107,8 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  *   terms are absent, and every tau has the interval 0 to infinity.
  * - CONSTANT: every difference is 0. All terms are absent; every tau has that same interval.
  * - FILTERED: the short cluster sizes read low, as after a filter that is not declared, or
- *   contradict the declared one. All terms are absent, and every tau has that same interval. Declare
+ *   contradict the declared one. All terms are absent, and every tau has that same interval.
+ *   Declare
  *   the filter (davar_plan_init_filtered), or that the samples are white (davar_plan_init_white).
  * - UNKNOWN: the window holds no difference. Everything is absent.
  *
@@ -132,9 +133,9 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  *
  * With sizes of a cascade (davar_cascade_append), a plan for all sizes is needed. Quantization and
  * the angle random walk are then those of the window, because it is newer; bias instability, rate
- * random walk and rate ramp are those of the cascade once four of its sizes have differences. If the
- * window is CONSTANT, COARSE or FILTERED, davar_fit ignores the cascade. Without a window, the cascade
- * gives all terms. result->noise is WHITE only if white noise explains window and cascade.
+ * random walk and rate ramp are those of the cascade once four of its sizes have differences. If
+ * the window is CONSTANT, COARSE or FILTERED, davar_fit ignores the cascade. Without a window, the
+ * cascade gives all terms. result->noise is WHITE only if white noise explains window and cascade.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
  * times without a double FPU. Stack: about 2.4 kB.
  * Formulas (5.3) to (5.11), (5.13) to (5.18). */
@@ -160,7 +161,8 @@ double davar_edf_least(const davar_result_t *result, uint8_t t);
 
 /** Computes the 95 % limits of a variance with edf degrees of freedom.
  * The limits are factors: the interval is variance * *low to variance * *high. An edf below 1
- * counts as 1. The relative error is below 1e-3 of the exact quantiles. Cost: O(1). Formula (5.2). */
+ * counts as 1. The relative error is below 1e-3 of the exact quantiles. Cost: O(1).
+ * Formula (5.2). */
 void davar_chi_square_interval(double edf, double *low, double *high);
 
 /** Writes the octaves (1, 2, 4 and so on) that a window of `window` samples supports by the 25 %

@@ -108,8 +108,8 @@ typedef struct davar {
 /** @} */
 
 /** @{ */
-/** What a stride above 1 adds to DAVAR_MEMORY_*, in bytes: the sums of the newest result and, unless
- * moments.segment is 0, its moments. Source: DESIGN 2.9. */
+/** What a stride above 1 adds to DAVAR_MEMORY_*, in bytes: the sums of the newest result and,
+ * unless moments.segment is 0, its moments. Source: DESIGN 2.9. */
 #define DAVAR_MEMORY_STRIDE_Q15(segment, taus)                                                     \
     ((size_t)8U + (2U * sizeof(void *)) + ((size_t)8U * (taus)) + (((segment) == 0U) ? 0U : 64U))
 #define DAVAR_MEMORY_STRIDE_Q31(segment, taus)                                                     \

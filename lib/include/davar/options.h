@@ -1,14 +1,14 @@
 /** @file
  * davar - options of a build.
  *
- * Every feature is on by default. -DDAVAR_GRID=0 removes one; define it for the library and for every
- * source that includes a header of davar. A removed feature takes no flash, and init rejects a
- * configuration that needs it (DAVAR_ERR_BUILD). The other results keep their bits. */
+ * Every feature is on by default. -DDAVAR_GRID=0 removes one; define it for the library and for
+ * every source that includes a header of davar. A removed feature takes no flash, and init rejects
+ * a configuration that needs it (DAVAR_ERR_BUILD). The other results keep their bits. */
 #ifndef DAVAR_OPTIONS_H
 #define DAVAR_OPTIONS_H
 
-/** Largest number of cluster sizes of an instance, 1 to 32. It sizes davar_result_t and davar_plan_t;
- * a library and a user with different values do not link. */
+/** Largest number of cluster sizes of an instance, 1 to 32. It sizes davar_result_t and
+ * davar_plan_t; a library and a user with different values do not link. */
 #ifndef DAVAR_TAUS_MAX
 #define DAVAR_TAUS_MAX 32
 #endif
@@ -28,7 +28,8 @@
 #define DAVAR_GRID 1
 #endif
 
-/** Windows whose length a law decides (davar/law.h); kurtosis and contribution (segment above 0). */
+/** Windows whose length a law decides (davar/law.h); kurtosis and contribution (segment
+ * above 0). */
 #ifndef DAVAR_LAWS
 #define DAVAR_LAWS 1
 #endif

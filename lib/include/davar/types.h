@@ -84,8 +84,8 @@ typedef enum {
 /** How a stride above 1 is computed: the same results at another cost (docs/COST.md). DESIGN (2.7),
  * (2.9). */
 typedef enum {
-    /** as stride 1: sums follow both edges of the window, at the same cost for every sample. Law glr:
-     * the grid, for a stride above 1 and in centred mode */
+    /** as stride 1: sums follow both edges of the window, at the same cost for every sample. Law
+     * glr: the grid, for a stride above 1 and in centred mode */
     DAVAR_ENGINE_AUTO = 0,
     /** running sums, recorded where an edge can be: fewer instructions for samples in blocks, more
      * for single ones; the memory falls as the stride rises */

@@ -35,8 +35,8 @@ static inline bool has_moments(const davar_config_t *config)
     return DAVAR_LAWS && (config->moments.segment != 0U);
 }
 
-/* Results come from records on a grid (2.7), because the user chose it or because a law with a queue
- * may need an earlier edge of the window again. */
+/* Results come from records on a grid (2.7), because the user chose it or because a law with a
+ * queue may need an earlier edge of the window again. */
 static inline bool has_grid(const davar_config_t *config)
 {
     const bool strides = (config->stride > 1U);

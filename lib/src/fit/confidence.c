@@ -109,7 +109,7 @@ static double edf_of(const davar_result_t *result, const davar_adev_t *tau,
                      davar_coefficient_kind_t noise)
 {
     return davar_hops(tau) ? davar_hop_edf(noise, tau->differences, tau->m / tau->hop)
-                               : davar_edf(noise, tau->m, result->window_samples);
+                           : davar_edf(noise, tau->m, result->window_samples);
 }
 
 DAVAR_RARE double davar_fit_kept(const davar_result_t *result, const davar_adev_t *tau)

@@ -157,7 +157,8 @@ static double first_white(const davar_mixture_t *model)
     return 0.0;
 }
 
-/* The slow terms, or all if there is no window. White noise stays that of the window: it is newer. */
+/* The slow terms, or all if there is no window. White noise stays that of the window: it
+ * is newer. */
 DAVAR_RARE static void write_cascade(const davar_mixture_t *model, double rate_hz,
                                      davar_result_t *result)
 {

@@ -472,7 +472,8 @@ static int term_count(unsigned terms)
     return count;
 }
 
-/* Standard deviation of the misfit: of a window from the plan, of a cascade from its sizes (5.9). */
+/* Standard deviation of the misfit: of a window from the plan, of a cascade from its
+ * sizes (5.9). */
 static double misfit_spread(const davar_mixture_t *model)
 {
     if (!is_of_cascade(model)) {

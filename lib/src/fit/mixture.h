@@ -10,9 +10,9 @@
 typedef struct {
     const davar_result_t *data; /* the Allan variances to fit */
     const davar_plan_t *plan;   /* of its cluster sizes */
-    int first;                  /* sizes to fit: first to end - 1, of a window or a cascade (5.18) */
+    int first; /* sizes to fit, of a window or a cascade (5.18): first to end - 1 */
     int end;
-    double rounding;            /* variance of rounding (5.15) */
+    double rounding; /* variance of rounding (5.15) */
 
     unsigned terms;                         /* bit k: term k is in the model */
     double a[DAVAR_COEFFICIENT_COUNT];      /* 0 for an absent term */

@@ -149,9 +149,9 @@ static uint32_t of_sum(const davar_white_t *white, scaled_t part, int32_t bits)
     return davar_scaled_to_fixed(scaled_times(part, white->inverse_sum), bits);
 }
 
-/* |y - N^2| over N^2 and the rounding at this size, with which y scatters (5.15), as a share. `own`:
- * N^2 as a share. `more`: by how much that divisor exceeds `sum`, in units of y, modulo 2^32. Within
- * `near` of 0, the division changes nothing that matters and is skipped. */
+/* |y - N^2| over N^2 and the rounding at this size, with which y scatters (5.15), as a share.
+ * `own`: N^2 as a share. `more`: by how much that divisor exceeds `sum`, in units of y, modulo
+ * 2^32. Within `near` of 0, the division changes nothing that matters and is skipped. */
 static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint32_t more,
                           uint32_t near)
 {

@@ -107,8 +107,8 @@ static double span_of(const davar_result_t *result, const davar_adev_t *measured
     return davar_hops(measured) ? davar_hop_span(measured) : (double)result->window_samples;
 }
 
-/* Of these, those that the mean does not contain. A size of a cascade may only grow for a long time;
- * its new differences count. If it has fewer than before, it dropped a generation (11.5). */
+/* Of these, those that the mean does not contain. A size of a cascade may only grow for a long
+ * time; its new differences count. If it has fewer than before, it dropped a generation (11.5). */
 static double fresh_of(const davar_monitor_tau_t *tau, const davar_adev_t *measured, double span,
                        double step)
 {

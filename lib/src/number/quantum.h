@@ -3,8 +3,8 @@
 #ifndef DAVAR_SRC_QUANTUM_H
 #define DAVAR_SRC_QUANTUM_H
 
-#include "number/ieee.h"
 #include "number/count.h"
+#include "number/ieee.h"
 
 /* Significant bits of a quantised float sample: full_scale <= 2^30 quanta (2.3). */
 #define DAVAR_FLOAT_BITS 31U
@@ -28,8 +28,8 @@ static inline bool davar_is_finite(float rate)
     return (davar_bits_of_float(rate) & UINT32_C(0x7F800000)) != UINT32_C(0x7F800000);
 }
 
-/* To the nearest quantum, halves away from zero; limited to +-limit, and then counted in *saturated.
- * Scaling by a power of two and the remainder are exact. */
+/* To the nearest quantum, halves away from zero; limited to +-limit, and then counted in
+ * *saturated. Scaling by a power of two and the remainder are exact. */
 static inline int32_t davar_float_to_counts(float rate, float limit, float counts_per_unit,
                                             uint32_t *saturated)
 {

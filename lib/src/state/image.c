@@ -174,7 +174,8 @@ DAVAR_RARE davar_status_t davar_image_save(const davar_image_t *image,
                                            const davar_storage_t *storage)
 {
     slots_t slots;
-    if ((storage->slot_bytes < davar_image_bytes(image->saved_bytes, image->memory_bytes)) || !read_slots(storage, &slots)) {
+    const size_t bytes = davar_image_bytes(image->saved_bytes, image->memory_bytes);
+    if ((storage->slot_bytes < bytes) || !read_slots(storage, &slots)) {
         return DAVAR_ERR_STATE_STORAGE;
     }
     const uint32_t order = slots.whole[slots.newest] ? (slots.header[slots.newest].order + 1U) : 0U;
