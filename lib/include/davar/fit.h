@@ -108,8 +108,8 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  * - CONSTANT: every difference is 0. All terms are absent; every tau has that same interval.
  * - FILTERED: the short cluster sizes read low, as after a filter that is not declared, or
  *   contradict the declared one. All terms are absent, and every tau has that same interval.
- *   Declare
- *   the filter (davar_plan_init_filtered), or that the samples are white (davar_plan_init_white).
+ *   Declare the filter (davar_plan_init_filtered), or that the samples are white
+ *   (davar_plan_init_white).
  * - UNKNOWN: the window holds no difference. Everything is absent.
  *
  * @return True if white noise explains the window, so that the angle random walk is present.
