@@ -172,6 +172,16 @@ static void test_a_cascade_alone_gives_all_terms(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value);
 }
 
+static void test_a_cascade_alone_without_white_noise(void)
+{
+    const double walk[] = {0, 0, 0, 1e-3, 0};
+    set_curve(0U, LONG, walk);
+    davar_fit(&plan, 1.0, &result);
+    assert_holds(216000.0 * sqrt(3.0 * walk[3]), term(DAVAR_RATE_RANDOM_WALK));
+    TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_TRUE(isfinite(term(DAVAR_ANGLE_RANDOM_WALK)->high));
+}
+
 static void test_a_cascade_alone_that_is_constant(void)
 {
     const double nothing[] = {0, 0, 0, 0, 0};
@@ -300,6 +310,7 @@ int main(void)
     RUN_TEST(test_few_sizes_of_a_cascade_leave_the_terms_to_the_window);
     RUN_TEST(test_sizes_without_differences_are_left_out);
     RUN_TEST(test_a_cascade_alone_gives_all_terms);
+    RUN_TEST(test_a_cascade_alone_without_white_noise);
     RUN_TEST(test_a_cascade_alone_that_is_constant);
     RUN_TEST(test_a_cascade_of_zeros_after_a_window);
     RUN_TEST(test_a_cascade_alone_that_contradicts_the_filter);

@@ -5,7 +5,7 @@
 #include "davar/cascade.h"
 
 #include "cascade/stage.h"
-#include "number/count.h"
+#include "number/machine.h"
 #include "number/quantum.h"
 #include "number/real.h"
 #include "number/sequence.h"

@@ -6,7 +6,7 @@
 #include "davar/instance.h"
 #include "davar/law.h"
 
-#include "number/count.h"
+#include "number/machine.h"
 #include "number/sequence.h"
 
 typedef struct davar_number {

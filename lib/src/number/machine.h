@@ -337,4 +337,18 @@ static inline uint64_t davar_scale_u64(uint64_t a, uint32_t factor)
            ((uint64_t)((uint32_t)(a >> 32U) * factor) << 32U);
 }
 
+/* Counters of input faults stop at their largest value. */
+static inline void davar_count(uint32_t *counter)
+{
+    if (*counter < UINT32_MAX) {
+        (*counter)++;
+    }
+}
+
+static inline void davar_count_many(uint32_t *counter, size_t more)
+{
+    const uint32_t room = UINT32_MAX - *counter;
+    *counter += (more < room) ? (uint32_t)more : room;
+}
+
 #endif

@@ -1,5 +1,5 @@
 /* davar - the sequence lock between one writer (for example an interrupt) and one reader that it
- * may interrupt, and counters that saturate. The number is odd while the writer is at work. A
+ * may interrupt. The number is odd while the writer is at work. A
  * reader that finds it changed repeats its reads. The writer never waits. */
 #ifndef DAVAR_SRC_SEQUENCE_H
 #define DAVAR_SRC_SEQUENCE_H
