@@ -4,6 +4,7 @@
 #define DAVAR_SRC_MACHINE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 /* Never inlined, so that a hot loop has the registers to itself. */

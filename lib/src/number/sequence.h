@@ -1,12 +1,11 @@
 /* davar - the sequence lock between one writer (for example an interrupt) and one reader that it
- * may interrupt. The number is odd while the writer is at work. A
- * reader that finds it changed repeats its reads. The writer never waits. */
+ * may interrupt. The number is odd while the writer is at work. A reader that finds it changed
+ * repeats its reads. The writer never waits. */
 #ifndef DAVAR_SRC_SEQUENCE_H
 #define DAVAR_SRC_SEQUENCE_H
 
 #include <stdatomic.h>
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 static inline void davar_sequence_begin(volatile uint32_t *sequence)
