@@ -18,6 +18,10 @@ extern "C" {
 /** What each size of the cascade remembers (davar_cascade_config_t.clusters). */
 #define DAVAR_CURVE_CLUSTERS 32U
 
+/** A rate that follows from time stamps differs in its last digits from the one that a user has in
+ * mind; a size that is longer by so little is not too long. */
+#define DAVAR_CURVE_REACHES (1.0 + 1e-6)
+
 /** The cluster sizes of a result. */
 typedef struct {
     davar_cascade_config_t cascade; /**< tau_count 0: no cascade */
@@ -110,7 +114,7 @@ static inline bool davar_curve_reach(davar_curve_t *curve, const davar_config_t 
     const uint8_t most = davar_curve_most(config, number);
     uint8_t count = 0U;
     double next_s = first_s;
-    for (; (count <= most) && (next_s <= longest_s); next_s *= 2.0) {
+    for (; (count <= most) && (next_s <= longest_s * DAVAR_CURVE_REACHES); next_s *= 2.0) {
         count++;
     }
     if ((most == 0U) && (config->tau_count == DAVAR_TAUS_MAX)) {

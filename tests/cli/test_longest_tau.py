@@ -210,6 +210,15 @@ class Form(SimCase):
                 self.assertIn(f"{prefix}_{m}", names)
         self.assertNotIn("adev_1024", names)
 
+    def test_an_octave_is_reached_in_spite_of_the_digits_of_time_stamps(self):
+        """The median step of 0.1 s is a rate of 9.9999999..."""
+        rows = [[repr(i * 0.1), repr(count * LSB)] for i, count in enumerate(counts_of(2000))]
+        for seconds, last in ((12.8, 128), (25.6, 256), (51.2, 512), (25.5, 128)):
+            with self.subTest(seconds):
+                path = self.write("rec.csv", as_text("time_s,gyro_x_dps", rows))
+                found = self.results(path, "--lsb", LSB, "--longest-tau", seconds, "--stride", 600)
+                self.assertEqual(f"adev_{last}", list(found[0])[-1])
+
     def test_a_size_needs_two_clusters(self):
         rows = self.results(*self.options, "--mode", "trailing", "--policy", "fixed")
         self.assertEqual(
