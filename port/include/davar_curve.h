@@ -26,7 +26,7 @@ extern "C" {
 typedef struct {
     davar_cascade_config_t cascade; /**< tau_count 0: no cascade */
     uint32_t taus[DAVAR_TAUS_MAX];  /**< of the window, then of the cascade */
-    uint8_t tau_count;
+    uint8_t tau_count;              /**< number of taus, at most DAVAR_TAUS_MAX */
 } davar_curve_t;
 
 /** The first octave after the largest size `last` of the window that a cascade can begin with: a

@@ -474,7 +474,7 @@ static int term_count(unsigned terms)
 
 /* Standard deviation of the misfit: of a window from the plan, of a cascade from its
  * sizes (5.9). */
-static double misfit_spread(const davar_mixture_t *model)
+static double spread_of_misfit(const davar_mixture_t *model)
 {
     if (!is_of_cascade(model)) {
         return (double)model->plan->misfit_spread;
@@ -494,7 +494,7 @@ static double misfit_spread(const davar_mixture_t *model)
 static double inflation(const davar_mixture_t *model, const normal_t *normal, double misfit)
 {
     const double freedom = (double)(normal->count - term_count(model->terms));
-    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * misfit_spread(model);
+    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * spread_of_misfit(model);
     return real ? misfit / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
 }
 
