@@ -35,11 +35,19 @@ class Relaxed:
 
 
 class Impossible(Exception):
-    """No design meets the wishes. The text has the reason."""
+    """No design meets the wishes. relaxed: each of them suffices; together: all are needed."""
 
-    def __init__(self, reason: str, relaxed: Iterable[Relaxed] = ()) -> None:
-        super().__init__(reason)
-        self.relaxed = list(relaxed)
+    def __init__(
+        self,
+        reasons: Iterable[str],
+        relaxed: Iterable[Relaxed] = (),
+        *,
+        hints: Iterable[str] = (),
+        together: bool = False,
+    ) -> None:
+        self.reasons, self.hints, self.relaxed = list(reasons), list(hints), list(relaxed)
+        self.together = together
+        super().__init__("; ".join(self.reasons))
 
 
 def kilobytes(size: int) -> str:
@@ -61,16 +69,13 @@ def _reaching(
     those of the longest.
     """
     short = replace(wishes, longest_tau_s=None)
-    window, found = 400.0, math.inf
+    window, longest = 400.0, design.WINDOW_MOST[wishes.type] * 0.9
     for _ in range(12):
-        window = min(max(window, 64.0), design.WINDOW_MOST[wishes.type] * 0.9)
-        tried = make(short, int(window))
-        if not tried:
-            break
-        found = promises.promise(tried[0]).arw_percent
+        found = promises.promise(make(short, int(window))[0]).arw_percent
         if math.isinf(found) or 0.93 * percent < found <= percent:
             break
         window *= min(max((found / percent) ** 2 * 1.04, 0.1), 10)
+        window = min(max(window, 64.0), longest)
     return make(wishes, int(window))
 
 
@@ -144,7 +149,7 @@ def _described(wishes: Wishes) -> list[str]:
     if wishes.false_alarms_per_hour is not None:
         words.append("alarms")
     if wishes.longest_tau_s is not None:
-        words.append(f"averaging times to {seconds(wishes.longest_tau_s)} s")
+        words.append(f"averaging times to at least {seconds(wishes.longest_tau_s)} s")
     return words
 
 
@@ -156,13 +161,18 @@ def _need(wishes: Wishes) -> str:
     return f"{', '.join(words[:-1])} and {words[-1]} need"
 
 
-# Option -> what a plan needs of it, as the option's value.
-NEEDS: dict[str, Callable[[Plan], str]] = {
-    "--ram": lambda plan: kilobytes(plan.cost.ram_bytes),
-    "--flash": lambda plan: kilobytes(plan.cost.flash_bytes),
-    "--arw-percent": lambda plan: f"{plan.promise.arw_percent * 1.01 + 0.05:.1f}",
-    "--respond": lambda plan: seconds(plan.promise.respond_s * 1.01),
+# Option -> what a plan needs of it, and that as the option's value.
+NEEDS: dict[str, tuple[Callable[[Plan], float], Callable[[float], str]]] = {
+    "--ram": (lambda plan: plan.cost.ram_bytes, lambda size: kilobytes(int(size))),
+    "--flash": (lambda plan: plan.cost.flash_bytes, lambda size: kilobytes(int(size))),
+    "--arw-percent": (lambda plan: plan.promise.arw_percent, lambda p: f"{p * 1.01 + 0.05:.1f}"),
+    "--respond": (lambda plan: plan.promise.respond_s, lambda s: seconds(s * 1.01)),
 }
+
+
+def _needed(option: str, plan: Plan) -> Relaxed:
+    measure, text = NEEDS[option]
+    return Relaxed(option, text(measure(plan)))
 
 
 def _only(option: str, plans: Iterable[tuple[float, list[Plan]]]) -> Iterator[Plan]:
@@ -179,13 +189,10 @@ def _useful(plan: Plan) -> bool:
 
 def _relaxed_limits(plans: list[tuple[float, list[Plan]]]) -> Iterator[Relaxed]:
     """Each limit as the cheapest plan that misses nothing else needs it."""
-    for option, need in NEEDS.items():
+    for option, (measure, _) in NEEDS.items():
         missing = [plan for plan in _only(option, plans) if _useful(plan)]
         if missing:
-            percent = design.ARW_PERCENT
-            yield Relaxed(
-                option, need(min(missing, key=lambda p: excess(p, percent).get(option, 1)))
-            )
+            yield _needed(option, min(missing, key=measure))
 
 
 def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
@@ -223,39 +230,25 @@ def _nearest(plans: list[tuple[float, list[Plan]]]) -> tuple[float, Plan]:
     return min(useful or pairs, key=lambda pair: math.prod(excess(pair[1], pair[0]).values()))
 
 
-def _together(plans: list[tuple[float, list[Plan]]]) -> list[Relaxed]:
+def _together(percent: float, nearest: Plan) -> list[Relaxed]:
     """What to relax at once if no single option suffices."""
-    percent, nearest = _nearest(plans)
     if not _useful(nearest):
         return []
-    values = [(option, NEEDS[option](nearest)) for option in excess(nearest, percent)]
-    return [Relaxed(values[0][0], " ".join([values[0][1], *(f"{o} {v}" for o, v in values[1:])]))]
+    return [_needed(option, nearest) for option in excess(nearest, percent)]
 
 
-def _reason_without_design(wishes: Wishes) -> str:
-    if design.fixed(replace(wishes, longest_tau_s=None)):
-        return (
-            f"--longest-tau {seconds(wishes.longest_tau_s or 0)}: too long for the exact sums of "
-            f"{wishes.type} at {wishes.rate_hz:g} Hz"
-        )
-    least = 1.2 * design.WINDOW_LEAST / wishes.rate_hz
+def _too_long(wishes: Wishes) -> str:
+    """Why there is no design at all."""
+    longest = wishes.longest_tau_s or 0.0
     return (
-        f"--respond {seconds(wishes.respond_s or 0)}: less than {design.WINDOW_LEAST} samples at "
-        f"{wishes.rate_hz:g} Hz, which take {seconds(least)} s"
+        f"--longest-tau {seconds(longest)}: {longest * wishes.rate_hz:.3g} samples at "
+        f"{wishes.rate_hz:g} Hz, more than a cascade of {wishes.type} can reach"
     )
 
 
-def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
-    """What the wishes need and do not get."""
-    if all(math.isinf(plan.promise.arw_percent) for _, group in plans for plan in group):
-        counts = design.noise_counts(wishes)
-        return (
-            f"--lsb {wishes.lsb:g}: the typical noise is {counts:.2g} counts before the filter, "
-            "and rounding hides it: choose a smaller range of the gyro, or sum samples "
-            "(davar/average.h)"
-        )
-    percent, nearest = _nearest(plans)
-    said = {
+def _reasons(wishes: Wishes, percent: float, nearest: Plan) -> list[str]:
+    """What the wishes need and do not get, by the nearest plan."""
+    found = {
         "--ram": f"RAM {kilobytes(wishes.ram_bytes or 0)}: {_need(wishes)} "
         f"{kilobytes(nearest.cost.ram_bytes)}",
         "--flash": f"flash {kilobytes(wishes.flash_bytes or 0)}: {_need(wishes)} "
@@ -263,10 +256,20 @@ def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
         "--respond": f"respond {seconds(wishes.respond_s or 0)} s: a doubling of the noise is seen "
         f"within {seconds(nearest.promise.respond_s)} s",
         "--arw-percent": f"ARW to {percent:g} %: the longest window gives "
-        f"{nearest.promise.arw_percent:.1f} %"
-        + ("; a declared --bandwidth makes that narrower" if wishes.bandwidth is None else ""),
+        f"{nearest.promise.arw_percent:.1f} %",
     }
-    return "; ".join(said[option] for option in excess(nearest, percent))
+    return [found[option] for option in excess(nearest, percent)]
+
+
+def _hidden(wishes: Wishes) -> Impossible:
+    """For noise that rounding hides in every plan."""
+    return Impossible(
+        [
+            f"--lsb {wishes.lsb:g}: the typical noise is {design.noise_counts(wishes):.2g} counts "
+            "before the filter, and rounding hides it"
+        ],
+        hints=["choose a smaller range of the gyro, or sum samples (davar/average.h)"],
+    )
 
 
 def plan(wishes: Wishes) -> Plan:
@@ -276,7 +279,15 @@ def plan(wishes: Wishes) -> Plan:
     if found is not None:
         return found
     plans = [(percent, group) for percent, group in _plans(wishes, of_core) if group]
+    if plans and all(math.isinf(p.promise.arw_percent) for _, group in plans for p in group):
+        raise _hidden(wishes)
     relaxed = _relaxed(wishes, plans, of_core)
     if not plans:
-        raise Impossible(_reason_without_design(wishes), relaxed)
-    raise Impossible(_reason(wishes, plans), relaxed or _together(plans))
+        raise Impossible([_too_long(wishes)], relaxed)
+    percent, nearest = _nearest(plans)
+    reasons, hints = _reasons(wishes, percent, nearest), []
+    if wishes.bandwidth is None and "--arw-percent" in excess(nearest, percent):
+        hints = ["a declared --bandwidth narrows the interval of ARW"]
+    if relaxed:
+        raise Impossible(reasons, relaxed, hints=hints)
+    raise Impossible(reasons, _together(percent, nearest), hints=hints, together=True)
