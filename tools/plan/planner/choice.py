@@ -9,11 +9,12 @@ from . import costs, design, promises
 from .costs import Cost
 from .design import Design
 from .promises import Promise
-from .wishes import Wishes
+from .wishes import Wishes, with_option
 
 PERCENT_STILL_USEFUL = 40.0
 FITS = ("arw", "terms", "curve")  # best first
 RAM_OVER_FLASH = 2  # a byte of RAM is scarcer
+MORE = (1.0, 1.03, 1.1, 1.2)  # than a plan needs, so that the planner finds one
 LENGTHEN = (1.25, 1.5, 2, 3, 4, 6, 10, 20, 50, 100)
 
 
@@ -170,9 +171,18 @@ NEEDS: dict[str, tuple[Callable[[Plan], float], Callable[[float], str]]] = {
 }
 
 
-def _needed(option: str, plan: Plan) -> Relaxed:
-    measure, text = NEEDS[option]
-    return Relaxed(option, text(measure(plan)))
+def _enough(wishes: Wishes, needed: dict[str, float], of_core: Any) -> list[Relaxed]:
+    """Values of these options with which there is a plan, or none."""
+    for more in MORE:
+        relaxed = [
+            Relaxed(option, NEEDS[option][1](more * need)) for option, need in needed.items()
+        ]
+        other = wishes
+        for one in relaxed:
+            other = with_option(other, one.option, one.value)
+        if find(other, of_core):
+            return relaxed
+    return []
 
 
 def _only(option: str, plans: Iterable[tuple[float, list[Plan]]]) -> Iterator[Plan]:
@@ -187,12 +197,24 @@ def _useful(plan: Plan) -> bool:
     return plan.promise.arw_percent <= PERCENT_STILL_USEFUL
 
 
-def _relaxed_limits(plans: list[tuple[float, list[Plan]]]) -> Iterator[Relaxed]:
+def _relaxed_limits(
+    wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any
+) -> Iterator[Relaxed]:
     """Each limit as the cheapest plan that misses nothing else needs it."""
     for option, (measure, _) in NEEDS.items():
-        missing = [plan for plan in _only(option, plans) if _useful(plan)]
-        if missing:
-            yield _needed(option, min(missing, key=measure))
+        needs = [measure(plan) for plan in _only(option, plans) if _useful(plan)]
+        if needs:
+            yield from _enough(wishes, {option: min(needs)}, of_core)
+
+
+def _shorter(wishes: Wishes) -> Iterator[Wishes]:
+    """The wishes with halves of the longest averaging time."""
+    if wishes.longest_tau_s is not None:
+        for halvings in range(1, 64):
+            shorter = float(seconds(wishes.longest_tau_s / 2**halvings))
+            yield replace(wishes, longest_tau_s=shorter)
+            if shorter * wishes.rate_hz < 2:
+                break
 
 
 def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
@@ -203,12 +225,10 @@ def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
             if find(other, of_core):
                 yield Relaxed("--respond", seconds(wishes.respond_s * factor))
                 break
-    if wishes.longest_tau_s is not None:
-        for halvings in range(1, 24):
-            shorter = float(seconds(wishes.longest_tau_s / 2**halvings))
-            if find(replace(wishes, longest_tau_s=shorter), of_core):
-                yield Relaxed("--longest-tau", seconds(shorter))
-                break
+    for other in _shorter(wishes):
+        if find(other, of_core):
+            yield Relaxed("--longest-tau", seconds(other.longest_tau_s or 0))
+            break
     for axes in range(wishes.axes - 1, 0, -1):
         if find(replace(wishes, axes=axes), of_core):
             yield Relaxed("--axes", str(axes))
@@ -218,7 +238,7 @@ def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
 def _relaxed(wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any) -> list[Relaxed]:
     """One value for each option that alone makes a plan possible."""
     found: dict[str, Relaxed] = {}
-    for relaxed in (*_relaxed_limits(plans), *_relaxed_wishes(wishes, of_core)):
+    for relaxed in (*_relaxed_limits(wishes, plans, of_core), *_relaxed_wishes(wishes, of_core)):
         found.setdefault(relaxed.option, relaxed)
     return list(found.values())
 
@@ -230,20 +250,35 @@ def _nearest(plans: list[tuple[float, list[Plan]]]) -> tuple[float, Plan]:
     return min(useful or pairs, key=lambda pair: math.prod(excess(pair[1], pair[0]).values()))
 
 
-def _together(percent: float, nearest: Plan) -> list[Relaxed]:
+def _together(wishes: Wishes, percent: float, nearest: Plan, of_core: Any) -> list[Relaxed]:
     """What to relax at once if no single option suffices."""
     if not _useful(nearest):
         return []
-    return [_needed(option, nearest) for option in excess(nearest, percent)]
+    needed = {option: NEEDS[option][0](nearest) for option in excess(nearest, percent)}
+    return _enough(wishes, needed, of_core)
 
 
-def _too_long(wishes: Wishes) -> str:
-    """Why there is no design at all."""
+def _too_long(wishes: Wishes) -> Impossible:
+    """For averaging times that no cascade reaches, and what else is impossible."""
     longest = wishes.longest_tau_s or 0.0
-    return (
+    reason = (
         f"--longest-tau {seconds(longest)}: {longest * wishes.rate_hz:.3g} samples at "
         f"{wishes.rate_hz:g} Hz, more than a cascade of {wishes.type} can reach"
     )
+    other = next(o for o in _shorter(wishes) if any(group for _, group in candidates(o)))
+    relaxed = {"--longest-tau": Relaxed("--longest-tau", seconds(other.longest_tau_s or 0))}
+    try:
+        plan(other)
+    except Impossible as why:
+        more = why.relaxed if why.together else why.relaxed[:1]
+        relaxed |= {one.option: one for one in more}
+        return Impossible(
+            [reason, *why.reasons],
+            relaxed.values() if more else (),
+            hints=why.hints,
+            together=len(relaxed) > 1,
+        )
+    return Impossible([reason], relaxed.values())
 
 
 def _reasons(wishes: Wishes, percent: float, nearest: Plan) -> list[str]:
@@ -281,13 +316,14 @@ def plan(wishes: Wishes) -> Plan:
     plans = [(percent, group) for percent, group in _plans(wishes, of_core) if group]
     if plans and all(math.isinf(p.promise.arw_percent) for _, group in plans for p in group):
         raise _hidden(wishes)
-    relaxed = _relaxed(wishes, plans, of_core)
     if not plans:
-        raise Impossible([_too_long(wishes)], relaxed)
+        raise _too_long(wishes)
+    relaxed = _relaxed(wishes, plans, of_core)
     percent, nearest = _nearest(plans)
     reasons, hints = _reasons(wishes, percent, nearest), []
     if wishes.bandwidth is None and "--arw-percent" in excess(nearest, percent):
         hints = ["a declared --bandwidth narrows the interval of ARW"]
     if relaxed:
         raise Impossible(reasons, relaxed, hints=hints)
-    raise Impossible(reasons, _together(percent, nearest), hints=hints, together=True)
+    relaxed = _together(wishes, percent, nearest, of_core)
+    raise Impossible(reasons, relaxed, hints=hints, together=len(relaxed) > 1)

@@ -212,5 +212,5 @@ def impossible_as_json(why: Impossible) -> dict[str, Any]:
         "impossible": str(why),
         "hints": why.hints,
         "relax": [{"option": r.option, "value": r.value} for r in why.relaxed],
-        "together": why.together and len(why.relaxed) > 1,
+        "together": why.together,
     }

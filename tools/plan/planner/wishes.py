@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from . import sensors
 
@@ -107,6 +108,13 @@ def _readers(cores: Sequence[str]) -> dict[str, tuple[str, Callable[[str], objec
         "--core": ("core", _one_of(cores)),
         "--sensor": ("sensor", _text),
     }
+
+
+def with_option(wishes: Wishes, option: str, text: str) -> Wishes:
+    """The wishes with another value of an option."""
+    field, reader = _readers(())[option]
+    changes: dict[str, Any] = {field: reader(text)}
+    return replace(wishes, **changes)
 
 
 @dataclass(frozen=True)
