@@ -235,9 +235,16 @@ class Plan(unittest.TestCase):
                 self.assertRegex(done.stderr, r"^davar-plan: ")
 
     def test_help(self):
-        done = plan("--help")
-        self.assertEqual((0, ""), (done.returncode, done.stderr))
-        self.assertIn("--taus", done.stdout)
+        for words in (("--help",), ("--taus", "1,2", "--help"), ("--taus", "--help")):
+            done = plan(*words)
+            self.assertEqual((0, ""), (done.returncode, done.stderr))
+            self.assertIn("--taus", done.stdout)
+
+    def test_both_spellings_of_a_value(self):
+        apart = plan("--taus", "1,2,4", "--bandwidth", "20", "--rate", "100", "--name", "a")
+        joined = plan("--taus=1,2,4", "--bandwidth=20", "--rate=100", "--name=a")
+        self.assertEqual((0, ""), (joined.returncode, joined.stderr))
+        self.assertEqual(apart.stdout, joined.stdout)
 
 
 if __name__ == "__main__":

@@ -242,7 +242,18 @@ class Impossible(Planned):
         "--sensor mpu6050@800 --arw-percent 0.5 --ram 3k --flash 18k --core cortex-m3",
         "--sensor bmi160@200 --respond 0.5 --arw-percent 20 --false-alarms-per-hour 0.003 "
         "--flash 20k --core cortex-m0",
+        "--rate 32000 --lsb 0.06 --respond 10 --longest-tau 1e6 --core cortex-m4f",
+        "--rate 1000 --lsb 0.06 --arw-percent 0.1 --core cortex-m4f",
+        "--rate 1000 --lsb 0.06 --arw-percent 0.5 --bandwidth none --core cortex-m4f",
+        "--rate 100 --lsb 0.06 --respond 20 --arw-percent 1 --bandwidth none --core cortex-m4f",
+        EXAMPLE.replace("20k", "1k").replace("24k", "4k"),
     )
+
+    def refused(self, words):
+        """The object of --json for wishes that are impossible."""
+        done = command([*words.split(), "--json"])
+        self.assertEqual((1, ""), (done.returncode, done.stderr))
+        return json.loads(done.stdout)
 
     def test_the_reason_has_numbers_and_what_it_suggests_is_possible(self):
         for words in self.CASES:
@@ -251,22 +262,58 @@ class Impossible(Planned):
                 self.assertEqual((1, ""), (done.returncode, done.stdout))
                 self.assertRegex(done.stderr, r"^davar-plan: impossible: .*[0-9]")
                 self.assertFalse((self.work / "none").exists())
-                relaxed = json.loads(command([*words.split(), "--json"]).stdout)["relax"]
+                self.assertNotIn("--longest-tau 0:", done.stderr)
+                found = self.refused(words)
+                relaxed = {one["option"]: one["value"] for one in found["relax"]}
                 self.assertTrue(relaxed)
-                for one in relaxed:
-                    self.assertIn(f"{one['option']} {one['value']}", done.stderr)
-                    pairs = f"{one['option']} {one['value']}".split()
-                    kept = dict(zip(words.split()[::2], words.split()[1::2]))
-                    kept |= dict(zip(pairs[::2], pairs[1::2]))
-                    flat = [word for pair in kept.items() for word in pair]
-                    again = command(flat)
-                    self.assertEqual((0, ""), (again.returncode, again.stderr), one)
+                for option, value in relaxed.items():
+                    self.assertIn(f"  {option} {value}\n", done.stderr)
+                given = dict(zip(words.split()[::2], words.split()[1::2]))
+                ways = [relaxed] if found["together"] else [{o: v} for o, v in relaxed.items()]
+                for way in ways:
+                    again = command([word for pair in (given | way).items() for word in pair])
+                    self.assertEqual((0, ""), (again.returncode, again.stderr), way)
+
+    def test_the_reason_is_the_option_that_is_out_of_reach(self):
+        for words, option, reason in (
+            (self.CASES[6], "--longest-tau", "--longest-tau 1000000: 3.2e+10 samples at 32000 Hz"),
+            (self.CASES[7], "--arw-percent", "ARW to 0.1 %: the longest window gives"),
+            (self.CASES[8], "--arw-percent", "ARW to 0.5 %: the longest window gives"),
+        ):
+            with self.subTest(wishes=words):
+                found = self.refused(words)
+                self.assertIn(reason, found["impossible"])
+                self.assertEqual([option], [one["option"] for one in found["relax"]])
+
+    def test_the_precision_that_it_suggests_is_the_best_of_all_laws(self):
+        relaxed = {one["option"]: one["value"] for one in self.refused(self.CASES[9])["relax"]}
+        best = float(relaxed["--arw-percent"])
+        words = self.CASES[9].replace("--arw-percent 1", "--arw-percent {:.2f}")
+        self.assertEqual(0, command(words.format(best).split()).returncode)
+        self.assertEqual(1, command(words.format(0.95 * best).split()).returncode)
+
+    def test_two_limits_that_are_both_too_small_are_two_reasons_and_two_values(self):
+        found = self.refused(self.CASES[10])
+        self.assertEqual(
+            ["--ram", "--flash"], [one["option"] for one in found["relax"]], found["relax"]
+        )
+        self.assertTrue(found["together"])
+        done = command(self.CASES[10].split())
+        self.assertRegex(done.stderr, r"impossible: RAM 1k: .*\n  and flash 4k: ")
+        self.assertIn("possible with all of:\n", done.stderr)
+
+    def test_a_hint_is_not_a_reason(self):
+        done = command(self.CASES[7].split())
+        self.assertNotIn("\n  and ", done.stderr)
+        self.assertIn("--bandwidth", self.refused(self.CASES[7])["hints"][0])
+        self.assertEqual([], self.refused(self.CASES[8])["hints"])
 
     def test_noise_below_a_count_is_no_plan(self):
         words = "--rate 100 --lsb 3 --noise 1 --core cortex-m0"
         done = command(words.split())
         self.assertEqual(1, done.returncode)
         self.assertIn("rounding hides it", done.stderr)
+        self.assertIn("a smaller range of the gyro", done.stderr)
 
 
 class BadInput(Planned):
@@ -280,6 +327,8 @@ class BadInput(Planned):
             "--rate 100 --lsb 0.05 --core z80",
             "--rate 100 --lsb 0.05 --core",
             "--rate 100 --lsb 0.05 --type float --core cortex-m0",
+            "--rate 1.2.3 --lsb 0.05 --core cortex-m0",
+            "--sensor icm42688@1000 --rate 500 --core cortex-m0",
             *(
                 f"{good} {words}"
                 for words in (
@@ -296,10 +345,22 @@ class BadInput(Planned):
                     "--bandwidth 20:3",
                     "--bandwidth 9000",
                     "--bandwidth auto",
+                    "--bandwidth .",
+                    "--bandwidth -",
+                    "--bandwidth 1.2.3",
+                    "--bandwidth 20:2:60",
                     "--respond 0",
                     "--respond nan",
                     "--respond inf",
                     "--respond 1s",
+                    "--respond 1.2.3",
+                    "--respond .",
+                    "--false-alarms-per-hour 1e10",
+                    "--false-alarms-per-hour 1e-11",
+                    "--bandwidth --taus",
+                    "--taus 1,2",
+                    "--taus=1,2",
+                    "--name a",
                     "--arw-percent 90",
                     "--longest-tau 0.001",
                     "--type int8",
@@ -318,6 +379,7 @@ class BadInput(Planned):
                     (2, "", 1), (done.returncode, done.stdout, done.stderr.count("\n")), done.stderr
                 )
                 self.assertRegex(done.stderr, r"^davar-plan: \S+: ")
+                self.assertNotIn("could not convert", done.stderr)
                 self.assertFalse((self.work / "none").exists())
 
     def test_a_folder_that_cannot_be_written_is_one_line(self):
@@ -351,8 +413,27 @@ class Engine(unittest.TestCase):
         with self.assertRaises(BadOption):
             plan(rate_hz=100.0, core="cortex-m0")
 
+    def test_a_number_has_all_its_forms(self):
+        taus = [
+            plan(rate_hz=1000.0, core="cortex-m0", lsb=0.05, bandwidth=hz)["taus_s"]
+            for hz in ("200:2", "2E2:2", "200.:2", "2e+2")
+        ]
+        self.assertEqual([taus[0]] * 4, taus)
+
+    def test_a_rejected_filter_names_its_option(self):
+        with self.assertRaisesRegex(BadOption, "--bandwidth: expected"):
+            plan(rate_hz=100.0, core="cortex-m0", lsb=0.05, bandwidth="1.2.3")
+
 
 class Sensors(unittest.TestCase):
+    def test_the_low_pass_of_the_gyro_is_to_be_set_unless_another_filter_is_declared(self):
+        words = "--sensor icm42688@1000 --core cortex-m4f"
+        self.assertIn("set the gyro to the low-pass", command(words.split()).stdout)
+        for filter in ("none", "cic2:64"):
+            done = command([*words.split(), "--bandwidth", filter])
+            self.assertEqual((0, ""), (done.returncode, done.stderr))
+            self.assertNotIn("set the gyro", done.stdout)
+
     def test_every_part_has_a_plan_at_its_rates(self):
         for name, part in sensors.PARTS.items():
             for rate in part.get("bandwidth_at_rate", {part["rate_most_hz"]: 0}):

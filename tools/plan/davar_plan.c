@@ -278,15 +278,24 @@ int main(int count, char *words[])
 {
     static davar_plan_t plan;
     request_t request = {.name = "davar_ready_plan"};
-    for (int i = 1; i < count; i += 2) {
-        const char *const value = words[i + 1]; /* null after the last word */
+    for (int i = 1; i < count; i++) {
         if (strcmp(words[i], "--help") == 0) {
             return (fputs(usage, stdout) < 0) ? 2 : 0;
         }
+    }
+    for (int i = 1; i < count; i++) {
+        char *const option = words[i];
+        char *const equals = strchr(option, '=');
+        if (equals != NULL) {
+            *equals = '\0';
+        } else {
+            i++;
+        }
+        const char *const value = (equals != NULL) ? (equals + 1) : words[i]; /* null: missing */
         const int status =
             (value != NULL)
-                ? read_option(&request, words[i], value)
-                : reject(words[i], "unknown option, or its value is missing (see --help)", "");
+                ? read_option(&request, option, value)
+                : reject(option, "unknown option, or its value is missing (see --help)", "");
         if (status != 0) {
             return status;
         }

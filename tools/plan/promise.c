@@ -3,12 +3,16 @@
  * library itself fits simulated windows and detects simulated changes.
  *
  *   davar-promise TAUS FILTER RATE WINDOW NOISE [ALARMS LONGEST STRIDE]
+ *   davar-promise FILTER RATE
  *
  * TAUS, FILTER: as davar-plan; FILTER "-" is undeclared. RATE: Hz. WINDOW: samples of a usual
  * window. NOISE: white noise of a sample before the filter, in counts; 0: of no matter. For law glr,
- * ALARMS: false alarms per hour; LONGEST, STRIDE: samples. Prints lines "name value". */
+ * ALARMS: false alarms per hour; LONGEST, STRIDE: samples. The second form checks a filter and
+ * prints the first octave that it passes, in samples. Prints lines "name value". Exit status: 2 for
+ * an argument that the library rejects, with one line on standard error. */
 #include "davar/davar.h"
 #include "davar_bandwidth.h"
+#include "fit/plan.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -18,9 +22,9 @@
 #define TRIALS 401         /* windows */
 #define CHANGES 251        /* of the noise */
 #define FINE_COUNTS 1000.0 /* noise whose rounding does not matter */
-#define BLOCK 10U
-#define QUIET 1000U   /* samples before a change */
-#define LATEST 20000U /* samples after it */
+#define OCTAVES 16U        /* up to the narrowest filter */
+#define QUIET 1000U        /* samples before a change */
+#define LATEST 20000U      /* samples after it */
 #define CHANGE_COUNTS 100.0
 
 static uint64_t state = 1U;
@@ -55,12 +59,13 @@ static double quantile(double values[], int count, double share)
     return values[(int)(share * (count - 1))];
 }
 
-/* --- the interval --- */
-
-static int pair(int t, int u)
+static int reject(const char *what, const char *why)
 {
-    return (t < u) ? (((u * (u + 1)) / 2) + t) : (((t * (t + 1)) / 2) + u);
+    (void)fprintf(stderr, "davar-promise: %s: %s\n", what, why);
+    return 2;
 }
+
+/* --- the interval --- */
 
 /* Cholesky of the covariance of y (5.3) in a window of white noise, N = 1. */
 static void factorise(const davar_plan_t *plan, double window, double l[])
@@ -68,12 +73,13 @@ static void factorise(const davar_plan_t *plan, double window, double l[])
     for (int u = 0; u < plan->count; u++) {
         for (int t = 0; t <= u; t++) {
             const double effective = window + 1.0 - (1.5 * (double)plan->m[t]);
-            double left = (double)plan->covariance[pair(t, u)] / effective;
+            double left = (double)plan->covariance[plan_pair(t, u)] / effective;
             left *= (t == u) ? 1.0001 : 1.0;
             for (int s = 0; s < t; s++) {
-                left -= l[pair(s, t)] * l[pair(s, u)];
+                left -= l[plan_pair(s, t)] * l[plan_pair(s, u)];
             }
-            l[pair(t, u)] = (t == u) ? sqrt((left > 0.0) ? left : 0.0) : (left / l[pair(t, t)]);
+            l[plan_pair(t, u)] =
+                (t == u) ? sqrt((left > 0.0) ? left : 0.0) : (left / l[plan_pair(t, t)]);
         }
     }
 }
@@ -91,7 +97,7 @@ static void draw_window(const davar_plan_t *plan, const double l[], uint32_t win
         z[t] = gauss();
         double y = 1.0;
         for (int s = 0; s <= t; s++) {
-            y += l[pair(s, t)] * z[s];
+            y += l[plan_pair(s, t)] * z[s];
         }
         const double m = (double)plan->m[t];
         const double square = (noise * noise * y * (double)plan->gain[t]) + (1.0 / 12.0);
@@ -172,9 +178,10 @@ static int promise_alarm(double rate_hz, uint32_t window, double alarms, uint32_
     config.glr.false_alarms_per_hour = alarms;
     const size_t bytes = davar_memory_size_q15(&config);
     void *const memory = calloc(1U, bytes + 8U);
-    if ((memory == NULL) || (davar_init_q15(&davar, &config, memory, bytes) != DAVAR_OK)) {
+    const davar_status_t status = davar_init_q15(&davar, &config, memory, bytes);
+    if (status != DAVAR_OK) {
         free(memory);
-        return 2;
+        return reject("law glr", davar_status_text(status));
     }
     for (int i = 0; i < CHANGES; i++) {
         late[i] = delay(&davar, &result, 2.0);
@@ -200,12 +207,45 @@ static uint8_t read_taus(const char *text, uint32_t taus[])
     return count;
 }
 
+/* Returns 0, or the exit status of an error. */
+static int read_filter(const char *text, double rate_hz, davar_filter_t *filter)
+{
+    davar_bandwidth_t bandwidth;
+    char why[400];
+    const bool good = davar_bandwidth_read(text, &bandwidth);
+    if (good && davar_bandwidth_at(&bandwidth, rate_hz, filter)) {
+        return 0;
+    }
+    (void)snprintf(why, sizeof why, "expected %s, found '%s'",
+                   good ? DAVAR_BANDWIDTH_RANGE : DAVAR_BANDWIDTH_FORMS, text);
+    return reject("--bandwidth", why);
+}
+
+static int print_passed(const char *text, double rate_hz)
+{
+    static davar_plan_t plan;
+    uint32_t taus[OCTAVES];
+    davar_filter_t filter;
+    const int status = read_filter(text, rate_hz, &filter);
+    if (status != 0) {
+        return status;
+    }
+    for (uint32_t t = 0U; t < OCTAVES; t++) {
+        taus[t] = UINT32_C(1) << t;
+    }
+    davar_plan_init_filtered(&plan, taus, OCTAVES, &filter);
+    (void)printf("passed_samples %u\n", (unsigned)taus[plan.passed]);
+    return 0;
+}
+
 int main(int count, char *words[])
 {
     static davar_plan_t plan;
     uint32_t taus[DAVAR_TAUS_MAX];
-    davar_bandwidth_t bandwidth;
     davar_filter_t filter;
+    if (count == 3) {
+        return print_passed(words[1], strtod(words[2], NULL));
+    }
     if ((count != 6) && (count != 9)) {
         (void)fputs("davar-promise: for tools/davar-plan\n", stderr);
         return 2;
@@ -216,11 +256,12 @@ int main(int count, char *words[])
     const double noise = strtod(words[5], NULL);
     if (strcmp(words[2], "-") == 0) {
         davar_plan_init(&plan, taus, tau_count);
-    } else if (davar_bandwidth_read(words[2], &bandwidth) &&
-               davar_bandwidth_at(&bandwidth, rate_hz, &filter)) {
-        davar_plan_init_filtered(&plan, taus, tau_count, &filter);
     } else {
-        return 2;
+        const int status = read_filter(words[2], rate_hz, &filter);
+        if (status != 0) {
+            return status;
+        }
+        davar_plan_init_filtered(&plan, taus, tau_count, &filter);
     }
     promise_interval(&plan, window, (noise > 0.0) ? noise : FINE_COUNTS);
     return (count == 6)

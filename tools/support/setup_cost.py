@@ -23,7 +23,7 @@ import targets
 ROOT = targets.ROOT
 sys.path.insert(0, str(ROOT / "tools/plan"))
 
-from planner import costs, library, text  # noqa: E402
+from planner import costs, text  # noqa: E402
 from planner.design import TAUS_MOST, Design  # noqa: E402
 from planner.wishes import TYPES, Wishes  # noqa: E402
 
@@ -170,12 +170,8 @@ def options_of(options: Sequence[str]) -> list[str]:
 
 def write(design: Design, folder: Path) -> None:
     """Writes the C files of a design."""
-    plan = library.fit_plan(design)
-    title = "davar - a setup."
-    header = text.header(design, title, ["For a measurement."])
-    (folder / "davar_setup.h").write_text(header, encoding="utf-8")
-    source = text.source(design, title, plan.text, plan.whitening)
-    (folder / "davar_setup.c").write_text(source, encoding="utf-8")
+    for name, content in text.files(design, "davar - a setup.", ["For a measurement."]).items():
+        (folder / name).write_text(content, encoding="utf-8")
 
 
 def measure(target: str, design: Design, folder: Path) -> Figures:

@@ -42,7 +42,8 @@ LINKED = {
     "everything_glr": (5, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")),
 }  # tests/target/linked.c
 STRIDE = 60
-ENGINES = ("auto2", "auto10", "auto60", "grid10", "grid60")  # and their strides
+# Engine, stride.
+ENGINES = (("auto", 2), ("auto", 10), ("auto", 60), ("grid", 10), ("grid", 60))
 
 
 def tool(target: str, name: str, *arguments: str | Path) -> str:
@@ -233,12 +234,13 @@ def measure(target: str) -> Figures:
         "stack_bytes": raw["stack_push_bytes"],
         "stack_take_bytes": raw["stack_take_bytes"],
     }
-    for engine in ENGINES:
+    for engine, stride in ENGINES:
+        name = f"{engine}{stride}"
         figures |= {
-            f"{engine}_instructions_per_sample": raw[f"{engine}_x100"] / 100,
-            f"{engine}_blocks_instructions_per_sample": raw[f"{engine}_blocks_x100"] / 100,
-            f"{engine}_worst_push_instructions": raw[f"{engine}_worst"],
-            f"{engine}_ram_bytes": raw[f"{engine}_ram"],
+            f"{name}_instructions_per_sample": raw[f"{name}_x100"] / 100,
+            f"{name}_blocks_instructions_per_sample": raw[f"{name}_blocks_x100"] / 100,
+            f"{name}_worst_push_instructions": raw[f"{name}_worst"],
+            f"{name}_ram_bytes": raw[f"{name}_ram"],
         }
     figures.update(flash(target, where) | linked(target, where))
     figures["flash_bytes"] = figures["flash_push_bytes"] + figures["flash_take_bytes"]
@@ -463,10 +465,11 @@ class Engines(NamedTuple):
         values = figures[self.core]
         rows = [
             (
-                *reversed(re.findall(r"\d+|\D+", engine)),
-                *(f"{values[f'{engine}_{key}']:.0f}" for _, key in ENGINE_COLUMNS),
+                str(stride),
+                engine,
+                *(f"{values[f'{engine}{stride}_{key}']:.0f}" for _, key in ENGINE_COLUMNS),
             )
-            for engine in ENGINES
+            for engine, stride in ENGINES
         ]
         return markdown(("stride", "engine", *(title for title, _ in ENGINE_COLUMNS)), rows)
 

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import choice, costs, library, report, text, wishes
+from . import choice, costs, design, report, sensors, text, wishes
 from .choice import Impossible, Plan
 from .wishes import BadOption
 
@@ -25,7 +25,7 @@ fit alone: see --taus --help.
 
 What you have
   --sensor NAME@RATE   a gyro of docs/FIRMWARE.md: its counts, low-pass and typical noise at that
-                       sample rate in Hz; other options override them. {sensors}
+                       sample rate in Hz; other options override these. {sensors}
   --rate HZ            sample rate
   --axes N             axes of the gyro, 1 to {axes} (1)
   --type TYPE          of a sample: int16, int32 or float (int16)
@@ -40,7 +40,7 @@ What you have
 What you want
   --respond S          results follow a change of the noise within S seconds ({respond:g})
   --arw-percent P      95 % interval of the angle random walk: +-P percent ({percent:g})
-  --longest-tau S      averaging times up to S seconds, for bias instability and random walk
+  --longest-tau S      averaging times to at least S seconds, for bias instability and random walk
   --false-alarms-per-hour X
                        an alarm when the noise changes, and X false alarms in an hour
 
@@ -54,8 +54,6 @@ on standard error, nothing written).
 
 
 def usage() -> str:
-    from . import design, sensors
-
     return USAGE.format(
         sensors="NAME:\n" + " " * 23 + ", ".join(sorted(sensors.PARTS)[:6]) + ",\n" + " " * 23
         + ", ".join(sorted(sensors.PARTS)[6:]),
@@ -66,19 +64,6 @@ def usage() -> str:
         respond=design.RESPOND_S,
         percent=design.ARW_PERCENT,
     )  # fmt: skip
-
-
-def files(plan: Plan, command: str) -> dict[str, str]:
-    """Name -> content."""
-    fit_plan = library.fit_plan(plan.design)
-    title = f"davar - a setup for {report.subject(plan)}, written by tools/davar-plan."
-    options = "".join(f"-D{define}\n" for define in text.defines(plan.design))
-    return {
-        "davar_setup.h": text.header(plan.design, title, report.comment(plan, command)),
-        "davar_setup.c": text.source(plan.design, title, fit_plan.text, fit_plan.whitening),
-        "davar_setup.args": options,
-        "davar_setup.cmake": text.cmake(plan.design),
-    }
 
 
 def write(folder: Path, contents: dict[str, str]) -> None:
@@ -94,6 +79,12 @@ def write(folder: Path, contents: dict[str, str]) -> None:
         raise BadOption(f"-o: cannot write {why.filename}: {why.strerror}") from None
 
 
+def files(plan: Plan, command: str) -> dict[str, str]:
+    """Name -> content. command: the one that makes these files."""
+    title = f"davar - a setup for {report.subject(plan)}, written by tools/davar-plan."
+    return text.files(plan.design, title, report.comment(plan, command))
+
+
 def run(words: Sequence[str]) -> int:
     command = wishes.read(words, costs.cores())
     try:
@@ -104,17 +95,15 @@ def run(words: Sequence[str]) -> int:
         else:
             print("davar-plan: " + "\n".join(report.impossible(why)), file=sys.stderr)
         return 1
-    contents = files(plan, "tools/davar-plan " + shlex.join(words))
+    wrote = "nothing: give a folder with -o to get the C files"
     if command.folder is not None:
+        contents = files(plan, "tools/davar-plan " + shlex.join(words))
         write(Path(command.folder), contents)
+        wrote = f"{', '.join(contents)} in {command.folder}"
     if command.json:
         print(json.dumps(report.as_json(plan), indent=1))
-        return 0
-    print("\n".join(report.lines(plan)))
-    if command.folder is not None:
-        print(f"  wrote  {', '.join(contents)} in {command.folder}")
     else:
-        print("  wrote  nothing: give a folder with -o to get the C files")
+        print("\n".join([*report.lines(plan), f"  wrote  {wrote}"]))
     return 0
 
 

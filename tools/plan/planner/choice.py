@@ -9,12 +9,12 @@ from . import costs, design, promises
 from .costs import Cost
 from .design import Design
 from .promises import Promise
-from .wishes import Wishes, changed
+from .wishes import Wishes, with_option
 
 PERCENT_STILL_USEFUL = 40.0
 FITS = ("arw", "terms", "curve")  # best first
 RAM_OVER_FLASH = 2  # a byte of RAM is scarcer
-ATTEMPTS = 5
+MORE = (1.0, 1.03, 1.1, 1.2)  # than a plan needs, so that the planner finds one
 LENGTHEN = (1.25, 1.5, 2, 3, 4, 6, 10, 20, 50, 100)
 
 
@@ -36,11 +36,19 @@ class Relaxed:
 
 
 class Impossible(Exception):
-    """No design meets the wishes. The text has the reason."""
+    """No design meets the wishes. relaxed: each of them suffices; together: all are needed."""
 
-    def __init__(self, reason: str, relaxed: Iterable[Relaxed] = ()) -> None:
-        super().__init__(reason)
-        self.relaxed = list(relaxed)
+    def __init__(
+        self,
+        reasons: Iterable[str],
+        relaxed: Iterable[Relaxed] = (),
+        *,
+        hints: Iterable[str] = (),
+        together: bool = False,
+    ) -> None:
+        self.reasons, self.hints, self.relaxed = list(reasons), list(hints), list(relaxed)
+        self.together = together
+        super().__init__("; ".join(self.reasons))
 
 
 def kilobytes(size: int) -> str:
@@ -64,14 +72,11 @@ def _reaching(
     short = replace(wishes, longest_tau_s=None)
     window, longest = 400.0, design.WINDOW_MOST[wishes.type] * 0.9
     for _ in range(12):
-        tried = make(short, int(window))
-        if not tried:
-            break
-        found = promises.promise(tried[0]).arw_percent
+        found = promises.promise(make(short, int(window))[0]).arw_percent
         if math.isinf(found) or 0.93 * percent < found <= percent:
             break
-        factor = min(max((found / percent) ** 2 * 1.04, 0.1), 10)
-        window = min(max(window * factor, 64.0), longest)
+        window *= min(max((found / percent) ** 2 * 1.04, 0.1), 10)
+        window = min(max(window, 64.0), longest)
     return make(wishes, int(window))
 
 
@@ -145,7 +150,7 @@ def _described(wishes: Wishes) -> list[str]:
     if wishes.false_alarms_per_hour is not None:
         words.append("alarms")
     if wishes.longest_tau_s is not None:
-        words.append(f"averaging times to {seconds(wishes.longest_tau_s)} s")
+        words.append(f"averaging times to at least {seconds(wishes.longest_tau_s)} s")
     return words
 
 
@@ -157,13 +162,27 @@ def _need(wishes: Wishes) -> str:
     return f"{', '.join(words[:-1])} and {words[-1]} need"
 
 
-# Option -> what a plan needs of it, as the option's value.
-NEEDS: dict[str, Callable[[Plan], str]] = {
-    "--ram": lambda plan: kilobytes(plan.cost.ram_bytes),
-    "--flash": lambda plan: kilobytes(plan.cost.flash_bytes),
-    "--arw-percent": lambda plan: f"{plan.promise.arw_percent * 1.01 + 0.05:.1f}",
-    "--respond": lambda plan: seconds(plan.promise.respond_s * 1.01),
+# Option -> what a plan needs of it, and that as the option's value.
+NEEDS: dict[str, tuple[Callable[[Plan], float], Callable[[float], str]]] = {
+    "--ram": (lambda plan: plan.cost.ram_bytes, lambda size: kilobytes(int(size))),
+    "--flash": (lambda plan: plan.cost.flash_bytes, lambda size: kilobytes(int(size))),
+    "--arw-percent": (lambda plan: plan.promise.arw_percent, lambda p: f"{p * 1.01 + 0.05:.1f}"),
+    "--respond": (lambda plan: plan.promise.respond_s, lambda s: seconds(s * 1.01)),
 }
+
+
+def _enough(wishes: Wishes, needed: dict[str, float], of_core: Any) -> list[Relaxed]:
+    """Values of these options with which there is a plan, or none."""
+    for more in MORE:
+        relaxed = [
+            Relaxed(option, NEEDS[option][1](more * need)) for option, need in needed.items()
+        ]
+        other = wishes
+        for one in relaxed:
+            other = with_option(other, one.option, one.value)
+        if find(other, of_core):
+            return relaxed
+    return []
 
 
 def _only(option: str, plans: Iterable[tuple[float, list[Plan]]]) -> Iterator[Plan]:
@@ -178,36 +197,24 @@ def _useful(plan: Plan) -> bool:
     return plan.promise.arw_percent <= PERCENT_STILL_USEFUL
 
 
-def _sufficient(wishes: Wishes, values: dict[str, str], of_core: Any) -> dict[str, str] | None:
-    """Values of options that make a plan possible: these, and what the nearest plan still misses,
-    because a new precision or time leads to other windows. A relaxed limit of memory gives way
-    first, because it leads to no others. None: not found."""
-    memory = {"--ram", "--flash"} & set(values)
-    for _ in range(ATTEMPTS):
-        other = changed(wishes, values)
-        if find(other, of_core) is not None:
-            return values
-        plans = [(percent, group) for percent, group in _plans(other, of_core) if group]
-        if not plans:
-            return None
-        only = [(p, [plan for plan in g if set(excess(plan, p)) <= memory]) for p, g in plans]
-        percent, nearest = _nearest([pair for pair in only if pair[1]] or plans)
-        values = values | {option: NEEDS[option](nearest) for option in excess(nearest, percent)}
-    return None
-
-
 def _relaxed_limits(
     wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any
 ) -> Iterator[Relaxed]:
     """Each limit as the cheapest plan that misses nothing else needs it."""
-    for option, need in NEEDS.items():
-        missing = [plan for plan in _only(option, plans) if _useful(plan)]
-        if missing:
-            percent = design.ARW_PERCENT
-            cheapest = min(missing, key=lambda p: excess(p, percent).get(option, 1))
-            found = _sufficient(wishes, {option: need(cheapest)}, of_core)
-            if found and set(found) == {option}:
-                yield Relaxed(option, found[option])
+    for option, (measure, _) in NEEDS.items():
+        needs = [measure(plan) for plan in _only(option, plans) if _useful(plan)]
+        if needs:
+            yield from _enough(wishes, {option: min(needs)}, of_core)
+
+
+def _shorter(wishes: Wishes) -> Iterator[Wishes]:
+    """The wishes with halves of the longest averaging time."""
+    if wishes.longest_tau_s is not None:
+        for halvings in range(1, 64):
+            shorter = float(seconds(wishes.longest_tau_s / 2**halvings))
+            yield replace(wishes, longest_tau_s=shorter)
+            if shorter * wishes.rate_hz < 2:
+                break
 
 
 def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
@@ -218,12 +225,10 @@ def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
             if find(other, of_core):
                 yield Relaxed("--respond", seconds(wishes.respond_s * factor))
                 break
-    if wishes.longest_tau_s is not None:
-        for halvings in range(1, 24):
-            shorter = float(seconds(wishes.longest_tau_s / 2**halvings))
-            if find(replace(wishes, longest_tau_s=shorter), of_core):
-                yield Relaxed("--longest-tau", seconds(shorter))
-                break
+    for other in _shorter(wishes):
+        if find(other, of_core):
+            yield Relaxed("--longest-tau", seconds(other.longest_tau_s or 0))
+            break
     for axes in range(wishes.axes - 1, 0, -1):
         if find(replace(wishes, axes=axes), of_core):
             yield Relaxed("--axes", str(axes))
@@ -245,42 +250,40 @@ def _nearest(plans: list[tuple[float, list[Plan]]]) -> tuple[float, Plan]:
     return min(useful or pairs, key=lambda pair: math.prod(excess(pair[1], pair[0]).values()))
 
 
-def _together(wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any) -> list[Relaxed]:
+def _together(wishes: Wishes, percent: float, nearest: Plan, of_core: Any) -> list[Relaxed]:
     """What to relax at once if no single option suffices."""
-    percent, nearest = _nearest(plans)
     if not _useful(nearest):
         return []
-    needs = {option: NEEDS[option](nearest) for option in excess(nearest, percent)}
-    values = list((_sufficient(wishes, needs, of_core) or {}).items())
-    if not values:
-        return []
-    return [Relaxed(values[0][0], " ".join([values[0][1], *(f"{o} {v}" for o, v in values[1:])]))]
+    needed = {option: NEEDS[option][0](nearest) for option in excess(nearest, percent)}
+    return _enough(wishes, needed, of_core)
 
 
-def _reason_without_design(wishes: Wishes) -> str:
-    if design.fixed(replace(wishes, longest_tau_s=None)):
-        return (
-            f"--longest-tau {seconds(wishes.longest_tau_s or 0)}: too long for the exact sums of "
-            f"{wishes.type} at {wishes.rate_hz:g} Hz"
-        )
-    least = 1.2 * design.WINDOW_LEAST / wishes.rate_hz
-    return (
-        f"--respond {seconds(wishes.respond_s or 0)}: less than {design.WINDOW_LEAST} samples at "
-        f"{wishes.rate_hz:g} Hz, which take {seconds(least)} s"
+def _too_long(wishes: Wishes) -> Impossible:
+    """For averaging times that no cascade reaches, and what else is impossible."""
+    longest = wishes.longest_tau_s or 0.0
+    reason = (
+        f"--longest-tau {seconds(longest)}: {longest * wishes.rate_hz:.3g} samples at "
+        f"{wishes.rate_hz:g} Hz, more than a cascade of {wishes.type} can reach"
     )
-
-
-def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
-    """What the wishes need and do not get."""
-    if all(math.isinf(plan.promise.arw_percent) for _, group in plans for plan in group):
-        counts = design.noise_counts(wishes)
-        return (
-            f"--lsb {wishes.lsb:g}: the typical noise is {counts:.2g} counts before the filter, "
-            "and rounding hides it: choose a smaller range of the gyro, or sum samples "
-            "(davar/average.h)"
+    other = next(o for o in _shorter(wishes) if any(group for _, group in candidates(o)))
+    relaxed = {"--longest-tau": Relaxed("--longest-tau", seconds(other.longest_tau_s or 0))}
+    try:
+        plan(other)
+    except Impossible as why:
+        more = why.relaxed if why.together else why.relaxed[:1]
+        relaxed |= {one.option: one for one in more}
+        return Impossible(
+            [reason, *why.reasons],
+            relaxed.values() if more else (),
+            hints=why.hints,
+            together=len(relaxed) > 1,
         )
-    percent, nearest = _nearest(plans)
-    said = {
+    return Impossible([reason], relaxed.values())
+
+
+def _reasons(wishes: Wishes, percent: float, nearest: Plan) -> list[str]:
+    """What the wishes need and do not get, by the nearest plan."""
+    found = {
         "--ram": f"RAM {kilobytes(wishes.ram_bytes or 0)}: {_need(wishes)} "
         f"{kilobytes(nearest.cost.ram_bytes)}",
         "--flash": f"flash {kilobytes(wishes.flash_bytes or 0)}: {_need(wishes)} "
@@ -288,10 +291,20 @@ def _reason(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> str:
         "--respond": f"respond {seconds(wishes.respond_s or 0)} s: a doubling of the noise is seen "
         f"within {seconds(nearest.promise.respond_s)} s",
         "--arw-percent": f"ARW to {percent:g} %: the longest window gives "
-        f"{nearest.promise.arw_percent:.1f} %"
-        + ("; a declared --bandwidth makes that narrower" if wishes.bandwidth is None else ""),
+        f"{nearest.promise.arw_percent:.1f} %",
     }
-    return "; ".join(said[option] for option in excess(nearest, percent))
+    return [found[option] for option in excess(nearest, percent)]
+
+
+def _hidden(wishes: Wishes) -> Impossible:
+    """For noise that rounding hides in every plan."""
+    return Impossible(
+        [
+            f"--lsb {wishes.lsb:g}: the typical noise is {design.noise_counts(wishes):.2g} counts "
+            "before the filter, and rounding hides it"
+        ],
+        hints=["choose a smaller range of the gyro, or sum samples (davar/average.h)"],
+    )
 
 
 def plan(wishes: Wishes) -> Plan:
@@ -301,7 +314,16 @@ def plan(wishes: Wishes) -> Plan:
     if found is not None:
         return found
     plans = [(percent, group) for percent, group in _plans(wishes, of_core) if group]
-    relaxed = _relaxed(wishes, plans, of_core)
+    if plans and all(math.isinf(p.promise.arw_percent) for _, group in plans for p in group):
+        raise _hidden(wishes)
     if not plans:
-        raise Impossible(_reason_without_design(wishes), relaxed)
-    raise Impossible(_reason(wishes, plans), relaxed or _together(wishes, plans, of_core))
+        raise _too_long(wishes)
+    relaxed = _relaxed(wishes, plans, of_core)
+    percent, nearest = _nearest(plans)
+    reasons, hints = _reasons(wishes, percent, nearest), []
+    if wishes.bandwidth is None and "--arw-percent" in excess(nearest, percent):
+        hints = ["a declared --bandwidth narrows the interval of ARW"]
+    if relaxed:
+        raise Impossible(reasons, relaxed, hints=hints)
+    relaxed = _together(wishes, percent, nearest, of_core)
+    raise Impossible(reasons, relaxed, hints=hints, together=len(relaxed) > 1)

@@ -173,7 +173,7 @@ def of_row(figure: str, row: dict[str, Any], design: Design, sizes: dict[str, An
 def cost(design: Design, of_core: dict[str, Any]) -> Cost:
     """What the design costs. of_core: the table of its core."""
     wishes, sizes = design.wishes, of_core["sizes"]
-    row = of_core["window"][f"{wishes.type} {design.law} {design.engine}"]
+    row = of_core["window"][design.kind]
     found = {figure: of_row(figure, row, design, sizes) for figure in FEATURES}
     other, curve = row["other_ram_bytes"], None
     if design.cascade_taus:

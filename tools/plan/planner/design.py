@@ -1,10 +1,10 @@
 """From wishes to candidates: everything that a setup needs, in samples."""
 
 import math
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from . import library
 from .wishes import Wishes
 
 RESPOND_S = 5.0  # usual wishes
@@ -70,8 +70,8 @@ class Design:
 
     @property
     def kind(self) -> str:
-        """The row of the cost table."""
-        return f"{self.wishes.type} {self.law} {self.engine} {self.fit}"
+        """Its row among the windows of the cost table."""
+        return f"{self.wishes.type} {self.law} {self.engine}"
 
 
 def noise_counts(wishes: Wishes) -> float:
@@ -81,13 +81,11 @@ def noise_counts(wishes: Wishes) -> float:
     return wishes.noise / 60 * math.sqrt(wishes.rate_hz) / wishes.lsb
 
 
-def _filter_samples(wishes: Wishes) -> float:
-    """The cluster size that a filter passes, about."""
-    text = wishes.bandwidth or ""
-    hz = re.match(r"([0-9.]+(?:e[0-9]+)?)", text)
-    long = 0.7 * wishes.rate_hz / float(hz[1]) if hz and float(hz[1]) > 0 else 1.0
-    averages = re.search(r"average([0-9]*):([0-9]+)", text)
-    return max(long, 2.0 * int(averages[1] or 1) * int(averages[2]) if averages else 1.0)
+def _filter_samples(wishes: Wishes) -> int:
+    """From this cluster size on, a filter matters little. Raises BadOption for a bad filter."""
+    if wishes.bandwidth is None:
+        return 1
+    return 2 * library.passed_samples(wishes.bandwidth, wishes.rate_hz)
 
 
 def _octaves(largest: float, most: int) -> tuple[int, ...]:

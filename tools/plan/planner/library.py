@@ -1,14 +1,14 @@
-"""What the library itself computes for a design, by the program davar-plan of tools/plan."""
+"""What the library itself computes, by the programs davar-plan and davar-promise of tools/plan."""
 
 import os
 import re
 import subprocess
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from .design import Design
-from .wishes import BadOption
+from .wishes import BadOption, Wishes
 
 PROGRAM = Path(
     os.environ.get(
@@ -25,53 +25,49 @@ class FitPlan(NamedTuple):
     whitening: tuple[str, ...]
 
 
-def run(*words: str) -> str:
-    """The output of the program. Raises BadOption with its error."""
-    done = subprocess.run([PROGRAM, *words], text=True, capture_output=True, check=False)
+@cache
+def run(program: Path, *words: str) -> str:
+    """The output of a program. Raises BadOption with its error."""
+    done = subprocess.run([program, *words], text=True, capture_output=True, check=False)
     if done.returncode:
-        raise BadOption(done.stderr.strip().removeprefix("davar-plan: "))
+        raise BadOption(done.stderr.strip().removeprefix(f"{program.name}: "))
     return done.stdout
 
 
-def promise(design: Design, window: int, noise: float) -> dict[str, float]:
-    """What the library promises for a window of so many samples, and for the alarms of law glr."""
-    wishes = design.wishes
-    words = [
-        ",".join(map(str, design.taus)),
-        wishes.bandwidth or "-",
-        repr(wishes.rate_hz),
-        str(window),
-        repr(noise),
-    ]
-    if design.law == "glr":
-        alarms = repr(wishes.false_alarms_per_hour)
-        words += [alarms, str(design.window), str(design.stride)]
-    try:
-        return _promised(*words)
-    except subprocess.CalledProcessError:
-        fit_plan(design)  # raises BadOption if the filter is the reason
-        raise
-
-
-@cache
 def _promised(*words: str) -> dict[str, float]:
-    done = subprocess.run([PROMISE, *words], text=True, capture_output=True, check=True)
-    return {name: float(value) for name, value in map(str.split, done.stdout.splitlines())}
+    lines = run(PROMISE, *words).splitlines()
+    return {name: float(value) for name, value in map(str.split, lines)}
 
 
-def filter_options(design: Design) -> list[str]:
-    wishes = design.wishes
-    if wishes.bandwidth is None:
-        return []
-    return ["--bandwidth", wishes.bandwidth, "--rate", repr(wishes.rate_hz)]
+def passed_samples(bandwidth: str, rate_hz: float) -> int:
+    """The first octave of cluster sizes that a filter passes. Raises BadOption."""
+    return int(_promised(bandwidth, repr(rate_hz))["passed_samples"])
 
 
-def fit_plan(design: Design) -> FitPlan:
-    """The plan of the fit for the cluster sizes and the filter of a design."""
-    sizes = ",".join(map(str, design.taus))
-    slow = ",".join(map(str, design.long_taus)) if design.fit == "terms" else ""
-    options = [*(["--long", slow] if slow else []), *filter_options(design)]
-    text = run("--taus", sizes, "--name", "davar_setup_plan", *options)
+def _list(sizes: Sequence[int]) -> str:
+    return ",".join(map(str, sizes))
+
+
+def promise(
+    wishes: Wishes, taus: Sequence[int], window: int, noise: float, alarm: Sequence[int] = ()
+) -> dict[str, float]:
+    """What the library promises for a window of so many samples, and for the alarms of law glr.
+    noise: of a sample in counts. alarm: longest window and stride of law glr, in samples.
+    """
+    words = [_list(taus), wishes.bandwidth or "-", repr(wishes.rate_hz), str(window), repr(noise)]
+    if alarm:
+        words += [repr(wishes.false_alarms_per_hour), *map(str, alarm)]
+    return _promised(*words)
+
+
+def fit_plan(wishes: Wishes, taus: Sequence[int], long_taus: Sequence[int] = ()) -> FitPlan:
+    """The plan of the fit for the filter and the cluster sizes of the window, and of a cascade."""
+    words = ["--taus", _list(taus), "--name", "davar_setup_plan"]
+    if long_taus:
+        words += ["--long", _list(long_taus)]
+    if wishes.bandwidth is not None:
+        words += ["--bandwidth", wishes.bandwidth, "--rate", repr(wishes.rate_hz)]
+    text = run(PROGRAM, *words)
     body, _, comment = text.partition("/* Law glr with this filter:")
     found = re.findall(r"\.(whiten_\w+) = ([-+.e0-9]+)", comment)
     settings = tuple(f".{name} = {value}" for name, value in found if float(value) != 0)

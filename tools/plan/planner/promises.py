@@ -7,6 +7,7 @@ from statistics import NormalDist
 from . import library
 from .design import CASCADE_CLUSTERS, MEAN_WINDOW, Design, noise_counts
 
+FLOOR = 0.664  # deviation of bias instability B, over B: (1.2) of lib/DESIGN.md
 FILTERED = 1.25  # delays of law glr after a filter, at most, lib/src/detector/DESIGN.md
 PRESENT_LEAST = 50.0  # percent of windows
 
@@ -38,14 +39,16 @@ def promise(design: Design) -> Promise:
     glr = design.law == "glr"
     window = int(design.window * MEAN_WINDOW) if glr else design.window
     alarms = wishes.false_alarms_per_hour if glr else None
-    found = library.promise(design, window, noise_counts(wishes))
+    alarm = (design.window, design.stride) if glr else ()
+    found = library.promise(wishes, design.taus, window, noise_counts(wishes), alarm)
     shown = found.get("present_percent", 0.0) >= PRESENT_LEAST
     respond = design.respond_s
     if glr:
         filtered = wishes.bandwidth not in (None, "none")
         respond = found["doubling_samples"] / wishes.rate_hz * (FILTERED if filtered else 1.0)
     longest = design.taus_s[-1]
-    edge = wishes.noise / (0.664 * math.sqrt(longest / 3600)) if slow and wishes.noise else None
+    freedom = 0.927 * (CASCADE_CLUSTERS + 0.36)  # of random walk: (5.1) of lib/src/fit/DESIGN.md
+    edge = wishes.noise / (FLOOR * math.sqrt(longest / 3600)) if slow and wishes.noise else None
     return Promise(
         arw_percent=found["arw_percent"] if shown else math.inf,
         respond_s=respond,
@@ -53,6 +56,6 @@ def promise(design: Design) -> Promise:
         longest_tau_s=longest,
         curve_first_s=2 * longest if slow else None,
         curve_settled_s=(CASCADE_CLUSTERS + 2) * longest if slow else None,
-        curve_percent=chi_square_percent(0.927 * (CASCADE_CLUSTERS + 0.36)) if slow else None,
+        curve_percent=chi_square_percent(freedom) if slow else None,
         bias_instability_deg_per_h=edge,
     )

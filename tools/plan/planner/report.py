@@ -123,7 +123,7 @@ def remarks(plan: Plan) -> list[str]:
             "the gyro's low-pass is not declared: results that a filter could falsify are "
             "withheld. State it with --bandwidth, or --bandwidth none"
         )
-    elif wishes.sensor:
+    elif wishes.bandwidth == wishes.sensor_bandwidth:
         found.append(f"set the gyro to the low-pass of this plan: --bandwidth {wishes.bandwidth}")
     counts = noise_counts(wishes)
     if 0 < counts < 1:
@@ -164,7 +164,7 @@ def comment(plan: Plan, command: str) -> list[str]:
 
 
 def as_json(plan: Plan) -> dict[str, Any]:
-    """The contract's keys first."""
+    """What --json prints. Lengths in bytes, times in seconds."""
     design, cost, promise = plan.design, plan.cost, plan.promise
     rate = design.wishes.rate_hz
     return {
@@ -198,11 +198,11 @@ def as_json(plan: Plan) -> dict[str, Any]:
 
 
 def impossible(why: Impossible) -> list[str]:
-    """The reason, and what to relax."""
-    reasons = str(why).split("; ")
-    found = [f"impossible: {reasons[0]}", *(f"  and {reason}" for reason in reasons[1:])]
+    """The reasons, and what to relax."""
+    found = [f"impossible: {why.reasons[0]}", *(f"  and {reason}" for reason in why.reasons[1:])]
+    found += [f"  {hint}" for hint in why.hints]
     if why.relaxed:
-        found.append("possible with one of:")
+        found.append(f"possible with {'all' if why.together else 'one'} of:")
         found += [f"  {relaxed.option} {relaxed.value}" for relaxed in why.relaxed]
     return found
 
@@ -210,5 +210,7 @@ def impossible(why: Impossible) -> list[str]:
 def impossible_as_json(why: Impossible) -> dict[str, Any]:
     return {
         "impossible": str(why),
+        "hints": why.hints,
         "relax": [{"option": r.option, "value": r.value} for r in why.relaxed],
+        "together": why.together,
     }

@@ -37,11 +37,13 @@ def look_up(name: str, rate_hz: float) -> dict[str, object]:
     part = PARTS[name]
     if not part["rate_least_hz"] <= rate_hz <= part["rate_most_hz"]:
         raise ValueError(f"a rate of {part['rate_least_hz']:g} to {part['rate_most_hz']:g} Hz")
+    filter = bandwidth(part, rate_hz)
     return {
         "sensor": f"{name}@{rate_hz:g}",
         "rate_hz": rate_hz,
         "type": "int16",
         "lsb": part["lsb_dps"],
-        "bandwidth": bandwidth(part, rate_hz),
+        "bandwidth": filter,
+        "sensor_bandwidth": filter,
         "noise": part["noise_dps_per_root_hz"] * 60 / 2**0.5,
     }

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
+from . import library
 from .design import BLOCK, CASCADE_CLUSTERS, GAPS, Design
 
-NAME = "davar_setup"
 SUFFIX = {"int16": "q15", "int32": "q31", "float": "f32"}
 SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
 TOGETHER = 16  # samples of an axis that a push hands on at once
@@ -339,3 +339,15 @@ def cmake(design: Design) -> str:
         'set({} {} CACHE STRING "made by tools/davar-plan" FORCE)\n'.format(*d.split("="))
         for d in defines(design)
     )
+
+
+def files(design: Design, title: str, about: Sequence[str]) -> dict[str, str]:
+    """Name -> content. about: lines for the comment at the top of the header."""
+    long_taus = design.long_taus if design.fit == "terms" else ()
+    plan = library.fit_plan(design.wishes, design.taus, long_taus)
+    return {
+        "davar_setup.h": header(design, title, about),
+        "davar_setup.c": source(design, title, plan.text, plan.whitening),
+        "davar_setup.args": "".join(f"-D{define}\n" for define in defines(design)),
+        "davar_setup.cmake": cmake(design),
+    }

@@ -1,13 +1,15 @@
 """The wishes of a command line: what the user has and wants, in physical units."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from . import sensors
 
 TYPES = ("int16", "int32", "float")
 AXES_MOST = 16
+OF_A_FIT = ("--taus", "--long", "--name")  # options of the program in C
 
 
 class BadOption(Exception):
@@ -33,10 +35,12 @@ class Wishes:
     ram_bytes: int | None = None
     flash_bytes: int | None = None
     sensor: str | None = None
+    sensor_bandwidth: str | None = None  # its usual filter
 
 
 def _number(text: str) -> float:
-    value = float(text) if re.fullmatch(r"[0-9.]+(e[+-]?[0-9]+)?", text, re.IGNORECASE) else 0.0
+    form = r"([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?"
+    value = float(text) if re.fullmatch(form, text, re.IGNORECASE) else 0.0
     if not 1e-12 <= value <= 1e12:
         raise ValueError("a number above 0")
     return value
@@ -46,6 +50,13 @@ def _percent(text: str) -> float:
     value = _number(text)
     if not 0.1 <= value <= 50:
         raise ValueError("a number from 0.1 to 50")
+    return value
+
+
+def _alarms(text: str) -> float:
+    value = _number(text)
+    if not 1e-9 <= value <= 1e9:
+        raise ValueError("a number from 1e-9 to 1e9")
     return value
 
 
@@ -91,12 +102,19 @@ def _readers(cores: Sequence[str]) -> dict[str, tuple[str, Callable[[str], objec
         "--respond": ("respond_s", _number),
         "--arw-percent": ("arw_percent", _percent),
         "--longest-tau": ("longest_tau_s", _number),
-        "--false-alarms-per-hour": ("false_alarms_per_hour", _number),
+        "--false-alarms-per-hour": ("false_alarms_per_hour", _alarms),
         "--ram": ("ram_bytes", _bytes),
         "--flash": ("flash_bytes", _bytes),
         "--core": ("core", _one_of(cores)),
         "--sensor": ("sensor", _text),
     }
+
+
+def with_option(wishes: Wishes, option: str, text: str) -> Wishes:
+    """The wishes with another value of an option."""
+    field, reader = _readers(())[option]
+    changes: dict[str, Any] = {field: reader(text)}
+    return replace(wishes, **changes)
 
 
 @dataclass(frozen=True)
@@ -114,6 +132,8 @@ def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
     rest = list(words)
     while rest:
         option, *inside = rest.pop(0).split("=", 1)
+        if option in OF_A_FIT:
+            raise BadOption(f"{option}: only for the plan of a fit, where --taus is the first word")
         if option not in options or (option == "--json" and inside):
             raise BadOption(f"{option}: unknown option (see --help)")
         if option in found:
@@ -149,17 +169,12 @@ def checked(wishes: Wishes) -> Wishes:
     return wishes
 
 
-def changed(wishes: Wishes, texts: Mapping[str, str]) -> Wishes:
-    """The wishes with other values of some options."""
-    readers = _readers(())
-    stated = {readers[option][0]: readers[option][1](text) for option, text in texts.items()}
-    return replace(wishes, **stated)  # type: ignore[arg-type]
-
-
 def read(words: Sequence[str], cores: Sequence[str]) -> Command:
     """Reads a command line. Raises BadOption."""
     readers = _readers(cores)
     texts = _values(words, [*readers, "-o", "--json"])
+    if "--sensor" in texts and "--rate" in texts:
+        raise BadOption("--rate: not with --sensor NAME@RATE, which states it")
     stated: dict[str, object] = of_sensor(texts["--sensor"]) if "--sensor" in texts else {}
     for option, (field, reader) in readers.items():
         if option in texts:

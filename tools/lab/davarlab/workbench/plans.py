@@ -117,13 +117,12 @@ def _rows(stated: wishes.Wishes, found: choice.Plan | None) -> list[Json]:
     ]
 
 
-def _relaxed(relaxed: choice.Relaxed) -> dict[str, str]:
-    """The options to change at once, by their names in a request."""
-    words = f"{relaxed.option} {relaxed.value}".split()
-    return {
-        option.removeprefix("--").replace("-", "_"): value
-        for option, value in zip(words[::2], words[1::2])
-    }
+def _relaxed(why: choice.Impossible) -> list[dict[str, str]]:
+    """The options to change, by their names in a request: one entry for each button."""
+    named = [{one.option.removeprefix("--").replace("-", "_"): one.value} for one in why.relaxed]
+    return (
+        [{name: value for one in named for name, value in one.items()}] if why.together else named
+    )
 
 
 def plan(**options: str) -> Json:
@@ -138,8 +137,12 @@ def plan(**options: str) -> Json:
     try:
         found = choice.plan(stated)
     except choice.Impossible as why:
-        reasons, relaxed = str(why).split("; "), list(map(_relaxed, why.relaxed))
-        return answer | {"impossible": reasons, "relax": relaxed, "cores": _rows(stated, None)}
+        reasons = [*why.reasons, *why.hints]
+        return answer | {
+            "impossible": reasons,
+            "relax": _relaxed(why),
+            "cores": _rows(stated, None),
+        }
     except wishes.BadOption as why:
         raise BadInput(str(why)) from None
     return answer | {
