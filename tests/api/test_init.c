@@ -291,12 +291,12 @@ static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
         DAVAR_MEMORY_GRID_Q15(600U, 400U, 100U, 100U, 8U, TAUS, config.window.gaps_max));
 }
 
-/* At most 24 bytes above the need, for the rounding of the three fixed parts. */
+/* At most 40 bytes above the need: three fixed parts are rounded, for pointers of any size. */
 static void check_memory_of_glr(size_t need, size_t macro)
 {
     TEST_ASSERT_GREATER_THAN_size_t(0U, need);
     TEST_ASSERT_GREATER_OR_EQUAL_size_t(need, macro);
-    TEST_ASSERT_LESS_OR_EQUAL_size_t(need + 24U, macro);
+    TEST_ASSERT_LESS_OR_EQUAL_size_t(need + 40U, macro);
 }
 
 static void test_the_memory_macro_of_glr_is_enough_and_no_more(void)

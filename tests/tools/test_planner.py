@@ -238,15 +238,15 @@ class Impossible(Planned):
         "--rate 100 --lsb 0.05 --bandwidth 33 --respond 3 --arw-percent 2 --ram 6k "
         "--core cortex-m0",
         "--rate 1000 --lsb 0.05 --bandwidth 250 --longest-tau 1e9 --core cortex-m0",
-        "--rate 100 --lsb 0.05 --bandwidth 33 --arw-percent 0.5 --core cortex-m4f",
-        "--sensor mpu6050@800 --arw-percent 0.5 --ram 3k --flash 18k --core cortex-m3",
-        "--sensor bmi160@200 --respond 0.5 --arw-percent 20 --false-alarms-per-hour 0.003 "
-        "--flash 20k --core cortex-m0",
         "--rate 32000 --lsb 0.06 --respond 10 --longest-tau 1e6 --core cortex-m4f",
         "--rate 1000 --lsb 0.06 --arw-percent 0.1 --core cortex-m4f",
         "--rate 1000 --lsb 0.06 --arw-percent 0.5 --bandwidth none --core cortex-m4f",
         "--rate 100 --lsb 0.06 --respond 20 --arw-percent 1 --bandwidth none --core cortex-m4f",
         EXAMPLE.replace("20k", "1k").replace("24k", "4k"),
+        "--rate 100 --lsb 0.05 --bandwidth 33 --arw-percent 0.5 --core cortex-m4f",
+        "--sensor mpu6050@800 --arw-percent 0.5 --ram 3k --flash 18k --core cortex-m3",
+        "--sensor bmi160@200 --respond 0.5 --arw-percent 20 --false-alarms-per-hour 0.003 "
+        "--flash 20k --core cortex-m0",
     )
 
     def refused(self, words):

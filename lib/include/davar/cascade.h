@@ -92,6 +92,7 @@ typedef struct davar_cascade {
     bool in_gap;           /* f32: inside a run of NaN or inf */
     float counts_per_unit; /* f32, as limit: full_scale */
     float limit;
+    uint64_t hops;              /* begun, since the start */
     volatile uint32_t sequence; /* odd while a push changes what append reads */
     void *stages;               /* cascade_stage_t[], in the caller's memory */
     void *tops;                 /* after them: upper bits of the running sums at their hops */

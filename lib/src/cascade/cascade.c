@@ -153,6 +153,7 @@ static void begin_hop(davar_cascade_t *cascade)
     cascade_stage_t *const first = stage_at(cascade, 0U);
     cascade->sum += (uint64_t)(int64_t)cascade->part;
     cascade->part = 0;
+    cascade->hops++;
     cascade->left = hop_of(cascade);
     cascade->ready |= 1U;
     first->pending = cascade->sum;
