@@ -78,7 +78,7 @@ DAVAR_RARE size_t davar_state_bytes(const davar_t *davar)
 
 DAVAR_RARE davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage)
 {
-    saved_t saved;
+    saved_t saved = {0};
     const davar_image_t image = image_of(davar, &saved);
     const davar_status_t status = davar_image_restore(&image, storage);
     if (status != DAVAR_OK) {
