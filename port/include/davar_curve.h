@@ -18,8 +18,8 @@ extern "C" {
 /** What each size of the cascade remembers (davar_cascade_config_t.clusters). */
 #define DAVAR_CURVE_CLUSTERS 32U
 
-/** A rate that follows from time stamps differs in its last digits from the one that a user has in
- * mind; a size that is longer by so little is not too long. */
+/** A rate that follows from time stamps differs in its last digits from the nominal one. A size
+ * that is longer by this factor is not too long. */
 #define DAVAR_CURVE_REACHES (1.0 + 1e-6)
 
 /** The cluster sizes of a result. */
@@ -30,7 +30,7 @@ typedef struct {
 } davar_curve_t;
 
 /** The first octave after the largest size `last` of the window that a cascade can begin with: a
- * multiple of 4, at least 64. 0: none up to 262140. */
+ * multiple of 4, at least 64. 0: every such octave is above 262140. */
 static inline uint32_t davar_curve_shortest(uint32_t last)
 {
     uint64_t m = 2U * (uint64_t)last;
@@ -60,7 +60,7 @@ static inline void davar_curve_make(davar_curve_t *curve, const davar_config_t *
     }
 }
 
-/** Bytes of memory for the cascade of one channel; 0: there is none. */
+/** Bytes of memory for the cascade of one channel; 0 without a cascade. */
 static inline size_t davar_curve_bytes(const davar_curve_t *curve, davar_port_number_t number)
 {
     return (number == DAVAR_PORT_Q15)   ? DAVAR_CASCADE_MEMORY(Q15, curve->cascade.tau_count)
@@ -84,7 +84,7 @@ static inline davar_status_t davar_curve_start(const davar_curve_t *curve,
     }
 }
 
-/** The largest number of sizes of a cascade beside those of the window. 0: none. */
+/** The largest number of sizes of a cascade in addition to the window's; 0: no cascade fits. */
 static inline uint8_t davar_curve_most(const davar_config_t *config, davar_port_number_t number)
 {
     uint8_t most = 0U;

@@ -27,7 +27,7 @@ extern "C" {
     (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))
 
 typedef struct {
-    davar_config_t config; /* its taus point to those of the curve */
+    davar_config_t config; /* its taus point to curve.taus */
     davar_curve_t curve;
     davar_port_number_t number;
     uint32_t channels;
@@ -35,7 +35,7 @@ typedef struct {
     davar_filter_t filter;
 } davar_job_t;
 
-/* `config` may point to taus anywhere. `cascade_taus`: number of sizes of the cascade; 0: none.
+/* `config` may point to taus anywhere. `cascade_taus`: number of sizes of the cascade, or 0.
  * `filter` null: unknown. */
 void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
                       davar_port_number_t number, uint32_t channels, const davar_filter_t *filter,

@@ -76,7 +76,7 @@ class Options(unittest.TestCase):
                 with self.subTest(left_out=left_out, way=way):
                     refused = any(NEEDS[name](way) for name in left_out)
                     self.assertEqual(
-                        ("left out of this build", "0" * 16) if refused else whole[way],
+                        ("disabled in this build", "0" * 16) if refused else whole[way],
                         (status, total),
                     )
 

@@ -214,13 +214,13 @@ class WithTheExtra(unittest.TestCase):
         done = self.run_in(
             "-c",
             "from davarlab.workbench import plans\n"
-            "print(plans.planner()['missing'], plans.library.__file__)\n"
+            "print(plans.planner()['missing'], plans.programs.__file__)\n"
             "options = {'sensor': 'icm42688@1000', 'core': 'cortex-m4f'}\n"
             "print(plans.plan(**options)['subject'], len(plans.setup(**options)) > 1000)\n",
         )
         self.assertEqual(done.returncode, 0, done.stderr)
         first, second = done.stdout.splitlines()
-        self.assertEqual(first, f"None {self.site}/davarlab/shared/planner/library.py")
+        self.assertEqual(first, f"None {self.site}/davarlab/shared/planner/programs.py")
         self.assertEqual(second, "1 axis of int16 at 1000 Hz (icm42688@1000) on a cortex-m4f True")
 
     def test_another_log_is_read(self):

@@ -6,13 +6,12 @@
  *   davar-promise FILTER RATE
  *
  * TAUS, FILTER: as davar-plan; FILTER "-" is undeclared. RATE: Hz. WINDOW: samples of a usual
- * window. NOISE: white noise of a sample before the filter, in counts; 0: of no matter. For law glr,
+ * window. NOISE: white noise of a sample before the filter, in counts; 0: ignored. For law glr,
  * ALARMS: false alarms per hour; LONGEST, STRIDE: samples. The second form checks a filter and
  * prints the first octave that it passes, in samples. Prints lines "name value". Exit status: 2 for
  * an argument that the library rejects, with one line on standard error. */
 #include "davar/davar.h"
 #include "davar_bandwidth.h"
-#include "fit/plan.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -67,19 +66,24 @@ static int reject(const char *what, const char *why)
 
 /* --- the interval --- */
 
+/* Index of a pair of sizes, t <= u, in the plan's covariance. */
+static int pair(int t, int u)
+{
+    return ((u * (u + 1)) / 2) + t;
+}
+
 /* Cholesky of the covariance of y (5.3) in a window of white noise, N = 1. */
 static void factorise(const davar_plan_t *plan, double window, double l[])
 {
     for (int u = 0; u < plan->count; u++) {
         for (int t = 0; t <= u; t++) {
             const double effective = window + 1.0 - (1.5 * (double)plan->m[t]);
-            double left = (double)plan->covariance[plan_pair(t, u)] / effective;
+            double left = (double)plan->covariance[pair(t, u)] / effective;
             left *= (t == u) ? 1.0001 : 1.0;
             for (int s = 0; s < t; s++) {
-                left -= l[plan_pair(s, t)] * l[plan_pair(s, u)];
+                left -= l[pair(s, t)] * l[pair(s, u)];
             }
-            l[plan_pair(t, u)] =
-                (t == u) ? sqrt((left > 0.0) ? left : 0.0) : (left / l[plan_pair(t, t)]);
+            l[pair(t, u)] = (t == u) ? sqrt((left > 0.0) ? left : 0.0) : (left / l[pair(t, t)]);
         }
     }
 }
@@ -97,7 +101,7 @@ static void draw_window(const davar_plan_t *plan, const double l[], uint32_t win
         z[t] = gauss();
         double y = 1.0;
         for (int s = 0; s <= t; s++) {
-            y += l[plan_pair(s, t)] * z[s];
+            y += l[pair(s, t)] * z[s];
         }
         const double m = (double)plan->m[t];
         const double square = (noise * noise * y * (double)plan->gain[t]) + (1.0 / 12.0);

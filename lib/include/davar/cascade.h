@@ -147,14 +147,14 @@ void davar_cascade_gap(davar_cascade_t *cascade, uint32_t missing);
  * Threads: stopped. Cost: O(T). */
 void davar_cascade_flush(davar_cascade_t *cascade);
 
-/** Adds the cluster sizes of the cascade, as they are now, to a result of davar_take of the same
- * samples, or to a zeroed one. davar_fit then fits the whole curve, if its plan was made for all
- * sizes: first those of the window, then those of the cascade.
+/** Adds the present cluster sizes of the cascade to a result of davar_take of the same samples, or
+ * to a zeroed one. davar_fit then fits the whole curve, if its plan was made for all sizes: first
+ * the sizes of the window, then the sizes of the cascade.
  *
  * Appends all its entries to tau[], with intervals absent, and updates tau_count and
  * unit_per_count. tau_count is then at most DAVAR_TAUS_MAX, and the sizes of the window are below
- * config.shortest (both asserted). The Allan deviations include rounding to counts, as those of
- * davar_take. Those of float samples have no rounding.
+ * config.shortest (both asserted). As in davar_take, the Allan deviations of counts include
+ * rounding.
  * @return False if no cluster size of the cascade has a difference yet.
  *
  * Threads: consumer; if a push interrupts it, it reads the cluster size concerned again. Sizes may

@@ -120,7 +120,7 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
 /** Fits white noise with a plan that tools/davar-plan wrote for all cluster sizes of the result.
- * davar_plan_init and what it needs are then not linked. The results equal those of davar_fit_white
+ * davar_plan_init and its helpers are then not linked. davar_fit_white gives the same results
  * if the window supports every cluster size. If it supports fewer, because it is short or has gaps,
  * the noise is UNKNOWN. Cost: O(T). */
 #define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)
@@ -132,8 +132,8 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * unresolved term has an upper limit.
  *
  * With sizes of a cascade (davar_cascade_append), a plan for all sizes is needed. Quantization and
- * the angle random walk are then those of the window, because it is newer; bias instability, rate
- * random walk and rate ramp are those of the cascade once four of its sizes have differences. If
+ * the angle random walk then come from the window, because it is newer; bias instability, rate
+ * random walk and rate ramp come from the cascade once four of its sizes have differences. If
  * the window is CONSTANT, COARSE or FILTERED, davar_fit ignores the cascade. Without a window, the
  * cascade gives all terms. result->noise is WHITE only if white noise explains window and cascade.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred

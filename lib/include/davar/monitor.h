@@ -47,7 +47,7 @@ typedef struct {
     /** the larger of fast and slow. Above 1, the sensor does not match the model; a matching sensor
      * exceeds 1 in at most 1 % of windows (9.3) */
     double health;
-    /** this window alone: reacts at once to a large change. NaN: nothing to compare */
+    /** this window alone: reacts immediately to a large change. NaN: nothing to compare */
     double fast;
     /** the last windows together: detects a small lasting change. NaN: nothing to compare */
     double slow;
@@ -61,7 +61,7 @@ typedef struct {
 typedef struct {
     /** @privatesection */
     double excess;        /* weighted mean of the numerator of (9.2) */
-    double variance;      /* of that mean, by chance */
+    double variance;      /* of that mean, from the scatter of the noise */
     double samples;       /* that the mean is worth */
     uint32_t differences; /* of the newest comparison */
 } davar_monitor_tau_t;
@@ -94,7 +94,7 @@ bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model
 /** Compares the next result of the channel with the model and fills *misfit.
  * The result comes from davar_take, with or without the sizes of a cascade, and with or without a
  * fit. Without a fit the monitor assumes the smallest degrees of freedom (davar_edf_least). Results
- * may overlap: each one is weighted by the new samples that it brings to each cluster size. The
+ * may overlap: each cluster size weights a result by its new samples. The
  * cluster sizes must stay those of the first result. Cost: O(T count), about 60 double operations
  * per tau. Formulas (9.1) to (9.5). */
 #define davar_monitor_update DAVAR_SIZED(davar_monitor_update)

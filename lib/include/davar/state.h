@@ -59,7 +59,7 @@ davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storag
 struct davar_cascade; /* davar/cascade.h */
 
 /** @{ */
-/** The same for a cascade (davar/cascade.h), with a storage of its own. After restoring, call
+/** The same for a cascade (davar/cascade.h), with a separate storage. After restoring, call
  * davar_cascade_gap for the samples that were lost. The slot needs the memory of the cascade and at
  * most 200 bytes more. */
 size_t davar_cascade_state_bytes(const struct davar_cascade *cascade);

@@ -66,8 +66,8 @@ typedef enum {
     DAVAR_ERR_STATE_FOREIGN = 29,
     DAVAR_ERR_CASCADE_SHORTEST = 30, /**< cascade: shortest not a multiple of 4 in 64..262140 */
     DAVAR_ERR_CASCADE_CLUSTERS = 31, /**< cascade: clusters not a power of two in 4..2048 */
-    /** cascade: tau_count outside 1..24, or the longest cluster size beyond 2^31 samples or the
-     * exact sums of this type */
+    /** cascade: tau_count outside 1..24, or the longest cluster size above 2^31 samples or too
+     * long for the exact sums of this type */
     DAVAR_ERR_CASCADE_TAUS = 32
 } davar_status_t;
 

@@ -195,7 +195,7 @@ const char *davar_status_text(davar_status_t status)
     static const char *const text[] = {
         [DAVAR_OK] = "ok",
         [DAVAR_ERR_NULL] = "a pointer is null (taus among them)",
-        [DAVAR_ERR_BUILD] = "left out of this build",
+        [DAVAR_ERR_BUILD] = "disabled in this build",
         [DAVAR_ERR_MEMORY_SIZE] = "memory smaller than davar_memory_size",
         [DAVAR_ERR_MEMORY_ALIGN] = "memory not aligned to 8 bytes",
         [DAVAR_ERR_RATE] = "rate_hz is not a positive number",
@@ -210,7 +210,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
         [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
         [DAVAR_ERR_STEP] = "grow or shrink would move a window edge backwards (centred: 0 or 2)",
-        [DAVAR_ERR_SHRINK] = "shrink beyond 2^31 samples a stride",
+        [DAVAR_ERR_SHRINK] = "shrink above 2^31 samples per stride",
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
         [DAVAR_ERR_STRIDE_LONG] =
             "stride above window_max: samples between two windows would never count",
@@ -221,16 +221,16 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
         [DAVAR_ERR_TAU_LONG] = "twice the longest cluster size is above window_max",
-        [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 beyond the exact sums of this type",
+        [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 too large for the exact sums of this type",
         [DAVAR_ERR_STATE_STORAGE] = "storage slot too small, or storage failed",
-        [DAVAR_ERR_STATE_NONE] = "no whole image of a state",
+        [DAVAR_ERR_STATE_NONE] = "no intact image of a state",
         [DAVAR_ERR_STATE_FOREIGN] =
             "state of another version, number type, configuration or machine",
         [DAVAR_ERR_CASCADE_SHORTEST] =
             "cascade: shortest cluster size not a multiple of 4 from 64 to 262140 samples",
         [DAVAR_ERR_CASCADE_CLUSTERS] = "cascade: clusters not a power of two from 4 to 2048",
         [DAVAR_ERR_CASCADE_TAUS] =
-            "cascade: too many cluster sizes, or none, or the longest beyond the exact sums",
+            "cascade: no cluster size, too many, or the longest too long for the exact sums",
     };
     return ((size_t)status < COUNT_OF(text)) ? text[status] : "unknown status";
 }

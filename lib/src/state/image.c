@@ -118,7 +118,7 @@ typedef struct {
     unsigned newest; /* whole image; 1 if there is none, so that slot 0 is next */
 } slots_t;
 
-/* False: neither slot is readable. An unreadable slot has no whole image. */
+/* False: neither slot is readable. An unreadable slot has no intact image. */
 DAVAR_RARE static bool read_slots(const davar_storage_t *storage, slots_t *slots)
 {
     memset(slots, 0, sizeof *slots);

@@ -19,7 +19,7 @@ size_t davar_image_bytes(size_t saved_bytes, size_t memory_bytes);
 /* DAVAR_OK or DAVAR_ERR_STATE_STORAGE. */
 davar_status_t davar_image_save(const davar_image_t *image, const davar_storage_t *storage);
 
-/* Reads the newest whole image with this fingerprint. Any other result than DAVAR_OK may have
+/* Reads the newest intact image with this fingerprint. Any other result than DAVAR_OK may have
  * overwritten the memory. */
 davar_status_t davar_image_restore(const davar_image_t *image, const davar_storage_t *storage);
 

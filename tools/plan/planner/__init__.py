@@ -1,6 +1,6 @@
 """The planner: from wishes in physical units to a setup of davar in C, its costs and its promises.
 
-The modules in the order of the data: wishes (with sensors), design, promises (with library),
+The modules in the order of the data: wishes (with sensors), design, promises (with programs),
 costs, choice, text, report. Standard library only.
 """
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from . import library
+from . import programs
 from .wishes import Wishes
 
 RESPOND_S = 5.0  # usual wishes
@@ -85,7 +85,7 @@ def _filter_samples(wishes: Wishes) -> int:
     """From this cluster size on, a filter matters little. Raises BadOption for a bad filter."""
     if wishes.bandwidth is None:
         return 1
-    return 2 * library.passed_samples(wishes.bandwidth, wishes.rate_hz)
+    return 2 * programs.passed_samples(wishes.bandwidth, wishes.rate_hz)
 
 
 def _octaves(largest: float, most: int) -> tuple[int, ...]:

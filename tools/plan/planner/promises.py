@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from statistics import NormalDist
 
-from . import library
+from . import programs
 from .design import CASCADE_CLUSTERS, MEAN_WINDOW, Design, noise_counts
 
 FLOOR = 0.664  # deviation of bias instability B, over B: (1.2) of lib/DESIGN.md
@@ -40,7 +40,7 @@ def promise(design: Design) -> Promise:
     window = int(design.window * MEAN_WINDOW) if glr else design.window
     alarms = wishes.false_alarms_per_hour if glr else None
     alarm = (design.window, design.stride) if glr else ()
-    found = library.promise(wishes, design.taus, window, noise_counts(wishes), alarm)
+    found = programs.promise(wishes, design.taus, window, noise_counts(wishes), alarm)
     shown = found.get("present_percent", 0.0) >= PRESENT_LEAST
     respond = design.respond_s
     if glr:

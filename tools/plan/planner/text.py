@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from . import library
+from . import programs
 from .design import BLOCK, CASCADE_CLUSTERS, GAPS, Design
 
 SUFFIX = {"int16": "q15", "int32": "q31", "float": "f32"}
@@ -89,7 +89,7 @@ void davar_setup_push(const {sample} *samples, size_t count);
  * interrupt. */
 void davar_setup_gap(uint32_t missing);
 
-/* Returns the newest result of an axis, 0 to {last}, or null if it was taken before.
+/* Returns the newest result of an axis, 0 to {last}, or null if there is no new one.
  * Call it in the main loop. The result is valid until the next call:
  *   coefficient[DAVAR_ANGLE_RANDOM_WALK]: present, value, low, high, in deg/sqrt(h){more}
  *   noise: why a coefficient is absent */
@@ -107,14 +107,16 @@ CURVE_COMMENT = {
     "arw": "",
     "curve": """
 /* Returns the newest result with the long averaging times instead: tau[] has adev, low and high in
- * deg/s, NaN where there is too little data. The lowest adev over 0.664 estimates the bias
- * instability. It is slower than davar_setup_take. */
+ * deg/s, NaN where there is too little data. Once the curve is flat, its lowest adev over 0.664
+ * estimates the bias instability; before, that is an upper bound. Null if there is no new result:
+ * call it instead of davar_setup_take, not after it. It is slower. */
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
     "terms": """
 /* Returns the newest result with the whole Allan curve: tau[] has the long averaging times too, and
  * coefficient[] has the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the
- * other terms. It is much slower than davar_setup_take: call it as seldom as you need a curve. */
+ * other terms. Null if there is no new result: call it instead of davar_setup_take, not after it.
+ * It is much slower: call it as seldom as you need a curve. */
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
 }
@@ -344,7 +346,7 @@ def cmake(design: Design) -> str:
 def files(design: Design, title: str, about: Sequence[str]) -> dict[str, str]:
     """Name -> content. about: lines for the comment at the top of the header."""
     long_taus = design.long_taus if design.fit == "terms" else ()
-    plan = library.fit_plan(design.wishes, design.taus, long_taus)
+    plan = programs.fit_plan(design.wishes, design.taus, long_taus)
     return {
         "davar_setup.h": header(design, title, about),
         "davar_setup.c": source(design, title, plan.text, plan.whitening),

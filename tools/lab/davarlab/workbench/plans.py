@@ -15,7 +15,7 @@ from ..report.values import Json
 os.environ.setdefault("DAVAR_PLAN", str(places.shared("build/tools/tools/plan/davar-plan")))
 sys.path.insert(0, str(places.shared("tools/plan/planner").parent))
 
-from planner import choice, costs, library, report, sensors, wishes
+from planner import choice, costs, programs, report, sensors, wishes
 from planner.__main__ import files
 
 FOLDER = "setup"  # of the files, in the command to type
@@ -32,7 +32,7 @@ COSTS = (
 def missing() -> str | None:
     """What the planner needs and does not find, and what to do. None: nothing."""
     absent = [
-        str(path) for path in (library.PROGRAM, library.PROMISE) if not os.access(path, os.X_OK)
+        str(path) for path in (programs.PROGRAM, programs.PROMISE) if not os.access(path, os.X_OK)
     ]
     if not absent:
         return None
