@@ -2,17 +2,17 @@
  * -icount), and in bytes of stack and RAM. One line "name value" per figure;
  * tools/support/targets.py reads them. */
 #include "board.h"
-
 #include "davar/davar.h"
 #include "davar_policy.h"
+
+#define STACK_WORDS 1024U
+#include "stack_paint.h"
 
 #define TAUS 8U
 #define WINDOW 600U
 #define STRIDE 60U
 #define FIR_TAPS 64U
 #define BATCH 50U
-#define STACK_WORDS 1024U
-#define PAINT 0xA5C3965AU
 
 static const uint32_t octaves[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
 static int16_t samples[STRIDE * 16U];
@@ -343,38 +343,6 @@ static void measure_fir(void)
 }
 
 /* --- stack --- */
-
-#define MARGIN 32U /* words that the painting itself needs */
-
-static inline uintptr_t stack_pointer(void)
-{
-    uintptr_t pointer;
-#if defined(__riscv)
-    __asm__ volatile("mv %0, sp" : "=r"(pointer));
-#else
-    __asm__ volatile("mov %0, sp" : "=r"(pointer));
-#endif
-    return pointer;
-}
-
-static __attribute__((noinline)) void paint(uintptr_t from)
-{
-    volatile uint32_t *const below = (volatile uint32_t *)from - MARGIN - STACK_WORDS;
-    for (uint32_t i = 0U; i < STACK_WORDS; i++) {
-        below[i] = PAINT;
-    }
-}
-
-/* Bytes between the caller's stack pointer and the deepest word that was overwritten. */
-static __attribute__((noinline)) uint32_t used(uintptr_t from)
-{
-    const volatile uint32_t *const below = (const volatile uint32_t *)from - MARGIN - STACK_WORDS;
-    uint32_t clean = 0U;
-    while ((clean < STACK_WORDS) && (below[clean] == PAINT)) {
-        clean++;
-    }
-    return (MARGIN + STACK_WORDS - clean) * (uint32_t)sizeof(uint32_t);
-}
 
 /* The deepest of many pushes (gaps, restarts and window changes among them), and of many takes. */
 static void measure_stack(void)

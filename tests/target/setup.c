@@ -12,8 +12,7 @@
 #include "board.h"
 
 #define STACK_WORDS 832U
-#define PAINT 0xA5C3965AU
-#define MARGIN 32U /* words that the painting itself needs */
+#include "stack_paint.h"
 
 static SAMPLE samples[DAVAR_SETUP_AXES];
 static const davar_result_t *volatile taken;
@@ -50,13 +49,13 @@ static uint32_t push(void)
     return board_instructions_since(mark) - nothing;
 }
 
-/* Takes the results of all axes. Returns the instructions for each. */
-static uint32_t take(void)
+/* Gets the results of all axes. Returns the instructions for each, 0 if one has no result. */
+static uint32_t spent_in(const davar_result_t *(*get)(uint8_t axis))
 {
     const uint32_t mark = board_mark();
     uint32_t results = 0U;
     for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
-        taken = davar_setup_take(a);
+        taken = get(a);
         results += (taken != NULL) ? 1U : 0U;
     }
     const uint32_t spent = board_instructions_since(mark);
@@ -68,21 +67,6 @@ static uint32_t larger(uint32_t a, uint32_t b)
     return (a > b) ? a : b;
 }
 
-#ifdef CURVE
-/* The curve of each axis. Returns the instructions for each. */
-static uint32_t curve(void)
-{
-    const uint32_t mark = board_mark();
-    uint32_t results = 0U;
-    for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
-        taken = davar_setup_curve(a);
-        results += (taken != NULL) ? 1U : 0U;
-    }
-    const uint32_t spent = board_instructions_since(mark);
-    return (results == DAVAR_SETUP_AXES) ? (spent / results) : 0U;
-}
-#endif
-
 /* White noise, every result taken. */
 static void measure_quiet(void)
 {
@@ -93,12 +77,12 @@ static void measure_quiet(void)
     for (uint32_t i = 0U; i < (2U * WINDOW); i++) {
         next_samples(1);
         (void)push();
-        (void)take();
+        (void)spent_in(davar_setup_take);
     }
     for (uint32_t i = 0U; i < count; i++) {
         next_samples(1);
         pushes += push();
-        const uint32_t spent = take();
+        const uint32_t spent = spent_in(davar_setup_take);
         takes += spent;
         results += (spent > 0U) ? 1U : 0U;
     }
@@ -135,7 +119,7 @@ static void measure_rough(void)
             davar_setup_gap(1U);
         }
         worst = larger(worst, push());
-        worst_take = larger(worst_take, take());
+        worst_take = larger(worst_take, spent_in(davar_setup_take));
     }
     board_figure("worst_push", worst);
     board_figure("worst_take", worst_take);
@@ -144,40 +128,10 @@ static void measure_rough(void)
     for (uint32_t i = 0U; i < (4U * STRIDE); i++) {
         next_samples(1);
         (void)push();
-        of_curve = larger(of_curve, curve());
+        of_curve = larger(of_curve, spent_in(davar_setup_curve));
     }
     board_figure("curve", of_curve);
 #endif
-}
-
-static inline uintptr_t stack_pointer(void)
-{
-    uintptr_t pointer;
-#if defined(__riscv)
-    __asm__ volatile("mv %0, sp" : "=r"(pointer));
-#else
-    __asm__ volatile("mov %0, sp" : "=r"(pointer));
-#endif
-    return pointer;
-}
-
-static __attribute__((noinline)) void paint(uintptr_t from)
-{
-    volatile uint32_t *const below = (volatile uint32_t *)from - MARGIN - STACK_WORDS;
-    for (uint32_t i = 0U; i < STACK_WORDS; i++) {
-        below[i] = PAINT;
-    }
-}
-
-/* Bytes between the caller's stack pointer and the deepest word that was overwritten. */
-static __attribute__((noinline)) uint32_t used(uintptr_t from)
-{
-    const volatile uint32_t *const below = (const volatile uint32_t *)from - MARGIN - STACK_WORDS;
-    uint32_t clean = 0U;
-    while ((clean < STACK_WORDS) && (below[clean] == PAINT)) {
-        clean++;
-    }
-    return (MARGIN + STACK_WORDS - clean) * (uint32_t)sizeof(uint32_t);
 }
 
 static void take_all(void)
