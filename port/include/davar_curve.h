@@ -63,9 +63,9 @@ static inline void davar_curve_make(davar_curve_t *curve, const davar_config_t *
 /** Bytes of memory for the cascade of one channel; 0 without a cascade. */
 static inline size_t davar_curve_bytes(const davar_curve_t *curve, davar_port_number_t number)
 {
-    return (number == DAVAR_PORT_Q15)   ? DAVAR_CASCADE_MEMORY(Q15, curve->cascade.tau_count)
-           : (number == DAVAR_PORT_Q31) ? DAVAR_CASCADE_MEMORY(Q31, curve->cascade.tau_count)
-                                        : DAVAR_CASCADE_MEMORY(F32, curve->cascade.tau_count);
+    /* floats take as much as int32 */
+    return (number == DAVAR_PORT_Q15) ? DAVAR_CASCADE_MEMORY(Q15, curve->cascade.tau_count)
+                                      : DAVAR_CASCADE_MEMORY(Q31, curve->cascade.tau_count);
 }
 
 /** Starts the cascade of one channel, as davar_cascade_init_*. */
@@ -114,7 +114,8 @@ static inline bool davar_curve_reach(davar_curve_t *curve, const davar_config_t 
     const uint8_t most = davar_curve_most(config, number);
     uint8_t count = 0U;
     double next_s = first_s;
-    for (; (count <= most) && (next_s <= longest_s * DAVAR_CURVE_REACHES); next_s *= 2.0) {
+    while ((count <= most) && (next_s <= longest_s * DAVAR_CURVE_REACHES)) {
+        next_s *= 2.0;
         count++;
     }
     if ((most == 0U) && (config->tau_count == DAVAR_TAUS_MAX)) {
