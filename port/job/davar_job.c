@@ -134,7 +134,7 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
     uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
         const davar_adev_t *const tau = &result->tau[t];
-        const uint64_t fields[6] = {((uint64_t)tau->hop << 32U) | tau->m,
+        const uint64_t fields[6] = {((uint64_t)tau->hops << 32U) | tau->m,
                                     tau->differences,
                                     bits_of(tau->adev),
                                     bits_of(tau->low),
@@ -210,7 +210,7 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result,
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
         result->tau[t] = (davar_adev_t){.m = (uint32_t)word[0],
                                         .differences = (uint32_t)word[1],
-                                        .hop = (uint32_t)(word[0] >> 32U),
+                                        .hops = (uint8_t)(word[0] >> 32U),
                                         .adev = double_of(word[2]),
                                         .low = double_of(word[3]),
                                         .high = double_of(word[4]),

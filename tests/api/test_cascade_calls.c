@@ -194,7 +194,7 @@ static bool take(void)
 /* Whole clusters that the differences span. */
 static uint32_t clusters_of(const davar_adev_t *tau)
 {
-    return (tau->differences > 0U) ? (2U + (((tau->differences - 1U) * tau->hop) / tau->m)) : 0U;
+    return (tau->differences > 0U) ? (2U + ((tau->differences - 1U) / tau->hops)) : 0U;
 }
 
 static void assert_absent(const davar_adev_t *tau)
@@ -213,7 +213,7 @@ static void test_a_result_before_the_first_difference(void)
     for (uint32_t t = 0U; t < TAUS; t++) {
         assert_absent(&result.tau[t]);
         TEST_ASSERT_EQUAL_UINT32(64U << t, result.tau[t].m);
-        TEST_ASSERT_EQUAL_UINT32(16U << (2U * (t / 2U)), result.tau[t].hop);
+        TEST_ASSERT_EQUAL_UINT32(16U << (2U * (t / 2U)), result.tau[t].m / result.tau[t].hops);
     }
 }
 
@@ -286,7 +286,7 @@ static void test_the_deviation_agrees_with_the_core(void)
     }
     davar_cascade_flush(&cascade);
     TEST_ASSERT_TRUE(davar_take(&davar, &curve));
-    TEST_ASSERT_EQUAL_UINT32(1U, curve.tau[0].hop);
+    TEST_ASSERT_EQUAL_UINT32(0U, curve.tau[0].hops);
     TEST_ASSERT_TRUE(take());
     for (uint32_t t = 0U; t < 3U; t++) {
         TEST_ASSERT_DOUBLE_WITHIN(0.1 * curve.tau[t].adev, curve.tau[t].adev, result.tau[t].adev);
@@ -306,12 +306,126 @@ static void test_each_size_remembers_between_one_and_two_generations(void)
         }
         (void)take();
         for (uint32_t t = 0U; t < TAUS; t++) {
-            const uint32_t generation = 8U * (result.tau[t].m / result.tau[t].hop);
+            const uint32_t generation = 8U * result.tau[t].hops;
             TEST_ASSERT_TRUE(result.tau[t].differences <= (2U * generation));
             TEST_ASSERT_TRUE(clusters_of(&result.tau[t]) < 18U);
             if (i > (17U * result.tau[t].m)) {
-                TEST_ASSERT_TRUE(result.tau[t].differences > generation);
-                TEST_ASSERT_TRUE(clusters_of(&result.tau[t]) >= 10U);
+                TEST_ASSERT_TRUE(result.tau[t].differences >= generation);
+                TEST_ASSERT_TRUE(clusters_of(&result.tau[t]) >= 9U);
+            }
+        }
+    }
+}
+
+/* --- power (11.9) ----------------------------------------------------------------------------- */
+
+#define POWER_SAMPLES 100000U
+#define POWER_CLUSTERS 4U
+#define POWER_HOPS (4U * POWER_CLUSTERS) /* in a generation of the shortest size */
+
+static double square_at[POWER_SAMPLES / 16U]; /* D^2 of the shortest size at each hop; -1: none */
+
+/* Generations of size t: those that end, and the present one, among `hops` of the shortest size. */
+static uint32_t generation_at(uint32_t t, uint32_t hops)
+{
+    const uint32_t own = hops >> (2U * (t / 2U)); /* hops of its stage */
+    return (own - 1U) / (POWER_HOPS << (t % 2U));
+}
+
+static double mean_square(uint32_t from, uint32_t to)
+{
+    double sum = 0.0;
+    uint32_t count = 0U;
+    for (uint32_t h = from + 1U; h <= to; h++) {
+        if (square_at[h] >= 0.0) {
+            sum += square_at[h];
+            count++;
+        }
+    }
+    return (count > 0U) ? sum / (double)count : 0.0;
+}
+
+typedef struct {
+    double time;
+    double sum;
+} share_t;
+
+/* Generations `from` to `to` - 1 of the shortest size, as far as `hops` goes. */
+static share_t share_of(uint32_t from, uint32_t to, uint32_t hops)
+{
+    share_t share = {0.0, 0.0};
+    for (uint32_t g = from; g < to; g++) {
+        const uint32_t start = g * POWER_HOPS;
+        const uint32_t end = (start + POWER_HOPS < hops) ? start + POWER_HOPS : hops;
+        const double weight = (end > start) ? (double)(end - start) / POWER_HOPS : 0.0;
+        share.time += weight;
+        share.sum += weight * mean_square(start, (end > start) ? end : start);
+    }
+    return share;
+}
+
+static void assert_power(uint32_t t, uint32_t hops, double longest)
+{
+    const uint32_t now = generation_at(t, hops);
+    const uint32_t from = ((now > 0U) ? (now - 1U) : 0U) << t;
+    const uint32_t to = generation_at(0U, hops) + 1U;
+    const uint32_t wide = (t > 2U) ? (t - 2U) : 0U; /* 2: log2 of the clusters */
+    const share_t all = share_of(from, to, hops);
+    const uint32_t present = generation_at(wide, hops) << wide;
+    double squares = 0.0;
+    for (uint32_t g = from; g <= present; g += 1U << wide) {
+        const uint32_t end = (g < present) ? (g + (1U << wide)) : to;
+        const share_t one = share_of(g, end, hops);
+        squares +=
+            (wide > 0U) ? one.sum * one.sum : (one.time > 0.0 ? one.sum * one.sum / one.time : 0.0);
+    }
+    const double uneven =
+        squares * all.time / (all.sum * all.sum) / (double)(1U << wide) * DAVAR_EVEN;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * all.sum / all.time / longest, all.sum / all.time / longest,
+                              (double)result.tau[t].power);
+    TEST_ASSERT_DOUBLE_WITHIN(1.0 + 1e-5 * uneven, (uneven < DAVAR_EVEN) ? DAVAR_EVEN : uneven,
+                              (double)result.tau[t].uneven);
+}
+
+static double power_of_longest(uint32_t hops)
+{
+    uint32_t t = TAUS - 1U;
+    while (result.tau[t].differences == 0U) {
+        t--;
+    }
+    const uint32_t now = generation_at(t, hops);
+    const share_t all =
+        share_of(((now > 0U) ? (now - 1U) : 0U) << t, generation_at(0U, hops) + 1U, hops);
+    return all.sum / all.time;
+}
+
+/* Bursts and steps of the noise; by brute force from the differences of the shortest size. */
+static void test_the_power_is_that_of_what_a_size_remembers(void)
+{
+    static int64_t phase[POWER_SAMPLES + 1U];
+    random_t random = random_seeded(9U);
+    config.clusters = POWER_CLUSTERS;
+    init();
+    square_at[0] = -1.0;
+    for (uint32_t i = 1U; i <= POWER_SAMPLES; i++) {
+        const double sigma = ((i % 20000U) < 700U) ? 400.0 : ((i > 60000U) ? 20.0 : 60.0);
+        const int16_t sample = (int16_t)lround(sigma * random_gauss(&random));
+        phase[i] = phase[i - 1U] + sample;
+        davar_cascade_push_q15(&cascade, &sample, 1U);
+        if ((i % 16U) != 0U) {
+            continue;
+        }
+        if ((i / 16U) < (POWER_SAMPLES / 16U)) {
+            const double d =
+                (i >= 128U) ? (double)(phase[i] - (2 * phase[i - 64U]) + phase[i - 128U]) : 0.0;
+            square_at[i / 16U] = (i >= 128U) ? d * d : -1.0;
+        }
+        if ((i > 200U) && ((random_next(&random) % 37U) == 0U) &&
+            ((i / 16U) < (POWER_SAMPLES / 16U))) {
+            davar_cascade_flush(&cascade);
+            TEST_ASSERT_TRUE(take());
+            for (uint32_t t = 0U; (t < TAUS) && (result.tau[t].differences > 0U); t++) {
+                assert_power(t, i / 16U, power_of_longest(i / 16U));
             }
         }
     }
@@ -465,6 +579,7 @@ int main(void)
     RUN_TEST(test_a_constant_rate_after_noise);
     RUN_TEST(test_the_deviation_agrees_with_the_core);
     RUN_TEST(test_each_size_remembers_between_one_and_two_generations);
+    RUN_TEST(test_the_power_is_that_of_what_a_size_remembers);
     RUN_TEST(test_counters);
     RUN_TEST(test_runs_of_nan_and_inf_are_gaps);
     RUN_TEST(test_floats_at_full_scale_are_counted_and_clamped);

@@ -20,8 +20,10 @@ static void set_hops(uint8_t t, uint32_t m)
 {
     davar_adev_t *const tau = &result.tau[t];
     tau->m = m;
-    tau->hop = m / (((t % 2U) == 0U) ? 8U : 4U);
-    tau->differences = ((CLUSTERS - 2U) * (m / tau->hop)) + 1U;
+    tau->hops = ((t % 2U) == 0U) ? 8U : 4U;
+    tau->power = 1.0F;
+    tau->uneven = DAVAR_EVEN;
+    tau->differences = ((CLUSTERS - 2U) * tau->hops) + 1U;
 }
 
 /* `sizes` of the cascade after `window` octaves of the window. */
@@ -294,7 +296,7 @@ static void test_degrees_of_freedom_for_any_noise(void)
     double least = INFINITY;
     for (int k = DAVAR_QUANTIZATION; k <= DAVAR_RATE_RANDOM_WALK; k++) {
         least = fmin(
-            least, davar_hop_edf((davar_coefficient_kind_t)k, tau->differences, tau->m / tau->hop));
+            least, davar_hop_edf((davar_coefficient_kind_t)k, tau->differences, tau->hops));
     }
     TEST_ASSERT_EQUAL_DOUBLE(least, davar_edf_least(&result, SHORT + 1U));
 }

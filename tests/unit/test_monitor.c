@@ -232,7 +232,7 @@ static const uint32_t hop = 10U;
 static void set_long(uint32_t span, double adev)
 {
     set_tau(0, 40U, adev, 50.0);
-    result.tau[0].hop = hop;
+    result.tau[0].hops = 4U;
     result.tau[0].differences = 1U + ((span - (2U * 40U)) / hop);
 }
 

@@ -244,7 +244,7 @@ static void solve_for_window(davar_plan_t *plan, const request_t *request)
     for (uint8_t t = 0U; t < result.tau_count; t++) {
         const uint32_t m = request->taus[t];
         result.tau[t] = (davar_adev_t){
-            .m = m, .hop = 1U, .differences = result.window_samples + 1U - (2U * m), .adev = 1.0};
+            .m = m, .differences = result.window_samples + 1U - (2U * m), .adev = 1.0};
     }
     (void)davar_fit_white(plan, 1.0, &result);
 }

@@ -106,7 +106,6 @@ static void draw_window(const davar_plan_t *plan, const double l[], uint32_t win
         const double m = (double)plan->m[t];
         const double square = (noise * noise * y * (double)plan->gain[t]) + (1.0 / 12.0);
         result->tau[t].m = (uint32_t)plan->m[t];
-        result->tau[t].hop = 1U;
         result->tau[t].differences = window + 1U - (2U * (uint32_t)plan->m[t]);
         result->tau[t].adev = sqrt(((square > 0.0) ? square : 0.0) / m);
     }

@@ -61,9 +61,9 @@ typedef struct {
 #define DAVAR_CASCADE_MEMORY(type, taus)                                                           \
     ((((size_t)(taus) + 1U) / 2U) * DAVAR_CASCADE_STAGE_BYTES_##type)
 /** @cond */
-#define DAVAR_CASCADE_STAGE_BYTES_Q15 192U
-#define DAVAR_CASCADE_STAGE_BYTES_Q31 224U
-#define DAVAR_CASCADE_STAGE_BYTES_F32 224U
+#define DAVAR_CASCADE_STAGE_BYTES_Q15 224U
+#define DAVAR_CASCADE_STAGE_BYTES_Q31 256U
+#define DAVAR_CASCADE_STAGE_BYTES_F32 256U
 /** @endcond */
 
 /** Counts of input faults since the last reset. They stop at their largest value. */
@@ -92,7 +92,6 @@ typedef struct davar_cascade {
     bool in_gap;           /* f32: inside a run of NaN or inf */
     float counts_per_unit; /* f32, as limit: full_scale */
     float limit;
-    uint64_t hops;              /* begun, since the start */
     volatile uint32_t sequence; /* odd while a push changes what append reads */
     void *stages;               /* cascade_stage_t[], in the caller's memory */
     void *tops;                 /* after them: upper bits of the running sums at their hops */

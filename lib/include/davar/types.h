@@ -216,6 +216,9 @@ typedef struct {
     uint32_t shocks; /**< law glr: shocks treated as gaps */
 } davar_health_t;
 
+/** One of davar_adev_t.uneven: the noise was equally strong all the time. */
+#define DAVAR_EVEN 256U
+
 /** One cluster size of a result. */
 typedef struct {
     uint32_t m;           /**< cluster size, samples */
@@ -228,9 +231,16 @@ typedef struct {
     double low;
     double high; /**< upper limit, as low; may be infinite */
     double edf;  /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
-    /** samples from one difference to the next: 1, or m / 4 or m / 8 in a size of a cascade, whose
-     * differences look back over 2 m + (differences - 1) hop samples (11.5) */
-    uint32_t hop;
+    /** size of a cascade (11.9): mean square of its shortest cluster's differences over what this
+     * size remembers, over that of the longest size. It says how strong the noise was then */
+    float power;
+    /** size of a cascade: how unevenly that was spread, in units of 1 / DAVAR_EVEN: DAVAR_EVEN if it
+     * was constant, n DAVAR_EVEN if it came from 1 / n of the time */
+    uint16_t uneven;
+    /** size of a cascade: its differences are m / hops samples apart, hops = 4 or 8, and look back
+     * over 2 m + (differences - 1) m / hops samples (11.5). 0: size of a window, a difference for
+     * every sample */
+    uint8_t hops;
 } davar_adev_t;
 
 /** The five noise coefficients, in the order of the powers of tau. */

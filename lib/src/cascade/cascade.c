@@ -5,6 +5,7 @@
 #include "davar/cascade.h"
 
 #include "cascade/stage.h"
+#include "number/compact.h"
 #include "number/machine.h"
 #include "number/quantum.h"
 #include "number/real.h"
@@ -93,32 +94,104 @@ static inline void add_square(davar_u128_t *sum, uint64_t a)
     }
 }
 
+/* --- generations (11.5) (11.9) --- */
+
+/* Mean of the squares of the shortest size over a generation that ended. One without differences,
+ * because of gaps, repeats the one before. */
+static compact_t ended_power(const davar_cascade_t *cascade, const cascade_stage_t *first,
+                             uint32_t ended)
+{
+    const uint32_t count = first->count[ended];
+    const scaled_t sum = scaled_of_u128(&first->squares[ended]);
+    if (count == 0U) {
+        return first->power[ended ^ 1U];
+    }
+    if (count == (CASCADE_OVERLAP << cascade->shift)) { /* no gap */
+        return compact_of_scaled(
+            (scaled_t){sum.mantissa, sum.exponent - (int32_t)cascade_generation_bits(cascade, 0U)});
+    }
+    return compact_of_scaled(scaled_times(sum, scaled_inverse(scaled_of_u32(count, 0))));
+}
+
+/* First turn: the sum of powers of the shortest size; of the others, its square goes to the size whose
+ * clusters are as long as this generation (11.9). */
+static inline void end_generation(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t tau,
+                                  uint32_t ended)
+{
+    const uint32_t wide = tau + cascade->shift;
+    if (tau == 0U) {
+        stage->power[ended] = ended_power(cascade, stage, ended);
+        stage->power_squares[ended] = compact_square(stage->power[ended]);
+    } else if (wide < cascade_sizes(cascade)) {
+        compact_t *const into =
+            &cascade_stage_of(cascade, wide)->power_squares[cascade_present(cascade, wide)];
+        *into = compact_plus(*into, compact_square(stage->power[ended]));
+    } else { /* no such size */
+    }
+}
+
+/* Second turn: it goes into the present generation of the next size, and the new one takes the place
+ * of the one before. */
+static inline void begin_generation(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t tau,
+                                    uint32_t ended)
+{
+    const uint32_t next = tau + 1U;
+    if (next < cascade_sizes(cascade)) {
+        const uint32_t into = cascade_present(cascade, next);
+        cascade_stage_t *const longer = cascade_stage_of(cascade, next);
+        longer->power[into] = compact_plus(longer->power[into], stage->power[ended]);
+        if (next <= cascade->shift) {
+            longer->power_squares[into] =
+                compact_plus(longer->power_squares[into], stage->power_squares[ended]);
+        }
+    }
+    const uint32_t now = ended ^ 1U;
+    stage->squares[now].low = 0U;
+    stage->squares[now].high = 0U;
+    stage->count[now] = 0U;
+    stage->power[now] = 0U;
+    stage->power_squares[now] = 0U;
+}
+
+DAVAR_APART static void change_generation(davar_cascade_t *cascade, cascade_stage_t *stage,
+                                          uint32_t k, uint32_t generation)
+{
+    const uint32_t now = (2U * stage->size) + ((((stage->hop - 1U) & generation) != 0U) ? 1U : 0U);
+    const uint32_t ended = now ^ 1U;
+    const uint32_t tau = (CASCADE_TAUS * k) + stage->size;
+    stage->turn++;
+    if (stage->turn == 1U) {
+        end_generation(cascade, stage, tau, ended);
+    } else {
+        begin_generation(cascade, stage, tau, ended);
+    }
+}
+
+/* --- the turns of a hop --- */
+
 /* Serves the pending hop of stage k to one cluster size. The slot of that hop still holds the one
- * CASCADE_HOPS earlier, which the longest size needs. */
+ * CASCADE_HOPS earlier, which the longest size needs. The first hop of a generation takes all turns
+ * of the size, any other the last one only. */
 static inline void serve_tau(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t k)
 {
-    const uint32_t clusters = CASCADE_OVERLAP << stage->turn;
+    const uint32_t size = stage->size;
+    const uint32_t clusters = CASCADE_OVERLAP << size;
     const uint32_t generation = clusters << cascade->shift;
     const uint32_t earlier = stage->hop - 1U; /* hops before it, from number 1 */
-    const uint32_t now = (2U * stage->turn) + (((earlier & generation) != 0U) ? 1U : 0U);
-    davar_u128_t *const sum = &stage->squares[now];
-    if ((earlier & (generation - 1U)) == 0U) {
-        sum->low = 0U;
-        sum->high = 0U;
-        stage->count[now] = 0U;
-    }
+    const uint32_t now = (2U * size) + (((earlier & generation) != 0U) ? 1U : 0U);
     if (stage->age >= (2U * clusters)) {
         stage->count[now]++;
-        add_square(sum, hop_difference(cascade, k, clusters));
+        add_square(&stage->squares[now], hop_difference(cascade, k, clusters));
     }
-    stage->turn++;
+    stage->turn = 0U;
+    stage->size++;
 }
 
 /* The stage is done with its hop. Each R-th is one of the next stage. */
 static inline void pass_on(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t k)
 {
     remember_hop(cascade, k, stage->hop, stage->pending);
-    stage->turn = 0U;
+    stage->size = 0U;
     cascade->ready = (uint16_t)(cascade->ready & ~(1U << k));
     if (((stage->hop % CASCADE_RATIO) == 0U) && ((k + 1U) < cascade->stage_count)) {
         cascade_stage_t *const next = stage_at(cascade, k + 1U);
@@ -137,8 +210,13 @@ static inline void serve_hop(davar_cascade_t *cascade)
         k++;
     }
     cascade_stage_t *const stage = stage_at(cascade, k);
+    const uint32_t generation = (CASCADE_OVERLAP << stage->size) << cascade->shift;
+    if ((((stage->hop - 1U) & (generation - 1U)) == 0U) && (stage->turn < 2U)) {
+        change_generation(cascade, stage, k, generation);
+        return;
+    }
     serve_tau(cascade, stage, k);
-    if (stage->turn == CASCADE_TAUS) {
+    if (stage->size == CASCADE_TAUS) {
         pass_on(cascade, stage, k);
     }
 }
@@ -153,7 +231,6 @@ static void begin_hop(davar_cascade_t *cascade)
     cascade_stage_t *const first = stage_at(cascade, 0U);
     cascade->sum += (uint64_t)(int64_t)cascade->part;
     cascade->part = 0;
-    cascade->hops++;
     cascade->left = hop_of(cascade);
     cascade->ready |= 1U;
     first->pending = cascade->sum;

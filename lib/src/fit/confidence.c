@@ -108,7 +108,7 @@ DAVAR_RARE double davar_hop_edf(davar_coefficient_kind_t noise, uint32_t differe
 static double edf_of(const davar_result_t *result, const davar_adev_t *tau,
                      davar_coefficient_kind_t noise)
 {
-    return davar_hops(tau) ? davar_hop_edf(noise, tau->differences, tau->m / tau->hop)
+    return davar_hops(tau) ? davar_hop_edf(noise, tau->differences, tau->hops)
                            : davar_edf(noise, tau->m, result->window_samples);
 }
 

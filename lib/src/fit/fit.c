@@ -151,7 +151,7 @@ static double first_white(const davar_mixture_t *model)
     for (int t = model->first; t < model->end; t++) {
         const double adev = model->data->tau[t].adev;
         if (adev > 0.0) { /* not NaN */
-            return adev * adev * (double)model->plan->m[t] / (double)model->plan->gain[t];
+            return adev * adev * (double)model->plan->m[t] / davar_mixture_white(model, t);
         }
     }
     return 0.0;

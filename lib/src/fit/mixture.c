@@ -58,6 +58,13 @@ static double square(double x)
     return x * x;
 }
 
+double davar_mixture_white(const davar_mixture_t *model, int t)
+{
+    const davar_adev_t *const tau = &model->data->tau[t];
+    const double gain = (double)model->plan->gain[t];
+    return davar_hops(tau) ? gain * (double)tau->power : gain;
+}
+
 /* x[k], the Allan variances of unit amplitudes at size t of the plan. */
 DAVAR_APART static void shapes(const davar_mixture_t *model, int t, double x[])
 {
@@ -65,7 +72,7 @@ DAVAR_APART static void shapes(const davar_mixture_t *model, int t, double x[])
     const double m = (double)plan->m[t];
     const double inverse = 1.0 / m;
     x[DAVAR_QUANTIZATION] = inverse * inverse;
-    x[DAVAR_ANGLE_RANDOM_WALK] = inverse * (double)plan->gain[t];
+    x[DAVAR_ANGLE_RANDOM_WALK] = inverse * davar_mixture_white(model, t);
     x[DAVAR_BIAS_INSTABILITY] = square((double)plan->flicker[t]);
     x[DAVAR_RATE_RANDOM_WALK] = m * square((double)plan->walk[t]);
     x[DAVAR_RATE_RAMP] = m * m;
@@ -115,7 +122,8 @@ static double edf_of_term(const davar_mixture_t *model, int t, int term)
     double edf;
     if (davar_hops(tau)) {
         const double filtered = (term == WHITE) ? white / davar_noise_white_weight(m) : 1.0;
-        edf = davar_hop_edf(kind, tau->differences, tau->m / tau->hop) * filtered;
+        const double even = (term == WHITE) ? DAVAR_EVEN / (double)tau->uneven : 1.0;
+        edf = davar_hop_edf(kind, tau->differences, tau->hops) * filtered * even;
     } else {
         const double all = (double)model->data->window_samples - 2.0 * m + 1.0;
         edf = (term == WHITE) ? white * (all + 0.5 * m) : davar_noise_edf(kind, m, all);

@@ -116,7 +116,8 @@ static double fresh_of(const davar_monitor_tau_t *tau, const davar_adev_t *measu
         return span;
     }
     const bool has_grown = davar_hops(measured) && (measured->differences >= tau->differences);
-    return has_grown ? (double)(measured->differences - tau->differences) * (double)measured->hop
+    return has_grown ? (double)(measured->differences - tau->differences) * (double)measured->m /
+                           (double)measured->hops
                      : step;
 }
 

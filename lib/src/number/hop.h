@@ -8,13 +8,13 @@
 /* Does a cascade give this cluster size? */
 static inline bool davar_hops(const davar_adev_t *tau)
 {
-    return tau->hop > 1U;
+    return tau->hops > 0U;
 }
 
 /* Samples that the differences of such a size look back over (11.5). At least one difference. */
 static inline double davar_hop_span(const davar_adev_t *tau)
 {
-    return 2.0 * (double)tau->m + (double)(tau->differences - 1U) * (double)tau->hop;
+    return (2.0 + (double)(tau->differences - 1U) / (double)tau->hops) * (double)tau->m;
 }
 
 #endif

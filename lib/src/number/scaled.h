@@ -51,6 +51,17 @@ static inline scaled_t scaled_of_u64(uint64_t value, int32_t exponent)
     return (scaled_t){(uint32_t)((value << zeros) >> 32U), exponent + 32 - (int32_t)zeros};
 }
 
+/* Truncated to 32 bits. */
+static inline scaled_t scaled_of_u128(const davar_u128_t *value)
+{
+    if (value->high == 0U) {
+        return scaled_of_u64(value->low, 0);
+    }
+    const uint32_t zeros = davar_leading_zeros(value->high);
+    const uint64_t rest = (zeros == 0U) ? 0U : (value->low >> (64U - zeros));
+    return scaled_of_u64((value->high << zeros) | rest, 64 - (int32_t)zeros);
+}
+
 /* Truncated to 24 bits; the exponent must fit a float. */
 static inline float scaled_to_float(scaled_t scaled)
 {
