@@ -321,93 +321,87 @@ static void test_each_size_remembers_between_one_and_two_generations(void)
 
 #define POWER_SAMPLES 100000U
 #define POWER_CLUSTERS 4U
-#define POWER_HOPS (4U * POWER_CLUSTERS) /* in a generation of the shortest size */
+#define CLUSTER_HOPS 8U /* whose power is summed */
 
 static double square_at[POWER_SAMPLES / 16U]; /* D^2 of the shortest size at each hop; -1: none */
 
-/* Generations of size t: those that end, and the present one, among `hops` of the shortest size. */
-static uint32_t generation_at(uint32_t t, uint32_t hops)
-{
-    const uint32_t own = hops >> (2U * (t / 2U)); /* hops of its stage */
-    return (own - 1U) / (POWER_HOPS << (t % 2U));
-}
-
-static double mean_square(uint32_t from, uint32_t to)
-{
-    double sum = 0.0;
-    uint32_t count = 0U;
-    for (uint32_t h = from + 1U; h <= to; h++) {
-        if (square_at[h] >= 0.0) {
-            sum += square_at[h];
-            count++;
-        }
-    }
-    return (count > 0U) ? sum / (double)count : 0.0;
-}
-
 typedef struct {
-    double time;
+    double time; /* in clusters of the first stage */
     double sum;
 } share_t;
 
-/* Generations `from` to `to` - 1 of the shortest size, as far as `hops` goes. */
-static share_t share_of(uint32_t from, uint32_t to, uint32_t hops)
+/* Of the hops from + 1 to `to` of the shortest size. Only the newest cluster may be a part. */
+static share_t share_of(uint32_t from, uint32_t to)
 {
     share_t share = {0.0, 0.0};
-    for (uint32_t g = from; g < to; g++) {
-        const uint32_t start = g * POWER_HOPS;
-        const uint32_t end = (start + POWER_HOPS < hops) ? start + POWER_HOPS : hops;
-        const double weight = (end > start) ? (double)(end - start) / POWER_HOPS : 0.0;
-        share.time += weight;
-        share.sum += weight * mean_square(start, (end > start) ? end : start);
+    for (uint32_t start = from; start < to; start += CLUSTER_HOPS) {
+        const uint32_t end = (start + CLUSTER_HOPS < to) ? start + CLUSTER_HOPS : to;
+        double sum = 0.0;
+        uint32_t count = 0U;
+        for (uint32_t h = start + 1U; h <= end; h++) {
+            sum += (square_at[h] >= 0.0) ? square_at[h] : 0.0;
+            count += (square_at[h] >= 0.0) ? 1U : 0U;
+        }
+        const double part = (double)(end - start) / CLUSTER_HOPS;
+        share.time += part;
+        share.sum += (count > 0U) ? part * sum / (double)count : 0.0;
     }
     return share;
 }
 
-static void assert_power(uint32_t t, uint32_t hops, double longest)
+/* First hop, of the shortest size, of what a size remembers after so many hops. */
+static uint32_t remembered_from(uint32_t t, uint32_t hops)
 {
-    const uint32_t now = generation_at(t, hops);
-    const uint32_t from = ((now > 0U) ? (now - 1U) : 0U) << t;
-    const uint32_t to = generation_at(0U, hops) + 1U;
-    const uint32_t wide = (t > 2U) ? (t - 2U) : 0U; /* 2: log2 of the clusters */
-    const share_t all = share_of(from, to, hops);
-    const uint32_t present = generation_at(wide, hops) << wide;
-    double squares = 0.0;
-    for (uint32_t g = from; g <= present; g += 1U << wide) {
-        const uint32_t end = (g < present) ? (g + (1U << wide)) : to;
-        const share_t one = share_of(g, end, hops);
-        squares +=
-            (wide > 0U) ? one.sum * one.sum : (one.time > 0.0 ? one.sum * one.sum / one.time : 0.0);
-    }
-    const double uneven =
-        squares * all.time / (all.sum * all.sum) / (double)(1U << wide) * DAVAR_EVEN;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * all.sum / all.time / longest, all.sum / all.time / longest,
-                              (double)result.tau[t].power);
-    TEST_ASSERT_DOUBLE_WITHIN(1.0 + 1e-5 * uneven, (uneven < DAVAR_EVEN) ? DAVAR_EVEN : uneven,
-                              (double)result.tau[t].uneven);
+    const uint32_t ratio = 1U << (2U * (t / 2U)); /* of the hops of its stage to those */
+    const uint32_t generation = (4U << (t % 2U)) * POWER_CLUSTERS;
+    const uint32_t now = ((hops / ratio) - 1U) / generation;
+    return ((now > 0U) ? (now - 1U) : 0U) * generation * ratio;
 }
 
-static double power_of_longest(uint32_t hops)
+static double power_of(uint32_t t, uint32_t hops)
 {
-    uint32_t t = TAUS - 1U;
-    while (result.tau[t].differences == 0U) {
-        t--;
-    }
-    const uint32_t now = generation_at(t, hops);
-    const share_t all =
-        share_of(((now > 0U) ? (now - 1U) : 0U) << t, generation_at(0U, hops) + 1U, hops);
+    const share_t all = share_of(remembered_from(t, hops), hops);
     return all.sum / all.time;
+}
+
+/* The mean square of the clusters' powers, over that of white noise of the same power. */
+static double unevenness(uint32_t t, uint32_t hops)
+{
+    const uint32_t ratio = 1U << (2U * (t / 2U));
+    const uint32_t present = ((hops / ratio) - 1U) / CLUSTER_HOPS * CLUSTER_HOPS * ratio;
+    const share_t all = share_of(remembered_from(t, hops), hops);
+    const double edf = 0.9 + 2.78 * (double)ratio;
+    double squares = 0.0;
+    for (uint32_t h = remembered_from(t, hops); h <= present; h += CLUSTER_HOPS * ratio) {
+        const share_t one = share_of(h, (h < present) ? h + (CLUSTER_HOPS * ratio) : hops);
+        squares += one.sum * one.sum;
+    }
+    return squares * all.time / (all.sum * all.sum) / (double)ratio / (1.0 + 2.0 / edf);
+}
+
+static void assert_power(uint32_t hops)
+{
+    uint32_t longest = 0U;
+    for (uint32_t t = 0U; (t < TAUS) && (result.tau[t].differences > 0U); t++) {
+        longest = t;
+    }
+    for (uint32_t t = 0U; t <= longest; t++) {
+        const double power = power_of(t, hops) / power_of(longest, hops);
+        const double uneven = DAVAR_EVEN * unevenness(t, hops);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * power, power, (double)result.tau[t].power);
+        TEST_ASSERT_DOUBLE_WITHIN(1.0 + 1e-5 * uneven, (uneven < DAVAR_EVEN) ? DAVAR_EVEN : uneven,
+                                  (double)result.tau[t].uneven);
+    }
 }
 
 /* Bursts and steps of the noise; by brute force from the differences of the shortest size. */
 static void test_the_power_is_that_of_what_a_size_remembers(void)
 {
-    static int64_t phase[POWER_SAMPLES + 1U];
+    static int64_t phase[POWER_SAMPLES];
     random_t random = random_seeded(9U);
     config.clusters = POWER_CLUSTERS;
     init();
-    square_at[0] = -1.0;
-    for (uint32_t i = 1U; i <= POWER_SAMPLES; i++) {
+    for (uint32_t i = 1U; i < POWER_SAMPLES; i++) {
         const double sigma = ((i % 20000U) < 700U) ? 400.0 : ((i > 60000U) ? 20.0 : 60.0);
         const int16_t sample = (int16_t)lround(sigma * random_gauss(&random));
         phase[i] = phase[i - 1U] + sample;
@@ -415,18 +409,14 @@ static void test_the_power_is_that_of_what_a_size_remembers(void)
         if ((i % 16U) != 0U) {
             continue;
         }
-        if ((i / 16U) < (POWER_SAMPLES / 16U)) {
-            const double d =
-                (i >= 128U) ? (double)(phase[i] - (2 * phase[i - 64U]) + phase[i - 128U]) : 0.0;
-            square_at[i / 16U] = (i >= 128U) ? d * d : -1.0;
-        }
-        if ((i > 200U) && ((random_next(&random) % 37U) == 0U) &&
-            ((i / 16U) < (POWER_SAMPLES / 16U))) {
+        const bool is_full = (i >= 128U);
+        const double d =
+            is_full ? (double)(phase[i] - (2 * phase[i - 64U]) + phase[i - 128U]) : 0.0;
+        square_at[i / 16U] = is_full ? d * d : -1.0;
+        if ((i > 200U) && ((random_next(&random) % 37U) == 0U)) {
             davar_cascade_flush(&cascade);
             TEST_ASSERT_TRUE(take());
-            for (uint32_t t = 0U; (t < TAUS) && (result.tau[t].differences > 0U); t++) {
-                assert_power(t, i / 16U, power_of_longest(i / 16U));
-            }
+            assert_power(i / 16U);
         }
     }
 }

@@ -94,104 +94,115 @@ static inline void add_square(davar_u128_t *sum, uint64_t a)
     }
 }
 
-/* --- generations (11.5) (11.9) --- */
+/* --- power of the samples (11.9) --- */
 
-/* Mean of the squares of the shortest size over a generation that ended. One without differences,
- * because of gaps, repeats the one before. */
-static compact_t ended_power(const davar_cascade_t *cascade, const cascade_stage_t *first,
-                             uint32_t ended)
+/* Mean square of the shortest size over the cluster that ended. A cluster without differences, because of
+ * a gap, repeats the one before. */
+static inline void end_cluster(davar_cascade_t *cascade, cascade_stage_t *first, uint32_t slot)
 {
-    const uint32_t count = first->count[ended];
-    const scaled_t sum = scaled_of_u128(&first->squares[ended]);
-    if (count == 0U) {
-        return first->power[ended ^ 1U];
+    const uint32_t count = (uint32_t)first->count[slot] - cascade->seen_count;
+    const davar_u128_t rest = cascade_unseen(cascade, &first->squares[slot]);
+    const scaled_t sum = scaled_of_u128(&rest);
+    cascade->seen[0] = first->squares[slot].low;
+    cascade->seen[1] = first->squares[slot].high;
+    cascade->seen_count = first->count[slot];
+    if (count == CASCADE_CLUSTER) {
+        cascade->power = compact_of_scaled((scaled_t){sum.mantissa, sum.exponent - 3});
+    } else if (count > 0U) {
+        cascade->power =
+            compact_of_scaled(scaled_times(sum, scaled_inverse(scaled_of_u32(count, 0))));
+    } else { /* as before */
     }
-    if (count == (CASCADE_OVERLAP << cascade->shift)) { /* no gap */
-        return compact_of_scaled(
-            (scaled_t){sum.mantissa, sum.exponent - (int32_t)cascade_generation_bits(cascade, 0U)});
-    }
-    return compact_of_scaled(scaled_times(sum, scaled_inverse(scaled_of_u32(count, 0))));
+    first->cluster = cascade->power;
 }
 
-/* First turn: the sum of powers of the shortest size; of the others, its square goes to the size whose
- * clusters are as long as this generation (11.9). */
-static inline void end_generation(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t tau,
-                                  uint32_t ended)
+/* The cluster counts in the generation of a size. */
+static inline void count_cluster(cascade_stage_t *stage, uint32_t slot)
 {
-    const uint32_t wide = tau + cascade->shift;
-    if (tau == 0U) {
-        stage->power[ended] = ended_power(cascade, stage, ended);
-        stage->power_squares[ended] = compact_square(stage->power[ended]);
-    } else if (wide < cascade_sizes(cascade)) {
-        compact_t *const into =
-            &cascade_stage_of(cascade, wide)->power_squares[cascade_present(cascade, wide)];
-        *into = compact_plus(*into, compact_square(stage->power[ended]));
-    } else { /* no such size */
+    stage->power[slot] = compact_plus(stage->power[slot], stage->cluster);
+    stage->power_squares[slot] =
+        compact_plus(stage->power_squares[slot], compact_square(stage->cluster));
+}
+
+/* ... and in the cluster of the next stage. */
+static inline void pass_cluster_on(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t k)
+{
+    if ((k + 1U) < cascade->stage_count) {
+        cascade_stage_t *const next = stage_at(cascade, k + 1U);
+        next->cluster = compact_plus(next->cluster, stage->cluster);
+    }
+    stage->cluster = 0U;
+}
+
+/* A new generation takes the place of the one before the last. */
+static inline void begin_generation(cascade_stage_t *stage, uint32_t slot)
+{
+    stage->squares[slot].low = 0U;
+    stage->squares[slot].high = 0U;
+    stage->count[slot] = 0U;
+    stage->power[slot] = 0U;
+    stage->power_squares[slot] = 0U;
+}
+
+/* ... of the sizes of a stage: each second one of the shorter size begins one of the longer. */
+static inline void begin_generations(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t k,
+                                     uint32_t earlier)
+{
+    const uint32_t generation = CASCADE_OVERLAP << cascade->shift; /* of the shorter size */
+    if ((earlier & (generation - 1U)) != 0U) {
+        return;
+    }
+    begin_generation(stage, cascade_slot(cascade, 0U, earlier));
+    if ((earlier & generation) == 0U) {
+        begin_generation(stage, cascade_slot(cascade, 1U, earlier));
+    }
+    if (k == 0U) {
+        cascade->seen[0] = 0U;
+        cascade->seen[1] = 0U;
+        cascade->seen_count = 0U;
     }
 }
 
-/* Second turn: it goes into the present generation of the next size, and the new one takes the place
- * of the one before. */
-static inline void begin_generation(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t tau,
-                                    uint32_t ended)
+/* One of the turns after a cluster, whose last hop is the one before. */
+DAVAR_APART static void after_cluster(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t k)
 {
-    const uint32_t next = tau + 1U;
-    if (next < cascade_sizes(cascade)) {
-        const uint32_t into = cascade_present(cascade, next);
-        cascade_stage_t *const longer = cascade_stage_of(cascade, next);
-        longer->power[into] = compact_plus(longer->power[into], stage->power[ended]);
-        if (next <= cascade->shift) {
-            longer->power_squares[into] =
-                compact_plus(longer->power_squares[into], stage->power_squares[ended]);
-        }
+    const uint32_t earlier = stage->hop - 1U;
+    uint32_t turn = stage->turn;
+    if ((turn == (uint32_t)CASCADE_END) && (k > 0U)) { /* the stages before added it up */
+        turn = (uint32_t)CASCADE_COUNT;
     }
-    const uint32_t now = ended ^ 1U;
-    stage->squares[now].low = 0U;
-    stage->squares[now].high = 0U;
-    stage->count[now] = 0U;
-    stage->power[now] = 0U;
-    stage->power_squares[now] = 0U;
-}
-
-DAVAR_APART static void change_generation(davar_cascade_t *cascade, cascade_stage_t *stage,
-                                          uint32_t k, uint32_t generation)
-{
-    const uint32_t now = (2U * stage->size) + ((((stage->hop - 1U) & generation) != 0U) ? 1U : 0U);
-    const uint32_t ended = now ^ 1U;
-    const uint32_t tau = (CASCADE_TAUS * k) + stage->size;
-    stage->turn++;
-    if (stage->turn == 1U) {
-        end_generation(cascade, stage, tau, ended);
+    stage->turn = turn + 1U;
+    if (turn == (uint32_t)CASCADE_END) {
+        end_cluster(cascade, stage, cascade_slot(cascade, 0U, earlier - 1U));
+    } else if (turn < (uint32_t)CASCADE_PASS) {
+        const uint32_t size = turn - (uint32_t)CASCADE_COUNT;
+        count_cluster(stage, cascade_slot(cascade, size, earlier - 1U));
     } else {
-        begin_generation(cascade, stage, tau, ended);
+        pass_cluster_on(cascade, stage, k);
+        begin_generations(cascade, stage, k, earlier);
     }
 }
 
 /* --- the turns of a hop --- */
 
 /* Serves the pending hop of stage k to one cluster size. The slot of that hop still holds the one
- * CASCADE_HOPS earlier, which the longest size needs. The first hop of a generation takes all turns
- * of the size, any other the last one only. */
+ * CASCADE_HOPS earlier, which the longest size needs. */
 static inline void serve_tau(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t k)
 {
-    const uint32_t size = stage->size;
+    const uint32_t size = stage->turn - (uint32_t)CASCADE_SERVE;
     const uint32_t clusters = CASCADE_OVERLAP << size;
-    const uint32_t generation = clusters << cascade->shift;
-    const uint32_t earlier = stage->hop - 1U; /* hops before it, from number 1 */
-    const uint32_t now = (2U * size) + (((earlier & generation) != 0U) ? 1U : 0U);
+    const uint32_t now = cascade_slot(cascade, size, stage->hop - 1U);
     if (stage->age >= (2U * clusters)) {
         stage->count[now]++;
         add_square(&stage->squares[now], hop_difference(cascade, k, clusters));
     }
-    stage->turn = 0U;
-    stage->size++;
 }
 
 /* The stage is done with its hop. Each R-th is one of the next stage. */
 static inline void pass_on(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t k)
 {
     remember_hop(cascade, k, stage->hop, stage->pending);
-    stage->size = 0U;
+    stage->turn = 0U;
     cascade->ready = (uint16_t)(cascade->ready & ~(1U << k));
     if (((stage->hop % CASCADE_RATIO) == 0U) && ((k + 1U) < cascade->stage_count)) {
         cascade_stage_t *const next = stage_at(cascade, k + 1U);
@@ -210,13 +221,16 @@ static inline void serve_hop(davar_cascade_t *cascade)
         k++;
     }
     cascade_stage_t *const stage = stage_at(cascade, k);
-    const uint32_t generation = (CASCADE_OVERLAP << stage->size) << cascade->shift;
-    if ((((stage->hop - 1U) & (generation - 1U)) == 0U) && (stage->turn < 2U)) {
-        change_generation(cascade, stage, k, generation);
-        return;
+    if (stage->turn < (uint32_t)CASCADE_SERVE) {
+        if (((stage->hop - 1U) % CASCADE_CLUSTER) == 0U) {
+            after_cluster(cascade, stage, k);
+            return;
+        }
+        stage->turn = (uint32_t)CASCADE_SERVE;
     }
     serve_tau(cascade, stage, k);
-    if (stage->size == CASCADE_TAUS) {
+    stage->turn++;
+    if (stage->turn == (uint32_t)CASCADE_DONE) {
         pass_on(cascade, stage, k);
     }
 }
@@ -236,7 +250,7 @@ static void begin_hop(davar_cascade_t *cascade)
     first->pending = cascade->sum;
     first->age = cascade->age;
     first->hop++;
-    cascade->age += ((cascade->age >> 31U) == 0U) ? 1U : 0U;
+    cascade->age += 1U - (cascade->age >> 31U);
 }
 
 /* A hop is due, or the previous one is not served yet. A hop has at least 16 samples, and all

@@ -12,55 +12,43 @@
 #define UNEVEN_BITS 8U
 _Static_assert(DAVAR_EVEN == (1U << UNEVEN_BITS), "the unit of davar_adev_t.uneven");
 
-/* One size, its two generations as they are at one sample: [0] the present one. */
+/* A stage as it is at one sample: the sums of its sizes, and what its power needs. */
 typedef struct {
-    davar_u128_t squares[2];
-    uint32_t count[2];
-    compact_t power[2];
-    compact_t power_squares[2];
-    uint32_t generation; /* number of the present one */
-    uint32_t shorter;    /* ... of the size before this one */
-    uint32_t hops;       /* of the present one so far */
-} memory_t;
+    davar_u128_t squares[2U * CASCADE_TAUS];
+    uint16_t count[2U * CASCADE_TAUS];
+    compact_t power[2U * CASCADE_TAUS];
+    compact_t power_squares[2U * CASCADE_TAUS];
+    compact_t cluster;
+    uint32_t earlier;
+    uint32_t earlier_before; /* of the stage before */
+    davar_u128_t unseen;     /* first stage: of the present cluster */
+    uint32_t unseen_count;
+} copy_t;
 
-/* Power of the samples: its sum over the generations of the shortest size, the sum of its squares,
- * and their length in hops of that size. */
-typedef struct {
-    scaled_t sum;
-    scaled_t squares;
-    uint64_t hops;
-} power_t;
-
-/* Powers of all sizes up to the one that is read. */
-typedef struct {
-    power_t present;                       /* of the size before, its present generation */
-    uint32_t generation;                   /* and the number of that */
-    compact_t sum[DAVAR_CASCADE_TAUS_MAX]; /* of each size, its present generation */
-} powers_t;
-
-static void copy_memory(const davar_cascade_t *cascade, uint32_t t, memory_t *memory)
+static void copy_stage(const davar_cascade_t *cascade, uint32_t k, copy_t *copy)
 {
-    const cascade_stage_t *const stage = cascade_stage_of(cascade, t);
-    const uint32_t mask = (1U << cascade_generation_bits(cascade, t)) - 1U;
-    memory->generation = cascade_generation(cascade, t);
-    memory->shorter = (t > 0U) ? cascade_generation(cascade, t - 1U) : 0U;
-    memory->hops = ((cascade_newest_hop(cascade, t) - 1U) & mask) + 1U;
-    for (uint32_t i = 0U; i < 2U; i++) {
-        const uint32_t slot = cascade_present(cascade, t) ^ i;
-        davar_u128_copy(&memory->squares[i], &stage->squares[slot]);
-        memory->count[i] = stage->count[slot];
-        memory->power[i] = stage->power[slot];
-        memory->power_squares[i] = stage->power_squares[slot];
+    const cascade_stage_t *const stage = &((const cascade_stage_t *)cascade->stages)[k];
+    copy->earlier = cascade_earlier(cascade, k);
+    copy->earlier_before = (k > 0U) ? cascade_earlier(cascade, k - 1U) : 0U;
+    copy->cluster = stage->cluster;
+    for (uint32_t i = 0U; i < (2U * CASCADE_TAUS); i++) {
+        davar_u128_copy(&copy->squares[i], &stage->squares[i]);
+        copy->count[i] = stage->count[i];
+        copy->power[i] = stage->power[i];
+        copy->power_squares[i] = stage->power_squares[i];
     }
+    const uint32_t slot = cascade_slot(cascade, 0U, copy->earlier);
+    copy->unseen = cascade_unseen(cascade, &copy->squares[slot]);
+    copy->unseen_count = copy->count[slot] - cascade->seen_count;
 }
 
 /* Hazard: a push may come between. */
-static void read_memory(const davar_cascade_t *cascade, uint32_t t, memory_t *memory)
+static void read_stage(const davar_cascade_t *cascade, uint32_t k, copy_t *copy)
 {
     uint32_t before;
     do {
         before = davar_sequence_read(&cascade->sequence);
-        copy_memory(cascade, t, memory);
+        copy_stage(cascade, k, copy);
     } while (davar_sequence_torn(&cascade->sequence, before));
 }
 
@@ -75,79 +63,73 @@ static double deviation_of_hops(const davar_u128_t *sum, const davar_adev_t *tau
 
 /* --- the power of the samples (11.9) --- */
 
-static void add_power(power_t *power, scaled_t sum, scaled_t squares, uint64_t hops)
-{
-    power->sum = davar_scaled_plus(power->sum, sum);
-    power->squares = davar_scaled_plus(power->squares, squares);
-    power->hops += hops;
-}
+/* The present cluster of a stage so far, in hops of the first stage. */
+typedef struct {
+    scaled_t sum;
+    uint64_t hops;
+    uint32_t cluster; /* its number */
+} part_t;
 
 static scaled_t ratio(scaled_t a, scaled_t b)
 {
     return scaled_times(a, scaled_inverse(b));
 }
 
-/* The shortest size: its present generation has no sum of powers yet. */
-static power_t shortest_power(const davar_cascade_t *cascade, const memory_t *memory)
+/* From that of the stage before, unless a cluster of it ended since it was read. */
+static void next_part(const copy_t *copy, uint32_t k, part_t *part)
 {
-    power_t power = {{0U, SCALED_ZERO}, {0U, SCALED_ZERO}, 0U};
-    if (memory->count[0] > 0U) {
-        const scaled_t mean =
-            ratio(scaled_of_u128(&memory->squares[0]), scaled_of_u32(memory->count[0], 0));
-        const scaled_t part =
-            scaled_of_u32(memory->hops, -(int32_t)cascade_generation_bits(cascade, 0U));
-        add_power(&power, scaled_times(mean, part), scaled_times(scaled_times(mean, mean), part),
-                  memory->hops);
+    const uint32_t cluster = copy->earlier / CASCADE_CLUSTER;
+    const uint32_t cluster_before = copy->earlier_before / CASCADE_CLUSTER;
+    if (k == 0U) {
+        const scaled_t sum = scaled_of_u128(&copy->unseen);
+        *part = (part_t){{sum.mantissa, sum.exponent - 3}, copy->unseen_count, cluster};
+        return;
     }
-    return power;
+    const uint64_t ended = (cluster_before - (CASCADE_RATIO * cluster)) % (2U * CASCADE_RATIO);
+    if (part->cluster != cluster_before) {
+        *part = (part_t){{0U, SCALED_ZERO}, 0U, 0U};
+    }
+    part->sum = davar_scaled_plus(part->sum, scaled_of_compact(copy->cluster));
+    part->hops += (ended * CASCADE_CLUSTER) << (CASCADE_TAUS * (k - 1U));
+    part->cluster = cluster;
 }
 
-/* The present generation of size t: those of the size before that ended in it, and the present one
- * of that, unless it began since it was read. */
-static power_t present_power(const davar_cascade_t *cascade, const memory_t *memory,
-                             const powers_t *before, uint32_t t)
+/* 1 / (1 + 2 / edf) of the power of a cluster of stage k in white noise: its edf is 0.9 + 2.78 4^k
+ * (11.6). */
+static scaled_t steady(uint32_t k)
 {
-    power_t power = {{0U, SCALED_ZERO}, {0U, SCALED_ZERO}, 0U};
-    const uint32_t ended = (memory->shorter - (2U * memory->generation)) & 3U;
-    const uint32_t bits = cascade_generation_bits(cascade, 0U);
-    add_power(&power, scaled_of_compact(memory->power[0]),
-              scaled_of_compact(memory->power_squares[0]), (uint64_t)ended << (t - 1U + bits));
-    if (memory->shorter == before->generation) {
-        const bool wide = t > cascade->shift;
-        const scaled_t sum =
-            wide ? scaled_of_compact(before->sum[t - cascade->shift]) : before->present.sum;
-        add_power(&power, before->present.sum,
-                  wide ? scaled_times(sum, sum) : before->present.squares, before->present.hops);
-    }
-    return power;
+    const uint64_t edf = 90U + (UINT64_C(278) << (CASCADE_TAUS * k));
+    return ratio(scaled_of_u64(edf, 0), scaled_of_u64(edf + 200U, 0));
 }
 
-/* Writes the mean power of what size t remembers, 0 if it is unknown, and how unevenly it is spread. */
-static void take_power(const davar_cascade_t *cascade, const memory_t *memory, powers_t *before,
+/* Writes the mean power of what a size remembers, 0 if it is unknown, and how unevenly it is spread. */
+static void take_power(const davar_cascade_t *cascade, const copy_t *copy, const part_t *part,
                        uint32_t t, davar_adev_t *tau)
 {
-    const uint32_t bits = cascade_generation_bits(cascade, 0U);
-    const int32_t wide = (t > cascade->shift) ? (int32_t)(t - cascade->shift) : 0;
-    power_t power =
-        (t == 0U) ? shortest_power(cascade, memory) : present_power(cascade, memory, before, t);
-    before->present = power;
-    before->generation = memory->generation;
-    before->sum[t] = compact_of_scaled(power.sum);
-    if (memory->count[1] > 0U) {
-        add_power(&power, scaled_of_compact(memory->power[1]),
-                  scaled_of_compact(memory->power_squares[1]), UINT64_C(1) << (t + bits));
+    const uint32_t k = t / CASCADE_TAUS;
+    const uint32_t size = t % CASCADE_TAUS;
+    const uint32_t older = cascade_slot(cascade, size, copy->earlier) ^ 1U;
+    const uint32_t generation = (CASCADE_OVERLAP << size) << cascade->shift;
+    const uint64_t ended =
+        ((copy->earlier & (generation - 1U)) / CASCADE_CLUSTER * CASCADE_CLUSTER) +
+        ((copy->count[older] > 0U) ? generation : 0U);
+    const uint64_t hops = (ended << (CASCADE_TAUS * k)) + part->hops;
+    scaled_t sum = part->sum;
+    scaled_t squares = scaled_times(sum, sum);
+    for (uint32_t i = 2U * size; i < ((2U * size) + 2U); i++) {
+        sum = davar_scaled_plus(sum, scaled_of_compact(copy->power[i]));
+        squares = davar_scaled_plus(squares, scaled_of_compact(copy->power_squares[i]));
     }
     tau->power = 0.0F;
     tau->uneven = DAVAR_EVEN;
-    if ((power.sum.mantissa > 0U) && (power.hops > 0U)) {
-        const scaled_t mean = ratio(power.sum, scaled_of_u64(power.hops, -(int32_t)bits));
-        const scaled_t spread = ratio(ratio(power.squares, power.sum), mean);
-        const uint32_t uneven = davar_scaled_to_fixed(spread, (int32_t)UNEVEN_BITS - wide);
+    if ((sum.mantissa > 0U) && (hops > 0U)) {
+        const scaled_t mean = ratio(sum, scaled_of_u64(hops, -3));
+        const scaled_t spread = scaled_times(ratio(ratio(squares, sum), mean), steady(k));
+        const uint32_t fixed =
+            davar_scaled_to_fixed(spread, (int32_t)UNEVEN_BITS - (int32_t)(CASCADE_TAUS * k));
+        const uint32_t uneven = (fixed < UINT16_MAX) ? fixed : UINT16_MAX;
         tau->power = scaled_to_float(mean);
-        tau->uneven = (uint16_t)((uneven < UINT16_MAX) ? uneven : UINT16_MAX);
-    }
-    if (tau->uneven < DAVAR_EVEN) {
-        tau->uneven = DAVAR_EVEN;
+        tau->uneven = (uint16_t)((uneven > DAVAR_EVEN) ? uneven : DAVAR_EVEN);
     }
 }
 
@@ -167,18 +149,16 @@ static void relate_powers(davar_result_t *result, uint32_t first)
     }
 }
 
-static void take_cascade_tau(const davar_cascade_t *cascade, uint32_t t, double unit,
-                             powers_t *powers, davar_adev_t *tau)
+static void take_cascade_tau(const davar_cascade_t *cascade, const copy_t *copy, uint32_t t,
+                             double unit, davar_adev_t *tau)
 {
-    memory_t memory;
-    read_memory(cascade, t, &memory);
-    const davar_u128_t squares = davar_u128_add(memory.squares[0], memory.squares[1]);
+    const uint32_t first = 2U * (t % CASCADE_TAUS);
+    const davar_u128_t squares = davar_u128_add(copy->squares[first], copy->squares[first + 1U]);
     tau->m = cascade->config->shortest << t;
     tau->hops = (uint8_t)(CASCADE_OVERLAP << (t % CASCADE_TAUS));
-    tau->differences = memory.count[0] + memory.count[1];
+    tau->differences = (uint32_t)copy->count[first] + copy->count[first + 1U];
     tau->adev =
         (tau->differences > 0U) ? davar_scale(deviation_of_hops(&squares, tau), unit) : (double)NAN;
-    take_power(cascade, &memory, powers, t, tau);
 }
 
 bool davar_cascade_append(const davar_cascade_t *cascade, davar_result_t *result)
@@ -188,14 +168,20 @@ bool davar_cascade_append(const davar_cascade_t *cascade, davar_result_t *result
     const double unit =
         is_float ? davar_inverse_of_power(cascade->counts_per_unit) : config->unit_per_count;
     const uint32_t first = result->tau_count;
-    powers_t powers = {0};
+    part_t part = {{0U, SCALED_ZERO}, 0U, 0U};
+    copy_t copy;
     bool any = false;
     DAVAR_ASSERT((first + config->tau_count) <= (uint32_t)DAVAR_TAUS_MAX);
     DAVAR_ASSERT((first == 0U) || (result->tau[first - 1U].m < config->shortest));
     result->unit_per_count = is_float ? 0.0 : unit;
     for (uint32_t t = 0U; t < config->tau_count; t++) {
         davar_adev_t *const tau = &result->tau[first + t];
-        take_cascade_tau(cascade, t, unit, &powers, tau);
+        if ((t % CASCADE_TAUS) == 0U) {
+            read_stage(cascade, t / CASCADE_TAUS, &copy);
+            next_part(&copy, t / CASCADE_TAUS, &part);
+        }
+        take_cascade_tau(cascade, &copy, t, unit, tau);
+        take_power(cascade, &copy, &part, t, tau);
         any = any || (tau->differences > 0U);
         result->tau_count++;
     }

@@ -11,58 +11,50 @@
 #define CASCADE_HOPS 16U                   /* that a stage remembers */
 _Static_assert(CASCADE_HOPS == (CASCADE_RATIO * CASCADE_OVERLAP), "the longest span");
 
+#define CASCADE_CLUSTER 8U /* hops whose power is summed: the longer cluster size of a stage */
+_Static_assert(CASCADE_CLUSTER == (CASCADE_OVERLAP << (CASCADE_TAUS - 1U)), "the longer size");
+
+/* Work on a hop, a turn per sample. Only the first hop after a cluster has the turns before SERVE. */
+enum { CASCADE_END = 0, CASCADE_COUNT, CASCADE_PASS = 3, CASCADE_SERVE, CASCADE_DONE = 6 };
+
 typedef struct {
     uint64_t pending; /* running sum at the hop that is served */
     uint32_t age;     /* of that hop: hops of this stage since the newest gap */
     uint32_t hop;     /* its number modulo 2^32 */
-    uint32_t size;    /* the cluster size that it is served to next */
-    uint32_t turn;    /* of the hop at that size: 0, 1 begin a generation, then the last one */
+    uint32_t turn;    /* of that hop, next */
+    /* Power of the samples (11.9): of the present cluster, and for each cluster size and generation
+     * the sum over its clusters and the sum of the squares. */
+    compact_t cluster;
+    compact_t power[2U * CASCADE_TAUS];
+    compact_t power_squares[2U * CASCADE_TAUS];
     /* Differences of each cluster size, in two generations (11.5). */
     uint16_t count[2U * CASCADE_TAUS];
     davar_u128_t squares[2U * CASCADE_TAUS];
-    /* In the same generations: sum of the power of the samples, and of its squares (11.9). */
-    compact_t power[2U * CASCADE_TAUS];
-    compact_t power_squares[2U * CASCADE_TAUS];
     uint32_t low[CASCADE_HOPS]; /* lower bits of the running sums at the last hops, by number */
 } cascade_stage_t;
 
-static inline cascade_stage_t *cascade_stage_of(const davar_cascade_t *cascade, uint32_t tau)
+/* Hops before the newest one of stage k that is past the turns before SERVE. Clusters and
+ * generations end with the hops whose numbers are multiples of their lengths. */
+static inline uint32_t cascade_earlier(const davar_cascade_t *cascade, uint32_t k)
 {
-    return &((cascade_stage_t *)cascade->stages)[tau / CASCADE_TAUS];
-}
-
-static inline uint32_t cascade_sizes(const davar_cascade_t *cascade)
-{
-    return CASCADE_TAUS * (uint32_t)cascade->stage_count;
-}
-
-/* log2 of the hops of a generation of a cluster size (11.5). */
-static inline uint32_t cascade_generation_bits(const davar_cascade_t *cascade, uint32_t tau)
-{
-    return 2U + (tau % CASCADE_TAUS) + cascade->shift;
-}
-
-/* The newest hop of a cluster size whose generation has begun. */
-static inline uint32_t cascade_newest_hop(const davar_cascade_t *cascade, uint32_t tau)
-{
-    const cascade_stage_t *const stage = cascade_stage_of(cascade, tau);
-    const bool ready = ((cascade->ready >> (tau / CASCADE_TAUS)) & 1U) != 0U;
-    const uint32_t size = tau % CASCADE_TAUS;
+    const cascade_stage_t *const stage = &((const cascade_stage_t *)cascade->stages)[k];
     const bool waits =
-        ready && ((stage->size < size) || ((stage->size == size) && (stage->turn < 2U)));
-    return stage->hop - (waits ? 1U : 0U);
+        (((cascade->ready >> k) & 1U) != 0U) && (stage->turn < (uint32_t)CASCADE_SERVE);
+    return stage->hop - (waits ? 2U : 1U);
 }
 
-/* The number of the present generation of a cluster size. */
-static inline uint32_t cascade_generation(const davar_cascade_t *cascade, uint32_t tau)
+/* What was added to the squares of the shortest size since its newest cluster ended. */
+static inline davar_u128_t cascade_unseen(const davar_cascade_t *cascade,
+                                          const davar_u128_t *squares)
 {
-    return (cascade_newest_hop(cascade, tau) - 1U) >> cascade_generation_bits(cascade, tau);
+    return davar_u128_subtract(*squares, (davar_u128_t){cascade->seen[0], cascade->seen[1]});
 }
 
-/* Its place in the arrays of a stage. */
-static inline uint32_t cascade_present(const davar_cascade_t *cascade, uint32_t tau)
+/* Place of the generation of a size of a stage with the next hop, in the arrays of the stage. */
+static inline uint32_t cascade_slot(const davar_cascade_t *cascade, uint32_t size, uint32_t earlier)
 {
-    return (2U * (tau % CASCADE_TAUS)) + (cascade_generation(cascade, tau) & 1U);
+    const uint32_t generation = (CASCADE_OVERLAP << size) << cascade->shift;
+    return (2U * size) + (((earlier & generation) != 0U) ? 1U : 0U);
 }
 
 #endif

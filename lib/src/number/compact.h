@@ -6,13 +6,13 @@
 #include "number/scaled.h"
 
 #define COMPACT_MANTISSA_BITS 22U
-#define COMPACT_BIAS 160 /* from 2^-159 on, below 2^863; 0 is 0 */
+#define COMPACT_BIAS 160U /* from 2^-159 on, below 2^863; 0 is 0 */
 
 typedef uint32_t compact_t;
 
 static inline compact_t compact_of_scaled(scaled_t value)
 {
-    const uint32_t exponent = (uint32_t)(value.exponent + 31 + COMPACT_BIAS);
+    const uint32_t exponent = (uint32_t)(value.exponent + 31) + COMPACT_BIAS;
     return (value.mantissa == 0U) ? 0U
                                   : ((exponent << COMPACT_MANTISSA_BITS) +
                                      ((value.mantissa << 1U) >> (32U - COMPACT_MANTISSA_BITS)));
@@ -22,7 +22,8 @@ static inline scaled_t scaled_of_compact(compact_t value)
 {
     const scaled_t zero = {0U, SCALED_ZERO};
     const scaled_t scaled = {SCALED_TOP | ((value << (32U - COMPACT_MANTISSA_BITS)) >> 1U),
-                             (int32_t)(value >> COMPACT_MANTISSA_BITS) - (31 + COMPACT_BIAS)};
+                             (int32_t)(value >> COMPACT_MANTISSA_BITS) -
+                                 (31 + (int32_t)COMPACT_BIAS)};
     return (value == 0U) ? zero : scaled;
 }
 
@@ -41,10 +42,16 @@ static inline compact_t compact_plus(compact_t a, compact_t b)
     return (sum < (2U * top)) ? (large + more) : (((large & ~(top - 1U)) + (sum >> 1U)));
 }
 
+/* Truncated. */
 static inline compact_t compact_square(compact_t value)
 {
-    const scaled_t scaled = scaled_of_compact(value);
-    return compact_of_scaled(scaled_times(scaled, scaled));
+    const uint32_t mantissa = SCALED_TOP | ((value << (32U - COMPACT_MANTISSA_BITS)) >> 1U);
+    const uint32_t product = davar_upper_product(mantissa, mantissa);
+    const uint32_t shift = 1U - (product >> 31U);
+    const uint32_t exponent = (2U * (value >> COMPACT_MANTISSA_BITS)) + 1U - COMPACT_BIAS - shift;
+    return (value == 0U) ? 0U
+                         : ((exponent << COMPACT_MANTISSA_BITS) +
+                            ((product << (shift + 1U)) >> (32U - COMPACT_MANTISSA_BITS)));
 }
 
 #endif
