@@ -215,6 +215,14 @@ static const field_t DETAILS[] = {
     {"rrw_upper_deg_per_h_per_sqrt_h", show_coefficient_upper, DAVAR_RATE_RANDOM_WALK},
     {"rr_upper_deg_per_h2", show_coefficient_upper, DAVAR_RATE_RAMP},
     {"qn_upper_deg", show_coefficient_upper, DAVAR_QUANTIZATION},
+    {"bi_low_deg_per_h", show_coefficient_low, DAVAR_BIAS_INSTABILITY},
+    {"bi_high_deg_per_h", show_coefficient_high, DAVAR_BIAS_INSTABILITY},
+    {"rrw_low_deg_per_h_per_sqrt_h", show_coefficient_low, DAVAR_RATE_RANDOM_WALK},
+    {"rrw_high_deg_per_h_per_sqrt_h", show_coefficient_high, DAVAR_RATE_RANDOM_WALK},
+    {"rr_low_deg_per_h2", show_coefficient_low, DAVAR_RATE_RAMP},
+    {"rr_high_deg_per_h2", show_coefficient_high, DAVAR_RATE_RAMP},
+    {"qn_low_deg", show_coefficient_low, DAVAR_QUANTIZATION},
+    {"qn_high_deg", show_coefficient_high, DAVAR_QUANTIZATION},
 };
 
 static void add_all(fields_t *fields, const field_t *list, size_t count)

@@ -4,7 +4,7 @@
 
 #include "davar/monitor.h"
 
-#define FIELDS_MAX (29U + 6U * DAVAR_TAUS_MAX)
+#define FIELDS_MAX (37U + 6U * DAVAR_TAUS_MAX)
 #define FIELD_NAME_BYTES 48U
 
 typedef enum {

@@ -33,6 +33,13 @@ static void write_csv(output_t *output, size_t channel, const epoch_row_t *row)
                 row);
 }
 
+static void note_reached(output_t *output, const davar_result_t *result)
+{
+    for (uint8_t t = output->reached; t < result->tau_count; t++) {
+        output->reached = (result->tau[t].differences > 0U) ? (uint8_t)(t + 1U) : output->reached;
+    }
+}
+
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
     const epoch_row_t watched = {
@@ -44,6 +51,7 @@ bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_
     output->rows++;
     output->coarse += (plain->result->noise == DAVAR_NOISE_COARSE) ? 1U : 0U;
     output->filtered += (plain->result->noise == DAVAR_NOISE_FILTERED) ? 1U : 0U;
+    note_reached(output, plain->result);
     switch (output->format) {
     case OUT_LINK:
         return wire_out_result(&output->wire, channel, row, error);

@@ -19,6 +19,7 @@ typedef struct {
     uint64_t rows;     /* written so far */
     uint64_t coarse;   /* rows whose noise is below half a count */
     uint64_t filtered; /* rows withheld because the short cluster sizes read low */
+    uint8_t reached;   /* cluster sizes that had a difference in some row */
     watch_t watch;     /* for --model-table */
     wire_out_t wire;   /* for OUT_LINK */
 } output_t;

@@ -165,6 +165,17 @@ void report_coarse(uint64_t coarse, uint64_t rows)
     }
 }
 
+void report_unreached(const uint32_t *taus, uint8_t count, uint8_t reached)
+{
+    if (reached < count) {
+        const uint32_t m = taus[reached];
+        (void)fprintf(stderr,
+                      "davar-sim: note: clusters of %" PRIu32 " samples or more are empty in every "
+                      "result: they need %" PRIu64 " samples without a gap\n",
+                      m, 2U * (uint64_t)m);
+    }
+}
+
 void report_filtered(uint64_t filtered, uint64_t rows, bool declared)
 {
     if ((filtered * FEW) > rows) {

@@ -20,6 +20,10 @@ void report_counters(const davar_health_t *health);
 /* After the run: how many results have no coefficients because the counts are too coarse. */
 void report_coarse(uint64_t coarse, uint64_t rows);
 
+/* After the run: the cluster sizes that no result reached, of `count`; `reached` of them have
+ * differences. */
+void report_unreached(const uint32_t *taus, uint8_t count, uint8_t reached);
+
 /* After the run: how many results are withheld because the short cluster sizes read low, if that is
  * more than random fluctuations explain. */
 void report_filtered(uint64_t filtered, uint64_t rows, bool declared);

@@ -73,6 +73,14 @@ class Csv(SimCase):
                 "rrw_upper_deg_per_h_per_sqrt_h",
                 "rr_upper_deg_per_h2",
                 "qn_upper_deg",
+                "bi_low_deg_per_h",
+                "bi_high_deg_per_h",
+                "rrw_low_deg_per_h_per_sqrt_h",
+                "rrw_high_deg_per_h_per_sqrt_h",
+                "rr_low_deg_per_h2",
+                "rr_high_deg_per_h2",
+                "qn_low_deg",
+                "qn_high_deg",
             ],
             self.header(*SMALL_WINDOW, "--taus", "1,5", "--details"),
         )
@@ -94,7 +102,13 @@ class Csv(SimCase):
                 ("rr", "deg_per_h2"),
                 ("qn", "deg"),
             ):
-                self.assertNotEqual(row[f"{name}_{unit}"] == "", row[f"{name}_upper_{unit}"] == "")
+                value = row[f"{name}_{unit}"]
+                self.assertNotEqual(value == "", row[f"{name}_upper_{unit}"] == "")
+                limits = [row[f"{name}_{limit}_{unit}"] for limit in ("low", "high")]
+                self.assertEqual([value == ""] * 2, [limit == "" for limit in limits])
+                if value:
+                    self.assertLessEqual(float(limits[0]), float(value))
+                    self.assertLessEqual(float(value), float(limits[1]))
 
     def test_numbers_equal_their_definition_to_nine_digits(self):
         rows = noise_rows(300)
