@@ -34,7 +34,7 @@ typedef struct {
     uint32_t gap_every; /* samples; 0: none */
     bool short_window;  /* only two of its sizes have differences */
     declared_t declared;
-    double factor;                         /* of the last window of samples; 0: 1 */
+    double (*level)(double);               /* of white noise at a part of the recording; null: 1 */
     double least[DAVAR_COEFFICIENT_COUNT]; /* percent of recordings that resolve the term */
 } scenario_t;
 
@@ -73,13 +73,29 @@ static counts_t counts;
 void setUp(void) {}
 void tearDown(void) {}
 
+/* White noise has its level, the other terms are as they are. */
+static void make_rates(const scenario_t *scenario, random_t *random)
+{
+    static double white[SAMPLES_MAX];
+    const uint32_t samples = scenario->samples;
+    gyro_noise_t rest = scenario->noise;
+    if (scenario->level == NULL) {
+        gyro_noise_fill(&rest, random, rate, samples);
+        return;
+    }
+    const gyro_noise_t only = {.white = rest.white};
+    rest.white = 0.0;
+    gyro_noise_fill(&only, random, white, samples);
+    gyro_noise_fill(&rest, random, rate, samples);
+    for (uint32_t i = 0U; i < samples; i++) {
+        rate[i] += scenario->level((double)i / samples) * white[i];
+    }
+}
+
 static void observe(const scenario_t *scenario, random_t *random)
 {
     const uint32_t samples = scenario->samples;
-    gyro_noise_fill(&scenario->noise, random, rate, samples);
-    for (uint32_t i = samples - WINDOW; (i < samples) && (scenario->factor > 0.0); i++) {
-        rate[i] *= scenario->factor;
-    }
+    make_rates(scenario, random);
     davar_reset(&davar);
     davar_cascade_reset(&cascade);
     for (uint32_t i = 0U; i < samples; i++) {
@@ -141,7 +157,7 @@ static void print(const char *name)
 static void run(const scenario_t *scenario)
 {
     const gyro_noise_t *const noise = &scenario->noise;
-    const double now = (scenario->factor > 0.0) ? scenario->factor : 1.0;
+    const double now = (scenario->level != NULL) ? scenario->level(1.0) : 1.0;
     const double truth[] = {noise->quantization, 60.0 * noise->white * now, 3600.0 * noise->flicker,
                             216000.0 * noise->walk, 12960000.0 * noise->ramp};
     double adev[TAUS];
@@ -186,14 +202,14 @@ static void check(const scenario_t *scenario)
 
 static void test_white_noise(void)
 {
-    check(&(scenario_t){"white", {.white = 1.0}, 16384U, 0U, false, IS_WHITE, 0.0, {[1] = 99.0}});
+    check(&(scenario_t){"white", {.white = 1.0}, 16384U, 0U, false, IS_WHITE, NULL, {[1] = 99.0}});
     TEST_ASSERT_TRUE(counts.extra <= 0.04 * RECORDINGS);
     check(&(scenario_t){
-        "white, undeclared", {.white = 1.0}, 8192U, 0U, false, UNDECLARED, 0.0, {[1] = 99.0}});
+        "white, undeclared", {.white = 1.0}, 8192U, 0U, false, UNDECLARED, NULL, {[1] = 99.0}});
     check(&(scenario_t){
-        "white, short window", {.white = 1.0}, 8192U, 0U, true, IS_WHITE, 0.0, {[1] = 99.0}});
+        "white, short window", {.white = 1.0}, 8192U, 0U, true, IS_WHITE, NULL, {[1] = 99.0}});
     check(&(scenario_t){
-        "white, gaps", {.white = 1.0}, 16384U, 2000U, false, IS_WHITE, 0.0, {[1] = 99.0}});
+        "white, gaps", {.white = 1.0}, 16384U, 2000U, false, IS_WHITE, NULL, {[1] = 99.0}});
 }
 
 /* N = 0.3 deg/sqrt(h) and B = 5 deg/h at 100 Hz, an hour, with six samples as one. */
@@ -205,7 +221,7 @@ static void test_bias_instability(void)
                         0U,
                         false,
                         UNDECLARED,
-                        0.0,
+                        NULL,
                         {[1] = 99.0, [2] = 93.0}});
     check(&(scenario_t){"B 0.2",
                         {.white = 1.0, .flicker = 0.2},
@@ -213,7 +229,7 @@ static void test_bias_instability(void)
                         0U,
                         false,
                         IS_WHITE,
-                        0.0,
+                        NULL,
                         {[1] = 99.0, [2] = 93.0}});
 }
 
@@ -225,7 +241,7 @@ static void test_walk_and_ramp(void)
                         0U,
                         false,
                         IS_WHITE,
-                        0.0,
+                        NULL,
                         {[1] = 99.0, [3] = 87.0}});
     check(&(scenario_t){"B 0.05, K 0.001",
                         {.white = 1.0, .flicker = 0.05, .walk = 0.001},
@@ -233,10 +249,10 @@ static void test_walk_and_ramp(void)
                         0U,
                         false,
                         IS_WHITE,
-                        0.0,
+                        NULL,
                         {[1] = 99.0}});
     check(&(scenario_t){
-        "R 1e-5", {.white = 1.0, .ramp = 1e-5}, 16384U, 0U, false, IS_WHITE, 0.0, {[1] = 99.0}});
+        "R 1e-5", {.white = 1.0, .ramp = 1e-5}, 16384U, 0U, false, IS_WHITE, NULL, {[1] = 99.0}});
 }
 
 static void test_quantization(void)
@@ -247,18 +263,55 @@ static void test_quantization(void)
                         0U,
                         false,
                         IS_WHITE,
-                        0.0,
+                        NULL,
                         {[0] = 99.0, [1] = 99.0}});
 }
 
-/* White noise is that of the window, whatever the cascade remembers. */
+static double louder(double at)
+{
+    return (at < 0.98) ? 1.0 : 1.5;
+}
+
+static double quieter(double at)
+{
+    return (at < 0.6) ? 1.0 : 0.3;
+}
+
+static double burst(double at)
+{
+    return ((at > 0.5) && (at < 0.51)) ? 10.0 : 1.0;
+}
+
+static double swell(double at)
+{
+    return exp(0.7 * sin(25.0 * at));
+}
+
+/* The angle random walk is that of the window, whatever the cascade remembers. Other levels of
+ * white noise before are no drift (11.9). */
 static void test_noise_that_has_changed(void)
 {
-    run(&(scenario_t){"x 1.5", {.white = 1.0}, 16500U, 0U, false, IS_WHITE, 1.5, {0.0}});
-    check_statements("x 1.5");
-    run(&(scenario_t){
-        "x 0.7, B 0.2", {.white = 1.0, .flicker = 0.2}, 16500U, 0U, false, IS_WHITE, 0.7, {0.0}});
-    check_statements("x 0.7, B 0.2");
+    static const struct {
+        const char *name;
+        double (*level)(double);
+    } course[] = {{"x 1.5", louder}, {"x 0.3", quieter}, {"burst x 10", burst}, {"swell", swell}};
+    for (size_t i = 0U; i < (sizeof course / sizeof course[0]); i++) {
+        char name[32];
+        run(&(scenario_t){
+            course[i].name, {.white = 1.0}, 55000U, 0U, false, IS_WHITE, course[i].level, {0.0}});
+        check_statements(course[i].name);
+        TEST_ASSERT_TRUE_MESSAGE(counts.extra <= 0.08 * RECORDINGS, course[i].name);
+        (void)snprintf(name, sizeof name, "%s, B 0.2", course[i].name);
+        run(&(scenario_t){name,
+                          {.white = 1.0, .flicker = 0.2},
+                          55000U,
+                          0U,
+                          false,
+                          IS_WHITE,
+                          course[i].level,
+                          {0.0}});
+        check_statements(name);
+    }
 }
 
 static void test_a_filter(void)
@@ -270,7 +323,7 @@ static void test_a_filter(void)
                         0U,
                         false,
                         ONE_POLE,
-                        0.0,
+                        NULL,
                         {[1] = 99.0}});
     run(&(scenario_t){"1 pole 0.05, undeclared",
                       {.white = 1.0, .low_pass = gain},
@@ -278,7 +331,7 @@ static void test_a_filter(void)
                       0U,
                       false,
                       UNDECLARED,
-                      0.0,
+                      NULL,
                       {0.0}});
     TEST_ASSERT_TRUE(counts.withheld >= 0.99 * RECORDINGS);
 }

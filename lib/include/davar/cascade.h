@@ -4,7 +4,7 @@
  *
  * The core (davar/davar.h) keeps every sample of its window, so its memory grows with the longest
  * cluster. The cascade remembers a running sum of the samples at sparse positions. Each further
- * octave of cluster size costs about 100 bytes (q15). Push the same samples to both.
+ * octave of cluster size costs about 110 bytes (q15). Push the same samples to both.
  *
  * ```
  * static const davar_cascade_config_t config = {.rate_hz = 100.0, .unit_per_count = 0.061,
@@ -161,7 +161,7 @@ void davar_cascade_flush(davar_cascade_t *cascade);
  * @return False if no cluster size of the cascade has a difference yet.
  *
  * Threads: consumer; if a push interrupts it, it reads the cluster size concerned again. Sizes may
- * then end at different hops. Cost: O(T), about 5 products per size. */
+ * then end at different hops. Cost: O(T), about 30 products per size. */
 #define davar_cascade_append DAVAR_SIZED(davar_cascade_append)
 bool davar_cascade_append(const davar_cascade_t *cascade, davar_result_t *result);
 

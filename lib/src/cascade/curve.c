@@ -25,7 +25,7 @@ typedef struct {
     uint32_t unseen_count;
 } copy_t;
 
-static void copy_stage(const davar_cascade_t *cascade, uint32_t k, copy_t *copy)
+DAVAR_RARE static void copy_stage(const davar_cascade_t *cascade, uint32_t k, copy_t *copy)
 {
     const cascade_stage_t *const stage = &((const cascade_stage_t *)cascade->stages)[k];
     copy->earlier = cascade_earlier(cascade, k);
@@ -43,7 +43,7 @@ static void copy_stage(const davar_cascade_t *cascade, uint32_t k, copy_t *copy)
 }
 
 /* Hazard: a push may come between. */
-static void read_stage(const davar_cascade_t *cascade, uint32_t k, copy_t *copy)
+DAVAR_RARE static void read_stage(const davar_cascade_t *cascade, uint32_t k, copy_t *copy)
 {
     uint32_t before;
     do {
@@ -76,7 +76,7 @@ static scaled_t ratio(scaled_t a, scaled_t b)
 }
 
 /* From that of the stage before, unless a cluster of it ended since it was read. */
-static void next_part(const copy_t *copy, uint32_t k, part_t *part)
+DAVAR_RARE static void next_part(const copy_t *copy, uint32_t k, part_t *part)
 {
     const uint32_t cluster = copy->earlier / CASCADE_CLUSTER;
     const uint32_t cluster_before = copy->earlier_before / CASCADE_CLUSTER;
@@ -96,15 +96,15 @@ static void next_part(const copy_t *copy, uint32_t k, part_t *part)
 
 /* 1 / (1 + 2 / edf) of the power of a cluster of stage k in white noise: its edf is 0.9 + 2.78 4^k
  * (11.6). */
-static scaled_t steady(uint32_t k)
+DAVAR_RARE static scaled_t steady(uint32_t k)
 {
     const uint64_t edf = 90U + (UINT64_C(278) << (CASCADE_TAUS * k));
     return ratio(scaled_of_u64(edf, 0), scaled_of_u64(edf + 200U, 0));
 }
 
 /* Writes the mean power of what a size remembers, 0 if it is unknown, and how unevenly it is spread. */
-static void take_power(const davar_cascade_t *cascade, const copy_t *copy, const part_t *part,
-                       uint32_t t, davar_adev_t *tau)
+DAVAR_RARE static void take_power(const davar_cascade_t *cascade, const copy_t *copy,
+                                  const part_t *part, uint32_t t, davar_adev_t *tau)
 {
     const uint32_t k = t / CASCADE_TAUS;
     const uint32_t size = t % CASCADE_TAUS;
@@ -134,7 +134,7 @@ static void take_power(const davar_cascade_t *cascade, const copy_t *copy, const
 }
 
 /* Powers become ratios to that of the longest size, which is a mean over the longest time. */
-static void relate_powers(davar_result_t *result, uint32_t first)
+DAVAR_RARE static void relate_powers(davar_result_t *result, uint32_t first)
 {
     float longest = 0.0F;
     for (uint32_t t = first; t < result->tau_count; t++) {
@@ -149,8 +149,8 @@ static void relate_powers(davar_result_t *result, uint32_t first)
     }
 }
 
-static void take_cascade_tau(const davar_cascade_t *cascade, const copy_t *copy, uint32_t t,
-                             double unit, davar_adev_t *tau)
+DAVAR_RARE static void take_cascade_tau(const davar_cascade_t *cascade, const copy_t *copy,
+                                        uint32_t t, double unit, davar_adev_t *tau)
 {
     const uint32_t first = 2U * (t % CASCADE_TAUS);
     const davar_u128_t squares = davar_u128_add(copy->squares[first], copy->squares[first + 1U]);
@@ -161,7 +161,7 @@ static void take_cascade_tau(const davar_cascade_t *cascade, const copy_t *copy,
         (tau->differences > 0U) ? davar_scale(deviation_of_hops(&squares, tau), unit) : (double)NAN;
 }
 
-bool davar_cascade_append(const davar_cascade_t *cascade, davar_result_t *result)
+DAVAR_RARE bool davar_cascade_append(const davar_cascade_t *cascade, davar_result_t *result)
 {
     const davar_cascade_config_t *const config = cascade->config;
     const bool is_float = (cascade->counts_per_unit > 0.0F);

@@ -387,7 +387,8 @@ static double covariance(const davar_mixture_t *model, int t, int u)
     const double mean = davar_root(m_t * m_u);
     const double *const a = model->a;
     const double white =
-        (a[WHITE] * davar_root((double)plan->gain[t] * (double)plan->gain[u]) + model->rounding) /
+        (a[WHITE] * davar_root(davar_mixture_white(model, t) * davar_mixture_white(model, u)) +
+         model->rounding) /
         mean;
     const double part[] = {
         a[DAVAR_QUANTIZATION] / square(mean), 0.0,
