@@ -137,7 +137,8 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * the window is CONSTANT, COARSE or FILTERED, davar_fit ignores the cascade. Without a window, the
  * cascade gives all terms, and the angle random walk is the mean over what its longest size
  * remembers. White noise that changed meanwhile is no drift: each size of the cascade says how
- * strong it was then (11.9). result->noise is WHITE only if white noise explains window and cascade.
+ * strong it was then (11.9). result->noise is WHITE only if white noise explains window and
+ * cascade.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
  * times without a double FPU. Stack: about 2.4 kB.
  * Formulas (5.3) to (5.11), (5.13) to (5.18). */

@@ -232,10 +232,10 @@ typedef struct {
     double high; /**< upper limit, as low; may be infinite */
     double edf;  /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
     /** size of a cascade (11.9): mean square of its shortest cluster's differences over what this
-     * size remembers, over that of the longest size. It says how strong the noise was then */
+     * size remembers, over the same of the longest size: how strong the noise was then */
     float power;
-    /** size of a cascade: how unevenly that was spread, in units of 1 / DAVAR_EVEN: DAVAR_EVEN if it
-     * was constant, n DAVAR_EVEN if it came from 1 / n of the time */
+    /** size of a cascade: how unevenly that was spread. DAVAR_EVEN if it was constant, n DAVAR_EVEN
+     * if it came from 1 / n of the time */
     uint16_t uneven;
     /** size of a cascade: its differences are m / hops samples apart, hops = 4 or 8, and look back
      * over 2 m + (differences - 1) m / hops samples (11.5). 0: size of a window, a difference for

@@ -96,8 +96,8 @@ static inline void add_square(davar_u128_t *sum, uint64_t a)
 
 /* --- power of the samples (11.9) --- */
 
-/* Mean square of the shortest size over the cluster that ended. A cluster without differences, because of
- * a gap, repeats the one before. */
+/* Mean square of the shortest size over the cluster that ended. A cluster without differences,
+ * because of a gap, repeats the one before. */
 static inline void end_cluster(davar_cascade_t *cascade, cascade_stage_t *first, uint32_t slot)
 {
     const uint32_t count = (uint32_t)first->count[slot] - cascade->seen_count;

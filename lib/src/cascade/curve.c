@@ -102,7 +102,8 @@ DAVAR_RARE static scaled_t steady(uint32_t k)
     return ratio(scaled_of_u64(edf, 0), scaled_of_u64(edf + 200U, 0));
 }
 
-/* Writes the mean power of what a size remembers, 0 if it is unknown, and how unevenly it is spread. */
+/* Writes the mean power of what a size remembers, 0 if it is unknown, and how unevenly it is
+ * spread. */
 DAVAR_RARE static void take_power(const davar_cascade_t *cascade, const copy_t *copy,
                                   const part_t *part, uint32_t t, davar_adev_t *tau)
 {

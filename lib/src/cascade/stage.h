@@ -14,7 +14,8 @@ _Static_assert(CASCADE_HOPS == (CASCADE_RATIO * CASCADE_OVERLAP), "the longest s
 #define CASCADE_CLUSTER 8U /* hops whose power is summed: the longer cluster size of a stage */
 _Static_assert(CASCADE_CLUSTER == (CASCADE_OVERLAP << (CASCADE_TAUS - 1U)), "the longer size");
 
-/* Work on a hop, a turn per sample. Only the first hop after a cluster has the turns before SERVE. */
+/* Work on a hop, a turn per sample. Only the first hop after a cluster has the turns before
+ * SERVE. */
 enum { CASCADE_END = 0, CASCADE_COUNT, CASCADE_PASS = 3, CASCADE_SERVE, CASCADE_DONE = 6 };
 
 typedef struct {
