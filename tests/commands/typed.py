@@ -57,10 +57,13 @@ def of_page(page, text):
 
 
 def of_help(name, text):
-    """The examples of a help text: lines that begin with a program, except the usage."""
+    """The examples of a help text: lines that begin with a program, except the usage, which is the
+    first paragraph.
+    """
+    usage, _, rest = text.partition("\n\n")
     return [
         Typed(f"{name} --help", line.strip(), True)
-        for line in text.splitlines()
+        for line in (rest if usage.startswith("usage:") else text).splitlines()
         if line.startswith("  ") and PROGRAM.match(line.strip() + " ")
     ]
 

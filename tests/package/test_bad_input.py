@@ -354,7 +354,7 @@ class Files(unittest.TestCase):
                     [sys.executable, "-c", f"import davar; davar.read({name!r})"],
                     capture_output=True,
                     text=True,
-                    timeout=60,
+                    timeout=600,
                 )
                 self.assertEqual(
                     (done.returncode, done.stderr.splitlines()[-1]),

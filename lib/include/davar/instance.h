@@ -118,7 +118,7 @@ typedef struct davar {
 /** @} */
 
 /** @cond */
-#define DAVAR_GRID_BYTES ((size_t)304U + (41U * sizeof(void *)))
+#define DAVAR_GRID_BYTES DAVAR_ROUND8((size_t)224U + (51U * sizeof(void *)))
 #define DAVAR_GRID_EDGES(window_max, window_min, stride)                                           \
     ((size_t)1U +                                                                                  \
      ((((window_min) != 0U) && (((window_max) / 2U % (stride)) != ((window_min) / 2U % (stride)))) \

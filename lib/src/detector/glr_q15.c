@@ -51,3 +51,5 @@ static inline sample_t whitened(int32_t first, int32_t second, sample_t sample, 
 #define DETECTOR_LAW davar_law_glr_q15
 
 #include "detector/glr_queue.inc"
+
+_Static_assert(sizeof(glr_queue_t) <= DAVAR_GLR_BYTES_Q15, "DAVAR_GLR_BYTES_Q15 is too small");
