@@ -330,11 +330,13 @@ typedef struct {
     double sum;
 } share_t;
 
-/* Of the hops from + 1 to `to` of the shortest size. Only the newest cluster may be a part. */
-static share_t share_of(uint32_t from, uint32_t to)
+/* Of the hops from + 1 to `to` of the shortest size. Only the newest cluster may be a part. One
+ * without differences repeats the one before. */
+static share_t share_of(uint32_t from, uint32_t to, uint32_t hops)
 {
     share_t share = {0.0, 0.0};
-    for (uint32_t start = from; start < to; start += CLUSTER_HOPS) {
+    double last = 0.0;
+    for (uint32_t start = 0U; start < to; start += CLUSTER_HOPS) {
         const uint32_t end = (start + CLUSTER_HOPS < to) ? start + CLUSTER_HOPS : to;
         double sum = 0.0;
         uint32_t count = 0U;
@@ -342,9 +344,14 @@ static share_t share_of(uint32_t from, uint32_t to)
             sum += (square_at[h] >= 0.0) ? square_at[h] : 0.0;
             count += (square_at[h] >= 0.0) ? 1U : 0U;
         }
-        const double part = (double)(end - start) / CLUSTER_HOPS;
+        last = (count > 0U) ? sum / (double)count : last;
+        if (start < from) {
+            continue;
+        }
+        const bool whole = end < hops; /* the cluster of the newest hop has not ended */
+        const double part = whole ? 1.0 : ((double)count / CLUSTER_HOPS);
         share.time += part;
-        share.sum += (count > 0U) ? part * sum / (double)count : 0.0;
+        share.sum += part * last;
     }
     return share;
 }
@@ -360,7 +367,7 @@ static uint32_t remembered_from(uint32_t t, uint32_t hops)
 
 static double power_of(uint32_t t, uint32_t hops)
 {
-    const share_t all = share_of(remembered_from(t, hops), hops);
+    const share_t all = share_of(remembered_from(t, hops), hops, hops);
     return all.sum / all.time;
 }
 
@@ -369,11 +376,11 @@ static double unevenness(uint32_t t, uint32_t hops)
 {
     const uint32_t ratio = 1U << (2U * (t / 2U));
     const uint32_t present = ((hops / ratio) - 1U) / CLUSTER_HOPS * CLUSTER_HOPS * ratio;
-    const share_t all = share_of(remembered_from(t, hops), hops);
+    const share_t all = share_of(remembered_from(t, hops), hops, hops);
     const double edf = 0.9 + 2.78 * (double)ratio;
     double squares = 0.0;
     for (uint32_t h = remembered_from(t, hops); h <= present; h += CLUSTER_HOPS * ratio) {
-        const share_t one = share_of(h, (h < present) ? h + (CLUSTER_HOPS * ratio) : hops);
+        const share_t one = share_of(h, (h < present) ? h + (CLUSTER_HOPS * ratio) : hops, hops);
         squares += one.sum * one.sum;
     }
     return squares * all.time / (all.sum * all.sum) / (double)ratio / (1.0 + 2.0 / edf);
@@ -382,10 +389,13 @@ static double unevenness(uint32_t t, uint32_t hops)
 static void assert_power(uint32_t hops)
 {
     uint32_t longest = 0U;
-    for (uint32_t t = 0U; (t < TAUS) && (result.tau[t].differences > 0U); t++) {
-        longest = t;
+    for (uint32_t t = 0U; t < TAUS; t++) {
+        longest = (result.tau[t].differences > 0U) ? t : longest;
     }
     for (uint32_t t = 0U; t <= longest; t++) {
+        if (result.tau[t].differences == 0U) {
+            continue;
+        }
         const double power = power_of(t, hops) / power_of(longest, hops);
         const double uneven = DAVAR_EVEN * unevenness(t, hops);
         TEST_ASSERT_DOUBLE_WITHIN(1e-5 * power, power, (double)result.tau[t].power);
@@ -394,30 +404,92 @@ static void assert_power(uint32_t hops)
     }
 }
 
-/* Bursts and steps of the noise; by brute force from the differences of the shortest size. */
-static void test_the_power_is_that_of_what_a_size_remembers(void)
+/* Bursts, steps and gaps; by brute force from the differences of the shortest size. */
+static void check_power(uint32_t gap_every, uint64_t seed)
 {
     static int64_t phase[POWER_SAMPLES];
-    random_t random = random_seeded(9U);
+    random_t random = random_seeded(seed);
+    uint32_t gap = 0U; /* samples before it */
     config.clusters = POWER_CLUSTERS;
     init();
     for (uint32_t i = 1U; i < POWER_SAMPLES; i++) {
         const double sigma = ((i % 20000U) < 700U) ? 400.0 : ((i > 60000U) ? 20.0 : 60.0);
         const int16_t sample = (int16_t)lround(sigma * random_gauss(&random));
+        if ((gap_every > 0U) && ((random_next(&random) % gap_every) == 0U)) {
+            davar_cascade_gap(&cascade, 1U);
+            gap = i - 1U;
+        }
         phase[i] = phase[i - 1U] + sample;
         davar_cascade_push_q15(&cascade, &sample, 1U);
         if ((i % 16U) != 0U) {
             continue;
         }
-        const bool is_full = (i >= 128U);
+        const bool is_full = (i >= (128U + gap));
         const double d =
             is_full ? (double)(phase[i] - (2 * phase[i - 64U]) + phase[i - 128U]) : 0.0;
         square_at[i / 16U] = is_full ? d * d : -1.0;
-        if ((i > 200U) && ((random_next(&random) % 37U) == 0U)) {
+        if ((i > 2000U) && ((random_next(&random) % 37U) == 0U)) {
             davar_cascade_flush(&cascade);
-            TEST_ASSERT_TRUE(take());
-            assert_power(i / 16U);
+            if (take()) {
+                assert_power(i / 16U);
+            }
         }
+    }
+}
+
+static void test_the_power_is_that_of_what_a_size_remembers(void)
+{
+    check_power(0U, 9U);
+    check_power(900U, 10U);
+    check_power(200U, 11U);
+}
+
+/* Whatever turn a take falls between: a cluster of 8 hops may be counted twice or not yet. */
+static void test_the_power_at_every_sample(void)
+{
+    random_t random = random_seeded(12U);
+    config.clusters = 4U;
+    init();
+    for (uint32_t i = 0U; i < 6000U; i++) {
+        const int16_t sample = (int16_t)lround(50.0 * random_gauss(&random));
+        davar_cascade_push_q15(&cascade, &sample, 1U);
+        (void)take();
+        for (uint32_t t = 0U; t < TAUS; t++) {
+            const double power = (double)result.tau[t].power;
+            TEST_ASSERT_TRUE((power > 0.05) && (power < 20.0));
+            TEST_ASSERT_TRUE(result.tau[t].uneven >= DAVAR_EVEN);
+            TEST_ASSERT_TRUE(result.tau[t].uneven < (8U * DAVAR_EVEN));
+        }
+    }
+}
+
+/* One burst among 2000 clusters: as uneven as the field can say. */
+static void test_the_largest_unevenness(void)
+{
+    random_t random = random_seeded(13U);
+    config.clusters = 2048U;
+    init();
+    for (uint32_t i = 0U; i < 140000U; i++) {
+        const bool loud = (i >= 70000U) && (i < 70100U);
+        push_many((int16_t)lround((loud ? 5000.0 : 1.0) * random_gauss(&random)), 1U);
+    }
+    davar_cascade_flush(&cascade);
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, result.tau[0].uneven);
+    TEST_ASSERT_TRUE(result.tau[6].uneven < (32U * DAVAR_EVEN)); /* 34 clusters */
+    TEST_ASSERT_TRUE(result.tau[6].uneven > (10U * DAVAR_EVEN));
+}
+
+/* Nothing but zeros: no power to compare. */
+static void test_the_power_of_a_constant_rate(void)
+{
+    init();
+    push_many(-7, 5000U);
+    davar_cascade_flush(&cascade);
+    TEST_ASSERT_TRUE(take());
+    for (uint32_t t = 0U; t < TAUS; t++) {
+        TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)result.tau[t].power);
+        TEST_ASSERT_EQUAL_UINT16(DAVAR_EVEN, result.tau[t].uneven);
     }
 }
 
@@ -570,6 +642,9 @@ int main(void)
     RUN_TEST(test_the_deviation_agrees_with_the_core);
     RUN_TEST(test_each_size_remembers_between_one_and_two_generations);
     RUN_TEST(test_the_power_is_that_of_what_a_size_remembers);
+    RUN_TEST(test_the_power_at_every_sample);
+    RUN_TEST(test_the_largest_unevenness);
+    RUN_TEST(test_the_power_of_a_constant_rate);
     RUN_TEST(test_counters);
     RUN_TEST(test_runs_of_nan_and_inf_are_gaps);
     RUN_TEST(test_floats_at_full_scale_are_counted_and_clamped);

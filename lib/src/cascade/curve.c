@@ -67,7 +67,6 @@ static double deviation_of_hops(const davar_u128_t *sum, const davar_adev_t *tau
 typedef struct {
     scaled_t sum;
     uint64_t hops;
-    uint32_t cluster; /* its number */
 } part_t;
 
 static scaled_t ratio(scaled_t a, scaled_t b)
@@ -75,23 +74,20 @@ static scaled_t ratio(scaled_t a, scaled_t b)
     return scaled_times(a, scaled_inverse(b));
 }
 
-/* From that of the stage before, unless a cluster of it ended since it was read. */
+/* From that of the stage before. If a cluster of that ended since it was read, it counts twice, in the
+ * sum and in the time. */
 DAVAR_RARE static void next_part(const copy_t *copy, uint32_t k, part_t *part)
 {
     const uint32_t cluster = copy->earlier / CASCADE_CLUSTER;
     const uint32_t cluster_before = copy->earlier_before / CASCADE_CLUSTER;
     if (k == 0U) {
         const scaled_t sum = scaled_of_u128(&copy->unseen);
-        *part = (part_t){{sum.mantissa, sum.exponent - 3}, copy->unseen_count, cluster};
+        *part = (part_t){{sum.mantissa, sum.exponent - 3}, copy->unseen_count};
         return;
     }
     const uint64_t ended = (cluster_before - (CASCADE_RATIO * cluster)) % (2U * CASCADE_RATIO);
-    if (part->cluster != cluster_before) {
-        *part = (part_t){{0U, SCALED_ZERO}, 0U, 0U};
-    }
     part->sum = davar_scaled_plus(part->sum, scaled_of_compact(copy->cluster));
     part->hops += (ended * CASCADE_CLUSTER) << (CASCADE_TAUS * (k - 1U));
-    part->cluster = cluster;
 }
 
 /* 1 / (1 + 2 / edf) of the power of a cluster of stage k in white noise: its edf is 0.9 + 2.78 4^k
@@ -113,7 +109,7 @@ DAVAR_RARE static void take_power(const davar_cascade_t *cascade, const copy_t *
     const uint32_t generation = (CASCADE_OVERLAP << size) << cascade->shift;
     const uint64_t ended =
         ((copy->earlier & (generation - 1U)) / CASCADE_CLUSTER * CASCADE_CLUSTER) +
-        ((copy->count[older] > 0U) ? generation : 0U);
+        (((copy->count[older] | copy->power[older]) != 0U) ? generation : 0U);
     const uint64_t hops = (ended << (CASCADE_TAUS * k)) + part->hops;
     scaled_t sum = part->sum;
     scaled_t squares = scaled_times(sum, sum);
@@ -123,7 +119,7 @@ DAVAR_RARE static void take_power(const davar_cascade_t *cascade, const copy_t *
     }
     tau->power = 0.0F;
     tau->uneven = DAVAR_EVEN;
-    if ((sum.mantissa > 0U) && (hops > 0U)) {
+    if ((tau->differences > 0U) && (sum.mantissa > 0U) && (hops > 0U)) {
         const scaled_t mean = ratio(sum, scaled_of_u64(hops, -3));
         const scaled_t spread = scaled_times(ratio(ratio(squares, sum), mean), steady(k));
         const uint32_t fixed =
@@ -139,14 +135,14 @@ DAVAR_RARE static void relate_powers(davar_result_t *result, uint32_t first)
 {
     float longest = 0.0F;
     for (uint32_t t = first; t < result->tau_count; t++) {
-        longest = (result->tau[t].differences > 0U) ? result->tau[t].power : longest;
+        longest = (result->tau[t].power > 0.0F) ? result->tau[t].power : longest;
     }
     for (uint32_t t = first; t < result->tau_count; t++) {
         davar_adev_t *const tau = &result->tau[t];
-        const bool known = (tau->power > 0.0F) && (longest > 0.0F);
         tau->power =
-            known ? scaled_to_float(ratio(scaled_of_float(tau->power), scaled_of_float(longest)))
-                  : 1.0F;
+            (tau->power > 0.0F)
+                ? scaled_to_float(ratio(scaled_of_float(tau->power), scaled_of_float(longest)))
+                : 1.0F;
     }
 }
 
@@ -169,7 +165,7 @@ DAVAR_RARE bool davar_cascade_append(const davar_cascade_t *cascade, davar_resul
     const double unit =
         is_float ? davar_inverse_of_power(cascade->counts_per_unit) : config->unit_per_count;
     const uint32_t first = result->tau_count;
-    part_t part = {{0U, SCALED_ZERO}, 0U, 0U};
+    part_t part = {{0U, SCALED_ZERO}, 0U};
     copy_t copy;
     bool any = false;
     DAVAR_ASSERT((first + config->tau_count) <= (uint32_t)DAVAR_TAUS_MAX);
