@@ -68,8 +68,7 @@ static void count_recording(const double *truth)
             taken[t] += 1.0;
             holds[t] += ((tau->low <= truth[t]) && (truth[t] <= tau->high)) ? 100.0 : 0.0;
             edf[t] += tau->edf;
-            clusters[t] +=
-                2.0 + ((double)tau->differences - 1.0) / (double)tau->hops;
+            clusters[t] += 2.0 + ((double)tau->differences - 1.0) / (double)tau->hops;
         }
     }
 }

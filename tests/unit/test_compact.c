@@ -1,5 +1,5 @@
 /* davar tests - sums and squares of compact numbers, compared with doubles. */
-#include "number/compact.h"
+#include "cascade/compact.h"
 #include "random.h"
 #include "unity.h"
 

@@ -295,8 +295,8 @@ static void test_degrees_of_freedom_for_any_noise(void)
     const davar_adev_t *const tau = &result.tau[SHORT + 1U];
     double least = INFINITY;
     for (int k = DAVAR_QUANTIZATION; k <= DAVAR_RATE_RANDOM_WALK; k++) {
-        least = fmin(
-            least, davar_hop_edf((davar_coefficient_kind_t)k, tau->differences, tau->hops));
+        least =
+            fmin(least, davar_hop_edf((davar_coefficient_kind_t)k, tau->differences, tau->hops));
     }
     TEST_ASSERT_EQUAL_DOUBLE(least, davar_edf_least(&result, SHORT + 1U));
 }

@@ -4,8 +4,8 @@
  *   sample -> running sum -> hop of a stage -> a cluster size a sample -> hop of the next stage */
 #include "davar/cascade.h"
 
+#include "cascade/compact.h"
 #include "cascade/stage.h"
-#include "number/compact.h"
 #include "number/machine.h"
 #include "number/quantum.h"
 #include "number/real.h"

@@ -2,8 +2,8 @@
 #ifndef DAVAR_SRC_STAGE_H
 #define DAVAR_SRC_STAGE_H
 
+#include "cascade/compact.h"
 #include "davar/cascade.h"
-#include "number/compact.h"
 
 #define CASCADE_OVERLAP 4U                 /* Q: hops in the shortest cluster of a stage */
 #define CASCADE_TAUS 2U                    /* cluster sizes of a stage */

@@ -58,7 +58,7 @@ static inline scaled_t scaled_of_u128(const davar_u128_t *value)
         return scaled_of_u64(value->low, 0);
     }
     const uint32_t zeros = davar_leading_zeros(value->high);
-    const uint64_t rest = (zeros == 0U) ? 0U : (value->low >> (64U - zeros));
+    const uint64_t rest = (value->low >> 1U) >> (63U - zeros);
     return scaled_of_u64((value->high << zeros) | rest, 64 - (int32_t)zeros);
 }
 
