@@ -1,5 +1,6 @@
 /* davar - the cascade: sums out, as cluster sizes of a result (11.1), and how strong the noise was
  * that each remembers (11.9). */
+#include "cascade/compact.h"
 #include "cascade/stage.h"
 #include "davar/cascade.h"
 #include "number/absent.h"

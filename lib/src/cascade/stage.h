@@ -2,8 +2,8 @@
 #ifndef DAVAR_SRC_STAGE_H
 #define DAVAR_SRC_STAGE_H
 
-#include "cascade/compact.h"
 #include "davar/cascade.h"
+#include "number/machine.h"
 
 #define CASCADE_OVERLAP 4U                 /* Q: hops in the shortest cluster of a stage */
 #define CASCADE_TAUS 2U                    /* cluster sizes of a stage */
@@ -23,11 +23,11 @@ typedef struct {
     uint32_t age;     /* of that hop: hops of this stage since the newest gap */
     uint32_t hop;     /* its number modulo 2^32 */
     uint32_t turn;    /* of that hop, next */
-    /* Power of the samples (11.9): of the present cluster, and for each cluster size and generation
+    /* Power of the samples (11.9), as compact_t: of the present cluster, and for each cluster size and generation
      * the sum over its clusters and the sum of the squares. */
-    compact_t cluster;
-    compact_t power[2U * CASCADE_TAUS];
-    compact_t power_squares[2U * CASCADE_TAUS];
+    uint32_t cluster;
+    uint32_t power[2U * CASCADE_TAUS];
+    uint32_t power_squares[2U * CASCADE_TAUS];
     /* Differences of each cluster size, in two generations (11.5). */
     uint16_t count[2U * CASCADE_TAUS];
     davar_u128_t squares[2U * CASCADE_TAUS];
