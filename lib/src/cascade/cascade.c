@@ -1,7 +1,7 @@
 /* davar - the cascade: samples in, sums of squared differences at long cluster sizes (11.1) to
- * (11.5).
+ * (11.5), and of the power of the samples (11.9).
  *
- *   sample -> running sum -> hop of a stage -> a cluster size a sample -> hop of the next stage */
+ *   sample -> running sum -> hop of a stage -> a turn per sample -> hop of the next stage */
 #include "davar/cascade.h"
 
 #include "cascade/compact.h"

@@ -23,8 +23,8 @@ typedef struct {
     uint32_t age;     /* of that hop: hops of this stage since the newest gap */
     uint32_t hop;     /* its number modulo 2^32 */
     uint32_t turn;    /* of that hop, next */
-    /* Power of the samples (11.9), as compact_t: of the present cluster, and for each cluster size and generation
-     * the sum over its clusters and the sum of the squares. */
+    /* Power of the samples (11.9), each a compact_t: of the present cluster, and for each cluster
+     * size and generation the sum over its clusters and the sum of the squares. */
     uint32_t cluster;
     uint32_t power[2U * CASCADE_TAUS];
     uint32_t power_squares[2U * CASCADE_TAUS];
