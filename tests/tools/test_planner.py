@@ -229,6 +229,102 @@ class Promises(Planned):
                 self.assertLessEqual(measured["late_s"], found["respond_s"])
 
 
+class Calls(Planned):
+    """Take and curve in any order."""
+
+    SAMPLES, SIGMA, UNIT, RATE = 40000, 20, 0.05, 100
+    WISHES = (
+        f"--rate {RATE} --axes 2 --lsb {UNIT} --bandwidth none --respond 4 --longest-tau 40 "
+        "--core cortex-m4f"
+    )
+
+    def called(self, more):
+        """The plan, and what each call of setup_calls.c returned."""
+        found = self.planned(f"{self.WISHES} {more}")
+        done = self.gcc(
+            *WARNINGS,
+            "-O2",
+            "@setup/davar_setup.args",
+            "-I",
+            "setup",
+            f"-DSTRIDE={round(found['stride_s'] * self.RATE)}U",
+            ROOT / "tests/tools/setup_calls.c",
+            "setup/davar_setup.c",
+            *sorted((ROOT / "lib/src").rglob("*.c")),
+            "-lm",
+            "-o",
+            "called",
+        )
+        self.assertEqual(0, done.returncode, done.stderr)
+        lines = subprocess.run(
+            [self.work / "called", str(SEED), str(self.SAMPLES)],
+            text=True,
+            capture_output=True,
+            check=True,
+        ).stdout.splitlines()
+        return found, [json.loads(line) for line in lines]
+
+    def check_long(self, call, found):
+        """The long sizes have values of white noise: within five standard errors."""
+        taus = {m: [float.fromhex(x) for x in more] for m, _, *more in call["taus"]}
+        longest = round(max(found["taus_s"]) * self.RATE)
+        self.assertEqual(max(taus), longest)
+        for m, (adev, low, high) in taus.items():
+            if m >= 64:
+                truth = self.SIGMA * self.UNIT / m**0.5
+                spread = 5 * (m / min(self.SAMPLES, 34 * m)) ** 0.5
+                self.assertLess(abs(adev / truth - 1), spread)
+                self.assertLess(low, adev)
+                self.assertLess(adev, high)
+
+    def check_walk(self, call):
+        walk = call["walk"]
+        truth = 60 * self.SIGMA * self.UNIT / self.RATE**0.5
+        self.assertTrue(walk["present"])
+        width = walk["high"] - walk["low"]
+        self.assertLess(abs(walk["value"] - truth), width)
+        self.assertLess(width, truth)
+
+    def returned(self, more, fit):
+        found, calls = self.called(more)
+        self.assertEqual(fit, found["fit"])
+        self.assertEqual([False] * 4, [call["has_result"] for call in calls[:4]])
+        return found, calls[4:]
+
+    def test_a_curve_without_a_fit_needs_no_result_and_takes_none(self):
+        found, calls = self.returned("--flash 24k", "curve")
+        take, again, curve, same, other, of_other, late, after = calls
+        for call in (take, of_other, after):
+            self.check_walk(call)
+        self.assertFalse(again["has_result"])
+        for call in (curve, same, other, late):
+            self.check_long(call, found)
+            self.assertFalse(call["walk"]["present"])
+        self.assertEqual(curve, same)
+        self.assertNotEqual(curve["taus"], other["taus"])
+
+    def test_a_fit_of_all_terms_uses_the_window_if_there_is_a_new_result(self):
+        for more in ("", "--false-alarms-per-hour 0.1"):
+            with self.subTest(wishes=more):
+                found, calls = self.returned(more, "terms")
+                take, again, curve, same, other, of_other, late, after = calls
+                self.check_walk(take)
+                for call in (curve, same, other, late):
+                    self.check_long(call, found)
+                    self.check_walk(call)
+                for call in (again, of_other, after):
+                    self.assertFalse(call["has_result"])
+                self.assertEqual(curve, same)
+                sizes = [tau[0] for tau in take["taus"]]
+                for call, has_window in ((curve, False), (other, True), (late, True)):
+                    of_window = call["taus"][: len(sizes)]
+                    self.assertEqual(sizes, [tau[0] for tau in of_window])
+                    self.assertEqual([has_window] * len(sizes), [tau[1] > 0 for tau in of_window])
+                    self.assertEqual(
+                        [has_window] * len(sizes), ["nan" not in tau for tau in of_window]
+                    )
+
+
 class Impossible(Planned):
     CASES = (
         EXAMPLE.replace("20k", "12k"),
