@@ -139,9 +139,8 @@ static void take_all(void)
     for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
 #ifdef CURVE
         taken = davar_setup_curve(a);
-#else
-        taken = davar_setup_take(a);
 #endif
+        taken = davar_setup_take(a);
     }
 }
 

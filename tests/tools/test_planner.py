@@ -12,7 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/plan"))
-from planner import BadOption, costs, plan, sensors  # noqa: E402
+from planner import BadOption, choice, costs, plan, sensors  # noqa: E402
 
 KEYS = (
     "flash_bytes",
@@ -72,6 +72,12 @@ SIMULATED = (
     (
         "--rate 1000 --lsb 0.061 --bandwidth 100:2 --false-alarms-per-hour 0.1 --core cortex-m4f",
         "{DAVAR_LOW_PASS(100, 1000, 2)}",
+        30,
+    ),
+    (
+        "--rate 200 --lsb 0.061 --bandwidth 74.6:2 --arw-percent 20 "
+        "--false-alarms-per-hour 0.003 --core cortex-m0",
+        "{DAVAR_LOW_PASS(74.6, 200, 2)}",
         30,
     ),
 )
@@ -229,6 +235,172 @@ class Promises(Planned):
                 self.assertLessEqual(measured["late_s"], found["respond_s"])
 
 
+class Calls(Planned):
+    """Take and curve in any order."""
+
+    SAMPLES, SIGMA, UNIT, RATE = 40000, 20, 0.05, 100
+    WISHES = (
+        f"--rate {RATE} --axes 2 --lsb {UNIT} --bandwidth none --respond 4 --longest-tau 40 "
+        "--core cortex-m4f"
+    )
+
+    def called(self, more):
+        """The plan, and what each call of setup_calls.c returned."""
+        found = self.planned(f"{self.WISHES} {more}")
+        done = self.gcc(
+            *WARNINGS,
+            "-O2",
+            "@setup/davar_setup.args",
+            "-I",
+            "setup",
+            f"-DSTRIDE={round(found['stride_s'] * self.RATE)}U",
+            ROOT / "tests/tools/setup_calls.c",
+            "setup/davar_setup.c",
+            *sorted((ROOT / "lib/src").rglob("*.c")),
+            "-lm",
+            "-o",
+            "called",
+        )
+        self.assertEqual(0, done.returncode, done.stderr)
+        lines = subprocess.run(
+            [self.work / "called", str(SEED), str(self.SAMPLES)],
+            text=True,
+            capture_output=True,
+            check=True,
+        ).stdout.splitlines()
+        return found, [json.loads(line) for line in lines]
+
+    def check_long(self, call, found):
+        """The long sizes have values of white noise: within five standard errors."""
+        taus = {m: [float.fromhex(x) for x in more] for m, _, *more in call["taus"]}
+        longest = round(max(found["taus_s"]) * self.RATE)
+        self.assertEqual(max(taus), longest)
+        for m, (adev, low, high) in taus.items():
+            if m >= 64:
+                truth = self.SIGMA * self.UNIT / m**0.5
+                spread = 5 * (m / min(self.SAMPLES, 34 * m)) ** 0.5
+                self.assertLess(abs(adev / truth - 1), spread)
+                self.assertLess(low, adev)
+                self.assertLess(adev, high)
+
+    def check_walk(self, call):
+        walk = call["walk"]
+        truth = 60 * self.SIGMA * self.UNIT / self.RATE**0.5
+        self.assertTrue(walk["present"])
+        width = walk["high"] - walk["low"]
+        self.assertLess(abs(walk["value"] - truth), width)
+        self.assertLess(width, truth)
+
+    def returned(self, more, fit):
+        found, calls = self.called(more)
+        self.assertEqual(fit, found["fit"])
+        self.assertEqual([False] * 4, [call["has_result"] for call in calls[:4]])
+        return found, calls[4:]
+
+    def test_a_curve_without_a_fit_needs_no_result_and_takes_none(self):
+        found, calls = self.returned("--flash 24k", "curve")
+        take, again, curve, same, other, of_other, late, after = calls
+        for call in (take, of_other, after):
+            self.check_walk(call)
+        self.assertFalse(again["has_result"])
+        for call in (curve, same, other, late):
+            self.check_long(call, found)
+            self.assertFalse(call["walk"]["present"])
+        self.assertEqual(curve, same)
+        self.assertNotEqual(curve["taus"], other["taus"])
+
+    def test_a_fit_of_all_terms_uses_the_window_if_there_is_a_new_result(self):
+        for more in ("", "--false-alarms-per-hour 0.1"):
+            with self.subTest(wishes=more):
+                found, calls = self.returned(more, "terms")
+                take, again, curve, same, other, of_other, late, after = calls
+                self.check_walk(take)
+                for call in (curve, same, other, late):
+                    self.check_long(call, found)
+                    self.check_walk(call)
+                for call in (again, of_other, after):
+                    self.assertFalse(call["has_result"])
+                self.assertEqual(curve, same)
+                sizes = [tau[0] for tau in take["taus"]]
+                for call, has_window in ((curve, False), (other, True), (late, True)):
+                    of_window = call["taus"][: len(sizes)]
+                    self.assertEqual(sizes, [tau[0] for tau in of_window])
+                    self.assertEqual([has_window] * len(sizes), [tau[1] > 0 for tau in of_window])
+                    self.assertEqual(
+                        [has_window] * len(sizes), ["nan" not in tau for tau in of_window]
+                    )
+
+
+class Remarks(Planned):
+    """Wishes with another effect than expected are stated under "check"."""
+
+    def not_fitted(self, found):
+        return [one for one in found["remarks"] if "random walk are not fitted" in one]
+
+    def limited(self, wishes, limits):
+        return " ".join(
+            [wishes, "--core cortex-m4f", *(w for pair in limits.items() for w in pair)]
+        )
+
+    def test_a_longer_response_than_any_window_gives_the_longest_window(self):
+        for type, rate, most in (("int16", 1000, 65536), ("int32", 100, 2**24)):
+            with self.subTest(type=type):
+                words = f"--rate {rate} --type {type} --lsb 0.06 --bandwidth none --respond 1e6"
+                found = self.planned(f"{words} --core cortex-m4f")
+                self.assertEqual("fixed", found["law"])
+                self.assertLessEqual(most - 8, found["window_s"] * rate)
+                self.assertLessEqual(found["window_s"] * rate, most)
+                (remark,) = found["remarks"]
+                self.assertIn(f"the longest window of {type} has {most} samples", remark)
+
+    def test_a_response_whose_window_does_not_fit_gets_a_shorter_one(self):
+        words = "--rate 1000 --lsb 0.06 --bandwidth 250 --respond 120 --core cortex-m4f --ram 4k"
+        found = self.planned(words)
+        self.assertEqual("fixed", found["law"])
+        self.assertLessEqual(found["arw_percent"], 10)
+        self.assertIn("a longer window exceeds --ram or --flash", found["remarks"][0])
+
+    def test_a_fit_that_the_limits_exclude_names_the_limits_that_it_needs(self):
+        example = EXAMPLE.split(" --ram")[0]
+        small = "--rate 1000 --lsb 0.061 --bandwidth 250 --respond 0.8 --axes 2 --longest-tau 50"
+        for wishes, limits in (
+            (example, {"--flash": "24k"}),
+            (example, {"--ram": "14k", "--flash": "24k"}),
+            (small, {"--ram": "9k"}),
+        ):
+            with self.subTest(wishes=wishes, limits=limits):
+                found = self.planned(self.limited(wishes, limits))
+                self.assertEqual("curve", found["fit"])
+                (remark,) = self.not_fitted(found)
+                needed = dict(re.findall(r"(--\w+) (\S+)", remark))
+                again = self.planned(self.limited(wishes, limits | needed))
+                self.assertEqual(("terms", []), (again["fit"], self.not_fitted(again)))
+
+    def test_an_averaging_time_of_the_window_adds_no_curve(self):
+        words = "--rate 100 --lsb 0.05 --bandwidth none --core cortex-m0 --longest-tau 0.1"
+        found = self.planned(words)
+        self.assertIn("--longest-tau 0.1 adds nothing", found["remarks"][0])
+        self.assertGreaterEqual(max(found["taus_s"]), 0.1)
+        self.assertNotIn("davar_setup_curve(", (self.work / "setup/davar_setup.h").read_text())
+
+    def test_a_core_that_is_too_slow_for_single_samples_gets_the_size_of_a_block(self):
+        words = "--rate 8000 --axes 3 --lsb 0.06 --bandwidth 2000 --core cortex-m0"
+        free = self.planned(words)
+        self.assertIn("not every chip has", free["remarks"][0])
+        self.assertIn(f" {free['worst_mhz']:.3g} MHz", command(words.split()).stdout)
+        for clock in (1.1 * free["mean_mhz"], 0.95 * free["worst_mhz"]):
+            with self.subTest(clock=clock):
+                found = self.planned(f"{words} --clock {clock}")
+                (remark,) = found["remarks"]
+                block = int(re.search(r"at least (\d+) samples", remark)[1])
+                mean, worst = found["mean_instructions"], found["worst_push_instructions"]
+                keeps_up = [
+                    worst + (n - 1) * mean < n * clock * 1e6 / 8000 for n in (block - 1, block)
+                ]
+                self.assertEqual([False, True], keeps_up)
+        self.assertEqual([], self.planned(f"{words} --clock {1.01 * free['worst_mhz']}")["remarks"])
+
+
 class Impossible(Planned):
     CASES = (
         EXAMPLE.replace("20k", "12k"),
@@ -247,6 +419,9 @@ class Impossible(Planned):
         "--sensor mpu6050@800 --arw-percent 0.5 --ram 3k --flash 18k --core cortex-m3",
         "--sensor bmi160@200 --respond 0.5 --arw-percent 20 --false-alarms-per-hour 0.003 "
         "--flash 20k --core cortex-m0",
+        "--rate 8000 --axes 3 --lsb 0.06 --bandwidth 2000 --core cortex-m0 --clock 1.5",
+        "--rate 8000 --axes 3 --lsb 0.06 --bandwidth 2000 --core cortex-m0 --clock 6",
+        "--rate 1000 --lsb 0.06 --bandwidth 250 --respond 120 --ram 2k --core cortex-m4f",
     )
 
     def refused(self, words):
@@ -307,6 +482,46 @@ class Impossible(Planned):
         self.assertNotIn("\n  and ", done.stderr)
         self.assertIn("--bandwidth", self.refused(self.CASES[7])["hints"][0])
         self.assertEqual([], self.refused(self.CASES[8])["hints"])
+
+    def test_a_core_that_cannot_keep_up_is_refused_with_both_figures(self):
+        words = self.CASES[15]
+        reason = self.refused(words)["impossible"]
+        clock, needed = map(float, re.search(r"clock (\S+) MHz: \D+(\S+) million", reason).groups())
+        free = json.loads(command([*words.split()[:-2], "--json"]).stdout)
+        self.assertEqual(6, clock)
+        self.assertLess(clock, needed)
+        self.assertLessEqual(needed, 1.005 * 8000 * free["mean_instructions"] / 1e6)
+        self.assertIn("davar/average.h", command(words.split()).stderr)
+
+    def test_a_limit_just_below_the_need_is_shown_with_digits_that_differ(self):
+        words = "--rate 1000 --lsb 0.06 --bandwidth 250 --core cortex-m4f"
+        found = json.loads(command([*words.split(), "--arw-percent", "9.4", "--json"]).stdout)
+        best = json.loads(command([*words.split(), "--arw-percent", "0.5", "--json"]).stdout)
+        best = float(re.search(r"gives (\S+) %", best["impossible"])[1])
+        for more in (
+            f"--arw-percent {0.9999 * best}",
+            f"--arw-percent 9.4 --ram {found['ram_bytes'] - 1}",
+            f"--arw-percent 9.4 --flash {found['flash_bytes'] - 1}",
+        ):
+            with self.subTest(wishes=more):
+                reason = self.refused(f"{words} {more}")["impossible"]
+                wish, *_, need = map(float, re.findall(r"[0-9.]+", reason))
+                self.assertLess(wish, need, reason)
+
+    def test_two_numbers_have_as_many_digits_as_it_takes_to_differ(self):
+        for one, other, texts in (
+            (1.8, 1.81, ("1.8", "1.81")),
+            (1.8, 1.80002, ("1.8", "1.80002")),
+            (1000, 1000.4, ("1000", "1000.4")),
+            (1e6, 2e6, ("1000000", "2000000")),
+            (0.0012344, 0.0012341, ("0.0012344", "0.0012341")),
+        ):
+            self.assertEqual(texts, choice.apart(one, other))
+
+    def test_an_averaging_time_that_adds_nothing_is_not_suggested(self):
+        found = self.refused(self.CASES[1])
+        self.assertEqual(["--flash"], [one["option"] for one in found["relax"]])
+        self.assertEqual(["it is possible without --longest-tau"], found["hints"])
 
     def test_noise_below_a_count_is_no_plan(self):
         words = "--rate 100 --lsb 3 --noise 1 --core cortex-m0"
@@ -370,6 +585,11 @@ class BadInput(Planned):
                     "--unknown 1",
                     "words",
                     "--json=1",
+                    "--full-scale 500",
+                    "--type int32 --full-scale 500",
+                    "--type float --full-scale 500",
+                    "--clock 0",
+                    "--clock 48MHz",
                 )
             ),
         ):
@@ -381,6 +601,24 @@ class BadInput(Planned):
                 self.assertRegex(done.stderr, r"^davar-plan: \S+: ")
                 self.assertNotIn("could not convert", done.stderr)
                 self.assertFalse((self.work / "none").exists())
+
+    def test_an_empty_folder_is_one_line(self):
+        for words in (["-o", ""], ["-o="]):
+            done = subprocess.run(
+                [ROOT / "tools/davar-plan", *WISHES[3].split(), *words],
+                text=True,
+                capture_output=True,
+                check=False,
+                cwd=self.work,
+            )
+            self.assertEqual((2, ""), (done.returncode, done.stdout))
+            self.assertEqual("davar-plan: -o: expected a folder, found ''\n", done.stderr)
+            self.assertEqual([], list(self.work.iterdir()))
+
+    def test_a_number_that_is_refused_states_its_unit(self):
+        for option, unit in (("--rate", "Hz"), ("--respond", "seconds"), ("--clock", "MHz")):
+            done = command([option, "1x", "--lsb", "0.05", "--core", "cortex-m0"])
+            self.assertIn(f"{option}: expected a number of {unit} above 0, found '1x'", done.stderr)
 
     def test_a_folder_that_cannot_be_written_is_one_line(self):
         (self.work / "file").write_text("")
@@ -394,6 +632,15 @@ class BadInput(Planned):
         source = (ROOT / "tools/plan/planner/wishes.py").read_text()
         for word in (*re.findall(r'"(--[a-z-]+)":', source), *costs.cores(), *sensors.PARTS):
             self.assertIn(word, done.stdout)
+
+    def test_help_and_page_state_how_a_noise_density_becomes_the_option_noise(self):
+        # one-sided density S: the variance of the angle after t is S^2 t / 2
+        factor = 60 / 2**0.5
+        for text in (command(["--help"]).stdout, (ROOT / "docs/PLANNER.md").read_text()):
+            self.assertIn(f"N = 60 D / sqrt(2) = {factor:.1f} D", text)
+        part = sensors.PARTS["icm42688"]
+        found = sensors.look_up("icm42688", 1000.0)
+        self.assertAlmostEqual(factor * part["noise_dps_per_root_hz"], found["noise"])
 
 
 class Readme(unittest.TestCase):
@@ -426,6 +673,14 @@ class Engine(unittest.TestCase):
 
 
 class Sensors(unittest.TestCase):
+    def test_a_name_has_no_case_and_floats_have_no_counts(self):
+        words = "--core cortex-m4f --type float --full-scale 2000 --sensor"
+        first, second = (
+            command([*words.split(), f"{name}@1000"]) for name in ("icm42688", "ICM42688")
+        )
+        self.assertEqual((0, ""), (first.returncode, first.stderr))
+        self.assertEqual(first.stdout, second.stdout)
+
     def test_the_low_pass_of_the_gyro_is_to_be_set_unless_another_filter_is_declared(self):
         words = "--sensor icm42688@1000 --core cortex-m4f"
         self.assertIn("set the gyro to the low-pass", command(words.split()).stdout)

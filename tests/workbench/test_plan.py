@@ -33,6 +33,7 @@ IMPOSSIBLE = (
     {**EXAMPLE, "flash": "16k"},
     {**EXAMPLE, "ram": "4k", "flash": "14k", "arw_percent": "3"},
     {**SENSOR, "respond": "0.1", "arw_percent": "2"},
+    {**SENSOR, "clock": "0.5"},
 )
 PLANNING = re.compile(r"/api/plan\?")
 PROGRAMS = ROOT / "build/tools/tools/plan"

@@ -23,7 +23,7 @@
 #define FINE_COUNTS 1000.0 /* noise whose rounding does not matter */
 #define OCTAVES 16U        /* up to the narrowest filter */
 #define QUIET 1000U        /* samples before a change */
-#define LATEST 20000U      /* samples after it */
+#define LATEST 20000U      /* samples after it: an alarm that has not come by then is missed */
 #define CHANGE_COUNTS 100.0
 
 static uint64_t state = 1U;
@@ -189,7 +189,10 @@ static int promise_alarm(double rate_hz, uint32_t window, double alarms, uint32_
     for (int i = 0; i < CHANGES; i++) {
         late[i] = delay(&davar, &result, 2.0);
     }
-    (void)printf("doubling_samples %.0f\n", quantile(late, CHANGES, 0.9));
+    const double nine_in_ten = quantile(late, CHANGES, 0.9);
+    if (nine_in_ten < (double)LATEST) {
+        (void)printf("doubling_samples %.0f\n", nine_in_ten);
+    }
     free(memory);
     return 0;
 }

@@ -30,12 +30,15 @@ What you have
   --axes N             axes of the gyro, 1 to {axes} (1)
   --type TYPE          of a sample: int16, int32 or float (int16)
   --lsb X              size of a count in deg/s
-  --full-scale X       float: the largest rate in deg/s
+  --full-scale X       the largest rate in deg/s, instead of --lsb with --type float
   --bandwidth FILTER   low-pass of the gyro, HZ[:ORDER], or another filter: see --taus --help
-  --noise N            typical angle random walk in deg/sqrt(h), to check the size of a count
+  --noise N            typical angle random walk in deg/sqrt(h), to check the size of a count and
+                       to state the least bias instability. A noise density of D deg/s/sqrt(Hz) in
+                       a data sheet is one-sided: N = 60 D / sqrt(2) = 42.4 D
   --core CORE          {cores}
   --flash BYTES        that davar may use; 24k is 24576
   --ram BYTES          the same, without the stack
+  --clock MHZ          of the core, to check that pushes keep up with the samples
 
 What you want
   --respond S          results follow a change of the noise within S seconds ({respond:g})

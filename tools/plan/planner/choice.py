@@ -26,6 +26,16 @@ class Plan:
     promise: Promise
     cost: Cost
 
+    @property
+    def mean_mhz(self) -> float:
+        """Million instructions a second that pushes take."""
+        return self.design.wishes.rate_hz * self.cost.mean_push_instructions / 1e6
+
+    @property
+    def worst_mhz(self) -> float:
+        """The same if every push were the most expensive one."""
+        return self.design.wishes.rate_hz * self.cost.worst_push_instructions / 1e6
+
 
 @dataclass(frozen=True)
 class Relaxed:
@@ -56,8 +66,28 @@ def kilobytes(size: int) -> str:
     return f"{math.ceil(size / 102.4) / 10:g}k"
 
 
-def seconds(value: float) -> str:
-    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+def number(value: float, digits: int = 3) -> str:
+    """With that many digits, or all before the point."""
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g}"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    shown = f"{value:.{places}f}"
+    return shown.rstrip("0").rstrip(".") if "." in shown else shown
+
+
+def apart(one: float, other: float) -> tuple[str, str]:
+    """Two numbers with enough digits to differ."""
+    for digits in range(3, 16):
+        texts = number(one, digits), number(other, digits)
+        if texts[0] != texts[1]:
+            break
+    return texts
+
+
+def sizes_apart(one: int, other: int) -> tuple[str, str]:
+    """Two sizes in k, or in bytes if they would not differ."""
+    texts = kilobytes(one), kilobytes(other)
+    return texts if texts[0] != texts[1] else (f"{one} bytes", f"{other} bytes")
 
 
 # --- candidates ---
@@ -66,17 +96,20 @@ def seconds(value: float) -> str:
 def _reaching(
     make: Callable[[Wishes, int], list[Design]], wishes: Wishes, percent: float
 ) -> list[Design]:
-    """The designs of the shortest window that gives the angle random walk to so many percent, or
-    those of the longest.
+    """The designs of the shortest window that gives the angle random walk to so many percent and
+    shows a change, or those of the longest.
     """
     short = replace(wishes, longest_tau_s=None)
-    window, longest = 400.0, design.WINDOW_MOST[wishes.type] * 0.9
+    window, shortest, longest = 400.0, 64.0, design.WINDOW_MOST[wishes.type] * 0.9
     for _ in range(12):
-        found = promises.promise(make(short, int(window))[0]).arw_percent
-        if math.isinf(found) or 0.93 * percent < found <= percent:
+        found = promises.promise(make(short, int(window))[0])
+        ratio = found.arw_percent / percent
+        if math.isinf(found.respond_s):
+            shortest = 1.3 * window
+        elif math.isinf(ratio) or 0.93 < ratio <= 1:
             break
-        window *= min(max((found / percent) ** 2 * 1.04, 0.1), 10)
-        window = min(max(window, 64.0), longest)
+        window *= min(max(ratio**2 * 1.04, 0.1), 10)
+        window = min(max(window, shortest), longest)
     return make(wishes, int(window))
 
 
@@ -86,14 +119,11 @@ def candidates(wishes: Wishes) -> Iterator[tuple[float, list[Design]]]:
     if wishes.false_alarms_per_hour is not None:
         yield percent, _reaching(design.glr, wishes, percent)
         return
-    if wishes.respond_s is not None:
+    if wishes.respond_s is not None or wishes.arw_percent is None:
         yield percent, design.fixed(wishes)
+    yield percent, _reaching(design.fixed_of_window, wishes, percent)
+    if wishes.respond_s is not None:
         yield percent, _reaching(design.glr, wishes, percent)
-    else:
-        usual = design.fixed(wishes)
-        if wishes.arw_percent is None:
-            yield percent, usual
-        yield percent, _reaching(design.fixed_of_window, wishes, percent)
     if wishes.arw_percent is None:
         yield PERCENT_STILL_USEFUL, design.fixed(wishes)
 
@@ -109,7 +139,10 @@ def excess(plan: Plan, percent: float) -> dict[str, float]:
         "--flash": cost.flash_bytes / (wishes.flash_bytes or math.inf),
         "--respond": promise.respond_s / (wishes.respond_s or math.inf),
         "--arw-percent": promise.arw_percent / percent,
+        "--clock": plan.mean_mhz / (wishes.clock_mhz or math.inf),
     }
+    if math.isinf(promise.respond_s):
+        found["--respond"] = math.inf
     return {option: factor for option, factor in found.items() if factor > 1}
 
 
@@ -137,6 +170,36 @@ def find(wishes: Wishes, of_core: Any) -> Plan | None:
     return None
 
 
+# --- what a plan needs ---
+
+# Option -> what a plan needs of it, and that as the option's value.
+NEEDS: dict[str, tuple[Callable[[Plan], float], Callable[[float], str]]] = {
+    "--ram": (lambda plan: plan.cost.ram_bytes, lambda size: kilobytes(int(size))),
+    "--flash": (lambda plan: plan.cost.flash_bytes, lambda size: kilobytes(int(size))),
+    "--arw-percent": (lambda plan: plan.promise.arw_percent, lambda p: f"{p * 1.01 + 0.05:.1f}"),
+    "--respond": (lambda plan: plan.promise.respond_s, lambda s: number(s * 1.01)),
+    "--clock": (lambda plan: plan.mean_mhz, lambda mhz: number(mhz * 1.01)),
+}
+LIMITS = {"--flash": "flash_bytes", "--ram": "ram_bytes"}
+
+
+def for_all_terms(plan: Plan) -> list[Relaxed]:
+    """Limits with which a setup with a curve would fit all five terms. Empty: it does, or it has
+    no curve.
+    """
+    wishes = plan.design.wishes
+    if plan.design.fit != "curve":
+        return []
+    for options in (["--flash"], ["--ram"], ["--flash", "--ram"]):
+        unlimited: dict[str, Any] = {LIMITS[option]: None for option in options}
+        found = find(replace(wishes, **unlimited), costs.table()[wishes.core])
+        if found and found.design.fit == "terms":
+            return [
+                Relaxed(option, NEEDS[option][1](NEEDS[option][0](found))) for option in options
+            ]
+    return []
+
+
 # --- what to relax ---
 
 
@@ -144,13 +207,13 @@ def _described(wishes: Wishes) -> list[str]:
     """The wishes that cost memory."""
     words = [f"{wishes.axes} {'axis' if wishes.axes == 1 else 'axes'}"]
     if wishes.respond_s is not None:
-        words.append(f"a response within {seconds(wishes.respond_s)} s")
+        words.append(f"a response within {number(wishes.respond_s)} s")
     if wishes.arw_percent is not None:
         words.append(f"ARW to {wishes.arw_percent:g} %")
     if wishes.false_alarms_per_hour is not None:
         words.append("alarms")
     if wishes.longest_tau_s is not None:
-        words.append(f"averaging times to at least {seconds(wishes.longest_tau_s)} s")
+        words.append(f"averaging times to at least {number(wishes.longest_tau_s)} s")
     return words
 
 
@@ -160,15 +223,6 @@ def _need(wishes: Wishes) -> str:
     if len(words) == 1:
         return f"{words[0]} {'needs' if wishes.axes == 1 else 'need'}"
     return f"{', '.join(words[:-1])} and {words[-1]} need"
-
-
-# Option -> what a plan needs of it, and that as the option's value.
-NEEDS: dict[str, tuple[Callable[[Plan], float], Callable[[float], str]]] = {
-    "--ram": (lambda plan: plan.cost.ram_bytes, lambda size: kilobytes(int(size))),
-    "--flash": (lambda plan: plan.cost.flash_bytes, lambda size: kilobytes(int(size))),
-    "--arw-percent": (lambda plan: plan.promise.arw_percent, lambda p: f"{p * 1.01 + 0.05:.1f}"),
-    "--respond": (lambda plan: plan.promise.respond_s, lambda s: seconds(s * 1.01)),
-}
 
 
 def _enough(wishes: Wishes, needed: dict[str, float], of_core: Any) -> list[Relaxed]:
@@ -194,7 +248,8 @@ def _only(option: str, plans: Iterable[tuple[float, list[Plan]]]) -> Iterator[Pl
 
 
 def _useful(plan: Plan) -> bool:
-    return plan.promise.arw_percent <= PERCENT_STILL_USEFUL
+    promise = plan.promise
+    return promise.arw_percent <= PERCENT_STILL_USEFUL and math.isfinite(promise.respond_s)
 
 
 def _relaxed_limits(
@@ -211,7 +266,7 @@ def _shorter(wishes: Wishes) -> Iterator[Wishes]:
     """The wishes with halves of the longest averaging time."""
     if wishes.longest_tau_s is not None:
         for halvings in range(1, 64):
-            shorter = float(seconds(wishes.longest_tau_s / 2**halvings))
+            shorter = float(number(wishes.longest_tau_s / 2**halvings))
             yield replace(wishes, longest_tau_s=shorter)
             if shorter * wishes.rate_hz < 2:
                 break
@@ -221,13 +276,15 @@ def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
     """The nearest other values of the wishes that are no limits."""
     if wishes.respond_s is not None:
         for factor in LENGTHEN:
-            other = replace(wishes, respond_s=float(seconds(wishes.respond_s * factor)))
+            other = replace(wishes, respond_s=float(number(wishes.respond_s * factor)))
             if find(other, of_core):
-                yield Relaxed("--respond", seconds(wishes.respond_s * factor))
+                yield Relaxed("--respond", number(wishes.respond_s * factor))
                 break
     for other in _shorter(wishes):
-        if find(other, of_core):
-            yield Relaxed("--longest-tau", seconds(other.longest_tau_s or 0))
+        plan = find(other, of_core)
+        if plan:
+            if plan.design.cascade_taus:
+                yield Relaxed("--longest-tau", number(other.longest_tau_s or 0))
             break
     for axes in range(wishes.axes - 1, 0, -1):
         if find(replace(wishes, axes=axes), of_core):
@@ -239,7 +296,9 @@ def _relaxed(wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any
     """One value for each option that alone makes a plan possible."""
     found: dict[str, Relaxed] = {}
     for relaxed in (*_relaxed_limits(wishes, plans, of_core), *_relaxed_wishes(wishes, of_core)):
-        found.setdefault(relaxed.option, relaxed)
+        first = found.setdefault(relaxed.option, relaxed)
+        if relaxed.option == "--respond" and float(relaxed.value) < float(first.value):
+            found["--respond"] = relaxed
     return list(found.values())
 
 
@@ -262,11 +321,11 @@ def _too_long(wishes: Wishes) -> Impossible:
     """For averaging times that no cascade reaches, and what else is impossible."""
     longest = wishes.longest_tau_s or 0.0
     reason = (
-        f"--longest-tau {seconds(longest)}: {longest * wishes.rate_hz:.3g} samples at "
+        f"--longest-tau {number(longest)}: {longest * wishes.rate_hz:.3g} samples at "
         f"{wishes.rate_hz:g} Hz, more than a cascade of {wishes.type} can reach"
     )
     other = next(o for o in _shorter(wishes) if any(group for _, group in candidates(o)))
-    relaxed = {"--longest-tau": Relaxed("--longest-tau", seconds(other.longest_tau_s or 0))}
+    relaxed = {"--longest-tau": Relaxed("--longest-tau", number(other.longest_tau_s or 0))}
     try:
         plan(other)
     except Impossible as why:
@@ -281,19 +340,42 @@ def _too_long(wishes: Wishes) -> Impossible:
     return Impossible([reason], relaxed.values())
 
 
-def _reasons(wishes: Wishes, percent: float, nearest: Plan) -> list[str]:
-    """What the wishes need and do not get, by the nearest plan."""
-    found = {
-        "--ram": f"RAM {kilobytes(wishes.ram_bytes or 0)}: {_need(wishes)} "
-        f"{kilobytes(nearest.cost.ram_bytes)}",
-        "--flash": f"flash {kilobytes(wishes.flash_bytes or 0)}: {_need(wishes)} "
-        f"{kilobytes(nearest.cost.flash_bytes)}",
-        "--respond": f"respond {seconds(wishes.respond_s or 0)} s: a doubling of the noise is seen "
-        f"within {seconds(nearest.promise.respond_s)} s",
-        "--arw-percent": f"ARW to {percent:g} %: the longest window gives "
-        f"{nearest.promise.arw_percent:.1f} %",
-    }
-    return [found[option] for option in excess(nearest, percent)]
+def _of_window(plan: Plan) -> str:
+    """The window of a plan as the subject of a sentence."""
+    found = plan.design
+    most = design.WINDOW_MOST[found.wishes.type]
+    if found.law == "glr":
+        most = design.BLOCK * design.BLOCKS_MOST
+    if found.window > 0.8 * most:
+        return "the longest window" + (" of law glr" if found.law == "glr" else "")
+    return f"a window of {number(found.window / found.wishes.rate_hz)} s"
+
+
+def _reason(option: str, wishes: Wishes, percent: float, nearest: Plan) -> str:
+    """What the wishes need of an option and do not get, by the nearest plan."""
+    cost, promise = nearest.cost, nearest.promise
+    if option == "--ram":
+        limit, size = sizes_apart(wishes.ram_bytes or 0, cost.ram_bytes)
+        return f"RAM {limit}: {_need(wishes)} {size}"
+    if option == "--flash":
+        limit, size = sizes_apart(wishes.flash_bytes or 0, cost.flash_bytes)
+        return f"flash {limit}: {_need(wishes)} {size}"
+    if option == "--respond" and math.isinf(promise.respond_s):
+        return "alarms: even the longest window misses more than one in ten doublings of the noise"
+    if option == "--respond":
+        wish, found = apart(wishes.respond_s or 0, promise.respond_s)
+        seen = (
+            "a doubling of the noise is seen"
+            if promise.false_alarms_per_hour
+            else "a change of the noise is followed"
+        )
+        return f"respond {wish} s: {seen} within {found} s"
+    if option == "--clock":
+        wish, found = apart(wishes.clock_mhz or 0, nearest.mean_mhz)
+        return f"clock {wish} MHz: pushes take {found} million instructions a second"
+    wish, found = apart(percent, promise.arw_percent)
+    least = "" if wishes.arw_percent else " (the default)"
+    return f"ARW to {wish} %{least}: {_of_window(nearest)} gives {found} %"
 
 
 def _hidden(wishes: Wishes) -> Impossible:
@@ -303,8 +385,25 @@ def _hidden(wishes: Wishes) -> Impossible:
             f"--lsb {wishes.lsb:g}: the typical noise is {design.noise_counts(wishes):.2g} counts "
             "before the filter, and rounding hides it"
         ],
-        hints=["choose a smaller range of the gyro, or sum samples (davar/average.h)"],
+        hints=[
+            "choose a smaller range of the gyro and state its --lsb, or sum samples "
+            "(davar/average.h)"
+        ],
     )
+
+
+def _hints(
+    wishes: Wishes, missed: Iterable[str], relaxed: Iterable[Relaxed], of_core: Any
+) -> Iterator[str]:
+    """What else would help."""
+    if wishes.bandwidth is None and "--arw-percent" in missed:
+        yield "a declared --bandwidth narrows the interval of ARW"
+    if "--clock" in missed:
+        yield "sum samples first (davar/average.h), and state their lower rate"
+    shorter = any(one.option == "--longest-tau" for one in relaxed)
+    without = replace(wishes, longest_tau_s=None)
+    if wishes.longest_tau_s and not shorter and find(without, of_core):
+        yield "it is possible without --longest-tau"
 
 
 def plan(wishes: Wishes) -> Plan:
@@ -318,12 +417,12 @@ def plan(wishes: Wishes) -> Plan:
         raise _hidden(wishes)
     if not plans:
         raise _too_long(wishes)
-    relaxed = _relaxed(wishes, plans, of_core)
     percent, nearest = _nearest(plans)
-    reasons, hints = _reasons(wishes, percent, nearest), []
-    if wishes.bandwidth is None and "--arw-percent" in excess(nearest, percent):
-        hints = ["a declared --bandwidth narrows the interval of ARW"]
-    if relaxed:
-        raise Impossible(reasons, relaxed, hints=hints)
-    relaxed = _together(wishes, percent, nearest, of_core)
-    raise Impossible(reasons, relaxed, hints=hints, together=len(relaxed) > 1)
+    missed = excess(nearest, percent)
+    reasons = [_reason(option, wishes, percent, nearest) for option in missed]
+    relaxed, together = _relaxed(wishes, plans, of_core), False
+    if not relaxed:
+        relaxed = _together(wishes, percent, nearest, of_core)
+        together = len(relaxed) > 1
+    hints = _hints(wishes, missed, relaxed, of_core)
+    raise Impossible(reasons, relaxed, hints=hints, together=together)

@@ -1,7 +1,7 @@
 """From wishes to candidates: everything that a setup needs, in samples."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from . import programs
@@ -117,12 +117,12 @@ def _with_cascade(design: Design) -> Iterator[Design]:
             yield replace(design, fit=fit, cascade_shortest=shortest, cascade_taus=count)
 
 
-def _fixed(wishes: Wishes, samples: float) -> Iterator[Design]:
-    """Fixed windows that have forgotten a change after so many samples."""
-    for results in WINDOWS:
-        stride = max(1, int(samples / (results + 1)))
+def _fixed(wishes: Wishes, strides: Iterable[float]) -> Iterator[Design]:
+    """Fixed windows with these strides for each of WINDOWS, or the longest ones."""
+    for results, wished in zip(WINDOWS, strides):
+        stride = max(1, int(min(wished, WINDOW_MOST[wishes.type] / results)))
         window = results * stride
-        if WINDOW_LEAST <= window <= WINDOW_MOST[wishes.type]:
+        if window >= WINDOW_LEAST:
             taus = _taus(wishes, window)
             for engine in ("slide", "grid") if stride > 1 else ("slide",):
                 base = Design(wishes, "fixed", engine, "arw", window, window, stride, taus)
@@ -132,12 +132,12 @@ def _fixed(wishes: Wishes, samples: float) -> Iterator[Design]:
 def fixed(wishes: Wishes) -> list[Design]:
     """Fixed windows for the wished time of response, best first."""
     respond = RESPOND_S if wishes.respond_s is None else wishes.respond_s
-    return list(_fixed(wishes, respond * wishes.rate_hz))
+    return list(_fixed(wishes, (respond * wishes.rate_hz / (results + 1) for results in WINDOWS)))
 
 
 def fixed_of_window(wishes: Wishes, window: int) -> list[Design]:
     """Fixed windows of about that length, best first."""
-    return list(_fixed(wishes, window * 9 / 8))
+    return list(_fixed(wishes, (window / results for results in WINDOWS)))
 
 
 def glr(wishes: Wishes, window: int) -> list[Design]:

@@ -17,7 +17,7 @@ class Promise:
     """Times in seconds. None: does not apply."""
 
     arw_percent: float  # half of the 95 % interval over the value; infinite: hidden by rounding
-    respond_s: float  # a doubling is seen within it in 90 % of cases
+    respond_s: float  # a doubling is seen within it in 90 % of cases; infinite: in fewer
     false_alarms_per_hour: float | None
     longest_tau_s: float
     curve_first_s: float | None  # until the longest averaging time has a value
@@ -45,7 +45,11 @@ def promise(design: Design) -> Promise:
     respond = design.respond_s
     if glr:
         filtered = wishes.bandwidth not in (None, "none")
-        respond = found["doubling_samples"] / wishes.rate_hz * (FILTERED if filtered else 1.0)
+        respond = (
+            found.get("doubling_samples", math.inf)
+            / wishes.rate_hz
+            * (FILTERED if filtered else 1.0)
+        )
     longest = design.taus_s[-1]
     freedom = 0.927 * (CASCADE_CLUSTERS + 0.36)  # of random walk: (5.1) of lib/src/fit/DESIGN.md
     edge = wishes.noise / (FLOOR * math.sqrt(longest / 3600)) if slow and wishes.noise else None

@@ -4,9 +4,10 @@ import math
 from typing import Any
 
 from . import text
-from .choice import Impossible, Plan
-from .design import noise_counts
+from .choice import Impossible, Plan, for_all_terms, number
+from .design import WINDOW_MOST, WINDOWS, noise_counts
 
+CLOCK_OF_EVERY_CHIP_MHZ = 16
 FIT = {
     "arw": "ARW",
     "curve": "ARW, and the Allan curve with intervals",
@@ -14,21 +15,16 @@ FIT = {
 }
 
 
-def number(value: float) -> str:
-    """Three digits."""
-    if value == 0 or not math.isfinite(value):
-        return f"{value:g}"
-    digits = max(0, 2 - math.floor(math.log10(abs(value))))
-    shown = f"{value:.{digits}f}"
-    return shown.rstrip("0").rstrip(".") if "." in shown else shown
-
-
 def duration(value: float) -> str:
     """In the unit that a person would use."""
-    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+    for unit, size in (("years", 31557600.0), ("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if value >= 2 * size:
             return f"{number(value / size)} {unit}"
     return f"{number(value)} s"
+
+
+def frequency(mhz: float) -> str:
+    return f"{number(1000 * mhz)} kHz" if mhz < 1 else f"{number(mhz)} MHz"
 
 
 def instructions(value: float) -> str:
@@ -42,7 +38,7 @@ def subject(plan: Plan) -> str:
     wishes = plan.design.wishes
     axes = "1 axis" if wishes.axes == 1 else f"{wishes.axes} axes"
     sensor = f" ({wishes.sensor})" if wishes.sensor else ""
-    return f"{axes} of {wishes.type} at {wishes.rate_hz:g} Hz{sensor} on a {wishes.core}"
+    return f"{axes} of {wishes.type} at {wishes.rate_hz:.12g} Hz{sensor} on a {wishes.core}"
 
 
 def gives(plan: Plan) -> list[str]:
@@ -78,11 +74,25 @@ def _of(size: int, limit: int | None) -> str:
     return f"{size} bytes" if limit is None else f"{size} of {limit} bytes"
 
 
+def _clock(plan: Plan) -> str:
+    """How fast the core must be, at one instruction a cycle."""
+    clock = plan.design.wishes.clock_mhz
+    if clock is None:
+        return (
+            f"every push ends before the next sample from {frequency(plan.worst_mhz)} on (one "
+            "instruction a cycle)"
+        )
+    return (
+        f"pushes take {number(100 * plan.mean_mhz / clock)} % of {frequency(clock)}, the most "
+        f"expensive one {number(100 * plan.worst_mhz / clock)} % of a sample period (one "
+        "instruction a cycle)"
+    )
+
+
 def takes(plan: Plan) -> list[str]:
     """What the setup costs."""
     wishes, cost = plan.design.wishes, plan.cost
     axes = "" if wishes.axes == 1 else f" of {wishes.axes} axes"
-    second = wishes.rate_hz * cost.mean_push_instructions
     lines = [
         f"flash {_of(cost.flash_bytes, wishes.flash_bytes)}, "
         f"RAM {_of(cost.ram_bytes, wishes.ram_bytes)}",
@@ -90,7 +100,8 @@ def takes(plan: Plan) -> list[str]:
         f"push {cost.push_stack_bytes}, take {cost.take_stack_bytes}",
         f"push of a sample{axes}: {instructions(cost.mean_push_instructions)} instructions, "
         f"at most about {instructions(cost.worst_push_instructions)}; "
-        f"{instructions(second)} a second",
+        f"{instructions(1e6 * plan.mean_mhz)} a second",
+        _clock(plan),
         f"take of an axis: {instructions(cost.mean_take_instructions)} instructions, "
         f"at most about {instructions(cost.worst_take_instructions)}",
     ]
@@ -115,9 +126,57 @@ def how(plan: Plan) -> list[str]:
     ]
 
 
+def _of_wishes(plan: Plan) -> list[str]:
+    """Wishes that have another effect than the user may expect."""
+    wishes, design, found = plan.design.wishes, plan.design, []
+    if wishes.respond_s and design.law == "fixed" and 2 * design.respond_s < wishes.respond_s:
+        most = WINDOW_MOST[wishes.type]
+        longest = design.window > most - WINDOWS[0]
+        found.append(
+            f"results follow a change sooner than --respond {number(wishes.respond_s)}: "
+            + (
+                f"the longest window of {wishes.type} has {most} samples"
+                if longest
+                else "a longer window exceeds --ram or --flash"
+            )
+        )
+    if wishes.longest_tau_s and not design.cascade_taus:
+        found.append(
+            f"--longest-tau {number(wishes.longest_tau_s)} adds nothing: the results of "
+            f"davar_setup_take reach {duration(design.taus_s[-1])}, so there is no "
+            "davar_setup_curve"
+        )
+    terms = for_all_terms(plan)
+    if terms:
+        options = " ".join(f"{one.option} {one.value}" for one in terms)
+        found.append(
+            "bias instability and random walk are not fitted: for all five terms, "
+            f"davar_setup_curve needs {options}"
+        )
+    return found
+
+
+def _of_clock(plan: Plan) -> list[str]:
+    """Whether the core keeps up with the samples."""
+    clock = plan.design.wishes.clock_mhz
+    if clock is None and plan.worst_mhz > CLOCK_OF_EVERY_CHIP_MHZ:
+        return [
+            f"not every chip has {frequency(plan.worst_mhz)}: state the clock of yours with "
+            "--clock MHZ, and the planner compares them"
+        ]
+    if clock is not None and plan.worst_mhz > clock:
+        periods = (plan.worst_mhz - plan.mean_mhz) / (clock - plan.mean_mhz)
+        return [
+            f"the most expensive push takes {number(plan.worst_mhz / clock)} sample periods: "
+            f"collect at least {math.floor(periods) + 1} samples, by DMA or in the gyro, and push "
+            "them as a block"
+        ]
+    return []
+
+
 def remarks(plan: Plan) -> list[str]:
     """What the user should check."""
-    wishes, found = plan.design.wishes, []
+    wishes, found = plan.design.wishes, [*_of_wishes(plan), *_of_clock(plan)]
     if wishes.bandwidth is None:
         found.append(
             "the gyro's low-pass is not declared: results that a filter could falsify are "
@@ -173,6 +232,8 @@ def as_json(plan: Plan) -> dict[str, Any]:
         "stack_bytes": cost.stack_bytes,
         "worst_push_instructions": cost.worst_push_instructions,
         "mean_instructions": cost.mean_push_instructions,
+        "mean_mhz": round(plan.mean_mhz, 6),
+        "worst_mhz": round(plan.worst_mhz, 6),
         "defines": text.defines(design),
         "arw_percent": round(promise.arw_percent, 2),
         "respond_s": promise.respond_s,

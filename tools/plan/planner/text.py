@@ -90,7 +90,7 @@ void davar_setup_push(const {sample} *samples, size_t count);
 void davar_setup_gap(uint32_t missing);
 
 /* Returns the newest result of an axis, 0 to {last}, or null if there is no new one.
- * Call it in the main loop. The result is valid until the next call:
+ * Call it in the main loop. The result is valid until the next call{also}:
  *   coefficient[DAVAR_ANGLE_RANDOM_WALK]: present, value, low, high, in deg/sqrt(h){more}
  *   noise: why a coefficient is absent */
 const davar_result_t *davar_setup_take(uint8_t axis);
@@ -106,17 +106,22 @@ const davar_result_t *davar_setup_take(uint8_t axis);
 CURVE_COMMENT = {
     "arw": "",
     "curve": """
-/* Returns the newest result with the long averaging times instead: tau[] has adev, low and high in
- * deg/s, NaN where there is too little data. Once the curve is flat, its lowest adev over 0.664
- * estimates the bias instability; before, that is an upper bound. Null if there is no new result:
- * call it instead of davar_setup_take, not after it. It is slower. */
+/* Returns the long averaging times of an axis, or null until the shortest of them has a value.
+ * tau[] has adev, low and high in deg/s, NaN where there is too little data. Once the curve is
+ * flat, its lowest adev over 0.664 estimates the bias instability; before, that is an upper bound.
+ * Call it in the main loop, as seldom as you need a curve. The result is valid until the next call
+ * of take or curve. */
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
     "terms": """
-/* Returns the newest result with the whole Allan curve: tau[] has the long averaging times too, and
- * coefficient[] has the bias instability (deg/h), the rate random walk (deg/h/sqrt(h)) and the
- * other terms. Null if there is no new result: call it instead of davar_setup_take, not after it.
- * It is much slower: call it as seldom as you need a curve. */
+/* Returns the whole Allan curve of an axis, or null if nothing is known yet. tau[] has the long
+ * averaging times too, and coefficient[] has the bias instability (deg/h), the rate random walk
+ * (deg/h/sqrt(h)) and the other terms. It takes the newest result of the window, if there is one:
+ * davar_setup_take then returns null until the next.{alarm}
+ * Without a new result, the short averaging times are absent (NaN), and the long ones give all
+ * terms.
+ * Call it in the main loop, as seldom as you need a curve: it is much slower. The result is valid
+ * until the next call of take or curve. */
 const davar_result_t *davar_setup_curve(uint8_t axis);
 """,
 }
@@ -146,7 +151,10 @@ def header(design: Design, title: str, about: Sequence[str]) -> str:
         sample=SAMPLE[design.wishes.type],
         last=axes - 1,
         more=more,
-        curve=CURVE_COMMENT[design.fit],
+        also=" of take or curve" if design.cascade_taus else "",
+        curve=CURVE_COMMENT[design.fit].format(
+            alarm=" Its alarm is here too." if design.law == "glr" else ""
+        ),
     )
 
 
@@ -186,20 +194,15 @@ void davar_setup_gap(uint32_t missing)
 {gap}    }}
 }}
 
-/* The newest result of an axis with its angle random walk, or null. */
-static davar_result_t *newest(uint8_t axis)
+static davar_result_t result;
+
+const davar_result_t *davar_setup_take(uint8_t axis)
 {{
-    static davar_result_t result;
     if ((axis >= DAVAR_SETUP_AXES) || !davar_take(&gyro[axis], &result)) {{
         return NULL;
     }}
     (void){white}(&davar_setup_plan, config.rate_hz, &result);
     return &result;
-}}
-
-const davar_result_t *davar_setup_take(uint8_t axis)
-{{
-    return newest(axis);
 }}
 {curve}"""
 
@@ -243,42 +246,56 @@ CURVE = {
     "curve": """
 const davar_result_t *davar_setup_curve(uint8_t axis)
 {
-    davar_result_t *const result = newest(axis);
-    if (result != NULL) {
-        memset(result, 0, sizeof *result);
-        (void)davar_cascade_append(&cascade[axis], result);
-        for (uint8_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
-            result->coefficient[k] = (davar_coefficient_t){false, NAN, NAN, INFINITY};
-        }
-        for (uint8_t t = 0; t < result->tau_count; t++) {
-            davar_adev_t *const tau = &result->tau[t];
-            if (tau->differences > 0) {
-                tau->edf = davar_edf_least(result, t);
-                davar_chi_square_interval(tau->edf, &tau->low, &tau->high);
-                tau->low = tau->adev * sqrt(tau->low);
-                tau->high = tau->adev * sqrt(tau->high);
-            }
+    memset(&result, 0, sizeof result);
+    for (uint8_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        result.coefficient[k] = (davar_coefficient_t){false, NAN, NAN, INFINITY};
+    }
+    if ((axis >= DAVAR_SETUP_AXES) || !davar_cascade_append(&cascade[axis], &result)) {
+        return NULL;
+    }
+    for (uint8_t t = 0; t < result.tau_count; t++) {
+        davar_adev_t *const tau = &result.tau[t];
+        if (tau->differences > 0) {
+            tau->edf = davar_edf_least(&result, t);
+            davar_chi_square_interval(tau->edf, &tau->low, &tau->high);
+            tau->low = tau->adev * sqrt(tau->low);
+            tau->high = tau->adev * sqrt(tau->high);
         }
     }
-    return result;
+    return &result;
 }
 """,
     "terms": """
+/* A result of a window without differences. */
+static void clear(void)
+{
+    memset(&result, 0, sizeof result);
+    for (uint8_t t = 0; t < config.tau_count; t++) {
+        result.tau[t].m = taus[t];
+        result.tau[t].adev = NAN;
+    }
+    result.tau_count = config.tau_count;
+}
+
 const davar_result_t *davar_setup_curve(uint8_t axis)
 {
-    davar_result_t *const result = newest(axis);
-    if (result != NULL) {
-        (void)davar_cascade_append(&cascade[axis], result);
-        davar_fit(&davar_setup_plan, config.rate_hz, result);
+    if (axis >= DAVAR_SETUP_AXES) {
+        return NULL;
     }
-    return result;
+    const bool has_window = davar_take(&gyro[axis], &result);
+    if (!has_window) {
+        clear();
+    }
+    const bool has_long_times = davar_cascade_append(&cascade[axis], &result);
+    davar_fit(&davar_setup_plan, config.rate_hz, &result);
+    return (has_window || has_long_times) ? &result : NULL;
 }
 """,
 }
 INCLUDES = {
     "arw": "",
     "curve": '#include "davar/cascade.h"\n\n#include <math.h>\n#include <string.h>\n',
-    "terms": '#include "davar/cascade.h"\n',
+    "terms": '#include "davar/cascade.h"\n\n#include <math.h>\n#include <string.h>\n',
 }
 
 

@@ -1,5 +1,6 @@
 """The wishes of a command line: what the user has and wants, in physical units."""
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -34,30 +35,26 @@ class Wishes:
     false_alarms_per_hour: float | None = None
     ram_bytes: int | None = None
     flash_bytes: int | None = None
+    clock_mhz: float | None = None
     sensor: str | None = None
     sensor_bandwidth: str | None = None  # its usual filter
 
 
-def _number(text: str) -> float:
-    form = r"([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?"
-    value = float(text) if re.fullmatch(form, text, re.IGNORECASE) else 0.0
-    if not 1e-12 <= value <= 1e12:
-        raise ValueError("a number above 0")
-    return value
+def _number(least: float, most: float, words: str) -> Callable[[str], float]:
+    """Reads a number in a range. words: of both for a person, with the unit."""
+
+    def read(text: str) -> float:
+        form = r"([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?"
+        value = float(text) if re.fullmatch(form, text, re.IGNORECASE) else math.nan
+        if not least <= value <= most:
+            raise ValueError(words)
+        return value
+
+    return read
 
 
-def _percent(text: str) -> float:
-    value = _number(text)
-    if not 0.1 <= value <= 50:
-        raise ValueError("a number from 0.1 to 50")
-    return value
-
-
-def _alarms(text: str) -> float:
-    value = _number(text)
-    if not 1e-9 <= value <= 1e9:
-        raise ValueError("a number from 1e-9 to 1e9")
-    return value
+def _above_0(unit: str) -> Callable[[str], float]:
+    return _number(1e-12, 1e12, f"a number of {unit} above 0")
 
 
 def _axes(text: str) -> int:
@@ -92,21 +89,25 @@ def _one_of(choices: Sequence[str]) -> Callable[[str], str]:
 def _readers(cores: Sequence[str]) -> dict[str, tuple[str, Callable[[str], object]]]:
     """Option -> (field of Wishes, how its value is read)."""
     return {
-        "--rate": ("rate_hz", _number),
+        "--rate": ("rate_hz", _above_0("Hz")),
         "--axes": ("axes", _axes),
         "--type": ("type", _one_of(TYPES)),
-        "--lsb": ("lsb", _number),
-        "--full-scale": ("full_scale", _number),
+        "--lsb": ("lsb", _above_0("deg/s")),
+        "--full-scale": ("full_scale", _above_0("deg/s")),
         "--bandwidth": ("bandwidth", _text),
-        "--noise": ("noise", _number),
-        "--respond": ("respond_s", _number),
-        "--arw-percent": ("arw_percent", _percent),
-        "--longest-tau": ("longest_tau_s", _number),
-        "--false-alarms-per-hour": ("false_alarms_per_hour", _alarms),
+        "--noise": ("noise", _above_0("deg/sqrt(h)")),
+        "--respond": ("respond_s", _above_0("seconds")),
+        "--arw-percent": ("arw_percent", _number(0.1, 50, "a number from 0.1 to 50")),
+        "--longest-tau": ("longest_tau_s", _above_0("seconds")),
+        "--false-alarms-per-hour": (
+            "false_alarms_per_hour",
+            _number(1e-9, 1e9, "a number from 1e-9 to 1e9"),
+        ),
         "--ram": ("ram_bytes", _bytes),
         "--flash": ("flash_bytes", _bytes),
+        "--clock": ("clock_mhz", _above_0("MHz")),
         "--core": ("core", _one_of(cores)),
-        "--sensor": ("sensor", _text),
+        "--sensor": ("sensor", str.lower),
     }
 
 
@@ -149,11 +150,11 @@ def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
 
 def of_sensor(text: str) -> dict[str, object]:
     """The fields of Wishes that NAME@RATE states."""
-    name, at, rate = text.partition("@")
+    name, at, rate = text.lower().partition("@")
     try:
         if not at:
             raise ValueError("NAME@RATE, such as icm42688@1000")
-        return sensors.look_up(name, _number(rate))
+        return sensors.look_up(name, _above_0("Hz")(rate))
     except ValueError as why:
         raise BadOption(f"--sensor: expected {why}, found '{text}'") from None
 
@@ -164,6 +165,10 @@ def checked(wishes: Wishes) -> Wishes:
         raise BadOption("--full-scale: required with --type float: the largest rate in deg/s")
     if wishes.type != "float" and wishes.lsb is None:
         raise BadOption("--lsb: required: the size of a count in deg/s (or --sensor NAME@RATE)")
+    if wishes.type != "float" and wishes.full_scale is not None:
+        raise BadOption("--full-scale: only with --type float; --lsb gives the scale of counts")
+    if wishes.type == "float" and wishes.lsb is not None:
+        raise BadOption("--lsb: not with --type float, whose samples are in deg/s")
     if wishes.longest_tau_s is not None and wishes.longest_tau_s * wishes.rate_hz < 1:
         raise BadOption("--longest-tau: shorter than one sample; expected seconds")
     return wishes
@@ -176,6 +181,8 @@ def read(words: Sequence[str], cores: Sequence[str]) -> Command:
     if "--sensor" in texts and "--rate" in texts:
         raise BadOption("--rate: not with --sensor NAME@RATE, which states it")
     stated: dict[str, object] = of_sensor(texts["--sensor"]) if "--sensor" in texts else {}
+    if texts.get("--type") == "float":
+        stated.pop("lsb", None)
     for option, (field, reader) in readers.items():
         if option in texts:
             try:
@@ -185,5 +192,7 @@ def read(words: Sequence[str], cores: Sequence[str]) -> Command:
     for option, field in (("--rate", "rate_hz"), ("--core", "core")):
         if field not in stated:
             raise BadOption(f"{option}: required (see --help)")
+    if not texts.get("-o", "."):
+        raise BadOption("-o: expected a folder, found ''")
     wishes = replace(Wishes(rate_hz=0.0, core=""), **stated)  # type: ignore[arg-type]
     return Command(checked(wishes), texts.get("-o"), "--json" in texts)

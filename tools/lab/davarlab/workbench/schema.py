@@ -178,6 +178,7 @@ class Plan(Given):
     false_alarms_per_hour: Text | None = None
     ram: Text | None = None
     flash: Text | None = None
+    clock: Text | None = None
 
 
 class Drop(Given):

@@ -95,7 +95,8 @@ function gyro() {
       onchange: (event) => wish(part ? { sensor: `${name}@${event.target.value}` } : { rate: event.target.value }) })),
     element("datalist", { id: "plan-rates" }, ...rates.map((value) => element("option", { value }))),
     ...(part ? [] : own()),
-    field("Axes", entry("axes", { type: "number", min: 1, max: known.axes_most }))];
+    field("Axes", entry("axes", { type: "number", min: 1, max: known.axes_most })),
+    field("Clock of the core, MHz", entry("clock", { type: "number", min: 0, step: "any", placeholder: "not stated" }))];
 }
 
 function own() {
