@@ -298,13 +298,13 @@ static void test_noise_that_has_changed(void)
     for (size_t i = 0U; i < (sizeof course / sizeof course[0]); i++) {
         char name[32];
         run(&(scenario_t){
-            course[i].name, {.white = 1.0}, 55000U, 0U, false, IS_WHITE, course[i].level, {0.0}});
+            course[i].name, {.white = 1.0}, 27500U, 0U, false, IS_WHITE, course[i].level, {0.0}});
         check_statements(course[i].name);
         TEST_ASSERT_TRUE_MESSAGE(counts.extra <= 0.08 * RECORDINGS, course[i].name);
         (void)snprintf(name, sizeof name, "%s, B 0.2", course[i].name);
         run(&(scenario_t){name,
                           {.white = 1.0, .flicker = 0.2},
-                          55000U,
+                          27500U,
                           0U,
                           false,
                           IS_WHITE,

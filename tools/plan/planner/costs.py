@@ -82,7 +82,7 @@ def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
     total: int = axes * (round8(memory_bytes(design, sizes)) + sizes["instance"])
     total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other
     if design.cascade_taus:
-        stage = 192 if narrow else 224
+        stage = 224 if narrow else 256
         total += axes * ((design.cascade_taus + 1) // 2 * stage + sizes["cascade"])
     return total
 
