@@ -167,21 +167,22 @@ DAVAR_RARE bool davar_cascade_append(const davar_cascade_t *cascade, davar_resul
         is_float ? davar_inverse_of_power(cascade->counts_per_unit) : config->unit_per_count;
     const uint32_t first = result->tau_count;
     part_t part = {{0U, SCALED_ZERO}, 0U};
-    copy_t copy;
     bool any = false;
     DAVAR_ASSERT((first + config->tau_count) <= (uint32_t)DAVAR_TAUS_MAX);
     DAVAR_ASSERT((first == 0U) || (result->tau[first - 1U].m < config->shortest));
     result->unit_per_count = is_float ? 0.0 : unit;
-    for (uint32_t t = 0U; t < config->tau_count; t++) {
-        davar_adev_t *const tau = &result->tau[first + t];
-        if ((t % CASCADE_TAUS) == 0U) {
-            read_stage(cascade, t / CASCADE_TAUS, &copy);
-            next_part(&copy, t / CASCADE_TAUS, &part);
+    result->tau_count = (uint8_t)(first + config->tau_count);
+    for (uint32_t t = 0U; t < config->tau_count; t += CASCADE_TAUS) {
+        copy_t copy;
+        read_stage(cascade, t / CASCADE_TAUS, &copy);
+        next_part(&copy, t / CASCADE_TAUS, &part);
+        const uint32_t end = t + CASCADE_TAUS;
+        for (uint32_t u = t; (u < end) && (u < config->tau_count); u++) {
+            davar_adev_t *const tau = &result->tau[first + u];
+            take_cascade_tau(cascade, &copy, u, unit, tau);
+            take_power(cascade, &copy, &part, u, tau);
+            any = any || (tau->differences > 0U);
         }
-        take_cascade_tau(cascade, &copy, t, unit, tau);
-        take_power(cascade, &copy, &part, t, tau);
-        any = any || (tau->differences > 0U);
-        result->tau_count++;
     }
     relate_powers(result, first);
     davar_absent_taus(result, first);
