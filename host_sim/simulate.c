@@ -100,7 +100,9 @@ static bool finish(run_t *run, sim_error_t *error)
     }
     report_counters(&run->health);
     report_coarse(run->output.coarse, run->output.rows);
-    report_unreached(run->engine.curve.taus, run->engine.curve.tau_count, run->output.reached);
+    if (run->options->longest_tau_s > 0.0) {
+        report_unreached(run->engine.curve.taus, run->engine.curve.tau_count, run->output.reached);
+    }
     report_filtered(run->output.filtered, run->output.rows, run->engine.declared != NULL);
     return output_finish(&run->output, error);
 }

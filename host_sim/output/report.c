@@ -170,8 +170,10 @@ void report_unreached(const uint32_t *taus, uint8_t count, uint8_t reached)
     if (reached < count) {
         const uint32_t m = taus[reached];
         (void)fprintf(stderr,
-                      "davar-sim: note: clusters of %" PRIu32 " samples or more are empty in every "
-                      "result: they need %" PRIu64 " samples without a gap\n",
+                      "davar-sim: note: no result has clusters of %" PRIu32
+                      " samples or more: they "
+                      "need about %" PRIu64 " samples without a gap before the last result. Use a "
+                      "longer recording or a smaller --longest-tau\n",
                       m, 2U * (uint64_t)m);
     }
 }

@@ -160,8 +160,8 @@ void davar_cascade_flush(davar_cascade_t *cascade);
  * rounding.
  * @return False if no cluster size of the cascade has a difference yet.
  *
- * Threads: consumer; if a push interrupts it, it reads the cluster size concerned again. Sizes may
- * then end at different hops. Cost: O(T), about 30 products per size. */
+ * Threads: consumer; if a push interrupts it, it reads the stage concerned again, which is two
+ * sizes. Stages may then end at different hops. Cost: O(T), about 30 products per size. */
 #define davar_cascade_append DAVAR_SIZED(davar_cascade_append)
 bool davar_cascade_append(const davar_cascade_t *cascade, davar_result_t *result);
 

@@ -216,7 +216,7 @@ typedef struct {
     uint32_t shocks; /**< law glr: shocks treated as gaps */
 } davar_health_t;
 
-/** One of davar_adev_t.uneven: the noise was equally strong all the time. */
+/** Unit of davar_adev_t.uneven: the noise was equally strong all the time. */
 #define DAVAR_EVEN 256U
 
 /** One cluster size of a result. */
@@ -231,11 +231,11 @@ typedef struct {
     double low;
     double high; /**< upper limit, as low; may be infinite */
     double edf;  /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
-    /** size of a cascade (11.9): mean square of its shortest cluster's differences over what this
-     * size remembers, over the same of the longest size: how strong the noise was then */
+    /** size of a cascade: power of the noise in what this size remembers, relative to that of the
+     * longest size (11.9). 1 for a size of a window */
     float power;
     /** size of a cascade: how unevenly that was spread. DAVAR_EVEN if it was constant, n DAVAR_EVEN
-     * if it came from 1 / n of the time */
+     * if it came from 1 / n of the time; at most 65535. DAVAR_EVEN for a size of a window */
     uint16_t uneven;
     /** size of a cascade: its differences are m / hops samples apart, hops = 4 or 8, and look back
      * over 2 m + (differences - 1) m / hops samples (11.5). 0: size of a window, a difference for

@@ -1,5 +1,5 @@
-/* davar - the cascade: samples in, sums of squared differences at long cluster sizes (11.1) to
- * (11.5), and of the power of the samples (11.9).
+/* davar - the cascade: samples in; sums of squared differences at long cluster sizes, (11.1) to
+ * (11.5), and of the power of the noise (11.9).
  *
  *   sample -> running sum -> hop of a stage -> a turn per sample -> hop of the next stage */
 #include "davar/cascade.h"
@@ -254,7 +254,7 @@ static void begin_hop(davar_cascade_t *cascade)
 }
 
 /* A hop is due, or the previous one is not served yet. A hop has at least 16 samples, and all
- * stages together need 2 R / (R - 1) of them. */
+ * stages together need at most 6 R / (R - 1) = 8 of them. */
 DAVAR_APART static void cascade_event(davar_cascade_t *cascade)
 {
     davar_sequence_begin(&cascade->sequence);

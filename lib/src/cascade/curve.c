@@ -20,6 +20,7 @@ typedef struct {
     compact_t power[2U * CASCADE_TAUS];
     compact_t power_squares[2U * CASCADE_TAUS];
     compact_t cluster;
+    uint32_t turn; /* of the turns that end a cluster, or SERVE */
     uint32_t earlier;
     uint32_t earlier_before; /* of the stage before */
     davar_u128_t unseen;     /* first stage: of the present cluster */
@@ -32,15 +33,18 @@ DAVAR_RARE static void copy_stage(const davar_cascade_t *cascade, uint32_t k, co
     copy->earlier = cascade_earlier(cascade, k);
     copy->earlier_before = (k > 0U) ? cascade_earlier(cascade, k - 1U) : 0U;
     copy->cluster = stage->cluster;
+    copy->turn = cascade_waits(cascade, k) ? stage->turn : (uint32_t)CASCADE_SERVE;
     for (uint32_t i = 0U; i < (2U * CASCADE_TAUS); i++) {
         davar_u128_copy(&copy->squares[i], &stage->squares[i]);
         copy->count[i] = stage->count[i];
         copy->power[i] = stage->power[i];
         copy->power_squares[i] = stage->power_squares[i];
     }
-    const uint32_t slot = cascade_slot(cascade, 0U, copy->earlier);
-    copy->unseen = cascade_unseen(cascade, &copy->squares[slot]);
-    copy->unseen_count = copy->count[slot] - cascade->seen_count;
+    if (k == 0U) {
+        const uint32_t slot = cascade_slot(cascade, 0U, copy->earlier);
+        copy->unseen = cascade_unseen(cascade, &copy->squares[slot]);
+        copy->unseen_count = copy->count[slot] - cascade->seen_count;
+    }
 }
 
 /* Hazard: a push may come between. */
@@ -64,31 +68,47 @@ static double deviation_of_hops(const davar_u128_t *sum, const davar_adev_t *tau
 
 /* --- the power of the samples (11.9) --- */
 
-/* The present cluster of a stage so far, in hops of the first stage. */
+/* Power over a time in hops of the first stage. */
 typedef struct {
     scaled_t sum;
     uint64_t hops;
 } part_t;
+
+/* The present cluster of a stage so far: the part in the stages before, and all of it. */
+typedef struct {
+    part_t before;
+    part_t all;
+} present_t;
 
 static scaled_t ratio(scaled_t a, scaled_t b)
 {
     return scaled_times(a, scaled_inverse(b));
 }
 
-/* From that of the stage before. If a cluster of that ended since it was read, it counts twice, in the
- * sum and in the time. */
-DAVAR_RARE static void next_part(const copy_t *copy, uint32_t k, part_t *part)
+/* Whole clusters, in hops of the first stage, that the cluster of stage k has received. */
+static uint64_t received_hops(const copy_t *copy, uint32_t k)
 {
-    const uint32_t cluster = copy->earlier / CASCADE_CLUSTER;
-    const uint32_t cluster_before = copy->earlier_before / CASCADE_CLUSTER;
+    if (k == 0U) { /* between the turns END and PASS */
+        return (copy->cluster != 0U) ? CASCADE_CLUSTER : 0U;
+    }
+    const uint32_t all = copy->earlier_before / CASCADE_CLUSTER;
+    const uint32_t earlier = CASCADE_RATIO * (copy->earlier / CASCADE_CLUSTER);
+    const uint64_t clusters = (all - earlier) % (2U * CASCADE_RATIO); /* modulo 2^29 and 2^31 */
+    return (clusters * CASCADE_CLUSTER) << (CASCADE_TAUS * (k - 1U));
+}
+
+/* From the stage before. If a cluster of that ended since it was read, it counts twice, in the sum
+ * and in the time. */
+DAVAR_RARE static void next_present(const copy_t *copy, uint32_t k, present_t *present)
+{
     if (k == 0U) {
         const scaled_t sum = scaled_of_u128(&copy->unseen);
-        *part = (part_t){{sum.mantissa, sum.exponent - 3}, copy->unseen_count};
-        return;
+        present->before = (part_t){{sum.mantissa, sum.exponent - 3}, copy->unseen_count};
+    } else {
+        present->before = present->all;
     }
-    const uint64_t ended = (cluster_before - (CASCADE_RATIO * cluster)) % (2U * CASCADE_RATIO);
-    part->sum = davar_scaled_plus(part->sum, scaled_of_compact(copy->cluster));
-    part->hops += (ended * CASCADE_CLUSTER) << (CASCADE_TAUS * (k - 1U));
+    present->all.sum = davar_scaled_plus(present->before.sum, scaled_of_compact(copy->cluster));
+    present->all.hops = present->before.hops + received_hops(copy, k);
 }
 
 /* 1 / (1 + 2 / edf) of the power of a cluster of stage k in white noise: its edf is 0.9 + 2.78 4^k
@@ -102,14 +122,18 @@ DAVAR_RARE static scaled_t steady(uint32_t k)
 /* Writes the mean power of what a size remembers, 0 if it is unknown, and how unevenly it is
  * spread. */
 DAVAR_RARE static void take_power(const davar_cascade_t *cascade, const copy_t *copy,
-                                  const part_t *part, uint32_t t, davar_adev_t *tau)
+                                  const present_t *present, uint32_t t, davar_adev_t *tau)
 {
     const uint32_t k = t / CASCADE_TAUS;
     const uint32_t size = t % CASCADE_TAUS;
     const uint32_t older = cascade_slot(cascade, size, copy->earlier) ^ 1U;
     const uint32_t generation = (CASCADE_OVERLAP << size) << cascade->shift;
+    const bool counted = (copy->turn > ((uint32_t)CASCADE_COUNT + size)) &&
+                         (copy->turn < (uint32_t)CASCADE_SERVE); /* the cluster that ends */
+    const part_t *const part = counted ? &present->before : &present->all;
     const uint64_t ended =
         ((copy->earlier & (generation - 1U)) / CASCADE_CLUSTER * CASCADE_CLUSTER) +
+        (counted ? CASCADE_CLUSTER : 0U) +
         (((copy->count[older] | copy->power[older]) != 0U) ? generation : 0U);
     const uint64_t hops = (ended << (CASCADE_TAUS * k)) + part->hops;
     scaled_t sum = part->sum;
@@ -166,7 +190,7 @@ DAVAR_RARE bool davar_cascade_append(const davar_cascade_t *cascade, davar_resul
     const double unit =
         is_float ? davar_inverse_of_power(cascade->counts_per_unit) : config->unit_per_count;
     const uint32_t first = result->tau_count;
-    part_t part = {{0U, SCALED_ZERO}, 0U};
+    present_t present = {{{0U, SCALED_ZERO}, 0U}, {{0U, SCALED_ZERO}, 0U}};
     bool any = false;
     DAVAR_ASSERT((first + config->tau_count) <= (uint32_t)DAVAR_TAUS_MAX);
     DAVAR_ASSERT((first == 0U) || (result->tau[first - 1U].m < config->shortest));
@@ -175,12 +199,12 @@ DAVAR_RARE bool davar_cascade_append(const davar_cascade_t *cascade, davar_resul
     for (uint32_t t = 0U; t < config->tau_count; t += CASCADE_TAUS) {
         copy_t copy;
         read_stage(cascade, t / CASCADE_TAUS, &copy);
-        next_part(&copy, t / CASCADE_TAUS, &part);
+        next_present(&copy, t / CASCADE_TAUS, &present);
         const uint32_t end = t + CASCADE_TAUS;
         for (uint32_t u = t; (u < end) && (u < config->tau_count); u++) {
             davar_adev_t *const tau = &result->tau[first + u];
             take_cascade_tau(cascade, &copy, u, unit, tau);
-            take_power(cascade, &copy, &part, u, tau);
+            take_power(cascade, &copy, &present, u, tau);
             any = any || (tau->differences > 0U);
         }
     }

@@ -16,7 +16,13 @@ _Static_assert(CASCADE_CLUSTER == (CASCADE_OVERLAP << (CASCADE_TAUS - 1U)), "the
 
 /* Work on a hop, a turn per sample. Only the first hop after a cluster has the turns before
  * SERVE. */
-enum { CASCADE_END = 0, CASCADE_COUNT, CASCADE_PASS = 3, CASCADE_SERVE, CASCADE_DONE = 6 };
+enum {
+    CASCADE_END = 0,                             /* stage 0: the power of the cluster */
+    CASCADE_COUNT,                               /* it is added to each cluster size */
+    CASCADE_PASS = CASCADE_COUNT + CASCADE_TAUS, /* and to the next stage */
+    CASCADE_SERVE,                               /* a difference of each cluster size */
+    CASCADE_DONE = CASCADE_SERVE + CASCADE_TAUS
+};
 
 typedef struct {
     uint64_t pending; /* running sum at the hop that is served */
@@ -34,14 +40,19 @@ typedef struct {
     uint32_t low[CASCADE_HOPS]; /* lower bits of the running sums at the last hops, by number */
 } cascade_stage_t;
 
-/* Hops before the newest one of stage k that is past the turns before SERVE. Clusters and
- * generations end with the hops whose numbers are multiples of their lengths. */
+/* Has stage k a hop with turns before SERVE? */
+static inline bool cascade_waits(const davar_cascade_t *cascade, uint32_t k)
+{
+    const cascade_stage_t *const stage = &((const cascade_stage_t *)cascade->stages)[k];
+    return (((cascade->ready >> k) & 1U) != 0U) && (stage->turn < (uint32_t)CASCADE_SERVE);
+}
+
+/* Hops of stage k before the newest one that is past those turns. Clusters and generations end with
+ * the hops whose numbers are multiples of their lengths. */
 static inline uint32_t cascade_earlier(const davar_cascade_t *cascade, uint32_t k)
 {
     const cascade_stage_t *const stage = &((const cascade_stage_t *)cascade->stages)[k];
-    const bool waits =
-        (((cascade->ready >> k) & 1U) != 0U) && (stage->turn < (uint32_t)CASCADE_SERVE);
-    return stage->hop - (waits ? 2U : 1U);
+    return stage->hop - (cascade_waits(cascade, k) ? 2U : 1U);
 }
 
 /* What was added to the squares of the shortest size since its newest cluster ended. */
@@ -51,7 +62,8 @@ static inline davar_u128_t cascade_unseen(const davar_cascade_t *cascade,
     return davar_u128_subtract(*squares, (davar_u128_t){cascade->seen[0], cascade->seen[1]});
 }
 
-/* Place of the generation of a size of a stage with the next hop, in the arrays of the stage. */
+/* Index, in the arrays of a stage, of the generation of a size that contains the hop after
+ * `earlier`. */
 static inline uint32_t cascade_slot(const davar_cascade_t *cascade, uint32_t size, uint32_t earlier)
 {
     const uint32_t generation = (CASCADE_OVERLAP << size) << cascade->shift;
