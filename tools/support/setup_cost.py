@@ -233,6 +233,7 @@ GLR = ((1, 4, 50, 800), (1, 6, 100, 500), (2, 4, 30, 200), (1, 4, 100, 500), (1,
        (1, 5, 60, 500), (1, 4, 10, 300), (1, 5, 20, 400), (1, 6, 10, 300))  # fmt: skip
 # (axes, cluster sizes of the window, stride, cluster sizes of the cascade)
 CASCADE = ((1, 5, 40, 6), (1, 7, 75, 12), (2, 5, 20, 13))
+CASCADE_ON_A_GRID = ((2, 5, 20, 13), (3, 5, 40, 8))
 
 
 def design_of(core: str, type: str, law: str, engine: str, point: Sequence[int]) -> Design:
@@ -317,6 +318,30 @@ def slow_row(
     return row
 
 
+def with_cascade(core: str, type: str, engine: str, fit: str, point: Sequence[int]) -> Design:
+    axes, count, stride, slow = point
+    return replace(
+        design_of(core, type, "fixed", engine, (axes, count, stride, 8 * stride)),
+        fit=fit,
+        cascade_shortest=2 << max(count - 1, 5),
+        cascade_taus=slow,
+    )
+
+
+def worst_on_a_grid(core: str, type: str, table: Any, sizes: Any) -> float:
+    """What a cascade adds to the worst push of an axis on a grid, whose work falls on the samples
+    of a hop more often than the worst push of the sliding engine.
+    """
+    base = table["window"][f"{type} fixed grid"]
+    added = []
+    for point in CASCADE_ON_A_GRID:
+        design = with_cascade(core, type, "grid", "curve", point)
+        found = measured(design)["worst_push_instructions"]
+        alone = costs.of_row("worst_push_instructions", base, design, sizes)
+        added.append((found - alone) / design.wishes.axes)
+    return round(sum(added) / len(added), 4)
+
+
 SIZES = """
 #include "davar/davar.h"
 #include "davar/cascade.h"
@@ -365,18 +390,13 @@ def core_table(core: str) -> dict[str, Any]:
             found = [measured(design) for design in designs]
             table["window"][f"{type} {law} {engine}"] = fitted(designs, found, sizes)
         base = table["window"][f"{type} fixed slide"]
+        on_a_grid = worst_on_a_grid(core, type, table, sizes)
         for fit in ("curve", "terms"):
-            designs = [
-                replace(
-                    design_of(core, type, "fixed", "slide", (axes, count, stride, 8 * stride)),
-                    fit=fit,
-                    cascade_shortest=2 << max(count - 1, 5),
-                    cascade_taus=slow,
-                )
-                for axes, count, stride, slow in CASCADE
-            ]
+            designs = [with_cascade(core, type, "slide", fit, point) for point in CASCADE]
             found = [measured(design) for design in designs]
-            table["cascade"][f"{type} {fit}"] = slow_row(designs, found, base, sizes)
+            row = slow_row(designs, found, base, sizes)
+            row["worst_push_instructions"][1] = on_a_grid
+            table["cascade"][f"{type} {fit}"] = row
         print(f"{core}: {type} measured", file=sys.stderr, flush=True)
     return table
 

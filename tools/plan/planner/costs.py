@@ -146,7 +146,9 @@ def _slow_push(design: Design) -> list[float]:
 SLOW_FEATURES: dict[str, Features] = {
     "flash_bytes": _slow_linked,
     "mean_push_instructions": _slow_push,
-    "worst_push_instructions": lambda design: [float(design.wishes.axes)],
+    "worst_push_instructions": lambda design: [
+        design.wishes.axes * float(design.engine == engine) for engine in ("slide", "grid")
+    ],
     "push_stack_bytes": lambda design: [1.0, _several(design)],
     "take_stack_bytes": _slow_linked,
     "start_stack_bytes": lambda design: [1.0, _several(design)],
