@@ -63,8 +63,17 @@ class Setups(unittest.TestCase):
             with self.subTest(core=core, wishes=words, figure=figure, design=plan.design.kind):
                 stated = getattr(plan.cost, figure)
                 self.assertLessEqual(found[figure] / stated, 1 + WITHIN)
-                if plan.design.law == "fixed" or figure not in BOUNDS_OF_GLR:
+                if not self.is_bound(plan.design, figure):
                     self.assertGreaterEqual(found[figure] / stated, 1 - WITHIN)
+
+    def is_bound(self, design, figure):
+        """The planner states a bound. On a grid, the most expensive push of a cascade meets that of
+        the window only with some strides.
+        """
+        if design.law == "glr":
+            return figure in BOUNDS_OF_GLR
+        meets = design.engine == "grid" and design.cascade_taus
+        return bool(meets) and figure == "worst_push_instructions"
 
     def test_the_wishes_are_read(self):
         with self.assertRaises(BadOption):
