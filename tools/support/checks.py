@@ -150,7 +150,7 @@ PARTS = {
             "test_checks.py",
             "test_davar_sim.py",
             "test_demo_data.py",
-            "test_planner.py:test_every_plan",
+            "test_planner_setup.py:test_every_plan",
             "test_readme_example.py",
         ),
     ),
