@@ -306,13 +306,17 @@ static void test_noise_that_has_changed(void)
     static const struct {
         const char *name;
         double (*level)(double);
-    } course[] = {{"x 1.5", louder}, {"x 0.3", quieter}, {"burst x 10", burst}, {"swell", swell}};
+        double most; /* recordings with a drift that is not there */
+    } course[] = {{"x 1.5", louder, 0.04},
+                  {"x 0.3", quieter, 0.04},
+                  {"burst x 10", burst, 0.08}, /* a limit of (11.9) */
+                  {"swell", swell, 0.04}};
     for (size_t i = 0U; i < (sizeof course / sizeof course[0]); i++) {
         char name[32];
         run(&(scenario_t){
             course[i].name, {.white = 1.0}, 27600U, 0U, false, IS_WHITE, course[i].level, {0.0}});
         check_statements(course[i].name);
-        TEST_ASSERT_TRUE_MESSAGE(counts.extra <= 0.08 * RECORDINGS, course[i].name);
+        TEST_ASSERT_TRUE_MESSAGE(counts.extra <= course[i].most * RECORDINGS, course[i].name);
         (void)snprintf(name, sizeof name, "%s, B 0.2", course[i].name);
         run(&(scenario_t){name,
                           {.white = 1.0, .flicker = 0.2},

@@ -85,7 +85,7 @@ typedef struct davar_cascade {
     uint32_t step;  /* samples between the previous event and the next */
     uint32_t left;  /* samples from the previous event to the next hop */
     uint32_t age;   /* of the next hop: hops since the newest gap */
-    /* power of the newest cluster of the shortest size, and what was summed up to its end (11.9) */
+    /* power of the newest cluster of the shortest size; its count and sum of squares then (11.9) */
     uint32_t power;
     uint32_t seen_count;
     uint64_t seen[2];

@@ -25,7 +25,7 @@ extern "C" {
 typedef struct davar_plan {
     /** @privatesection */
     uint8_t count; /* usable cluster sizes that the plan is solved for (5.4) */
-    uint8_t sizes; /* ... of all that it knows */
+    uint8_t sizes; /* ... of all sizes */
     bool declared; /* the filter is known, or known to be absent */
     int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two: the units of variance */
     /* Of the cluster sizes and the filter, for white noise of variance 1 before it (5.16). */
@@ -136,8 +136,8 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * random walk and rate ramp come from the cascade once four of its sizes have differences. If
  * the window is CONSTANT, COARSE or FILTERED, davar_fit ignores the cascade. Without a window, the
  * cascade gives all terms, and the angle random walk is the mean over what its longest size
- * remembers. White noise that changed meanwhile is no drift: each size of the cascade says how
- * strong it was then (11.9). result->noise is WHITE only if white noise explains window and
+ * remembers. The fit distinguishes white noise that changed meanwhile from a drift, by the
+ * power that each size of the cascade remembers (11.9). result->noise is WHITE only if white noise explains window and
  * cascade.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
  * times without a double FPU. Stack: about 2.4 kB.

@@ -231,11 +231,11 @@ typedef struct {
     double low;
     double high; /**< upper limit, as low; may be infinite */
     double edf;  /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
-    /** size of a cascade: power of the noise in what this size remembers, relative to that of the
-     * longest size (11.9). Not set in a size of a window */
+    /** relative power of the noise over the time that this size of a cascade remembers; the longest
+     * size has 1 (11.9). davar_cascade_append sets it, to 1 for the sizes of a window */
     float power;
-    /** size of a cascade: how unevenly that was spread. DAVAR_EVEN if it was constant, n DAVAR_EVEN
-     * if it came from 1 / n of the time; at most 65535. Not set in a size of a window */
+    /** how unevenly that power was spread, set with it: DAVAR_EVEN if it was constant, n DAVAR_EVEN
+     * if it came from 1 / n of the time; at most 65535 */
     uint16_t uneven;
     /** size of a cascade: its differences are m / hops samples apart, hops = 4 or 8, and look back
      * over 2 m + (differences - 1) m / hops samples (11.5). 0: size of a window, a difference for

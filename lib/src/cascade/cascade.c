@@ -94,7 +94,7 @@ static inline void add_square(davar_u128_t *sum, uint64_t a)
     }
 }
 
-/* --- power of the samples (11.9) --- */
+/* --- the power of the noise (11.9) --- */
 
 /* Mean square of the shortest size over the cluster that ended. A cluster without differences,
  * because of a gap, repeats the one before. */
@@ -109,8 +109,7 @@ static inline void end_cluster(davar_cascade_t *cascade, cascade_stage_t *first,
     if (count == CASCADE_CLUSTER) {
         cascade->power = compact_of_scaled((scaled_t){sum.mantissa, sum.exponent - 3});
     } else if (count > 0U) {
-        cascade->power =
-            compact_of_scaled(scaled_times(sum, scaled_inverse(scaled_of_u32(count, 0))));
+        cascade->power = compact_of_scaled(scaled_quotient(sum, scaled_of_u32(count, 0)));
     } else { /* as before */
     }
     first->cluster = cascade->power;
@@ -124,7 +123,7 @@ static inline void count_cluster(cascade_stage_t *stage, uint32_t slot)
         compact_plus(stage->power_squares[slot], compact_square(stage->cluster));
 }
 
-/* ... and in the cluster of the next stage. */
+/* The cluster counts in the cluster of the next stage. */
 static inline void pass_cluster_on(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t k)
 {
     if ((k + 1U) < cascade->stage_count) {
@@ -144,7 +143,7 @@ static inline void begin_generation(cascade_stage_t *stage, uint32_t slot)
     stage->power_squares[slot] = 0U;
 }
 
-/* ... of the sizes of a stage: each second one of the shorter size begins one of the longer. */
+/* Each second generation of the shorter size of a stage begins one of the longer size. */
 static inline void begin_generations(davar_cascade_t *cascade, cascade_stage_t *stage, uint32_t k,
                                      uint32_t earlier)
 {

@@ -3,12 +3,11 @@
 #ifndef DAVAR_SRC_COMPACT_H
 #define DAVAR_SRC_COMPACT_H
 
+#include "cascade/stage.h"
 #include "number/scaled.h"
 
 #define COMPACT_MANTISSA_BITS 22U
 #define COMPACT_BIAS 160U /* from 2^-159 on, below 2^863; 0 is 0 */
-
-typedef uint32_t compact_t;
 
 static inline compact_t compact_of_scaled(scaled_t value)
 {

@@ -66,7 +66,7 @@ static double deviation_of_hops(const davar_u128_t *sum, const davar_adev_t *tau
     return davar_root_of_quotient(davar_double_of_u128(*sum), divisor);
 }
 
-/* --- the power of the samples (11.9) --- */
+/* --- the power of the noise (11.9) --- */
 
 /* Power over a time in hops of the first stage. */
 typedef struct {
@@ -79,11 +79,6 @@ typedef struct {
     part_t before;
     part_t all;
 } present_t;
-
-static scaled_t ratio(scaled_t a, scaled_t b)
-{
-    return scaled_times(a, scaled_inverse(b));
-}
 
 /* Whole clusters, in hops of the first stage, that the cluster of stage k has received. */
 static uint64_t received_hops(const copy_t *copy, uint32_t k)
@@ -116,7 +111,7 @@ DAVAR_RARE static void next_present(const copy_t *copy, uint32_t k, present_t *p
 DAVAR_RARE static scaled_t steady(uint32_t k)
 {
     const uint64_t edf = 90U + (UINT64_C(278) << (CASCADE_TAUS * k));
-    return ratio(scaled_of_u64(edf, 0), scaled_of_u64(edf + 200U, 0));
+    return scaled_quotient(scaled_of_u64(edf, 0), scaled_of_u64(edf + 200U, 0));
 }
 
 /* Writes the mean power of what a size remembers, 0 if it is unknown, and how unevenly it is
@@ -145,8 +140,9 @@ DAVAR_RARE static void take_power(const davar_cascade_t *cascade, const copy_t *
     tau->power = 0.0F;
     tau->uneven = DAVAR_EVEN;
     if ((tau->differences > 0U) && (sum.mantissa > 0U) && (hops > 0U)) {
-        const scaled_t mean = ratio(sum, scaled_of_u64(hops, -3));
-        const scaled_t spread = scaled_times(ratio(ratio(squares, sum), mean), steady(k));
+        const scaled_t mean = scaled_quotient(sum, scaled_of_u64(hops, -3));
+        const scaled_t spread =
+            scaled_times(scaled_quotient(scaled_quotient(squares, sum), mean), steady(k));
         const uint32_t fixed =
             davar_scaled_to_fixed(spread, (int32_t)UNEVEN_BITS - (int32_t)(CASCADE_TAUS * k));
         const uint32_t uneven = (fixed < UINT16_MAX) ? fixed : UINT16_MAX;
@@ -155,19 +151,24 @@ DAVAR_RARE static void take_power(const davar_cascade_t *cascade, const copy_t *
     }
 }
 
-/* Powers become ratios to that of the longest size, which is a mean over the longest time. */
+/* Powers become ratios to the longest size, which is a mean over the longest time. Sizes of a
+ * window, and sizes whose power is unknown, have the ratio 1. */
 DAVAR_RARE static void relate_powers(davar_result_t *result, uint32_t first)
 {
     float longest = 0.0F;
     for (uint32_t t = first; t < result->tau_count; t++) {
         longest = (result->tau[t].power > 0.0F) ? result->tau[t].power : longest;
     }
+    for (uint32_t t = 0U; t < first; t++) {
+        result->tau[t].power = 1.0F;
+        result->tau[t].uneven = DAVAR_EVEN;
+    }
     for (uint32_t t = first; t < result->tau_count; t++) {
         davar_adev_t *const tau = &result->tau[t];
-        tau->power =
-            (tau->power > 0.0F)
-                ? scaled_to_float(ratio(scaled_of_float(tau->power), scaled_of_float(longest)))
-                : 1.0F;
+        tau->power = (tau->power > 0.0F)
+                         ? scaled_to_float(scaled_quotient(scaled_of_float(tau->power),
+                                                           scaled_of_float(longest)))
+                         : 1.0F;
     }
 }
 

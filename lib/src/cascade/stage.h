@@ -24,16 +24,19 @@ enum {
     CASCADE_DONE = CASCADE_SERVE + CASCADE_TAUS
 };
 
+/* A positive number (compact.h). */
+typedef uint32_t compact_t;
+
 typedef struct {
     uint64_t pending; /* running sum at the hop that is served */
     uint32_t age;     /* of that hop: hops of this stage since the newest gap */
     uint32_t hop;     /* its number modulo 2^32 */
     uint32_t turn;    /* of that hop, next */
-    /* Power of the samples (11.9), each a compact_t: of the present cluster, and for each cluster
-     * size and generation the sum over its clusters and the sum of the squares. */
-    uint32_t cluster;
-    uint32_t power[2U * CASCADE_TAUS];
-    uint32_t power_squares[2U * CASCADE_TAUS];
+    /* Power of the noise (11.9): of the present cluster; then, for each cluster size and generation,
+     * the sum over its clusters and the sum of their squares. */
+    compact_t cluster;
+    compact_t power[2U * CASCADE_TAUS];
+    compact_t power_squares[2U * CASCADE_TAUS];
     /* Differences of each cluster size, in two generations (11.5). */
     uint16_t count[2U * CASCADE_TAUS];
     davar_u128_t squares[2U * CASCADE_TAUS];
@@ -55,7 +58,7 @@ static inline uint32_t cascade_earlier(const davar_cascade_t *cascade, uint32_t 
     return stage->hop - (cascade_waits(cascade, k) ? 2U : 1U);
 }
 
-/* What was added to the squares of the shortest size since its newest cluster ended. */
+/* Squares of the shortest size since its newest cluster ended. */
 static inline davar_u128_t cascade_unseen(const davar_cascade_t *cascade,
                                           const davar_u128_t *squares)
 {

@@ -29,8 +29,8 @@ void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects);
 /* Has size t differences? */
 bool davar_mixture_has(const davar_mixture_t *model, int t);
 
-/* m avar of white noise of variance 1 at size t: behind the filter, and as strong as it was in what
- * the size remembers (11.9). */
+/* m avar of white noise of variance 1 at size t: after the filter, times the power that the size
+ * remembers (11.9). */
 double davar_mixture_white(const davar_mixture_t *model, int t);
 
 /* Degrees of freedom of an Allan variance of this mix (5.6). */

@@ -40,7 +40,7 @@ static scaled_t half_to_the(int32_t bits)
 
 static scaled_t scaled_ratio(uint32_t dividend, uint32_t divisor)
 {
-    return scaled_times(scaled_of_u32(dividend, 0), scaled_inverse(scaled_of_u32(divisor, 0)));
+    return scaled_quotient(scaled_of_u32(dividend, 0), scaled_of_u32(divisor, 0));
 }
 
 /* --- the rate --- */

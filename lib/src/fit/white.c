@@ -166,7 +166,7 @@ static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint3
     const uint64_t rounded = white->rounded[t];
     const uint32_t whole = own + share_of(white, rounded << DAVAR_FIT_FUNCTIONAL_BITS);
     return davar_scaled_to_fixed(
-        scaled_times(scaled_of_u32(size | 1U, 0), scaled_inverse(scaled_of_u32(whole | 1U, 0))),
+        scaled_quotient(scaled_of_u32(size | 1U, 0), scaled_of_u32(whole | 1U, 0)),
         (int32_t)DAVAR_FIT_SHARE_BITS);
 }
 
@@ -205,8 +205,7 @@ static uint32_t rounding_margin(const davar_plan_t *plan, const davar_white_t *w
 {
     const scaled_t sample =
         scaled_times(scaled_of_float(plan->sample), scaled_of_u32(noise, -NOISE_BITS));
-    const uint32_t ratio =
-        of_sum(white, scaled_times(white->rounding, scaled_inverse(sample)), NOISE_BITS);
+    const uint32_t ratio = of_sum(white, scaled_quotient(white->rounding, sample), NOISE_BITS);
     const uint32_t square = noise_times(ratio, ratio);
     return noise_times(share, noise_times(square, square)) * 17U / 2U;
 }

@@ -94,6 +94,12 @@ static inline scaled_t scaled_inverse(scaled_t a)
     return (scaled_t){davar_reciprocal_of_mantissa(a.mantissa), -63 - a.exponent};
 }
 
+/* Within a few units of the last bit; b is not 0. */
+static inline scaled_t scaled_quotient(scaled_t a, scaled_t b)
+{
+    return scaled_times(a, scaled_inverse(b));
+}
+
 /* The smaller number loses the bits below the last one of the larger. */
 scaled_t davar_scaled_plus(scaled_t a, scaled_t b);
 

@@ -28,7 +28,7 @@ class Plan:
 
     @property
     def mean_mhz(self) -> float:
-        """Million instructions a second that pushes take."""
+        """Million instructions per second that pushes take."""
         return self.design.wishes.rate_hz * self.cost.mean_push_instructions / 1e6
 
     @property
@@ -372,7 +372,7 @@ def _reason(option: str, wishes: Wishes, percent: float, nearest: Plan) -> str:
         return f"respond {wish} s: {seen} within {found} s"
     if option == "--clock":
         wish, found = apart(wishes.clock_mhz or 0, nearest.mean_mhz)
-        return f"clock {wish} MHz: pushes take {found} million instructions a second"
+        return f"clock {wish} MHz: pushes take {found} million instructions per second"
     wish, found = apart(percent, promise.arw_percent)
     least = "" if wishes.arw_percent else " (the default)"
     return f"ARW to {wish} %{least}: {_of_window(nearest)} gives {found} %"
