@@ -135,7 +135,7 @@ typedef struct {
         double false_alarms_per_hour;
         double cut_interval_s; /**< between windows cut without need, 1e-9 to 1e9; default 300 */
         uint32_t block; /**< samples of a block, 5 to 64; default 10. Longer: less work, later */
-        /** a shock of up to so many blocks counts as a gap, 0 to 2; default 2 */
+        /** a shock of up to that many blocks counts as a gap, 0 to 2; default 2 */
         uint32_t shock_blocks;
         /** second channel for clusters of 4 k blocks, up to 512 samples. 0 (default): none */
         uint32_t long_cluster;
