@@ -7,11 +7,12 @@ import re
 import subprocess
 import sys
 import unittest
+from dataclasses import replace
 
 from planner_case import EXAMPLE, KEYS, ROOT, WISHES, Planned, command
 
 sys.path.insert(0, str(ROOT / "tools/plan"))
-from planner import BadOption, choice, costs, plan, sensors
+from planner import BadOption, choice, costs, plan, report, sensors, wishes
 
 
 class Remarks(Planned):
@@ -46,17 +47,17 @@ class Remarks(Planned):
     def test_a_fit_that_the_limits_exclude_names_the_limits_that_it_needs(self):
         example = EXAMPLE.split(" --ram")[0]
         small = "--rate 1000 --lsb 0.061 --bandwidth 250 --respond 0.8 --axes 2 --longest-tau 50"
-        for wishes, limits in (
+        for stated, limits in (
             (example, {"--flash": "24k"}),
             (example, {"--ram": "14k", "--flash": "24k"}),
             (small, {"--ram": "9k"}),
         ):
-            with self.subTest(wishes=wishes, limits=limits):
-                found = self.planned(self.limited(wishes, limits))
+            with self.subTest(wishes=stated, limits=limits):
+                found = self.planned(self.limited(stated, limits))
                 self.assertEqual("curve", found["fit"])
                 (remark,) = self.not_fitted(found)
                 needed = dict(re.findall(r"(--\w+) (\S+)", remark))
-                again = self.planned(self.limited(wishes, limits | needed))
+                again = self.planned(self.limited(stated, limits | needed))
                 self.assertEqual(("terms", []), (again["fit"], self.not_fitted(again)))
 
     def test_an_averaging_time_of_the_window_adds_no_curve(self):
@@ -175,6 +176,14 @@ class Impossible(Planned):
         self.assertLess(clock, needed)
         self.assertLessEqual(needed, 1.005 * 8000 * free["mean_instructions"] / 1e6)
         self.assertIn("davar/average.h", command(words.split()).stderr)
+
+    def test_no_plan_fills_the_clock_with_pushes(self):
+        words = "--rate 1000 --lsb 0.06 --bandwidth 250 --core cortex-m4f"
+        read = wishes.read(words.split(), costs.cores()).wishes
+        mean = choice.plan(read).mean_mhz
+        other = choice.plan(replace(read, clock_mhz=mean))
+        self.assertLess(other.mean_mhz, mean)
+        self.assertGreater(len(report.remarks(other)), 0)
 
     def test_a_limit_just_below_the_need_is_shown_with_digits_that_differ(self):
         words = "--rate 1000 --lsb 0.06 --bandwidth 250 --core cortex-m4f"

@@ -139,7 +139,7 @@ DAVAR_RARE static void take_power(const davar_cascade_t *cascade, const copy_t *
     }
     tau->power = 0.0F;
     tau->uneven = DAVAR_EVEN;
-    if ((tau->differences > 0U) && (sum.mantissa > 0U) && (hops > 0U)) {
+    if ((tau->differences > 0U) && (sum.mantissa > 0U)) { /* what has a power has hops */
         const scaled_t mean = scaled_quotient(sum, scaled_of_u64(hops, -3));
         const scaled_t spread =
             scaled_times(scaled_quotient(scaled_quotient(squares, sum), mean), steady(k));

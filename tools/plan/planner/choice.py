@@ -132,7 +132,7 @@ def candidates(wishes: Wishes) -> Iterator[tuple[float, list[Design]]]:
 
 
 def excess(plan: Plan, percent: float) -> dict[str, float]:
-    """Option -> by which factor the plan misses it; only those above 1."""
+    """Option -> by which factor the plan misses it: above 1, but 1 for a clock without rest."""
     wishes, cost, promise = plan.design.wishes, plan.cost, plan.promise
     found = {
         "--ram": cost.ram_bytes / (wishes.ram_bytes or math.inf),
@@ -143,7 +143,11 @@ def excess(plan: Plan, percent: float) -> dict[str, float]:
     }
     if math.isinf(promise.respond_s):
         found["--respond"] = math.inf
-    return {option: factor for option, factor in found.items() if factor > 1}
+    return {
+        option: factor
+        for option, factor in found.items()
+        if factor > 1 or (option == "--clock" and factor == 1)
+    }
 
 
 def _rank(plan: Plan) -> tuple[int, int, int]:
