@@ -65,8 +65,6 @@ class Setups(unittest.TestCase):
                 self.assertLessEqual(found[figure] / stated, 1 + WITHIN)
                 if not self.is_bound(plan.design, figure):
                     self.assertGreaterEqual(found[figure] / stated, 1 - WITHIN)
-                elif plan.design.law == "fixed":
-                    self.assertGreaterEqual(found[figure] / stated, 1 - 3 * WITHIN)
 
     def is_bound(self, design, figure):
         """The planner states a bound. On a grid, the most expensive push of a cascade meets that of
