@@ -6,6 +6,7 @@
 #include "davar/instance.h"
 #include "davar/law.h"
 
+#include "core/song.h"
 #include "number/machine.h"
 #include "number/sequence.h"
 
@@ -16,6 +17,8 @@ typedef struct davar_number {
     uint32_t sample_bits_max;
     uint32_t sample_bits_default;
     uint32_t window_max;
+    /* of a window with at least window.shortest samples, and of its first part */
+    void (*central)(const davar_t *davar, davar_central_t central[2]);
 } davar_number_t;
 
 extern const davar_number_t davar_number_q15;

@@ -39,12 +39,32 @@ void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int
 
 /* The same in 32 bits: decides nearly every case at a fraction of the cost (3.5). */
 
-typedef enum { ROUGH_INSIDE = 0, ROUGH_OUTSIDE, ROUGH_UNSURE } davar_rough_t;
+/* K = 16 over / under. `over` is less than 1 below the true one, and UINT32_MAX for K >= 16;
+ * `under` is at least 2^30 and less than 3 below the true one. No variance: both are 0. Unknown:
+ * only `under` is 0. */
+typedef struct davar_rough {
+    uint32_t over;
+    uint32_t under;
+} davar_rough_t;
 
-/* K and S against their bounds, for windows with a variance. Unsure: within 2^-23 of a bound, or a
- * bound far outside any useful range. */
-davar_rough_t davar_rough_kurtosis(const davar_config_t *config, const davar_central_t *whole);
-davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar_central_t *whole,
-                                       const davar_central_t *first);
+typedef enum { ROUGH_INSIDE = 0, ROUGH_OUTSIDE, ROUGH_UNSURE } davar_place_t;
+
+/* The bounds, cut to 28 digits for K and 32 for S; UINT32_MAX if too large. */
+typedef struct {
+    uint32_t low;
+    uint32_t high;
+} davar_range_t;
+
+typedef struct {
+    davar_range_t kurtosis;
+    davar_range_t contribution;
+} davar_song_bounds_t;
+
+void davar_song_bounds(davar_song_bounds_t *bounds, const davar_config_t *config);
+
+/* The flag f (3.4), from the kurtosis of the whole window and of its first part. Unsure: K or S is
+ * within 2^-18 of a bound, or beyond what 32 bits hold. */
+davar_place_t davar_rough_unstable(const davar_song_bounds_t *bounds, davar_song_rule_t rule,
+                                   const davar_rough_t *whole, const davar_rough_t *first);
 
 #endif

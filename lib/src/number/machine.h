@@ -209,6 +209,27 @@ static inline uint64_t davar_multiply_by_i16_by_parts(int32_t a, int16_t b)
     return ((uint64_t)(int64_t)high << 16U) + (uint64_t)(int64_t)low;
 }
 
+/* Two products are enough if b < 2^16. */
+static inline uint64_t davar_multiply_by_small_by_parts(uint32_t a, uint32_t b)
+{
+    if ((b >> 16U) != 0U) {
+        return davar_multiply_u32(a, b);
+    }
+    const uint32_t high = (a >> 16U) * b;
+    const uint32_t low = (a & 0xFFFFU) * b;
+    return ((uint64_t)high << 16U) + low;
+}
+
+/* Any factors; b is mostly below 2^16. */
+static inline uint64_t davar_multiply_by_small(uint32_t a, uint32_t b)
+{
+#ifdef DAVAR_NARROW_PRODUCT
+    return davar_multiply_by_small_by_parts(a, b);
+#else
+    return (uint64_t)a * b;
+#endif
+}
+
 static inline uint64_t davar_multiply_by_i16(int32_t a, int16_t b)
 {
 #ifdef DAVAR_NARROW_PRODUCT
