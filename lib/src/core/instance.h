@@ -6,9 +6,10 @@
 #include "davar/instance.h"
 #include "davar/law.h"
 
-#include "core/song.h"
 #include "number/machine.h"
 #include "number/sequence.h"
+
+struct davar_central;
 
 typedef struct davar_number {
     bool wide;                                               /* q31, f32 */
@@ -17,8 +18,8 @@ typedef struct davar_number {
     uint32_t sample_bits_max;
     uint32_t sample_bits_default;
     uint32_t window_max;
-    /* of a window with at least window.shortest samples, and of its first part */
-    void (*central)(const davar_t *davar, davar_central_t central[2]);
+    /* two: of the window, if it has at least window.shortest samples, and of its first part */
+    void (*central)(const davar_t *davar, struct davar_central *central);
 } davar_number_t;
 
 extern const davar_number_t davar_number_q15;
