@@ -81,9 +81,10 @@ DAVAR_PYTHON_API void davar_python_health(const davar_python_t *run, uint32_t *c
 
 /* The overlapping Allan deviation of a complete record, without a run. values: `count` finite
  * samples (at most 2^31), rounded to whole steps from `centre`; n m^2 (range / step)^2 < 2^128.
- * ends: the ascending ends of the `runs` without a gap inside; the last is `count`. m: `taus`
- * cluster sizes. rows: 2 x taus: deviation (unit of the values; NaN: absent), number of
- * differences. False: out of memory. Cost: O(count taus). */
+ * ends: the ascending ends of the `runs` without a gap inside; the last is `count`. m: `taus` (at
+ * least 1) ascending cluster sizes. rows: 2 x taus: deviation (unit of the values; NaN: absent),
+ * number of differences. False: out of memory. Cost: O(count taus), with one pass over the values;
+ * memory for twice the largest cluster size. */
 DAVAR_PYTHON_API bool davar_python_adev(const double *values, size_t count, double centre,
                                         double step, const size_t *ends, size_t runs,
                                         const uint32_t *m, size_t taus, double *rows);
