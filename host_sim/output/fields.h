@@ -31,10 +31,12 @@ typedef struct {
     char name[FIELD_NAME_BYTES];
     cell_t (*show)(const epoch_row_t *row, uint32_t index);
     uint32_t index; /* which tau or coefficient */
+    bool of_fit;    /* the fit gives it */
 } field_t;
 
 typedef struct {
     size_t count;
+    size_t first_adev; /* the deviations, one field per tau, in a row */
     field_t field[FIELDS_MAX];
 } fields_t;
 
@@ -44,6 +46,7 @@ typedef struct {
     uint8_t tau_count;
     bool monitored; /* results are compared with an error model */
     bool tracked;   /* policy glr */
+    bool unfitted;  /* no fields of the fit */
     /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
     bool details;
 } fields_setup_t;

@@ -229,7 +229,8 @@ class Options(unittest.TestCase):
         "gaps",
         "clusters",
         "taus_s",
-    }  # gaps are absent rows, clusters a form of --taus
+        "fit_every",
+    }  # gaps are absent rows, clusters a form of --taus; a row of davar-sim is fitted
     not_of_a_stream = {"gap": "Stream.gap", "arith": "lsb or full_scale"}
 
     def options(self):
@@ -252,8 +253,65 @@ class Options(unittest.TestCase):
         self.assertLessEqual(set(self.not_of_a_stream), wanted)
         self.assertEqual(
             set(inspect.signature(davar.Stream).parameters),
-            (wanted | {"clusters", "taus_s"}) - set(self.not_of_a_stream),
+            (wanted | {"clusters", "taus_s", "fit_every"}) - set(self.not_of_a_stream),
         )
+
+
+class Fits(unittest.TestCase):
+    of_fit = ("arw_", "bi_", "rrw_", "rr_", "qn_", "filtered", "coarse", "adev_low", "adev_high")
+
+    def test_fewer_fits_change_no_other_value(self):
+        for x, options in (
+            (noise(12), {}),
+            (noise(13), {"policy": "glr", "stride": 10, "details": True}),
+            (noise(14), {"policy": "fixed", "mode": "trailing", "details": True}),
+            (np.round(noise(15) / 0.01).astype(np.int16), {"lsb": 0.01, "longest_tau_s": 8.0}),
+        ):
+            every = davar.dynamic(x, RATE_HZ, **options)
+            for n in (0, 1, 2, 10, 10**6):
+                with self.subTest(options, fit_every=n):
+                    self.compare(davar.dynamic(x, RATE_HZ, fit_every=n, **options), every, n)
+
+    def compare(self, found, every, n):
+        fitted = np.arange(len(every.epoch)) % n == 0 if n else False
+        of_fit = [name for name in every if name.startswith(self.of_fit)]
+        self.assertEqual(list(found), [name for name in every if n or name not in of_fit])
+        for name, column in found.items():
+            if name in of_fit:
+                absent = False if column.dtype == bool else np.nan
+                np.testing.assert_array_equal(column, np.where(fitted, every[name], absent), name)
+            else:
+                np.testing.assert_array_equal(column, every[name], name)
+
+    def test_blocks_of_a_stream_do_not_move_them(self):
+        x = noise(16)
+        whole = davar.dynamic(x, RATE_HZ, lsb=0.01, fit_every=7)
+        stream, pieces = davar.Stream(RATE_HZ, lsb=0.01, fit_every=7), []
+        for block in np.array_split(x, 90):
+            stream.push(block)
+            pieces.append(stream.results())
+        stream.finish()
+        pieces.append(stream.results())
+        for name, column in whole.items():
+            np.testing.assert_array_equal(np.concatenate([p[name] for p in pieces]), column, name)
+
+    def test_withheld_results_are_compared_with_the_fitted_ones(self):
+        smooth = np.convolve(np.random.default_rng(17).normal(0, 1, 4000), np.ones(4) / 4)
+        with self.assertWarnsRegex(UserWarning, "of 31 results withheld"):
+            found = davar.dynamic(smooth, RATE_HZ, policy="fixed", mode="trailing", fit_every=120)
+        self.assertEqual(len(found.epoch), 120 * 30 + 4)
+
+    def test_a_wrong_number_is_an_error(self):
+        for value in (-1, 0.5, True, 2**32):
+            with self.assertRaisesRegex(ValueError, "^fit_every: "):
+                davar.dynamic(noise(18), RATE_HZ, fit_every=value)
+        with self.assertRaisesRegex(ValueError, "^fit_every: .* model_table"):
+            davar.Stream(RATE_HZ, lsb=0.01, fit_every=2, model_table=self.model())
+
+    def model(self):
+        folder = self.enterContext(together.elsewhere())
+        (folder / "model.csv").write_text("m,adev_dps,relative_tolerance,tau_s\n1,0.2,0.02,0.01\n")
+        return folder / "model.csv"
 
 
 class Streamed(unittest.TestCase):
