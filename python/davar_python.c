@@ -10,6 +10,7 @@
 #include "options/value.h"
 #include "output/fields.h"
 #include "recording/quantise.h"
+#include "slide.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -317,23 +318,16 @@ typedef struct {
     size_t written;
 } rows_t;
 
-/* Writes the row of a waiting result. */
-static void take_row(davar_python_t *run, rows_t *rows)
+/* Writes run->result to a row. */
+static void write_row(davar_python_t *run, bool fitted, const rows_t *rows, size_t row)
 {
-    if (!davar_take(run->engine.instances, &run->result)) {
-        return;
-    }
-    if (cascade_of(run) != NULL) {
-        (void)davar_cascade_append(cascade_of(run), &run->result);
-    }
-    const bool fitted = fit_if_due(run);
     const bool monitored = (run->model_count > 0U);
     if (monitored) {
         davar_monitor_update(&run->monitor, &run->result, &run->misfit);
     }
     const epoch_row_t epoch = {
         .result = &run->result, .misfit = monitored ? &run->misfit : NULL, .time_s = (double)NAN};
-    double *cell = rows->first + rows->written;
+    double *cell = rows->first + row;
     for (size_t i = 0; i < run->fields.count; i++, cell += rows->stride) {
         const field_t *field = &run->fields.field[i];
         if (field->of_fit && !fitted) {
@@ -343,7 +337,17 @@ static void take_row(davar_python_t *run, rows_t *rows)
             *cell = number_of(&shown);
         }
     }
-    rows->written++;
+}
+
+static void take_row(davar_python_t *run, rows_t *rows)
+{
+    if (davar_take(run->engine.instances, &run->result)) {
+        if (cascade_of(run) != NULL) {
+            (void)davar_cascade_append(cascade_of(run), &run->result);
+        }
+        write_row(run, fit_if_due(run), rows, rows->written);
+        rows->written++;
+    }
 }
 
 /* Pushes one chunk while there is room for rows. Returns the number of samples consumed. */
@@ -392,6 +396,89 @@ size_t davar_python_flush(davar_python_t *run, double *first, size_t stride, siz
         take_row(run, &rows);
     }
     return rows.written;
+}
+
+/* --- a complete record at once (slide.h) ------------------------------------------------------ */
+
+/* run->result of a row of which the deviations are written. */
+static void slide_result(davar_python_t *run, const slide_t *slide, const rows_t *rows, size_t row)
+{
+    davar_result_t *const result = &run->result;
+    const double *adev = rows->first + run->fields.first_adev * rows->stride + row;
+    result->epoch = slide_epoch(slide, row);
+    result->window_samples = slide_length(slide, row);
+    result->mirrored_samples = slide_mirrored(slide, row);
+    for (uint8_t t = 0; t < result->tau_count; t++, adev += rows->stride) {
+        const uint32_t m = slide->config->taus[t];
+        const uint32_t above = result->window_samples + 1U;
+        result->tau[t] = (davar_adev_t){.m = m,
+                                        .differences = (above > 2U * m) ? (above - 2U * m) : 0U,
+                                        .adev = *adev,
+                                        .low = (double)NAN,
+                                        .high = (double)NAN,
+                                        .edf = (double)NAN};
+    }
+}
+
+/* Rows that are alike except for the epoch and the deviations, which are written: copies all other
+ * cells of the first of them. */
+static void repeat_row(const davar_python_t *run, const slide_t *slide, const rows_t *rows,
+                       size_t first, size_t end)
+{
+    const fields_t *const fields = &run->fields;
+    for (size_t i = 0; i < fields->count; i++) {
+        double *const column = rows->first + i * rows->stride;
+        const bool is_adev = (i - fields->first_adev) < run->result.tau_count;
+        for (size_t row = first + 1U; (row < end) && !is_adev; row++) {
+            column[row] = (i > 0U) ? column[first] : (double)slide_epoch(slide, row);
+        }
+    }
+}
+
+static void slide_rows(davar_python_t *run, slide_t *slide, const rows_t *rows, size_t first,
+                       size_t end)
+{
+    for (size_t t = 0; t < run->result.tau_count; t++) {
+        slide_deviations(slide, t, first, end - first,
+                         rows->first + (run->fields.first_adev + t) * rows->stride + first);
+    }
+    for (size_t row = first; row < end; row++) {
+        slide_result(run, slide, rows, row);
+        const bool fitted = fit_if_due(run);
+        write_row(run, fitted, rows, row);
+        if (!fitted && (run->result.window_samples == slide->config->window.longest)) {
+            const size_t after = end - (row + 1U);
+            const bool ends_before = (run->fit_every > 0U) && (run->unfitted < after);
+            const size_t alike = ends_before ? run->unfitted : after;
+            repeat_row(run, slide, rows, row, row + 1U + alike);
+            run->unfitted -= (run->fit_every > 0U) ? (uint32_t)alike : 0U;
+            row += alike;
+        }
+    }
+}
+
+size_t davar_python_slide(davar_python_t *run, const double *values, size_t count, double *first,
+                          size_t stride)
+{
+    slide_t slide;
+    const rows_t rows = {.first = first, .stride = stride};
+    const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U);
+    size_t written = 0;
+    if (slide_open(&slide, &run->engine.config, &run->quantisation, values, count) && alone) {
+        run->result = (davar_result_t){.tau_count = slide.config->tau_count,
+                                       .unit_per_count = slide.config->unit_per_count,
+                                       .kurtosis = (double)NAN,
+                                       .contribution = (double)NAN,
+                                       .dispersion = (double)NAN};
+        while (written < slide.rows) {
+            const size_t left = slide.rows - written;
+            const size_t block = (left < SLIDE_BLOCK) ? left : SLIDE_BLOCK;
+            slide_rows(run, &slide, &rows, written, written + block);
+            written += block;
+        }
+    }
+    slide_close(&slide);
+    return written;
 }
 
 void davar_python_health(const davar_python_t *run, uint32_t *counters)

@@ -3,6 +3,7 @@
  * in integers. Then the library's fit, as for any window. */
 #include "davar/davar.h"
 #include "davar_python.h"
+#include "vectors.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -52,33 +53,20 @@ static inline parts_t parts_of(places_t at, size_t count, unsigned shift)
 
 typedef parts_t parts_function_t(places_t at, size_t count, unsigned shift);
 
-/* The same bits with the vectors of this machine. */
-#if defined(__x86_64__) && defined(__GNUC__)
-__attribute__((target("avx2"), flatten)) static parts_t parts_avx2(places_t at, size_t count,
-                                                                   unsigned shift)
+FOR_AVX2 static parts_t parts_avx2(places_t at, size_t count, unsigned shift)
 {
     return parts_of(at, count, shift);
 }
 
-__attribute__((target("avx512f,avx512dq"), flatten)) static parts_t
-parts_avx512(places_t at, size_t count, unsigned shift)
+FOR_AVX512 static parts_t parts_avx512(places_t at, size_t count, unsigned shift)
 {
     return parts_of(at, count, shift);
 }
 
 static parts_function_t *parts_here(void)
 {
-    if (__builtin_cpu_supports("avx512dq")) {
-        return parts_avx512;
-    }
-    return __builtin_cpu_supports("avx2") ? parts_avx2 : parts_of;
+    return HAS_AVX512 ? parts_avx512 : (HAS_AVX2 ? parts_avx2 : parts_of);
 }
-#else
-static parts_function_t *parts_here(void)
-{
-    return parts_of;
-}
-#endif
 
 /* Adds the squares of `count` differences of sizes up to 2^bits, bits <= 63. No sum of parts
  * exceeds 64 bits: each adds at most 2^bits or, of lower parts, 2^(2 shift). */

@@ -36,8 +36,8 @@ typedef struct {
 
 typedef struct {
     size_t count;
-    size_t first_adev; /* the deviations, one field per tau, in a row */
-    field_t field[FIELDS_MAX];
+    size_t first_adev;         /* the deviations, one field per tau, in a row */
+    field_t field[FIELDS_MAX]; /* the first is the epoch */
 } fields_t;
 
 /* The choice of columns depends on this. */

@@ -109,11 +109,3 @@ quantisation_t quantise_plan(const options_t *options, const extent_t *extent)
     }
     return (options->lsb > 0.0) ? plan_counts(options, extent) : plan_finest(extent);
 }
-
-int32_t quantise_count(const quantisation_t *quantisation, double admitted)
-{
-    const double steps = admitted / quantisation->step;
-    const int32_t whole = (int32_t)steps;
-    const double rest = steps - whole; /* exact */
-    return whole + ((rest >= 0.5) ? 1 : 0) - ((rest <= -0.5) ? 1 : 0);
-}

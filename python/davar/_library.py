@@ -43,6 +43,7 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
         (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_size_t, POINTER(c_size_t)),
     ),
     "flush": (c_size_t, (c_void_p, c_void_p, c_size_t, c_size_t)),
+    "slide": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)),
     "adev": (
         c_bool,
         (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p),
@@ -188,6 +189,16 @@ class Run:
                 self._run, rest.ctypes.data, len(rest), *place, byref(taken)
             )
             done += taken.value
+
+    def slide(self, values: Floats) -> bool:
+        """Adds all epochs of a record without a gap to the waiting rows, instead of push and flush.
+        False: the settings do not allow it.
+        """
+        at, stride, _ = self._place(len(values))
+        self._used += self._calls.davar_python_slide(
+            self._run, values.ctypes.data, len(values), at, stride
+        )
+        return self._used > 0
 
     def flush(self) -> None:
         """Adds the epochs up to the mirrored end of the record to the waiting rows."""

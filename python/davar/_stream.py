@@ -149,6 +149,15 @@ class Feed:
                 self._push_run(admitted[first:last], missing, self.given + there.place(first))
         self.given += count
 
+    def whole(self, admitted: Floats, there: There, count: int) -> None:
+        """The same for a complete record, with its end."""
+        at_once = self.stride == 1 and len(there.starts()) == 1
+        if at_once and self.run.slide(admitted):
+            self.places = [(0, there.place(0))]
+        else:
+            self.push(admitted, there, count)
+            self.run.flush()
+
     def _push_run(self, values: Floats, missing: int, index: int) -> None:
         if missing and self.taken:
             self.run.gap(missing)
@@ -180,15 +189,17 @@ class Feed:
             if len(starts) > 1
             else further[0]
         )
-        found["time_s"][:] = (
-            found["epoch"] / self.rate_hz if time_s is None else time_s[found["epoch"]]
-        )
+        if time_s is None:
+            np.divide(found["epoch"], self.rate_hz, out=found["time_s"])
+        else:
+            np.take(time_s, found["epoch"], out=found["time_s"])
         return found
 
 
 def admitted(run: Run, values: Floats, there: There, counted: bool) -> Floats:
     """The present values, as input of push. Raises ValueError with the sample's index."""
-    found = values.copy() if there.places is None else there.of(values)
+    # x itself is copied; counts are not x, but its conversion.
+    found = there.of(values) if counted or there.places is not None else values.copy()
     bad = run.admit(found, counted)
     if bad is not None:
         raise ValueError(
@@ -345,8 +356,7 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
         ends = np.array([*there.starts()[1:], there.size], np.uintp)
         feed.bandwidth = run.learn(taken, ends, clock.rate_hz)
     run.start(clock.rate_hz, low, high)
-    feed.push(taken, there, len(values))
-    feed.finish()
+    feed.whole(taken, there, len(values))
     if not feed.waiting:
         raise ValueError(f"x: too short: {there.size} samples give no epoch")
     return feed

@@ -9,6 +9,7 @@ import subprocess
 import unittest
 from pathlib import Path
 
+import allantools
 import davar
 import numpy as np
 import together
@@ -312,6 +313,90 @@ class Fits(unittest.TestCase):
         folder = self.enterContext(together.elsewhere())
         (folder / "model.csv").write_text("m,adev_dps,relative_tolerance,tau_s\n1,0.2,0.02,0.01\n")
         return folder / "model.csv"
+
+
+class Records(unittest.TestCase):
+    """A complete record of counts with a fixed window is computed at once; a stream never is."""
+
+    def stream(self, x, **options):
+        stream = davar.Stream(RATE_HZ, **options)
+        stream.push(x)
+        stream.finish()
+        return stream.results()
+
+    def expect(self, x, **options):
+        found, wanted = davar.dynamic(x, RATE_HZ, **options), self.stream(x, **options)
+        self.assertEqual(list(found), list(wanted))
+        for name, column in wanted.items():
+            self.assertEqual(found[name].dtype, column.dtype, name)
+            np.testing.assert_array_equal(found[name], column, name)
+
+    def test_any_window_gives_the_results_of_a_stream(self):
+        draw = np.random.default_rng(19)
+        for _ in range(40):
+            longest = 2 * int(draw.integers(2, 400))
+            shortest = 2 * int(draw.integers(1, longest // 2 + 1))
+            shortest = shortest if draw.random() < 0.7 else longest
+            sizes = np.unique(draw.integers(1, shortest // 2 + 1, 6))
+            count = int(draw.integers(longest, longest + 3000))
+            noise_counts = draw.normal(draw.normal(0, 3000), draw.choice([0.3, 20, 4000]), count)
+            options = {
+                "lsb": float(draw.choice([0.01, 2.0**-7, 1.0])),
+                "bits": int(draw.choice([16, 24])),
+                "policy": "fixed",
+                "segment": 0,
+                "mode": str(draw.choice(["trailing", "centred"])),
+                "window_max": longest,
+                "window_min": shortest,
+                "clusters": sizes,
+                "details": bool(draw.integers(2)),
+                "fit_every": int(draw.choice([0, 1, 2, 7, 1000])),
+            }
+            with self.subTest(options):
+                self.expect(np.rint(noise_counts).clip(-(2**15), 2**15 - 1).astype(int), **options)
+
+    def test_the_ends_of_the_range_and_of_a_sum(self):
+        options = {"policy": "fixed", "segment": 0, "mode": "trailing", "lsb": 0.5, "details": True}
+        alternate = np.where(np.arange(3000) % 128 < 64, 1, -1)
+        # 968 000 is the largest for which every sum of squares has 63 bits.
+        for largest in (2**15 - 1, 968_000, 970_000, 2**23 - 1, 2**29, 2**31 - 2):
+            bits = 16 if largest < 2**15 else 24 if largest < 2**23 else 32
+            self.expect(alternate * largest, bits=bits, clusters=[1, 64], **options)
+        self.expect(np.full(3000, -(2**15)), bits=16, **options)
+
+    def test_what_is_not_computed_at_once_is_the_same(self):
+        x = np.round(noise(20) / 0.01).astype(np.int16)
+        options = {"policy": "fixed", "mode": "trailing", "lsb": 0.01}
+        self.expect(x, **options)
+        self.expect(x, stride=3, segment=0, **options)
+        self.expect(x, longest_tau_s=8.0, segment=0, **options)
+        holes = x.astype(float)
+        holes[[0, 1, -1]] = np.nan
+        self.expect(holes * 0.01, segment=0, **options)
+        holes[1000] = np.nan
+        self.expect(holes * 0.01, segment=0, **options)
+
+    def test_allantools_agrees(self):
+        x = np.round(noise(21, 3000) / 0.01).astype(np.int16)
+        for window in (600, 2000):
+            found = davar.dynamic(
+                x,
+                RATE_HZ,
+                lsb=0.01,
+                policy="fixed",
+                segment=0,
+                mode="trailing",
+                window_max=window,
+                window_min=window,
+                fit_every=0,
+            )
+            self.assertEqual(found.epoch.tolist(), list(range(window - 1, 3000)))
+            for row in range(0, len(found.epoch), 97):
+                part = x[row : row + window] * 0.01
+                expected = allantools.oadev(
+                    part, rate=RATE_HZ, data_type="freq", taus=found.taus_s
+                )[1]
+                np.testing.assert_allclose(found.adev[row], expected, rtol=1e-9)
 
 
 class Streamed(unittest.TestCase):
