@@ -224,7 +224,8 @@ class Run:
     @property
     def waiting(self) -> int:
         """Rows."""
-        return sum(table.shape[1] for table in self._tables[:-1]) + self._used
+        full: int = sum(table.shape[1] for table in self._tables[:-1])
+        return full + self._used
 
     def rows(self) -> list[Floats]:
         """Returns and clears the waiting rows, as at least one table (columns, rows)."""

@@ -20,7 +20,7 @@ import target_cost
 import targets as boards
 
 Figures = dict[str, Any]  # numbers, None for what is not installed
-PythonFigures = dict[str, dict[str, float]]
+PythonFigures = dict[str, dict[str, float | None]]
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "build/tools"
 WORK = ROOT / "build/bench"
@@ -102,6 +102,7 @@ def python_figures() -> PythonFigures | None:
         "PYTHONPATH": str(ROOT / "python"),
         "DAVAR_LIBRARY": str(PROGRAMS / "python/libdavar_python.so"),
         "OPENBLAS_NUM_THREADS": "1",
+        "NUMBA_NUM_THREADS": "1",
     }
     done = subprocess.run(
         [sys.executable, "-B", ROOT / "tools/support/bench_python.py"],
@@ -121,12 +122,15 @@ def python_figures() -> PythonFigures | None:
 
 
 def show_python(figures: PythonFigures) -> None:
-    print(f"\nThe Python package{'':<35}{'davar':>12}{'AllanTools':>14}{'ratio':>10}")
+    print("\nThe Python package, compared with an expert's loop in numba, AllanTools, and reading")
     for name, found in figures.items():
-        ours, theirs, ratio = found.values()
-        print(
-            f"{name:<33}{next(iter(found)).removeprefix('davar_'):<20}{ours:>12,.0f}{theirs:>14,.0f}{ratio:>10,.0f}"
-        )
+        print(f"{name}")
+        for who, value in found.items():
+            print(f"  {who:<36}" + ("not installed" if value is None else f"{value:>14,.2f}"))
+
+
+def numba_ns_per_sample(figures: PythonFigures | None) -> float | None:
+    return (figures or {}).get(f"window {WINDOW}, every sample, ns", {}).get("numba")
 
 
 def show(figures: Figures) -> None:
@@ -134,8 +138,10 @@ def show(figures: Figures) -> None:
     rows = [
         ("davar, fixed", fixed),
         ("davar, float", figures["float_every_sample_8_taus_ns_per_sample"]),
+        ("an expert's loop in numba", figures["numba_ns_per_sample"]),
         ("brute force in C, cumulative sum", figures["brute_force_ns_per_sample"]),
         ("AllanTools oadev, called per window", figures["allantools_per_window_ns_per_sample"]),
+        ("reading the samples", figures["reading_ns_per_sample"]),
     ]
     print(f"Allan deviation at every sample, {len(CLUSTERS)} octave taus, window {WINDOW}")
     print(f"{'':<38}{'ns per sample':>14}{'times davar':>14}")
@@ -151,6 +157,10 @@ def show(figures: Figures) -> None:
     print(
         f"{'a result at every sample':<38}"
         f"{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}"
+    )
+    print(
+        f"{'... and a fit at every 10th':<38}"
+        f"{figures['full_chain_fit_every_10_ns_per_sample']:>14,.1f}"
     )
     print(f"{'a result every 60 samples':<38}{figures['grid_8_taus_ns_per_sample']:>14,.1f}")
     print(f"\nCost of window 65536 over window 64   {figures['flatness_65536_over_64']:>14.2f}")
@@ -174,7 +184,9 @@ def measure() -> tuple[Figures, PythonFigures | None, target_cost.Costs]:
     figures["sim_samples_per_s"] = round(simulator_samples_per_s())
     allantools = allantools_ns_per_sample()
     figures["allantools_per_window_ns_per_sample"] = allantools and round(allantools)
-    return figures, python_figures(), target_cost.measure_all()
+    python = python_figures()
+    figures["numba_ns_per_sample"] = numba_ns_per_sample(python)
+    return figures, python, target_cost.measure_all()
 
 
 def main() -> int:
