@@ -1,5 +1,5 @@
-/* davar for Python - a sliding window over a record. Row r has the window that ends after `shortest`
- * + r samples of mirror image and record:
+/* davar for Python - a sliding window over a record. Row r has the window that ends after
+ * `shortest` + r samples of mirror image and record:
  *
  *     centred    image | record | image    always the longest window
  *     trailing   record                    it grows from the shortest to the longest

@@ -1,5 +1,5 @@
-/* davar for Python - loops for the vectors of this machine. The same C is compiled several times, so
- * the bits are the same. */
+/* davar for Python - loops for the vectors of this machine. The same C is compiled several times,
+ * so the bits are the same. */
 #ifndef VECTORS_H
 #define VECTORS_H
 
