@@ -371,7 +371,8 @@ static size_t push_chunk(davar_python_t *run, size_t count, rows_t *rows)
 size_t davar_python_push(davar_python_t *run, const double *values, size_t count, double *first,
                          size_t stride, size_t room, size_t *taken)
 {
-    rows_t rows = {.first = first, .stride = stride, .room = room};
+    rows_t rows = {.stride = stride, .room = room};
+    rows.first = first;
     *taken = 0;
     while ((*taken < count) && (rows.written < room)) {
         const size_t left = count - *taken;
@@ -388,7 +389,8 @@ size_t davar_python_push(davar_python_t *run, const double *values, size_t count
 
 size_t davar_python_flush(davar_python_t *run, double *first, size_t stride, size_t room)
 {
-    rows_t rows = {.first = first, .stride = stride, .room = room};
+    rows_t rows = {.stride = stride, .room = room};
+    rows.first = first;
     if (cascade_of(run) != NULL) {
         davar_cascade_flush(cascade_of(run));
     }
@@ -461,7 +463,8 @@ size_t davar_python_slide(davar_python_t *run, const double *values, size_t coun
                           size_t stride)
 {
     slide_t slide;
-    const rows_t rows = {.first = first, .stride = stride};
+    rows_t rows = {.stride = stride};
+    rows.first = first;
     const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U);
     size_t written = 0;
     if (slide_open(&slide, &run->engine.config, &run->quantisation, values, count) && alone) {

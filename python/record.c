@@ -190,11 +190,10 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
                        .inverse = is_power ? (1.0 / step) : 0.0,
                        .room = ((span < count) ? span : count) + BLOCK + 1U,
                        .parts = parts_here()};
-    record.total = malloc(record.room * sizeof *record.total);
+    record.total = calloc(record.room, sizeof *record.total);
     sum_t *sums = calloc(taus, sizeof *sums);
     const bool good = (record.total != NULL) && (sums != NULL);
     if (good) {
-        record.total[0] = 0U;
         size_t first = 0;
         for (size_t r = 0; r < runs; r++) {
             add_run(&record, sums, first, ends[r], m, taus);

@@ -107,7 +107,6 @@ static double run_f32(const davar_config_t *config)
 
 /* One plan per window length: a machine with the memory need not adapt one plan to every window. */
 #define PLANS 256U
-static davar_plan_t plans[PLANS];
 
 /* Pushes everything and takes every result: kurtosis, contribution, window law and ADEV at every
  * epoch, fit and intervals every `fit_every` epochs. */
@@ -118,6 +117,7 @@ static double run_fitted(const davar_config_t *config, uint32_t fit_every)
     uint32_t epochs = 0U;
     const size_t bytes = davar_memory_size_q15(config);
     void *const memory = memory_of(bytes);
+    davar_plan_t *const plans = memory_of(PLANS * sizeof *plans);
     (void)davar_init_q15(&davar, config, memory, bytes);
     for (size_t i = 0U; i < PLANS; i++) {
         davar_plan_init_white(&plans[i], config->taus, config->tau_count);
@@ -134,6 +134,7 @@ static double run_fitted(const davar_config_t *config, uint32_t fit_every)
         }
     }
     const double spent = now_ns() - start;
+    free(plans);
     free(memory);
     return spent / SAMPLES;
 }
