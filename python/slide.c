@@ -40,11 +40,26 @@ static uint64_t accumulate(slide_t *slide, const quantisation_t *quantisation, c
     return (uint64_t)((int64_t)high - low);
 }
 
-/* A difference is at most m times the range of the samples. */
-static bool has_room(const davar_config_t *config, uint64_t range)
+/* The number of bits of a value. */
+static uint32_t bits_of(uint64_t value)
 {
-    const double largest = (double)config->taus[config->tau_count - 1U] * (double)range;
-    return largest * largest * (double)config->window.longest < 0x1p63;
+    uint32_t bits = 0U;
+    while ((bits < 64U) && ((value >> bits) > 0U)) {
+        bits++;
+    }
+    return bits;
+}
+
+/* Splits differences of up to 2^bits so that no sum of products of their parts exceeds 62 bits. Small
+ * ones need no split: shift 0. False: there is no such split. */
+static bool split(slide_t *slide, uint64_t range)
+{
+    const davar_config_t *const config = slide->config;
+    const uint32_t bits = bits_of(range) + bits_of(config->taus[config->tau_count - 1U]);
+    const uint32_t terms = bits_of(config->window.longest);
+    const uint32_t most = (62U - terms) / 2U;
+    slide->shift = (2U * bits + terms <= 62U) ? 0U : ((most < 26U) ? most : 26U);
+    return (bits <= slide->shift) || (2U * (bits - slide->shift) + terms <= 62U);
 }
 
 bool slide_open(slide_t *slide, const davar_config_t *config, const quantisation_t *quantisation,
@@ -62,7 +77,7 @@ bool slide_open(slide_t *slide, const davar_config_t *config, const quantisation
     }
     slide->rows = centred ? count : (count - slide->shortest + 1U);
     slide->total = malloc((count + 2U * slide->mirrored + 1U) * sizeof *slide->total);
-    return (slide->total != NULL) && has_room(config, accumulate(slide, quantisation, values));
+    return (slide->total != NULL) && split(slide, accumulate(slide, quantisation, values));
 }
 
 void slide_close(slide_t *slide)
@@ -100,10 +115,28 @@ static inline uint64_t difference(const uint64_t *total, size_t m)
     return total[2U * m] - 2U * total[m] + total[0];
 }
 
-static double deviation(const slide_t *slide, uint64_t sum, size_t m, size_t differences)
+static void add_square(slide_sum_t *sum, uint64_t one, uint32_t shift)
 {
-    const double divisor = (double)(2U * m * m) * (double)differences;
-    return sqrt((double)(int64_t)sum / divisor) * slide->config->unit_per_count;
+    const uint64_t upper = (uint64_t)((int64_t)one >> shift);
+    const uint64_t lower = one & ((UINT64_C(1) << shift) - 1U);
+    sum->upper += upper * upper;
+    sum->mixed += upper * lower;
+    sum->lower += lower * lower;
+}
+
+/* The sum as a double, rounded as in an instance: each half of 64 bits, then their sum. */
+static inline double rounded(slide_sum_t sum, uint32_t shift)
+{
+    if (shift == 0U) {
+        return (double)(int64_t)sum.upper;
+    }
+    const uint64_t mask = (UINT64_C(1) << shift) - 1U;
+    const uint64_t middle = 2U * sum.mixed + (sum.lower >> shift);
+    const uint64_t upper = sum.upper + (uint64_t)((int64_t)middle >> shift);
+    const uint64_t rest = ((middle & mask) << shift) | (sum.lower & mask);
+    const uint64_t high = upper >> (64U - 2U * shift);
+    const uint64_t low = (upper << (2U * shift)) | rest;
+    return (double)(int64_t)high * 0x1p64 + (double)low;
 }
 
 /* A row whose window is longer than the one of the row before, or the first row. */
@@ -116,52 +149,99 @@ static double grown_deviation(slide_t *slide, size_t t, size_t row)
     }
     const size_t differences = end - 2U * m + 1U;
     for (size_t i = (row == 0U) ? 0U : (differences - 1U); i < differences; i++) {
-        const uint64_t one = difference(slide->total + i, m);
-        slide->sum[t] += one * one;
+        add_square(&slide->sum[t], difference(slide->total + i, m), slide->shift);
     }
-    return deviation(slide, slide->sum[t], m, differences);
+    const double divisor = (double)(2U * m * m) * (double)differences;
+    return sqrt(rounded(slide->sum[t], slide->shift) / divisor) * slide->config->unit_per_count;
 }
 
-/* Rows whose window moves by one sample: the difference at `head` enters, that at `tail` leaves.
- * The sums are written as doubles. Returns the last sum. */
-static inline uint64_t glide(const uint64_t *head, const uint64_t *tail, size_t m, uint64_t sum,
-                             size_t rows, double divisor, double unit, double *adev)
+/* Rows whose window moves by one sample: the difference at `head` enters, that at `tail` leaves. */
+typedef struct {
+    const uint64_t *head;
+    const uint64_t *tail;
+    size_t m;
+    size_t rows;
+    uint32_t shift;
+    double divisor;
+    double unit;
+} glide_t;
+
+/* The running sums of squares, without a split. Every loop of these functions is one that a compiler
+ * can turn into vectors, except for the sums themselves. Returns the last sum. */
+static inline uint64_t glide_small(const glide_t *along, uint64_t sum, double *squares)
 {
-    uint64_t change[SLIDE_BLOCK];
-    for (size_t i = 0; i < rows; i++) {
-        const uint64_t enters = difference(head + i, m);
-        const uint64_t leaves = difference(tail + i, m);
-        change[i] = (enters - leaves) * (enters + leaves);
+    uint64_t at[SLIDE_BLOCK];
+    for (size_t i = 0; i < along->rows; i++) {
+        const uint64_t enters = difference(along->head + i, along->m);
+        const uint64_t leaves = difference(along->tail + i, along->m);
+        at[i] = (enters - leaves) * (enters + leaves);
     }
-    for (size_t i = 0; i < rows; i++) {
-        sum += change[i];
-        change[i] = sum;
+    for (size_t i = 0; i < along->rows; i++) {
+        sum += at[i];
+        at[i] = sum;
     }
-    for (size_t i = 0; i < rows; i++) {
-        adev[i] = (double)(int64_t)change[i];
-    }
-    for (size_t i = 0; i < rows; i++) {
-        adev[i] = sqrt(adev[i] / divisor) * unit;
+    for (size_t i = 0; i < along->rows; i++) {
+        squares[i] = (double)(int64_t)at[i];
     }
     return sum;
 }
 
-typedef uint64_t glide_function_t(const uint64_t *head, const uint64_t *tail, size_t m,
-                                  uint64_t sum, size_t rows, double divisor, double unit,
-                                  double *adev);
-
-FOR_AVX2 static uint64_t glide_avx2(const uint64_t *head, const uint64_t *tail, size_t m,
-                                    uint64_t sum, size_t rows, double divisor, double unit,
-                                    double *adev)
+static inline slide_sum_t glide_split(const glide_t *along, slide_sum_t sum, double *squares)
 {
-    return glide(head, tail, m, sum, rows, divisor, unit, adev);
+    const uint32_t shift = along->shift;
+    const uint64_t mask = (UINT64_C(1) << shift) - 1U;
+    uint64_t upper[SLIDE_BLOCK];
+    uint64_t mixed[SLIDE_BLOCK];
+    uint64_t lower[SLIDE_BLOCK];
+    for (size_t i = 0; i < along->rows; i++) {
+        const uint64_t enters = difference(along->head + i, along->m);
+        const uint64_t leaves = difference(along->tail + i, along->m);
+        const uint64_t upper_in = (uint64_t)((int64_t)enters >> shift);
+        const uint64_t upper_out = (uint64_t)((int64_t)leaves >> shift);
+        const uint64_t lower_in = enters & mask;
+        const uint64_t lower_out = leaves & mask;
+        upper[i] = (upper_in - upper_out) * (upper_in + upper_out);
+        mixed[i] = upper_in * lower_in - upper_out * lower_out;
+        lower[i] = (lower_in - lower_out) * (lower_in + lower_out);
+    }
+    for (size_t i = 0; i < along->rows; i++) {
+        sum.upper += upper[i];
+        sum.mixed += mixed[i];
+        sum.lower += lower[i];
+        upper[i] = sum.upper;
+        mixed[i] = sum.mixed;
+        lower[i] = sum.lower;
+    }
+    for (size_t i = 0; i < along->rows; i++) {
+        squares[i] = rounded((slide_sum_t){upper[i], mixed[i], lower[i]}, shift);
+    }
+    return sum;
 }
 
-FOR_AVX512 static uint64_t glide_avx512(const uint64_t *head, const uint64_t *tail, size_t m,
-                                        uint64_t sum, size_t rows, double divisor, double unit,
-                                        double *adev)
+/* Returns the sum of the last row. */
+static inline slide_sum_t glide(const glide_t *along, slide_sum_t sum, double *adev)
 {
-    return glide(head, tail, m, sum, rows, divisor, unit, adev);
+    if (along->shift == 0U) {
+        sum.upper = glide_small(along, sum.upper, adev);
+    } else {
+        sum = glide_split(along, sum, adev);
+    }
+    for (size_t i = 0; i < along->rows; i++) {
+        adev[i] = sqrt(adev[i] / along->divisor) * along->unit;
+    }
+    return sum;
+}
+
+typedef slide_sum_t glide_function_t(const glide_t *along, slide_sum_t sum, double *adev);
+
+FOR_AVX2 static slide_sum_t glide_avx2(const glide_t *along, slide_sum_t sum, double *adev)
+{
+    return glide(along, sum, adev);
+}
+
+FOR_AVX512 static slide_sum_t glide_avx512(const glide_t *along, slide_sum_t sum, double *adev)
+{
+    return glide(along, sum, adev);
 }
 
 static glide_function_t *glide_here(void)
@@ -178,11 +258,15 @@ void slide_deviations(slide_t *slide, size_t t, size_t row, size_t rows, double 
         adev[done] = grown_deviation(slide, t, row + done);
         done++;
     }
+    const size_t end = slide->shortest + row + done;
     if (done < rows) {
-        const size_t end = slide->shortest + row + done;
-        const double divisor = (double)(2U * m * m) * (double)(longest - 2U * m + 1U);
-        slide->sum[t] = glide_here()(
-            slide->total + (end - 2U * m), slide->total + (end - longest - 1U), m, slide->sum[t],
-            rows - done, divisor, slide->config->unit_per_count, adev + done);
+        const glide_t along = {.head = slide->total + (end - 2U * m),
+                               .tail = slide->total + (end - longest - 1U),
+                               .m = m,
+                               .rows = rows - done,
+                               .shift = slide->shift,
+                               .divisor = (double)(2U * m * m) * (double)(longest - 2U * m + 1U),
+                               .unit = slide->config->unit_per_count};
+        slide->sum[t] = glide_here()(&along, slide->sum[t], adev + done);
     }
 }

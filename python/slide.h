@@ -7,19 +7,28 @@
 #include "davar/davar.h"
 #include "recording/quantise.h"
 
+/* Sum of the squares of differences (upper 2^shift + lower). */
+typedef struct {
+    uint64_t upper; /* of upper^2 */
+    uint64_t mixed; /* of upper lower, signed */
+    uint64_t lower; /* of lower^2 */
+} slide_sum_t;
+
 typedef struct {
     const davar_config_t *config;
     size_t count;    /* samples of the record */
     size_t mirrored; /* samples of the mirror image before the record, and after it */
     size_t shortest; /* the window of the first row; it grows to the longest */
     size_t rows;
-    uint64_t *total;              /* cumulative sums of record and mirror images, modulo 2^64 */
-    uint64_t sum[DAVAR_TAUS_MAX]; /* of squares, in the window of the newest row */
+    uint32_t shift;
+    uint64_t *total;                 /* cumulative sums of record and mirror images, modulo 2^64 */
+    slide_sum_t sum[DAVAR_TAUS_MAX]; /* of the window of the newest row */
 } slide_t;
 
-/* Needs integer counts, a fixed window without moments, stride 1, a record without a gap that is at
- * least as long as the window, and room for every sum in 63 bits. False: one of these is missing,
- * or memory. values: admitted numbers (quantise_admit). Close it in both cases. Cost: O(count). */
+/* Needs integers, a fixed window without moments, stride 1, a record without a gap that is at least
+ * as long as the window, and longest window times largest cluster size times range of the counts
+ * up to about 2^60. False: one of these is missing, or memory. values: admitted numbers
+ * (quantise_admit). Close it in both cases. Cost: O(count). */
 bool slide_open(slide_t *slide, const davar_config_t *config, const quantisation_t *quantisation,
                 const double *values, size_t count);
 
