@@ -85,17 +85,16 @@ def every_sample(window: int) -> Times:
     """
     x = noise(window + EPOCHS)
 
-    def ours(fit_every: int) -> float:
-        def call() -> object:
-            return davar.dynamic(x, clusters=OCTAVES, fit_every=fit_every, **options(window))
-
-        return 1e9 * seconds(call, 3) / EPOCHS
+    def ours(fit_every: int, **changed: Any) -> float:
+        given = {"x": x, "clusters": OCTAVES, **options(window), **changed}
+        return 1e9 * seconds(lambda: davar.dynamic(fit_every=fit_every, **given), 3) / EPOCHS
 
     loop, found = bench_numba.compiled(bench_numba.sliding), np.empty((EPOCHS + 1, len(OCTAVES)))
     if loop is not None:
         loop(x[: window + 9], window, OCTAVES, found)
     return {
         "davar": ours(0),
+        "davar, floats": ours(0, x=x * LSB_DPS, lsb=None),
         "davar, fit every 10th": ours(10),
         "davar, every fit": ours(1),
         "numba": loop and 1e9 * seconds(lambda: loop(x, window, OCTAVES, found), 3) / EPOCHS,
