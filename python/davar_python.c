@@ -400,7 +400,7 @@ size_t davar_python_flush(davar_python_t *run, double *first, size_t stride, siz
     return rows.written;
 }
 
-/* --- a complete record at once (slide.h) ------------------------------------------------------ */
+/* --- a complete record in one step (slide.h) -------------------------------------------------- */
 
 /* run->result of a row of which the deviations are written. */
 static void slide_result(davar_python_t *run, const slide_t *slide, const rows_t *rows, size_t row)
@@ -462,12 +462,12 @@ static void slide_rows(davar_python_t *run, slide_t *slide, const rows_t *rows, 
 size_t davar_python_slide(davar_python_t *run, const double *values, size_t count, double *first,
                           size_t stride)
 {
-    slide_t slide;
+    slide_t slide = {0};
     rows_t rows = {.stride = stride};
     rows.first = first;
     const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U);
     size_t written = 0;
-    if (slide_open(&slide, &run->engine.config, &run->quantisation, values, count) && alone) {
+    if (alone && slide_open(&slide, &run->engine.config, &run->quantisation, values, count)) {
         run->result = (davar_result_t){.tau_count = slide.config->tau_count,
                                        .unit_per_count = slide.config->unit_per_count,
                                        .kurtosis = (double)NAN,

@@ -299,7 +299,7 @@ def dynamic(
             so choose a stride.
         stride: one epoch every so many samples. Default 1.
         engine: "auto" (default) or "grid", for a stride above 1: equal results, different cost.
-        fit_every: fit every so many epochs only: a fit takes most of the time of an epoch. In the
+        fit_every: fit only every N-th epoch: a fit takes most of the time of an epoch. In the
             others the coefficients and intervals are NaN, and the flags `filtered` and `coarse` are
             False. 0: no fit, and none of these columns. Default 1.
         false_alarms_per_hour: glr: accepted false alarms per hour of unchanged noise. Default 0.01.
