@@ -50,8 +50,8 @@ static uint32_t bits_of(uint64_t value)
     return bits;
 }
 
-/* Splits differences of up to 2^bits so that no sum of products of their parts exceeds 62 bits. Small
- * ones need no split: shift 0. False: there is no such split. */
+/* Splits differences of up to 2^bits so that no sum of products of their parts exceeds 62 bits.
+ * Small ones need no split: shift 0. False: there is no such split. */
 static bool split(slide_t *slide, uint64_t range)
 {
     const davar_config_t *const config = slide->config;
@@ -166,8 +166,8 @@ typedef struct {
     double unit;
 } glide_t;
 
-/* The running sums of squares, without a split. Every loop of these functions is one that a compiler
- * can turn into vectors, except for the sums themselves. Returns the last sum. */
+/* The running sums of squares, without a split. A compiler can turn every loop of these functions
+ * into vectors, except for the sums themselves. Returns the last sum. */
 static inline uint64_t glide_small(const glide_t *along, uint64_t sum, double *squares)
 {
     uint64_t at[SLIDE_BLOCK];

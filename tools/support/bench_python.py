@@ -15,6 +15,7 @@ import allantools
 import bench_numba
 import davar
 import numpy as np
+import numpy.typing as npt
 
 RATE_HZ = 100.0
 LSB_DPS = 0.01
@@ -71,7 +72,7 @@ def noise(count: int) -> bench_numba.Counts:
     return np.rint(np.random.default_rng(2).normal(37, 20, count)).astype(np.int16)
 
 
-def of_allantools(x: bench_numba.Counts, window: int, taus_s: bench_numba.Floats) -> float:
+def of_allantools(x: bench_numba.Counts, window: int, taus_s: npt.ArrayLike) -> float:
     """Nanoseconds of AllanTools per epoch: one call for each, on the window of that epoch."""
     part = x[:window] * LSB_DPS
     return 1e9 * seconds(
