@@ -5,7 +5,6 @@
 
 #include "core/instance.h"
 #include "core/window.h"
-#include "number/ieee.h"
 #include "number/real.h"
 
 /* Shifts the top bit into place. */

@@ -5,7 +5,6 @@
 #include "core/instance.h"
 #include "core/window.h"
 #include "detector/scan.h"
-#include "number/ieee.h"
 #include "number/real.h"
 #include "number/scaled.h"
 
