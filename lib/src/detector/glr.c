@@ -485,7 +485,7 @@ double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t un
     }
     const int32_t exponent = spread_exponent(&rest);
     const scaled_t square = {spread_bits(&rest, exponent), exponent};
-    return davar_root_of_quotient(scaled_to_double(square),
+    return davar_root_of_quotient(davar_scaled_to_double(square),
                                   davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
 }
 

@@ -108,7 +108,7 @@ static void fit_window(davar_plan_t *plan, double rate_hz, davar_result_t *resul
         return;
     }
     davar_mixture_t model = {.plan = plan, .data = result, .end = plan->count};
-    davar_mixture_fit(&model, scaled_to_double(white.sum), white.suspects);
+    davar_mixture_fit(&model, davar_scaled_to_double(white.sum), white.suspects);
     if (davar_mixture_is_filtered(&model)) {
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
     } else {

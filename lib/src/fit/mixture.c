@@ -671,7 +671,7 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
 
 DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
-    model->rounding = scaled_to_double(davar_rounding(model->plan, model->data));
+    model->rounding = davar_scaled_to_double(davar_rounding(model->plan, model->data));
     model->terms = term_bit(WHITE);
     model->a[WHITE] = white;
     if (!grow(model, suspects)) {
