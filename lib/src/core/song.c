@@ -235,8 +235,8 @@ DAVAR_APART static bool is_unstable_exactly(const davar_t *davar, davar_song_rul
 }
 
 /* The first part is evaluated only where the kurtosis of the whole window does not decide. */
-static inline bool is_unstable(const davar_t *davar, const davar_song_bounds_t *bounds,
-                               const davar_rough_t *whole, davar_song_rule_t rule)
+static DAVAR_MERGED bool is_unstable(const davar_t *davar, const davar_song_bounds_t *bounds,
+                                     const davar_rough_t *whole, davar_song_rule_t rule)
 {
     const davar_place_t enough = (rule == SONG_AND) ? ROUGH_INSIDE : ROUGH_OUTSIDE;
     davar_place_t place = davar_rough_kurtosis(bounds, whole);
