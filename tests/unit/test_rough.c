@@ -78,7 +78,11 @@ static davar_place_t verdict(davar_song_rule_t rule)
 {
     davar_song_bounds_t bounds;
     davar_song_bounds(&bounds, &config);
-    return davar_rough_unstable(&bounds, rule, &whole.rough, &first.rough);
+    const davar_place_t enough = (rule == SONG_AND) ? ROUGH_INSIDE : ROUGH_OUTSIDE;
+    const davar_place_t kurtosis = davar_rough_kurtosis(&bounds, &whole.rough);
+    const bool decides =
+        (kurtosis == ROUGH_UNSURE) || (kurtosis == enough) || (rule == SONG_KURTOSIS);
+    return decides ? kurtosis : davar_rough_contribution(&bounds, &whole.rough, &first.rough);
 }
 
 /* Extremely close to the value, or not. True: so far that the decision must be certain. */

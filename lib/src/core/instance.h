@@ -10,6 +10,7 @@
 #include "number/sequence.h"
 
 struct davar_central;
+struct davar_rough;
 
 typedef struct davar_number {
     bool wide;                                               /* q31, f32 */
@@ -20,6 +21,7 @@ typedef struct davar_number {
     uint32_t window_max;
     /* two: of the window, if it has at least window.shortest samples, and of its first part */
     void (*central)(const davar_t *davar, struct davar_central *central);
+    void (*first)(const davar_t *davar, struct davar_rough *first); /* of that part */
 } davar_number_t;
 
 extern const davar_number_t davar_number_q15;

@@ -187,8 +187,6 @@ double davar_song_contribution(const davar_central_t *whole, const davar_central
 
 /* --- in 32 bits (3.5) ------------------------------------------------------------------------- */
 
-#define UNSURE 16U /* two compared values are wrong by less */
-
 /* A bound in units of 2^-digits, cut; UINT32_MAX if it is too large. */
 static uint32_t rough_bound(double bound, uint32_t digits)
 {
@@ -209,58 +207,6 @@ DAVAR_RARE void davar_song_bounds(davar_song_bounds_t *bounds, const davar_confi
     bounds->contribution.high = rough_bound(config->moments.contribution_high, 32U);
 }
 
-/* Where value / of is between two bounds with as many digits as the value has. */
-static inline davar_place_t place_of(uint32_t value, uint32_t of, const davar_range_t *range)
-{
-    const uint32_t least = davar_upper_product(range->low, of);
-    const uint32_t most = davar_upper_product(range->high, of);
-    if (value > most) {
-        return (((value - most) > UNSURE) && (range->high != UINT32_MAX)) ? ROUGH_OUTSIDE
-                                                                          : ROUGH_UNSURE;
-    }
-    if (value < least) {
-        return ((least - value) > UNSURE) ? ROUGH_OUTSIDE : ROUGH_UNSURE;
-    }
-    const bool inside = ((most - value) > UNSURE) && ((value - least) > UNSURE);
-    return inside ? ROUGH_INSIDE : ROUGH_UNSURE;
-}
-
-static inline davar_place_t place_of_kurtosis(const davar_song_bounds_t *bounds,
-                                              const davar_rough_t *whole)
-{
-    if (whole->under == 0U) {
-        return (whole->over == 0U) ? ROUGH_INSIDE : ROUGH_UNSURE;
-    }
-    return place_of(whole->over, whole->under, &bounds->kurtosis);
-}
-
-/* S = |x - y| / x (3.2) */
-static inline davar_place_t place_of_contribution(const davar_song_bounds_t *bounds,
-                                                  const davar_rough_t *whole,
-                                                  const davar_rough_t *first)
-{
-    if (first->under == 0U) {
-        return (first->over == 0U) ? ROUGH_INSIDE : ROUGH_UNSURE;
-    }
-    if ((whole->over == UINT32_MAX) || (first->over == UINT32_MAX)) {
-        return ROUGH_UNSURE;
-    }
-    const uint32_t x = davar_upper_product(whole->over, first->under);
-    const uint32_t y = davar_upper_product(first->over, whole->under);
-    return place_of((x > y) ? (x - y) : (y - x), x, &bounds->contribution);
-}
-
-davar_place_t davar_rough_unstable(const davar_song_bounds_t *bounds, davar_song_rule_t rule,
-                                   const davar_rough_t *whole, const davar_rough_t *first)
-{
-    const davar_place_t kurtosis = place_of_kurtosis(bounds, whole);
-    const davar_place_t enough = (rule == SONG_AND) ? ROUGH_INSIDE : ROUGH_OUTSIDE;
-    if ((kurtosis == ROUGH_UNSURE) || (kurtosis == enough) || (rule == SONG_KURTOSIS)) {
-        return kurtosis;
-    }
-    return place_of_contribution(bounds, whole, first);
-}
-
 /* --- the window law, [SONG18] section 4 (4.1) ------------------------------------------------- */
 
 static uint32_t shorter(const davar_config_t *config, uint32_t length)
@@ -271,6 +217,9 @@ static uint32_t shorter(const davar_config_t *config, uint32_t length)
 
 static uint32_t longer(const davar_config_t *config, uint32_t length, bool filling)
 {
+    if (length == config->window.longest) {
+        return length;
+    }
     /* Trailing: the head moves by one per sample; faster growth would move the tail backwards. */
     const uint32_t most = is_centred(config) ? 2U : 1U;
     const uint32_t grow = (filling || (config->window.grow > most)) ? most : config->window.grow;
@@ -284,20 +233,27 @@ DAVAR_APART static bool is_unstable_exactly(const davar_t *davar, davar_song_rul
     return davar_song_unstable(davar->config, rule, &moments[0], &moments[1]);
 }
 
-static inline bool is_unstable(const davar_t *davar, const davar_song_bounds_t *bounds,
-                               const davar_rough_t *moments, davar_song_rule_t rule)
+/* The first part is evaluated only where the kurtosis of the whole window does not decide. */
+static DAVAR_MERGED bool is_unstable(const davar_t *davar, const davar_song_bounds_t *bounds,
+                                     const davar_rough_t *whole, davar_song_rule_t rule)
 {
-    const davar_place_t rough = davar_rough_unstable(bounds, rule, &moments[0], &moments[1]);
-    return (rough == ROUGH_UNSURE) ? is_unstable_exactly(davar, rule) : (rough == ROUGH_OUTSIDE);
+    const davar_place_t enough = (rule == SONG_AND) ? ROUGH_INSIDE : ROUGH_OUTSIDE;
+    davar_place_t place = davar_rough_kurtosis(bounds, whole);
+    if ((place != ROUGH_UNSURE) && (place != enough) && (rule != SONG_KURTOSIS)) {
+        davar_rough_t first;
+        davar->number->first(davar, &first);
+        place = davar_rough_contribution(bounds, whole, &first);
+    }
+    return (place == ROUGH_UNSURE) ? is_unstable_exactly(davar, rule) : (place == ROUGH_OUTSIDE);
 }
 
 /* On a grid the window moves `stride` times as far in one step. O(1), no division. */
-static bool song_judge(davar_t *davar, const davar_song_bounds_t *bounds,
-                       const davar_rough_t *moments, davar_song_rule_t rule)
+static DAVAR_MERGED bool song_judge(davar_t *davar, const davar_song_bounds_t *bounds,
+                                    const davar_rough_t *whole, davar_song_rule_t rule)
 {
     const davar_config_t *const config = davar->config;
     davar_window_t *const window = &davar->window;
-    const bool unstable = (moments != NULL) && is_unstable(davar, bounds, moments, rule);
+    const bool unstable = (whole != NULL) && is_unstable(davar, bounds, whole, rule);
     window_keep_filling(window, config, unstable);
     window->next_length = unstable ? shorter(config, window->length)
                                    : longer(config, window->length, is_filling(window));
@@ -318,19 +274,19 @@ static void song_start(davar_t *davar, void *state, davar_law_start_t why)
     davar_song_bounds(state, davar->config);
 }
 
-static bool judge_kurtosis(davar_t *davar, void *state, const davar_rough_t *moments)
+static bool judge_kurtosis(davar_t *davar, void *state, const davar_rough_t *whole)
 {
-    return song_judge(davar, state, moments, SONG_KURTOSIS);
+    return song_judge(davar, state, whole, SONG_KURTOSIS);
 }
 
-static bool judge_or(davar_t *davar, void *state, const davar_rough_t *moments)
+static bool judge_or(davar_t *davar, void *state, const davar_rough_t *whole)
 {
-    return song_judge(davar, state, moments, SONG_OR);
+    return song_judge(davar, state, whole, SONG_OR);
 }
 
-static bool judge_and(davar_t *davar, void *state, const davar_rough_t *moments)
+static bool judge_and(davar_t *davar, void *state, const davar_rough_t *whole)
 {
-    return song_judge(davar, state, moments, SONG_AND);
+    return song_judge(davar, state, whole, SONG_AND);
 }
 
 #define SONG_LAW(number, function)                                                                 \

@@ -38,6 +38,13 @@
 #define DAVAR_UNROLLED
 #endif
 
+/* Before a loop over cluster sizes that copies one number each, where flash is not scarce. */
+#if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
+#define DAVAR_UNROLLED_WIDELY _Pragma("GCC unroll 8")
+#else
+#define DAVAR_UNROLLED_WIDELY
+#endif
+
 /* Cortex-M0, M0+, M1 or M23: products have 32 bits, and most instructions reach eight registers. */
 #if defined(__ARM_ARCH_ISA_THUMB) && (__ARM_ARCH_ISA_THUMB == 1) && (__ARM_ARCH_PROFILE == 'M')
 #define DAVAR_NARROW_PRODUCT
