@@ -1,6 +1,8 @@
 /* davar-sim - CSV. */
 #include "output/csv_out.h"
 
+#include "common/decimal.h"
+
 void csv_out_header(rows_out_t *rows, const fields_t *fields, bool with_channel)
 {
     rows_out_put(rows, with_channel ? "channel," : "");
@@ -14,7 +16,7 @@ void csv_out_header(rows_out_t *rows, const fields_t *fields, bool with_channel)
 void csv_out_row(rows_out_t *rows, const fields_t *fields, const char *channel,
                  const epoch_row_t *row)
 {
-    char text[CELL_TEXT_BYTES];
+    char text[DECIMAL_TEXT_BYTES];
     if (channel != NULL) {
         rows_out_put(rows, channel);
         rows_out_put(rows, ",");

@@ -1,6 +1,8 @@
 /* davar-sim - output columns, in the order of the output. */
 #include "output/fields.h"
 
+#include "common/decimal.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -293,13 +295,13 @@ const char *cell_text(const cell_t *cell, const char *absent, char *text)
 {
     switch (cell->kind) {
     case CELL_INTEGER:
-        (void)snprintf(text, CELL_TEXT_BYTES, "%" PRIu64, cell->integer);
+        decimal_print_whole(cell->integer, text);
         return text;
     case CELL_TIME:
-        (void)snprintf(text, CELL_TEXT_BYTES, "%.15g", cell->number);
+        decimal_print(cell->number, 15, text);
         return text;
     case CELL_NUMBER:
-        (void)snprintf(text, CELL_TEXT_BYTES, "%.9g", cell->number);
+        decimal_print(cell->number, 9, text);
         return text;
     case CELL_ABSENT:
     default:

@@ -54,8 +54,7 @@ typedef struct {
 void fields_make(fields_t *fields, const fields_setup_t *setup);
 
 /* Text of a cell, `%.9g` for numbers, or `absent` for an absent value. `text` has
- * CELL_TEXT_BYTES. */
-#define CELL_TEXT_BYTES 32U
+ * DECIMAL_TEXT_BYTES. */
 const char *cell_text(const cell_t *cell, const char *absent, char *text);
 
 #endif

@@ -1,6 +1,8 @@
 /* davar-sim - JSON lines. */
 #include "output/jsonl_out.h"
 
+#include "common/decimal.h"
+
 /* header.c rejects control characters in column names, except tabs. */
 static void write_string(rows_out_t *rows, const char *text)
 {
@@ -20,7 +22,7 @@ static void write_string(rows_out_t *rows, const char *text)
 void jsonl_out_row(rows_out_t *rows, const fields_t *fields, const char *channel,
                    const epoch_row_t *row)
 {
-    char text[CELL_TEXT_BYTES];
+    char text[DECIMAL_TEXT_BYTES];
     rows_out_put(rows, "{\"channel\":");
     write_string(rows, channel);
     for (size_t f = 0; f < fields->count; f++) {
