@@ -16,8 +16,10 @@ typedef enum {
 
 typedef struct {
     cell_kind_t kind;
-    uint64_t integer;
-    double number;
+    union {
+        uint64_t integer;
+        double number;
+    };
 } cell_t;
 
 /* The data of one row. */
