@@ -142,13 +142,18 @@ static char *put_zeros(char *to, size_t count)
 /* The last `count` digits of a value. */
 static void put_digits(char *to, uint64_t value, size_t count)
 {
-    for (size_t i = count; i > 0U; i--) {
-        to[i - 1U] = (char)('0' + (value % 10U));
-        value /= 10U;
+    for (; count > 1U; count -= 2U) {
+        const unsigned pair = (unsigned)(value % 100U);
+        value /= 100U;
+        to[count - 1U] = (char)('0' + (pair % 10U));
+        to[count - 2U] = (char)('0' + (pair / 10U));
+    }
+    if (count > 0U) {
+        *to = (char)('0' + (value % 10U));
     }
 }
 
-void decimal_print_whole(uint64_t value, char *text)
+size_t decimal_print_whole(uint64_t value, char *text)
 {
     size_t count = 1U;
     for (uint64_t rest = value / 10U; rest > 0U; rest /= 10U) {
@@ -156,6 +161,7 @@ void decimal_print_whole(uint64_t value, char *text)
     }
     put_digits(text, value, count);
     text[count] = '\0';
+    return count;
 }
 
 #ifdef __SIZEOF_INT128__
@@ -272,13 +278,12 @@ static char *put_exponent(char *to, int exponent)
     return to + 2;
 }
 
-void decimal_print(double value, int digits, char *text)
+size_t decimal_print(double value, int digits, char *text)
 {
     written_t written;
     const double size = fabs(value);
     if (!(size > 0.0) || !isfinite(size) || !write(size, digits, &written)) {
-        (void)snprintf(text, DECIMAL_TEXT_BYTES, "%.*g", digits, value);
-        return;
+        return (size_t)snprintf(text, DECIMAL_TEXT_BYTES, "%.*g", digits, value);
     }
     size_t count = (size_t)digits;
     while (written.digits[count - 1U] == '0') {
@@ -295,4 +300,5 @@ void decimal_print(double value, int digits, char *text)
         end = put_with_point(end, written.digits, count, (size_t)written.exponent + 1U);
     }
     *end = '\0';
+    return (size_t)(end - text);
 }

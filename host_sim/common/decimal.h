@@ -3,6 +3,7 @@
 #ifndef DECIMAL_H
 #define DECIMAL_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 typedef enum {
@@ -21,11 +22,12 @@ decimal_status_t decimal_parse(const char **cursor, double *value);
 /* `text` has so many bytes. */
 #define DECIMAL_TEXT_BYTES 32U
 
-/* Writes a number like printf's %.*g, with 1 to DECIMAL_DIGITS_MAX significant digits. */
+/* Writes a number like printf's %.*g, with 1 to DECIMAL_DIGITS_MAX significant digits, and a
+ * terminating zero. Returns the length. */
 #define DECIMAL_DIGITS_MAX 17
-void decimal_print(double value, int digits, char *text);
+size_t decimal_print(double value, int digits, char *text);
 
-/* Writes a whole number. */
-void decimal_print_whole(uint64_t value, char *text);
+/* The same for a whole number. */
+size_t decimal_print_whole(uint64_t value, char *text);
 
 #endif

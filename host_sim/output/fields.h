@@ -55,8 +55,8 @@ typedef struct {
 
 void fields_make(fields_t *fields, const fields_setup_t *setup);
 
-/* Text of a cell, `%.9g` for numbers, or `absent` for an absent value. `text` has
- * DECIMAL_TEXT_BYTES. */
-const char *cell_text(const cell_t *cell, const char *absent, char *text);
+/* Writes the text of a cell, `%.9g` for numbers, or `absent` for an absent value. `text` has
+ * DECIMAL_TEXT_BYTES. Returns the length. */
+size_t cell_print(const cell_t *cell, const char *absent, char *text);
 
 #endif

@@ -209,7 +209,7 @@ static void assert_like_snprintf(double value)
         char expected[64];
         char text[DECIMAL_TEXT_BYTES];
         (void)snprintf(expected, sizeof expected, "%.*g", digits, value);
-        decimal_print(value, digits, text);
+        TEST_ASSERT_EQUAL(strlen(expected), decimal_print(value, digits, text));
         TEST_ASSERT_EQUAL_STRING(expected, text);
     }
 }
@@ -286,7 +286,7 @@ static void test_whole_numbers_are_printed_like_those_of_snprintf(void)
         char expected[64];
         char text[DECIMAL_TEXT_BYTES];
         (void)snprintf(expected, sizeof expected, "%" PRIu64, value);
-        decimal_print_whole(value, text);
+        TEST_ASSERT_EQUAL(strlen(expected), decimal_print_whole(value, text));
         TEST_ASSERT_EQUAL_STRING(expected, text);
         value = (i == 0U) ? UINT64_MAX : (random_next(&random) >> (random_next(&random) % 64U));
     }
