@@ -19,7 +19,7 @@ SIMULATOR = ROOT / "build/tools/host_sim/davar-sim"
 ROWS = 2_000_000
 ROWS_LEAST = 10_000
 LSB_DPS = 0.01
-REPEATS = 3
+REPEATS = 3  # of a file with ROWS rows; a longer one is read once
 POLL_S = 0.001
 PANDAS = """
 import sys, time, pandas
@@ -52,10 +52,10 @@ def simulation(path: Path, stride: int) -> list[str | Path]:
     return [SIMULATOR, path, "--lsb", lsb, "--stride", every, "--progress", "never"]
 
 
-def processor_s(command: list[str | Path]) -> float:
+def processor_s(command: list[str | Path], repeats: int) -> float:
     """The least processor time of a program that prints to nowhere."""
     spent = []
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -77,10 +77,10 @@ def memory_mb(command: list[str | Path]) -> float:
     return largest / 1024
 
 
-def pandas_s(command: list[str | Path]) -> float | None:
+def pandas_s(command: list[str | Path], repeats: int) -> float | None:
     """The least processor time of read_csv, without the import. None: not installed."""
     spent = []
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         done = subprocess.run(command, text=True, capture_output=True)
         if "No module named 'pandas'" in done.stderr:
             return None
@@ -91,16 +91,16 @@ def pandas_s(command: list[str | Path]) -> float | None:
 
 def measure(rows: int = ROWS) -> Figures:
     """Nanoseconds per row and megabytes."""
-    path = recording(rows)
+    path, repeats = recording(rows), (REPEATS if rows <= ROWS else 1)
     reader: list[str | Path] = [sys.executable, "-c", PANDAS, path]
-    of_pandas = pandas_s(reader)
+    of_pandas = pandas_s(reader, repeats)
     some, every = simulation(path, 100), simulation(path, 1)
     return {
         f"CSV of {rows} rows, ns per row": {
-            "davar-sim, a result every 100 rows": 1e9 * processor_s(some) / rows,
-            "davar-sim, a result at every row": 1e9 * processor_s(every) / rows,
+            "davar-sim, a result every 100 rows": 1e9 * processor_s(some, repeats) / rows,
+            "davar-sim, a result at every row": 1e9 * processor_s(every, repeats) / rows,
             "pandas.read_csv": of_pandas and 1e9 * of_pandas / rows,
-            "wc -l": 1e9 * processor_s(["wc", "-l", path]) / rows,
+            "wc -l": 1e9 * processor_s(["wc", "-l", path], repeats) / rows,
         },
         f"CSV of {rows} rows, memory in MB": {
             "davar-sim, a result every 100 rows": memory_mb(some),

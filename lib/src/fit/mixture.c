@@ -205,6 +205,7 @@ static void normal_equations(const davar_mixture_t *model, unsigned terms, doubl
         }
         normal->count++;
         const double avar = square(model->data->tau[t].adev);
+        const double without_rounding = avar - rounding_at(model, t);
         const double expected = trust * avar_of(model, t, x) + (1.0 - trust) * avar;
         const double weight = weight_of(model, t) / square(expected);
         for (int k = 0; k < TERMS; k++) {
@@ -212,7 +213,7 @@ static void normal_equations(const davar_mixture_t *model, unsigned terms, doubl
                 continue;
             }
             const double weighted = weight * x[k];
-            normal->right[k] += weighted * (avar - rounding_at(model, t));
+            normal->right[k] += weighted * without_rounding;
             for (int l = 0; l <= k; l++) {
                 normal->moment.at[k][l] += weighted * x[l];
             }
