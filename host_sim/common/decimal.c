@@ -286,7 +286,7 @@ size_t decimal_print(double value, int digits, char *text)
         return (size_t)snprintf(text, DECIMAL_TEXT_BYTES, "%.*g", digits, value);
     }
     size_t count = (size_t)digits;
-    while (written.digits[count - 1U] == '0') {
+    while ((count > 1U) && (written.digits[count - 1U] == '0')) {
         count--;
     }
     *text = '-';
