@@ -304,7 +304,7 @@ size_t cell_print(const cell_t *cell, const char *absent, char *text)
     case CELL_ABSENT:
     default: {
         const size_t length = strlen(absent);
-        memcpy(text, absent, length);
+        memcpy(text, absent, length + 1U);
         return length;
     }
     }
