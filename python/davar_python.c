@@ -318,7 +318,23 @@ typedef struct {
     size_t written;
 } rows_t;
 
-/* Writes run->result to a row. */
+/* The cells of the columns from `first` to before `end`. */
+static void write_cells(const davar_python_t *run, const epoch_row_t *epoch, bool fitted,
+                        const rows_t *rows, size_t row, size_t first, size_t end)
+{
+    double *cell = rows->first + first * rows->stride + row;
+    for (size_t i = first; i < end; i++, cell += rows->stride) {
+        const field_t *field = &run->fields.field[i];
+        if (field->of_fit && !fitted) {
+            *cell = (double)NAN;
+        } else {
+            const cell_t shown = field->show(epoch, field->index);
+            *cell = number_of(&shown);
+        }
+    }
+}
+
+/* Writes run->result to a row, except for the deviations. */
 static void write_row(davar_python_t *run, bool fitted, const rows_t *rows, size_t row)
 {
     const bool monitored = (run->model_count > 0U);
@@ -327,15 +343,18 @@ static void write_row(davar_python_t *run, bool fitted, const rows_t *rows, size
     }
     const epoch_row_t epoch = {
         .result = &run->result, .misfit = monitored ? &run->misfit : NULL, .time_s = (double)NAN};
-    double *cell = rows->first + row;
-    for (size_t i = 0; i < run->fields.count; i++, cell += rows->stride) {
-        const field_t *field = &run->fields.field[i];
-        if (field->of_fit && !fitted) {
-            *cell = (double)NAN;
-        } else {
-            const cell_t shown = field->show(&epoch, field->index);
-            *cell = number_of(&shown);
-        }
+    const fields_t *const fields = &run->fields;
+    write_cells(run, &epoch, fitted, rows, row, 0U, fields->first_adev);
+    write_cells(run, &epoch, fitted, rows, row, fields->first_adev + run->engine.curve.tau_count,
+                fields->count);
+}
+
+/* NaN without a difference. */
+static void write_deviations(const davar_python_t *run, const rows_t *rows, size_t row)
+{
+    double *adev = rows->first + run->fields.first_adev * rows->stride + row;
+    for (uint8_t t = 0; t < run->engine.curve.tau_count; t++, adev += rows->stride) {
+        *adev = run->result.tau[t].adev;
     }
 }
 
@@ -345,6 +364,7 @@ static void take_row(davar_python_t *run, rows_t *rows)
         if (cascade_of(run) != NULL) {
             (void)davar_cascade_append(cascade_of(run), &run->result);
         }
+        write_deviations(run, rows, rows->written);
         write_row(run, fit_if_due(run), rows, rows->written);
         rows->written++;
     }
@@ -430,7 +450,7 @@ static void repeat_row(const davar_python_t *run, const slide_t *slide, const ro
     const fields_t *const fields = &run->fields;
     for (size_t i = 0; i < fields->count; i++) {
         double *const column = rows->first + i * rows->stride;
-        const bool is_adev = (i - fields->first_adev) < run->result.tau_count;
+        const bool is_adev = (i - fields->first_adev) < run->engine.curve.tau_count;
         for (size_t row = first + 1U; (row < end) && !is_adev; row++) {
             column[row] = (i > 0U) ? column[first] : (double)slide_epoch(slide, row);
         }

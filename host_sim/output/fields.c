@@ -1,9 +1,12 @@
 /* davar-sim - output columns, in the order of the output. */
 #include "output/fields.h"
 
+#include "common/decimal.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 static cell_t integer_cell(uint64_t integer)
 {
@@ -289,20 +292,20 @@ void fields_make(fields_t *fields, const fields_setup_t *setup)
     }
 }
 
-const char *cell_text(const cell_t *cell, const char *absent, char *text)
+size_t cell_print(const cell_t *cell, const char *absent, char *text)
 {
     switch (cell->kind) {
     case CELL_INTEGER:
-        (void)snprintf(text, CELL_TEXT_BYTES, "%" PRIu64, cell->integer);
-        return text;
+        return decimal_print_whole(cell->integer, text);
     case CELL_TIME:
-        (void)snprintf(text, CELL_TEXT_BYTES, "%.15g", cell->number);
-        return text;
+        return decimal_print(cell->number, 15, text);
     case CELL_NUMBER:
-        (void)snprintf(text, CELL_TEXT_BYTES, "%.9g", cell->number);
-        return text;
+        return decimal_print(cell->number, 9, text);
     case CELL_ABSENT:
-    default:
-        return absent;
+    default: {
+        const size_t length = strlen(absent);
+        memcpy(text, absent, length + 1U);
+        return length;
+    }
     }
 }

@@ -16,8 +16,10 @@ typedef enum {
 
 typedef struct {
     cell_kind_t kind;
-    uint64_t integer;
-    double number;
+    union {
+        uint64_t integer;
+        double number;
+    };
 } cell_t;
 
 /* The data of one row. */
@@ -53,9 +55,8 @@ typedef struct {
 
 void fields_make(fields_t *fields, const fields_setup_t *setup);
 
-/* Text of a cell, `%.9g` for numbers, or `absent` for an absent value. `text` has
- * CELL_TEXT_BYTES. */
-#define CELL_TEXT_BYTES 32U
-const char *cell_text(const cell_t *cell, const char *absent, char *text);
+/* Writes the text of a cell, `%.9g` for numbers, or `absent` for an absent value. `text` has
+ * DECIMAL_TEXT_BYTES. Returns the length. */
+size_t cell_print(const cell_t *cell, const char *absent, char *text);
 
 #endif

@@ -104,6 +104,28 @@ def every_sample(window: int) -> Times:
     }
 
 
+def adaptive(window: int) -> Times:
+    """Nanoseconds per epoch, for an epoch at every sample: the window and the statistics that
+    dynamic() has by default. No competitor has them.
+    """
+    x = noise(EPOCHS)
+
+    def ours(fit_every: int) -> float:
+        given: dict[str, Any] = {
+            "rate_hz": RATE_HZ,
+            "lsb": LSB_DPS,
+            "clusters": OCTAVES,
+            "window_max": window,
+        }
+        return 1e9 * seconds(lambda: davar.dynamic(x, fit_every=fit_every, **given), 3) / EPOCHS
+
+    return {
+        "davar": ours(0),
+        "davar, fit every 10th": ours(10),
+        "davar, every fit": ours(1),
+    }
+
+
 def every_hundredth(window: int) -> Times:
     """Nanoseconds per epoch, for an epoch every 100 samples: octaves, coefficients and intervals;
     of AllanTools, deviations only.
@@ -121,6 +143,7 @@ def main() -> None:
     figures = {f"record of {count} samples, ms": record(count) for count in RECORDS}
     for window in WINDOWS:
         figures[f"window {window}, every sample, ns"] = every_sample(window)
+    figures[f"adaptive window up to {WINDOWS[0]}, every sample, ns"] = adaptive(WINDOWS[0])
     for window in WINDOWS:
         figures[f"window {window}, every 100th, ns"] = every_hundredth(window)
     json.dump(figures, sys.stdout)

@@ -214,15 +214,15 @@ void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
     }
 }
 
-void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result)
+uint8_t davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result)
 {
     const uint8_t usable = davar_fit_usable(result);
     const uint8_t count = (usable < plan->sizes) ? usable : plan->sizes;
-    if (count == 0U) {
-        return;
+    if (count > 0U) {
+        if (plan->count != count) {
+            davar_plan_solve(plan, count);
+        }
+        davar_fit_prepare_window(plan, result);
     }
-    if (plan->count != count) {
-        davar_plan_solve(plan, count);
-    }
-    davar_fit_prepare_window(plan, result);
+    return usable;
 }

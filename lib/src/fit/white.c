@@ -428,11 +428,10 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
 bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
                           davar_white_t *white)
 {
-    if (davar_fit_usable(result) == 0U) {
+    if (davar_fit_prepare(plan, result) == 0U) {
         write_nothing(result);
         return true;
     }
-    davar_fit_prepare(plan, result);
     return suffices(plan, rate_hz, result, white);
 }
 
@@ -466,9 +465,7 @@ static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result
 
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
-    const uint8_t usable = davar_fit_usable(result);
-    davar_fit_prepare(plan, result);
-    return fit_white(plan, rate_hz, result, usable);
+    return fit_white(plan, rate_hz, result, davar_fit_prepare(plan, result));
 }
 
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
