@@ -41,7 +41,7 @@ def log_options(options: argparse.Namespace) -> formats.Options:
         getattr(options, "rename", []),
         getattr(options, "scale", []),
         options.types,
-        options.names.split(",") if options.names else None,
+        options.names,
         as_recorded=options.as_recorded,
     )
 
@@ -103,6 +103,13 @@ SENSOR = argument(
     metavar="NAME",
     help="sensor, topic or instance to read from a log (davarlab import LOG --list lists them)",
 )
+NAMES = argument(
+    "--names",
+    type=option_types.names,
+    metavar="A,B,..",
+    help="names for the columns of a text or of a NumPy array, in their order, instead of those of "
+    "the file: time_us,gyro_x_dps,gyro_y_dps,_,temp_degC .. (_ leaves a column out)",
+)
 LOG = [
     RATE,
     SENSOR,
@@ -128,9 +135,5 @@ LOG = [
         help="message types that the ROS 2 bag does not contain: PACKAGE/msg/NAME.msg, or a folder "
         "of them",
     ),
-    argument(
-        "--names",
-        metavar="A,B,..",
-        help="column names for a NumPy array without names: time,gyro_x,gyro_y,gyro_z,temp ..",
-    ),
+    NAMES,
 ]

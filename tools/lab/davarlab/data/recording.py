@@ -102,7 +102,7 @@ def gridded(
     by interpolation, a placeholder."""
     if "time_s" not in columns:
         if not rate_hz:
-            raise BadInput(f"{path}: no column time_s and no --rate")
+            raise BadInput(f"{path}: no column time_s and no --rate. Type --rate HZ")
         return columns, None, Clock(float(rate_hz))
     found = clock.of(columns["time_s"], rate_hz, path, line)
     return *on_grid(columns, found), found

@@ -26,7 +26,7 @@ from ..errors import BadInput
 from ..inference.parts import Part
 from ..logs import formats
 from ..logs import text as texts
-from ..logs.sensor import Sensor
+from ..logs.sensor import Samples, Sensor
 from ..report.values import Json
 from .steps import Sight
 
@@ -64,13 +64,17 @@ def gyros_in(path: str | Path) -> list[Sensor]:
 
 
 def preview(
-    path: str | Path, sensor: str | None = None, said: list[guess.Guess] | None = None
+    path: str | Path,
+    sensor: str | None = None,
+    names: Sequence[str] | None = None,
+    said: list[guess.Guess] | None = None,
 ) -> tuple[list[guess.Guess], Json]:
     """A log before it is read as a recording: (guesses for its columns, or what was said of them,
-    what a page shows of it)."""
-    columns, line = columns_in(path, sensor)
+    what a page shows of it). names: for the columns of a text, over its own."""
+    log = looked_at(path, sensor, names)
+    columns = log.columns
     found, rows = said or guess.of(columns), len(next(iter(columns.values())))
-    ticks = clock_of(columns, found, path, line)
+    ticks = clock_of(columns, found, path, log.line)
     missing = (
         0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
     )
@@ -79,6 +83,8 @@ def preview(
         "columns": [
             vars(one) | {"would": guess.units_of(one.name, columns[one.name])} for one in found
         ],
+        "named": isinstance(log, Samples) or log.named,
+        "said": ", ".join(log.said),
         "rows": rows,
         "rate_hz": ticks.rate_hz if ticks else None,
         "missing": missing,
@@ -89,14 +95,13 @@ def preview(
     }
 
 
-def columns_in(path: str | Path, sensor: str | None = None) -> tuple[dict[str, Floats], int | None]:
-    """(name -> numbers, line of the header or None) of a text as it is, of any other log in
-    davarlab's names."""
+def looked_at(
+    path: str | Path, sensor: str | None, names: Sequence[str] | None
+) -> tables.Table | Samples:
+    """A text as it is, any other log in davarlab's names."""
     if formats.format_of(path)[1] is texts.log:
-        table_read = tables.read(path, texts.SEPARATORS)
-        return table_read.columns, table_read.line
-    found = formats.samples(path, formats.Options(sensor=sensor))
-    return found.columns, found.line
+        return tables.read(path, names)
+    return formats.samples(path, formats.Options(sensor=sensor))
 
 
 def clock_of(
@@ -122,11 +127,15 @@ def read(
     rate_hz: float | None = None,
     sensor: str | None = None,
     as_recorded: bool = False,
+    names: list[str] | None = None,
 ) -> recordings.Recording:
     """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a
-    log with several; as_recorded: its rate, units and levels were confirmed."""
+    log with several; names: of the columns of a text, over its own; as_recorded: its rate, units
+    and levels were confirmed."""
     renames, scales = pairs(guesses or [])
-    options = formats.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
+    options = formats.Options(
+        rate_hz, sensor, renames=renames, scales=scales, names=names, plain=True
+    )
     return replace(
         recordings.at_own_rate(formats.recording_of(formats.samples(path, options), path, rate_hz)),
         as_recorded=as_recorded,
