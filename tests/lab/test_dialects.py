@@ -4,11 +4,13 @@ measured is read, or one line says what to type.
 
 import binascii
 import functools
+import json
 import operator
 import unittest
 
 import asking
 import numpy as np
+from asking import ROOT
 from test_logs import Logs
 
 COUNT = 1200
@@ -89,7 +91,9 @@ class Read(Dialects):
             "preamble of pairs": 'version,1.3\ntscale,0.001\nid,"bench, left"\n' + names + plain(),
             "comments": "// made by a logger\n// rate: 100 Hz\n% third\n" + names + plain(),
             "two rows, units": "time,gx,gy,gz\ns,deg/s,deg/s,deg/s\n" + plain(),
-            "two rows, brackets": "Time;Gyro X;Gyro Y;Gyro Z\n[s];[\u00b0/s];[\u00b0/s];[\u00b0/s]\n"
+            "two rows, brackets": "Time;Gyro X;Gyro Y;Gyro Z\n[s]"
+            + ";[\u00b0/s]" * 3
+            + "\n"
             + plain(";"),
             "two rows, groups": "Time,Gyroscope,,\n,X (deg/s),Y (deg/s),Z (deg/s)\n" + plain(),
             "three rows": ";Gyro;Gyro;Gyro\nTime;X;Y;Z\ns;deg/s;deg/s;deg/s\n" + plain(";"),
@@ -126,7 +130,9 @@ class Read(Dialects):
             "names and units from lines 2 to 3",
         ):
             self.assertIn(words, said)
-        self.assertNotIn("separator", self.said(self.file("b.csv", "t,gx_dps\n" + rows(TIME, TEMP))))
+        self.assertNotIn(
+            "separator", self.said(self.file("b.csv", "t,gx_dps\n" + rows(TIME, TEMP)))
+        )
 
     def test_names_of_a_rostopic_and_of_euroc(self):
         gyro = np.radians(GYRO)
@@ -155,7 +161,15 @@ class Read(Dialects):
         self.check_stamps(columns, ns)
 
     def test_a_column_in_microseconds(self):
-        for name in ("usec", "us", "time_us", "t_usec", "TimeUS", "us_since_boot", "Time [\u03bcs]"):
+        for name in (
+            "usec",
+            "us",
+            "time_us",
+            "t_usec",
+            "TimeUS",
+            "us_since_boot",
+            "Time [\u03bcs]",
+        ):
             for step in (2000, 10_000, 200_000):  # 500 Hz to 5 Hz
                 with self.subTest(name=name, step=step):
                     stamps = 77_000_000 + np.arange(COUNT) * step
@@ -258,7 +272,8 @@ class Sentences(Dialects):
 
     def test_sentences_of_another_maker_are_named_by_their_user(self):
         text = "".join(
-            sentence(f"PXIMU,{place * 10},{x},{y},{z}") for place, (x, y, z) in enumerate(GYRO.tolist())
+            sentence(f"PXIMU,{place * 10},{x},{y},{z}")
+            for place, (x, y, z) in enumerate(GYRO.tolist())
         )
         log = self.file("log.txt", text)
         self.refused(log, "log.txt:1: no names", "--names")
@@ -271,13 +286,20 @@ class Refused(Dialects):
         files = {
             "decimal commas between commas": (names + plain().replace(".", ","), "Type"),
             "thousands": (
-                "t;gx_raw\n" + "".join(f"{n};{n % 7},{n % 1000:03d}\n" * (n % 7 > 0) or f"{n};{n}\n" for n in range(300)),
+                "t;gx_raw\n"
+                + "".join(
+                    f"{n};{n % 7},{n % 1000:03d}\n" * (n % 7 > 0) or f"{n};{n}\n"
+                    for n in range(300)
+                ),
                 "tr -d ,",
             ),
             "twins": ("t,x,y,z,x,y,z\n" + rows(TIME, *GYRO.T, *FORCE.T), "--names"),
             "too few names": ("t,gx_dps\n" + plain(), "--names"),
             "text in a gyro": (names + plain().replace("0.02,", "0.02,x", 1), ":4: column gx_dps"),
-            "a clock of text": ("time,gx_dps\n" + "12:00:01.1,5\n12:00:01.2,6\n", ":2: column time"),
+            "a clock of text": (
+                "time,gx_dps\n" + "12:00:01.1,5\n12:00:01.2,6\n",
+                ":2: column time",
+            ),
             "a row too long": (names + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
             "no numbers": ("Some text,\nand more of it\n", ""),
         }
@@ -289,6 +311,43 @@ class Refused(Dialects):
         log = self.work / "log.csv"
         log.write_bytes(("t,gx_dps\n" + rows(TIME, TEMP)).encode("utf-16"))
         self.refused(log, "UTF-16", f"iconv -f UTF-16 -t UTF-8 {log}")
+
+
+class Fit(Dialects):
+    """The documented path, on a file of a stranger: white noise of 0.3 deg/s at 100 Hz."""
+
+    ARW = 0.3 / RATE_HZ**0.5 * 60
+
+    def check_fit(self, *arguments):
+        done = asking.run("fit", *arguments, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = json.loads(done.stdout)["effects"][0]
+        self.assertEqual(found["kind"], "angle_random_walk")
+        value = found["parameters"]["coefficient_deg_per_sqrt_h"]["value"]
+        self.assertAlmostEqual(value / self.ARW, 1, delta=0.1)  # of 1200 samples: 2 %, five times
+        return done.stderr
+
+    def test_without_a_model_it_starts_from_the_data(self):
+        log = self.file("log.csv", "usec;wx_dps;wy_dps;wz_dps\n" + rows(US, *GYRO.T, separator=";"))
+        model = self.work / "fitted.toml"
+        self.assertIn("gyro_z_dps are fitted", self.check_fit(log, "-o", model))
+        self.check_fit(log, "-m", ROOT / "data/tutorial_model.toml")
+        done = asking.run("compare", log, "-m", model)
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        done = asking.run("fit", log, "--axes", "gyro", "--json")
+        self.assertEqual(len(json.loads(done.stdout)["axes"]), 3)
+
+    def test_a_model_of_another_rate_says_the_way_on(self):
+        log = self.file("log.csv", "usec;wz_dps\n" + rows(US, GYRO[:, 2], separator=";"))
+        done = asking.run("fit", log, "-m", self.model)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("Remove rate_hz from the model, or fit without -m", done.stderr)
+
+    def test_without_a_gyro_it_says_what_to_type(self):
+        log = self.file("log.csv", "usec,accel_x,accel_y,accel_z\n" + rows(US, *FORCE.T))
+        done = asking.run("fit", log, "--sensor", "accel")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--axes accel", done.stderr)
 
 
 if __name__ == "__main__":

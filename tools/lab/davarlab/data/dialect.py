@@ -31,11 +31,15 @@ THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII)
 FEW_THOUSANDS = 3  # fields that look like thousands by chance
 # Words of a row of units.
 UNITS = set(
-    "deg degree degrees degc c k rad radian radians dps mdps mdeg s sec secs second seconds ms msec "
-    "us usec \u00b5s \u03bcs ns nsec m mps mps2 s2 g mg gauss mgauss ut \u00b5t \u03bct nt pa hpa kpa bar "
-    "mbar v mv a ma hz counts count lsb raw bool int float double string unitless n".split()
+    re.findall(
+        r"\S+",
+        "deg degree degrees degc c k rad radian radians dps mdps mdeg g mg gauss mgauss m mps "
+        "mps2 s2 s sec secs second seconds ms msec us usec \u00b5s \u03bcs ns nsec hz pa hpa kpa "
+        "bar mbar v mv a ma n ut \u00b5t \u03bct nt count counts lsb raw bool int float double "
+        "string",
+    )
 )
-SIGNS = re.compile(r"[-%\u00b0\u00ba/^\d\u00b2]+|")
+SIGN = re.compile(r"[-%\u00b0\u00ba]?")  # of a unit without a word
 COLUMNS_MOST = 10_000
 LEAVE_OUT = "_"  # name of a column that is not read
 EXAMPLE = ("time_us", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps", "temp_degC")
@@ -121,7 +125,7 @@ def recognised(names: Iterable[str]) -> int:
 
 def is_unit(text: str) -> bool:
     words = re.findall(r"[^\W\d_]+\d?", text.lower())
-    return set(words) <= UNITS if words else bool(SIGNS.fullmatch(text.strip("[]() ")))
+    return set(words) <= UNITS if words else bool(SIGN.fullmatch(text.strip("[]() ")))
 
 
 def are_units(fields: Sequence[str]) -> bool:

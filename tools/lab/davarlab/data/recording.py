@@ -72,6 +72,11 @@ class Recording:
         found: Floats = self.measured["time"]
         return found
 
+    @property
+    def gyros(self) -> list[str]:
+        """The columns of gyros, by the unit in their names."""
+        return [name for name in self.columns if name.endswith(tuple("_" + one for one in TO_DPS))]
+
     def column(self, name: str) -> Floats:
         if name not in self.columns:
             raise BadInput(f"{self.name}: no column {name} (there are: {', '.join(self.columns)})")

@@ -292,6 +292,9 @@ def parsed(block: bytes, form: Form) -> list[Floats] | None:
 
     if block.startswith("\ufeff".encode()):  # which pyarrow leaves out
         return None
+    quotes = block.count(b'"')
+    if quotes % 2:  # one is not closed
+        return None
     try:
         found = csv.read_csv(
             BufferReader(block),
@@ -302,7 +305,7 @@ def parsed(block: bytes, form: Form) -> list[Floats] | None:
             ),
             csv.ParseOptions(
                 delimiter=form.dialect.separator,
-                quote_char='"' if b'"' in block else False,
+                quote_char='"' if quotes else False,
                 double_quote=False,
             ),
             csv.ConvertOptions(
@@ -314,6 +317,8 @@ def parsed(block: bytes, form: Form) -> list[Floats] | None:
         )
     except ArrowInvalid:
         return None
+    if quotes and found.num_rows != sum(map(bool, map(bytes.strip, block.split(b"\n")))):
+        return None  # a line that ends within quotes
     columns = [
         since(column, form)
         if name == form.time and form.kind
@@ -384,6 +389,8 @@ def by_row(block: bytes, form: Form, line: int, path: StrPath) -> tuple[list[Flo
 def numbers(fields: Sequence[str], form: Form, where: StrPath) -> Floats:
     if len(fields) != form.count:
         raise BadInput(f"{where}: {len(fields)} fields, the rows above have {form.count}")
+    if any(text.startswith('"') for text in fields):
+        raise BadInput(f"{where}: a quote that is not closed")
     values = []
     for name, place in zip(form.names, form.places):
         text = fields[place]
@@ -422,18 +429,16 @@ class Table:
     said: list[str]
 
 
-def left_out(found: Dialect, names: Sequence[str]) -> dict[int, str]:
+def left_out(found: Dialect, names: Sequence[str], given: Sequence[str] | None) -> dict[int, str]:
     """place -> why: columns that are not read. A gyro, an accelerometer, a temperature and the only
     time are, so that what is no number in them is an error."""
     clocks = {place for place, name in enumerate(names) if guess.quantity_of(name) == "time"}
-    out = {place: "" for place, name in enumerate(names) if name == dialect.LEAVE_OUT}
+    out = {place: "" for place, name in enumerate(given or ()) if name == dialect.LEAVE_OUT}
     if len(found.bare) == len(names):
         return out
     for place in found.bare - set(out):
-        if place in found.blank:
-            out[place] = "empty" if names[place] else ""
-        elif not dialect.recognised([names[place]]) or clocks - found.bare and place in clocks:
-            out[place] = "text"
+        if not dialect.recognised([names[place]]) or clocks - found.bare and place in clocks:
+            out[place] = "text" if place not in found.blank else "empty" if names[place] else ""
     return out
 
 
@@ -475,7 +480,7 @@ def read(
         found = dialect.sniffed(rows, top.comments, given, path)
         line = rows[found.first][0] if found.first < len(rows) else top.start + len(top.raw)
         names = naming(found.names, path)
-        out = left_out(found, names)
+        out = left_out(found, names, given)
         kept = {
             place: name or f"column_{place + 1}"
             for place, name in enumerate(names)

@@ -21,7 +21,6 @@ from ..diagnosis import state as state_of
 from ..diagnosis.improve import Estimates
 from ..diagnosis.state import Judged, Progress
 from ..effects import columns as columns_of
-from ..effects import table
 from ..errors import BadInput
 from ..inference.parts import Part
 from ..logs import formats
@@ -34,10 +33,6 @@ KEPT = 6  # outcomes in memory
 SET = "as set"  # of an outcome whose values stand as somebody set them
 HELD = ("spectrum", "mean", "filter")  # what can be held while the rest is fitted
 ROWS = 5  # of a log, to look at
-FIRST = (
-    ("angle_random_walk", 0.3),
-    ("bias_instability", 5.0),
-)  # of a first model; the fit moves them
 
 Errors = tuple[float, float] | tuple[None, None]  # an error and its floor, where there is one
 
@@ -142,14 +137,6 @@ def read(
     )
 
 
-def gyro_columns(recording: recordings.Recording) -> list[str]:
-    return [
-        name
-        for name in recording.columns
-        if name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))
-    ]
-
-
 def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recording:
     """What a sight shows of the recording: a stretch alone, or all with some of it taken for
     missing."""
@@ -191,7 +178,7 @@ class Desk:
     def __init__(self, whole: recordings.Recording, sight: "Sight") -> None:
         whole.rate_dps(sight.column)
         self.whole, self.sight, self.column = whole, sight, sight.column
-        self.gyros = gyro_columns(whole)
+        self.gyros = whole.gyros
         self.recording = seen(whole, sight)
         self.outcomes: OrderedDict[Hashable, Outcome] = OrderedDict()
         self.rankings: dict[Hashable, list[Candidate]] = {}
@@ -199,9 +186,7 @@ class Desk:
         self.judged_elsewhere: dict[tuple[str, str | None], Errors] = {}
 
     def first_model(self) -> models.Model:
-        """What one believes before anything was looked at: white noise and bias instability."""
-        terms = [models.Term(kind, {table.find(kind).size.name: value}) for kind, value in FIRST]
-        return models.Model(self.recording.rate_hz, self.column, terms)
+        return models.first(self.recording.rate_hz, self.column)
 
     def remembered(self, key: Hashable, make: Callable[[], Outcome]) -> Outcome:
         if key not in self.outcomes:

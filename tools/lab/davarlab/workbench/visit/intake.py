@@ -99,7 +99,7 @@ class Intake:
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
         model file to look at."""
         recording = self.as_named(path, steps)
-        gyros = desks.gyro_columns(recording)
+        gyros = recording.gyros
         if not gyros:
             raise BadInput(
                 f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for "
