@@ -126,8 +126,10 @@ def numbers_of(found, name):
 
 class Read(asked.Lawful):
     def read(self, data):
+        """The table; None where it is rejected, or has no names, which every command rejects."""
         try:
-            return table.read(self.file("r.csv", data))
+            found = table.read(self.file("r.csv", data))
+            return found if found.named else None
         except BadInput as why:
             self.assertIn("r.csv", str(why))
             return None

@@ -6,11 +6,15 @@ import binascii
 import functools
 import json
 import operator
+import shlex
 import unittest
 
 import asking
 import numpy as np
 from asking import ROOT
+from davarlab.errors import BadInput
+from davarlab.workbench import schema
+from davarlab.workbench.visit import visit
 from test_logs import Logs
 
 COUNT = 1200
@@ -311,6 +315,53 @@ class Refused(Dialects):
         log = self.work / "log.csv"
         log.write_bytes(("t,gx_dps\n" + rows(TIME, TEMP)).encode("utf-16"))
         self.refused(log, "UTF-16", f"iconv -f UTF-16 -t UTF-8 {log}")
+
+
+class Page(Dialects):
+    """The workbench reads the same files: what a terminal is told to type, its page asks for."""
+
+    def setUp(self):
+        super().setUp()
+        self.visit = visit.Visit(self.work / "files")
+
+    def read(self, columns):
+        """As the page sends them."""
+        given = schema.request("read", json.dumps({"columns": columns}).encode())
+        return self.visit.intake.read(**given)
+
+    def test_names_are_typed_and_kept(self):
+        log = self.file("log.csv", "Logger 7\n" + rows(US, *GYRO.T, TEMP, separator=";"))
+        shown = self.visit.intake.open(str(log))["log"]
+        self.assertEqual((shown["named"], shown["rate_hz"]), (False, None))
+        self.assertEqual(
+            [one["name"] for one in shown["columns"]], [f"column_{n}" for n in range(1, 6)]
+        )
+        self.assertIn("separator ;", shown["said"])
+        with self.assertRaisesRegex(BadInput, "--names: 2 names"):
+            self.visit.intake.names(["t", "gx"])
+        shown = self.visit.intake.names(["usec", "gx_dps", "gy_dps", "gz_dps", "_"])["log"]
+        self.assertEqual((shown["named"], shown["rate_hz"]), (True, RATE_HZ))
+        now = self.read(shown["columns"])
+        self.assertEqual(now["gyros"], [f"gyro_{axis}_dps" for axis in "xyz"])
+        again = visit.Visit(self.work / "files").intake.open(str(log))
+        self.assertEqual(again["commands"], now["commands"])
+        self.assertIn("--names usec,gx_dps,gy_dps,gz_dps,_", again["commands"][0])
+        words = shlex.split(again["commands"][0])[1:]
+        words[words.index("rec.csv")] = str(self.out)
+        self.assertEqual(asking.run(*words).returncode, 0)
+        self.assertEqual(len(self.out.read_text().splitlines()), COUNT + 1)
+
+    def test_quantities_are_chosen_without_names(self):
+        log = self.file("log.csv", rows(US, *GYRO.T))
+        columns = self.visit.intake.open(str(log))["log"]["columns"]
+        kinds = [("time", "", "us", 1e-6), *(("gyro", axis, "deg/s", 1.0) for axis in "xyz")]
+        for column, (quantity, axis, unit, factor) in zip(columns, kinds):
+            column.update(quantity=quantity, axis=axis, unit=unit, factor=factor)
+        now = self.read(columns)
+        self.assertEqual(now["rate_hz"], RATE_HZ)
+        words = shlex.split(now["commands"][0])[1:]
+        words[words.index("rec.csv")] = str(self.out)
+        self.assertEqual(asking.run(*words).returncode, 0)
 
 
 class Fit(Dialects):

@@ -429,6 +429,14 @@ class Table:
     said: list[str]
 
 
+def columns_called(found: Dialect) -> list[str]:
+    """The names of all columns; column_2 .. for those without, "" for those without anything."""
+    return [
+        name or f"column_{place + 1}" * (place not in found.blank)
+        for place, name in enumerate(found.names)
+    ]
+
+
 def left_out(found: Dialect, names: Sequence[str], given: Sequence[str] | None) -> dict[int, str]:
     """place -> why: columns that are not read. A gyro, an accelerometer, a temperature and the only
     time are, so that what is no number in them is an error."""
@@ -473,19 +481,12 @@ def read(
         wire = sentences.in_lines(top.raw)
         texts = top.raw if wire is None else wire.rows(top.raw, top.start, path)
         rows = top.rows(texts, path)
-        odd = next((one for one in given or () if one and not is_name(one)), None)
-        if odd is not None:
-            raise BadInput(f"--names: {odd[:SHOWN]!r}: not a name for a column")
         given = given or (wire.names if wire else None)
         found = dialect.sniffed(rows, top.comments, given, path)
         line = rows[found.first][0] if found.first < len(rows) else top.start + len(top.raw)
-        names = naming(found.names, path)
+        names = naming(columns_called(found), path)
         out = left_out(found, names, given)
-        kept = {
-            place: name or f"column_{place + 1}"
-            for place, name in enumerate(names)
-            if place not in out
-        }
+        kept = {place: name for place, name in enumerate(names) if place not in out}
         check_names(list(kept.values()), f"{path}:{line - 1}", len(names))
         form = form_of(found, kept, rows[found.first][1] if found.first < len(rows) else "")
         rest = blocks(stream, b"".join(top.raw[line - top.start :]), line - 1, path)
