@@ -117,7 +117,7 @@ class Read(Dialects):
         )
         log = self.file("log.csv", ",time,frame_id,wx_dps,wy_dps,wz_dps,note\n" + text)
         said = self.said(log)
-        self.assertIn("left out: frame_id (text), note (empty)", said)
+        self.assertIn("skipped: frame_id (text), note (empty)", said)
         columns = self.imported(log)[1]
         self.check_gyro(columns)
         self.assertEqual(columns["column_1"][:3], ("0", "1", "2"))
@@ -128,14 +128,14 @@ class Read(Dialects):
         ).replace(".", ",")
         said = self.said(self.file("log.csv", text))
         for words in (
-            "separator ;",
+            "separated by semicolons",
             "decimal commas",
             "1 line above the table skipped",
             "names and units from lines 2 to 3",
         ):
             self.assertIn(words, said)
         self.assertNotIn(
-            "separator", self.said(self.file("b.csv", "t,gx_dps\n" + rows(TIME, TEMP)))
+            "separated", self.said(self.file("b.csv", "t,gx_dps\n" + rows(TIME, TEMP)))
         )
 
     def test_names_of_a_rostopic_and_of_euroc(self):
@@ -336,7 +336,7 @@ class Page(Dialects):
         self.assertEqual(
             [one["name"] for one in shown["columns"]], [f"column_{n}" for n in range(1, 6)]
         )
-        self.assertIn("separator ;", shown["said"])
+        self.assertIn("separated by semicolons", shown["said"])
         with self.assertRaisesRegex(BadInput, "--names: 2 names"):
             self.visit.intake.names(["t", "gx"])
         shown = self.visit.intake.names(["usec", "gx_dps", "gy_dps", "gz_dps", "_"])["log"]

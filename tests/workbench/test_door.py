@@ -130,9 +130,9 @@ class Logs(Visiting):
         expect(page.locator("tbody th")).to_have_text(
             [name or f"column_{place}" for place, name in enumerate(names, 1) if name != "_"]
         )
-        expect(page.locator("#landing")).to_contain_text(
-            "separator ;, 1 line above the table skipped"
-        )
+        expect(page.locator("#landing")).to_contain_text("separated by semicolons, 1 line above")
+        page.fill("input[data-index='2'][data-key=factor]", "0.05")
+        page.locator("input[data-index='2'][data-key=factor]").blur()
         page.click("#read")
         page.wait_for_selector("#error-value")
         expect(page.locator("#recording")).to_contain_text("200 Hz")

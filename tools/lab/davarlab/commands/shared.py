@@ -127,7 +127,7 @@ NAMES = argument(
     type=option_types.names,
     metavar="A,B,..",
     help="names for the columns of a text or of a NumPy array, in their order, instead of those of "
-    "the file: time_us,gyro_x_dps,gyro_y_dps,_,temp_degC .. (_ leaves a column out)",
+    "the file: time_us,gyro_x_dps,gyro_y_dps,_,temp_degC .. (_ skips a column)",
 )
 LOG = [
     RATE,

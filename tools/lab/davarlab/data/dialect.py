@@ -25,7 +25,7 @@ WRITTEN = (
 )
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?", re.ASCII)
-NAMED = {"\t": "tabs", " ": "spaces"}  # separators, in words
+NAMED = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}
 MISSING = re.compile(r"[+-]?(nan|inf|infinity)|null|none|na|n/a|true|false", re.IGNORECASE)
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII)
 FEW_THOUSANDS = 3  # fields that look like thousands by chance
@@ -41,7 +41,7 @@ UNITS = set(
 )
 SIGN = re.compile(r"[-%\u00b0\u00ba]?")  # of a unit without a word
 COLUMNS_MOST = 10_000
-LEAVE_OUT = "_"  # name of a column that is not read
+SKIP = "_"  # name of a column that is not read
 EXAMPLE = ("time_us", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps", "temp_degC")
 SHOWN = 60  # characters of a row in a message
 
@@ -232,7 +232,7 @@ def in_comments(
 def example(count: int) -> str:
     """What to type for so many columns."""
     names = list(EXAMPLE[:count]) if count != 3 else list(EXAMPLE[1:4])
-    return "--names " + ",".join(names + [LEAVE_OUT] * (count - len(names)))
+    return "--names " + ",".join(names + [SKIP] * (count - len(names)))
 
 
 def check_thousands(rows: Sequence[Sequence[str]], path: StrPath) -> None:
@@ -350,7 +350,7 @@ def check_above(
         )
         raise BadInput(
             f"{path}:{line}: {len(fields)} names above rows of {count} fields.{commas} Type a name "
-            f"for each field, or {LEAVE_OUT} to leave one out: {example(count)}"
+            f"for each field, or {SKIP} to skip one: {example(count)}"
         )
 
 
@@ -364,7 +364,7 @@ def told_of(
     """How a file is read, in words; nothing where it is plain CSV."""
     out = []
     if separator != ",":
-        out.append(f"separator {NAMED.get(separator, separator)}")
+        out.append(f"separated by {NAMED[separator]}")
     if decimal == ",":
         out.append("decimal commas")
     if skipped := header.first if header else first:

@@ -96,7 +96,10 @@ def opened(path: StrPath) -> Iterator[Stream]:
 def text_of(row: bytes, path: StrPath) -> str:
     if b"\0" in row:
         raise BadInput(f"{path}: not a text file in UTF-8")
-    return row.decode("utf-8", errors="replace").strip(" \t\r\n")
+    text = row.decode("utf-8", errors="replace").strip(" \t\r\n")
+    if "\r" in text and not is_comment(text):
+        raise BadInput(f"{path}: a carriage return within a line")
+    return text
 
 
 @dataclass
@@ -380,7 +383,7 @@ def by_row(block: bytes, form: Form, line: int, path: StrPath) -> tuple[list[Flo
             continue
         fields = form.dialect.of(row)
         if number == line + len(rows) and len(fields) < form.count:
-            cut = f"line {number} is cut off and left out"
+            cut = f"line {number} is cut off and skipped"
         else:
             found.append(numbers(fields, form, f"{path}:{number}"))
     return list(np.array(found).reshape(-1, len(form.names)).T), cut
@@ -441,7 +444,7 @@ def left_out(found: Dialect, names: Sequence[str], given: Sequence[str] | None) 
     """place -> why: columns that are not read. A gyro, an accelerometer, a temperature and the only
     time are, so that what is no number in them is an error."""
     clocks = {place for place, name in enumerate(names) if guess.quantity_of(name) == "time"}
-    out = {place: "" for place, name in enumerate(given or ()) if name == dialect.LEAVE_OUT}
+    out = {place: "" for place, name in enumerate(given or ()) if name == dialect.SKIP}
     if len(found.bare) == len(names):
         return out
     for place in found.bare - set(out):
@@ -497,7 +500,7 @@ def read(
     said = [
         *found.said,
         *with_parts(columns, form.time),
-        *([f"left out: {', '.join(gone)}"] if gone else []),
+        *([f"skipped: {', '.join(gone)}"] if gone else []),
         *([cut] if cut else []),
     ]
     return Table(top.notes, columns, line - 1, form.time, form.origin, found.named, said)

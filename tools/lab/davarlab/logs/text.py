@@ -116,8 +116,8 @@ def log(path: StrPath, options: "Options") -> Own | named.Log:
         first = ", ".join(f"{column[0]:g}" for column in found.columns.values())
         raise BadInput(
             f"{path}:{found.line + 1}: no names above the {count} columns of numbers "
-            f"({first[: table.SHOWN]}). Type a name for each, or {dialect.LEAVE_OUT} to leave one "
-            f"out: {dialect.example(count)}"
+            f"({first[: table.SHOWN]}). Type a name for each, or {dialect.SKIP} to skip one: "
+            f"{dialect.example(count)}"
         )
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
         return Own(found)

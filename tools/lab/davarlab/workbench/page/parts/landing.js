@@ -66,14 +66,14 @@ export function columns(all, actions) {
     element("p", {}, "Correct the unit or the factor in the table and read it again. If the recording is correct: ",
       element("button", { id: "confirm", onclick: () => actions.read(guesses, Number(rate.value) || null, true) }, "Read it unchanged")));
   const none = element("p", { id: "no-gyro" }, "No column is a gyro with an axis yet. Select one in the table. The workbench works with gyros only. For the noise of an accelerometer, use ",
-    element("code", {}, "tools/davarlab fit REC -m MODEL --axes accel"), ".");
+    element("code", {}, "tools/davarlab fit REC --axes accel"), ".");
   const readable = () => { read.disabled = !guesses.some((one) => one.quantity === "gyro" && one.axis); none.hidden = !read.disabled; };
   readable();
   const names = () => [...table.querySelectorAll("input.name")].map((one) => one.value.trim());
   const unnamed = all.log.named ? null : element("p", { id: "unnamed" }, "The file has no names for its columns. Type them into the table, for example time_us and gyro_x_dps, then ",
     element("button", { id: "names", onclick: () => actions.names(names()) }, "use these names"), ". Or select the quantities.");
   fill("landing", element("h2", {}, "Columns of the recording"), element("p", {}, `${all.log.path}: ${all.log.rows} rows, ${clock}. `
-      + "You can change the guesses."), all.log.said ? element("p", { class: "hint" }, `Read with: ${all.log.said}.`) : null, unnamed, doubts,
+      + "You can change the guesses."), all.log.said ? element("p", { class: "hint" }, `How it was read: ${all.log.said}.`) : null, unnamed, doubts,
     element("div", { class: "scroll" }, table),
     element("p", { class: "hint" }, "The factor converts the numbers of the file to s, deg/s, g or degC. For counts, take it from the data sheet."),
     element("p", {}, element("label", { for: "rate" }, "Samples per second, if there is no time column: "), rate),
