@@ -145,6 +145,8 @@ class Read(asked.Lawful):
             ]
         except csv.Error:
             return None
+        if "\0" in data:
+            return None
         names, rows = rows[0], [[field.strip(" \t") for field in row] for row in rows[1:]]
         if any(len(row) != len(names) for row in rows):
             return None

@@ -24,6 +24,7 @@ GYRO = np.round(RNG.normal(0, 0.3, (COUNT, 3)), 5)
 FORCE = np.round(RNG.normal([0.02, -0.03, 1.0], 0.004, (COUNT, 3)), 5)
 TEMP = np.round(25 + np.arange(COUNT) / 1000, 3)
 TIME = np.arange(COUNT) / RATE_HZ
+OWN = "gyro_x_dps,gyro_y_dps,gyro_z_dps"
 US = np.arange(COUNT) * (1_000_000 // RATE_HZ)
 
 
@@ -103,6 +104,8 @@ class Read(Dialects):
             "three rows": ";Gyro;Gyro;Gyro\nTime;X;Y;Z\ns;deg/s;deg/s;deg/s\n" + plain(";"),
             "names in a comment": "# t gx_dps gy_dps gz_dps\n" + plain(" "),
             "names in a comment of percent": "%time,gx_dps,gy_dps,gz_dps\n" + plain(),
+            "dates beside it": "t,gx_dps,gy_dps,gz_dps,date\n" + plain(end=",2024-01-02 03:04:05"),
+            "bars": names.replace(",", "|") + plain("|"),
             "comments below": names + plain().replace("\n", "\n# marker\n", 3),
             "blank lines below": names + plain().replace("\n", "\n\n", 3),
         }
@@ -305,11 +308,29 @@ class Refused(Dialects):
                 ":2: column time",
             ),
             "a row too long": (names + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
-            "no numbers": ("Some text,\nand more of it\n", ""),
+            "no numbers": ("Some text,\nand more of it\n", ":2: no numbers"),
         }
         for name, (text, words) in files.items():
             with self.subTest(name):
                 self.refused(self.file("log.csv", text), "log.csv", words)
+
+    def test_a_column_that_is_no_number_can_be_done_without(self):
+        clock = [f"12:{n // 60 % 60:02d}:{n % 60:02d}" for n in range(COUNT)]
+        log = self.file("log.csv", f"time,{OWN}\n" + rows(clock, *GYRO.T))
+        self.refused(log, "log.csv:2: column time: not a number", "--rate HZ")
+        temp = [f"{one}" if place % 100 == 0 else "" for place, one in enumerate(TEMP)]
+        both = self.file("both.csv", f"t,{OWN},temp\n" + rows(TIME, *GYRO.T, temp))
+        self.refused(both, "both.csv:3: column temp: not a number: ''")
+        for path, rate in ((log, ["--rate", "100"]), (both, [])):
+            said = asking.run("import", path, "-o", self.out).stderr
+            names = said.split("--names ")[1].split()[0]
+            self.check_gyro(self.imported(path, "--names", names, *rate)[1], time=not rate)
+
+    def test_a_serial_monitor(self):
+        log = self.file(
+            "log.txt", "".join(f"12:00:01.123 -> {x},{y},{z}\n" for x, y, z in GYRO.tolist())
+        )
+        self.refused(log, "log.txt:1: no names above the 3 columns")
 
     def test_utf_16(self):
         log = self.work / "log.csv"
@@ -337,7 +358,7 @@ class Page(Dialects):
             [one["name"] for one in shown["columns"]], [f"column_{n}" for n in range(1, 6)]
         )
         self.assertIn("separated by semicolons", shown["said"])
-        with self.assertRaisesRegex(BadInput, "--names: 2 names"):
+        with self.assertRaisesRegex(BadInput, "2 names for 5 columns"):
             self.visit.intake.names(["t", "gx"])
         shown = self.visit.intake.names(["usec", "gx_dps", "gy_dps", "gz_dps", "_"])["log"]
         self.assertEqual((shown["named"], shown["rate_hz"]), (True, RATE_HZ))
@@ -350,6 +371,18 @@ class Page(Dialects):
         words[words.index("rec.csv")] = str(self.out)
         self.assertEqual(asking.run(*words).returncode, 0)
         self.assertEqual(len(self.out.read_text().splitlines()), COUNT + 1)
+
+    def test_a_column_of_text_needs_no_name(self):
+        log = self.file("log.csv", rows(["imu"] * COUNT, US, *GYRO.T))
+        shown = self.visit.intake.open(str(log))["log"]
+        self.assertEqual(
+            [one["name"] for one in shown["columns"]], [f"column_{n}" for n in range(2, 6)]
+        )
+        shown = self.visit.intake.names(["usec", "gx_dps", "", "gz_dps"])["log"]
+        names = [one["name"] for one in shown["columns"]]
+        self.assertEqual(names, ["usec", "gx_dps", "column_4", "gz_dps"])
+        now = self.read(shown["columns"])
+        self.assertIn("--names _,usec,gx_dps,column_4,gz_dps", now["commands"][0])
 
     def test_quantities_are_chosen_without_names(self):
         log = self.file("log.csv", rows(US, *GYRO.T))

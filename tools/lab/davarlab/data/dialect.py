@@ -18,6 +18,7 @@ WRITTEN = (
     (";", "."),
     ("\t", "."),
     (" ", "."),
+    ("|", "."),
     (";", ","),
     ("\t", ","),
     (" ", ","),
@@ -25,7 +26,7 @@ WRITTEN = (
 )
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?", re.ASCII)
-NAMED = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}
+NAMED = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces", "|": "bars"}
 MISSING = re.compile(r"[+-]?(nan|inf|infinity)|null|none|na|n/a|true|false", re.IGNORECASE)
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII)
 FEW_THOUSANDS = 3  # fields that look like thousands by chance
@@ -114,12 +115,11 @@ def written(rows: Sequence[str]) -> tuple[str, str, int]:
 
 
 def recognised(names: Iterable[str]) -> int:
-    """How many names say what their column is."""
+    """How many different things names say their columns are."""
+    said = {(guess.quantity_of(name), guess.axis_of(name), name) for name in names}
     return sum(
-        (quantity := guess.quantity_of(name)) in ("time", "temp")
-        or quantity in ("gyro", "accel")
-        and bool(guess.axis_of(name))
-        for name in names
+        quantity in ("time", "temp") or quantity in ("gyro", "accel") and bool(axis)
+        for quantity, axis, _ in said
     )
 
 
@@ -162,8 +162,8 @@ def with_unit(name: str, unit: str) -> str:
 @dataclass
 class Dialect:
     """names: of all columns, "" for none; named: the file has names; first: index of the first row
-    of numbers; bare: places of columns without any number, of which the `blank` hold nothing; said:
-    how the rows are read, where that is not plain CSV."""
+    of numbers; bare: places of columns without any number, of which the `blank` hold nothing;
+    dates: of those with dates; said: how the rows are read, where that is not plain CSV."""
 
     separator: str
     decimal: str
@@ -172,6 +172,7 @@ class Dialect:
     first: int
     bare: set[int] = field(default_factory=set)
     blank: set[int] = field(default_factory=set)
+    dates: set[int] = field(default_factory=set)
     said: list[str] = field(default_factory=list)
 
     def of(self, row: str) -> list[str]:
@@ -296,6 +297,12 @@ def sniffed(
         raise BadInput(f"{path}:{rows[0][0]}: {width} columns; at most {COLUMNS_MOST} are read")
     fields = [split(text, separator) for text in texts]
     body = body_of(fields, width, decimal)
+    if not body.filled and len(rows) > 1:
+        raise BadInput(
+            f"{path}:{rows[1][0]}: no numbers in this row or the first ones below: "
+            f"{texts[1][:SHOWN]!r}. Rows of numbers between commas, semicolons, tabs or spaces are "
+            "needed"
+        )
     if decimal == ",":
         check_thousands([one for one in fields[body.first :] if len(one) == width], path)
     count = width
@@ -304,7 +311,7 @@ def sniffed(
     heads = fields[: body.first]
     header = header_of([unended(one, count) for one in heads], count, decimal)
     header = header or header_of(heads, width, decimal)
-    first = header.last + 1 if header else body.first
+    first = header.last + 1 if header and given is None else body.first
     line = rows[min(first, len(rows) - 1)][0]
     names = header.names if header else in_comments(comments, line, separator, count)
     if given is None and names is None:
@@ -326,6 +333,7 @@ def sniffed(
         first,
         set(range(width)) - body.filled,
         body.blank,
+        {place for place in body.filled if DATE.fullmatch(fields[body.first][place])},
         said,
     )
 

@@ -38,7 +38,7 @@ QUIET_RAD = 0.006
 # Least time from sample to sample, for rates up to 10 kHz.
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
 WORDS = {
-    "time": r"^(time|times|timestamp|stamp|t|clock|secs?|seconds|us|ms|ns|[umn]secs?"
+    "time": r"^(time|times|datetime|timestamp|stamp|t|clock|secs?|seconds|us|ms|ns|[umn]secs?"
     r"|micros|millis|nanos|(micro|milli|nano)seconds)$",
     "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]"
     r"|angvel|angular|rate|p|q|r)$",

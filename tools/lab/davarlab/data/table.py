@@ -6,6 +6,7 @@ import gzip
 import io
 import os
 import re
+import shlex
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -402,10 +403,23 @@ def numbers(fields: Sequence[str], form: Form, where: StrPath) -> Floats:
                 above(text, form) if name == form.time else float(form.dialect.number(text))
             )
         except ValueError:
-            raise BadInput(f"{where}: column {name}: not a number: {text[:SHOWN]!r}") from None
+            raise BadInput(
+                f"{where}: column {name}: not a number: {text[:SHOWN]!r}{way_on(name, form)}"
+            ) from None
         if not abs(values[-1]) < LARGEST:
             raise BadInput(f"{where}: column {name}: not a finite number below {LARGEST:g}")
     return np.array(values)
+
+
+def way_on(name: str, form: Form) -> str:
+    """What to type where a column beside the gyro has no numbers."""
+    if guess.quantity_of(name) == "gyro" or form.count == 1:
+        return ""
+    skipped = [dialect.SKIP] * form.count
+    for other, place in zip(form.names, form.places):
+        skipped[place] = dialect.SKIP if other == name else other
+    rate = " --rate HZ" * (name == form.time)
+    return f". To do without this column, type --names {shlex.quote(','.join(skipped))}{rate}"
 
 
 def above(text: str, form: Form) -> float:
@@ -421,7 +435,7 @@ class Table:
     """columns: name -> numbers; line: the one above the numbers; time: the column that is taken for
     the time ("" for none), which counts from origin, a whole number of its unit; named: the file or
     its reader has names for the columns, else they are column_1 ..; said: how the file was read,
-    where it is not plain CSV."""
+    where it is not plain CSV; count: of its columns, with those that are skipped."""
 
     notes: dict[str, str]
     columns: dict[str, Floats]
@@ -430,6 +444,7 @@ class Table:
     origin: int
     named: bool
     said: list[str]
+    count: int
 
 
 def columns_called(found: Dialect) -> list[str]:
@@ -445,10 +460,11 @@ def left_out(found: Dialect, names: Sequence[str], given: Sequence[str] | None) 
     time are, so that what is no number in them is an error."""
     clocks = {place for place, name in enumerate(names) if guess.quantity_of(name) == "time"}
     out = {place: "" for place, name in enumerate(given or ()) if name == dialect.SKIP}
+    idle = found.bare | {place for place in found.dates if place != min(clocks, default=-1)}
     if len(found.bare) == len(names):
         return out
-    for place in found.bare - set(out):
-        if not dialect.recognised([names[place]]) or clocks - found.bare and place in clocks:
+    for place in idle - set(out):
+        if not dialect.recognised([names[place]]) or clocks - idle and place in clocks:
             out[place] = "text" if place not in found.blank else "empty" if names[place] else ""
     return out
 
@@ -503,4 +519,6 @@ def read(
         *([f"skipped: {', '.join(gone)}"] if gone else []),
         *([cut] if cut else []),
     ]
-    return Table(top.notes, columns, line - 1, form.time, form.origin, found.named, said)
+    return Table(
+        top.notes, columns, line - 1, form.time, form.origin, found.named, said, form.count
+    )

@@ -112,12 +112,11 @@ def log(path: StrPath, options: "Options") -> Own | named.Log:
         path, options.names, lambda names, where: renamed(names, options.renames, where)
     )
     if not found.named and not options.renames:
-        count = len(found.columns)
         first = ", ".join(f"{column[0]:g}" for column in found.columns.values())
         raise BadInput(
-            f"{path}:{found.line + 1}: no names above the {count} columns of numbers "
+            f"{path}:{found.line + 1}: no names above the {found.count} columns "
             f"({first[: table.SHOWN]}). Type a name for each, or {dialect.SKIP} to skip one: "
-            f"{dialect.example(count)}"
+            f"{dialect.example(found.count)}"
         )
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
         return Own(found)

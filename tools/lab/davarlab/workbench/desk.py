@@ -79,6 +79,7 @@ def preview(
             vars(one) | {"would": guess.units_of(one.name, columns[one.name])} for one in found
         ],
         "named": isinstance(log, Samples) or log.named,
+        "count": len(columns) if isinstance(log, Samples) else log.count,
         "said": ", ".join(log.said),
         "rows": rows,
         "rate_hz": ticks.rate_hz if ticks else None,

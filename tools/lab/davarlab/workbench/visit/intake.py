@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ... import model as models
-from ...data import guess, plausible
+from ...data import dialect, guess, plausible
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
@@ -91,9 +91,15 @@ class Intake:
         return self.open(str(waiting.path), waiting.model, name)
 
     def names(self, names: list[str]) -> Json:
-        """Names for the columns of the text that waits, over those of the file."""
+        """Names for the columns that the page shows of a text without names, "" for none."""
         waiting = self.waits()
-        return self.open(str(waiting.path), waiting.model, waiting.sensor, names)
+        shown = [one.name for one in waiting.guesses]
+        if waiting.shown.get("named", True) or len(names) != len(shown):
+            raise BadInput(f"{waiting.path}: {len(names)} names for {len(shown)} columns")
+        whole = [dialect.SKIP] * waiting.shown["count"]
+        for called, name in zip(shown, names):  # column_2 stands in the second place
+            whole[int(called.partition("_")[2]) - 1] = name.strip() or called
+        return self.open(str(waiting.path), waiting.model, waiting.sensor, whole)
 
     def begin(self, path: str | Path, steps: Steps, model: str | None = None) -> Json:
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
