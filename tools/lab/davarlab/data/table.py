@@ -19,7 +19,7 @@ from .. import files
 from ..arrays import Floats
 from ..errors import BadInput
 from ..files import StrPath
-from . import dialect, guess, sentences, signals
+from . import dialect, guess, signals
 from .dialect import Dialect
 
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
@@ -30,7 +30,7 @@ FAR = 1e6
 FORMS = {
     "whole": r"[+-]?[0-8]?\d{1,18}",
     "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}",
-    "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?",
+    "date": dialect.DATE.pattern,
 }
 # What no name of a column holds.
 UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')
@@ -497,7 +497,7 @@ def read(
     those of the file; naming: renames them."""
     with opened(path) as stream:
         top = head(stream, path)
-        wire = sentences.in_lines(top.raw)
+        wire = dialect.sentences_in(top.raw)
         texts = top.raw if wire is None else wire.rows(top.raw, top.start, path)
         rows = top.rows(texts, path)
         given = given or (wire.names if wire else None)
