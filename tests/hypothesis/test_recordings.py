@@ -21,7 +21,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}[ T][0-9]{2}:[0-9]{2}:[0-9]{2}(\.[0-9]{1,9})?Z?")
 CLOCKS = {"time_s", "t", "time"}
 LARGEST = 1e30
 ROWS = "".join(
@@ -148,13 +147,11 @@ class Read(asked.Lawful):
         if "\0" in data:
             return None
         names, rows = rows[0], [[field.strip(" \t") for field in row] for row in rows[1:]]
+        if all(len(row) == len(names) + 1 and not row[-1] for row in rows):
+            rows = [row[:-1] for row in rows]  # each row ends with a comma
         if any(len(row) != len(names) for row in rows):
             return None
-        some = {
-            name
-            for name, *column in zip(names, *rows)
-            if any(NUMBER.fullmatch(field) or DATE.fullmatch(field) for field in column)
-        }
+        some = {name for name, *column in zip(names, *rows) if any(map(NUMBER.fullmatch, column))}
         spare = {"other"} | (CLOCKS if some & CLOCKS else set()) if some else set()
         kept = [place for place, name in enumerate(names) if name in some or name not in spare]
         names, *rows = [[row[place] for place in kept] for row in (names, *rows)]
@@ -168,6 +165,8 @@ class Read(asked.Lawful):
         names, rows = made
         data = ",".join(names) + "\n" + "".join(",".join(row) + "\n" for row in rows)
         found, wanted = self.read(data), self.independently(data)
+        if found is None and wanted and len(wanted[0]) < len(names):
+            return  # a column without numbers is skipped, or the table is rejected
         if found is None or wanted is None:
             self.assertTrue(
                 wanted is None

@@ -356,7 +356,11 @@ def sniffed(
         first,
         set(range(width)) - body.filled,
         body.blank,
-        {place for place in body.filled if DATE.fullmatch(fields[body.first][place])},
+        {
+            place
+            for place in body.filled
+            if all(DATE.fullmatch(one[place]) for one in fields[first:] if len(one) == width)
+        },
         said,
     )
 

@@ -214,13 +214,16 @@ class Form:
         return len(self.dialect.names)
 
 
+def clock_in(names: Sequence[str]) -> str:
+    """The column that is taken for the time; "" for none."""
+    clocks = [name for name in names if guess.quantity_of(name) == "time"]
+    return "time_s" if "time_s" in clocks else next(iter(clocks), "")
+
+
 def form_of(found: Dialect, names: dict[int, str], first: str) -> Form:
     """Of a file by its first row of numbers; names: place -> name of the columns that are read."""
     made = Form(found, list(names.values()), list(names))
-    made.time = next(
-        (name for name in made.names if name == "time_s"),
-        next((name for name in made.names if guess.quantity_of(name) == "time"), ""),
-    )
+    made.time = clock_in(made.names)
     fields = found.of(first)
     if made.time and len(fields) == made.count:
         value = fields[made.places[made.names.index(made.time)]]
@@ -323,14 +326,15 @@ def parsed(block: bytes, form: Form) -> list[Floats] | None:
         return None
     if quotes and found.num_rows != sum(map(bool, map(bytes.strip, block.split(b"\n")))):
         return None  # a line that ends within quotes
-    columns = [
-        since(column, form)
-        if name == form.time and form.kind
-        else column.to_numpy() - (form.origin if name == form.time else 0)
-        for name, column in zip(form.names, found.columns)
-    ]
-    usable = [one for one in columns if one is not None and (np.abs(one) < LARGEST).all()]
-    return usable if len(usable) == len(columns) else None
+    columns = []
+    for name, column in zip(form.names, found.columns):
+        timed = name == form.time
+        whole = timed and bool(form.kind)
+        values = since(column, form) if whole else column.to_numpy()
+        if values is None or not (np.abs(values) < LARGEST).all():
+            return None
+        columns.append(values - form.origin if timed and not whole else values)
+    return columns
 
 
 def joined(parts: list[Floats], narrow: bool) -> Floats:
@@ -460,7 +464,7 @@ def left_out(found: Dialect, names: Sequence[str], given: Sequence[str] | None) 
     time are, so that what is no number in them is an error."""
     clocks = {place for place, name in enumerate(names) if guess.quantity_of(name) == "time"}
     out = {place: "" for place, name in enumerate(given or ()) if name == dialect.SKIP}
-    idle = found.bare | {place for place in found.dates if place != min(clocks, default=-1)}
+    idle = found.bare | {place for place in found.dates if names[place] != clock_in(names)}
     if len(found.bare) == len(names):
         return out
     for place in idle - set(out):
