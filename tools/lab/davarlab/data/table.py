@@ -510,6 +510,8 @@ def read(
         names = naming(columns_called(found), path)
         out = left_out(found, names, given)
         kept = {place: name for place, name in enumerate(names) if place not in out}
+        if not kept:
+            raise BadInput(f"{path}:{line}: no column of numbers is left to read")
         check_names(list(kept.values()), f"{path}:{line - 1}", len(names))
         form = form_of(found, kept, rows[found.first][1] if found.first < len(rows) else "")
         rest = blocks(stream, b"".join(top.raw[line - top.start :]), line - 1, path)
