@@ -37,6 +37,7 @@ UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')
 SHOWN = 80  # characters of a field in a message
 UNPACKED_BYTES, UNPACKED_TIMES = 64 << 20, 100  # of a gzip file
 LINE_BYTES = 1 << 20  # of the longest line that a table may have
+LONG_BYTES = 1 << 16  # a row with quotes beyond which pyarrow 19 may crash
 HEAD_LINES = 200  # that are looked at for the dialect, comments not counted
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
@@ -301,6 +302,8 @@ def parsed(block: bytes, form: Form) -> list[Floats] | None:
         return None
     quotes = block.count(b'"')
     if quotes % 2:  # one is not closed
+        return None
+    if quotes and max(map(len, block.split(b"\n"))) > LONG_BYTES:
         return None
     try:
         found = csv.read_csv(
