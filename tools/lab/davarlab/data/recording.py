@@ -72,6 +72,11 @@ class Recording:
         found: Floats = self.measured["time"]
         return found
 
+    @property
+    def gyros(self) -> list[str]:
+        """The columns of gyros, by the unit in their names."""
+        return [name for name in self.columns if name.endswith(tuple("_" + one for one in TO_DPS))]
+
     def column(self, name: str) -> Floats:
         if name not in self.columns:
             raise BadInput(f"{self.name}: no column {name} (there are: {', '.join(self.columns)})")
@@ -102,7 +107,7 @@ def gridded(
     by interpolation, a placeholder."""
     if "time_s" not in columns:
         if not rate_hz:
-            raise BadInput(f"{path}: no column time_s and no --rate")
+            raise BadInput(f"{path}: no column time_s and no --rate. Type --rate HZ")
         return columns, None, Clock(float(rate_hz))
     found = clock.of(columns["time_s"], rate_hz, path, line)
     return *on_grid(columns, found), found
