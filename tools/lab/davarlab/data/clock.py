@@ -25,7 +25,7 @@ CROWDED = 0.75  # of the samples of an uneven clock must find a place of their o
 # Of the rate of the file: a clock of the sensor's own below it is seen through samples that are
 # equal by chance.
 SLOWER = 0.75
-LOST_MOST = 3  # missing samples of the grid per measured one; longer gaps are cut short
+LOST_MOST = 8  # missing samples of the grid per measured one; longer gaps are cut short
 
 
 @dataclass
@@ -223,7 +223,7 @@ def behind_repeats(time: Floats, rate_hz: float, share: float, path: StrPath) ->
     """The even clock of a sensor whose fresh samples were read at these times; None where there is
     none: the reading failed at random, or for once."""
     steps = np.diff(time)
-    if gathered(np.round(steps * rate_hz)) < MEMORYLESS:
+    if gathered(steps) < MEMORYLESS:
         own = len(steps) / float(time[-1] - time[0])
         return Clock(own) if own < (1 - share / 2) * rate_hz else None
     found = of(time, None, path, 1)

@@ -128,7 +128,7 @@ def read(
     renames, scales = pairs(guesses or [])
     options = formats.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
     return replace(
-        recordings.at_own_rate(formats.recording_of(formats.samples(path, options), path, rate_hz)),
+        formats.recording_of(formats.samples(path, options), path, rate_hz),
         as_recorded=as_recorded,
     )
 
