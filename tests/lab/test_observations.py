@@ -3,14 +3,18 @@
 import tempfile
 import unittest
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import elsewhere
 import numpy as np
 from davarlab.data import clock, observations, recording
 from davarlab.data.recording import Recording
+from davarlab.diagnosis import state
+from davarlab.model import Model, Term
 
 RATE = 100.0
+WHITE = "coefficient_deg_per_sqrt_h"
 QUIET = (
     "clean sum",
     "clean coarse lsb",
@@ -166,6 +170,20 @@ class Samples(unittest.TestCase):
                         x = made.columns["gyro_x_dps"]
                         first = int(time[0] * own)
                         np.testing.assert_allclose(x, y[first : first + len(x), 0], rtol=1e-6)
+
+    def test_a_grid_with_a_wrong_rate_is_never_adequate(self):
+        """What was read is compared with the model by its stamps, whatever the grid was."""
+        rng, own = np.random.default_rng(5), 50.63
+        time = np.cumsum(rng.uniform(0.4, 0.8, 60000)) / own
+        y = 0.2 * rng.standard_normal(int(own * time[-1]) + 2)
+        made = read({"time_s": time, "gyro_x_dps": y[(time * own).astype(int)]})
+        for factor, adequate in ((1.0, True), (1.3, False), (0.8, False)):
+            rate = factor * made.rate_hz
+            other = replace(made, rate_hz=rate, clock=clock.Clock(rate), measured={})
+            white = Model(rate, "gyro_x_dps", [Term("angle_random_walk", {WHITE: 1.0})])
+            with self.subTest(factor=factor):
+                judged = state.judged(state.start(other, white)).judgement
+                self.assertEqual(judged.adequate, adequate)
 
     def test_coarse_counts_by_themselves_are_no_repeats(self):
         columns = {name: np.round(x / 0.08) * 0.08 for name, x in still().items()}

@@ -25,7 +25,7 @@ CROWDED = 0.75  # of the samples of an uneven clock must find a place of their o
 # Of the rate of the file: a clock of the sensor's own below it is seen through samples that are
 # equal by chance.
 SLOWER = 0.75
-LOST_MOST = 8  # missing samples of the grid per measured one; longer gaps are cut short
+LOST_MOST = 3  # missing samples of the grid per measured one; longer gaps are cut short
 
 
 @dataclass

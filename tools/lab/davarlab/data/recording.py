@@ -44,6 +44,9 @@ class Recording:
     as_recorded: bool = False
     # Rate of the file, when the sensor measures less often and its repeats are left out.
     read_hz: float | None = None
+    # Time and columns of the rows without repeats as they were read, where the grid has another
+    # order or rate.
+    rows: tuple[Floats, dict[str, Floats]] | None = None
 
     @property
     def samples(self) -> int:
@@ -107,19 +110,19 @@ def clock_of(
 
 def fresh(
     columns: dict[str, Floats], rate_hz: float, path: StrPath
-) -> tuple[dict[str, Floats], Clock] | None:
-    """The rows without repeats and the clock of the sensor, where that was read more often than it
-    measures. The analysis needs that rate: a recording with repeats has a lower white noise, and at
-    even intervals no frequency differs from its image.
+) -> tuple[Floats, dict[str, Floats], Clock] | None:
+    """Time and columns of the rows without repeats, and the clock of the sensor, where that was
+    read more often than it measures. The analysis needs that rate: a recording with repeats has a
+    lower white noise, and at even intervals no frequency differs from its image.
     """
     count = len(next(iter(columns.values())))
     found = repeats.find(columns, np.ones(count, bool))
     if not found or count - np.count_nonzero(found.equal) < MINIMUM_SAMPLES:
         return None
     rows = ~found.equal
-    time = columns.get("time_s", np.arange(count) / rate_hz)
-    own = clock.behind_repeats(time[rows], rate_hz, found.share, path)
-    return own and ({name: column[rows] for name, column in columns.items()}, own)
+    time = columns.get("time_s", np.arange(count) / rate_hz)[rows]
+    own = clock.behind_repeats(time, rate_hz, found.share, path)
+    return own and (time, {name: column[rows] for name, column in columns.items()}, own)
 
 
 def on_grid(columns: dict[str, Floats], found: Clock) -> tuple[dict[str, Floats], Bools | None]:
@@ -160,8 +163,8 @@ def of_columns(
     if not RATES_HZ[0] < read.rate_hz < RATES_HZ[1]:
         raise BadInput(f"{path}: column time_s gives {read.rate_hz:g} samples per second")
     without_repeats = fresh(columns, read.rate_hz, path)
-    columns, used = without_repeats or (columns, read)
-    columns, known = on_grid(columns, used)
+    time, rows, used = without_repeats or (columns.get("time_s"), columns, read)
+    columns, known = on_grid(rows, used)
     return Recording(
         columns,
         used.rate_hz,
@@ -171,6 +174,9 @@ def of_columns(
         known=known,
         clock=used,
         read_hz=read.rate_hz if without_repeats else None,
+        rows=(time, rows)
+        if time is not None and (without_repeats or used.kind == "uneven")
+        else None,
     )
 
 
