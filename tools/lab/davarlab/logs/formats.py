@@ -239,10 +239,7 @@ def read(
     count = len(next(iter(found.columns.values())))
     if count < recordings.MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {count} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
-    made = replace(
-        recordings.at_own_rate(recording_of(found, path, options.rate_hz)),
-        as_recorded=options.as_recorded,
-    )
+    made = replace(recording_of(found, path, options.rate_hz), as_recorded=options.as_recorded)
     note = None if options.as_recorded else plausible.note(found.columns, made.rate_hz)
     for line in (
         *said(found),

@@ -133,7 +133,7 @@ def read(
         rate_hz, sensor, renames=renames, scales=scales, names=names, plain=True
     )
     return replace(
-        recordings.at_own_rate(formats.recording_of(formats.samples(path, options), path, rate_hz)),
+        formats.recording_of(formats.samples(path, options), path, rate_hz),
         as_recorded=as_recorded,
     )
 
