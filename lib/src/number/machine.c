@@ -45,24 +45,9 @@ uint64_t davar_multiply_u32_v6m(uint32_t a, uint32_t b)
 }
 #endif
 
-uint32_t davar_leading_zeros_32_by_halving(uint32_t value)
+#ifdef DAVAR_NARROW_PRODUCT
+uint32_t davar_leading_zeros_32_shared(uint32_t value)
 {
-    uint32_t zeros = 0U;
-    if ((value >> 16U) == 0U) {
-        zeros = 16U;
-        value <<= 16U;
-    }
-    if ((value >> 24U) == 0U) {
-        zeros += 8U;
-        value <<= 8U;
-    }
-    if ((value >> 28U) == 0U) {
-        zeros += 4U;
-        value <<= 4U;
-    }
-    if ((value >> 30U) == 0U) {
-        zeros += 2U;
-        value <<= 2U;
-    }
-    return zeros + (((value >> 31U) == 0U) ? 1U : 0U);
+    return davar_leading_zeros_32_by_halving(value);
 }
+#endif

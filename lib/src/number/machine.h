@@ -276,12 +276,39 @@ static inline davar_u128_t davar_u128_of_i64(int64_t a)
 }
 
 /* Leading zeros of a value that is not 0, by halving. */
-uint32_t davar_leading_zeros_32_by_halving(uint32_t value);
+static inline uint32_t davar_leading_zeros_32_by_halving(uint32_t value)
+{
+    uint32_t zeros = 0U;
+    if ((value >> 16U) == 0U) {
+        zeros = 16U;
+        value <<= 16U;
+    }
+    if ((value >> 24U) == 0U) {
+        zeros += 8U;
+        value <<= 8U;
+    }
+    if ((value >> 28U) == 0U) {
+        zeros += 4U;
+        value <<= 4U;
+    }
+    if ((value >> 30U) == 0U) {
+        zeros += 2U;
+        value <<= 2U;
+    }
+    return zeros + (((value >> 31U) == 0U) ? 1U : 0U);
+}
+
+#ifdef DAVAR_NARROW_PRODUCT
+/* The same, called instead of inlined, because flash is scarce there. */
+uint32_t davar_leading_zeros_32_shared(uint32_t value);
+#endif
 
 static inline uint32_t davar_leading_zeros_32(uint32_t value)
 {
 #if defined(__ARM_FEATURE_CLZ) || !(defined(__arm__) || defined(__riscv))
     return (uint32_t)__builtin_clz(value);
+#elif defined(DAVAR_NARROW_PRODUCT)
+    return davar_leading_zeros_32_shared(value);
 #else
     return davar_leading_zeros_32_by_halving(value);
 #endif
