@@ -127,7 +127,9 @@ def fresh(
     rows = ~found.equal
     time = columns.get("time_s", np.arange(count) / rate_hz)[rows]
     own = clock.behind_repeats(time, rate_hz, found.share, path)
-    return own and (time, {name: column[rows] for name, column in columns.items()}, own)
+    if not own:
+        return None
+    return time, {name: column[rows] for name, column in columns.items()}, own
 
 
 def on_grid(columns: dict[str, Floats], found: Clock) -> tuple[dict[str, Floats], Bools | None]:

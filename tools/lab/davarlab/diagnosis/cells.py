@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from .state import State
 
 Chosen = Callable[[Part], bool]
-ROWS = 16  # samples of the grid in a cluster of rows: long enough that one more hardly matters
-ROWS_SHARE = 0.75  # of the usual number of rows must be in a cluster
 
 
 @dataclass
@@ -159,7 +157,7 @@ def row_cell(state: "State") -> list[Cell]:
     """
     bench = state.bench
     recording, rate = bench.recording, bench.recording.rate_hz
-    if recording.rows is None or recording.samples < 9 * ROWS:
+    if recording.rows is None or bench.gyro is None or recording.samples < 9 * JUDGE.rows:
         return []
     time, rows = recording.rows
     places = np.minimum(np.round((time - time[0]) * rate).astype(int), recording.samples - 1)
@@ -167,17 +165,17 @@ def row_cell(state: "State") -> list[Cell]:
     if state.known is not None:
         used &= state.known[places]
     measured, share = by_time(
-        time, replace(recording, columns=rows).rate_dps(bench.gyro), used, ROWS / rate
+        time, replace(recording, columns=rows).rate_dps(bench.gyro), used, JUDGE.rows / rate
     )
     if share < JUDGE.valid_share:
         return []
-    noise, freedom, _, steady = Expectation(state).of(recording.samples, [ROWS])
+    noise, freedom, _, steady = Expectation(state).of(recording.samples, [JUDGE.rows])
     course = bench.mean_course(state.parts, state.fit)
-    moved = allan.windows(course, recording.samples, [ROWS], state.known)[0][0] ** 2
+    moved = allan.windows(course, recording.samples, [JUDGE.rows], state.known)[0][0] ** 2
     return row_cells(
         0,
         recording.samples,
-        [ROWS],
+        [JUDGE.rows],
         np.array([measured]),
         noise,
         moved + steady,
@@ -198,7 +196,7 @@ def by_time(time: Floats, y: Floats, used: Bools, tau_s: float) -> tuple[float, 
             np.bincount(cluster[inside], weights[inside])[:-1]  # the last one is not full
             for weights in (np.ones(len(y)), y, ~used)
         )
-        whole = (count > ROWS_SHARE * usual) & (unused == 0)
+        whole = (count > JUDGE.rows_share * usual) & (unused == 0)
         pairs = whole[1:] & whole[:-1]
         means = total / np.maximum(count, 1)
         squares.append(np.diff(means)[pairs] ** 2 / 2)
