@@ -132,7 +132,7 @@ def check_form(effect: Effect, where: str) -> None:
         raise BadInput(f"{where} needs a regressor (role mean) or a spectrum (role spectrum)")
     if not isinstance(effect.kind, str) or not effect.kind.isidentifier():
         raise BadInput(f"{where}: its kind must be a word of letters, digits and _")
-    for name, form in (("needs", tuple), ("grid", dict), ("variants", dict)):
+    for name, form in (("needs", tuple), ("grid", dict), ("variants", dict), ("most", dict)):
         if not isinstance(getattr(effect, name), form):
             raise BadInput(
                 f"{where}: {name} must be a {form.__name__}"
