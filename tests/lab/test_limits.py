@@ -98,6 +98,7 @@ def doubted(columns, part):
 G = Part("g_sensitivity", {"axis": "x"})
 STILL = Part("g_sensitivity", {"axis": "x"}, "still")  # without the noise of the accelerometer
 RECTIFIED = Part("vibration_rectification", {"axis": "x"})
+SUDDEN = Part("vibration_rectification", {"axis": "x"}, "sudden")
 NOISY = Part("vibration_noise", {"axis": "x"})
 WARM = Part("temperature", {"lag_s": 0.0})
 
@@ -111,7 +112,7 @@ class Sizes(unittest.TestCase):
         for made, part, size in (
             (tilted(1, 0.8), STILL, 0.8),
             (tilted(1, -6.0), STILL, -6.0),
-            (shaken(1, 0.1, bias=5.0), RECTIFIED, 5.0),
+            (shaken(1, 0.1, bias=5.0), SUDDEN, 5.0),
             (shaken(1, 0.1, noise=2.0), NOISY, 2.0),
             (heated(1, 0.02), WARM, 0.02),
             (supplied(1, 0.2), follows("supply_V"), 0.2),
@@ -121,9 +122,15 @@ class Sizes(unittest.TestCase):
 
     def test_a_size_above_the_limit_is_doubted_with_its_reason_and_one_below_is_not(self):
         for make, part, low, high, unit in (
-            (tilted, G, 0.2, 6.0, "deg/s/g"),
+            (tilted, STILL, 0.2, 6.0, "deg/s/g"),
             (lambda seed, size: shaken(seed, 0.1, bias=size), RECTIFIED, 5.0, 100.0, "deg/s/g^2"),
-            (lambda seed, size: shaken(seed, 0.05, size), NOISY, 2.0, 60.0, "deg/s per g rms"),
+            (
+                lambda seed, size: shaken(seed, min(0.05, 0.3 / size), size),
+                NOISY,
+                2.0,
+                60.0,
+                "deg/s per g rms",
+            ),
             (heated, WARM, 0.3, 9.0, "deg/s/degC"),
             (supplied, follows("supply_V"), 2.0, 1000.0, "deg/s per V"),
         ):
