@@ -14,9 +14,11 @@ from davarlab.data import signals
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import diagnose
 from davarlab.diagnosis import state as state_of
-from davarlab.effects import table
+from davarlab.effects import own, table
 from davarlab.effects.base import INFINITE
+from davarlab.errors import BadInput
 from davarlab.inference.parts import Part
+from test_lab import Folder
 
 MODEL = model.Model(
     heat.RATE,
@@ -161,6 +163,33 @@ class Sizes(unittest.TestCase):
         self.assertEqual(find.limit({"column": "current"}), INFINITE)
 
 
+class OwnEffects(Folder):
+    FORM = """
+from davarlab.effects.base import Effect, Parameter
+SUPPLY = Effect("supply", "The bias follows the supply.",
+                (Parameter("coefficient_dps_per_V", "deg/s/V", -1e9, 1e9),),
+                "Change the supply.", "mean", "that of the voltage",
+                regressor=lambda recording, shape: recording.column("supply_V"),
+                needs=("supply_V",), most=MOST)
+"""
+
+    def loaded(self, most):
+        own.load(self.file("own.py", self.FORM.replace("MOST", most)))
+        self.addCleanup(table.TABLE.pop, "supply")
+
+    def test_a_limit_of_an_own_effect_counts(self):
+        self.loaded('{"": 0.5}')
+        where, parts = bench(supplied(1, 2.0))
+        self.assertIn("is 0.5 deg/s/V", doubts.of_size(where, parts, Part("supply")))
+        where, parts = bench(supplied(1, 0.2))
+        self.assertEqual(doubts.of_size(where, parts, Part("supply")), "")
+
+    def test_a_limit_that_is_no_number_is_refused(self):
+        for most in ('{"": "much"}', '{"": -1.0}', "0.5"):
+            with self.assertRaisesRegex(BadInput, "own.py: supply: most"):
+                self.loaded(most)
+
+
 class OwnNoise(unittest.TestCase):
     def asked(self, columns, part):
         where, parts = bench(columns)
@@ -180,7 +209,7 @@ class OwnNoise(unittest.TestCase):
                 for form in part.effect.forms:
                     one = Part(part.kind, part.shape, form)
                     why = own_noise.doubt(where, parts, one)
-                    self.assertIn("white noise of its own sensor", why, (seed, one))
+                    self.assertIn("white noise of the sensor itself", why, (seed, one))
 
     def test_columns_that_move_are_more_than_their_noise(self):
         for seed in range(8):
@@ -220,7 +249,7 @@ class Verdicts(unittest.TestCase):
             said = diagnose.diagnose(Recording(found, heat.RATE), MODEL)
             self.assertNotIn("g_sensitivity", said.added)
             self.assertNotIn("g_sensitivity", said.states[-1].model_kinds)
-            self.assertRegex(said.doubtful["g_sensitivity"], r"of 5|of 6|of 7|own sensor")
+            self.assertRegex(said.doubtful["g_sensitivity"], r"of 5|of 6|of 7|sensor itself")
 
     def test_a_rectification_of_the_noise_of_a_column_is_not_added(self):
         for seed in SEEDS:

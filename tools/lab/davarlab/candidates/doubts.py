@@ -109,7 +109,7 @@ def of_size(bench: Bench, parts: Sequence[Part], part: Part) -> str:
     return (
         f"a coefficient of {size:.3g} {unit} is not physical. Ten times the worst data sheet of a "
         f"MEMS gyro is {limit:.3g} {unit}. Check the unit of {' and '.join(names)}, and whether "
-        "it is only the noise of its own sensor"
+        "it is only its sensor's noise"
     )
 
 

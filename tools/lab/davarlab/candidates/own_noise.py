@@ -34,8 +34,8 @@ def doubt(bench: Bench, parts: Sequence[Part], part: Part) -> str:
     if part.role not in ("mean", "variance") or not names or more(bench, parts, part, names):
         return ""
     return (
-        f"{' and '.join(names)} is not more than the white noise of its own sensor, which cannot "
-        "act on the gyro. Record while this quantity changes"
+        f"the power of {' and '.join(names)} is not above the white noise of the sensor itself, "
+        "which cannot act on the gyro. Record while this quantity changes"
     )
 
 
