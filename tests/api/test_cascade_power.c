@@ -1,5 +1,5 @@
-/* davar tests - how strong the noise was that each size of a cascade remembers (11.9), by brute force
- * from the differences of the shortest size. */
+/* davar tests - how strong the noise was that each size of a cascade remembers (11.9), by brute
+ * force from the differences of the shortest size. */
 #include "davar/cascade.h"
 #include "random.h"
 #include "unity.h"

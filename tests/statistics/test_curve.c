@@ -1,5 +1,5 @@
-/* davar tests - how often the intervals of a whole curve contain the true value: the sizes of a window
- * and of a cascade (5.18). Monte Carlo over independent recordings, fixed seeds.
+/* davar tests - how often the intervals of a whole curve contain the true value: the sizes of a
+ * window and of a cascade (5.18). Monte Carlo over independent recordings, fixed seeds.
  * Prints the table of DESIGN (5.18); a percentage has a standard error of 0.7. */
 #include "davar/cascade.h"
 #include "davar/davar.h"
@@ -185,8 +185,8 @@ static void run(const scenario_t *scenario)
     print(scenario->name);
 }
 
-/* Near the threshold, some recordings take one drift for another, and the statements about both then
- * hold less often (5.12). */
+/* Near the threshold, some recordings take one drift for another, and the statements about both
+ * then hold less often (5.12). */
 static void check_statements(const char *name)
 {
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {

@@ -169,7 +169,7 @@ static void test_the_limit_of_white_noise_that_a_mixture_lacks(void)
     double low;
     double high;
     davar_chi_square_interval(1.42 * 2.0 * room * room / model.variance[WHITE], &low, &high);
-    const double most = (model.beside[WHITE] * high) + (room * (high - 1.0));
+    const double most = (model.tried[WHITE] * high) + (room * (high - 1.0));
     davar_fit(&plan, 1.0, &result);
     assert_near(60.0 * sqrt(most), term(DAVAR_ANGLE_RANDOM_WALK)->high, 1e-6);
 }
@@ -510,8 +510,8 @@ static void test_the_upper_limit_of_a_mixture_includes_it_too(void)
     TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
     TEST_ASSERT_EQUAL_DOUBLE(known.coefficient[WHITE].value, result.coefficient[WHITE].value);
     TEST_ASSERT_EQUAL_DOUBLE(known.coefficient[WHITE].low, result.coefficient[WHITE].low);
-    TEST_ASSERT_TRUE(model.beside[DAVAR_QUANTIZATION] < 0.0);
-    const double unseen = (3.0 * sqrt(model.variance[0])) - model.beside[0];
+    TEST_ASSERT_TRUE(model.tried[DAVAR_QUANTIZATION] < 0.0);
+    const double unseen = (3.0 * sqrt(model.variance[0])) - model.tried[0];
     assert_near(known.coefficient[WHITE].high * sqrt(1.0 + (unseen / 2.0 / model.a[WHITE])),
                 result.coefficient[WHITE].high, 1e-6);
 }

@@ -93,7 +93,7 @@ static void test_in_an_exact_mix_absent_terms_are_zero(void)
         TEST_ASSERT_EQUAL_UINT(terms, model.terms);
         for (unsigned k = 0U; k < (unsigned)DAVAR_COEFFICIENT_COUNT; k++) {
             if ((terms & (1U << k)) == 0U) {
-                TEST_ASSERT_TRUE(fabs(model.beside[k]) < (1e-3 * sqrt(model.variance[k])));
+                TEST_ASSERT_TRUE(fabs(model.tried[k]) < (1e-3 * sqrt(model.variance[k])));
                 TEST_ASSERT_TRUE(isfinite(model.variance[k]));
             }
         }

@@ -136,9 +136,9 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * random walk and rate ramp come from the cascade once four of its sizes have differences. If
  * the window is CONSTANT, COARSE or FILTERED, davar_fit ignores the cascade. Without a window, the
  * cascade gives all terms, and the angle random walk is the mean over what its longest size
- * remembers. The fit distinguishes white noise that changed meanwhile from a drift, by the
- * power that each size of the cascade remembers (11.9). result->noise is WHITE only if white noise explains window and
- * cascade.
+ * remembers. The fit distinguishes white noise that changed meanwhile from a drift, by the power
+ * that each size of the cascade remembers (11.9). result->noise is WHITE only if white noise
+ * explains window and cascade.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
  * times without a double FPU. Stack: about 2.4 kB.
  * Formulas (5.3) to (5.11), (5.13) to (5.18). */

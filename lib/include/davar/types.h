@@ -266,7 +266,7 @@ typedef struct {
 /** Law glr: the two levels that the newest alarm distinguished (10.12). Both are Allan deviations
  * at m samples, in deg/s. For m = 1 that is the standard deviation of a sample about the mean of
  * its block; times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h), if the noise is white. With
- * whitening it is that of the white noise before the filter (10.16). */
+ * whitening, the levels are those before the filter (10.16). */
 typedef struct {
     /** 1; long_cluster if the second channel raised it; 0: no alarm yet, the rest is NaN */
     uint32_t m;

@@ -1,5 +1,5 @@
-/* davar - positive numbers in 32 bits, for sums that a push updates: 22 bits of mantissa, truncated,
- * and an exponent for squares of variances of any samples. */
+/* davar - positive numbers in 32 bits, for sums that a push updates: a mantissa of 22 bits,
+ * truncated, and an exponent for squares of variances of any samples. */
 #ifndef DAVAR_SRC_COMPACT_H
 #define DAVAR_SRC_COMPACT_H
 

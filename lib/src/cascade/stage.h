@@ -32,8 +32,8 @@ typedef struct {
     uint32_t age;     /* of that hop: hops of this stage since the newest gap */
     uint32_t hop;     /* its number modulo 2^32 */
     uint32_t turn;    /* of that hop, next */
-    /* Power of the noise (11.9): of the present cluster; then, for each cluster size and generation,
-     * the sum over its clusters and the sum of their squares. */
+    /* Power of the noise (11.9): of the present cluster; then, for each cluster size and
+     * generation, the sum over its clusters and the sum of their squares. */
     compact_t cluster;
     compact_t power[2U * CASCADE_TAUS];
     compact_t power_squares[2U * CASCADE_TAUS];

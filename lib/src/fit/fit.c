@@ -64,7 +64,7 @@ static double undeclared_factor(const davar_plan_t *plan, const davar_mixture_t 
         return 1.0;
     }
     const double sigma = davar_root(model->variance[DAVAR_QUANTIZATION]);
-    const double lack = -model->beside[DAVAR_QUANTIZATION];
+    const double lack = -model->tried[DAVAR_QUANTIZATION];
     return 1.0 + (((lack > 0.0) ? lack : 0.0) + DAVAR_FIT_THRESHOLD * sigma) / model->a[WHITE] /
                      (double)plan->m[0];
 }

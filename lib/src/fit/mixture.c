@@ -157,7 +157,7 @@ DAVAR_RARE double davar_mixture_most(const davar_mixture_t *model, int term)
     double high;
     shapes(model, strongest, x);
     const double room = avar_of(model, strongest) / x[term];
-    const double a = (model->beside[term] > 0.0) ? model->beside[term] : 0.0;
+    const double a = (model->tried[term] > 0.0) ? model->tried[term] : 0.0;
     const double edf = 2.0 * square(room) / model->variance[term];
     davar_chi_square_interval(edf * ONE_SIDED, &low, &high);
     return (edf > 0.0) ? a * high + room * (high - 1.0) : (double)INFINITY;
@@ -182,7 +182,7 @@ bool davar_mixture_is_filtered(const davar_mixture_t *model)
     const bool cascade = is_of_cascade(model); /* no filter is as slow */
     const bool fits = cascade || !(model->grow > 1.0);
     const bool quantized = has_term(model->terms, DAVAR_QUANTIZATION);
-    const double lack = -model->beside[DAVAR_QUANTIZATION];
+    const double lack = -model->tried[DAVAR_QUANTIZATION];
     const double sigma = davar_root(model->variance[DAVAR_QUANTIZATION]);
     if (!quantized && (lack > DAVAR_FIT_THRESHOLD * sigma)) {
         return true;
@@ -538,16 +538,16 @@ static void judge_absent(davar_mixture_t *model, const normal_t *normal, const m
                          int term)
 {
     inverse_t inverse;
-    model->beside[term] = 0.0;
+    model->tried[term] = 0.0;
     model->variance[term] = (double)INFINITY;
     if (invert(normal, model->terms | term_bit(term), &inverse)) {
         const int i = term_count(model->terms & (term_bit(term) - 1U));
-        model->beside[term] = solution(normal, &inverse, i);
+        model->tried[term] = solution(normal, &inverse, i);
         model->variance[term] = solution_variance(normal, &inverse, h, i) * model->grow;
         const double sigma = davar_root(model->variance[term]);
-        if (model->beside[term] > DAVAR_FIT_DOUBT * sigma) {
+        if (model->tried[term] > DAVAR_FIT_DOUBT * sigma) {
             const double missed = (term > WHITE) ? DAVAR_FIT_MISSED * sigma : 0.0;
-            doubt(model, normal, &inverse, h, 1.0 + davar_divide(missed, model->beside[term]));
+            doubt(model, normal, &inverse, h, 1.0 + davar_divide(missed, model->tried[term]));
         }
     }
 }
@@ -565,7 +565,7 @@ DAVAR_APART static void judge_present(davar_mixture_t *model, const normal_t *no
     }
 }
 
-/* Fills beside, variance, least and grow. */
+/* Fills tried, variance, least and grow. */
 static void judge(davar_mixture_t *model)
 {
     normal_t normal;
@@ -586,7 +586,7 @@ static void judge(davar_mixture_t *model)
  * modelled. */
 static double significance(const davar_mixture_t *model, int term)
 {
-    const double a = has_term(model->terms, term) ? model->a[term] : model->beside[term];
+    const double a = has_term(model->terms, term) ? model->a[term] : model->tried[term];
     return a / davar_root(model->variance[term] / model->grow);
 }
 

@@ -14,10 +14,10 @@ typedef struct {
     int end;
     double rounding; /* variance of rounding (5.15) */
 
-    unsigned terms;                         /* bit k: term k is in the model */
-    double a[DAVAR_COEFFICIENT_COUNT];      /* 0 for an absent term */
-    double beside[DAVAR_COEFFICIENT_COUNT]; /* an absent term fitted with the model; either sign */
-    double variance[DAVAR_COEFFICIENT_COUNT]; /* of a or beside; INFINITY: not resolvable */
+    unsigned terms;                        /* bit k: term k is in the model */
+    double a[DAVAR_COEFFICIENT_COUNT];     /* 0 for an absent term */
+    double tried[DAVAR_COEFFICIENT_COUNT]; /* an absent term, fitted with the model; either sign */
+    double variance[DAVAR_COEFFICIENT_COUNT]; /* of a or tried; INFINITY: not resolvable */
     double least[DAVAR_COEFFICIENT_COUNT];    /* lower 95 % limit of a, doubts included (5.10) */
     double grow;                              /* misfit in the variances; 1: the model fits */
 } davar_mixture_t;

@@ -436,8 +436,8 @@ bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *re
 
 /* White noise is at most the whole Allan variance at a size that the filter passes, because other
  * terms only add to it (5.11). */
-static void write_beside(const davar_plan_t *plan, const davar_white_t *white,
-                         davar_result_t *result)
+static void write_mixed(const davar_plan_t *plan, const davar_white_t *white,
+                        davar_result_t *result)
 {
     write_intervals(plan, white, result);
     davar_absent_coefficients(result);
@@ -457,7 +457,7 @@ static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result
     if ((usable == 0U) || (usable != plan->count)) {
         write_nothing(result);
     } else if (!suffices(plan, rate_hz, result, &white)) {
-        write_beside(plan, &white, result);
+        write_mixed(plan, &white, result);
     }
     return result->noise == DAVAR_NOISE_WHITE;
 }

@@ -132,7 +132,9 @@ def candidates(wishes: Wishes) -> Iterator[tuple[float, list[Design]]]:
 
 
 def excess(plan: Plan, percent: float) -> dict[str, float]:
-    """Option -> by which factor the plan misses it: above 1, but 1 for a clock without rest."""
+    """Option -> by which factor the plan misses it, above 1. A clock must leave time in addition
+    to the pushes, so 1 misses it, too.
+    """
     wishes, cost, promise = plan.design.wishes, plan.cost, plan.promise
     found = {
         "--ram": cost.ram_bytes / (wishes.ram_bytes or math.inf),
