@@ -7,8 +7,10 @@
 #include "instances/engine.h"
 #include "instances/settings.h"
 #include "options/option_table.h"
+#include "options/value.h"
 #include "output/fields.h"
 #include "recording/quantise.h"
+#include "slide.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,6 +18,7 @@
 
 #define CHUNK 4096U
 #define MODEL_MAX 64U /* cluster sizes of an error model */
+#define PLANS 256U
 
 /* Large and points into itself: allocated once, never moved. */
 struct davar_python {
@@ -30,6 +33,11 @@ struct davar_python {
     davar_monitor_t monitor;
     davar_misfit_t misfit;
     size_t model_count; /* 0: no error model */
+    uint32_t fit_every; /* epochs; 0: none */
+    uint32_t unfitted;  /* epochs before the next fit */
+    /* Copies of the plan. A window has the one at its length % PLANS, so that the plan need not
+     * follow the window when its length changes. */
+    davar_plan_t *plans;
     sim_error_t error;
     union {
         int16_t q15[CHUNK];
@@ -44,6 +52,7 @@ davar_python_t *davar_python_new(void)
     if (run != NULL) {
         run->options.policy = DAVAR_POLICY_OR;
         run->options.mode = DAVAR_MODE_CENTRED;
+        run->fit_every = 1U;
     }
     return run;
 }
@@ -52,6 +61,7 @@ void davar_python_free(davar_python_t *run)
 {
     if (run != NULL) {
         engine_free(&run->engine);
+        free(run->plans);
         free(run);
     }
 }
@@ -66,6 +76,9 @@ bool davar_python_option(davar_python_t *run, const char *name, const char *text
     if (strcmp(name, "details") == 0) {
         run->options.details = true;
         return true;
+    }
+    if (strcmp(name, "fit-every") == 0) {
+        return value_u32(name, text, &run->fit_every, &run->error);
     }
     for (const option_entry_t *entry = OPTION_TABLE; entry->name != NULL; entry++) {
         if ((strcmp(entry->name, name) == 0) && (entry->apply != NULL)) {
@@ -116,9 +129,13 @@ bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *ad
     return true;
 }
 
-/* True if there is no error model, or it has a cluster size of the results. */
+/* True if there is no error model, or it has a cluster size of the results and each is fitted. */
 static bool model_fits(davar_python_t *run)
 {
+    if ((run->model_count > 0U) && (run->fit_every != 1U)) {
+        return sim_fail(&run->error,
+                        "--fit-every: must be 1 with --model-table, which compares every result");
+    }
     const davar_curve_t *const curve = &run->engine.curve;
     for (size_t i = 0; i < run->model_count; i++) {
         for (uint8_t t = 0; t < curve->tau_count; t++) {
@@ -173,10 +190,15 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
         !model_fits(run)) {
         return false;
     }
+    run->plans = calloc(PLANS, sizeof *run->plans);
+    if (run->plans == NULL) {
+        return sim_fail(&run->error, "out of memory");
+    }
     const fields_setup_t setup = {
         .taus = run->engine.curve.taus,
         .tau_count = run->engine.curve.tau_count,
         .monitored = (run->model_count > 0U),
+        .unfitted = (run->fit_every == 0U),
         .tracked = (davar_law_id(&run->engine.config) == (uint8_t)DAVAR_POLICY_GLR),
         .details = run->options.details};
     fields_make(&run->fields, &setup);
@@ -252,6 +274,28 @@ static void push_cascade(davar_python_t *run, size_t from, size_t count)
     }
 }
 
+/* Copies the plan at its first use, because most windows need few of them. */
+static davar_plan_t *plan_of(davar_python_t *run, uint32_t window_samples)
+{
+    davar_plan_t *const plan = &run->plans[window_samples % PLANS];
+    if (plan->sizes == 0U) {
+        *plan = run->engine.filtered->plan;
+    }
+    return plan;
+}
+
+/* Every epoch, or as few as asked for. */
+static bool fit_if_due(davar_python_t *run)
+{
+    if ((run->fit_every == 0U) || (run->unfitted > 0U)) {
+        run->unfitted -= (run->unfitted > 0U) ? 1U : 0U;
+        return false;
+    }
+    run->unfitted = run->fit_every - 1U;
+    davar_fit(plan_of(run, run->result.window_samples), run->engine.config.rate_hz, &run->result);
+    return true;
+}
+
 static double number_of(const cell_t *cell)
 {
     switch (cell->kind) {
@@ -266,36 +310,71 @@ static double number_of(const cell_t *cell)
     }
 }
 
-/* Writes the row of a waiting result. Returns the number of rows, 0 or 1. */
-static size_t take_row(davar_python_t *run, double *table, size_t capacity, size_t row)
+/* The free rows of a table of columns. */
+typedef struct {
+    double *first;
+    size_t stride; /* from column to column */
+    size_t room;
+    size_t written;
+} rows_t;
+
+/* The cells of the columns from `first` to before `end`. */
+static void write_cells(const davar_python_t *run, const epoch_row_t *epoch, bool fitted,
+                        const rows_t *rows, size_t row, size_t first, size_t end)
 {
-    if (!davar_take(run->engine.instances, &run->result)) {
-        return 0U;
+    double *cell = rows->first + first * rows->stride + row;
+    for (size_t i = first; i < end; i++, cell += rows->stride) {
+        const field_t *field = &run->fields.field[i];
+        if (field->of_fit && !fitted) {
+            *cell = (double)NAN;
+        } else {
+            const cell_t shown = field->show(epoch, field->index);
+            *cell = number_of(&shown);
+        }
     }
-    if (cascade_of(run) != NULL) {
-        (void)davar_cascade_append(cascade_of(run), &run->result);
-    }
-    davar_fit(&run->engine.filtered->plan, run->engine.config.rate_hz, &run->result);
+}
+
+/* Writes run->result to a row, except for the deviations. */
+static void write_row(davar_python_t *run, bool fitted, const rows_t *rows, size_t row)
+{
     const bool monitored = (run->model_count > 0U);
     if (monitored) {
         davar_monitor_update(&run->monitor, &run->result, &run->misfit);
     }
     const epoch_row_t epoch = {
         .result = &run->result, .misfit = monitored ? &run->misfit : NULL, .time_s = (double)NAN};
-    for (size_t i = 0; i < run->fields.count; i++) {
-        const field_t *field = &run->fields.field[i];
-        const cell_t cell = field->show(&epoch, field->index);
-        table[i * capacity + row] = number_of(&cell);
+    const fields_t *const fields = &run->fields;
+    write_cells(run, &epoch, fitted, rows, row, 0U, fields->first_adev);
+    write_cells(run, &epoch, fitted, rows, row, fields->first_adev + run->engine.curve.tau_count,
+                fields->count);
+}
+
+/* NaN without a difference. */
+static void write_deviations(const davar_python_t *run, const rows_t *rows, size_t row)
+{
+    double *adev = rows->first + run->fields.first_adev * rows->stride + row;
+    for (uint8_t t = 0; t < run->engine.curve.tau_count; t++, adev += rows->stride) {
+        *adev = run->result.tau[t].adev;
     }
-    return 1U;
+}
+
+static void take_row(davar_python_t *run, rows_t *rows)
+{
+    if (davar_take(run->engine.instances, &run->result)) {
+        if (cascade_of(run) != NULL) {
+            (void)davar_cascade_append(cascade_of(run), &run->result);
+        }
+        write_deviations(run, rows, rows->written);
+        write_row(run, fit_if_due(run), rows, rows->written);
+        rows->written++;
+    }
 }
 
 /* Pushes one chunk while there is room for rows. Returns the number of samples consumed. */
-static size_t push_chunk(davar_python_t *run, size_t count, double *table, size_t capacity,
-                         size_t *written)
+static size_t push_chunk(davar_python_t *run, size_t count, rows_t *rows)
 {
     size_t done = 0;
-    while ((done < count) && (*written < capacity)) {
+    while ((done < count) && (rows->written < rows->room)) {
         const size_t more = push_some(run, done, count - done);
         if (more == 0U) {
             break;
@@ -304,38 +383,124 @@ static size_t push_chunk(davar_python_t *run, size_t count, double *table, size_
             push_cascade(run, done, more);
         }
         done += more;
-        *written += take_row(run, table, capacity, *written);
+        take_row(run, rows);
     }
     return done;
 }
 
-size_t davar_python_push(davar_python_t *run, const double *values, size_t count, double *table,
-                         size_t capacity, size_t *taken)
+size_t davar_python_push(davar_python_t *run, const double *values, size_t count, double *first,
+                         size_t stride, size_t room, size_t *taken)
 {
-    size_t written = 0;
+    rows_t rows = {.stride = stride, .room = room};
+    rows.first = first;
     *taken = 0;
-    while ((*taken < count) && (written < capacity)) {
+    while ((*taken < count) && (rows.written < room)) {
         const size_t left = count - *taken;
         const size_t chunk = (left < CHUNK) ? left : CHUNK;
         convert(run, values + *taken, chunk);
-        const size_t done = push_chunk(run, chunk, table, capacity, &written);
+        const size_t done = push_chunk(run, chunk, &rows);
         *taken += done;
         if (done == 0U) {
             break;
         }
     }
-    return written;
+    return rows.written;
 }
 
-size_t davar_python_flush(davar_python_t *run, double *table, size_t capacity)
+size_t davar_python_flush(davar_python_t *run, double *first, size_t stride, size_t room)
 {
-    size_t written = 0;
+    rows_t rows = {.stride = stride, .room = room};
+    rows.first = first;
     if (cascade_of(run) != NULL) {
         davar_cascade_flush(cascade_of(run));
     }
-    while ((written < capacity) && davar_flush(run->engine.instances)) {
-        written += take_row(run, table, capacity, written);
+    while ((rows.written < room) && davar_flush(run->engine.instances)) {
+        take_row(run, &rows);
     }
+    return rows.written;
+}
+
+/* --- a complete record in one step (slide.h) -------------------------------------------------- */
+
+/* run->result of a row of which the deviations are written. */
+static void slide_result(davar_python_t *run, const slide_t *slide, const rows_t *rows, size_t row)
+{
+    davar_result_t *const result = &run->result;
+    const double *adev = rows->first + run->fields.first_adev * rows->stride + row;
+    result->epoch = slide_epoch(slide, row);
+    result->window_samples = slide_length(slide, row);
+    result->mirrored_samples = slide_mirrored(slide, row);
+    for (uint8_t t = 0; t < result->tau_count; t++, adev += rows->stride) {
+        const uint32_t m = slide->config->taus[t];
+        const uint32_t above = result->window_samples + 1U;
+        result->tau[t] = (davar_adev_t){.m = m,
+                                        .differences = (above > 2U * m) ? (above - 2U * m) : 0U,
+                                        .adev = *adev,
+                                        .low = (double)NAN,
+                                        .high = (double)NAN,
+                                        .edf = (double)NAN};
+    }
+}
+
+/* Rows that are alike except for the epoch and the deviations, which are written: copies all other
+ * cells of the first of them. */
+static void repeat_row(const davar_python_t *run, const slide_t *slide, const rows_t *rows,
+                       size_t first, size_t end)
+{
+    const fields_t *const fields = &run->fields;
+    for (size_t i = 0; i < fields->count; i++) {
+        double *const column = rows->first + i * rows->stride;
+        const bool is_adev = (i - fields->first_adev) < run->engine.curve.tau_count;
+        for (size_t row = first + 1U; (row < end) && !is_adev; row++) {
+            column[row] = (i > 0U) ? column[first] : (double)slide_epoch(slide, row);
+        }
+    }
+}
+
+static void slide_rows(davar_python_t *run, slide_t *slide, const rows_t *rows, size_t first,
+                       size_t end)
+{
+    for (size_t t = 0; t < run->result.tau_count; t++) {
+        slide_deviations(slide, t, first, end - first,
+                         rows->first + (run->fields.first_adev + t) * rows->stride + first);
+    }
+    for (size_t row = first; row < end; row++) {
+        slide_result(run, slide, rows, row);
+        const bool fitted = fit_if_due(run);
+        write_row(run, fitted, rows, row);
+        if (!fitted && (run->result.window_samples == slide->config->window.longest)) {
+            const size_t after = end - (row + 1U);
+            const bool ends_before = (run->fit_every > 0U) && (run->unfitted < after);
+            const size_t alike = ends_before ? run->unfitted : after;
+            repeat_row(run, slide, rows, row, row + 1U + alike);
+            run->unfitted -= (run->fit_every > 0U) ? (uint32_t)alike : 0U;
+            row += alike;
+        }
+    }
+}
+
+size_t davar_python_slide(davar_python_t *run, const double *values, size_t count, double *first,
+                          size_t stride)
+{
+    slide_t slide = {0};
+    rows_t rows = {.stride = stride};
+    rows.first = first;
+    const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U);
+    size_t written = 0;
+    if (alone && slide_open(&slide, &run->engine.config, &run->quantisation, values, count)) {
+        run->result = (davar_result_t){.tau_count = slide.config->tau_count,
+                                       .unit_per_count = slide.config->unit_per_count,
+                                       .kurtosis = (double)NAN,
+                                       .contribution = (double)NAN,
+                                       .dispersion = (double)NAN};
+        while (written < slide.rows) {
+            const size_t left = slide.rows - written;
+            const size_t block = (left < SLIDE_BLOCK) ? left : SLIDE_BLOCK;
+            slide_rows(run, &slide, &rows, written, written + block);
+            written += block;
+        }
+    }
+    slide_close(&slide);
     return written;
 }
 

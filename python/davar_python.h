@@ -27,7 +27,8 @@ DAVAR_PYTHON_API void davar_python_free(davar_python_t *run);
 DAVAR_PYTHON_API const char *davar_python_error(const davar_python_t *run);
 
 /* Sets one option of davar-sim, by its name without dashes. Options without a value ignore the
- * text. */
+ * text. One more is "fit-every": N: fit every N-th epoch only, 0: none, and no columns of the
+ * fit. */
 DAVAR_PYTHON_API bool davar_python_option(davar_python_t *run, const char *name, const char *text);
 
 /* Checks the options with the library. `needed`: samples of the shortest record that gives an
@@ -66,24 +67,34 @@ DAVAR_PYTHON_API const char *davar_python_column(const davar_python_t *run, size
 /* Reports `missing` lost samples before the next one. */
 DAVAR_PYTHON_API void davar_python_gap(davar_python_t *run, uint32_t missing);
 
-/* Pushes admitted values until all are consumed or the table (columns x capacity, one column after
- * the other) is full. *taken: values consumed. Returns the number of rows written; absent values
- * are NaN. */
+/* Pushes admitted values until all are consumed or the table is full. A table has its columns one
+ * after the other; `first`: its first free row, in column 0; `stride`: from column to column;
+ * `room`: free rows. *taken: values consumed. Returns the number of rows written; absent values are
+ * NaN. */
 DAVAR_PYTHON_API size_t davar_python_push(davar_python_t *run, const double *values, size_t count,
-                                          double *table, size_t capacity, size_t *taken);
+                                          double *first, size_t stride, size_t room, size_t *taken);
 
 /* Writes the remaining epochs at the end of the record (centred). If it returns fewer rows than
- * `capacity`, there are no more. */
-DAVAR_PYTHON_API size_t davar_python_flush(davar_python_t *run, double *table, size_t capacity);
+ * `room`, there are no more. */
+DAVAR_PYTHON_API size_t davar_python_flush(davar_python_t *run, double *first, size_t stride,
+                                           size_t room);
+
+/* Writes all epochs of a complete record without a gap, instead of push and flush, several times as
+ * fast, with the same bits. The table has room for `count` rows. Returns their number; 0: the
+ * settings or the counts do not allow it (slide.h), or out of memory: push instead. Call it once,
+ * after start. */
+DAVAR_PYTHON_API size_t davar_python_slide(davar_python_t *run, const double *values, size_t count,
+                                           double *first, size_t stride);
 
 /* The nine counters of davar_health_t, in its order. */
 DAVAR_PYTHON_API void davar_python_health(const davar_python_t *run, uint32_t *counters);
 
 /* The overlapping Allan deviation of a complete record, without a run. values: `count` finite
  * samples (at most 2^31), rounded to whole steps from `centre`; n m^2 (range / step)^2 < 2^128.
- * ends: the ascending ends of the `runs` without a gap inside; the last is `count`. m: `taus`
- * cluster sizes. rows: 2 x taus: deviation (unit of the values; NaN: absent), number of
- * differences. False: out of memory. Cost: O(count taus). */
+ * ends: the ascending ends of the `runs` without a gap inside; the last is `count`. m: `taus` (at
+ * least 1) ascending cluster sizes. rows: 2 x taus: deviation (unit of the values; NaN: absent),
+ * number of differences. False: out of memory. Cost: O(count taus), with one pass over the values;
+ * memory for twice the largest cluster size. */
 DAVAR_PYTHON_API bool davar_python_adev(const double *values, size_t count, double centre,
                                         double step, const size_t *ends, size_t runs,
                                         const uint32_t *m, size_t taus, double *rows);

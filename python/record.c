@@ -1,7 +1,9 @@
-/* davar for Python - the Allan deviation of a complete record. One pass per cluster size over
- * cumulative sums, exact in integers. Then the library's fit, as for any window. */
+/* davar for Python - the Allan deviation of a complete record. One pass over the samples: block by
+ * block, the cumulative sums and the differences of every cluster size that end in the block, exact
+ * in integers. Then the library's fit, as for any window. */
 #include "davar/davar.h"
 #include "davar_python.h"
+#include "vectors.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -9,71 +11,199 @@
 __extension__ typedef __int128 i128_t;
 __extension__ typedef unsigned __int128 u128_t;
 
+/* Cumulative sums of so many samples stay in the cache of a core for all cluster sizes. */
+#define BLOCK 8192U
+
 typedef struct {
     u128_t squares;
     uint64_t count;
 } sum_t;
 
-/* Cumulative sums modulo 2^64; the first is 0. Their differences are exact if they fit. */
-static void accumulate(const double *values, size_t count, double centre, double step,
-                       uint64_t *total)
+/* --- squares ---------------------------------------------------------------------------------- */
+
+/* Sums of products of the parts of differences d = upper 2^shift + lower. */
+typedef struct {
+    uint64_t upper;
+    uint64_t mixed; /* upper times lower, signed */
+    uint64_t lower;
+} parts_t;
+
+/* The cumulative sums at the start, middle and end of the first of several differences. */
+typedef struct {
+    const uint64_t *start;
+    const uint64_t *middle;
+    const uint64_t *end;
+} places_t;
+
+/* Of `count` differences in a row. Products of 64 bits only, so that a compiler can use vectors. */
+static inline parts_t parts_of(places_t at, size_t count, unsigned shift)
 {
-    uint64_t sum = 0;
-    total[0] = 0;
+    const uint64_t mask = (UINT64_C(1) << shift) - 1U;
+    parts_t sum = {0};
     for (size_t i = 0; i < count; i++) {
-        sum += (uint64_t)llrint((values[i] - centre) / step);
-        total[i + 1U] = sum;
+        const uint64_t difference = at.end[i] - 2U * at.middle[i] + at.start[i];
+        const uint64_t upper = (uint64_t)((int64_t)difference >> shift);
+        const uint64_t lower = difference & mask;
+        sum.upper += upper * upper;
+        sum.mixed += upper * lower;
+        sum.lower += lower * lower;
     }
+    return sum;
 }
 
-/* Adds the squares of all differences of m samples in a run of `length` samples; `total` has its
- * cumulative sums. It uses two sums at a time, so that a 128-bit addition need not wait for the
- * previous one. */
-static void add_run(sum_t *sum, const uint64_t *total, size_t length, size_t m)
+typedef parts_t parts_function_t(places_t at, size_t count, unsigned shift);
+
+FOR_AVX2 static parts_t parts_avx2(places_t at, size_t count, unsigned shift)
 {
-    if (length < 2U * m) {
-        return;
+    return parts_of(at, count, shift);
+}
+
+FOR_AVX512 static parts_t parts_avx512(places_t at, size_t count, unsigned shift)
+{
+    return parts_of(at, count, shift);
+}
+
+static parts_function_t *parts_here(void)
+{
+    return HAS_AVX512 ? parts_avx512 : (HAS_AVX2 ? parts_avx2 : parts_of);
+}
+
+/* Adds the squares of `count` differences of sizes up to 2^bits, bits <= 63. No sum of parts
+ * exceeds 64 bits: each adds at most 2^bits or, of lower parts, 2^(2 shift). */
+static void add_squares(sum_t *sum, parts_function_t *parts, places_t at, size_t count,
+                        unsigned bits)
+{
+    const unsigned shift = (bits + 1U) / 2U;
+    const size_t most = (shift < 32U) ? ((size_t)1U << (63U - 2U * shift)) : 1U;
+    for (size_t i = 0; i < count; i += most) {
+        const places_t from = {at.start + i, at.middle + i, at.end + i};
+        const parts_t part = parts(from, ((count - i) < most) ? (count - i) : most, shift);
+        sum->squares += ((u128_t)part.upper << (2U * shift)) +
+                        ((u128_t)(i128_t)(int64_t)part.mixed << (shift + 1U)) + part.lower;
     }
-    const size_t count = length - 2U * m + 1U;
-    u128_t squares[2] = {0, 0};
-    for (size_t i = 0; i < count; i++) {
-        const int64_t difference = (int64_t)(total[i + 2U * m] - 2U * total[i + m] + total[i]);
-        squares[i % 2U] += (u128_t)((i128_t)difference * difference);
-    }
-    sum->squares += squares[0] + squares[1];
     sum->count += count;
 }
 
-static sum_t squares_of(const uint64_t *total, const size_t *ends, size_t runs, uint32_t m)
+/* --- the record ------------------------------------------------------------------------------- */
+
+typedef struct {
+    const double *values;
+    double centre;
+    double step;
+    double inverse; /* of the step, if it is exact; otherwise 0 */
+    uint64_t sizes; /* above all samples so far in whole steps: their bits, signs removed */
+    /* A ring of the newest cumulative sums modulo 2^64, the sum of n samples at n % room. Their
+     * differences are exact if they fit. */
+    uint64_t *total;
+    size_t room;
+    parts_function_t *parts;
+} record_t;
+
+static uint64_t steps_of(const record_t *record, double value)
 {
-    sum_t sum = {0};
-    size_t first = 0;
-    for (size_t r = 0; r < runs; r++) {
-        add_run(&sum, total + first, ends[r] - first, m);
-        first = ends[r];
+    const double from_centre = value - record->centre;
+    return (uint64_t)llrint((record->inverse > 0.0) ? (from_centre * record->inverse)
+                                                    : (from_centre / record->step));
+}
+
+static void accumulate(record_t *record, size_t from, size_t to)
+{
+    size_t place = from % record->room;
+    uint64_t sum = record->total[place];
+    for (size_t i = from; i < to; i++) {
+        const uint64_t steps = steps_of(record, record->values[i]);
+        record->sizes |= steps ^ (0U - (steps >> 63U));
+        sum += steps;
+        place = ((place + 1U) < record->room) ? (place + 1U) : 0U;
+        record->total[place] = sum;
     }
-    return sum;
+}
+
+/* The number of bits of a value. */
+static unsigned bits_of(uint64_t value)
+{
+    unsigned bits = 0U;
+    while ((bits < 64U) && ((value >> bits) > 0U)) {
+        bits++;
+    }
+    return bits;
+}
+
+/* The place in the ring of the sum of n samples. Lowers *count to the sums up to the ring's end. */
+static const uint64_t *place_of(const record_t *record, size_t n, size_t *count)
+{
+    const size_t place = n % record->room;
+    const size_t left = record->room - place;
+    *count = (*count < left) ? *count : left;
+    return record->total + place;
+}
+
+/* Adds the differences of m samples that end at the sums of `first` to `last` samples. */
+static void add_ends(const record_t *record, sum_t *sum, size_t first, size_t last, size_t m)
+{
+    const unsigned bits = bits_of(record->sizes) + bits_of(2U * m - 1U);
+    size_t count;
+    for (size_t end = first; end <= last; end += count) {
+        count = last + 1U - end;
+        const uint64_t *const start = place_of(record, end - 2U * m, &count);
+        const uint64_t *const middle = place_of(record, end - m, &count);
+        const places_t at = {start, middle, place_of(record, end, &count)};
+        add_squares(sum, record->parts, at, count, (bits < 63U) ? bits : 63U);
+    }
+}
+
+/* A run without a gap inside: the samples from `first` to before `end`. */
+static void add_run(record_t *record, sum_t *sums, size_t first, size_t end, const uint32_t *m,
+                    size_t taus)
+{
+    for (size_t from = first; from < end;) {
+        const size_t to = ((end - from) < BLOCK) ? end : (from + BLOCK);
+        accumulate(record, from, to);
+        for (size_t t = 0; t < taus; t++) {
+            const size_t least = first + (size_t)2U * m[t];
+            add_ends(record, &sums[t], (least > from) ? least : (from + 1U), to, m[t]);
+        }
+        from = to;
+    }
+}
+
+/* Without differences 0 / 0 gives NaN. */
+static void write_rows(const sum_t *sums, const uint32_t *m, size_t taus, double step, double *rows)
+{
+    for (size_t t = 0; t < taus; t++) {
+        const double mean = (double)sums[t].squares / (2.0 * (double)sums[t].count);
+        rows[t] = sqrt(mean) / m[t] * step;
+        rows[taus + t] = (double)sums[t].count;
+    }
 }
 
 bool davar_python_adev(const double *values, size_t count, double centre, double step,
                        const size_t *ends, size_t runs, const uint32_t *m, size_t taus,
                        double *rows)
 {
-    uint64_t *total = calloc(count + 1U, sizeof *total);
-    if (total == NULL) {
-        return false;
+    int exponent;
+    const bool is_power = !(frexp(step, &exponent) > 0.5);
+    const size_t span = (size_t)2U * m[taus - 1U];
+    record_t record = {.values = values,
+                       .centre = centre,
+                       .step = step,
+                       .inverse = is_power ? (1.0 / step) : 0.0,
+                       .room = ((span < count) ? span : count) + BLOCK + 1U,
+                       .parts = parts_here()};
+    record.total = calloc(record.room, sizeof *record.total);
+    sum_t *sums = calloc(taus, sizeof *sums);
+    const bool good = (record.total != NULL) && (sums != NULL);
+    if (good) {
+        size_t first = 0;
+        for (size_t r = 0; r < runs; r++) {
+            add_run(&record, sums, first, ends[r], m, taus);
+            first = ends[r];
+        }
+        write_rows(sums, m, taus, step, rows);
     }
-    accumulate(values, count, centre, step, total);
-    for (size_t t = 0; t < taus; t++) {
-        const sum_t sum = squares_of(total, ends, runs, m[t]);
-        const double mean =
-            /* without differences 0 / 0 gives NaN */
-            (double)sum.squares / (2.0 * (double)sum.count);
-        rows[t] = sqrt(mean) / m[t] * step;
-        rows[taus + t] = (double)sum.count;
-    }
-    free(total);
-    return true;
+    free(sums);
+    free(record.total);
+    return good;
 }
 
 bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus, uint32_t count,

@@ -14,16 +14,17 @@ void csv_out_header(rows_out_t *rows, const fields_t *fields, bool with_channel)
 void csv_out_row(rows_out_t *rows, const fields_t *fields, const char *channel,
                  const epoch_row_t *row)
 {
-    char text[CELL_TEXT_BYTES];
     if (channel != NULL) {
         rows_out_put(rows, channel);
-        rows_out_put(rows, ",");
+        rows_out_put_character(rows, ',');
     }
     for (size_t f = 0; f < fields->count; f++) {
         const field_t *field = &fields->field[f];
         const cell_t cell = field->show(row, field->index);
-        rows_out_put(rows, (f > 0U) ? "," : "");
-        rows_out_put(rows, cell_text(&cell, "", text));
+        if (f > 0U) {
+            rows_out_put_character(rows, ',');
+        }
+        rows_out_put_cell(rows, &cell, "");
     }
-    rows_out_put(rows, "\n");
+    rows_out_put_character(rows, '\n');
 }

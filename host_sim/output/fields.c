@@ -1,9 +1,12 @@
 /* davar-sim - output columns, in the order of the output. */
 #include "output/fields.h"
 
+#include "common/decimal.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 static cell_t integer_cell(uint64_t integer)
 {
@@ -184,68 +187,72 @@ static cell_t show_model_mean_deviation(const epoch_row_t *row, uint32_t t)
 }
 
 static const field_t COMMON[] = {
-    {"epoch", show_epoch, 0U},
-    {"time_s", show_time, 0U},
-    {"window_samples", show_window, 0U},
-    {"kurtosis", show_kurtosis, 0U},
-    {"contribution", show_contribution, 0U},
-    {"unstable", show_unstable, 0U},
-    {"arw_deg_per_sqrt_h", show_coefficient, DAVAR_ANGLE_RANDOM_WALK},
-    {"arw_low_deg_per_sqrt_h", show_coefficient_low, DAVAR_ANGLE_RANDOM_WALK},
-    {"arw_high_deg_per_sqrt_h", show_coefficient_high, DAVAR_ANGLE_RANDOM_WALK},
-    {"bi_deg_per_h", show_coefficient, DAVAR_BIAS_INSTABILITY},
-    {"rrw_deg_per_h_per_sqrt_h", show_coefficient, DAVAR_RATE_RANDOM_WALK},
-    {"rr_deg_per_h2", show_coefficient, DAVAR_RATE_RAMP},
-    {"qn_deg", show_coefficient, DAVAR_QUANTIZATION},
-    {"filtered", show_filtered, 0U},
+    {"epoch", show_epoch, 0U, false},
+    {"time_s", show_time, 0U, false},
+    {"window_samples", show_window, 0U, false},
+    {"kurtosis", show_kurtosis, 0U, false},
+    {"contribution", show_contribution, 0U, false},
+    {"unstable", show_unstable, 0U, false},
+    {"arw_deg_per_sqrt_h", show_coefficient, DAVAR_ANGLE_RANDOM_WALK, true},
+    {"arw_low_deg_per_sqrt_h", show_coefficient_low, DAVAR_ANGLE_RANDOM_WALK, true},
+    {"arw_high_deg_per_sqrt_h", show_coefficient_high, DAVAR_ANGLE_RANDOM_WALK, true},
+    {"bi_deg_per_h", show_coefficient, DAVAR_BIAS_INSTABILITY, true},
+    {"rrw_deg_per_h_per_sqrt_h", show_coefficient, DAVAR_RATE_RANDOM_WALK, true},
+    {"rr_deg_per_h2", show_coefficient, DAVAR_RATE_RAMP, true},
+    {"qn_deg", show_coefficient, DAVAR_QUANTIZATION, true},
+    {"filtered", show_filtered, 0U, true},
 };
 
 static const field_t TRACKING[] = {
-    {"alarm", show_alarm, 0U},           {"cut_age_samples", show_cut_age, 0U},
-    {"dispersion", show_dispersion, 0U}, {"change_m", show_changed, 0U},
-    {"change_older", show_older, 0U},    {"change_newer", show_newer, 0U},
-    {"change_gain", show_gain, 0U},      {"young", show_young, 0U},
+    {"alarm", show_alarm, 0U, false},           {"cut_age_samples", show_cut_age, 0U, false},
+    {"dispersion", show_dispersion, 0U, false}, {"change_m", show_changed, 0U, false},
+    {"change_older", show_older, 0U, false},    {"change_newer", show_newer, 0U, false},
+    {"change_gain", show_gain, 0U, false},      {"young", show_young, 0U, false},
 };
 
 static const field_t DETAILS[] = {
-    {"gaps_in_window", show_gaps, 0U},
-    {"coarse", show_coarse, 0U},
-    {"arw_upper_deg_per_sqrt_h", show_coefficient_upper, DAVAR_ANGLE_RANDOM_WALK},
-    {"bi_upper_deg_per_h", show_coefficient_upper, DAVAR_BIAS_INSTABILITY},
-    {"rrw_upper_deg_per_h_per_sqrt_h", show_coefficient_upper, DAVAR_RATE_RANDOM_WALK},
-    {"rr_upper_deg_per_h2", show_coefficient_upper, DAVAR_RATE_RAMP},
-    {"qn_upper_deg", show_coefficient_upper, DAVAR_QUANTIZATION},
-    {"bi_low_deg_per_h", show_coefficient_low, DAVAR_BIAS_INSTABILITY},
-    {"bi_high_deg_per_h", show_coefficient_high, DAVAR_BIAS_INSTABILITY},
-    {"rrw_low_deg_per_h_per_sqrt_h", show_coefficient_low, DAVAR_RATE_RANDOM_WALK},
-    {"rrw_high_deg_per_h_per_sqrt_h", show_coefficient_high, DAVAR_RATE_RANDOM_WALK},
-    {"rr_low_deg_per_h2", show_coefficient_low, DAVAR_RATE_RAMP},
-    {"rr_high_deg_per_h2", show_coefficient_high, DAVAR_RATE_RAMP},
-    {"qn_low_deg", show_coefficient_low, DAVAR_QUANTIZATION},
-    {"qn_high_deg", show_coefficient_high, DAVAR_QUANTIZATION},
+    {"gaps_in_window", show_gaps, 0U, false},
+    {"coarse", show_coarse, 0U, true},
+    {"arw_upper_deg_per_sqrt_h", show_coefficient_upper, DAVAR_ANGLE_RANDOM_WALK, true},
+    {"bi_upper_deg_per_h", show_coefficient_upper, DAVAR_BIAS_INSTABILITY, true},
+    {"rrw_upper_deg_per_h_per_sqrt_h", show_coefficient_upper, DAVAR_RATE_RANDOM_WALK, true},
+    {"rr_upper_deg_per_h2", show_coefficient_upper, DAVAR_RATE_RAMP, true},
+    {"qn_upper_deg", show_coefficient_upper, DAVAR_QUANTIZATION, true},
+    {"bi_low_deg_per_h", show_coefficient_low, DAVAR_BIAS_INSTABILITY, true},
+    {"bi_high_deg_per_h", show_coefficient_high, DAVAR_BIAS_INSTABILITY, true},
+    {"rrw_low_deg_per_h_per_sqrt_h", show_coefficient_low, DAVAR_RATE_RANDOM_WALK, true},
+    {"rrw_high_deg_per_h_per_sqrt_h", show_coefficient_high, DAVAR_RATE_RANDOM_WALK, true},
+    {"rr_low_deg_per_h2", show_coefficient_low, DAVAR_RATE_RAMP, true},
+    {"rr_high_deg_per_h2", show_coefficient_high, DAVAR_RATE_RAMP, true},
+    {"qn_low_deg", show_coefficient_low, DAVAR_QUANTIZATION, true},
+    {"qn_high_deg", show_coefficient_high, DAVAR_QUANTIZATION, true},
 };
 
-static void add_all(fields_t *fields, const field_t *list, size_t count)
+static void add_all(fields_t *fields, const fields_setup_t *setup, const field_t *list,
+                    size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        fields->field[fields->count] = list[i];
-        fields->count++;
+        if (!list[i].of_fit || !setup->unfitted) {
+            fields->field[fields->count] = list[i];
+            fields->count++;
+        }
     }
 }
 
-static void add_tau(fields_t *fields, const char *what, uint32_t m, field_t field)
+static void add_tau(fields_t *fields, const fields_setup_t *setup, const char *what, uint32_t m,
+                    field_t field)
 {
     (void)snprintf(field.name, sizeof field.name, "%s_%" PRIu32, what, m);
-    add_all(fields, &field, 1U);
+    add_all(fields, setup, &field, 1U);
 }
 
 static void add_monitor(fields_t *fields, const fields_setup_t *setup)
 {
-    const field_t health = {"model_health", show_model_health, 0U};
-    add_all(fields, &health, 1U);
+    const field_t health = {"model_health", show_model_health, 0U, true};
+    add_all(fields, setup, &health, 1U);
     for (uint32_t t = 0; t < setup->tau_count; t++) {
-        add_tau(fields, "model_deviation", setup->taus[t],
-                (field_t){.show = show_model_deviation, .index = t});
+        add_tau(fields, setup, "model_deviation", setup->taus[t],
+                (field_t){.show = show_model_deviation, .index = t, .of_fit = true});
     }
 }
 
@@ -253,26 +260,29 @@ static void add_details(fields_t *fields, const fields_setup_t *setup)
 {
     for (uint32_t t = 0; t < setup->tau_count; t++) {
         const uint32_t m = setup->taus[t];
-        add_tau(fields, "adev_low", m, (field_t){.show = show_adev_low, .index = t});
-        add_tau(fields, "adev_high", m, (field_t){.show = show_adev_high, .index = t});
-        add_tau(fields, "differences", m, (field_t){.show = show_differences, .index = t});
+        add_tau(fields, setup, "adev_low", m,
+                (field_t){.show = show_adev_low, .index = t, .of_fit = true});
+        add_tau(fields, setup, "adev_high", m,
+                (field_t){.show = show_adev_high, .index = t, .of_fit = true});
+        add_tau(fields, setup, "differences", m, (field_t){.show = show_differences, .index = t});
     }
-    add_all(fields, DETAILS, sizeof DETAILS / sizeof DETAILS[0]);
+    add_all(fields, setup, DETAILS, sizeof DETAILS / sizeof DETAILS[0]);
     for (uint32_t t = 0; setup->monitored && (t < setup->tau_count); t++) {
-        add_tau(fields, "model_mean_deviation", setup->taus[t],
-                (field_t){.show = show_model_mean_deviation, .index = t});
+        add_tau(fields, setup, "model_mean_deviation", setup->taus[t],
+                (field_t){.show = show_model_mean_deviation, .index = t, .of_fit = true});
     }
 }
 
 void fields_make(fields_t *fields, const fields_setup_t *setup)
 {
     fields->count = 0;
-    add_all(fields, COMMON, sizeof COMMON / sizeof COMMON[0]);
+    add_all(fields, setup, COMMON, sizeof COMMON / sizeof COMMON[0]);
     if (setup->tracked) {
-        add_all(fields, TRACKING, sizeof TRACKING / sizeof TRACKING[0]);
+        add_all(fields, setup, TRACKING, sizeof TRACKING / sizeof TRACKING[0]);
     }
+    fields->first_adev = fields->count;
     for (uint32_t t = 0; t < setup->tau_count; t++) {
-        add_tau(fields, "adev", setup->taus[t], (field_t){.show = show_adev, .index = t});
+        add_tau(fields, setup, "adev", setup->taus[t], (field_t){.show = show_adev, .index = t});
     }
     if (setup->monitored) {
         add_monitor(fields, setup);
@@ -282,20 +292,20 @@ void fields_make(fields_t *fields, const fields_setup_t *setup)
     }
 }
 
-const char *cell_text(const cell_t *cell, const char *absent, char *text)
+size_t cell_print(const cell_t *cell, const char *absent, char *text)
 {
     switch (cell->kind) {
     case CELL_INTEGER:
-        (void)snprintf(text, CELL_TEXT_BYTES, "%" PRIu64, cell->integer);
-        return text;
+        return decimal_print_whole(cell->integer, text);
     case CELL_TIME:
-        (void)snprintf(text, CELL_TEXT_BYTES, "%.15g", cell->number);
-        return text;
+        return decimal_print(cell->number, 15, text);
     case CELL_NUMBER:
-        (void)snprintf(text, CELL_TEXT_BYTES, "%.9g", cell->number);
-        return text;
+        return decimal_print(cell->number, 9, text);
     case CELL_ABSENT:
-    default:
-        return absent;
+    default: {
+        const size_t length = strlen(absent);
+        memcpy(text, absent, length + 1U);
+        return length;
+    }
     }
 }

@@ -16,8 +16,10 @@ typedef enum {
 
 typedef struct {
     cell_kind_t kind;
-    uint64_t integer;
-    double number;
+    union {
+        uint64_t integer;
+        double number;
+    };
 } cell_t;
 
 /* The data of one row. */
@@ -31,11 +33,13 @@ typedef struct {
     char name[FIELD_NAME_BYTES];
     cell_t (*show)(const epoch_row_t *row, uint32_t index);
     uint32_t index; /* which tau or coefficient */
+    bool of_fit;    /* the fit gives it */
 } field_t;
 
 typedef struct {
     size_t count;
-    field_t field[FIELDS_MAX];
+    size_t first_adev;         /* the deviations, one field per tau, in a row */
+    field_t field[FIELDS_MAX]; /* the first is the epoch */
 } fields_t;
 
 /* The choice of columns depends on this. */
@@ -44,15 +48,15 @@ typedef struct {
     uint8_t tau_count;
     bool monitored; /* results are compared with an error model */
     bool tracked;   /* policy glr */
+    bool unfitted;  /* no fields of the fit */
     /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
     bool details;
 } fields_setup_t;
 
 void fields_make(fields_t *fields, const fields_setup_t *setup);
 
-/* Text of a cell, `%.9g` for numbers, or `absent` for an absent value. `text` has
- * CELL_TEXT_BYTES. */
-#define CELL_TEXT_BYTES 32U
-const char *cell_text(const cell_t *cell, const char *absent, char *text);
+/* Writes the text of a cell, `%.9g` for numbers, or `absent` for an absent value. `text` has
+ * DECIMAL_TEXT_BYTES. Returns the length. */
+size_t cell_print(const cell_t *cell, const char *absent, char *text);
 
 #endif

@@ -10,8 +10,7 @@ static void write_string(rows_out_t *rows, const char *text)
             rows_out_put(rows, "\\t");
         } else {
             rows_out_put(rows, ((*text == '"') || (*text == '\\')) ? "\\" : "");
-            const char one[2] = {*text, '\0'};
-            rows_out_put(rows, one);
+            rows_out_put_character(rows, *text);
         }
     }
     rows_out_put(rows, "\"");
@@ -20,7 +19,6 @@ static void write_string(rows_out_t *rows, const char *text)
 void jsonl_out_row(rows_out_t *rows, const fields_t *fields, const char *channel,
                    const epoch_row_t *row)
 {
-    char text[CELL_TEXT_BYTES];
     rows_out_put(rows, "{\"channel\":");
     write_string(rows, channel);
     for (size_t f = 0; f < fields->count; f++) {
@@ -29,7 +27,7 @@ void jsonl_out_row(rows_out_t *rows, const fields_t *fields, const char *channel
         rows_out_put(rows, ",\"");
         rows_out_put(rows, field->name);
         rows_out_put(rows, "\":");
-        rows_out_put(rows, cell_text(&cell, "null", text));
+        rows_out_put_cell(rows, &cell, "null");
     }
     rows_out_put(rows, "}\n");
 }

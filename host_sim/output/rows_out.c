@@ -2,6 +2,7 @@
  * signal does not split a write to a file. */
 #include "output/rows_out.h"
 
+#include "common/decimal.h"
 #include "common/stop.h"
 
 #include <errno.h>
@@ -35,6 +36,25 @@ void rows_out_put(rows_out_t *rows, const char *text)
         memcpy(rows->text + rows->bytes, text, length);
         rows->bytes += length;
     } else { /* nothing to put */
+    }
+}
+
+void rows_out_put_character(rows_out_t *rows, char character)
+{
+    if (!make_room(rows, rows->bytes + 1U)) {
+        rows->lost = true;
+    } else {
+        rows->text[rows->bytes] = character;
+        rows->bytes++;
+    }
+}
+
+void rows_out_put_cell(rows_out_t *rows, const cell_t *cell, const char *absent)
+{
+    if (!make_room(rows, rows->bytes + DECIMAL_TEXT_BYTES)) {
+        rows->lost = true;
+    } else {
+        rows->bytes += cell_print(cell, absent, rows->text + rows->bytes);
     }
 }
 

@@ -4,8 +4,7 @@
 #define ROWS_OUT_H
 
 #include "common/sim_error.h"
-
-#include <stddef.h>
+#include "output/fields.h"
 
 /* Fields are private. All zero: empty. */
 typedef struct {
@@ -15,8 +14,11 @@ typedef struct {
     bool lost; /* out of memory for some text */
 } rows_out_t;
 
-/* Appends text to the current line. rows_out_take reports errors. */
+/* Appends text, one character or a cell to the current line. rows_out_take reports errors. `absent`
+ * (shorter than DECIMAL_TEXT_BYTES): the text of an absent value. */
 void rows_out_put(rows_out_t *rows, const char *text);
+void rows_out_put_character(rows_out_t *rows, char character);
+void rows_out_put_cell(rows_out_t *rows, const cell_t *cell, const char *absent);
 
 /* Ends the current line. Writes the lines if there are many, or if `now` is true. False: out of
  * memory, standard output accepts no more data, or a signal has arrived. */

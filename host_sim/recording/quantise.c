@@ -12,13 +12,16 @@
 static const char *admit_count(const options_t *options, unit_t unit, double value,
                                double *admitted)
 {
-    const double limit = ldexp(1.0, (int)((options->bits > 0U) ? options->bits : BITS_DEFAULT) - 1);
+    const uint32_t bits = (options->bits > 0U) ? options->bits : BITS_DEFAULT;
+    const double limit = (double)(UINT64_C(1) << (bits - 1U));
     const double count =
         (unit == UNIT_COUNTS) ? value : round(value * unit_factor(unit) / options->lsb);
-    if ((unit == UNIT_COUNTS) && (fabs(value - round(value)) > 0.0)) {
+    const bool inside = (count >= -limit) && (count <= limit - 1.0);
+    const double whole = inside ? (double)(int32_t)count : round(count);
+    if ((unit == UNIT_COUNTS) && (fabs(value - whole) > 0.0)) {
         return "not a whole count";
     }
-    if ((count < -limit) || (count > limit - 1.0)) {
+    if (!inside) {
         return "value outside the count range (--bits, --lsb)";
     }
     *admitted = count;
@@ -105,9 +108,4 @@ quantisation_t quantise_plan(const options_t *options, const extent_t *extent)
         return plan_float(options, extent);
     }
     return (options->lsb > 0.0) ? plan_counts(options, extent) : plan_finest(extent);
-}
-
-int32_t quantise_count(const quantisation_t *quantisation, double admitted)
-{
-    return (int32_t)round(admitted / quantisation->step);
 }

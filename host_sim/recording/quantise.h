@@ -32,6 +32,12 @@ const char *quantise_admit(const options_t *options, unit_t unit, double value, 
 quantisation_t quantise_plan(const options_t *options, const extent_t *extent);
 
 /* The count of an admitted number: divided by the step, rounded half away from zero. */
-int32_t quantise_count(const quantisation_t *quantisation, double admitted);
+static inline int32_t quantise_count(const quantisation_t *quantisation, double admitted)
+{
+    const double steps = admitted / quantisation->step;
+    const int32_t whole = (int32_t)steps;
+    const double rest = steps - whole; /* exact */
+    return whole + ((rest >= 0.5) ? 1 : 0) - ((rest <= -0.5) ? 1 : 0);
+}
 
 #endif

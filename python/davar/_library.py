@@ -38,8 +38,12 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "columns": (c_size_t, (c_void_p,)),
     "column": (c_char_p, (c_void_p, c_size_t)),
     "gap": (None, (c_void_p, c_uint32)),
-    "push": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, POINTER(c_size_t))),
-    "flush": (c_size_t, (c_void_p, c_void_p, c_size_t)),
+    "push": (
+        c_size_t,
+        (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_size_t, POINTER(c_size_t)),
+    ),
+    "flush": (c_size_t, (c_void_p, c_void_p, c_size_t, c_size_t)),
+    "slide": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)),
     "adev": (
         c_bool,
         (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p),
@@ -59,7 +63,7 @@ HEALTH = (
     "alarms",
     "shocks",
 )
-TABLE = 1 << 14  # rows requested per call
+FLUSHED = 1 << 10  # rows of a table, if the end of the record needs another one
 FILTER_SIZE = 64  # bytes of a filter as text
 TAUS_MAX = 32
 UINT32_MAX = 0xFFFFFFFF
@@ -112,6 +116,8 @@ class Run:
         self._check(self._calls.davar_python_configure(self._run, byref(needed)))
         self.needed = needed.value
         self.columns: list[str] = []
+        self._tables: list[Floats] = []  # waiting rows; only the last table has room for more
+        self._used = 0  # rows of the last table
 
     def __del__(self) -> None:
         if getattr(self, "_run", None):
@@ -173,35 +179,60 @@ class Run:
     def gap(self, missing: int) -> None:
         self._calls.davar_python_gap(self._run, min(int(missing), UINT32_MAX))
 
-    def push(self, values: Floats, stride: int) -> list[Floats]:
-        """Yields tables (columns, rows) of the epochs that these admitted values complete."""
-        tables, done = [], 0
+    def push(self, values: Floats, stride: int) -> None:
+        """Adds the epochs that these admitted values complete to the waiting rows."""
+        done = 0
         while done < len(values):
-            rest = values[done:]
-            table, taken = self._table(min(len(rest) // stride + 4, TABLE)), c_size_t()
-            written = self._calls.davar_python_push(
-                self._run,
-                rest.ctypes.data,
-                len(rest),
-                table.ctypes.data,
-                table.shape[1],
-                byref(taken),
+            rest, taken = values[done:], c_size_t()
+            place = self._place(len(rest) // stride + 4)
+            self._used += self._calls.davar_python_push(
+                self._run, rest.ctypes.data, len(rest), *place, byref(taken)
             )
-            tables.append(table[:, :written])
             done += taken.value
-        return tables
 
-    def flush(self) -> list[Floats]:
-        tables = []
+    def slide(self, values: Floats) -> bool:
+        """Adds all epochs of a record without a gap to the waiting rows, instead of push and flush.
+        False: the settings do not allow it.
+        """
+        at, stride, _ = self._place(len(values))
+        self._used += self._calls.davar_python_slide(
+            self._run, values.ctypes.data, len(values), at, stride
+        )
+        return self._used > 0
+
+    def flush(self) -> None:
+        """Adds the epochs up to the mirrored end of the record to the waiting rows."""
         while True:
-            table = self._table(TABLE)
-            written = self._calls.davar_python_flush(self._run, table.ctypes.data, TABLE)
-            tables.append(table[:, :written])
-            if written < TABLE:
-                return tables
+            place = self._place(FLUSHED)
+            written = self._calls.davar_python_flush(self._run, *place)
+            self._used += written
+            if written < place[-1]:
+                return
 
-    def _table(self, rows: int) -> Floats:
-        return np.empty((len(self.columns), rows))
+    def _place(self, rows: int) -> tuple[int, int, int]:
+        """The address of the next row, the rows of its table, and how many of them are free. A new
+        table has room for at least so many rows.
+        """
+        if not self._tables or self._used == self._tables[-1].shape[1]:
+            # An odd number of cache lines: rows of a table then share no set of the cache.
+            self._tables.append(np.empty((len(self.columns), rows // 16 * 16 + 24)))
+            self._used = 0
+        table = self._tables[-1]
+        at = table.ctypes.data + self._used * table.itemsize
+        return at, table.shape[1], table.shape[1] - self._used
+
+    @property
+    def waiting(self) -> int:
+        """Rows."""
+        full: int = sum(table.shape[1] for table in self._tables[:-1])
+        return full + self._used
+
+    def rows(self) -> list[Floats]:
+        """Returns and clears the waiting rows, as at least one table (columns, rows)."""
+        self._place(0)
+        tables = [*self._tables[:-1], self._tables[-1][:, : self._used]]
+        self._tables, self._used = [], 0
+        return tables
 
     def health(self) -> dict[str, int]:
         counters = (c_uint32 * len(HEALTH))()

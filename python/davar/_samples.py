@@ -18,6 +18,7 @@ WHOLE = (
     "grow",
     "shrink",
     "stride",
+    "fit_every",
     "block",
     "shock_blocks",
     "long_cluster",
@@ -75,7 +76,7 @@ def samples(x: npt.ArrayLike, lsb: float | None, one: bool = False) -> tuple[Flo
         values = np.where(masked, np.nan, values)
     if given.dtype.kind in "iu" and given.dtype.itemsize > 4 and np.any(np.abs(values) > EXACT):
         raise ValueError("x: counts above 2^52 are not exact as doubles; subtract an offset first")
-    if not finite(values) and np.isinf(values).any():
+    if not counted and not finite(values) and np.isinf(values).any():
         raise ValueError(f"x: infinite at sample {int(np.flatnonzero(np.isinf(values))[0])}")
     return values, counted
 

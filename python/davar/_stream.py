@@ -70,8 +70,6 @@ class Epochs(dict[str, Array]):
 
 
 def kind_of(name: str) -> type:
-    if name in FLAGS:
-        return bool
     return np.int64 if name in WHOLE or name.startswith("differences_") else np.float64
 
 
@@ -95,6 +93,7 @@ OPTIONS = (
     "longest_tau_s",
     "stride",
     "engine",
+    "fit_every",
     "false_alarms_per_hour",
     "cut_interval",
     "block",
@@ -131,7 +130,6 @@ class Feed:
         self.places: list[tuple[int, int]] = [
             (0, 0)
         ]  # (index of a pushed sample, offset of the record's index from there onward)
-        self.tables: list[Floats] = []
         self.bandwidth: str | None = None  # learned
 
     def push(self, admitted: Floats, there: There, count: int) -> None:
@@ -151,42 +149,57 @@ class Feed:
                 self._push_run(admitted[first:last], missing, self.given + there.place(first))
         self.given += count
 
+    def whole(self, admitted: Floats, there: There, count: int) -> None:
+        """The same for a complete record, with its end."""
+        at_once = self.stride == 1 and len(there.starts()) == 1
+        if at_once and self.run.slide(admitted):
+            self.places = [(0, there.place(0))]
+        else:
+            self.push(admitted, there, count)
+            self.run.flush()
+
     def _push_run(self, values: Floats, missing: int, index: int) -> None:
         if missing and self.taken:
             self.run.gap(missing)
         if index - self.taken != self.places[-1][1]:
             self.places.append((self.taken, index - self.taken))
-        self.tables += self.run.push(values, self.stride)
+        self.run.push(values, self.stride)
         self.taken += len(values)
 
     @property
     def waiting(self) -> int:
         """Rows."""
-        return sum(table.shape[1] for table in self.tables)
+        return self.run.waiting
 
     def finish(self) -> None:
-        self.tables += self.run.flush()
+        self.run.flush()
 
     def epochs(self, time_s: Floats | None = None) -> Epochs:
         """Returns and clears the waiting rows."""
-        tables = self.tables or [np.empty((len(self.run.columns), 0))]
-        self.tables = []
+        tables = self.run.rows()
+        table = tables[0] if len(tables) == 1 else np.concatenate(tables, axis=1)
         found = Epochs(
-            (name, np.concatenate([table[i] for table in tables]).astype(kind_of(name), copy=False))
+            (name, table[i] > 0 if name in FLAGS else table[i].astype(kind_of(name), copy=False))
             for i, name in enumerate(self.run.columns)
         )
         found.rate_hz, found.bandwidth = self.rate_hz, self.bandwidth
         starts, further = np.array(self.places).T
-        found["epoch"] += further[np.searchsorted(starts, found["epoch"], side="right") - 1]
-        found["time_s"] = (
-            found["epoch"] / self.rate_hz if time_s is None else time_s[found["epoch"]]
+        found["epoch"] += (
+            further[np.searchsorted(starts, found["epoch"], side="right") - 1]
+            if len(starts) > 1
+            else further[0]
         )
+        if time_s is None:
+            np.divide(found["epoch"], self.rate_hz, out=found["time_s"])
+        else:
+            np.take(time_s, found["epoch"], out=found["time_s"])
         return found
 
 
 def admitted(run: Run, values: Floats, there: There, counted: bool) -> Floats:
     """The present values, as input of push. Raises ValueError with the sample's index."""
-    found = values.copy() if there.places is None else there.of(values)
+    # x itself is copied; counts are not x, but its conversion.
+    found = there.of(values) if counted or there.places is not None else values.copy()
     bad = run.admit(found, counted)
     if bad is not None:
         raise ValueError(
@@ -223,6 +236,7 @@ def dynamic(
     longest_tau_s: float | None = None,
     stride: int | None = None,
     engine: str | None = None,
+    fit_every: int | None = None,
     false_alarms_per_hour: float | None = None,
     cut_interval: float | None = None,
     block: int | None = None,
@@ -285,6 +299,9 @@ def dynamic(
             so choose a stride.
         stride: one epoch every so many samples. Default 1.
         engine: "auto" (default) or "grid", for a stride above 1: equal results, different cost.
+        fit_every: fit only every N-th epoch: a fit takes most of the time of an epoch. In the
+            others the coefficients and intervals are NaN, and the flags `filtered` and `coarse` are
+            False. 0: no fit, and none of these columns. Default 1.
         false_alarms_per_hour: glr: accepted false alarms per hour of unchanged noise. Default 0.01.
         cut_interval: glr: accepted mean time between false cuts, seconds. Default 300.
         block: glr: samples per block. Default 10.
@@ -305,11 +322,13 @@ def dynamic(
     values, counted = _samples.samples(x, lsb)
     clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
     found = whole_record(values, counted, clock, given).epochs(clock.time_s)
-    withheld = int(found.filtered.sum())
-    if withheld * FEW > len(found.filtered):
+    if fit_every == 0:
+        return found
+    withheld, fitted = int(found.filtered.sum()), -(-len(found.filtered) // int(fit_every or 1))
+    if withheld * FEW > fitted:
         known = bandwidth is not None and (bandwidth != "auto" or found.bandwidth is not None)
         warnings.warn(
-            f"{withheld} of {len(found.filtered)} results withheld: the short cluster sizes "
+            f"{withheld} of {fitted} results withheld: the short cluster sizes "
             + ("contradict the filter. Check" if known else "read low, as after a low-pass. Give")
             + ' bandwidth (data sheet: LPF, -3 dB; or "auto" for a record at rest; or "none")',
             stacklevel=2,
@@ -337,8 +356,7 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
         ends = np.array([*there.starts()[1:], there.size], np.uintp)
         feed.bandwidth = run.learn(taken, ends, clock.rate_hz)
     run.start(clock.rate_hz, low, high)
-    feed.push(taken, there, len(values))
-    feed.finish()
+    feed.whole(taken, there, len(values))
     if not feed.waiting:
         raise ValueError(f"x: too short: {there.size} samples give no epoch")
     return feed
@@ -385,6 +403,7 @@ class Stream:
         longest_tau_s: float | None = None,
         stride: int | None = None,
         engine: str | None = None,
+        fit_every: int | None = None,
         false_alarms_per_hour: float | None = None,
         cut_interval: float | None = None,
         block: int | None = None,

@@ -419,6 +419,38 @@ static void check_named(size_t bytes, uint32_t longest, uint32_t shortest, uint3
     }
 }
 
+/* Windows of the shortest and of the longest length in turn, by moves of one sample. */
+static bool judge_in_turn(davar_t *instance, void *state, const struct davar_rough *moments)
+{
+    const uint32_t length = instance->window.length;
+    const uint32_t wanted =
+        ((instance->produced / 40U) % 2U == 0U) ? config.window.longest : config.window.shortest;
+    TEST_ASSERT_NULL(state);
+    TEST_ASSERT_NULL(moments);
+    instance->window.next_length =
+        (length < wanted) ? (length + 1U) : ((length > wanted) ? (length - 1U) : length);
+    return length == config.window.shortest;
+}
+
+static void test_a_law_needs_a_function_judge_only(void)
+{
+    static const davar_law_t law = {.id = 9U, .judge = judge_in_turn};
+    config.law = &law;
+    config.window.mode = DAVAR_MODE_TRAILING;
+    config.moments.segment = 0U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+    uint32_t shortest = UINT32_MAX;
+    for (uint32_t i = 0U; i < 400U; i++) {
+        const int16_t sample = (int16_t)((i * 7919U) % 1000U);
+        davar_push_q15(&davar, &sample, 1U);
+        if (davar_take(&davar, &result) && (result.window_samples < shortest)) {
+            shortest = result.window_samples;
+            TEST_ASSERT_EQUAL(shortest == config.window.shortest, result.unstable);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(config.window.shortest, shortest);
+}
+
 static void test_the_named_memory_macro_is_enough(void)
 {
     static const uint32_t octaves[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
@@ -453,5 +485,6 @@ int main(void)
     RUN_TEST(test_exactly_the_required_memory_is_never_exceeded);
     RUN_TEST(test_the_last_cluster_that_cannot_overflow);
     RUN_TEST(test_the_named_memory_macro_is_enough);
+    RUN_TEST(test_a_law_needs_a_function_judge_only);
     return UNITY_END();
 }

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #define SAMPLES 9000U
+#define RESULTS ((SAMPLES / 10U) + 1U)
 #define STEP 5000U
 #define TAUS 5U
 #define NO_TIME UINT32_MAX
@@ -23,6 +24,7 @@ static uint64_t memory[4096];
 static davar_t davar;
 static davar_result_t result;
 static int16_t stream[SAMPLES];
+static davar_result_t single[RESULTS]; /* of samples pushed one by one */
 
 static double uniform(random_t *random)
 {
@@ -175,7 +177,6 @@ static void test_a_step_is_reported_and_the_window_begins_after_it(void)
 /* Samples one by one or in blocks give the same results. */
 static void test_block_lengths_do_not_change_results(void)
 {
-    static davar_result_t single[SAMPLES / 10U + 1U];
     uint32_t count = 0U;
     config.stride = 10U;
     init(Q15);
@@ -189,14 +190,88 @@ static void test_block_lengths_do_not_change_results(void)
     for (uint32_t n = 0U; n < SAMPLES;) {
         const size_t most = 1U + (size_t)(random_next(&random) % 64U);
         n += (uint32_t)push(Q15, n, ((SAMPLES - n) < most) ? (SAMPLES - n) : most);
-        if (davar_take(&davar, &result)) {
-            TEST_ASSERT_EQUAL_UINT64(single[again].epoch, result.epoch);
-            TEST_ASSERT_EQUAL_UINT32(single[again].window_samples, result.window_samples);
-            TEST_ASSERT_EQUAL_MEMORY(single[again].tau, result.tau, sizeof result.tau[0] * TAUS);
-            again++;
+        if (davar_take(&davar, &result) && (again++ < count)) { /* the last one may still wait */
+            TEST_ASSERT_EQUAL_UINT64(single[again - 1U].epoch, result.epoch);
+            TEST_ASSERT_EQUAL_UINT32(single[again - 1U].window_samples, result.window_samples);
+            TEST_ASSERT_EQUAL_MEMORY(single[again - 1U].tau, result.tau,
+                                     sizeof result.tau[0] * TAUS);
         }
     }
     TEST_ASSERT_UINT32_WITHIN(1U, count, again);
+}
+
+#define MISSING_MOST 64U
+
+/* Noise with steps, shocks and gaps, some of them close together. Returns the number of gaps. */
+static uint32_t make_faults(uint64_t seed, uint32_t gap[MISSING_MOST])
+{
+    random_t random = random_seeded(seed);
+    uint32_t gaps = 0U;
+    make_stream(seed, STEP, 0.4 + (3.0 * (0.5 + uniform(&random))));
+    for (uint32_t n = 100U; n < SAMPLES; n += 1U + (uint32_t)(random_next(&random) % 400U)) {
+        const bool near = (gaps > 0U) && ((random_next(&random) % 3U) == 0U);
+        const uint32_t at =
+            near ? (gap[gaps - 1U] + 1U + (uint32_t)(random_next(&random) % 25U)) : n;
+        if ((gaps < MISSING_MOST) && (at < SAMPLES) && ((gaps == 0U) || (at > gap[gaps - 1U]))) {
+            gap[gaps] = at;
+            gaps++;
+        }
+        for (uint32_t i = n; (i < (n + 12U)) && (i < SAMPLES) && ((n % 5U) == 0U); i++) {
+            stream[i] = (int16_t)(15 * stream[i]);
+        }
+    }
+    return gaps;
+}
+
+/* Compares the results of the stream with the `kept` ones, or keeps them if there are none. `most`:
+ * samples pushed at a time, at most. Returns the number of results. */
+static uint32_t check_results(const uint32_t *gap, uint32_t gaps, uint32_t most, uint32_t kept)
+{
+    random_t random = random_seeded(most);
+    uint32_t count = 0U;
+    uint32_t next = 0U;
+    init(Q15);
+    for (uint32_t n = 0U; n < SAMPLES;) {
+        if ((next < gaps) && (gap[next] == n)) {
+            davar_gap(&davar, 3U);
+            next++;
+        }
+        const uint32_t end = (next < gaps) ? gap[next] : SAMPLES;
+        const uint32_t block = 1U + (uint32_t)(random_next(&random) % most);
+        n += (uint32_t)push(Q15, n, ((end - n) < block) ? (end - n) : block);
+        if (!davar_take(&davar, &result)) {
+            continue;
+        }
+        if ((kept == 0U) && (count < RESULTS)) {
+            single[count] = result;
+        } else if (count < kept) {
+            TEST_ASSERT_EQUAL(isnan(single[count].change.newer), isnan(result.change.newer));
+            result.change.newer = single[count].change.newer; /* it improves until the take */
+            TEST_ASSERT_EQUAL_MEMORY(&single[count], &result, sizeof result);
+        }
+        count++;
+    }
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
+    return count;
+}
+
+/* Where few samples pass at a time, results wait for some more samples, and are the same. */
+static void test_block_lengths_change_no_result_near_shocks_and_gaps(void)
+{
+    static const uint32_t strides[] = {5U, 10U, 13U, 60U};
+    uint32_t gap[MISSING_MOST];
+    for (uint32_t trial = 0U; trial < 400U; trial++) {
+        config.stride = strides[trial % 4U];
+        config.glr.block = ((trial % 3U) == 0U) ? 5U : 10U;
+        config.window.mode = ((trial % 5U) == 4U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+        config.window.gaps_max = (uint16_t)(2U + (trial % 7U));
+        const uint32_t gaps = make_faults(100U + trial, gap);
+        const uint32_t count = check_results(gap, gaps, 1U, 0U);
+        const uint32_t kept = (count < RESULTS) ? count : RESULTS;
+        TEST_ASSERT_GREATER_THAN_UINT32(SAMPLES / (3U * config.stride), count);
+        TEST_ASSERT_UINT32_WITHIN(1U, count, check_results(gap, gaps, 3U, kept));
+        TEST_ASSERT_UINT32_WITHIN(1U, count, check_results(gap, gaps, 64U, kept));
+    }
 }
 
 static uint32_t latency(void)
@@ -558,6 +633,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_step_is_reported_and_the_window_begins_after_it);
     RUN_TEST(test_block_lengths_do_not_change_results);
+    RUN_TEST(test_block_lengths_change_no_result_near_shocks_and_gaps);
     RUN_TEST(test_a_shock_is_excluded);
     RUN_TEST(test_a_change_reported_before_the_window_reaches_it_is_not_old);
     RUN_TEST(test_gaps);

@@ -11,6 +11,7 @@
 #include <signal.h>
 #include <stdarg.h>
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -213,7 +214,6 @@ int unlink(const char *path)
     return is_the_one("unlink") ? -1 : ((unlink_t)real("unlink"))(path);
 }
 
-/* Called once per cell of the output. */
 int snprintf(char *text, size_t size, const char *format, ...)
 {
     (void)is_the_one("snprintf");
@@ -222,6 +222,13 @@ int snprintf(char *text, size_t size, const char *format, ...)
     const int length = vsnprintf(text, size, format, values);
     va_end(values);
     return length;
+}
+
+/* Called for every absent cell of the output. */
+size_t strlen(const char *text)
+{
+    (void)is_the_one("strlen");
+    return strnlen(text, PTRDIFF_MAX);
 }
 
 #ifdef ALLOCATIONS

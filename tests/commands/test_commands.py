@@ -7,6 +7,7 @@ COMMAND`) is checked against --help: the program, its command and the options mu
 """
 
 import gzip
+import itertools
 import json
 import os
 import re
@@ -254,9 +255,10 @@ class Commands(unittest.TestCase):
                 flags=re.MULTILINE,
             )
         )
-        self.assertEqual({"host", "python", "targets"}, set(found))
+        self.assertEqual({"host", "csv", "python", "targets"}, set(found))
         self.assertEqual(TARGETS, len(found["targets"]))
-        for figures in (found["host"], *found["python"].values(), *found["targets"].values()):
+        groups = (found[name].values() for name in ("csv", "python", "targets"))
+        for figures in (found["host"], *itertools.chain(*groups)):
             for name, value in figures.items():
                 self.assertIsNotNone(value, name)
                 self.assertGreaterEqual(value, 0, name)

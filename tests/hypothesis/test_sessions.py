@@ -112,6 +112,7 @@ def session(path):
         "rate_hz": None,
         "sensor": None,
         "as_recorded": False,
+        "names": None,
     }
     steps.held_out = str(path)
     for sight in (sessions.Sight("gyro_z_dps", (), ((1.0, 2.0),)), sessions.Sight("gyro_z_dps")):

@@ -3,14 +3,18 @@
 import tempfile
 import unittest
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import elsewhere
 import numpy as np
 from davarlab.data import clock, observations, recording
 from davarlab.data.recording import Recording
+from davarlab.diagnosis import state
+from davarlab.model import Model, Term
 
 RATE = 100.0
+WHITE = "coefficient_deg_per_sqrt_h"
 QUIET = (
     "clean sum",
     "clean coarse lsb",
@@ -143,6 +147,43 @@ class Samples(unittest.TestCase):
         for name in ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps"):
             columns[name][9::10] = columns[name][8::10]
         self.assertIn("every 10th", said(columns)[0]["repeated_samples"].detail)
+
+    def test_a_sensor_polled_unevenly_is_analysed_at_its_own_rate(self):
+        """Each poll reads the newest sample of an even clock; no sample is missed."""
+        rng = np.random.default_rng(4)
+        for own in (31.7, 50.63, 77.1, 96.3):
+            for longest in (0.6, 0.97):  # poll, in periods of the sensor
+                for digits in (3, 9):  # of the stamps
+                    steps = rng.uniform(0.3, longest, int(9000 / 0.8)) / own
+                    time = np.cumsum(steps)
+                    y = 0.2 * rng.standard_normal((int(own * time[-1]) + 2, 3))
+                    columns = {"time_s": np.round(time, digits)}
+                    columns |= dict(
+                        zip(
+                            ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps"),
+                            y[(time * own).astype(int)].T,
+                        )
+                    )
+                    with self.subTest(own=own, longest=longest, digits=digits):
+                        made = read(columns)
+                        self.assertAlmostEqual(made.rate_hz / own, 1, delta=1e-3)
+                        x = made.columns["gyro_x_dps"]
+                        first = int(time[0] * own)
+                        np.testing.assert_allclose(x, y[first : first + len(x), 0], rtol=1e-6)
+
+    def test_a_grid_with_a_wrong_rate_is_never_adequate(self):
+        """What was read is compared with the model by its stamps, whatever the grid was."""
+        rng, own = np.random.default_rng(5), 50.63
+        time = np.cumsum(rng.uniform(0.4, 0.8, 60000)) / own
+        y = 0.2 * rng.standard_normal(int(own * time[-1]) + 2)
+        made = read({"time_s": time, "gyro_x_dps": y[(time * own).astype(int)]})
+        for factor, adequate in ((1.0, True), (1.3, False), (0.8, False)):
+            rate = factor * made.rate_hz
+            other = replace(made, rate_hz=rate, clock=clock.Clock(rate), measured={})
+            white = Model(rate, "gyro_x_dps", [Term("angle_random_walk", {WHITE: 1.0})])
+            with self.subTest(factor=factor):
+                judged = state.judged(state.start(other, white)).judgement
+                self.assertEqual(judged.adequate, adequate)
 
     def test_coarse_counts_by_themselves_are_no_repeats(self):
         columns = {name: np.round(x / 0.08) * 0.08 for name, x in still().items()}

@@ -9,6 +9,7 @@ import subprocess
 import unittest
 from pathlib import Path
 
+import allantools
 import davar
 import numpy as np
 import together
@@ -229,7 +230,8 @@ class Options(unittest.TestCase):
         "gaps",
         "clusters",
         "taus_s",
-    }  # gaps are absent rows, clusters a form of --taus
+        "fit_every",
+    }  # gaps are absent rows, clusters a form of --taus; a row of davar-sim is fitted
     not_of_a_stream = {"gap": "Stream.gap", "arith": "lsb or full_scale"}
 
     def options(self):
@@ -252,8 +254,149 @@ class Options(unittest.TestCase):
         self.assertLessEqual(set(self.not_of_a_stream), wanted)
         self.assertEqual(
             set(inspect.signature(davar.Stream).parameters),
-            (wanted | {"clusters", "taus_s"}) - set(self.not_of_a_stream),
+            (wanted | {"clusters", "taus_s", "fit_every"}) - set(self.not_of_a_stream),
         )
+
+
+class Fits(unittest.TestCase):
+    of_fit = ("arw_", "bi_", "rrw_", "rr_", "qn_", "filtered", "coarse", "adev_low", "adev_high")
+
+    def test_fewer_fits_change_no_other_value(self):
+        for x, options in (
+            (noise(12), {}),
+            (noise(13), {"policy": "glr", "stride": 10, "details": True}),
+            (noise(14), {"policy": "fixed", "mode": "trailing", "details": True}),
+            (np.round(noise(15) / 0.01).astype(np.int16), {"lsb": 0.01, "longest_tau_s": 8.0}),
+        ):
+            every = davar.dynamic(x, RATE_HZ, **options)
+            for n in (0, 1, 2, 10, 10**6):
+                with self.subTest(options, fit_every=n):
+                    self.compare(davar.dynamic(x, RATE_HZ, fit_every=n, **options), every, n)
+
+    def compare(self, found, every, n):
+        fitted = np.arange(len(every.epoch)) % n == 0 if n else False
+        of_fit = [name for name in every if name.startswith(self.of_fit)]
+        self.assertEqual(list(found), [name for name in every if n or name not in of_fit])
+        for name, column in found.items():
+            if name in of_fit:
+                absent = False if column.dtype == bool else np.nan
+                np.testing.assert_array_equal(column, np.where(fitted, every[name], absent), name)
+            else:
+                np.testing.assert_array_equal(column, every[name], name)
+
+    def test_blocks_of_a_stream_do_not_move_them(self):
+        x = noise(16)
+        whole = davar.dynamic(x, RATE_HZ, lsb=0.01, fit_every=7)
+        stream, pieces = davar.Stream(RATE_HZ, lsb=0.01, fit_every=7), []
+        for block in np.array_split(x, 90):
+            stream.push(block)
+            pieces.append(stream.results())
+        stream.finish()
+        pieces.append(stream.results())
+        for name, column in whole.items():
+            np.testing.assert_array_equal(np.concatenate([p[name] for p in pieces]), column, name)
+
+    def test_withheld_results_are_compared_with_the_fitted_ones(self):
+        smooth = np.convolve(np.random.default_rng(17).normal(0, 1, 4000), np.ones(4) / 4)
+        with self.assertWarnsRegex(UserWarning, "of 31 results withheld"):
+            found = davar.dynamic(smooth, RATE_HZ, policy="fixed", mode="trailing", fit_every=120)
+        self.assertEqual(len(found.epoch), 120 * 30 + 4)
+
+    def test_a_wrong_number_is_an_error(self):
+        for value in (-1, 0.5, True, 2**32):
+            with self.assertRaisesRegex(ValueError, "^fit_every: "):
+                davar.dynamic(noise(18), RATE_HZ, fit_every=value)
+        with self.assertRaisesRegex(ValueError, "^fit_every: .* model_table"):
+            davar.Stream(RATE_HZ, lsb=0.01, fit_every=2, model_table=self.model())
+
+    def model(self):
+        folder = self.enterContext(together.elsewhere())
+        (folder / "model.csv").write_text("m,adev_dps,relative_tolerance,tau_s\n1,0.2,0.02,0.01\n")
+        return folder / "model.csv"
+
+
+class Records(unittest.TestCase):
+    """A complete record of counts with a fixed window is computed at once; a stream never is."""
+
+    def stream(self, x, **options):
+        stream = davar.Stream(RATE_HZ, **options)
+        stream.push(x)
+        stream.finish()
+        return stream.results()
+
+    def expect(self, x, **options):
+        found, wanted = davar.dynamic(x, RATE_HZ, **options), self.stream(x, **options)
+        self.assertEqual(list(found), list(wanted))
+        for name, column in wanted.items():
+            self.assertEqual(found[name].dtype, column.dtype, name)
+            np.testing.assert_array_equal(found[name], column, name)
+
+    def test_any_window_gives_the_results_of_a_stream(self):
+        draw = np.random.default_rng(19)
+        for _ in range(40):
+            longest = 2 * int(draw.integers(2, 400))
+            shortest = 2 * int(draw.integers(1, longest // 2 + 1))
+            shortest = shortest if draw.random() < 0.7 else longest
+            sizes = np.unique(draw.integers(1, shortest // 2 + 1, 6))
+            count = int(draw.integers(longest, longest + 3000))
+            noise_counts = draw.normal(draw.normal(0, 3000), draw.choice([0.3, 20, 4000]), count)
+            options = {
+                "lsb": float(draw.choice([0.01, 2.0**-7, 1.0])),
+                "bits": int(draw.choice([16, 24])),
+                "policy": "fixed",
+                "segment": 0,
+                "mode": str(draw.choice(["trailing", "centred"])),
+                "window_max": longest,
+                "window_min": shortest,
+                "clusters": sizes,
+                "details": bool(draw.integers(2)),
+                "fit_every": int(draw.choice([0, 1, 2, 7, 1000])),
+            }
+            with self.subTest(options):
+                self.expect(np.rint(noise_counts).clip(-(2**15), 2**15 - 1).astype(int), **options)
+
+    def test_the_ends_of_the_range_and_of_a_sum(self):
+        options = {"policy": "fixed", "segment": 0, "mode": "trailing", "lsb": 0.5, "details": True}
+        alternate = np.where(np.arange(3000) % 128 < 64, 1, -1)
+        # 968 000 is the largest for which every sum of squares has 63 bits.
+        for largest in (2**15 - 1, 968_000, 970_000, 2**23 - 1, 2**29, 2**31 - 2):
+            bits = 16 if largest < 2**15 else 24 if largest < 2**23 else 32
+            self.expect(alternate * largest, bits=bits, clusters=[1, 64], **options)
+        self.expect(np.full(3000, -(2**15)), bits=16, **options)
+
+    def test_what_is_not_computed_at_once_is_the_same(self):
+        x = np.round(noise(20) / 0.01).astype(np.int16)
+        options = {"policy": "fixed", "mode": "trailing", "lsb": 0.01}
+        self.expect(x, **options)
+        self.expect(x, stride=3, segment=0, **options)
+        self.expect(x, longest_tau_s=8.0, segment=0, **options)
+        holes = x.astype(float)
+        holes[[0, 1, -1]] = np.nan
+        self.expect(holes * 0.01, segment=0, **options)
+        holes[1000] = np.nan
+        self.expect(holes * 0.01, segment=0, **options)
+
+    def test_allantools_agrees(self):
+        x = np.round(noise(21, 3000) / 0.01).astype(np.int16)
+        for window in (600, 2000):
+            found = davar.dynamic(
+                x,
+                RATE_HZ,
+                lsb=0.01,
+                policy="fixed",
+                segment=0,
+                mode="trailing",
+                window_max=window,
+                window_min=window,
+                fit_every=0,
+            )
+            self.assertEqual(found.epoch.tolist(), list(range(window - 1, 3000)))
+            for row in range(0, len(found.epoch), 97):
+                part = x[row : row + window] * 0.01
+                expected = allantools.oadev(
+                    part, rate=RATE_HZ, data_type="freq", taus=found.taus_s
+                )[1]
+                np.testing.assert_allclose(found.adev[row], expected, rtol=1e-9)
 
 
 class Streamed(unittest.TestCase):

@@ -1,5 +1,6 @@
 """davar.adev compared with published values, AllanTools, and the definition."""
 
+import math
 import unittest
 
 import allantools
@@ -132,6 +133,31 @@ class Definition(unittest.TestCase):
         counts = np.random.default_rng(4).choice([-(2**31), 2**31 - 1], 400)
         found = davar.adev(counts, 10.0, clusters=self.sizes, lsb=0.5)
         self.expect(found, counts * 0.5, rtol=1e-14)
+
+    def test_long_records_have_every_bit_of_the_exact_sums(self):
+        """Whole numbers without a limit, over many blocks, with gaps and sums above 64 bits."""
+        draw = np.random.default_rng(12)
+        sizes = [1, 2, 3, 64, 1000, 4095, 4096, 4097, 8192, 10_000, 15_000]
+        for largest in (1, 2**15, 2**31, 2**41):
+            for gaps in ([], [7, 8191, 8192, 8193]):
+                counts = draw.integers(-largest, largest, 40_000, endpoint=True)
+                counts[:200] = largest
+                found = davar.adev(counts, 10.0, clusters=sizes, lsb=1.0, gaps=gaps)
+                squares, number = [0] * len(sizes), [0] * len(sizes)
+                for run in np.split(counts, gaps):
+                    total = np.concatenate([[0], np.cumsum(run)])
+                    for t, m in enumerate(sizes):
+                        differences = total[2 * m :] - 2 * total[m:-m] + total[: -2 * m]
+                        squares[t] += sum(d * d for d in map(int, differences))
+                        number[t] += max(len(differences), 0)
+                self.assertEqual(found.n.tolist(), number)
+                self.assertEqual(
+                    found.adev.tolist(),
+                    [
+                        math.sqrt(float(s) / (2.0 * n)) / m
+                        for s, n, m in zip(squares, number, sizes)
+                    ],
+                )
 
     def test_phase_is_the_rate_form_of_its_differences(self):
         noise = np.random.default_rng(11)

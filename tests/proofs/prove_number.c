@@ -100,7 +100,7 @@ static void prove_scaled(void)
     sink = scaled_inverse(a).mantissa;
     sink = davar_scaled_plus(a, b).mantissa;
     sink = davar_scaled_to_fixed(a, any_i32(0, 31));
-    sink = davar_bits_of_double(scaled_to_double(a));
+    sink = davar_bits_of_double(davar_scaled_to_double(a));
     sink = scaled_of_double(any_double_of(0U, UINT64_MAX)).mantissa;
     sink = scaled_of_float(any_float_of(0U, UINT32_MAX)).mantissa;
 }

@@ -39,7 +39,12 @@ PROOFS = {
     ),
     "slcan": Proof(("port/wire/slcan.c",)),
     "number": Proof(
-        ("lib/src/number/real.c", "lib/src/number/scaled.c", "lib/src/detector/logarithm.c")
+        (
+            "lib/src/number/machine.c",
+            "lib/src/number/real.c",
+            "lib/src/number/scaled.c",
+            "lib/src/detector/logarithm.c",
+        )
     ),
     "slide": Proof((), 5000),
     "restore": Proof(

@@ -14,6 +14,7 @@
 
 static const davar_glr_wish_t usual = {100.0, 0.01, 300.0, 6000U, 10U, 2U, true};
 static davar_glr_config_t config;
+static const davar_spread_t no_blocks = {0U, 0U, 0U};
 static davar_glr_t state;
 static davar_glr_event_t event;
 static random_t rng;

@@ -217,7 +217,16 @@ static void test_small_factors_and_squares_agree_however_they_are_made(void)
         TEST_ASSERT_EQUAL_UINT64(product, davar_multiply_by_i16(positive, b));
         TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)b * (int16_t)a),
                                  davar_multiply_i32_by_parts(b, (int16_t)a));
+        const uint32_t wide = (uint32_t)a;
+        const uint32_t small = (uint32_t)positive >> (i % 32U);
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)wide * small,
+                                 davar_multiply_by_small_by_parts(wide, small));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)wide * small, davar_multiply_by_small(wide, small));
     }
+    TEST_ASSERT_EQUAL_UINT64((uint64_t)UINT32_MAX * UINT16_MAX,
+                             davar_multiply_by_small_by_parts(UINT32_MAX, UINT16_MAX));
+    TEST_ASSERT_EQUAL_UINT64((uint64_t)UINT32_MAX << 16U,
+                             davar_multiply_by_small_by_parts(UINT32_MAX, 0x10000U));
     for (int32_t a = 65530; a < 65545; a++) { /* where one multiplication is no longer enough */
         TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)a * a), davar_square_i32_by_parts(a));
         TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)a * a), davar_square_i32_by_parts(-a));

@@ -2,7 +2,7 @@
  * cluster size and memory, with gaps, wrapping sums and extreme samples. */
 #include "cascade/stage.h"
 #include "davar/cascade.h"
-#include "number/ieee.h"
+#include "number/real.h"
 #include "random.h"
 #include "unity.h"
 

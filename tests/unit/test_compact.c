@@ -12,7 +12,7 @@ void tearDown(void) {}
 
 static double value_of(compact_t compact)
 {
-    return scaled_to_double(scaled_of_compact(compact));
+    return davar_scaled_to_double(scaled_of_compact(compact));
 }
 
 /* Of any size that the cascade has, and 0. */
@@ -38,7 +38,7 @@ static void test_conversion(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(0U));
     for (uint32_t i = 0U; i < TRIALS; i++) {
         const scaled_t exact = scaled_of_u64(random_next(&random) | 1U, (int32_t)(i % 200U) - 150);
-        assert_truncated(scaled_to_double(exact), value_of(compact_of_scaled(exact)));
+        assert_truncated(davar_scaled_to_double(exact), value_of(compact_of_scaled(exact)));
     }
 }
 

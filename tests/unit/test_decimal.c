@@ -1,9 +1,10 @@
-/* davar tests - decimal_parse of the simulator: every result has the bits of strtod, on every
- * path. */
+/* davar tests - numbers as text in the simulator: decimal_parse gives the bits of strtod and
+ * decimal_print the bytes of snprintf, on every path. */
 #include "common/decimal.h"
 #include "random.h"
 #include "unity.h"
 
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdbool.h>
@@ -202,6 +203,95 @@ static void test_random_numbers(void)
     }
 }
 
+static void assert_like_snprintf(double value)
+{
+    for (int digits = 1; digits <= DECIMAL_DIGITS_MAX; digits++) {
+        char expected[64];
+        char text[DECIMAL_TEXT_BYTES];
+        (void)snprintf(expected, sizeof expected, "%.*g", digits, value);
+        TEST_ASSERT_EQUAL(strlen(expected), decimal_print(value, digits, text));
+        TEST_ASSERT_EQUAL_STRING(expected, text);
+    }
+}
+
+static void test_numbers_are_printed_like_those_of_snprintf(void)
+{
+    static const double VALUES[] = {0.0,         1.0,
+                                    0.5,         2.5,
+                                    0.125,       12.5,
+                                    1e5,         1e8,
+                                    1e9,         1e15,
+                                    1e16,        1e17,
+                                    1e22,        1e-4,
+                                    1e-5,        1e-10,
+                                    0.1,         0.3,
+                                    1.0 / 3,     2.0 / 3,
+                                    123456789.0, 1e-19,
+                                    1e-20,       1e300,
+                                    1e-300,      9.5,
+                                    99.5,        999999999.5,
+                                    0x1p-30,     0x1p53,
+                                    0x1p63,      0x1p64,
+                                    4.9e-324,    DBL_MIN,
+                                    DBL_MAX,     INFINITY,
+                                    1234567.5,   0.00012345678950000001};
+    for (size_t i = 0; i < sizeof VALUES / sizeof VALUES[0]; i++) {
+        assert_like_snprintf(VALUES[i]);
+        assert_like_snprintf(-VALUES[i]);
+    }
+}
+
+/* Where a digit more or less decides: powers of ten, and their neighbours. */
+static void test_numbers_next_to_powers_of_ten_are_printed_like_those_of_snprintf(void)
+{
+    for (int power = -30; power <= 30; power++) {
+        const double value = pow(10.0, power);
+        assert_like_snprintf(nextafter(value, 0.0));
+        assert_like_snprintf(value);
+        assert_like_snprintf(nextafter(value, INFINITY));
+        assert_like_snprintf(value * 0.99999999949999);
+        assert_like_snprintf(value * 0.9999999995);
+        assert_like_snprintf(value * 0.99999999950001);
+    }
+}
+
+/* Halves between two last digits: multiples of 2^-k with few bits. */
+static void test_halves_are_rounded_like_those_of_snprintf(void)
+{
+    for (int power = 0; power <= 60; power++) {
+        for (int odd = 1; odd < 200; odd += 2) {
+            assert_like_snprintf(ldexp(odd, -power));
+            assert_like_snprintf(123456.0 + ldexp(odd, -power));
+        }
+    }
+}
+
+static void test_random_numbers_are_printed_like_those_of_snprintf(void)
+{
+    random_t random = random_seeded(2U);
+    for (uint32_t i = 0U; i < RANDOM_TEXTS / 10U; i++) {
+        const double value =
+            ldexp((double)(int64_t)random_next(&random), (int)(random_next(&random) % 160U) - 140);
+        assert_like_snprintf(value);
+        assert_like_snprintf((double)(float)value);
+        assert_like_snprintf(rint(value * 1e3) * 1e-3);
+    }
+}
+
+static void test_whole_numbers_are_printed_like_those_of_snprintf(void)
+{
+    random_t random = random_seeded(3U);
+    uint64_t value = 0U;
+    for (uint32_t i = 0U; i < RANDOM_TEXTS / 10U; i++) {
+        char expected[64];
+        char text[DECIMAL_TEXT_BYTES];
+        (void)snprintf(expected, sizeof expected, "%" PRIu64, value);
+        TEST_ASSERT_EQUAL(strlen(expected), decimal_print_whole(value, text));
+        TEST_ASSERT_EQUAL_STRING(expected, text);
+        value = (i == 0U) ? UINT64_MAX : (random_next(&random) >> (random_next(&random) % 64U));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -214,5 +304,10 @@ int main(void)
     RUN_TEST(test_other_texts_than_decimal_numbers_are_rejected_without_effect);
     RUN_TEST(test_hexadecimal_is_read_as_its_leading_zero);
     RUN_TEST(test_random_numbers);
+    RUN_TEST(test_numbers_are_printed_like_those_of_snprintf);
+    RUN_TEST(test_numbers_next_to_powers_of_ten_are_printed_like_those_of_snprintf);
+    RUN_TEST(test_halves_are_rounded_like_those_of_snprintf);
+    RUN_TEST(test_random_numbers_are_printed_like_those_of_snprintf);
+    RUN_TEST(test_whole_numbers_are_printed_like_those_of_snprintf);
     return UNITY_END();
 }

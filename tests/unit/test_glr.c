@@ -113,7 +113,7 @@ static void law_ask(law_best_t *best, uint32_t begin, uint32_t age, uint32_t h)
         return;
     }
     davar_stretch_t stretch;
-    davar_stretch(&stretch, &sum, config.degrees);
+    davar_stretch(&stretch, &no_blocks, &sum, &config, 4096U);
     const int32_t excess = davar_likelihood_gain(&stretch, &older) - law_threshold(h, n);
     if (excess > best->excess) {
         best->excess = excess;

@@ -98,6 +98,8 @@ static void test_limits_of_chi_square(void)
 
 static void test_likelihood(void)
 {
+    static const davar_spread_t none = {0U, 0U, 0U};
+    davar_glr_config_t config;
     for (uint32_t i = 0U; i < TRIALS; i++) {
         const uint32_t blocks = 2U + (uint32_t)(random_next(&rng) % 1022U);
         const uint32_t of_older = 1U + (uint32_t)(random_next(&rng) % (blocks - 1U));
@@ -107,13 +109,15 @@ static void test_likelihood(void)
         const davar_spread_t older = {a + 1U, 0U, of_older};
         const davar_spread_t whole = {a + b + 2U, 0U, blocks};
         davar_stretch_t stretch;
-        davar_stretch(&stretch, &whole, 256U * (1U + (i % 30U)));
+        config.degrees = 256U * (1U + (i % 30U));
+        config.bias = davar_divided(UINT32_C(1) << 16U, 3U * (1U + (i % 30U)));
+        davar_stretch(&stretch, &none, &whole, &config, 4096U);
         for (uint32_t limit = 64U; limit < 100000U; limit *= 3U) {
             add(davar_likelihood_may_reach(&stretch, &older, limit) ? 1U : 0U);
         }
         add((uint32_t)davar_likelihood_gain(&stretch, &older));
     }
-    expect(UINT64_C(0x7C5CFC985022907C));
+    expect(UINT64_C(0x817FF2C006BF400F));
 }
 
 /* Of every length, up to 96 bits. */

@@ -1,4 +1,4 @@
-/* davar tests - decisions in 32 bits compared with kurtosis and contribution in doubles: never
+/* davar tests - verdicts in 32 bits compared with the exact ones and with K and S in doubles: never
  * wrong, and certain unless a bound is extremely close. */
 #include "core/song.h"
 #include "pipeline/type_q15.inc"
@@ -12,10 +12,16 @@
 #define TRIALS 20000U
 #define SAMPLES 40U
 
+/* Samples with both forms of their moments. */
+typedef struct {
+    davar_central_t exact;
+    davar_rough_t rough;
+} moments_of_t;
+
 static davar_config_t config;
 static random_t source;
-static davar_central_t whole;
-static davar_central_t first;
+static moments_of_t whole;
+static moments_of_t first;
 
 void setUp(void)
 {
@@ -31,29 +37,52 @@ static uint32_t below(uint32_t bound)
     return (uint32_t)(random_next(&source) % bound);
 }
 
+static moments_of_t moments_of(const powers_t *sums, uint32_t n)
+{
+    moments_of_t moments;
+    powers_central(sums, n, &moments.exact);
+    powers_rough(sums, n, &moments.rough);
+    return moments;
+}
+
+static int16_t clamped(int32_t value)
+{
+    return (int16_t)((value > 32767) ? 32767 : ((value < -32768) ? -32768 : value));
+}
+
 /* Samples of any size about any mean, a few of them larger. */
-static davar_central_t any_central(uint32_t size)
+static moments_of_t any_moments(uint32_t size, uint32_t samples)
 {
     powers_t sums = {0};
-    const int32_t mean = (int32_t)below(20000U) - 10000;
-    const uint32_t n = 8U + below(SAMPLES);
+    const int32_t mean = (int32_t)below(65536U) - 32768;
+    const uint32_t n = 8U + below(samples);
     for (uint32_t i = 0U; i < n; i++) {
         const uint32_t width = (below(16U) == 0U) ? (4U * size) : size;
-        powers_add(&sums, (int16_t)(mean + (int32_t)below(2U * width + 1U) - (int32_t)width));
+        powers_add(&sums, clamped(mean + (int32_t)below(2U * width + 1U) - (int32_t)width));
     }
-    davar_central_t central;
-    powers_central(&sums, n, &central);
-    return central;
+    return moments_of(&sums, n);
 }
 
 /* Two sets of samples with a variance; the second of similar size as the first, or of another. */
-static void choose_centrals(void)
+static void choose_moments(void)
 {
     do {
-        const uint32_t size = 1U + (below(5000U) >> below(12U));
-        whole = any_central(size);
-        first = any_central((below(4U) == 0U) ? (1U + below(5000U)) : size);
-    } while ((whole.second.mantissa == 0U) || (first.second.mantissa == 0U));
+        const uint32_t size = 1U + (below(20000U) >> below(14U));
+        const uint32_t samples = (below(16U) == 0U) ? 3000U : SAMPLES;
+        whole = any_moments(size, samples);
+        first = any_moments((below(4U) == 0U) ? (1U + below(5000U)) : size, samples);
+    } while ((whole.exact.second.mantissa == 0U) || (first.exact.second.mantissa == 0U));
+}
+
+static davar_place_t verdict(davar_song_rule_t rule)
+{
+    davar_song_bounds_t bounds;
+    davar_song_bounds(&bounds, &config);
+    const davar_place_t enough = (rule == SONG_AND) ? ROUGH_INSIDE : ROUGH_OUTSIDE;
+    const davar_place_t kurtosis = davar_rough_kurtosis(&bounds, &whole.rough);
+    const bool decides =
+        (kurtosis == ROUGH_UNSURE) || (kurtosis == enough) || (rule == SONG_KURTOSIS);
+    return decides ? kurtosis : davar_rough_contribution(&bounds, &whole.rough, &first.rough);
 }
 
 /* Extremely close to the value, or not. True: so far that the decision must be certain. */
@@ -62,70 +91,149 @@ static bool choose_bound(double value, double *bound)
     const uint32_t bits = 1U + below(36U);
     const double distance = ldexp(1.0 + value, -(int)bits);
     *bound = ((below(2U) == 0U) || (distance > value)) ? (value + distance) : (value - distance);
-    return bits < 22U;
+    return bits < 18U;
 }
 
-static void check(davar_rough_t rough, bool outside, bool must_know)
+/* The place is that of the exact test; `must_know`: it is certain. */
+static void check(davar_song_rule_t rule, bool outside, bool must_know)
 {
+    const davar_place_t rough = verdict(rule);
     if (must_know) {
         TEST_ASSERT_NOT_EQUAL(ROUGH_UNSURE, rough);
     }
     if (rough != ROUGH_UNSURE) {
         TEST_ASSERT_EQUAL(outside ? ROUGH_OUTSIDE : ROUGH_INSIDE, rough);
+        TEST_ASSERT_EQUAL(outside, davar_song_unstable(&config, rule, &whole.exact, &first.exact));
     }
+}
+
+static bool is_known(const moments_of_t *moments)
+{
+    return moments->rough.under != 0U;
 }
 
 static void test_kurtosis_against_one_bound_or_the_other(void)
 {
     for (uint32_t i = 0U; i < TRIALS; i++) {
-        choose_centrals();
-        const double kurtosis = davar_song_kurtosis(&whole);
+        choose_moments();
+        const double kurtosis = davar_song_kurtosis(&whole.exact);
         const bool upper = (i % 2U) == 0U;
         double bound;
-        const bool far = choose_bound(kurtosis, &bound);
+        const bool far = choose_bound(kurtosis, &bound) && is_known(&whole) && (bound < 15.9) &&
+                         (!upper || (bound > 0.001));
         config.moments.kurtosis_low = upper ? 0.0 : bound;
         config.moments.kurtosis_high = upper ? bound : 1e300;
-        check(davar_rough_kurtosis(&config, &whole),
-              upper ? (kurtosis > bound) : (kurtosis < bound), far);
+        check(SONG_KURTOSIS, upper ? (kurtosis > bound) : (kurtosis < bound),
+              far && (upper || (kurtosis < 15.9)));
     }
 }
 
-/* Contributions above 1 may be left to the exact path: y is more than twice x there. */
+/* Contributions of 1 and more may be left to the exact path. */
 static void test_contribution_against_one_bound_or_the_other(void)
 {
+    config.moments.kurtosis_low = 0.0;
+    config.moments.kurtosis_high = 1e300;
     for (uint32_t i = 0U; i < TRIALS; i++) {
-        choose_centrals();
-        const double contribution = davar_song_contribution(&whole, &first);
+        choose_moments();
+        const double contribution = davar_song_contribution(&whole.exact, &first.exact);
         const bool upper = (i % 2U) == 0U;
         double bound;
-        const bool far = choose_bound(contribution, &bound) && (contribution < 0.45) &&
-                         (contribution > 1e-6) && (bound > 1e-6);
+        const bool far = choose_bound(contribution, &bound) && (contribution < 0.99) &&
+                         (contribution > 1e-4) && (bound > 1e-4) && (bound < 0.99) &&
+                         is_known(&whole) && is_known(&first) &&
+                         (davar_song_kurtosis(&whole.exact) < 15.9) &&
+                         (davar_song_kurtosis(&first.exact) < 15.9);
         config.moments.contribution_low = upper ? 0.0 : bound;
         config.moments.contribution_high = upper ? bound : 3.9;
-        check(davar_rough_contribution(&config, &whole, &first),
-              upper ? (contribution > bound) : (contribution < bound), far);
+        check(SONG_OR, upper ? (contribution > bound) : (contribution < bound), far);
     }
 }
 
-/* With the paper's bounds the exact path is hardly ever needed. */
+/* Every rule, bounds near K and S. */
+static void test_a_certain_verdict_is_that_of_the_exact_test(void)
+{
+    uint32_t certain = 0U;
+    for (uint32_t i = 0U; i < TRIALS; i++) {
+        choose_moments();
+        (void)choose_bound(davar_song_kurtosis(&whole.exact), &config.moments.kurtosis_high);
+        (void)choose_bound(davar_song_contribution(&whole.exact, &first.exact),
+                           &config.moments.contribution_high);
+        config.moments.kurtosis_low = 0.9 * config.moments.kurtosis_high;
+        const davar_song_rule_t rule = (davar_song_rule_t)below(3U);
+        const davar_place_t rough = verdict(rule);
+        if (rough != ROUGH_UNSURE) {
+            TEST_ASSERT_EQUAL(davar_song_unstable(&config, rule, &whole.exact, &first.exact),
+                              rough == ROUGH_OUTSIDE);
+            certain++;
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(TRIALS / 4U, certain);
+}
+
+/* With the paper's bounds the exact path is hardly ever needed, whatever the mean. */
 static void test_the_usual_bounds_are_nearly_always_decided(void)
 {
     uint32_t unsure = 0U;
     for (uint32_t i = 0U; i < TRIALS; i++) {
         const uint32_t size = 20U + below(3000U);
-        whole = any_central(size);
-        first = any_central(size);
-        unsure += (davar_rough_kurtosis(&config, &whole) == ROUGH_UNSURE) ? 1U : 0U;
+        whole = any_moments(size, SAMPLES);
+        first = any_moments(size, SAMPLES);
+        unsure += (verdict(SONG_OR) == ROUGH_UNSURE) ? 1U : 0U;
     }
     TEST_ASSERT_LESS_THAN_UINT32(TRIALS / 1000U, unsure);
 }
 
+/* The largest samples that the window may have for 96 bits: every second one at either end. */
+static void test_large_windows_and_samples_are_right_or_left_to_the_exact_way(void)
+{
+    config.moments.kurtosis_low = 0.99; /* K = 1 */
+    config.moments.kurtosis_high = 1.01;
+    uint32_t known = 0U;
+    for (uint32_t bits = 2U; bits < 17U; bits++) {
+        for (uint32_t size = 1U; size < 32768U; size = (2U * size) + 1U) {
+            const uint32_t n = (UINT32_C(1) << bits) - ((bits == 16U) ? 0U : 2U);
+            powers_t sums = {0};
+            for (uint32_t i = 0U; i < n; i++) {
+                powers_add(&sums, (int16_t)(((i % 2U) == 0U) ? (int32_t)size : -(int32_t)size));
+            }
+            whole = moments_of(&sums, n);
+            const davar_place_t rough = verdict(SONG_KURTOSIS);
+            TEST_ASSERT_NOT_EQUAL(ROUGH_OUTSIDE, rough);
+            known += (rough == ROUGH_INSIDE) ? 1U : 0U;
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(100U, known);
+}
+
+static void test_without_variance_no_verdict_is_unstable(void)
+{
+    powers_t sums = {0};
+    for (uint32_t i = 0U; i < 600U; i++) {
+        powers_add(&sums, 12345);
+    }
+    choose_moments();
+    config.moments.kurtosis_low = 0.0;
+    config.moments.kurtosis_high = 1e300;
+    first = moments_of(&sums, 600U);
+    TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(SONG_OR));
+    whole = first;
+    TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(SONG_OR));
+    config.moments.kurtosis_low = 1.0;
+    config.moments.kurtosis_high = 1.0;
+    TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(SONG_AND));
+}
+
 static void test_bounds_of_no_use_are_left_to_the_exact_way(void)
 {
-    choose_centrals();
+    choose_moments();
     first = whole;
-    config.moments.contribution_high = 100.0;
-    TEST_ASSERT_EQUAL(ROUGH_UNSURE, davar_rough_contribution(&config, &whole, &first));
+    config.moments.kurtosis_low = 0.0;
+    config.moments.kurtosis_high = 100.0;
+    whole.rough.over = UINT32_MAX;
+    TEST_ASSERT_EQUAL(ROUGH_UNSURE, verdict(SONG_KURTOSIS));
+    whole = first;
+    config.moments.contribution_high = 0.0;
+    TEST_ASSERT_EQUAL(ROUGH_UNSURE, verdict(SONG_OR)); /* S = 0 */
 }
 
 int main(void)
@@ -133,7 +241,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_kurtosis_against_one_bound_or_the_other);
     RUN_TEST(test_contribution_against_one_bound_or_the_other);
-    RUN_TEST(test_bounds_of_no_use_are_left_to_the_exact_way);
+    RUN_TEST(test_a_certain_verdict_is_that_of_the_exact_test);
     RUN_TEST(test_the_usual_bounds_are_nearly_always_decided);
+    RUN_TEST(test_large_windows_and_samples_are_right_or_left_to_the_exact_way);
+    RUN_TEST(test_without_variance_no_verdict_is_unstable);
+    RUN_TEST(test_bounds_of_no_use_are_left_to_the_exact_way);
     return UNITY_END();
 }

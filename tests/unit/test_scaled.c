@@ -32,10 +32,10 @@ static void test_numbers_keep_32_bits(void)
         const uint32_t whole = (uint32_t)(random_next(&random) >> (32U + (i % 32U))) | 1U;
         const float single =
             (float)ldexp(1.0 + (double)(whole % 8388608U) / 8388608.0, (int)(i % 200U) - 100);
-        near(value, scaled_to_double(scaled_of_double(value)), ldexp(1.0, -31));
-        near((double)single, scaled_to_double(scaled_of_float(single)), 0.0);
+        near(value, davar_scaled_to_double(scaled_of_double(value)), ldexp(1.0, -31));
+        near((double)single, davar_scaled_to_double(scaled_of_float(single)), 0.0);
         near(ldexp((double)whole, (int)i % 99),
-             scaled_to_double(scaled_of_u32(whole, (int32_t)i % 99)), 0.0);
+             davar_scaled_to_double(scaled_of_u32(whole, (int32_t)i % 99)), 0.0);
     }
 }
 
@@ -46,8 +46,9 @@ static void test_products_and_roots(void)
         const double a = any_positive(&random);
         const double b = any_positive(&random);
         const scaled_t scaled = scaled_of_double(a);
-        near(a * b, scaled_to_double(scaled_times(scaled, scaled_of_double(b))), ldexp(1.0, -29));
-        near(sqrt(a), scaled_to_double(davar_scaled_root(scaled)), ldexp(1.0, -23));
+        near(a * b, davar_scaled_to_double(scaled_times(scaled, scaled_of_double(b))),
+             ldexp(1.0, -29));
+        near(sqrt(a), davar_scaled_to_double(davar_scaled_root(scaled)), ldexp(1.0, -23));
         TEST_ASSERT_TRUE((davar_scaled_root(scaled).mantissa & SCALED_TOP) != 0U);
     }
 }
@@ -60,10 +61,10 @@ static void test_inverses_and_sums(void)
         const double b = ((i % 2U) == 0U) ? any_positive(&random)
                                           : ldexp(a, (int)(random_next(&random) % 80U) - 40);
         const scaled_t scaled = scaled_of_double(a);
-        near(1.0 / a, scaled_to_double(scaled_inverse(scaled)), ldexp(1.0, -29));
-        near(a + b, scaled_to_double(davar_scaled_plus(scaled, scaled_of_double(b))),
+        near(1.0 / a, davar_scaled_to_double(scaled_inverse(scaled)), ldexp(1.0, -29));
+        near(a + b, davar_scaled_to_double(davar_scaled_plus(scaled, scaled_of_double(b))),
              ldexp(1.0, -30));
-        near(a, scaled_to_double(davar_scaled_plus(scaled_of_double(0.0), scaled)),
+        near(a, davar_scaled_to_double(davar_scaled_plus(scaled_of_double(0.0), scaled)),
              ldexp(1.0, -31));
         if ((a > 1e-30) && (a < 1e30)) {
             near(a, (double)scaled_to_float(scaled), ldexp(1.0, -23));
@@ -83,7 +84,7 @@ static void test_fixed_point(void)
         const uint32_t fixed = davar_scaled_to_fixed(scaled_of_double(value), bits);
         TEST_ASSERT_EQUAL_HEX32((units < 4294967296.0) ? (uint32_t)units : UINT32_MAX, fixed);
         const uint64_t whole = random_next(&random) >> (i % 64U);
-        near((double)whole, scaled_to_double(scaled_of_u64(whole, 0)), ldexp(1.0, -31));
+        near((double)whole, davar_scaled_to_double(scaled_of_u64(whole, 0)), ldexp(1.0, -31));
     }
     TEST_ASSERT_EQUAL_HEX32(0U, davar_scaled_to_fixed(scaled_of_u64(0U, 0), 30));
 }
@@ -92,12 +93,13 @@ static void test_values_outside_a_double(void)
 {
     const scaled_t large = scaled_of_double(DBL_MAX);
     const scaled_t small = scaled_of_double(DBL_MIN);
-    TEST_ASSERT_TRUE(isinf(scaled_to_double(scaled_times(large, scaled_of_double(1.5)))));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, scaled_to_double(scaled_times(small, scaled_of_double(0.25))));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, scaled_to_double(scaled_of_double(0.0)));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, scaled_to_double(scaled_of_double(DBL_MIN / 4.0)));
-    near(DBL_MIN, scaled_to_double(small), 0.0);
-    near(DBL_MAX, scaled_to_double(large), ldexp(1.0, -31));
+    TEST_ASSERT_TRUE(isinf(davar_scaled_to_double(scaled_times(large, scaled_of_double(1.5)))));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0,
+                             davar_scaled_to_double(scaled_times(small, scaled_of_double(0.25))));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, davar_scaled_to_double(scaled_of_double(0.0)));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, davar_scaled_to_double(scaled_of_double(DBL_MIN / 4.0)));
+    near(DBL_MIN, davar_scaled_to_double(small), 0.0);
+    near(DBL_MAX, davar_scaled_to_double(large), ldexp(1.0, -31));
 }
 
 /* The limits of a deviation near the largest double are infinite, not wrapped. */

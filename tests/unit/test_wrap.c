@@ -82,7 +82,7 @@ static void shift(davar_t *davar, uint32_t offset)
     for (uint16_t i = 0U; i < davar->gaps.count; i++) {
         davar->gaps.position[i] += offset;
     }
-    if (queue != NULL) {
+    if (davar->config->law == &davar_law_glr_q15) {
         queue->tail += offset;
         queue->cut += offset;
         queue->end += offset;

@@ -113,6 +113,34 @@ class Logs(Visiting):
         self.assertEqual(page.locator("#axis").input_value(), "gyro_x_dps")
         self.assert_quiet()
 
+    def test_the_columns_of_a_file_without_names_are_named_in_the_table(self):
+        log(self.folder / "raw.txt", NAMES)
+        text = (self.folder / "raw.txt").read_text().split("\n", 1)[1]
+        (self.folder / "raw.txt").write_text("Logger 7\n" + text)
+        bench = self.open()
+        page = self.page(bench)
+        page.set_input_files("#file", str(self.folder / "raw.txt"))
+        expect(page.locator("#unnamed")).to_be_visible()
+        self.shot(page, "unnamed")
+        names = ["time_us", "gyro_x_rad_s", "gyro_z_raw", "", "", "", "temp_degC", "_"]
+        for row, name in zip(page.locator("tbody tr").all(), names):
+            row.locator("input.name").fill(name)
+        page.click("#names")
+        expect(page.locator("#unnamed")).to_have_count(0)
+        names = [name or f"column_{place}" for place, name in enumerate(names, 1)]
+        expect(page.locator("tbody th")).to_have_text([name for name in names if name != "_"])
+        expect(page.locator("#landing")).to_contain_text("separated by semicolons, 1 line above")
+        page.fill("input[data-index='2'][data-key=factor]", "0.05")
+        page.locator("input[data-index='2'][data-key=factor]").blur()
+        page.click("#read")
+        page.wait_for_selector("#error-value")
+        expect(page.locator("#recording")).to_contain_text("200 Hz")
+        typed = bench.ask("all")[1]["commands"]
+        self.assertIn(f"--names {','.join(names)}", typed[0])
+        page.reload()
+        page.wait_for_selector("#error-value")
+        self.assert_quiet()
+
     def test_of_a_log_with_two_gyros_one_is_chosen_and_each_keeps_its_session(self):
         flight(self.folder / "flight.bin", (0.1, 0.4))
         page = self.page(self.open())

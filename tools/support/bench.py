@@ -1,5 +1,5 @@
-"""The figures of tools/davar-bench: the library (a C program), davar-sim on a long recording, and
-AllanTools.
+"""The figures of tools/davar-bench: the library (a C program), davar-sim on a long CSV file, the
+Python package, and AllanTools.
 
 tools/davar-bench builds everything and calls this. It needs the standard library; AllanTools is
 optional.
@@ -16,16 +16,13 @@ import time
 from pathlib import Path
 from typing import Any
 
+import bench_csv
 import target_cost
 import targets as boards
 
 Figures = dict[str, Any]  # numbers, None for what is not installed
-PythonFigures = dict[str, dict[str, float]]
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "build/tools"
-WORK = ROOT / "build/bench"
-ROWS = 2_000_000
-LSB_DPS = 0.01
 WINDOW = 600
 WINDOWS = 50
 CLUSTERS = [1, 2, 4, 8, 16, 32, 64, 128]
@@ -37,43 +34,6 @@ def library_figures() -> Figures:
         [PROGRAMS / "tests/bench/davar-bench"], check=True, text=True, stdout=subprocess.PIPE
     ).stdout
     return {key: float(value) for key, value in (line.split() for line in output.splitlines())}
-
-
-def recording() -> Path:
-    """White noise of 0.2 deg/s on a bias, at 100 Hz. The file is written once."""
-    path = WORK / f"white-{ROWS}.csv"
-    if not path.exists():
-        WORK.mkdir(parents=True, exist_ok=True)
-        noise = random.Random(1)
-        partial = path.with_suffix(".partial")
-        with partial.open("w") as file:
-            file.write("time_s,gyro_z_dps\n")
-            file.writelines(
-                f"{i / 100:.2f},{round(noise.gauss(37, 20)) * LSB_DPS:.2f}\n" for i in range(ROWS)
-            )
-        partial.rename(path)
-    return path
-
-
-def simulator_samples_per_s(runs: int = 3) -> float:
-    """CSV in, CSV out for every 100th sample, fixed arithmetic; the median of a few runs."""
-    path, spent = recording(), []
-    command: list[str | Path] = [
-        PROGRAMS / "host_sim/davar-sim",
-        path,
-        "--lsb",
-        str(LSB_DPS),
-        "--stride",
-        "100",
-        "--progress",
-        "never",
-    ]
-    for _ in range(runs):
-        with (WORK / "out.csv").open("w") as out:
-            start = time.perf_counter()
-            subprocess.run(command, check=True, stdout=out)
-            spent.append(time.perf_counter() - start)
-    return ROWS / statistics.median(spent)
 
 
 def allantools_ns_per_sample() -> float | None:
@@ -95,13 +55,14 @@ def allantools_ns_per_sample() -> float | None:
     return 1e9 * statistics.median(spent)
 
 
-def python_figures() -> PythonFigures | None:
+def python_figures() -> bench_csv.Figures | None:
     """The figures of bench_python.py, in this Python. None if AllanTools is not installed."""
     environment = {
         **os.environ,
         "PYTHONPATH": str(ROOT / "python"),
         "DAVAR_LIBRARY": str(PROGRAMS / "python/libdavar_python.so"),
         "OPENBLAS_NUM_THREADS": "1",
+        "NUMBA_NUM_THREADS": "1",
     }
     done = subprocess.run(
         [sys.executable, "-B", ROOT / "tools/support/bench_python.py"],
@@ -116,17 +77,12 @@ def python_figures() -> PythonFigures | None:
             file=sys.stderr,
         )
         return None
-    figures: PythonFigures = json.loads(done.stdout)
+    figures: bench_csv.Figures = json.loads(done.stdout)
     return figures
 
 
-def show_python(figures: PythonFigures) -> None:
-    print(f"\nThe Python package{'':<35}{'davar':>12}{'AllanTools':>14}{'ratio':>10}")
-    for name, found in figures.items():
-        ours, theirs, ratio = found.values()
-        print(
-            f"{name:<33}{next(iter(found)).removeprefix('davar_'):<20}{ours:>12,.0f}{theirs:>14,.0f}{ratio:>10,.0f}"
-        )
+def numba_ns_per_sample(figures: bench_csv.Figures | None) -> float | None:
+    return (figures or {}).get(f"window {WINDOW}, every sample, ns", {}).get("numba")
 
 
 def show(figures: Figures) -> None:
@@ -134,8 +90,10 @@ def show(figures: Figures) -> None:
     rows = [
         ("davar, fixed", fixed),
         ("davar, float", figures["float_every_sample_8_taus_ns_per_sample"]),
+        ("an expert's loop in numba", figures["numba_ns_per_sample"]),
         ("brute force in C, cumulative sum", figures["brute_force_ns_per_sample"]),
         ("AllanTools oadev, called per window", figures["allantools_per_window_ns_per_sample"]),
+        ("reading the samples", figures["reading_ns_per_sample"]),
     ]
     print(f"Allan deviation at every sample, {len(CLUSTERS)} octave taus, window {WINDOW}")
     print(f"{'':<38}{'ns per sample':>14}{'times davar':>14}")
@@ -152,29 +110,38 @@ def show(figures: Figures) -> None:
         f"{'a result at every sample':<38}"
         f"{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}"
     )
+    print(
+        f"{'... and a fit at every 10th':<38}"
+        f"{figures['full_chain_fit_every_10_ns_per_sample']:>14,.1f}"
+    )
     print(f"{'a result every 60 samples':<38}{figures['grid_8_taus_ns_per_sample']:>14,.1f}")
     print(f"\nCost of window 65536 over window 64   {figures['flatness_65536_over_64']:>14.2f}")
     print(f"... 65536 over 256, a result every 4  {figures['grid_flatness_65536_over_256']:>14.2f}")
-    print(
-        f"davar-sim, CSV to CSV                 {figures['sim_samples_per_s'] / 1e6:>14.2f} "
-        "million samples per second"
-    )
 
 
-def show_all(figures: Figures, python: PythonFigures | None, targets: target_cost.Costs) -> None:
+def show_all(
+    figures: Figures,
+    csv: bench_csv.Figures,
+    python: bench_csv.Figures | None,
+    targets: target_cost.Costs,
+) -> None:
     show(figures)
+    print("\nThe simulator, compared with counting the lines and with reading the file in pandas")
+    bench_csv.show(csv)
     if python:
-        show_python(python)
+        print("\nThe Python package, compared with numba, AllanTools, and reading the samples")
+        bench_csv.show(python)
     print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.printed(targets))
 
 
-def measure() -> tuple[Figures, PythonFigures | None, target_cost.Costs]:
-    """(host, Python package or None, targets)."""
+def measure() -> tuple[Figures, bench_csv.Figures | None]:
+    """(library, Python package or None)."""
     figures = library_figures()
-    figures["sim_samples_per_s"] = round(simulator_samples_per_s())
     allantools = allantools_ns_per_sample()
     figures["allantools_per_window_ns_per_sample"] = allantools and round(allantools)
-    return figures, python_figures(), target_cost.measure_all()
+    python = python_figures()
+    figures["numba_ns_per_sample"] = numba_ns_per_sample(python)
+    return figures, python
 
 
 def main() -> int:
@@ -182,14 +149,19 @@ def main() -> int:
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     try:
-        figures, python, targets = measure()
+        figures, python = measure()
+        csv, targets = bench_csv.measure(), target_cost.measure_all()
     except (boards.TargetError, OSError, subprocess.SubprocessError) as why:
         print(f"davar-bench: {why}", file=sys.stderr)
         return 2
     if options.json:
-        print(json.dumps({"host": figures, "python": python, "targets": targets}, indent=2))
+        print(
+            json.dumps(
+                {"host": figures, "csv": csv, "python": python, "targets": targets}, indent=2
+            )
+        )
     else:
-        show_all(figures, python, targets)
+        show_all(figures, csv, python, targets)
     return 0
 
 

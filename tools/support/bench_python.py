@@ -1,86 +1,152 @@
-"""Compares davar's Python package with AllanTools, both with numpy arrays in one thread:
-nanoseconds and their ratio, in one run.
+"""Compares davar's Python package with AllanTools, with an expert's loop in numba and with the time
+to read the samples, all with numpy arrays in one thread and in one run.
 
 bench.py calls it in build/venv-bench, with PYTHONPATH and DAVAR_LIBRARY set. Prints one JSON
-object.
+object: for each task, a figure per competitor; null: numba is not installed.
 """
 
 import json
-import statistics
 import sys
 import time
 from collections.abc import Callable
 from typing import Any
 
 import allantools
+import bench_numba
 import davar
 import numpy as np
 import numpy.typing as npt
 
 RATE_HZ = 100.0
-RECORD = 1_000_000
+LSB_DPS = 0.01
+RECORDS = (1_000_000, 10_000_000)
 WINDOWS = (600, 6000, 60_000)
-EPOCHS = 100_000  # of davar
+EPOCHS = 1_000_000  # at every sample
 CALLS = 30  # of AllanTools, one per epoch
 REPEATS = 5
+OCTAVES = 2 ** np.arange(8)
+
+Times = dict[str, float | None]
 
 
-def seconds(work: Callable[[int], object], repeats: int) -> float:
-    """Median processor time of calls."""
+def seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:
+    """The least processor time of a call."""
     spent = []
-    for i in range(repeats):
+    for _ in range(repeats):
         start = time.process_time()
-        work(i)
+        work()
         spent.append(time.process_time() - start)
-    return statistics.median(spent)
+    return min(spent)
 
 
-def record(x: npt.NDArray[np.float64]) -> dict[str, float]:
-    """The Allan deviation of a complete record at octave taus."""
+def record(count: int) -> Times:
+    """Milliseconds for the Allan deviation of a complete record of floats at octave taus."""
+    x = np.random.default_rng(1).normal(0.3, 0.2, count)
     taus_s = davar.adev(x, RATE_HZ).taus_s
-    ours = seconds(lambda i: davar.adev(x, RATE_HZ), REPEATS)
-    theirs = seconds(
-        lambda i: allantools.oadev(x, rate=RATE_HZ, data_type="freq", taus=taus_s), REPEATS
-    )
-    return {"davar_ms": 1e3 * ours, "allantools_ms": 1e3 * theirs, "ratio": theirs / ours}
+    loop, found = bench_numba.compiled(bench_numba.octaves), np.empty(len(taus_s))
+    if loop is not None:
+        loop(x[:1000], found[:1])
+    return {
+        "davar": 1e3 * seconds(lambda: davar.adev(x, RATE_HZ)),
+        "numba": loop and 1e3 * seconds(lambda: loop(x, found)),
+        "AllanTools": 1e3
+        * seconds(lambda: allantools.oadev(x, rate=RATE_HZ, data_type="freq", taus=taus_s), 2),
+        "reading": 1e3 * seconds(lambda: x.sum()),
+    }
 
 
-def windows(x: npt.NDArray[np.float64], window: int, stride: int) -> dict[str, float]:
-    """An epoch every `stride` samples: deviations and coefficients with their intervals, compared
-    with AllanTools' deviations of each window.
-    """
-    options: dict[str, Any] = {
+def options(window: int) -> dict[str, Any]:
+    return {
+        "rate_hz": RATE_HZ,
+        "lsb": LSB_DPS,
         "policy": "fixed",
         "mode": "trailing",
         "window_max": window,
         "window_min": window,
         "segment": 0,
-        "stride": stride,
     }
-    part = x[: window + EPOCHS] if stride == 1 else x
-    epochs = davar.dynamic(part, RATE_HZ, **options)
-    ours = seconds(lambda i: davar.dynamic(part, RATE_HZ, **options), 3) / len(epochs.epoch)
-    ends = epochs.epoch[np.linspace(0, len(epochs.epoch) - 1, CALLS).astype(int)] + 1
-    theirs = seconds(
-        lambda i: allantools.oadev(
-            part[ends[i] - window : ends[i]], rate=RATE_HZ, data_type="freq", taus=epochs.taus_s
-        ),
-        CALLS,
+
+
+def noise(count: int) -> bench_numba.Counts:
+    """White noise of 20 counts."""
+    return np.rint(np.random.default_rng(2).normal(37, 20, count)).astype(np.int16)
+
+
+def of_allantools(x: bench_numba.Counts, window: int, taus_s: npt.ArrayLike) -> float:
+    """Nanoseconds of AllanTools per epoch: one call for each, on the window of that epoch."""
+    part = x[:window] * LSB_DPS
+    return 1e9 * seconds(
+        lambda: allantools.oadev(part, rate=RATE_HZ, data_type="freq", taus=taus_s), CALLS
     )
+
+
+def every_sample(window: int) -> Times:
+    """Nanoseconds per epoch, for an epoch at every sample: eight deviations of int16 counts. davar
+    without a fit, with one every tenth epoch and with one at each epoch.
+    """
+    x = noise(window + EPOCHS)
+
+    def ours(fit_every: int, **changed: Any) -> float:
+        given = {"x": x, "clusters": OCTAVES, **options(window), **changed}
+        return 1e9 * seconds(lambda: davar.dynamic(fit_every=fit_every, **given), 3) / EPOCHS
+
+    loop, found = bench_numba.compiled(bench_numba.sliding), np.empty((EPOCHS + 1, len(OCTAVES)))
+    if loop is not None:
+        loop(x[: window + 9], window, OCTAVES, found)
     return {
-        "davar_ns_per_epoch": 1e9 * ours,
-        "allantools_ns_per_epoch": 1e9 * theirs,
-        "ratio": theirs / ours,
+        "davar": ours(0),
+        "davar, floats": ours(0, x=x * LSB_DPS, lsb=None),
+        "davar, fit every 10th": ours(10),
+        "davar, every fit": ours(1),
+        "numba": loop and 1e9 * seconds(lambda: loop(x, window, OCTAVES, found), 3) / EPOCHS,
+        "AllanTools": of_allantools(x, window, OCTAVES / RATE_HZ),
+        "reading": 1e9 * seconds(lambda: x.sum()) / EPOCHS,
+    }
+
+
+def adaptive(window: int) -> Times:
+    """Nanoseconds per epoch, for an epoch at every sample: the window and the statistics that
+    dynamic() has by default. No competitor has them.
+    """
+    x = noise(EPOCHS)
+
+    def ours(fit_every: int) -> float:
+        given: dict[str, Any] = {
+            "rate_hz": RATE_HZ,
+            "lsb": LSB_DPS,
+            "clusters": OCTAVES,
+            "window_max": window,
+        }
+        return 1e9 * seconds(lambda: davar.dynamic(x, fit_every=fit_every, **given), 3) / EPOCHS
+
+    return {
+        "davar": ours(0),
+        "davar, fit every 10th": ours(10),
+        "davar, every fit": ours(1),
+    }
+
+
+def every_hundredth(window: int) -> Times:
+    """Nanoseconds per epoch, for an epoch every 100 samples: octaves, coefficients and intervals;
+    of AllanTools, deviations only.
+    """
+    x = noise(window + EPOCHS)
+    found = davar.dynamic(x, stride=100, **options(window))
+    spent = seconds(lambda: davar.dynamic(x, stride=100, **options(window)), 3)
+    return {
+        "davar, every fit": 1e9 * spent / len(found.epoch),
+        "AllanTools": of_allantools(x, window, found.taus_s),
     }
 
 
 def main() -> None:
-    x = np.random.default_rng(1).normal(0.3, 0.2, RECORD)
-    found = {f"python_adev_{RECORD}": record(x)}
+    figures = {f"record of {count} samples, ms": record(count) for count in RECORDS}
     for window in WINDOWS:
-        for stride in (1, 100):
-            found[f"python_dynamic_{window}_every_{stride}"] = windows(x, window, stride)
-    json.dump(found, sys.stdout)
+        figures[f"window {window}, every sample, ns"] = every_sample(window)
+    figures[f"adaptive window up to {WINDOWS[0]}, every sample, ns"] = adaptive(WINDOWS[0])
+    for window in WINDOWS:
+        figures[f"window {window}, every 100th, ns"] = every_hundredth(window)
+    json.dump(figures, sys.stdout)
 
 
 if __name__ == "__main__":

@@ -86,6 +86,7 @@ typedef struct davar {
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
 #define DAVAR_STAGES_BYTES_Q15 ((size_t)96U + (6U * sizeof(void *)))
 #define DAVAR_STAGES_BYTES_Q31 ((size_t)168U + (6U * sizeof(void *)))
+#define DAVAR_SONG_BYTES 16U
 /** @endcond */
 
 /** @{ */
@@ -96,11 +97,11 @@ typedef struct davar {
  * davar_memory_size_*. Every sample of the window and of the longest span takes 2 bytes (q15) or 4
  * (q31, f32). Source: DESIGN 6. */
 #define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                            \
-    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
+    (DAVAR_STAGES_BYTES_Q15 + DAVAR_SONG_BYTES + ((size_t)16U * (taus)) +                          \
      DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) +                             \
      DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)                                            \
-    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                             \
+    (DAVAR_STAGES_BYTES_Q31 + DAVAR_SONG_BYTES + ((size_t)32U * (taus)) +                          \
      DAVAR_ROUND8((size_t)4U * ((window_max) + (2U * (m_max)) + 1U)) +                             \
      DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps)                                            \
@@ -146,13 +147,13 @@ typedef struct davar {
  * window_max, rounded up to 8. The fewest records are needed where the stride divides half of both
  * lengths. Source: DESIGN 2.7. */
 #define DAVAR_MEMORY_GRID_Q15(window_max, window_min, segment, stride, m_max, taus, gaps)          \
-    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
+    (DAVAR_STAGES_BYTES_Q15 + DAVAR_SONG_BYTES + ((size_t)16U * (taus)) +                          \
      DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
      DAVAR_GRID_BYTES +                                                                            \
      DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)8U * (taus), 32U,         \
                         2U * DAVAR_ROUND8((size_t)4U * (taus))))
 #define DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)          \
-    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                             \
+    (DAVAR_STAGES_BYTES_Q31 + DAVAR_SONG_BYTES + ((size_t)32U * (taus)) +                          \
      DAVAR_ROUND8((size_t)4U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
      DAVAR_GRID_BYTES +                                                                            \
      DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)16U * (taus), 64U,        \

@@ -14,7 +14,7 @@ extern "C" {
 
 struct davar;
 struct davar_number;
-struct davar_central;
+struct davar_rough;
 
 /** Why a law's state starts over. */
 typedef enum {
@@ -58,10 +58,10 @@ struct davar_law {
      * between its end and the newest sample. Sets *early if no result may be reported yet. Null:
      * the length that judge chose, the lag of the mode (4.2). */
     uint32_t (*place)(struct davar *davar, void *state, bool *early);
-    /** Runs after an epoch: returns the flag `unstable` and sets window.next_length. `moments` are
-     * those of the whole window and of its first part, in this order; null unless wants_moments is
-     * set and the window has at least window.shortest samples. */
-    bool (*judge)(struct davar *davar, void *state, const struct davar_central *moments);
+    /** Runs after an epoch: returns the flag `unstable` and sets window.next_length. `whole` is the
+     * kurtosis of the window; null unless wants_moments is set and the window has at least
+     * window.shortest samples. */
+    bool (*judge)(struct davar *davar, void *state, const struct davar_rough *whole);
     /** For davar_take: copies from `state` under the sequence lock. It is repeated if a push
      * interrupts it. */
     void (*read)(const struct davar *davar, const void *state, davar_result_t *result,

@@ -4,7 +4,6 @@
 #include "cascade/stage.h"
 #include "davar/cascade.h"
 #include "number/absent.h"
-#include "number/ieee.h"
 #include "number/real.h"
 #include "number/sequence.h"
 

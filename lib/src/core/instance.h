@@ -9,6 +9,9 @@
 #include "number/machine.h"
 #include "number/sequence.h"
 
+struct davar_central;
+struct davar_rough;
+
 typedef struct davar_number {
     bool wide;                                               /* q31, f32 */
     bool (*collect)(davar_t *davar, davar_result_t *result); /* false: no result waits */
@@ -16,6 +19,9 @@ typedef struct davar_number {
     uint32_t sample_bits_max;
     uint32_t sample_bits_default;
     uint32_t window_max;
+    /* two: of the window, if it has at least window.shortest samples, and of its first part */
+    void (*central)(const davar_t *davar, struct davar_central *central);
+    void (*first)(const davar_t *davar, struct davar_rough *first); /* of that part */
 } davar_number_t;
 
 extern const davar_number_t davar_number_q15;
@@ -25,7 +31,8 @@ extern const davar_number_t davar_number_q31;
  *   resume    after its memory has been read back: sets every pointer again
  * For a law with a queue:
  *   boundary  a gap that is not counted; false: no room for it, ignored
- *   epoch     an epoch without a sample; true: it completed a result */
+ *   epoch     an epoch without a sample; true: it completed a result
+ *   flows     the next samples need no care: none is near a gap or the start */
 #define NUMBER_PIPELINE(type)                                                                      \
     size_t davar_##type##_memory_size(const davar_config_t *config);                               \
     void davar_##type##_start(davar_t *davar, void *memory);                                       \
@@ -33,7 +40,8 @@ extern const davar_number_t davar_number_q31;
     bool davar_##type##_flush(davar_t *davar);                                                     \
     void davar_##type##_resume(davar_t *davar);                                                    \
     bool davar_##type##_boundary(davar_t *davar);                                                  \
-    bool davar_##type##_epoch(davar_t *davar);
+    bool davar_##type##_epoch(davar_t *davar);                                                     \
+    bool davar_##type##_flows(const davar_t *davar);
 
 NUMBER_PIPELINE(q15)
 NUMBER_PIPELINE(q31)

@@ -3,8 +3,8 @@
  * integers cut to 64-bit mantissas. */
 #include "core/song.h"
 
+#include "core/instance.h"
 #include "core/window.h"
-#include "number/ieee.h"
 #include "number/real.h"
 
 /* Shifts the top bit into place. */
@@ -117,37 +117,20 @@ static bool is_outside(const ratio_t *ratio, const double *low, const double *hi
     return (against(ratio, high) > 0) || (against(ratio, low) < 0);
 }
 
-DAVAR_APART static bool exact_kurtosis_outside(const davar_config_t *config,
-                                               const davar_central_t *whole)
+static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
 {
     ratio_t kurtosis;
     kurtosis_of(&kurtosis, whole);
     return is_outside(&kurtosis, &config->moments.kurtosis_low, &config->moments.kurtosis_high);
 }
 
-DAVAR_APART static bool exact_contribution_outside(const davar_config_t *config,
-                                                   const davar_central_t *whole,
-                                                   const davar_central_t *first)
+static bool contribution_outside(const davar_config_t *config, const davar_central_t *whole,
+                                 const davar_central_t *first)
 {
     ratio_t contribution;
     contribution_of(&contribution, whole, first);
     return is_outside(&contribution, &config->moments.contribution_low,
                       &config->moments.contribution_high);
-}
-
-static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
-{
-    const davar_rough_t rough = davar_rough_kurtosis(config, whole);
-    return (rough == ROUGH_UNSURE) ? exact_kurtosis_outside(config, whole)
-                                   : (rough == ROUGH_OUTSIDE);
-}
-
-static bool contribution_outside(const davar_config_t *config, const davar_central_t *whole,
-                                 const davar_central_t *first)
-{
-    const davar_rough_t rough = davar_rough_contribution(config, whole, first);
-    return (rough == ROUGH_UNSURE) ? exact_contribution_outside(config, whole, first)
-                                   : (rough == ROUGH_OUTSIDE);
 }
 
 bool davar_song_unstable(const davar_config_t *config, davar_song_rule_t rule,
@@ -202,120 +185,26 @@ double davar_song_contribution(const davar_central_t *whole, const davar_central
     return quotient(&ratio);
 }
 
-/* --- in 32 bits ------------------------------------------------------------------------------- */
+/* --- in 32 bits (3.5) ------------------------------------------------------------------------- */
 
-/* Kurtosis and sliding contribution against their bounds, from mantissas of 32 bits. A mantissa is
- * less than 8 of its last bits below the true one: 1 if it was cut, and for a product the errors of
- * both factors plus 1. */
-
-#define LAST_BITS_UNSURE 64U /* the errors of two mantissas, one of them times a bound below 4 */
-
-/* mantissa * 2^exponent, its top bit set, or 0. */
-typedef struct {
-    uint32_t mantissa;
-    int32_t exponent;
-} rough_t;
-
-static inline rough_t rough_of(const davar_magnitude_t *value)
-{
-    const rough_t rough = {(uint32_t)(value->mantissa >> 32U), value->exponent + 32};
-    return rough;
-}
-
-/* A bound is not negative. Subnormal bounds count as 0. */
-static inline rough_t rough_of_bound(double bound)
+/* A bound in units of 2^-digits, cut; UINT32_MAX if it is too large. */
+static uint32_t rough_bound(double bound, uint32_t digits)
 {
     const uint64_t bits = davar_bits_of_double(bound);
-    const uint32_t exponent = (uint32_t)(bits >> 52U) & 0x7FFU;
-    const uint32_t fraction = (uint32_t)(bits >> 21U) & 0x7FFFFFFFU;
-    const rough_t rough = {(exponent == 0U) ? 0U : ((UINT32_C(1) << 31U) | fraction),
-                           (int32_t)exponent - 1054};
-    return rough;
+    const uint32_t mantissa = (UINT32_C(1) << 31U) | (uint32_t)(bits >> 21U);
+    const uint32_t shift = (1054U - digits) - ((uint32_t)(bits >> 52U) & 0x7FFU);
+    if (shift < 32U) {
+        return mantissa >> shift;
+    }
+    return ((shift >> 31U) != 0U) ? UINT32_MAX : 0U;
 }
 
-static inline rough_t rough_product(rough_t a, rough_t b)
+DAVAR_RARE void davar_song_bounds(davar_song_bounds_t *bounds, const davar_config_t *config)
 {
-    const uint64_t product = davar_multiply_u32(a.mantissa, b.mantissa);
-    rough_t rough = {(uint32_t)(product >> 32U), a.exponent + b.exponent + 32};
-    if ((rough.mantissa >> 31U) == 0U) {
-        rough.mantissa = (uint32_t)(product >> 31U);
-        rough.exponent--;
-    }
-    return rough;
-}
-
-/* The sign of a - b, or 0 if they are too close. */
-static inline int order(uint32_t a, uint32_t b)
-{
-    if (a > b) {
-        return ((a - b) > LAST_BITS_UNSURE) ? 1 : 0;
-    }
-    return ((b - a) > LAST_BITS_UNSURE) ? -1 : 0;
-}
-
-/* The sign of over - limit * under, or 0. */
-static int order_of_ratio(rough_t over, rough_t under, double limit)
-{
-    const rough_t bound = rough_of_bound(limit);
-    if (bound.mantissa == 0U) {
-        return 1;
-    }
-    const rough_t product = rough_product(under, bound);
-    const int32_t ahead = over.exponent - product.exponent;
-    if ((ahead > 1) || (ahead < -1)) {
-        return (ahead > 0) ? 1 : -1;
-    }
-    return order(over.mantissa >> ((ahead < 0) ? 1U : 0U),
-                 product.mantissa >> ((ahead > 0) ? 1U : 0U));
-}
-
-/* The sign of distance - limit * x, or 0. The distance is in units of four of x's last bits. */
-static int order_of_distance(uint32_t distance, uint32_t x, double limit)
-{
-    const rough_t bound = rough_of_bound(limit);
-    const uint32_t shift = (uint32_t)(-30 - bound.exponent);
-    if (bound.mantissa == 0U) {
-        return order(distance, 0U);
-    }
-    const uint32_t part = (uint32_t)(davar_multiply_u32(x, bound.mantissa) >> 32U);
-    return (shift > 31U) ? 0 : order(distance, part >> shift);
-}
-
-/* From the signs against the lower and the upper bound. */
-static davar_rough_t placed(int low, int high)
-{
-    if ((low < 0) || (high > 0)) {
-        return ROUGH_OUTSIDE;
-    }
-    return ((low > 0) && (high < 0)) ? ROUGH_INSIDE : ROUGH_UNSURE;
-}
-
-davar_rough_t davar_rough_kurtosis(const davar_config_t *config, const davar_central_t *whole)
-{
-    const rough_t over = rough_of(&whole->fourth);
-    const rough_t second = rough_of(&whole->second);
-    const rough_t under = rough_product(second, second);
-    return placed(order_of_ratio(over, under, config->moments.kurtosis_low),
-                  order_of_ratio(over, under, config->moments.kurtosis_high));
-}
-
-davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar_central_t *whole,
-                                       const davar_central_t *first)
-{
-    const rough_t second = rough_of(&whole->second);
-    const rough_t first_second = rough_of(&first->second);
-    const rough_t x =
-        rough_product(rough_product(first_second, first_second), rough_of(&whole->fourth));
-    const rough_t y = rough_product(rough_product(second, second), rough_of(&first->fourth));
-    const int32_t ahead = y.exponent - x.exponent;
-    if ((ahead > 1) || (ahead < -1)) {
-        return ROUGH_UNSURE;
-    }
-    const uint32_t from = x.mantissa >> 2U;
-    const uint32_t to = y.mantissa >> (uint32_t)(2 - ahead);
-    const uint32_t distance = (from > to) ? (from - to) : (to - from);
-    return placed(order_of_distance(distance, x.mantissa, config->moments.contribution_low),
-                  order_of_distance(distance, x.mantissa, config->moments.contribution_high));
+    bounds->kurtosis.low = rough_bound(config->moments.kurtosis_low, 28U);
+    bounds->kurtosis.high = rough_bound(config->moments.kurtosis_high, 28U);
+    bounds->contribution.low = rough_bound(config->moments.contribution_low, 32U);
+    bounds->contribution.high = rough_bound(config->moments.contribution_high, 32U);
 }
 
 /* --- the window law, [SONG18] section 4 (4.1) ------------------------------------------------- */
@@ -328,43 +217,84 @@ static uint32_t shorter(const davar_config_t *config, uint32_t length)
 
 static uint32_t longer(const davar_config_t *config, uint32_t length, bool filling)
 {
+    if (length == config->window.longest) {
+        return length;
+    }
     /* Trailing: the head moves by one per sample; faster growth would move the tail backwards. */
     const uint32_t most = is_centred(config) ? 2U : 1U;
     const uint32_t grow = (filling || (config->window.grow > most)) ? most : config->window.grow;
     return smaller(length + (grow * config->stride), config->window.longest);
 }
 
+DAVAR_APART static bool is_unstable_exactly(const davar_t *davar, davar_song_rule_t rule)
+{
+    davar_central_t moments[2];
+    davar->number->central(davar, moments);
+    return davar_song_unstable(davar->config, rule, &moments[0], &moments[1]);
+}
+
+/* The first part is evaluated only where the kurtosis of the whole window does not decide. */
+static DAVAR_MERGED bool is_unstable(const davar_t *davar, const davar_song_bounds_t *bounds,
+                                     const davar_rough_t *whole, davar_song_rule_t rule)
+{
+    const davar_place_t enough = (rule == SONG_AND) ? ROUGH_INSIDE : ROUGH_OUTSIDE;
+    davar_place_t place = davar_rough_kurtosis(bounds, whole);
+    if ((place != ROUGH_UNSURE) && (place != enough) && (rule != SONG_KURTOSIS)) {
+        davar_rough_t first;
+        davar->number->first(davar, &first);
+        place = davar_rough_contribution(bounds, whole, &first);
+    }
+    return (place == ROUGH_UNSURE) ? is_unstable_exactly(davar, rule) : (place == ROUGH_OUTSIDE);
+}
+
 /* On a grid the window moves `stride` times as far in one step. O(1), no division. */
-static bool song_judge(davar_t *davar, const davar_central_t *moments, davar_song_rule_t rule)
+static DAVAR_MERGED bool song_judge(davar_t *davar, const davar_song_bounds_t *bounds,
+                                    const davar_rough_t *whole, davar_song_rule_t rule)
 {
     const davar_config_t *const config = davar->config;
     davar_window_t *const window = &davar->window;
-    const bool unstable =
-        (moments != NULL) && davar_song_unstable(config, rule, &moments[0], &moments[1]);
+    const bool unstable = (whole != NULL) && is_unstable(davar, bounds, whole, rule);
     window_keep_filling(window, config, unstable);
     window->next_length = unstable ? shorter(config, window->length)
                                    : longer(config, window->length, is_filling(window));
     return unstable;
 }
 
-static bool judge_kurtosis(davar_t *davar, void *state, const davar_central_t *moments)
+_Static_assert(sizeof(davar_song_bounds_t) <= DAVAR_SONG_BYTES, "DAVAR_SONG_BYTES is too small");
+
+static size_t song_bytes(const davar_config_t *config)
 {
-    (void)state;
-    return song_judge(davar, moments, SONG_KURTOSIS);
+    (void)config;
+    return sizeof(davar_song_bounds_t);
 }
 
-static bool judge_or(davar_t *davar, void *state, const davar_central_t *moments)
+static void song_start(davar_t *davar, void *state, davar_law_start_t why)
 {
-    (void)state;
-    return song_judge(davar, moments, SONG_OR);
+    (void)why;
+    davar_song_bounds(state, davar->config);
 }
 
-static bool judge_and(davar_t *davar, void *state, const davar_central_t *moments)
+static bool judge_kurtosis(davar_t *davar, void *state, const davar_rough_t *whole)
 {
-    (void)state;
-    return song_judge(davar, moments, SONG_AND);
+    return song_judge(davar, state, whole, SONG_KURTOSIS);
 }
 
-const davar_law_t davar_law_kurtosis = {.id = 1U, .wants_moments = true, .judge = judge_kurtosis};
-const davar_law_t davar_law_or = {.id = 2U, .wants_moments = true, .judge = judge_or};
-const davar_law_t davar_law_and = {.id = 3U, .wants_moments = true, .judge = judge_and};
+static bool judge_or(davar_t *davar, void *state, const davar_rough_t *whole)
+{
+    return song_judge(davar, state, whole, SONG_OR);
+}
+
+static bool judge_and(davar_t *davar, void *state, const davar_rough_t *whole)
+{
+    return song_judge(davar, state, whole, SONG_AND);
+}
+
+#define SONG_LAW(number, function)                                                                 \
+    {                                                                                              \
+        .id = (number), .wants_moments = true, .bytes = song_bytes, .start = song_start,           \
+        .judge = (function)                                                                        \
+    }
+
+const davar_law_t davar_law_kurtosis = SONG_LAW(1U, judge_kurtosis);
+const davar_law_t davar_law_or = SONG_LAW(2U, judge_or);
+const davar_law_t davar_law_and = SONG_LAW(3U, judge_and);

@@ -119,15 +119,6 @@ static inline void window_receive(davar_window_t *window, uint32_t count)
     }
 }
 
-/* Counts one new sample; the window moves with it. */
-static inline void window_glide(davar_window_t *window)
-{
-    window->received++;
-    if (window->received == 0U) {
-        window->origin += UINT64_C(1) << 32U;
-    }
-}
-
 /* Samples since init. */
 static inline uint64_t window_now(const davar_window_t *window)
 {

@@ -5,7 +5,6 @@
 #include "core/instance.h"
 #include "core/window.h"
 #include "detector/scan.h"
-#include "number/ieee.h"
 #include "number/real.h"
 #include "number/scaled.h"
 
@@ -70,8 +69,10 @@ static void advance(davar_glr_t *state, const davar_glr_config_t *config,
          level++) {
         spread_copy(&state->record[level][(at >> level) % GLR_RECORDS], &state->now.sum);
     }
-    shorten(state, config, &state->alarm);
-    shorten(state, config, &state->cut);
+    if (glr_age(state, &state->alarm) > config->longest) { /* the cut is never older */
+        shorten(state, config, &state->alarm);
+        shorten(state, config, &state->cut);
+    }
 }
 
 /* ---- shocks ---- */
@@ -240,7 +241,7 @@ void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, in
                         uint64_t squares, davar_glr_event_t *event)
 {
     const uint64_t spread = davar_scale_u64(squares, config->block) - davar_square_i32(sum);
-    const davar_spread_t block = {davar_scale_u64(spread, 12U) + config->floor, 0U, 1U};
+    const davar_spread_t block = {(spread << 3U) + (spread << 2U) + config->floor, 0U, 1U};
     davar_glr_push(state, config, &block, event);
 }
 
@@ -486,7 +487,7 @@ double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t un
     }
     const int32_t exponent = spread_exponent(&rest);
     const scaled_t square = {spread_bits(&rest, exponent), exponent};
-    return davar_root_of_quotient(scaled_to_double(square),
+    return davar_root_of_quotient(davar_scaled_to_double(square),
                                   davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
 }
 

@@ -14,17 +14,15 @@
 static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config,
                      const davar_spread_t *const place[3], uint32_t limit)
 {
-    const davar_spread_t sum = spread_between(place[0], place[2]);
-    const davar_spread_t older = spread_between(place[0], place[1]);
-    if ((older.blocks == 0U) || (older.blocks == sum.blocks)) {
+    if ((place[0]->blocks == place[1]->blocks) || (place[1]->blocks == place[2]->blocks)) {
         return true;
     }
+    const uint32_t f = davar_glr_dispersion(state, config);
     davar_stretch_t stretch;
-    davar_stretch(&stretch, &sum, config->degrees);
-    const uint32_t widened =
-        (uint32_t)(davar_multiply_u32(davar_glr_dispersion(state, config), limit) >> GAIN_DIGITS);
-    return !davar_likelihood_may_reach(&stretch, &older, widened >> (GAIN_DIGITS - 6U)) ||
-           (davar_likelihood_gain(&stretch, &older) <= (int32_t)widened);
+    davar_stretch(&stretch, place[0], place[2], config, f);
+    return !davar_likelihood_may_reach(&stretch, place[1], limit >> (GAIN_DIGITS - 6U)) ||
+           (davar_likelihood_gain(&stretch, place[1]) <=
+            (int32_t)(davar_multiply_u32(f, limit) >> GAIN_DIGITS));
 }
 
 /* The oldest recorded place of at most `age` blocks. */
@@ -187,10 +185,11 @@ static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, 
     if ((older.blocks == 0U) || (older.blocks == sum.blocks)) {
         return true;
     }
+    static const davar_spread_t none = {0U, 0U, 0U};
+    const uint32_t f = davar_glr_dispersion(state, config);
     davar_stretch_t stretch;
-    davar_stretch(&stretch, &sum, config->degrees);
-    const int32_t limit =
-        (int32_t)((davar_glr_dispersion(state, config) * (uint64_t)STEP_LIMIT) >> GAIN_DIGITS);
+    davar_stretch(&stretch, &none, &sum, config, f);
+    const int32_t limit = (int32_t)((f * (uint64_t)STEP_LIMIT) >> GAIN_DIGITS);
     return (davar_likelihood_gain(&stretch, &older) - ramp_gain(config, &moment)) > limit;
 }
 

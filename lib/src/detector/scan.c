@@ -4,41 +4,46 @@
 #include "core/window.h"
 #include "number/real.h"
 
-void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t degrees)
+void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *from, const davar_spread_t *to,
+                   const davar_glr_config_t *config, uint32_t f)
 {
-    spread_copy(&stretch->sum, sum);
-    stretch->degrees = degrees;
-    stretch->exponent = spread_exponent(sum);
-    const uint32_t mantissa = spread_bits(sum, stretch->exponent);
-    stretch->reciprocal = davar_reciprocal_of_mantissa(mantissa);
+    const davar_spread_t sum = spread_between(from, to);
+    stretch->from = from;
+    stretch->to = to;
+    stretch->blocks = sum.blocks;
+    stretch->exponent = spread_exponent(&sum);
+    stretch->begin = spread_bits(from, stretch->exponent);
+    const uint32_t mantissa = spread_bits(&sum, stretch->exponent);
+    stretch->sum = mantissa >> 11U;
+    stretch->weight = davar_upper_product(3U * f * config->bias, mantissa) >> 12U;
     stretch->logarithm = INT32_MIN;
+    stretch->degrees = config->degrees;
 }
+
+#define ERROR 2048U /* above 2 blocks: the part and the sum are within one unit */
 
 /* E_o, E_n: the blocks that the parts would have if both were as loud as the whole. x - 1 - ln x is
  * at most (x - 1)^2 / 2 above 1 and (x - 1)^2 / (2 x) below, so
  *
- *     G <= nu/4 (E_o - N_o)^2 (1/P + 1/Q)
+ *     G <= nu/2 (E_o - N_o)^2 / min(P, Q)
  *
- * with P the blocks of the louder part and Q the E of the other. */
-bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older,
+ * with P the blocks of the louder part and Q the E of the other: the least of all four. Here a
+ * block is `sum`, so no quotient is computed. E is within ERROR. */
+bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *split,
                                 uint32_t limit)
 {
-    const uint32_t blocks = stretch->sum.blocks;
-    const uint32_t share = davar_upper_product(spread_bits(older, stretch->exponent),
-                                               stretch->reciprocal); /* 31 digits */
-    const uint32_t expected = (share >> 10U) * blocks; /* E_o, 21 digits, within 2^-10 */
-    const uint32_t there = older->blocks << 21U;
-    const bool is_louder = (expected > there);
-    const uint32_t excess = is_louder ? (expected - there) : (there - expected);
-    const uint32_t size = (excess >> 15U) + 1U; /* 6 digits; below 2^16 with 1023 blocks */
-    const uint32_t newer = (blocks << 21U) - (is_louder ? expected : there);
-    const uint32_t quiet = is_louder ? newer : expected;
-    const uint32_t loud = is_louder ? there : newer;
-    const uint32_t p = loud >> 18U; /* 3 digits */
-    const uint32_t q = (quiet >> 18U) - (((quiet >> 18U) != 0U) ? 1U : 0U);
-    const uint64_t bound =
-        davar_multiply_u32(size * size, ((stretch->degrees * (p + q)) >> 8U) + 1U); /* 15 digits */
-    return bound >= (davar_multiply_u32(p * q, limit) << 5U);
+    const uint32_t blocks = stretch->blocks;
+    const uint32_t part =
+        smaller((spread_bits(split, stretch->exponent) - stretch->begin) >> 11U, stretch->sum);
+    const uint32_t expected = part * blocks; /* below 2^31 with 1023 blocks */
+    const uint32_t there = stretch->sum * (split->blocks - stretch->from->blocks);
+    const uint32_t low = smaller(expected, there);
+    const uint32_t high = (expected > there) ? expected : there;
+    const uint32_t least = smaller(low, (stretch->sum * blocks) - high);
+    const uint32_t size = ((high - low + ERROR) >> 15U) + 1U; /* below 2^16 */
+    const uint32_t bound =
+        davar_upper_product(2U * (least - smaller(least, ERROR)), stretch->weight * limit);
+    return ((size * size) / 2U) >= bound;
 }
 
 /* N ln(mean of the whole / mean of this part), 24 digits */
@@ -48,14 +53,16 @@ static uint64_t part_of(const davar_stretch_t *stretch, const davar_spread_t *pa
                               (int32_t)part->blocks);
 }
 
-int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *older)
+int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *split)
 {
     if (stretch->logarithm == INT32_MIN) {
-        stretch->logarithm = spread_logarithm_of_mean(&stretch->sum);
+        const davar_spread_t both = spread_between(stretch->from, stretch->to);
+        stretch->logarithm = spread_logarithm_of_mean(&both);
     }
-    const davar_spread_t newer = spread_between(older, &stretch->sum);
+    const davar_spread_t older = spread_between(stretch->from, split);
+    const davar_spread_t newer = spread_between(split, stretch->to);
     const uint64_t sum =
-        part_of(stretch, older) + part_of(stretch, &newer); /* >= 0 up to rounding */
+        part_of(stretch, &older) + part_of(stretch, &newer); /* >= 0 up to rounding */
     return (int32_t)((int64_t)davar_scale_u64(sum, stretch->degrees) >>
                      (24U + 8U + 1U - GAIN_DIGITS));
 }
@@ -68,9 +75,9 @@ int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *ol
 typedef struct {
     const davar_glr_t *state;
     const davar_glr_config_t *config;
-    const davar_glr_place_t *begin;
     davar_stretch_t stretch;
     uint32_t f;
+    uint32_t room;       /* blocks beyond the least of each part */
     davar_split_t *best; /* one per threshold, the lowest first */
     uint32_t count;
 } scan_t;
@@ -95,23 +102,20 @@ static void compare(scan_t *scan, int32_t gain, uint32_t n, uint32_t age, uint32
     }
 }
 
-/* Tests the split at `age`, where this level has a record. A bound below every threshold (6 digits)
- * comes first, because it needs no logarithm. */
+/* Tests the split at `age`, which is below 2^(level + 2) and has a record at this level. If that is
+ * not after the beginning, it has no older block. A bound below every threshold comes first, because
+ * it needs no logarithm. */
 static void test_split(scan_t *scan, uint32_t age, uint32_t level)
 {
-    if (age >= glr_age(scan->state, scan->begin)) {
+    const davar_spread_t *const split = glr_record(scan->state, level, scan->state->now.at - age);
+    const uint32_t older = split->blocks - scan->stretch.from->blocks;
+    if ((older - scan->config->least) > scan->room) {
         return;
     }
-    const davar_spread_t older = spread_between(
-        &scan->begin->sum, glr_record(scan->state, level, scan->state->now.at - age));
-    const uint32_t n = smaller(older.blocks, scan->stretch.sum.blocks - older.blocks);
-    if (n < scan->config->least) {
-        return;
-    }
-    const uint32_t above_ln_n = (32U - davar_leading_zeros_32(n)) * LN_2_ABOVE;
-    const uint64_t limit = davar_multiply_u32(scan->f, scan->best[0].threshold - above_ln_n);
-    if (davar_likelihood_may_reach(&scan->stretch, &older, (uint32_t)(limit >> 22U))) {
-        compare(scan, davar_likelihood_gain(&scan->stretch, &older), n, age, level);
+    const uint32_t limit = scan->best[0].threshold - ((level + 2U) * LN_2_ABOVE);
+    if (davar_likelihood_may_reach(&scan->stretch, split, limit >> 10U)) {
+        const uint32_t n = smaller(older, scan->stretch.blocks - older);
+        compare(scan, davar_likelihood_gain(&scan->stretch, split), n, age, level);
     }
 }
 
@@ -139,14 +143,17 @@ static void test_older(scan_t *scan)
 void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config,
                     const davar_glr_place_t *begin, davar_split_t *split, uint32_t count)
 {
-    const davar_spread_t sum = spread_between(&begin->sum, &state->now.sum);
-    if (sum.blocks < (2U * config->least)) {
+    scan_t scan;
+    scan.room = state->now.sum.blocks - begin->sum.blocks - (2U * config->least);
+    if ((int32_t)scan.room < 0) {
         return;
     }
-    scan_t scan = {
-        state, config, begin, {{0U, 0U, 0U}, 0, 0U, 0, 0U}, davar_glr_dispersion(state, config),
-        split, count};
-    davar_stretch(&scan.stretch, &sum, config->degrees);
+    scan.state = state;
+    scan.config = config;
+    scan.f = davar_glr_dispersion(state, config);
+    scan.best = split;
+    scan.count = count;
+    davar_stretch(&scan.stretch, &begin->sum, &state->now.sum, config, scan.f);
     test_split(&scan, 2U, 0U);
     test_split(&scan, 3U, 0U);
     test_older(&scan);

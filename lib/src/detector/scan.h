@@ -7,24 +7,29 @@
 
 /* The section that is split, with the quantities that all of its splits share. */
 typedef struct {
-    davar_spread_t sum;
-    int32_t exponent;    /* where its upper 32 bits begin */
-    uint32_t reciprocal; /* of these bits */
-    int32_t logarithm;   /* of its mean block; INT32_MIN until needed */
-    uint32_t degrees;    /* nu, 8 digits */
+    const davar_spread_t *from; /* running sums at its ends */
+    const davar_spread_t *to;
+    uint32_t blocks;
+    int32_t exponent;  /* where the upper 32 bits of its sum begin */
+    uint32_t begin;    /* the bits of `from` there */
+    uint32_t sum;      /* the upper 21 bits of its sum */
+    uint32_t weight;   /* f / nu times its sum */
+    int32_t logarithm; /* of its mean block; INT32_MIN until needed */
+    uint32_t degrees;  /* nu, 8 digits */
 } davar_stretch_t;
 
-/* The section has 1 to 1023 blocks, and its sum is not 0. */
-void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t degrees);
+/* The section has 1 to 1023 blocks, and its sum is not 0. `f` has GAIN_DIGITS. */
+void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *from, const davar_spread_t *to,
+                   const davar_glr_config_t *config, uint32_t f);
 
-/* A bound without a logarithm: false only if the gain of this split cannot reach `limit` (6 digits,
- * below 2^24). */
-bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older,
+/* A bound without a logarithm: false only if the gain of a split at this running sum cannot reach f
+ * times `limit` (6 digits; f limit / nu below 2^10). */
+bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *split,
                                 uint32_t limit);
 
 /* G = nu/2 (N_t ln(S_t/N_t) - N_o ln(S_o/N_o) - N_n ln(S_n/N_n)). Both parts have a block, and no
  * sum is 0. */
-int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *older);
+int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *split);
 
 /* The split at a recorded place that most exceeds one threshold. */
 typedef struct {

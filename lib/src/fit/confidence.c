@@ -118,7 +118,7 @@ DAVAR_RARE double davar_fit_kept(const davar_result_t *result, const davar_adev_
         return 1.0;
     }
     const double all = (double)(result->window_samples + 1U - (2U * tau->m));
-    return (double)tau->differences / all * scaled_to_double(davar_fit_evidence(result));
+    return (double)tau->differences / all * davar_scaled_to_double(davar_fit_evidence(result));
 }
 
 DAVAR_RARE double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window)
@@ -215,6 +215,6 @@ void davar_chi_square_interval(double edf, double *low, double *high)
 {
     scaled_t factor[2];
     davar_chi_square(scaled_of_double(at_least(1.0, edf)), &factor[0], &factor[1]);
-    *low = scaled_to_double(factor[0]);
-    *high = scaled_to_double(factor[1]);
+    *low = davar_scaled_to_double(factor[0]);
+    *high = davar_scaled_to_double(factor[1]);
 }

@@ -108,7 +108,7 @@ static void fit_window(davar_plan_t *plan, double rate_hz, davar_result_t *resul
         return;
     }
     davar_mixture_t model = {.plan = plan, .data = result, .end = plan->count};
-    davar_mixture_fit(&model, scaled_to_double(white.sum), white.suspects);
+    davar_mixture_fit(&model, davar_scaled_to_double(white.sum), white.suspects);
     if (davar_mixture_is_filtered(&model)) {
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
     } else {
@@ -129,17 +129,18 @@ static bool is_open(davar_noise_t noise)
 /* With fewer sizes, a cascade says less about the slow terms than the window does. */
 #define SIZES_LEAST 4
 
-/* Sets the range of sizes that a cascade filled. */
+/* Sets the range of sizes that a cascade filled. They are the last ones. */
 static void find_cascade(davar_mixture_t *model)
 {
     const davar_result_t *const result = model->data;
+    const uint8_t sizes = model->plan->sizes;
     model->first = 0;
     model->end = 0;
-    for (int t = 0; (t < result->tau_count) && (t < model->plan->sizes); t++) {
-        const davar_adev_t *const tau = &result->tau[t];
-        if (davar_hops(tau) && (tau->differences > 0U)) {
-            model->first = (model->end > 0) ? model->first : t;
-            model->end = t + 1;
+    for (int t = (result->tau_count < sizes) ? result->tau_count : sizes;
+         (t > 0) && davar_hops(&result->tau[t - 1]); t--) {
+        if (davar_mixture_has(model, t - 1)) {
+            model->end = (model->end > 0) ? model->end : t;
+            model->first = t - 1;
         }
     }
 }

@@ -29,6 +29,8 @@ static unsigned term_bit(int term)
     return 1U << (unsigned)term;
 }
 
+#define ALL_TERMS ((1U << (unsigned)TERMS) - 1U)
+
 static bool has_term(unsigned terms, int term)
 {
     return (terms & term_bit(term)) != 0U;
@@ -65,31 +67,27 @@ double davar_mixture_white(const davar_mixture_t *model, int t)
     return davar_hops(tau) ? gain * (double)tau->power : gain;
 }
 
-/* x[k], the Allan variances of unit amplitudes at size t of the plan. */
-DAVAR_APART static void shapes(const davar_mixture_t *model, int t, double x[])
-{
-    const davar_plan_t *const plan = model->plan;
-    const double m = (double)plan->m[t];
-    const double inverse = 1.0 / m;
-    x[DAVAR_QUANTIZATION] = inverse * inverse;
-    x[DAVAR_ANGLE_RANDOM_WALK] = inverse * davar_mixture_white(model, t);
-    x[DAVAR_BIAS_INSTABILITY] = square((double)plan->flicker[t]);
-    x[DAVAR_RATE_RANDOM_WALK] = m * square((double)plan->walk[t]);
-    x[DAVAR_RATE_RAMP] = m * m;
-}
-
 static double rounding_at(const davar_mixture_t *model, int t)
 {
     return model->rounding / (double)model->plan->m[t];
 }
 
-static double avar_of(const davar_mixture_t *model, int t)
+/* The Allan variance of the model at size t of the plan, and x[k], those of unit amplitudes. */
+DAVAR_APART static double avar_of(const davar_mixture_t *model, int t, double x[])
 {
-    double x[TERMS];
+    const davar_plan_t *const plan = model->plan;
+    const double m = (double)plan->m[t];
+    const double inverse = 1.0 / m;
     double sum = rounding_at(model, t);
-    shapes(model, t, x);
+    x[DAVAR_QUANTIZATION] = inverse * inverse;
+    x[DAVAR_ANGLE_RANDOM_WALK] = inverse * davar_mixture_white(model, t);
+    x[DAVAR_BIAS_INSTABILITY] = square((double)plan->flicker[t]);
+    x[DAVAR_RATE_RANDOM_WALK] = m * square((double)plan->walk[t]);
+    x[DAVAR_RATE_RAMP] = m * m;
     for (int k = 0; k < TERMS; k++) {
-        sum += model->a[k] * x[k];
+        if (has_term(model->terms, k)) { /* the others are 0 */
+            sum += model->a[k] * x[k];
+        }
     }
     return sum;
 }
@@ -134,15 +132,14 @@ static double edf_of_term(const davar_mixture_t *model, int t, int term)
 DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
 {
     double x[TERMS];
-    shapes(model, t, x);
+    const double avar = avar_of(model, t, x);
     double inverse = rounding_at(model, t) / edf_of_term(model, t, WHITE);
     for (int k = 0; k < TERMS; k++) {
         if (has_term(model->terms, k)) {
             inverse += model->a[k] * x[k] / edf_of_term(model, t, k);
         }
     }
-    const double edf =
-        avar_of(model, t) / inverse * davar_fit_kept(model->data, &model->data->tau[t]);
+    const double edf = avar / inverse * davar_fit_kept(model->data, &model->data->tau[t]);
     return (edf > 1.0) ? edf : 1.0;
 }
 
@@ -155,8 +152,8 @@ DAVAR_RARE double davar_mixture_most(const davar_mixture_t *model, int term)
     double x[TERMS];
     double low;
     double high;
-    shapes(model, strongest, x);
-    const double room = avar_of(model, strongest) / x[term];
+    const double avar = avar_of(model, strongest, x);
+    const double room = avar / x[term];
     const double a = (model->tried[term] > 0.0) ? model->tried[term] : 0.0;
     const double edf = 2.0 * square(room) / model->variance[term];
     davar_chi_square_interval(edf * ONE_SIDED, &low, &high);
@@ -167,9 +164,9 @@ bool davar_mixture_shows_white(const davar_mixture_t *model)
 {
     for (int t = model->first; t < model->end; t++) {
         double x[TERMS];
-        shapes(model, t, x);
+        const double avar = avar_of(model, t, x);
         if (!(model->plan->gain[t] < DAVAR_FIT_PASSED) &&
-            (2.0 * model->a[WHITE] * x[WHITE] >= avar_of(model, t) - rounding_at(model, t))) {
+            (2.0 * model->a[WHITE] * x[WHITE] >= avar - rounding_at(model, t))) {
             return true;
         }
     }
@@ -195,9 +192,10 @@ bool davar_mixture_is_filtered(const davar_mixture_t *model)
 
 /* --- least squares (5.6) --- */
 
-/* trust: 1 takes the weights from the model. A smaller value mixes in the data, for a model that
- * may still be far off. */
-static void normal_equations(const davar_mixture_t *model, double trust, normal_t *normal)
+/* For some terms only; the rest of *normal is 0. trust: 1 takes the weights from the model. A
+ * smaller value mixes in the data, for a model that may still be far off. */
+static void normal_equations(const davar_mixture_t *model, unsigned terms, double trust,
+                             normal_t *normal)
 {
     *normal = (normal_t){0};
     for (int t = model->first; t < model->end; t++) {
@@ -207,20 +205,25 @@ static void normal_equations(const davar_mixture_t *model, double trust, normal_
         }
         normal->count++;
         const double avar = square(model->data->tau[t].adev);
-        const double expected = trust * avar_of(model, t) + (1.0 - trust) * avar;
+        const double without_rounding = avar - rounding_at(model, t);
+        const double expected = trust * avar_of(model, t, x) + (1.0 - trust) * avar;
         const double weight = weight_of(model, t) / square(expected);
-        shapes(model, t, x);
         for (int k = 0; k < TERMS; k++) {
+            if (!has_term(terms, k)) {
+                continue;
+            }
             const double weighted = weight * x[k];
-            normal->right[k] += weighted * (avar - rounding_at(model, t));
+            normal->right[k] += weighted * without_rounding;
             for (int l = 0; l <= k; l++) {
                 normal->moment.at[k][l] += weighted * x[l];
             }
         }
     }
     for (int k = 0; k < TERMS; k++) {
-        normal->scale[k] = 1.0 / davar_root(normal->moment.at[k][k]);
-        normal->right[k] *= normal->scale[k];
+        if (has_term(terms, k)) {
+            normal->scale[k] = 1.0 / davar_root(normal->moment.at[k][k]);
+            normal->right[k] *= normal->scale[k];
+        }
     }
 }
 
@@ -345,7 +348,7 @@ static bool converge(davar_mixture_t *model, unsigned terms, double trust, int r
 {
     normal_t normal;
     for (int round = 0; round < rounds; round++) {
-        normal_equations(model, (round == 0) ? trust : 1.0, &normal);
+        normal_equations(model, terms, (round == 0) ? trust : 1.0, &normal);
         const unsigned left = solve_non_negative(&normal, terms, model->a);
         if (left == 0U) {
             return false;
@@ -419,9 +422,9 @@ static void covariance_row(const davar_mixture_t *model, int u, const double fac
         if (!davar_mixture_has(model, t)) {
             continue;
         }
-        const double share = (t < u) ? covariance(model, t, u) : 0.5 * avar_of(model, u);
         double x[TERMS];
-        shapes(model, t, x);
+        const double avar = avar_of(model, t, x);
+        const double share = (t < u) ? covariance(model, t, u) : 0.5 * avar;
         for (int k = 0; k < TERMS; k++) {
             row[k] += share * factor[t] * x[k];
         }
@@ -442,11 +445,10 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
         if (!davar_mixture_has(model, u)) {
             continue;
         }
-        const double avar = avar_of(model, u);
-        const double weight = weight_of(model, u) / square(avar);
         double row[TERMS] = {0};
         double x[TERMS];
-        shapes(model, u, x);
+        const double avar = avar_of(model, u, x);
+        const double weight = weight_of(model, u) / square(avar);
         const double offset = model->a[WHITE] * x[WHITE] * (double)plan->offset[u];
         const double edf = davar_mixture_edf(model, u);
         const double inverse = 1.0 / edf + 0.5 * square(offset / avar);
@@ -570,7 +572,7 @@ static void judge(davar_mixture_t *model)
 {
     normal_t normal;
     matrix_t h;
-    normal_equations(model, 1.0, &normal);
+    normal_equations(model, ALL_TERMS, 1.0, &normal);
     model->grow = inflation(model, &normal, scatter(model, &normal, &h));
     judge_present(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
@@ -613,7 +615,9 @@ static double unexplained(const davar_mixture_t *model)
     double sum = 0.0;
     for (int t = model->first; t < model->end; t++) {
         if (davar_mixture_has(model, t)) {
-            sum += weight_of(model, t) * loss(square(model->data->tau[t].adev) / avar_of(model, t));
+            double x[TERMS];
+            sum +=
+                weight_of(model, t) * loss(square(model->data->tau[t].adev) / avar_of(model, t, x));
         }
     }
     return sum;
@@ -671,7 +675,7 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
 
 DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
-    model->rounding = scaled_to_double(davar_rounding(model->plan, model->data));
+    model->rounding = davar_scaled_to_double(davar_rounding(model->plan, model->data));
     model->terms = term_bit(WHITE);
     model->a[WHITE] = white;
     if (!grow(model, suspects)) {

@@ -126,8 +126,9 @@ uint8_t davar_fit_usable(const davar_result_t *result);
 void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result);
 
 /* Updates the plan to the cluster sizes, differences and window length in result, but reads no
- * Allan variance. Does nothing if the window has no difference (5.4) (5.5). */
-void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result);
+ * Allan variance. Does nothing if the window has no difference (5.4) (5.5). Returns
+ * davar_fit_usable. */
+uint8_t davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result);
 
 /* Factors from a[k] of avar = sum a[k] m^(k - 2) to the squared coefficients of (1.2). */
 void davar_square_units(double rate_hz, double unit[]);

@@ -74,7 +74,7 @@ void davar_plan_rate(davar_plan_t *plan, double rate_hz)
     }
     for (int k = 0; k < TERMS; k++) {
         const double square =
-            davar_scale(factor[k], scaled_to_double(scaled_of_float(plan->unit[k])));
+            davar_scale(factor[k], davar_scaled_to_double(scaled_of_float(plan->unit[k])));
         plan->root[k] = davar_root_of_quotient(davar_scale(square, power_of(rate_hz, k - 2)),
                                                power_of(rate_hz, 2 - k));
     }
@@ -139,7 +139,7 @@ static void plan_tau(davar_plan_t *plan, int t, scaled_t freedom)
     davar_chi_square(edf, &low, &high);
     const scaled_t doubt =
         davar_scaled_plus(scaled_inverse(edf), scaled_of_float(plan->doubtful[t]));
-    plan->edf[t] = scaled_to_double(edf);
+    plan->edf[t] = davar_scaled_to_double(edf);
     plan->root_edf[t] =
         davar_scaled_to_fixed(davar_scaled_root(scaled_inverse(doubt)), DAVAR_FIT_ROOT_BITS);
     plan->low[t] = scaled_to_float(davar_scaled_root(low));
@@ -214,15 +214,15 @@ void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
     }
 }
 
-void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result)
+uint8_t davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result)
 {
     const uint8_t usable = davar_fit_usable(result);
     const uint8_t count = (usable < plan->sizes) ? usable : plan->sizes;
-    if (count == 0U) {
-        return;
+    if (count > 0U) {
+        if (plan->count != count) {
+            davar_plan_solve(plan, count);
+        }
+        davar_fit_prepare_window(plan, result);
     }
-    if (plan->count != count) {
-        davar_plan_solve(plan, count);
-    }
-    davar_fit_prepare_window(plan, result);
+    return usable;
 }

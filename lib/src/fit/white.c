@@ -218,7 +218,7 @@ static scaled_t root_of_share(uint32_t share, uint32_t bits)
 /* A root of an amplitude as the coefficient of a term, in its unit. */
 static double in_unit(const davar_plan_t *plan, int term, scaled_t root)
 {
-    return scaled_to_double(scaled_times(root, scaled_of_double(plan->root[term])));
+    return davar_scaled_to_double(scaled_times(root, scaled_of_double(plan->root[term])));
 }
 
 DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan,
@@ -269,8 +269,10 @@ static void write_intervals(const davar_plan_t *plan, const davar_white_t *white
     for (int t = 0; t < plan->count; t++) {
         davar_adev_t *const tau = &result->tau[t];
         tau->edf = plan->edf[t];
-        tau->low = scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->low[t])));
-        tau->high = scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->high[t])));
+        tau->low =
+            davar_scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->low[t])));
+        tau->high =
+            davar_scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->high[t])));
     }
 }
 
@@ -426,11 +428,10 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
 bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
                           davar_white_t *white)
 {
-    if (davar_fit_usable(result) == 0U) {
+    if (davar_fit_prepare(plan, result) == 0U) {
         write_nothing(result);
         return true;
     }
-    davar_fit_prepare(plan, result);
     return suffices(plan, rate_hz, result, white);
 }
 
@@ -464,9 +465,7 @@ static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result
 
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
-    const uint8_t usable = davar_fit_usable(result);
-    davar_fit_prepare(plan, result);
-    return fit_white(plan, rate_hz, result, usable);
+    return fit_white(plan, rate_hz, result, davar_fit_prepare(plan, result));
 }
 
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)

@@ -38,6 +38,13 @@
 #define DAVAR_UNROLLED
 #endif
 
+/* Before a loop over cluster sizes that copies one number each, where flash is not scarce. */
+#if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
+#define DAVAR_UNROLLED_WIDELY _Pragma("GCC unroll 8")
+#else
+#define DAVAR_UNROLLED_WIDELY
+#endif
+
 /* Cortex-M0, M0+, M1 or M23: products have 32 bits, and most instructions reach eight registers. */
 #if defined(__ARM_ARCH_ISA_THUMB) && (__ARM_ARCH_ISA_THUMB == 1) && (__ARM_ARCH_PROFILE == 'M')
 #define DAVAR_NARROW_PRODUCT
@@ -58,13 +65,6 @@
 #define DAVAR_SOFT_DOUBLE
 #endif
 
-/* Called instead of inlined where flash is scarce. */
-#ifdef DAVAR_NARROW_PRODUCT
-#define DAVAR_SHARED __attribute__((noinline, unused)) static
-#else
-#define DAVAR_SHARED static inline
-#endif
-
 /* A 128-bit integer modulo 2^128; signed values are two's complement. */
 typedef struct {
     uint64_t low;
@@ -72,50 +72,12 @@ typedef struct {
 } davar_u128_t;
 
 /* The product by 16-bit parts, for a Cortex-M0, whose products have 32 bits. */
-DAVAR_SHARED uint64_t davar_multiply_u32_by_parts(uint32_t a, uint32_t b)
-{
-    const uint32_t a0 = a & 0xFFFFU;
-    const uint32_t a1 = a >> 16U;
-    const uint32_t b0 = b & 0xFFFFU;
-    const uint32_t b1 = b >> 16U;
-    const uint32_t low = a0 * b0;
-    const uint32_t middle = (a1 * b0) + (low >> 16U); /* at most (2^16 - 1) 2^16 */
-    const uint32_t other = (a0 * b1) + (middle & 0xFFFFU);
-    const uint32_t high = (a1 * b1) + (middle >> 16U) + (other >> 16U);
-    return ((uint64_t)high << 32U) | (other << 16U) | (low & 0xFFFFU);
-}
+uint64_t davar_multiply_u32_by_parts(uint32_t a, uint32_t b);
 
 #if defined(DAVAR_NARROW_PRODUCT) && defined(__GNUC__) && !defined(DAVAR_PORTABLE)
 /* The same in 17 instructions instead of 25: most of the time of a result goes into this
  * product. */
-DAVAR_SHARED uint64_t davar_multiply_u32_v6m(uint32_t a, uint32_t b)
-{
-    uint32_t low;
-    uint32_t part;
-    uint32_t other;
-    __asm__(".syntax unified\n\t"
-            "uxth   %[part], %[a]\n\t"       /* a0 */
-            "lsrs   %[a], %[a], #16\n\t"     /* a1 */
-            "lsrs   %[other], %[b], #16\n\t" /* b1 */
-            "uxth   %[b], %[b]\n\t"          /* b0 */
-            "movs   %[low], %[b]\n\t"
-            "muls   %[low], %[part]\n\t"   /* a0 b0 */
-            "muls   %[b], %[a]\n\t"        /* a1 b0 */
-            "muls   %[a], %[other]\n\t"    /* a1 b1 */
-            "muls   %[other], %[part]\n\t" /* a0 b1 */
-            "lsls   %[part], %[b], #16\n\t"
-            "lsrs   %[b], %[b], #16\n\t"
-            "adds   %[low], %[part]\n\t"
-            "adcs   %[a], %[b]\n\t"
-            "lsls   %[part], %[other], #16\n\t"
-            "lsrs   %[other], %[other], #16\n\t"
-            "adds   %[low], %[part]\n\t"
-            "adcs   %[a], %[other]"
-            : [low] "=&l"(low), [part] "=&l"(part), [other] "=&l"(other), [a] "+l"(a), [b] "+l"(b)
-            :
-            : "cc");
-    return ((uint64_t)a << 32U) | low;
-}
+uint64_t davar_multiply_u32_v6m(uint32_t a, uint32_t b);
 #endif
 
 static inline uint64_t davar_multiply_u32(uint32_t a, uint32_t b)
@@ -209,6 +171,27 @@ static inline uint64_t davar_multiply_by_i16_by_parts(int32_t a, int16_t b)
     return ((uint64_t)(int64_t)high << 16U) + (uint64_t)(int64_t)low;
 }
 
+/* Two products are enough if b < 2^16. */
+static inline uint64_t davar_multiply_by_small_by_parts(uint32_t a, uint32_t b)
+{
+    if ((b >> 16U) != 0U) {
+        return davar_multiply_u32(a, b);
+    }
+    const uint32_t high = (a >> 16U) * b;
+    const uint32_t low = (a & 0xFFFFU) * b;
+    return ((uint64_t)high << 16U) + low;
+}
+
+/* Any factors; b is mostly below 2^16. */
+static inline uint64_t davar_multiply_by_small(uint32_t a, uint32_t b)
+{
+#ifdef DAVAR_NARROW_PRODUCT
+    return davar_multiply_by_small_by_parts(a, b);
+#else
+    return (uint64_t)a * b;
+#endif
+}
+
 static inline uint64_t davar_multiply_by_i16(int32_t a, int16_t b)
 {
 #ifdef DAVAR_NARROW_PRODUCT
@@ -293,7 +276,7 @@ static inline davar_u128_t davar_u128_of_i64(int64_t a)
 }
 
 /* Leading zeros of a value that is not 0, by halving. */
-DAVAR_SHARED uint32_t davar_leading_zeros_32_by_halving(uint32_t value)
+static inline uint32_t davar_leading_zeros_32_by_halving(uint32_t value)
 {
     uint32_t zeros = 0U;
     if ((value >> 16U) == 0U) {
@@ -315,10 +298,17 @@ DAVAR_SHARED uint32_t davar_leading_zeros_32_by_halving(uint32_t value)
     return zeros + (((value >> 31U) == 0U) ? 1U : 0U);
 }
 
+#ifdef DAVAR_NARROW_PRODUCT
+/* The same, called instead of inlined, because flash is scarce there. */
+uint32_t davar_leading_zeros_32_shared(uint32_t value);
+#endif
+
 static inline uint32_t davar_leading_zeros_32(uint32_t value)
 {
 #if defined(__ARM_FEATURE_CLZ) || !(defined(__arm__) || defined(__riscv))
     return (uint32_t)__builtin_clz(value);
+#elif defined(DAVAR_NARROW_PRODUCT)
+    return davar_leading_zeros_32_shared(value);
 #else
     return davar_leading_zeros_32_by_halving(value);
 #endif

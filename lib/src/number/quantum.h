@@ -3,8 +3,8 @@
 #ifndef DAVAR_SRC_QUANTUM_H
 #define DAVAR_SRC_QUANTUM_H
 
-#include "number/ieee.h"
 #include "number/machine.h"
+#include "number/real.h"
 
 /* Significant bits of a quantised float sample: full_scale <= 2^30 quanta (2.3). */
 #define DAVAR_FLOAT_BITS 31U

@@ -2,6 +2,15 @@
  * after it. */
 #include "number/real.h"
 
+double davar_double_of_u64_by_parts(uint64_t value)
+{
+    if (value == 0U) {
+        return 0.0;
+    }
+    const uint32_t zeros = davar_leading_zeros(value);
+    return davar_double_of_mantissa(value << zeros, 1086U - zeros);
+}
+
 #define FRACTION_BITS 52U
 #define FRACTION ((UINT64_C(1) << FRACTION_BITS) - 1U)
 #define HIDDEN (UINT64_C(1) << FRACTION_BITS)

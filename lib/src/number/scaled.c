@@ -30,3 +30,13 @@ scaled_t davar_scaled_root(scaled_t a)
     const uint32_t root = davar_root_of_mantissa((a.mantissa & ~UINT32_C(0xFF)) >> odd);
     return (scaled_t){root << 8U, ((a.exponent - (int32_t)odd) / 2) + (int32_t)odd - 16};
 }
+
+double davar_scaled_to_double(scaled_t scaled)
+{
+    const int32_t exponent = scaled.exponent + (1023 + 31);
+    if ((uint32_t)(exponent - 1) >= 0x7FEU) {
+        return (exponent <= 0) ? 0.0 : (double)INFINITY;
+    }
+    const uint32_t upper = ((uint32_t)exponent << 20U) + ((scaled.mantissa << 1U) >> 12U);
+    return davar_double_of_bits(((uint64_t)upper << 32U) | (scaled.mantissa << 21U));
+}

@@ -69,17 +69,6 @@ static inline float scaled_to_float(scaled_t scaled)
                                ((scaled.mantissa << 1U) >> 9U));
 }
 
-/* 0 if too small for a normal double, infinity if too large. */
-static inline double scaled_to_double(scaled_t scaled)
-{
-    const int32_t exponent = scaled.exponent + (1023 + 31);
-    if ((uint32_t)(exponent - 1) >= 0x7FEU) {
-        return (exponent <= 0) ? 0.0 : (double)INFINITY;
-    }
-    const uint32_t upper = ((uint32_t)exponent << 20U) + ((scaled.mantissa << 1U) >> 12U);
-    return davar_double_of_bits(((uint64_t)upper << 32U) | (scaled.mantissa << 21U));
-}
-
 /* Without a branch: random data would mispredict it. */
 static inline scaled_t scaled_times(scaled_t a, scaled_t b)
 {
@@ -102,6 +91,9 @@ static inline scaled_t scaled_quotient(scaled_t a, scaled_t b)
 
 /* The smaller number loses the bits below the last one of the larger. */
 scaled_t davar_scaled_plus(scaled_t a, scaled_t b);
+
+/* 0 if too small for a normal double, infinity if too large. */
+double davar_scaled_to_double(scaled_t scaled);
 
 /* In units of 2^-bits, to the nearest, at most UINT32_MAX. */
 uint32_t davar_scaled_to_fixed(scaled_t a, int32_t bits);

@@ -79,7 +79,7 @@ def work_of(options: Namespace, addresses: Sequence[str], model: Model) -> list[
         [],
         [],
         options.types,
-        options.names.split(",") if options.names else None,
+        options.names,
     )
     by_chance = chosen(addresses, options.chance)
     return [

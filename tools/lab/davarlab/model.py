@@ -15,6 +15,7 @@ from .errors import BadInput
 from .files import StrPath
 
 MOST_BYTES = 1 << 20  # of a file
+FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # sizes that a fit moves
 HUGE = 1e100  # TOML has inf, nan and whole numbers without end
 
 
@@ -136,7 +137,7 @@ def check_fits(model: Model, recording: Recording, where: StrPath) -> None:
     if model.rate_hz and all(abs(rate / model.rate_hz - 1) > 0.05 for rate in rates):
         raise BadInput(
             f"{where}: rate_hz = {model.rate_hz:g}, but {recording.name} has "
-            f"{recording.rate_hz:.6g} Hz"
+            f"{recording.rate_hz:.6g} Hz. Remove rate_hz from the model, or fit without -m"
         )
     check_lines(model.terms, recording.rate_hz, where)
     recording.rate_dps(model.column)
@@ -154,6 +155,12 @@ def check_noise(model: Model, where: str) -> None:
             f"{where}: its noise is 0, so it cannot be compared with a recording. Use fit to find "
             "the values"
         )
+
+
+def first(rate_hz: float | None, column: str) -> Model:
+    """What one believes before anything was looked at: white noise and bias instability."""
+    terms = [Term(kind, {table.find(kind).size.name: value}) for kind, value in FIRST]
+    return Model(rate_hz, column, terms)
 
 
 ACCEL_KINDS = {"angle_random_walk": "velocity_random_walk"}

@@ -29,6 +29,11 @@ def positive(text: str) -> float:
     return value
 
 
+def names(text: str) -> list[str]:
+    """Names of columns, separated by commas."""
+    return [one.strip() for one in text.split(",")]
+
+
 def identifier(text: str) -> int:
     """The standard CAN identifier of channel 0, hexadecimal with or without 0x."""
     digits = text.lower().removeprefix("0x")

@@ -113,6 +113,15 @@ class Judge:
         "choice",
         "in known samples, above which a window has an averaging time",
     )
+    rows: int = of(
+        16,
+        "samples of the grid",
+        "DESIGN 8.5",
+        "in a cluster of rows by their stamps: long enough that one row more hardly matters",
+    )
+    rows_share: float = of(
+        0.75, "share of the usual number", "choice", "of rows, above which a cluster has no hole"
+    )
     course_turns: float = of(
         2.0,
         "turns",

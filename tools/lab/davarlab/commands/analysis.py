@@ -16,6 +16,7 @@ from .shared import (
     HELD_OUT,
     LOG,
     MODEL,
+    MODEL_MAYBE,
     OUT,
     OUT_MAYBE,
     REC,
@@ -100,6 +101,8 @@ def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
 
 def fit_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
+    if not options.model:
+        progress(f"no -m: white noise and bias instability of {column_of(options)} are fitted")
     state, fitted, entries = improve.fit(recording, model, progress)
     column, output = column_of(options), output_of(options)
     if output:
@@ -213,8 +216,8 @@ def run_plot(options: argparse.Namespace) -> int:
 COMMANDS: dict[str, Command] = {
     "fit": (
         each_axis(fit_one),
-        "fits the parameters, with 95 %% intervals",
-        [REC, MODEL, OUT_MAYBE, AXES, *LOG],
+        "fits the parameters, with 95 %% intervals; without -m, of a first model",
+        [REC, MODEL_MAYBE, OUT_MAYBE, AXES, *LOG],
     ),
     "compare": (
         each_axis(compare_one),

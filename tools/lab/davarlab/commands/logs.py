@@ -10,6 +10,7 @@ from .shared import (
     BASE,
     LOG,
     MODEL,
+    NAMES,
     OUT,
     OUT_MAYBE,
     SENSOR,
@@ -41,7 +42,7 @@ def run_import(options: argparse.Namespace) -> int:
     found = formats.samples(options.log, how)
     count, columns = len(next(iter(found.columns.values()))), list(found.columns)
     rate = formats.write(found, options.output, options.rate, options.log)
-    for line in formats.said(found.guesses):
+    for line in formats.said(found):
         progress(line)
     for one in [] if options.as_recorded else formats.doubts(found, rate):
         progress(f"{options.log}: doubtful: {one}")
@@ -99,6 +100,7 @@ COMMANDS: dict[str, Command] = {
             argument("recording", nargs="?", help="any log, with any column names"),
             argument("-m", "--model", help="model file (TOML)"),
             SENSOR,
+            NAMES,
             argument(
                 "--port",
                 type=option_types.port,

@@ -11,7 +11,7 @@ from typing import Any
 from .. import kalibr, option_types
 from .. import model as models
 from ..data import recording as recordings
-from ..errors import printable, shown
+from ..errors import BadInput, printable, shown
 from ..logs import formats
 from ..report import values
 
@@ -41,14 +41,17 @@ def log_options(options: argparse.Namespace) -> formats.Options:
         getattr(options, "rename", []),
         getattr(options, "scale", []),
         options.types,
-        options.names.split(",") if options.names else None,
+        options.names,
         as_recorded=options.as_recorded,
     )
 
 
 def given_model(options: argparse.Namespace, path: str | None = None) -> models.Model:
-    """The model of -m: a model file, or a kalibr imu.yaml, which applies to every axis."""
+    """The model of -m: a model file, or a kalibr imu.yaml, which applies to every axis; where a
+    command needs none, a first one for this axis or the last gyro of the recording."""
     path = path or options.model
+    if path is None:
+        return models.first(None, getattr(options, "axis", None) or last_gyro(options))
     if str(path).endswith((".yaml", ".yml")):
         return kalibr.of_file(path, getattr(options, "axis", None) or "gyro_z_dps")
     model = models.read(path)
@@ -66,12 +69,28 @@ def recorded(options: argparse.Namespace, path: str) -> recordings.Recording:
     return kept[path]
 
 
+def last_gyro(options: argparse.Namespace) -> str:
+    found = recorded(options, options.recording)
+    if not found.gyros:
+        raise BadInput(
+            f"{options.recording}: no column is a gyro in deg/s or rad/s (there are: "
+            f"{', '.join(found.columns)}). For an accelerometer, type --axes accel"
+        )
+    return found.gyros[-1]
+
+
 REC = argument(
     "recording",
     help="CSV, or a PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet log, with at least "
     f"{recordings.MINIMUM_SAMPLES} samples",
 )
 MODEL = argument("-m", "--model", required=True, help="model file (TOML), or a kalibr imu.yaml")
+MODEL_MAYBE = argument(
+    "-m",
+    "--model",
+    help="model file (TOML), or a kalibr imu.yaml; default: white noise and bias instability "
+    "of the last gyro axis",
+)
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
 HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
@@ -103,6 +122,13 @@ SENSOR = argument(
     metavar="NAME",
     help="sensor, topic or instance to read from a log (davarlab import LOG --list lists them)",
 )
+NAMES = argument(
+    "--names",
+    type=option_types.names,
+    metavar="A,B,..",
+    help="names for the columns of a text or of a NumPy array, in their order, instead of those of "
+    "the file: time_us,gyro_x_dps,gyro_y_dps,_,temp_degC .. (_ skips a column)",
+)
 LOG = [
     RATE,
     SENSOR,
@@ -128,9 +154,5 @@ LOG = [
         help="message types that the ROS 2 bag does not contain: PACKAGE/msg/NAME.msg, or a folder "
         "of them",
     ),
-    argument(
-        "--names",
-        metavar="A,B,..",
-        help="column names for a NumPy array without names: time,gyro_x,gyro_y,gyro_z,temp ..",
-    ),
+    NAMES,
 ]

@@ -223,7 +223,7 @@ def behind_repeats(time: Floats, rate_hz: float, share: float, path: StrPath) ->
     """The even clock of a sensor whose fresh samples were read at these times; None where there is
     none: the reading failed at random, or for once."""
     steps = np.diff(time)
-    if gathered(np.round(steps * rate_hz)) < MEMORYLESS:
+    if gathered(steps) < MEMORYLESS:
         own = len(steps) / float(time[-1] - time[0])
         return Clock(own) if own < (1 - share / 2) * rate_hz else None
     found = of(time, None, path, 1)

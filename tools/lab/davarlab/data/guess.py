@@ -38,7 +38,7 @@ QUIET_RAD = 0.006
 # Least time from sample to sample, for rates up to 10 kHz.
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
 WORDS = {
-    "time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns|usec|msec|nsec"
+    "time": r"^(time|times|datetime|timestamp|stamp|t|clock|secs?|seconds|us|ms|ns|[umn]secs?"
     r"|micros|millis|nanos|(micro|milli|nano)seconds)$",
     "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]"
     r"|angvel|angular|rate|p|q|r)$",
@@ -49,18 +49,20 @@ STAMP = r"^(time|times|timestamp|timestamps|stamp|stamps)$"
 DEGREE = re.compile(
     "[\u00b0\u00ba\ufffd](?=/s)"
 )  # the sign, and what is left of it in another encoding
+# The power of a unit, which is no axis: [rad s^-1], m/s^2.
+POWER = re.compile(r"(?<=[sm])\^?-\d|\^-?\d")
 SAID = (
     ("mdeg/s", r"mdps|mdeg"),
     ("rad/s", r"rad"),
     ("deg/s", r"dps|deg"),
-    ("m/s^2", r"m_?s_?2|mps2|m/s"),
+    ("m/s^2", r"m_?s_?2|mps2|m/s|m[ .*\u00b7]?s\^?-2"),
     ("mg", r"(^|[^a-z])mg($|[^a-z])"),
     ("g", r"(^|[^a-z])g($|[^a-z])"),
     ("counts", r"raw|lsb|count|adc"),
-    ("ns", r"ns(ec)?\]?\)?$|nano"),
-    ("us", r"(us|usec|micro\w*|µs)\]?\)?$"),
-    ("ms", r"(ms|msec|milli\w*)\]?\)?$"),
-    ("s", r"(^|[^a-z])(s|sec|seconds)\]?\)?$"),
+    ("ns", r"n(s|secs?)\]?\)?$|(^|[^a-z])ns[^a-z]|nano"),
+    ("us", r"(u|\u00b5|\u03bc)(s|secs?)\]?\)?$|(^|[^a-z])us[^a-z]|micro\w*\]?\)?$"),
+    ("ms", r"(m(s|secs?)|milli\w*)\]?\)?$|(^|[^a-z])ms[^a-z]"),
+    ("s", r"(^|[^a-z])(s|secs?|seconds?)\]?\)?$"),
 )
 
 
@@ -87,6 +89,11 @@ class Guess:
         }.get(self.quantity, self.name)
 
 
+def without_powers(name: str) -> str:
+    """A name of the same length without the powers of its unit."""
+    return POWER.sub(lambda found: " " * len(found.group()), name)
+
+
 def tokens(name: str) -> list[str]:
     spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
     return [token for token in re.split(r"[^A-Za-z0-9]+", spaced.lower()) if token]
@@ -108,7 +115,7 @@ def quantity_of(name: str) -> str:
 
 
 def axis_of(name: str) -> str:
-    words = tokens(name)
+    words = tokens(without_powers(name))
     for word in reversed(words):
         if word in AXES:
             return AXES[word]

@@ -2,7 +2,7 @@
 
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
@@ -44,6 +44,9 @@ class Recording:
     as_recorded: bool = False
     # Rate of the file, when the sensor measures less often and its repeats are left out.
     read_hz: float | None = None
+    # Time and columns of the rows without repeats as they were read, where the grid has another
+    # order or rate.
+    rows: tuple[Floats, dict[str, Floats]] | None = None
 
     @property
     def samples(self) -> int:
@@ -72,6 +75,11 @@ class Recording:
         found: Floats = self.measured["time"]
         return found
 
+    @property
+    def gyros(self) -> list[str]:
+        """The columns of gyros, by the unit in their names."""
+        return [name for name in self.columns if name.endswith(tuple("_" + one for one in TO_DPS))]
+
     def column(self, name: str) -> Floats:
         if name not in self.columns:
             raise BadInput(f"{self.name}: no column {name} (there are: {', '.join(self.columns)})")
@@ -95,17 +103,33 @@ class Recording:
         return rate
 
 
-def gridded(
+def clock_of(
     columns: dict[str, Floats], rate_hz: float | None, path: StrPath, line: int | None
-) -> tuple[dict[str, Floats], Bools | None, Clock]:
-    """The columns on the even grid of the clock: (columns, known, clock). What was lost is filled
-    by interpolation, a placeholder."""
-    if "time_s" not in columns:
-        if not rate_hz:
-            raise BadInput(f"{path}: no column time_s and no --rate")
-        return columns, None, Clock(float(rate_hz))
-    found = clock.of(columns["time_s"], rate_hz, path, line)
-    return *on_grid(columns, found), found
+) -> Clock:
+    if "time_s" in columns:
+        return clock.of(columns["time_s"], rate_hz, path, line)
+    if not rate_hz:
+        raise BadInput(f"{path}: no column time_s and no --rate. Type --rate HZ")
+    return Clock(float(rate_hz))
+
+
+def fresh(
+    columns: dict[str, Floats], rate_hz: float, path: StrPath
+) -> tuple[Floats, dict[str, Floats], Clock] | None:
+    """Time and columns of the rows without repeats, and the clock of the sensor, where that was
+    read more often than it measures. The analysis needs that rate: a recording with repeats has a
+    lower white noise, and at even intervals no frequency differs from its image.
+    """
+    count = len(next(iter(columns.values())))
+    found = repeats.find(columns, np.ones(count, bool))
+    if not found or count - np.count_nonzero(found.equal) < MINIMUM_SAMPLES:
+        return None
+    rows = ~found.equal
+    time = columns.get("time_s", np.arange(count) / rate_hz)[rows]
+    own = clock.behind_repeats(time, rate_hz, found.share, path)
+    if not own:
+        return None
+    return time, {name: column[rows] for name, column in columns.items()}, own
 
 
 def on_grid(columns: dict[str, Floats], found: Clock) -> tuple[dict[str, Floats], Bools | None]:
@@ -139,39 +163,27 @@ def of_columns(
     notes: dict[str, str],
     line: int | None,
 ) -> Recording:
-    """A Recording of columns that were read from the file `path`, whose header stands in `line`."""
-    columns, known, found = gridded(columns, rate_hz, path, line)
-    if not RATES_HZ[0] < found.rate_hz < RATES_HZ[1]:
-        raise BadInput(f"{path}: column time_s gives {found.rate_hz:g} samples per second")
+    """A Recording of columns that were read from the file `path`, whose header stands in `line`, on
+    the even grid of the clock. What was lost is filled by interpolation, a placeholder.
+    """
+    read = clock_of(columns, rate_hz, path, line)
+    if not RATES_HZ[0] < read.rate_hz < RATES_HZ[1]:
+        raise BadInput(f"{path}: column time_s gives {read.rate_hz:g} samples per second")
+    without_repeats = fresh(columns, read.rate_hz, path)
+    time, rows, used = without_repeats or (columns.get("time_s"), columns, read)
+    columns, known = on_grid(rows, used)
     return Recording(
-        columns, found.rate_hz, str(path), notes, gaps_of(known), known=known, clock=found
-    )
-
-
-def at_own_rate(made: Recording) -> Recording:
-    """The recording on the clock of the sensor where that was read more often than it measures:
-    with half the samples repeated evenly, no analysis at the rate of the file tells a frequency
-    from its image."""
-    known = np.ones(made.samples, bool) if made.known is None else made.known
-    found = repeats.find(made.columns, known)
-    if not found:
-        return made
-    fresh = known & ~found.equal
-    if np.count_nonzero(fresh) < MINIMUM_SAMPLES:
-        return made
-    own = clock.behind_repeats(made.time_s[fresh], made.rate_hz, found.share, made.name)
-    if not own:
-        return made
-    columns, placed = on_grid({name: column[fresh] for name, column in made.columns.items()}, own)
-    return replace(
-        made,
-        columns=columns,
-        rate_hz=own.rate_hz,
-        gaps=gaps_of(placed),
-        known=placed,
-        clock=own,
-        read_hz=made.rate_hz,
-        measured={},
+        columns,
+        used.rate_hz,
+        str(path),
+        notes,
+        gaps_of(known),
+        known=known,
+        clock=used,
+        read_hz=read.rate_hz if without_repeats else None,
+        rows=(time, rows)
+        if time is not None and (without_repeats or used.kind == "uneven")
+        else None,
     )
 
 
@@ -183,7 +195,7 @@ def read(path: StrPath, rate_hz: float | None = None) -> Recording:
         raise BadInput(f"{path}: {count} samples; at least {MINIMUM_SAMPLES} are needed")
     made = of_columns(found.columns, rate_hz, path, found.notes, found.line)
     made.origin_ns = found.origin * 10**9
-    return at_own_rate(made)
+    return made
 
 
 def write(recording: Recording, path: StrPath) -> None:

@@ -2,14 +2,14 @@
 more memory than their numbers."""
 
 import contextlib
-import csv
 import gzip
 import io
 import os
 import re
+import shlex
 import zlib
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Any, Protocol
 
@@ -19,7 +19,8 @@ from .. import files
 from ..arrays import Floats
 from ..errors import BadInput
 from ..files import StrPath
-from . import guess, signals
+from . import dialect, guess, signals
+from .dialect import Dialect
 
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
 BLOCK_BYTES = 1 << 22
@@ -29,14 +30,16 @@ FAR = 1e6
 FORMS = {
     "whole": r"[+-]?[0-8]?\d{1,18}",
     "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}",
-    "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?",
+    "date": dialect.DATE.pattern,
 }
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 # What no name of a column holds.
 UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')
 SHOWN = 80  # characters of a field in a message
 UNPACKED_BYTES, UNPACKED_TIMES = 64 << 20, 100  # of a gzip file
 LINE_BYTES = 1 << 20  # of the longest line that a table may have
+LONG_BYTES = 1 << 16  # a row with quotes beyond which pyarrow 19 may crash
+HEAD_LINES = 200  # that are looked at for the dialect, comments not counted
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
 # Columns that davar-sim and `davarlab live --record` write, and no sensor.
 RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}
@@ -95,22 +98,58 @@ def opened(path: StrPath) -> Iterator[Stream]:
 def text_of(row: bytes, path: StrPath) -> str:
     if b"\0" in row:
         raise BadInput(f"{path}: not a text file in UTF-8")
-    return row.decode("utf-8", errors="replace").strip(" \t\r\n")
+    text = row.decode("utf-8", errors="replace").strip(" \t\r\n")
+    if "\r" in text and not is_comment(text):
+        raise BadInput(f"{path}: a carriage return within a line")
+    return text
 
 
-def header(stream: Stream, path: StrPath) -> tuple[dict[str, str], str, int]:
-    """The `# key: value` notes, the row of names, and its line number; the stream then stands at
-    the numbers."""
-    notes = {}
+@dataclass
+class Head:
+    """The beginning of a file. notes: its `# key: value` lines; comments: (line, text) of those
+    that may be names; raw: the lines from the first that is none; start: the line of raw[0]."""
+
+    notes: dict[str, str] = field(default_factory=dict)
+    comments: list[tuple[int, str]] = field(default_factory=list)
+    raw: list[bytes] = field(default_factory=list)
+    start: int = 1
+
+    def rows(self, texts: Sequence[bytes], path: StrPath) -> list[tuple[int, str]]:
+        """(line, text) of the rows, without comments and blank lines."""
+        found = [(place, text_of(text, path)) for place, text in enumerate(texts, self.start)]
+        found[0] = found[0][0], found[0][1].removeprefix("\ufeff").lstrip(" ")
+        return [(line, text) for line, text in found if text and not is_comment(text)]
+
+
+def is_comment(text: str) -> bool:
+    return text.startswith(dialect.COMMENTS)
+
+
+def head(stream: Stream, path: StrPath) -> Head:
+    """Comments of any length, then the first lines; the stream then stands behind them."""
+    found, rows, size = Head(), 0, 0
     for line, raw in enumerate(iter(lambda: stream.readline(LINE_BYTES + 1), b""), 1):
         check_length(raw, f"{path}:{line}")
+        if line == 1 and raw[:2] in UTF_16:
+            raise BadInput(
+                f"{path}: text in UTF-16. Type iconv -f UTF-16 -t UTF-8 {path} > NEW.csv, and use "
+                "NEW.csv"
+            )
         row = text_of(raw, path).removeprefix("\ufeff" if line == 1 else "").lstrip(" ")
-        if row.startswith("#"):
-            key, _, value = row[1:].partition(":")
-            notes[key.strip()] = value.strip()
-        elif row:
-            return notes, row, line
-    raise BadInput(f"{path}: no header row and no samples")
+        if is_comment(row):
+            key, _, value = row.lstrip("#%/").partition(":")
+            found.notes[key.strip()] = value.strip()
+            found.comments = [*(found.comments if rows else []), (line, row)]
+        rows += bool(row) and not is_comment(row)
+        if rows:
+            found.start = found.start if found.raw else line
+            found.raw.append(raw)
+            size += len(raw)
+        if rows == HEAD_LINES or size > LINE_BYTES:
+            break
+    if not rows:
+        raise BadInput(f"{path}: no header row and no samples")
+    return found
 
 
 def check_length(row: bytes, where: StrPath) -> None:
@@ -128,8 +167,9 @@ def is_name(name: str) -> bool:
     )
 
 
-def check_names(names: Sequence[str], where: StrPath) -> None:
-    """Every column has a name of its own, and they are those of samples."""
+def check_names(names: Sequence[str], where: StrPath, count: int) -> None:
+    """Every column that is read, of `count`, has a name of its own, and they are those of
+    samples."""
     if set(names) >= RESULTS:
         raise BadInput(
             f"{where}: results of davar-sim or davarlab live, one row per epoch. Use the recording "
@@ -137,15 +177,19 @@ def check_names(names: Sequence[str], where: StrPath) -> None:
         )
     met = set()
     for name in names:
-        if not name:
-            raise BadInput(f"{where}: a column without a name")
         if name in met:
-            raise BadInput(f"{where}: column {name} appears twice")
+            raise BadInput(
+                f"{where}: column {name} appears twice. Type other names: {dialect.example(count)}"
+            )
         met.add(name)
 
 
-def blocks(stream: Stream, line: int, path: StrPath) -> Iterator[bytes]:
-    """The rest of a stream behind a line in blocks of whole rows."""
+def blocks(stream: Stream, first: bytes, line: int, path: StrPath) -> Iterator[bytes]:
+    """Lines that were read already and the rest of a stream behind them, in blocks of whole rows;
+    line: the one above."""
+    if first:
+        line += first.count(b"\n")
+        yield first
     while block := stream.read(BLOCK_BYTES):
         rest = stream.readline(LINE_BYTES + 1)
         line += block.count(b"\n") + rest.count(b"\n")
@@ -153,67 +197,37 @@ def blocks(stream: Stream, line: int, path: StrPath) -> Iterator[bytes]:
         yield block + rest
 
 
-def split(row: str, separator: str) -> list[str]:
-    """The fields of a row, without the quotes about them; as they stand where a quote does not
-    close."""
-    if separator == " ":
-        fields = row.split()
-    elif '"' in row:
-        try:
-            fields = next(
-                csv.reader([row], delimiter=separator, skipinitialspace=True, strict=True)
-            )
-        except csv.Error:
-            fields = row.split(separator)
-    else:
-        fields = row.split(separator)
-    return [field.strip(" \t") for field in fields]
-
-
 @dataclass
 class Form:
-    """How the rows of a file are to be read: its names and separator, a decimal comma or point, and
-    which column is its time, in what form (of FORMS, "" for a plain number), counted from what
-    origin (whole, in the unit of the column)."""
+    """How the rows of a file are to be read: as its dialect says; names and places: of the columns
+    that are read, of `count`; which column is its time, in what form (of FORMS, "" for a plain
+    number), counted from what origin (whole, in the unit of the column)."""
 
+    dialect: Dialect
     names: list[str]
-    separator: str
-    decimal: str = "."
+    places: list[int]
     time: str = ""
     kind: str = ""
     origin: int = 0
 
-    def of(self, row: str) -> list[str]:
-        """The fields of a row of text."""
-        return split(row, self.separator)
-
-    def number(self, field: str) -> str:
-        """A field as float() takes it. Raises ValueError for what is no number: a point in a file
-        with decimal commas may stand for thousands."""
-        text = field.replace(",", ".") if self.decimal == "," and "." not in field else field
-        if not NUMBER.fullmatch(text) or self.decimal == "," and "." in field:
-            raise ValueError(field)
-        return text
+    @property
+    def count(self) -> int:
+        return len(self.dialect.names)
 
 
-def form_of(names: list[str], separator: str, block: bytes) -> Form:
-    """Of a file by its first row of numbers."""
-    first = (
-        next((line for line in block.split(b"\n") if line.strip()), b"")
-        .decode("utf-8", errors="replace")
-        .strip()
-    )
-    quoted = (
-        first if separator != "," else " ".join(re.findall(r'"[^"]*"', first))
-    )  # between commas a decimal comma stands in quotes
-    found = Form(names, separator, "," if re.search(r"\d,\d", quoted) else ".")
-    found.time = next(
-        (name for name in names if name == "time_s"),
-        next((name for name in names if guess.quantity_of(name) == "time"), ""),
-    )
+def clock_in(names: Sequence[str]) -> str:
+    """The column that is taken for the time; "" for none."""
+    clocks = [name for name in names if guess.quantity_of(name) == "time"]
+    return "time_s" if "time_s" in clocks else next(iter(clocks), "")
+
+
+def form_of(found: Dialect, names: dict[int, str], first: str) -> Form:
+    """Of a file by its first row of numbers; names: place -> name of the columns that are read."""
+    made = Form(found, list(names.values()), list(names))
+    made.time = clock_in(made.names)
     fields = found.of(first)
-    if found.time and len(fields) == len(names):
-        value = fields[names.index(found.time)]
+    if made.time and len(fields) == made.count:
+        value = fields[made.places[made.names.index(made.time)]]
         kind = next(
             (kind for kind, pattern in FORMS.items() if re.fullmatch(pattern, value, re.ASCII)), ""
         )
@@ -228,8 +242,8 @@ def form_of(names: list[str], separator: str, block: bytes) -> Form:
                 else 0
             )
             if kind == "date" or FAR < abs(origin) < SAFE:
-                found.kind, found.origin = kind, origin
-    return found
+                made.kind, made.origin = kind, origin
+    return made
 
 
 def date_ns(text: str) -> int:
@@ -245,13 +259,13 @@ def date_ns(text: str) -> int:
 
 
 def types_of(form: Form) -> dict[str, Any]:
-    """The pyarrow type of each column."""
+    """The pyarrow type of each column that is read, by its place."""
     from pyarrow import decimal128, float64, int64, timestamp
 
     times = {"whole": int64(), "decimal": decimal128(28, 9), "date": timestamp("ns", "UTC")}
     return {
-        name: times[form.kind] if name == form.time and form.kind else float64()
-        for name in form.names
+        str(place): times[form.kind] if name == form.time and form.kind else float64()
+        for place, name in zip(form.places, form.names)
     }
 
 
@@ -286,29 +300,44 @@ def parsed(block: bytes, form: Form) -> list[Floats] | None:
 
     if block.startswith("\ufeff".encode()):  # which pyarrow leaves out
         return None
+    quotes = block.count(b'"')
+    if quotes % 2:  # one is not closed
+        return None
+    if quotes and max(map(len, block.split(b"\n"))) > LONG_BYTES:
+        return None
     try:
         found = csv.read_csv(
             BufferReader(block),
-            csv.ReadOptions(use_threads=False, block_size=len(block) + 1, column_names=form.names),
+            csv.ReadOptions(
+                use_threads=False,
+                block_size=len(block) + 1,
+                column_names=[str(place) for place in range(form.count)],
+            ),
             csv.ParseOptions(
-                delimiter=form.separator,
-                quote_char='"' if b'"' in block else False,
+                delimiter=form.dialect.separator,
+                quote_char='"' if quotes else False,
                 double_quote=False,
             ),
             csv.ConvertOptions(
-                column_types=types_of(form), null_values=[], decimal_point=form.decimal
+                column_types=types_of(form),
+                include_columns=[str(place) for place in form.places],
+                null_values=[],
+                decimal_point=form.dialect.decimal,
             ),
         )
     except ArrowInvalid:
         return None
-    columns = [
-        since(column, form)
-        if name == form.time and form.kind
-        else column.to_numpy() - (form.origin if name == form.time else 0)
-        for name, column in zip(form.names, found.columns)
-    ]
-    usable = [one for one in columns if one is not None and (np.abs(one) < LARGEST).all()]
-    return usable if len(usable) == len(columns) else None
+    if quotes and found.num_rows != sum(map(bool, map(bytes.strip, block.split(b"\n")))):
+        return None  # a line that ends within quotes
+    columns = []
+    for name, column in zip(form.names, found.columns):
+        timed = name == form.time
+        whole = timed and bool(form.kind)
+        values = since(column, form) if whole else column.to_numpy()
+        if values is None or not (np.abs(values) < LARGEST).all():
+            return None
+        columns.append(values - form.origin if timed and not whole else values)
+    return columns
 
 
 def joined(parts: list[Floats], narrow: bool) -> Floats:
@@ -324,110 +353,181 @@ def joined(parts: list[Floats], narrow: bool) -> Floats:
 
 
 def read_columns(
-    stream: Stream, names: list[str], line: int, path: StrPath, separator: str = ","
-) -> tuple[dict[str, Floats], Form]:
-    """(name -> column, Form); line: that of the header."""
-    parts: list[list[Floats]] = [[] for _ in names]
-    rows = 0
-    form: Form | None = None
-    for block in blocks(stream, line, path):
-        form = form or form_of(names, separator, block)
-        block = (
-            re.sub(rb"(?m)^ +| +(?=\r?$)", b"", re.sub(rb"[ \t]+", b" ", block))
-            if separator == " "
-            else block
-        )
+    rows: Iterable[bytes], form: Form, line: int, path: StrPath
+) -> tuple[dict[str, Floats], str]:
+    """(name -> column, what was left out at the end); rows: in blocks; line: the one above them."""
+    parts: list[list[Floats]] = [[] for _ in form.names]
+    count, cut = 0, ""
+    for block in rows:
+        if form.dialect.separator == " ":
+            block = re.sub(rb"(?m)^ +| +(?=\r?$)", b"", re.sub(rb"[ \t]+", b" ", block))
         found = parsed(block, form)
-        found = by_row(block, form, line, path) if found is None else found
-        rows += len(found[0])
+        if found is None:
+            found, cut = by_row(block, form, line, path)
+        count += len(found[0])
         line += block.count(b"\n")
-        for name, part, column in zip(names, parts, found):
+        for name, part, column in zip(form.names, parts, found):
             part.append(
                 column
-                if name == form.time or rows < signals.NARROW_FROM
+                if name == form.time or count < signals.NARROW_FROM
                 else column.astype(np.float32)
             )
-    if form is None or not rows:
+    if not count:
         raise BadInput(f"{path}: no samples")
     return {
-        name: joined(part, rows >= signals.NARROW_FROM and name != form.time)
-        for name, part in zip(names, parts)
-    }, form
+        name: joined(part, count >= signals.NARROW_FROM and name != form.time)
+        for name, part in zip(form.names, parts)
+    }, cut
 
 
-def by_row(block: bytes, form: Form, line: int, path: StrPath) -> list[Floats]:
+def by_row(block: bytes, form: Form, line: int, path: StrPath) -> tuple[list[Floats], str]:
     """The same row by row: names the line and the column of what is no number, and reads what only
-    Python takes for one (a leading +)."""
-    found = []
-    for number, raw in enumerate(block.split(b"\n"), line + 1):
+    Python takes for one (a leading +). Leaves out a last row that was cut off, and says so."""
+    found, cut = [], ""
+    rows = block.split(b"\n")
+    for number, raw in enumerate(rows, line + 1):
         row = text_of(raw, path)
-        if row:
-            found.append(numbers(form.of(row), form, f"{path}:{number}"))
-    return list(np.array(found).reshape(-1, len(form.names)).T)
+        if not row or is_comment(row):
+            continue
+        fields = form.dialect.of(row)
+        if number == line + len(rows) and len(fields) < form.count:
+            cut = f"line {number} is cut off and skipped"
+        else:
+            found.append(numbers(fields, form, f"{path}:{number}"))
+    return list(np.array(found).reshape(-1, len(form.names)).T), cut
 
 
 def numbers(fields: Sequence[str], form: Form, where: StrPath) -> Floats:
-    if len(fields) != len(form.names):
-        raise BadInput(f"{where}: {len(fields)} fields, the header has {len(form.names)}")
+    if len(fields) != form.count:
+        raise BadInput(f"{where}: {len(fields)} fields, the rows above have {form.count}")
+    if any(text.startswith('"') for text in fields):
+        raise BadInput(f"{where}: a quote that is not closed")
     values = []
-    for name, field in zip(form.names, fields):
+    for name, place in zip(form.names, form.places):
+        text = fields[place]
         try:
-            values.append(above(field, form) if name == form.time else float(form.number(field)))
+            values.append(
+                above(text, form) if name == form.time else float(form.dialect.number(text))
+            )
         except ValueError:
-            raise BadInput(f"{where}: column {name}: not a number: {field[:SHOWN]!r}") from None
+            raise BadInput(
+                f"{where}: column {name}: not a number: {text[:SHOWN]!r}{way_on(name, form)}"
+            ) from None
         if not abs(values[-1]) < LARGEST:
             raise BadInput(f"{where}: column {name}: not a finite number below {LARGEST:g}")
     return np.array(values)
 
 
-def above(field: str, form: Form) -> float:
+def way_on(name: str, form: Form) -> str:
+    """What to type where a column beside the gyro has no numbers."""
+    if guess.quantity_of(name) == "gyro" or form.count == 1:
+        return ""
+    skipped = [dialect.SKIP] * form.count
+    for other, place in zip(form.names, form.places):
+        skipped[place] = dialect.SKIP if other == name else other
+    rate = " --rate HZ" * (name == form.time)
+    return f". To do without this column, type --names {shlex.quote(','.join(skipped))}{rate}"
+
+
+def above(text: str, form: Form) -> float:
     """A time since the origin, exact to the last digit that a double then has."""
     if form.kind == "date":
-        return (date_ns(field) - form.origin * 10**9) / 1e9
-    text = form.number(field)
+        return (date_ns(text) - form.origin * 10**9) / 1e9
+    text = form.dialect.number(text)
     return float(Decimal(text) - form.origin) if abs(float(text)) < LARGEST else float(text)
 
 
 @dataclass
 class Table:
-    """columns: name -> numbers; line: of the header; time: the column that is taken for the time
-    ("" for none), which counts from origin, a whole number of its unit."""
+    """columns: name -> numbers; line: the one above the numbers; time: the column that is taken for
+    the time ("" for none), which counts from origin, a whole number of its unit; named: the file or
+    its reader has names for the columns, else they are column_1 ..; said: how the file was read,
+    where it is not plain CSV; count: of its columns, with those that are skipped."""
 
     notes: dict[str, str]
     columns: dict[str, Floats]
     line: int
     time: str
     origin: int
+    named: bool
+    said: list[str]
+    count: int
 
 
-def separated(row: str, separators: str, below: str) -> tuple[str, list[str]]:
-    """(separator, names): the first of the separators that the header holds; spaces where the row
-    below has as many fields."""
-    separator = next(
-        (
-            one
-            for one in separators
-            if one in row and (one != " " or len(row.split()) == len(below.split()) > 1)
-        ),
-        ",",
-    )
-    return separator, [name.strip('"').strip() for name in split(row, separator)]
+def columns_called(found: Dialect) -> list[str]:
+    """The names of all columns; column_2 .. for those without, "" for those without anything."""
+    return [
+        name or f"column_{place + 1}" * (place not in found.blank)
+        for place, name in enumerate(found.names)
+    ]
+
+
+def left_out(found: Dialect, names: Sequence[str], given: Sequence[str] | None) -> dict[int, str]:
+    """place -> why: columns that are not read. A gyro, an accelerometer, a temperature and the only
+    time are, so that what is no number in them is an error."""
+    clocks = {place for place, name in enumerate(names) if guess.quantity_of(name) == "time"}
+    out = {place: "" for place, name in enumerate(given or ()) if name == dialect.SKIP}
+    idle = found.bare | {place for place in found.dates if names[place] != clock_in(names)}
+    if len(found.bare) == len(names):
+        return out
+    for place in idle - set(out):
+        if not dialect.recognised([names[place]]) or clocks - idle and place in clocks:
+            out[place] = "text" if place not in found.blank else "empty" if names[place] else ""
+    return out
+
+
+def with_parts(columns: dict[str, Floats], time: str) -> list[str]:
+    """Adds to a time in whole seconds what a second column has of each (sec and usec, as of struct
+    timeval), which is then left out; says so."""
+    if not time or guess.said_unit(time, "time") != "s":
+        return []
+    whole = columns[time]
+    for name, parts in columns.items():
+        size = guess.SECONDS.get(guess.said_unit(name, "time"), 1.0)
+        if (
+            size < 1
+            and guess.quantity_of(name) == "time"
+            and np.all(whole == np.floor(whole))
+            and np.all((parts >= 0) & (parts * size < 1))
+        ):
+            columns[time] = whole + columns.pop(name) * size
+            return [f"{name} added to {time}"]
+    return []
 
 
 def read(
     path: StrPath,
-    separators: str = ",",
+    given: Sequence[str] | None = None,
     naming: Callable[[list[str], StrPath], list[str]] = lambda names, where: names,
 ) -> Table:
-    """The Table in a file; the first of the separators that its header holds is the file's."""
+    """The Table in a file, however it is written (dialect.py). given: names for its columns, over
+    those of the file; naming: renames them."""
     with opened(path) as stream:
-        notes, row, line = header(stream, path)
-        below = (
-            stream.peek(1 << 12).split(b"\n")[0].decode("utf-8", errors="replace")
-            if " " in separators
-            else ""
-        )
-        separator, names = separated(row, separators, below)
-        check_names(names, f"{path}:{line}")
-        columns, form = read_columns(stream, naming(names, path), line, path, separator)
-        return Table(notes, columns, line, form.time, form.origin)
+        top = head(stream, path)
+        wire = dialect.sentences_in(top.raw)
+        texts = top.raw if wire is None else wire.rows(top.raw, top.start, path)
+        rows = top.rows(texts, path)
+        given = given or (wire.names if wire else None)
+        found = dialect.sniffed(rows, top.comments, given, path)
+        line = rows[found.first][0] if found.first < len(rows) else top.start + len(top.raw)
+        names = naming(columns_called(found), path)
+        out = left_out(found, names, given)
+        kept = {place: name for place, name in enumerate(names) if place not in out}
+        if not kept:
+            raise BadInput(f"{path}:{line}: no column of numbers is left to read")
+        check_names(list(kept.values()), f"{path}:{line - 1}", len(names))
+        form = form_of(found, kept, rows[found.first][1] if found.first < len(rows) else "")
+        rest = blocks(stream, b"".join(top.raw[line - top.start :]), line - 1, path)
+        if wire:
+            rest = wire.translated(rest, line - 1, path)
+        columns, cut = read_columns(rest, form, line - 1, path)
+    gone = [f"{names[place]} ({why})" for place, why in out.items() if why]
+    said = [
+        *found.said,
+        *with_parts(columns, form.time),
+        *([f"skipped: {', '.join(gone)}"] if gone else []),
+        *([cut] if cut else []),
+    ]
+    return Table(
+        top.notes, columns, line - 1, form.time, form.origin, found.named, said, form.count
+    )

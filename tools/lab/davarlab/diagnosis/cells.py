@@ -2,7 +2,7 @@
 (DESIGN 8)."""
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -149,6 +149,60 @@ def cells_in(
                 if part > JUDGE.valid_share and (state.known is None or cell.freedom > 1)
             ]
     return found
+
+
+def row_cell(state: "State") -> list[Cell]:
+    """The Allan deviation of 16 samples of the rows as they were read, by their stamps, where the
+    record was put on another grid (8.5): it does not depend on how that was done.
+    """
+    bench = state.bench
+    recording, rate = bench.recording, bench.recording.rate_hz
+    if recording.rows is None or bench.gyro is None or recording.samples < 9 * JUDGE.rows:
+        return []
+    time, rows = recording.rows
+    places = np.minimum(np.round((time - time[0]) * rate).astype(int), recording.samples - 1)
+    used = (state.record == state.shocks.raw)[places]  # the model has shocks elsewhere
+    if state.known is not None:
+        used &= state.known[places]
+    measured, share = by_time(
+        time, replace(recording, columns=rows).rate_dps(bench.gyro), used, JUDGE.rows / rate
+    )
+    if share < JUDGE.valid_share:
+        return []
+    noise, freedom, _, steady = Expectation(state).of(recording.samples, [JUDGE.rows])
+    course = bench.mean_course(state.parts, state.fit)
+    moved = allan.windows(course, recording.samples, [JUDGE.rows], state.known)[0][0] ** 2
+    return row_cells(
+        0,
+        recording.samples,
+        [JUDGE.rows],
+        np.array([measured]),
+        noise,
+        moved + steady,
+        freedom * share,
+        rate,
+    )
+
+
+def by_time(time: Floats, y: Floats, used: Bools, tau_s: float) -> tuple[float, float]:
+    """(Allan variance of clusters of so many seconds, the share of their differences without a hole
+    and an unused row)."""
+    usual = len(time) * tau_s / (time[-1] - time[0])  # rows in a cluster
+    squares, tried = [np.zeros(0)], 0
+    for start in time[0] + tau_s * np.arange(4) / 4:
+        cluster = np.floor((time - start) / tau_s).astype(int)
+        inside = cluster >= 0
+        count, total, unused = (
+            np.bincount(cluster[inside], weights[inside])[:-1]  # the last one is not full
+            for weights in (np.ones(len(y)), y, ~used)
+        )
+        whole = (count > JUDGE.rows_share * usual) & (unused == 0)
+        pairs = whole[1:] & whole[:-1]
+        means = total / np.maximum(count, 1)
+        squares.append(np.diff(means)[pairs] ** 2 / 2)
+        tried += len(pairs)
+    found = np.concatenate(squares)
+    return (float(found.mean()), len(found) / tried) if len(found) else (0.0, 0.0)
 
 
 def course_variances(state: "State", window: int, taus: Sequence[int]) -> Floats:

@@ -427,8 +427,17 @@ def search(
     states = (
         [state, *path(last, way.given, by_weight)[1:]] if len(last.parts) > way.given else [state]
     )
-    return (
-        [judged(one, 0 < place < len(states) - 1) for place, one in enumerate(states)],
-        way,
-        useless,
-    )
+    found = [judged(one, 0 < place < len(states) - 1) for place, one in enumerate(states)]
+    reached = best(found)
+    return reached, way, useless + [one.parts[-1] for one in found[len(reached) :]]
+
+
+def best(found: list[Judged]) -> list[Judged]:
+    """The states up to the last adequate one; all of them if none is adequate."""
+    for count in range(len(found), 0, -1):
+        last = found[count - 1]
+        if last.judgement.adequate and 1 < count < len(found):
+            last = judged(last)  # with the tests in time
+        if last.judgement.adequate:
+            return [*found[: count - 1], last]
+    return found

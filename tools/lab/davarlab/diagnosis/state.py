@@ -259,7 +259,8 @@ def cells_of(state: State, variance: Floats | None) -> tuple[list[Cell], list[Ce
     views = [state] if noise is None else [state, with_parts(state, noise)]
     found = [cells.cells_of(view, state.record, variance) for view in views]
     best = min(range(len(views)), key=lambda i: cells.error_of(found[i]) / cells.floor_of(found[i]))
-    return found[best], cells.short_cells(views[best], state.record, variance)
+    short = cells.short_cells(views[best], state.record, variance)
+    return found[best], short + cells.row_cell(views[best])
 
 
 def errors_of(state: State) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 import importlib
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,6 @@ from ..arrays import Ints
 from ..data import clock, plausible
 from ..data import recording as recordings
 from ..data import table as tables
-from ..data.guess import Guess
 from ..data.recording import Recording
 from ..errors import BadInput
 from ..files import StrPath
@@ -31,8 +30,8 @@ FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second
 class Options:
     """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over
     guesses; renames, scales: OLD=NEW, NAME=FACTOR; types: .msg files; names: of the columns of an
-    array without; plain: a CSV as it is, without guesses; as_recorded: rate, units and levels are
-    right, however implausible."""
+    array without, or of a text, over its own; plain: a CSV as it is, without guesses; as_recorded:
+    rate, units and levels are right, however implausible."""
 
     rate_hz: float | None = None
     sensor: str | None = None
@@ -240,13 +239,10 @@ def read(
     count = len(next(iter(found.columns.values())))
     if count < recordings.MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {count} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
-    made = replace(
-        recordings.at_own_rate(recording_of(found, path, options.rate_hz)),
-        as_recorded=options.as_recorded,
-    )
+    made = replace(recording_of(found, path, options.rate_hz), as_recorded=options.as_recorded)
     note = None if options.as_recorded else plausible.note(found.columns, made.rate_hz)
     for line in (
-        *said(found.guesses),
+        *said(found),
         *([note] if note else []),
         *(f"doubtful: {one} (or {plausible.CONFIRM})" for one in plausible.of(made)),
     ):
@@ -259,9 +255,12 @@ def doubts(found: Samples, rate_hz: float) -> list[str]:
     return plausible.of(recordings.Recording(found.columns, rate_hz))
 
 
-def said(guesses: Iterable[Guess]) -> Iterator[str]:
-    """What was guessed, a line for each column that is not as davarlab would call it."""
-    for one in guesses:
+def said(found: Samples) -> Iterator[str]:
+    """How a file was read where that was not plain, and what was guessed: a line for each column
+    that is not as davarlab would call it."""
+    if found.said:
+        yield ", ".join(found.said)
+    for one in found.guesses:
         if one.quantity != "other" and (one.name != one.column or not one.sure):
             how = (
                 f"{one.unit} by its {'name' if one.sure else 'numbers'}"
@@ -281,6 +280,6 @@ def write(found: Samples, path: StrPath, rate_hz: float | None, source: StrPath)
     if "time_s" in found.columns:
         rate = clock.of(found.columns["time_s"], rate, source, found.line).rate_hz
     elif not rate:
-        raise BadInput(f"{source}: no column time_s and no --rate")
+        raise BadInput(f"{source}: no column time_s and no --rate. Type --rate HZ")
     recordings.write_columns(found.columns, found.notes, path, found.origin_ns)
     return rate

@@ -53,7 +53,7 @@ def stem_of(name: str) -> str:
     """A name without its axis, so that those of one sensor are alike."""
     found = [
         match
-        for match in AXIS.finditer(name)
+        for match in AXIS.finditer(guess.without_powers(name))
         if guess.AXES.get(match.group().lower()) == guess.axis_of(name)
     ]
     cut = found[-1] if found else None
@@ -118,7 +118,7 @@ def nearest(stem: str, others: Sequence[str]) -> str | None:
 class Log:
     """shapes: name -> shape of the arrays; load(name): one of them; whole: a table, of which every
     column is kept. given: names as the user calls them (--unit NAME=UNIT). origins: name -> what
-    the numbers of a column count from."""
+    the numbers of a column count from. said: how the file was read."""
 
     def __init__(
         self,
@@ -130,6 +130,7 @@ class Log:
         whole: bool = False,
         line: int | None = None,
         origins: Mapping[str, int] | None = None,
+        said: Sequence[str] = (),
     ) -> None:
         self.path, self.load, self.given, self.what, self.whole, self.line, self.origins = (
             path,
@@ -140,6 +141,7 @@ class Log:
             line,
             origins or {},
         )
+        self.said = said
         self.columns = {
             one.name: one
             for one in columns_of(
@@ -247,6 +249,7 @@ class Log:
             ]
         found.notes["source"] = f"{self.what}, {stem}"
         found.rate_hz, found.line = rate if found.stamps_ns is None else None, self.line
+        found.said = list(self.said)
         return found
 
 

@@ -41,8 +41,8 @@ class Samples:
     """columns: name -> one number per sample, in deg/s, g and degC where the name says so.
     stamps_ns: int64, None where the log has none. beside: (stamps_ns, columns) of what was measured
     at times of its own. guesses: how names and units were found, of data.guess. line: of the file
-    in which the header of the numbers stands, None where a log has no lines. origin_ns: of a column
-    time_s."""
+    above the numbers, None where a log has no lines. origin_ns: of a column time_s. said: how the
+    file was read, in words, where that was not plain."""
 
     columns: dict[str, Floats]
     stamps_ns: Ints | None = None
@@ -52,6 +52,7 @@ class Samples:
     rate_hz: float | None = None
     line: int | None = None
     origin_ns: int = 0
+    said: list[str] = field(default_factory=list)
 
 
 class Log(Protocol):
@@ -100,7 +101,8 @@ def chosen(sensors: Sequence[Sensor], name: str | None, path: StrPath) -> Sensor
             + (
                 f"there are: {listed(sensors)}; select one with --sensor NAME)"
                 if sensors
-                else "columns of odd names: --rename OLD=gyro_x_dps says what they are)"
+                else "no column is named like one. Name them: --names A,B,.., or import --rename "
+                "OLD=gyro_x_dps)"
             )
         )
     first = [sensor for sensor in gyros if sensor.rank == min(gyro.rank for gyro in gyros)]

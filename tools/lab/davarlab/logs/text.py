@@ -1,4 +1,4 @@
-"""CSV with any separator, decimal point or comma, any names: davarlab's own recordings as they are,
+"""Text, however its table is written (data/dialect.py): davarlab's own recordings as they are,
 others by guesses."""
 
 import contextlib
@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from ..arrays import Floats
-from ..data import guess, table
+from ..data import dialect, guess, table
 from ..data import recording as recordings
 from ..errors import BadInput
 from ..files import StrPath
@@ -16,8 +16,6 @@ from .sensor import Samples, Sensor
 
 if TYPE_CHECKING:
     from .formats import Options
-
-SEPARATORS = ";\t, "
 
 
 def renamed(names: list[str], mapping: Iterable[str], path: StrPath) -> list[str]:
@@ -82,7 +80,11 @@ def is_own(names: Collection[str], rate_hz: float | None) -> bool:
     """Are the columns called as davarlab calls them: then nothing is guessed."""
     return any(
         name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) for name in names
-    ) and ("time_s" in names or bool(rate_hz))
+    ) and (
+        "time_s" in names
+        or bool(rate_hz)
+        and not any(guess.quantity_of(name) == "time" for name in names)
+    )
 
 
 class Own:
@@ -97,14 +99,25 @@ class Own:
     def read(self, name: str) -> Samples:
         found = self.found
         return Samples(
-            found.columns, notes=dict(found.notes), line=found.line, origin_ns=found.origin * 10**9
+            found.columns,
+            notes=dict(found.notes),
+            line=found.line,
+            origin_ns=found.origin * 10**9,
+            said=found.said,
         )
 
 
 def log(path: StrPath, options: "Options") -> Own | named.Log:
     found = table.read(
-        path, SEPARATORS, lambda names, where: renamed(names, options.renames, where)
+        path, options.names, lambda names, where: renamed(names, options.renames, where)
     )
+    if not found.named and not options.renames:
+        first = ", ".join(f"{column[0]:g}" for column in found.columns.values())
+        raise BadInput(
+            f"{path}:{found.line + 1}: no names above the {found.count} columns "
+            f"({first[: table.SHOWN]}). Type a name for each, or {dialect.SKIP} to skip one: "
+            f"{dialect.example(found.count)}"
+        )
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
         return Own(found)
     return named.Log(
@@ -116,4 +129,5 @@ def log(path: StrPath, options: "Options") -> Own | named.Log:
         True,
         found.line,
         {found.time: found.origin},
+        found.said,
     )

@@ -21,12 +21,11 @@ from ..diagnosis import state as state_of
 from ..diagnosis.improve import Estimates
 from ..diagnosis.state import Judged, Progress
 from ..effects import columns as columns_of
-from ..effects import table
 from ..errors import BadInput
 from ..inference.parts import Part
 from ..logs import formats
 from ..logs import text as texts
-from ..logs.sensor import Sensor
+from ..logs.sensor import Samples, Sensor
 from ..report.values import Json
 from .steps import Sight
 
@@ -34,10 +33,6 @@ KEPT = 6  # outcomes in memory
 SET = "as set"  # of an outcome whose values stand as somebody set them
 HELD = ("spectrum", "mean", "filter")  # what can be held while the rest is fitted
 ROWS = 5  # of a log, to look at
-FIRST = (
-    ("angle_random_walk", 0.3),
-    ("bias_instability", 5.0),
-)  # of a first model; the fit moves them
 
 Errors = tuple[float, float] | tuple[None, None]  # an error and its floor, where there is one
 
@@ -64,13 +59,17 @@ def gyros_in(path: str | Path) -> list[Sensor]:
 
 
 def preview(
-    path: str | Path, sensor: str | None = None, said: list[guess.Guess] | None = None
+    path: str | Path,
+    sensor: str | None = None,
+    names: Sequence[str] | None = None,
+    said: list[guess.Guess] | None = None,
 ) -> tuple[list[guess.Guess], Json]:
     """A log before it is read as a recording: (guesses for its columns, or what was said of them,
-    what a page shows of it)."""
-    columns, line = columns_in(path, sensor)
+    what a page shows of it). names: for the columns of a text, over its own."""
+    log = looked_at(path, sensor, names)
+    columns = log.columns
     found, rows = said or guess.of(columns), len(next(iter(columns.values())))
-    ticks = clock_of(columns, found, path, line)
+    ticks = clock_of(columns, found, path, log.line)
     missing = (
         0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
     )
@@ -79,6 +78,9 @@ def preview(
         "columns": [
             vars(one) | {"would": guess.units_of(one.name, columns[one.name])} for one in found
         ],
+        "named": isinstance(log, Samples) or log.named,
+        "count": len(columns) if isinstance(log, Samples) else log.count,
+        "said": ", ".join(log.said),
         "rows": rows,
         "rate_hz": ticks.rate_hz if ticks else None,
         "missing": missing,
@@ -89,14 +91,13 @@ def preview(
     }
 
 
-def columns_in(path: str | Path, sensor: str | None = None) -> tuple[dict[str, Floats], int | None]:
-    """(name -> numbers, line of the header or None) of a text as it is, of any other log in
-    davarlab's names."""
+def looked_at(
+    path: str | Path, sensor: str | None, names: Sequence[str] | None
+) -> tables.Table | Samples:
+    """A text as it is, any other log in davarlab's names."""
     if formats.format_of(path)[1] is texts.log:
-        table_read = tables.read(path, texts.SEPARATORS)
-        return table_read.columns, table_read.line
-    found = formats.samples(path, formats.Options(sensor=sensor))
-    return found.columns, found.line
+        return tables.read(path, names)
+    return formats.samples(path, formats.Options(sensor=sensor))
 
 
 def clock_of(
@@ -122,23 +123,19 @@ def read(
     rate_hz: float | None = None,
     sensor: str | None = None,
     as_recorded: bool = False,
+    names: list[str] | None = None,
 ) -> recordings.Recording:
     """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a
-    log with several; as_recorded: its rate, units and levels were confirmed."""
+    log with several; names: of the columns of a text, over its own; as_recorded: its rate, units
+    and levels were confirmed."""
     renames, scales = pairs(guesses or [])
-    options = formats.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
+    options = formats.Options(
+        rate_hz, sensor, renames=renames, scales=scales, names=names, plain=True
+    )
     return replace(
-        recordings.at_own_rate(formats.recording_of(formats.samples(path, options), path, rate_hz)),
+        formats.recording_of(formats.samples(path, options), path, rate_hz),
         as_recorded=as_recorded,
     )
-
-
-def gyro_columns(recording: recordings.Recording) -> list[str]:
-    return [
-        name
-        for name in recording.columns
-        if name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))
-    ]
 
 
 def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recording:
@@ -182,7 +179,7 @@ class Desk:
     def __init__(self, whole: recordings.Recording, sight: "Sight") -> None:
         whole.rate_dps(sight.column)
         self.whole, self.sight, self.column = whole, sight, sight.column
-        self.gyros = gyro_columns(whole)
+        self.gyros = whole.gyros
         self.recording = seen(whole, sight)
         self.outcomes: OrderedDict[Hashable, Outcome] = OrderedDict()
         self.rankings: dict[Hashable, list[Candidate]] = {}
@@ -190,9 +187,7 @@ class Desk:
         self.judged_elsewhere: dict[tuple[str, str | None], Errors] = {}
 
     def first_model(self) -> models.Model:
-        """What one believes before anything was looked at: white noise and bias instability."""
-        terms = [models.Term(kind, {table.find(kind).size.name: value}) for kind, value in FIRST]
-        return models.Model(self.recording.rate_hz, self.column, terms)
+        return models.first(self.recording.rate_hz, self.column)
 
     def remembered(self, key: Hashable, make: Callable[[], Outcome]) -> Outcome:
         if key not in self.outcomes:

@@ -55,6 +55,10 @@ class Sensor(Given):
     name: Text
 
 
+class Names(Given):
+    names: Annotated[list[Text], Field(min_length=1, max_length=10_000)]
+
+
 class Column(Given):
     """A column of a log as somebody named it, or a guess of the page about it, which brings more
     along."""
@@ -193,6 +197,7 @@ REQUESTS: dict[str, type[Given]] = {
     "open": Open,
     "tutorial": Nothing,
     "sensor": Sensor,
+    "names": Names,
     "read": Read,
     "sight": SightRequest,
     "add": OfPlace,
@@ -258,6 +263,7 @@ class Log(Given):
     rate_hz: Positive | None
     sensor: Text | None = None
     as_recorded: bool = False
+    names: list[Text] | None = None
 
 
 class Session(Given):

@@ -310,9 +310,10 @@ def run(options: argparse.Namespace) -> int:
     token = secrets.token_urlsafe(16)
     visit = Visit(Path.cwd())
     if options.recording:
-        visit.intake.open(options.recording, options.model, options.sensor)
-    elif options.model or options.sensor:
-        raise BadInput(("-m" if options.model else "--sensor") + " needs a recording")
+        visit.intake.open(options.recording, options.model, options.sensor, options.names)
+    elif options.model or options.sensor or options.names:
+        flag = "-m" if options.model else "--sensor" if options.sensor else "--names"
+        raise BadInput(f"{flag} needs a recording")
     server = Server(visit, token)
     # asyncio sets TCP_NODELAY only on a socket whose protocol is named. Without, an answer waits
     # for 40 ms.

@@ -26,6 +26,7 @@ class Log(TypedDict):
     rate_hz: float | None
     sensor: str | None
     as_recorded: NotRequired[bool]
+    names: NotRequired[list[str] | None]
 
 
 @dataclass

@@ -36,9 +36,15 @@ def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:
     )
     sensor = steps.log.get("sensor") if steps.log else None
     sensors = [sensor] if sensor else []
+    names = (steps.log.get("names") if steps.log else None) or []
     given = [
         word
-        for flag, values in (("--sensor", sensors), ("--rename", renames), ("--scale", scales))
+        for flag, values in (
+            ("--sensor", sensors),
+            ("--names", [",".join(names)] if names else []),
+            ("--rename", renames),
+            ("--scale", scales),
+        )
         for value in values
         for word in (flag, value)
     ]

@@ -31,6 +31,7 @@ async function refresh() {
     now.view = now.found = null;
     const actions = { drop: (file) => doing(`reading ${file.name}`, async () => { await drop(file); await refresh(); }),
       listen: (source) => change(`listening to ${source}`, "listen", { source }), tutorial: () => change("opening the tutorial recording", "tutorial"), close: () => leaving("", "close"),
+      names: (names) => change("reading the columns by these names", "names", { names }),
       sensor: (name) => change(`reading ${name} and fitting a first model`, "sensor", { name }),
       read: (columns, rate_hz, as_recorded) => change("reading the recording and fitting a first model", "read", { columns, rate_hz, as_recorded }) };
     landing[now.all.log?.sensors ? "sensors" : now.all.log ? "columns" : "first"](now.all, actions);

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ... import model as models
-from ...data import guess, plausible
+from ...data import dialect, guess, plausible
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
@@ -28,6 +28,7 @@ class Waiting:
     guesses: list[guess.Guess] = field(default_factory=list)
     sensor: str | None = None
     model: str | None = None  # a model file to look at, once the sensor is known
+    names: list[str] | None = None  # of the columns, over those of the file
 
 
 def named(log: Log | None) -> list[guess.Guess]:
@@ -41,7 +42,13 @@ class Intake:
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit
 
-    def open(self, path: str, model: str | None = None, sensor: str | None = None) -> Json:
+    def open(
+        self,
+        path: str,
+        model: str | None = None,
+        sensor: str | None = None,
+        names: list[str] | None = None,
+    ) -> Json:
         """A recording by its path. Which sensor is meant, and columns that are not called as
         davarlab calls them, are asked about first."""
         steps = Steps.beside(path, sensor)
@@ -59,14 +66,14 @@ class Intake:
                     )
                 )
         if steps.log is None and not model:
-            guesses, shown = desks.preview(path, sensor)
+            guesses, shown = desks.preview(path, sensor, names)
             if any(one.column != one.name or one.factor != 1 for one in guesses) or not {
                 "gyro",
                 "time",
             } <= {one.quantity for one in guesses}:
-                return self.ask_about(Waiting(Path(path), shown, guesses, sensor))
-        if steps.log is None and sensor:
-            steps.log = {"columns": [], "rate_hz": None, "sensor": sensor}
+                return self.ask_about(Waiting(Path(path), shown, guesses, sensor, names=names))
+        if steps.log is None and (sensor or names):
+            steps.log = {"columns": [], "rate_hz": None, "sensor": sensor, "names": names}
         return self.begin(path, steps, model)
 
     def ask_about(self, waiting: Waiting) -> Json:
@@ -83,11 +90,22 @@ class Intake:
         waiting = self.waits()
         return self.open(str(waiting.path), waiting.model, name)
 
+    def names(self, names: list[str]) -> Json:
+        """Names for the columns that the page shows of a text without names, "" for none."""
+        waiting = self.waits()
+        shown = [one.name for one in waiting.guesses]
+        if waiting.shown.get("named", True) or len(names) != len(shown):
+            raise BadInput(f"{waiting.path}: {len(names)} names for {len(shown)} columns")
+        whole = [dialect.SKIP] * waiting.shown["count"]
+        for called, name in zip(shown, names):  # column_2 stands in the second place
+            whole[int(called.partition("_")[2]) - 1] = name.strip() or called
+        return self.open(str(waiting.path), waiting.model, waiting.sensor, whole)
+
     def begin(self, path: str | Path, steps: Steps, model: str | None = None) -> Json:
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
         model file to look at."""
         recording = self.as_named(path, steps)
-        gyros = desks.gyro_columns(recording)
+        gyros = recording.gyros
         if not gyros:
             raise BadInput(
                 f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for "
@@ -117,9 +135,9 @@ class Intake:
     ) -> Waiting:
         """A recording whose rate, units or levels are implausible waits until somebody corrects or
         confirms them."""
-        sensor = steps.log["sensor"] if steps.log else None
-        guesses, shown = desks.preview(path, sensor, named(steps.log))
-        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model)
+        sensor, names = (steps.log["sensor"], steps.log.get("names")) if steps.log else (None, None)
+        guesses, shown = desks.preview(path, sensor, names, named(steps.log))
+        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model, names)
 
     def look_at(
         self, recording: Recording, steps: Steps, sight: Sight, given: models.Model | None = None
@@ -194,6 +212,7 @@ class Intake:
             "rate_hz": rate_hz,
             "sensor": waiting.sensor,
             "as_recorded": as_recorded,
+            "names": waiting.names,
         }
         return self.begin(path, steps, waiting.model)
 
@@ -215,4 +234,5 @@ class Intake:
             log["rate_hz"] if log else None,
             log["sensor"] if log else None,
             log.get("as_recorded", False) if log else False,
+            log.get("names") if log else None,
         )

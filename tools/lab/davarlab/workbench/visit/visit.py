@@ -46,6 +46,7 @@ CALLS = {
     "open": (ACTION, "intake.open"),
     "tutorial": (ACTION, "intake.tutorial"),
     "sensor": (ACTION, "intake.sensor"),
+    "names": (ACTION, "intake.names"),
     "read": (ACTION, "intake.read"),
     "sight": (ACTION, "intake.sight"),
     "freeze": (ACTION, "intake.freeze"),

@@ -36,7 +36,8 @@ function row(one, index, all) {
     ...(units.length ? units : [""]).map((name) => element("option", { value: name, selected: name === one.unit }, name)));
   const factor = element("input", { type: "number", step: "any", value: Number(one.factor.toPrecision(9)), "data-index": index, "data-key": "factor",
     "aria-label": `${one.name}: factor` });
-  return element("tr", {}, element("th", { scope: "row" }, one.name), element("td", {}, quantity), element("td", {}, axis), element("td", {}, unit),
+  const name = all.log.named ? one.name : element("input", { class: "name", placeholder: one.name, size: 14, "aria-label": `${one.name}: name` });
+  return element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, quantity), element("td", {}, axis), element("td", {}, unit),
     element("td", {}, factor), element("td", { class: one.sure ? "" : "unsure" }, one.sure ? "" : "a guess"),
     ...all.log.head.map((values) => element("td", { class: "number" }, number(values[index], 6))));
 }
@@ -49,6 +50,7 @@ export function columns(all, actions) {
     element("tbody", {}, ...guesses.map((one, index) => row(one, index, all))));
   table.addEventListener("change", (event) => {
     const { index, key } = event.target.dataset, one = guesses[index];
+    if (!one) return; // a name
     one[key] = key === "factor" ? Number(event.target.value) : event.target.value;
     if (key === "quantity") one.unit = one.would[one.quantity] ?? "";
     if (key !== "factor") one.factor = (all.log.units[one.quantity] || {})[one.unit] ?? 1;
@@ -64,11 +66,14 @@ export function columns(all, actions) {
     element("p", {}, "Correct the unit or the factor in the table and read it again. If the recording is correct: ",
       element("button", { id: "confirm", onclick: () => actions.read(guesses, Number(rate.value) || null, true) }, "Read it unchanged")));
   const none = element("p", { id: "no-gyro" }, "No column is a gyro with an axis yet. Select one in the table. The workbench works with gyros only. For the noise of an accelerometer, use ",
-    element("code", {}, "tools/davarlab fit REC -m MODEL --axes accel"), ".");
+    element("code", {}, "tools/davarlab fit REC --axes accel"), ".");
   const readable = () => { read.disabled = !guesses.some((one) => one.quantity === "gyro" && one.axis); none.hidden = !read.disabled; };
   readable();
+  const names = () => [...table.querySelectorAll("input.name")].map((one) => one.value.trim());
+  const unnamed = all.log.named ? null : element("p", { id: "unnamed" }, "The file has no names for its columns. Type them into the table, for example time_us and gyro_x_dps, then ",
+    element("button", { id: "names", onclick: () => actions.names(names()) }, "use these names"), ". Or select the quantities.");
   fill("landing", element("h2", {}, "Columns of the recording"), element("p", {}, `${all.log.path}: ${all.log.rows} rows, ${clock}. `
-      + "You can change the guesses."), doubts,
+      + "You can change the guesses."), all.log.said ? element("p", { class: "hint" }, `How it was read: ${all.log.said}.`) : null, unnamed, doubts,
     element("div", { class: "scroll" }, table),
     element("p", { class: "hint" }, "The factor converts the numbers of the file to s, deg/s, g or degC. For counts, take it from the data sheet."),
     element("p", {}, element("label", { for: "rate" }, "Samples per second, if there is no time column: "), rate),

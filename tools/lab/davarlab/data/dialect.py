@@ -1,0 +1,485 @@
+"""How a text file writes its table: separator, decimal point or comma, preamble, names and units,
+found from its first lines, as a person would who opens it in an editor.
+
+Sentences like those of NMEA 0183 are rows, too: `$TAG,number,..*CHECKSUM`, with a time in front of
+the $ or none. The checksum is that of NMEA 0183 (two digits, exclusive or) or VectorNav's 16 bits
+(four digits, CRC-16-CCITT)."""
+
+import binascii
+import csv
+import functools
+import operator
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from ..errors import BadInput, printable
+from ..files import StrPath
+from . import guess
+
+COMMENTS = ("#", "%", "//")
+# (separator, decimal) as they are tried; the first of those that explain the rows equally well.
+WRITTEN = (
+    (",", "."),
+    (";", "."),
+    ("\t", "."),
+    (" ", "."),
+    ("|", "."),
+    (";", ","),
+    ("\t", ","),
+    (" ", ","),
+    (",", ","),
+)
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?", re.ASCII)
+NAMED = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces", "|": "bars"}
+MISSING = re.compile(r"[+-]?(nan|inf|infinity)|null|none|na|n/a|true|false", re.IGNORECASE)
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII)
+FEW_THOUSANDS = 3  # fields that look like thousands by chance
+# Words of a row of units.
+UNITS = set(
+    re.findall(
+        r"\S+",
+        "deg degree degrees degc c k rad radian radians dps mdps mdeg g mg gauss mgauss m mps "
+        "mps2 s2 s sec secs second seconds ms msec us usec \u00b5s \u03bcs ns nsec hz pa hpa kpa "
+        "bar mbar v mv a ma n ut \u00b5t \u03bct nt count counts lsb raw bool int float double "
+        "string",
+    )
+)
+SIGN = re.compile(r"[-%\u00b0\u00ba]?")  # of a unit without a word
+COLUMNS_MOST = 10_000
+SKIP = "_"  # name of a column that is not read
+EXAMPLE = ("time_us", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps", "temp_degC")
+SHOWN = 60  # characters of a row in a message
+
+SENTENCE = re.compile(
+    rb"(?P<time>[^$]*)\$(?P<text>(?P<tag>[A-Z]{2}[A-Z0-9]+),(?P<fields>[^*$]*))"
+    rb"(\*(?P<sum>[0-9A-Fa-f]{4}|[0-9A-Fa-f]{2}))?\s*"
+)
+AROUND = b"[](),;: \t"  # a time in front of a sentence
+MAGNETIC = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"]
+FORCE = ["accel_x [m/s^2]", "accel_y [m/s^2]", "accel_z [m/s^2]"]
+RATE = ["gyro_x [rad/s]", "gyro_y [rad/s]", "gyro_z [rad/s]"]
+# tag -> names of its fields (VectorNav, VN-100 and VN-200 user manuals, "ASCII output messages")
+FIELDS = {
+    "VNIMU": [*MAGNETIC, *FORCE, *RATE, "temp_degC", "pressure_kPa"],
+    "VNMAR": [*MAGNETIC, *FORCE, *RATE],
+    "VNYMR": ["yaw_deg", "pitch_deg", "roll_deg", *MAGNETIC, *FORCE, *RATE],
+    "VNGYR": RATE,
+}
+
+
+def split(row: str, separator: str) -> list[str]:
+    """The fields of a row, without the quotes about them; as they stand where a quote does not
+    close."""
+    if separator == " ":
+        fields = row.split()
+    elif '"' in row:
+        try:
+            fields = next(
+                csv.reader([row], delimiter=separator, skipinitialspace=True, strict=True)
+            )
+        except csv.Error:
+            fields = row.split(separator)
+    else:
+        fields = row.split(separator)
+    return [field.strip(" \t") for field in fields]
+
+
+def with_point(field: str, decimal: str) -> str:
+    """A number as float() takes it. Raises ValueError for what is no number: a point in a file with
+    decimal commas may stand for thousands."""
+    text = field.replace(",", ".") if decimal == "," and "." not in field else field
+    if not NUMBER.fullmatch(text) or decimal == "," and "." in field:
+        raise ValueError(field)
+    return text
+
+
+def is_number(field: str, decimal: str) -> bool:
+    try:
+        with_point(field, decimal)
+    except ValueError:
+        return bool(DATE.fullmatch(field))
+    return True
+
+
+def worth(fields: Sequence[str], decimal: str) -> float:
+    """How well a row of fields looks like one of numbers; 0: not at all."""
+    numbers = sum(is_number(one, decimal) for one in fields)
+    return max(0.0, numbers - (len(fields) - fields.count("") - numbers) / 2)
+
+
+def tried(rows: Sequence[str], separator: str, decimal: str) -> tuple[float, int]:
+    """(how well a separator and a decimal sign explain the rows, the number of fields then)."""
+    found: dict[int, float] = defaultdict(float)
+    for row in rows:
+        fields = split(row, separator)
+        # Of one field, no separator is seen.
+        if len(fields) > 1 or (separator, decimal) == (",", ".") or '"' in row:
+            found[len(fields)] += worth(fields, decimal)
+    count = max(found, key=lambda one: found[one], default=0)
+    return found.get(count, 0.0), count
+
+
+def written(rows: Sequence[str]) -> tuple[str, str, int]:
+    """(separator, decimal, fields in a row); where no row holds numbers, by the first of them."""
+    best = (0.0, WRITTEN[0], 0)
+    for one in WRITTEN:
+        if one == (",", ",") and not any('"' in row for row in rows):
+            continue  # between commas, a decimal comma stands in quotes
+        value, count = tried(rows, *one)
+        if value > best[0]:
+            best = (value, one, count)
+    if best[0]:
+        return *best[1], best[2]
+    separator = next((one for one in ";\t," if one in rows[0]), ",")
+    return separator, ".", len(split(rows[0], separator))
+
+
+def recognised(names: Iterable[str]) -> int:
+    """How many different things names say their columns are."""
+    said = {(guess.quantity_of(name), guess.axis_of(name), name) for name in names}
+    return sum(
+        quantity in ("time", "temp") or quantity in ("gyro", "accel") and bool(axis)
+        for quantity, axis, _ in said
+    )
+
+
+def is_unit(text: str) -> bool:
+    words = re.findall(r"[^\W\d_]+\d?", text.lower())
+    return set(words) <= UNITS if words else bool(SIGN.fullmatch(text.strip("[]() ")))
+
+
+def are_units(fields: Sequence[str]) -> bool:
+    """Are these the units below the names: most of them are, and none is a number."""
+    said = [one for one in fields if one]
+    return 2 * sum(map(is_unit, said)) > len(said) and not any(is_number(one, ".") for one in said)
+
+
+def may_name(fields: Sequence[str], decimal: str) -> bool:
+    """Can a row be the names? A number among them is one where others say what they are."""
+    if recognised(fields):
+        return True
+    return any(fields) and not any(
+        is_number(one, decimal) or MISSING.fullmatch(one) for one in fields
+    )
+
+
+def grouped(above: Sequence[str], below: Sequence[str]) -> list[str]:
+    """Names in two rows, of which the upper one is written over the first of a group."""
+    out, group = [], ""
+    for upper, lower in zip(above, below):
+        group = upper or group
+        out.append(f"{group} {lower}".strip())
+    return out
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A name with the unit below it, where it does not say one itself."""
+    bare = unit.strip("[]() -")
+    said = any(guess.said_unit(name, quantity) for quantity in guess.UNITS)
+    return f"{name} [{bare}]" if bare and not said else name
+
+
+@dataclass
+class Dialect:
+    """names: of all columns, "" for none; named: the file has names; first: index of the first row
+    of numbers; bare: places of columns without any number, of which the `blank` hold nothing;
+    dates: of those with dates; said: how the rows are read, where that is not plain CSV."""
+
+    separator: str
+    decimal: str
+    names: list[str]
+    named: bool
+    first: int
+    bare: set[int] = field(default_factory=set)
+    blank: set[int] = field(default_factory=set)
+    dates: set[int] = field(default_factory=set)
+    said: list[str] = field(default_factory=list)
+
+    def of(self, row: str) -> list[str]:
+        """The fields of a row of text."""
+        return split(row, self.separator)
+
+    def number(self, text: str) -> str:
+        """A field as float() takes it. Raises ValueError."""
+        return with_point(text, self.decimal)
+
+
+@dataclass
+class Header:
+    """names; first, last: the rows that they stand in, by index, units included."""
+
+    names: list[str]
+    first: int
+    last: int
+    units: bool = False
+
+
+def header_of(rows: Sequence[list[str]], count: int, decimal: str) -> Header | None:
+    """The names in the rows above the numbers: the row with a name for each column that says most,
+    alone or with the groups above it; and the units in the row below it."""
+    able = [
+        place
+        for place, fields in enumerate(rows)
+        if len(fields) == count and may_name(fields, decimal)
+    ]
+    found = [Header(rows[place], place, place) for place in able]
+    found += [
+        Header(grouped(rows[place - 1], rows[place]), place - 1, place)
+        for place in able
+        if place - 1 in able and not are_units(rows[place])
+    ]
+    if not found:
+        return None
+    best = max(found, key=lambda one: (recognised(one.names), len(set(one.names))))
+    below = best.last + 1
+    if below in able and are_units(rows[below]):
+        names = [with_unit(name, unit) for name, unit in zip(best.names, rows[below])]
+        return Header(names, best.first, below, True)
+    return best
+
+
+def in_comments(
+    comments: Sequence[tuple[int, str]], line: int, separator: str, count: int
+) -> list[str] | None:
+    """The names in the last comment above a line (numpy.savetxt, rostopic, EuRoC)."""
+    text = next((text for place, text in reversed(comments) if place < line), "")
+    for one in dict.fromkeys((separator, ",", ";", "\t", " ")):
+        names = split(text.lstrip("#%/ \t"), one)
+        if len(names) == count and recognised(names):
+            return names
+    return None
+
+
+def example(count: int) -> str:
+    """What to type for so many columns."""
+    names = list(EXAMPLE[:count]) if count != 3 else list(EXAMPLE[1:4])
+    return "--names " + ",".join(names + [SKIP] * (count - len(names)))
+
+
+def check_thousands(rows: Sequence[Sequence[str]], path: StrPath) -> None:
+    """Raises BadInput where decimal commas may as well stand for thousands."""
+    cells = list(zip(*rows))
+    commas = [one for column in cells for one in column if "," in one]
+    mixed = any(
+        any("," in one for one in column) and any(one and "," not in one for one in column)
+        for column in cells
+    )
+    if len(commas) >= FEW_THOUSANDS and mixed and all(map(THOUSANDS.fullmatch, commas)):
+        raise BadInput(
+            f"{path}: {commas[0]} may be {commas[0].replace(',', '.')} or "
+            f"{commas[0].replace(',', '')}. Type tr , . < {path} > NEW.csv if the comma is a "
+            f"decimal comma, or tr -d , < {path} > NEW.csv if it separates thousands"
+        )
+
+
+@dataclass
+class Body:
+    """The rows of numbers among the first rows. first: the index of the first; count, filled,
+    blank: how many columns they have, which of them have a number, and which hold nothing."""
+
+    first: int
+    count: int
+    filled: set[int]
+    blank: set[int]
+
+
+def body_of(fields: Sequence[list[str]], count: int, decimal: str) -> Body:
+    """Of rows of fields of which those with `count` are the numbers."""
+    able = [place for place, one in enumerate(fields) if len(one) == count and worth(one, decimal)]
+    filled = {
+        column
+        for place in able
+        for column, one in enumerate(fields[place])
+        if is_number(one, decimal)
+    }
+    whole = (
+        place
+        for place in able
+        if all(is_number(fields[place][column], decimal) for column in filled)
+    )
+    first = next(whole, able[0] if able else len(fields) and 1)
+    rows = [one for one in fields[first:] if len(one) == count]
+    blank = {column for column in range(count) if rows and not any(one[column] for one in rows)}
+    return Body(first, count, filled, blank)
+
+
+def sniffed(
+    rows: Sequence[tuple[int, str]],
+    comments: Sequence[tuple[int, str]],
+    given: Sequence[str] | None,
+    path: StrPath,
+) -> Dialect:
+    """The Dialect of a file by its first rows and comments, as (line, text); given: names over
+    those of the file. Raises BadInput that says what to type."""
+    texts = [text for _, text in rows]
+    separator, decimal, width = written(texts)
+    if width > COLUMNS_MOST:
+        raise BadInput(f"{path}:{rows[0][0]}: {width} columns; at most {COLUMNS_MOST} are read")
+    fields = [split(text, separator) for text in texts]
+    body = body_of(fields, width, decimal)
+    if not body.filled and len(rows) > 1:
+        raise BadInput(
+            f"{path}:{rows[1][0]}: no numbers in this row or the first ones below: "
+            f"{texts[1][:SHOWN]!r}. Rows of numbers between commas, semicolons, tabs or spaces are "
+            "needed"
+        )
+    if decimal == ",":
+        check_thousands([one for one in fields[body.first :] if len(one) == width], path)
+    count = width
+    while count > 1 and count - 1 in body.blank:  # a separator at the end of each row
+        count -= 1
+    heads = fields[: body.first]
+    header = header_of([unended(one, count) for one in heads], count, decimal)
+    header = header or header_of(heads, width, decimal)
+    first = header.last + 1 if header and given is None else body.first
+    line = rows[min(first, len(rows) - 1)][0]
+    names = header.names if header else in_comments(comments, line, separator, count)
+    if given is None and names is None:
+        check_above(heads, count, rows, path)
+    if given is not None and len(given) not in (count, width):
+        raise BadInput(
+            f"--names: {len(given)} names, but {path} has {count} columns "
+            f"(line {line}: {texts[min(first, len(rows) - 1)][:SHOWN]})"
+        )
+    said = told_of(separator, decimal, header, rows, first)
+    if header is None and names is not None:
+        said.append("names from the comment above the numbers")
+    named = list(given) if given is not None else names or []
+    return Dialect(
+        separator,
+        decimal,
+        named + [""] * (width - len(named)),
+        bool(named),
+        first,
+        set(range(width)) - body.filled,
+        body.blank,
+        {
+            place
+            for place in body.filled
+            if all(DATE.fullmatch(one[place]) for one in fields[first:] if len(one) == width)
+        },
+        said,
+    )
+
+
+def unended(fields: list[str], count: int) -> list[str]:
+    """Fields without the empty ones behind the last column."""
+    return fields[:count] if not any(fields[count:]) else fields
+
+
+def check_above(
+    heads: Sequence[Sequence[str]], count: int, rows: Sequence[tuple[int, str]], path: StrPath
+) -> None:
+    """Raises BadInput where a row above the numbers has names, but not one for each column."""
+    for fields, (line, _) in reversed(list(zip(heads, rows))):
+        if not recognised(fields):
+            continue
+        commas = (
+            " Decimal commas between commas cannot be told apart: if there are any, write ; "
+            "between the numbers."
+            if len(fields) < count <= 2 * len(fields)
+            else ""
+        )
+        raise BadInput(
+            f"{path}:{line}: {len(fields)} names above rows of {count} fields.{commas} Type a name "
+            f"for each field, or {SKIP} to skip one: {example(count)}"
+        )
+
+
+def told_of(
+    separator: str,
+    decimal: str,
+    header: Header | None,
+    rows: Sequence[tuple[int, str]],
+    first: int,
+) -> list[str]:
+    """How a file is read, in words; nothing where it is plain CSV."""
+    out = []
+    if separator != ",":
+        out.append(f"separated by {NAMED[separator]}")
+    if decimal == ",":
+        out.append("decimal commas")
+    if skipped := header.first if header else first:
+        out.append(f"{skipped} line{'s' * (skipped > 1)} above the table skipped")
+    if header and header.last > header.first:
+        lines = f"lines {rows[header.first][0]} to {rows[header.last][0]}"
+        out.append(f"names{' and units' * header.units} from {lines}")
+    return out
+
+
+@dataclass
+class Sentences:
+    """tag: of the sentences that are the rows; timed: a time stands in front of each; summed: a
+    checksum behind."""
+
+    tag: bytes
+    timed: bool
+    summed: bool
+
+    @property
+    def names(self) -> list[str] | None:
+        """Of the columns, where the tag says them."""
+        found = FIELDS.get(self.tag.decode())
+        return found and ["time"] * self.timed + found
+
+    def rows(self, lines: Sequence[bytes], line: int, path: StrPath) -> list[bytes]:
+        """A row for each line, the first of which is `line` of the file: empty for other sentences,
+        and for one that is cut off at the beginning or at the end of the file."""
+        last = line + len(lines) - 1
+        return [
+            self.row(one, f"{path}:{place}", place == 1 or place == last and b"\n" not in one)
+            for place, one in enumerate(lines, line)
+        ]
+
+    def row(self, line: bytes, where: str, at_end: bool) -> bytes:
+        found = SENTENCE.fullmatch(line)
+        why = damage(found, self.summed) if found else "not a whole sentence" * (b"$" in line)
+        if why and not at_end:
+            raise BadInput(self.damaged(line, where, why))
+        if not found or why or found["tag"] != self.tag:
+            return b""
+        return found["time"].strip(AROUND) + b"," * self.timed + found["fields"]
+
+    def damaged(self, line: bytes, where: str, why: str) -> str:
+        shown = printable(line.decode("utf-8", errors="replace").strip()[:SHOWN])
+        shorter = "" if self.timed else "; without times, each such line is a lost sample"
+        return f"{where}: a damaged sentence ({why}): {shown}. Delete the line{shorter}"
+
+    def translated(self, blocks: Iterable[bytes], line: int, path: StrPath) -> Iterator[bytes]:
+        """Blocks of lines as blocks of rows; line: the one above them."""
+        for block in blocks:
+            lines = block.splitlines(keepends=True)
+            end = b"\n" if block.endswith(b"\n") else b""
+            yield b"\n".join(self.rows(lines, line + 1, path)) + end
+            line += len(lines)
+
+
+def damage(found: "re.Match[bytes]", summed: bool) -> str:
+    """What is wrong with the checksum of a sentence; "" where it is right, or not needed."""
+    said = found["sum"]
+    if not said:
+        return "no checksum" * summed
+    text: bytes = found["text"]
+    right = (
+        f"{functools.reduce(operator.xor, text):02X}"
+        if len(said) == 2
+        else f"{binascii.crc_hqx(text, 0):04X}"
+    )
+    return "" if said.decode().upper() == right else f"checksum {said.decode()} instead of {right}"
+
+
+def sentences_in(lines: Sequence[bytes]) -> Sentences | None:
+    """Of a file by its first lines: most of them are sentences. The rows are those whose fields
+    have names here, else the most frequent ones."""
+    found = [one for one in map(SENTENCE.fullmatch, lines) if one]
+    if 2 * len(found) <= sum(map(bool, map(bytes.strip, lines))):
+        return None
+    tags = Counter(one["tag"] for one in found)
+    tag = max(tags, key=lambda one: (one.decode() in FIELDS, tags[one]))
+    own = [one for one in found if one["tag"] == tag]
+    timed = sum(bool(one["time"].strip(AROUND)) for one in own)
+    summed = sum(bool(one["sum"]) for one in own)
+    return Sentences(tag, 2 * timed > len(own), 2 * summed > len(own))
