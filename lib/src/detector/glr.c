@@ -241,7 +241,7 @@ void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, in
                         uint64_t squares, davar_glr_event_t *event)
 {
     const uint64_t spread = davar_scale_u64(squares, config->block) - davar_square_i32(sum);
-    const davar_spread_t block = {(spread << 3U) + (spread << 2U) + config->floor, 0U, 1U};
+    const davar_spread_t block = {davar_scale_u64(spread, 12U) + config->floor, 0U, 1U};
     davar_glr_push(state, config, &block, event);
 }
 
