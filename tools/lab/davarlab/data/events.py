@@ -1,16 +1,27 @@
 """Isolated outliers: found on a record whitened by its own smooth spectrum, cut out before anything
-else is fitted."""
+else is fitted; and torn register reads, which are found in counts (DESIGN 13.5)."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage, stats
 
 from ..arrays import Bools, Floats, Ints
-from . import signals
+from . import counts, signals
 
 THRESHOLD = 5.6
 REACH = 4
+# Torn reads: powers of two in counts, and by how many times the noise the jump must exceed it.
+LEAST_POWER, MOST_POWER, FAR = 4, 23, 12.0
+NOISE_BLOCK = 200  # samples in which the noise beside a jump is measured
+ROUNDED = 0.5  # counts: noise of a jump at least
+GRID_COUNTS = 0.25  # by which a mean of many jumps may be off
+HIT = 4.0  # standard deviations from a power of two, within which a jump is a torn read
+SCATTERED = 0.01  # chance that the jumps of torn reads scatter more
+# How much better than chance torn reads must explain jumps of unrelated sizes, and of one size.
+UNRELATED, ONE_SIZE = 100.0, 20.0
+SHARES = np.linspace(0.05, 0.95, 10)  # of the jumps that are torn reads
 
 
 @dataclass(frozen=True)
@@ -91,3 +102,114 @@ def find(y: Floats, rate_hz: float, reach_dps: float = 0.0) -> Shocks:
         y,
         float(1.25 * np.std(y[good] - clean.mean()) / np.sqrt(len(groups))),
     )
+
+
+# Torn reads ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Jumps:
+    """Single samples of a column that leave their neighbours and come back: index, size and
+    standard deviation of the size; both in counts, the size without its sign."""
+
+    column: str
+    at: Ints
+    size: Floats
+    noise: Floats
+
+    def some(self, chosen: Bools) -> "Jumps":
+        return Jumps(self.column, self.at[chosen], self.size[chosen], self.noise[chosen])
+
+
+def jumps_of(column: str, x: Floats, good: Bools) -> Jumps | None:
+    """The jumps of a column; None without any, or without counts."""
+    part = x[good]
+    beside = [part[:-4], part[1:-3], part[3:-1], part[4:]]
+    low = np.minimum(np.minimum(beside[0], beside[1]), np.minimum(beside[2], beside[3]))
+    high = np.maximum(np.maximum(beside[0], beside[1]), np.maximum(beside[2], beside[3]))
+    usual = (beside[0] + beside[1] + beside[2] + beside[3] - low - high) / 2  # their median
+    off = part[2:-2] - usual
+    noise = local_scale(off, NOISE_BLOCK)
+    nearer = np.maximum(np.abs(beside[1] - usual), np.abs(beside[2] - usual))
+    far = (np.abs(off) > FAR / np.sqrt(2) * noise) & (nearer < np.abs(off) / 2)
+    q = counts.step(part) if far.any() else 0.0
+    if not q:
+        return None
+    found = Jumps(
+        column,
+        np.flatnonzero(good)[2:-2][far],
+        np.abs(off[far]) / q,
+        np.maximum(noise[far] / q, ROUNDED),
+    )
+    return found.some(found.size > FAR / np.sqrt(2) * found.noise)
+
+
+def torn(columns: Mapping[str, Floats], good: Bools) -> dict[int, list[Jumps]]:
+    """Torn register reads by power of two: jumps of 2^k counts, of which each column is in counts.
+
+    A driver or a bus that reads half of an old value misses by a power of two. An ordinary outlier
+    may do so by chance. Therefore the jumps within half an octave of 2^k, on all columns, must pass
+    all of these, where K is the number of octaves that have jumps:
+
+    - They are UNRELATED K times as likely as torn reads as with sizes that are uniform in their
+      logarithms. By Markov's inequality, the chance that shocks of unrelated sizes do this is below
+      1 / UNRELATED per recording, however many there are.
+    - The mean of those near 2^k is ONE_SIZE K times as likely as with one unknown size per kind of
+      sensor. The chance that shocks of one size do this is below 1 / ONE_SIZE.
+    - Those near 2^k scatter about it as the noise does (chi-square, SCATTERED).
+
+    One jump alone passes from 2^k = 362 times the noise on; of four of 256 counts, the noise may be
+    5 counts. Without repeated values there are no counts, and nothing is found. Cost: about 20
+    operations per sample and column. Source: DESIGN 13.5.
+    """
+    if np.count_nonzero(good) < 2 * NOISE_BLOCK:
+        return {}
+    all_jumps = [
+        jumps for name, x in columns.items() if (jumps := jumps_of(name, x, good)) is not None
+    ]
+    octaves: dict[int, list[Jumps]] = {}
+    for power in range(LEAST_POWER, MOST_POWER + 1):
+        near = [
+            one.some((np.round(np.log2(one.size)) == power) & (2**power > FAR * one.noise))
+            for one in all_jumps
+        ]
+        if any(len(one.at) for one in near):
+            octaves[power] = [one for one in near if len(one.at)]
+    found = {}
+    for power, jumps in octaves.items():
+        hits = [one.some(np.abs(one.size - 2**power) < HIT * one.noise) for one in jumps]
+        if are_torn(jumps, [one for one in hits if len(one.at)], power, len(octaves)):
+            found[power] = [one for one in hits if len(one.at)]
+    return found
+
+
+def are_torn(jumps: Sequence[Jumps], hits: Sequence[Jumps], power: int, octaves: int) -> bool:
+    """Do the jumps of an octave pass the three conditions of torn()."""
+    if not hits:
+        return False
+    size, noise = (
+        np.concatenate([getattr(one, name) for one in jumps]) for name in ("size", "noise")
+    )
+    # Densities of a size: of a torn read, and uniform in its logarithm over the octave.
+    ratio = stats.norm.pdf(size, 2**power, noise) * size * np.log(2)
+    unrelated = np.log1p(SHARES[:, None] * (ratio - 1)).sum(axis=1)
+    off = [(one.size - 2**power) / one.noise for one in hits]
+    square = float(sum(np.sum(z**2) for z in off))
+    return bool(
+        np.logaddexp.reduce(unrelated) - np.log(len(SHARES)) > np.log(UNRELATED * octaves)
+        and of_one_size(hits, power) > np.log(ONE_SIZE * octaves)
+        and square < stats.chi2.isf(SCATTERED, sum(len(z) for z in off))
+    )
+
+
+def of_one_size(hits: Sequence[Jumps], power: int) -> float:
+    """Logarithm of how much more likely 2^k is as the mean size than one unknown size per kind of
+    sensor, uniform in its logarithm over the octave."""
+    total = 0.0
+    for kind in {one.column.split("_")[0] for one in hits}:
+        own = [one for one in hits if one.column.split("_")[0] == kind]
+        weight = np.concatenate([one.noise for one in own]) ** -2.0
+        mean = float(np.average(np.concatenate([one.size for one in own]), weights=weight))
+        error = float(np.hypot(weight.sum() ** -0.5, GRID_COUNTS))
+        total += float(stats.norm.logpdf(mean, 2**power, error) + np.log(mean * np.log(2)))
+    return total

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Floats
-from . import motion, plausible, repeats, signals
+from . import events, motion, plausible, repeats, signals
 from .recording import Recording
 
 COARSE = 0.6  # of the noise per sample: larger counts are reported
@@ -18,6 +18,7 @@ COARSER = (
 LEVELS = 8  # distinct values that a column needs before its extremes are tested for clipping
 PILED = 8  # a clipped extreme occurs more often than this many times its neighbouring values
 LISTED = 100  # number of intervals that are listed, the longest ones
+TIMES = 8  # number of times that a sentence lists
 
 
 @dataclass
@@ -51,11 +52,12 @@ def find(recording: Recording, column: str) -> list[Observation]:
             doubted(recording, column),
             lost(recording, known),
             stamps(recording),
-            clipped(recording, x, known),
         )
         if entry
     ]
     for look in (
+        lambda recording, good: torn(recording, column, good),
+        lambda recording, good: clipped(recording, x, good),
         moved,
         repeated,
         lambda recording, good: coarse(recording, x, good),
@@ -105,6 +107,33 @@ def doubted(recording: Recording, column: str) -> Observation | None:
         )
         if said
         else None
+    )
+
+
+def torn(recording: Recording, column: str, good: Bools) -> Observation | None:
+    """Samples that are half of an old value, on any axis of gyro and accelerometer."""
+    names = [
+        name for name in recording.columns if name == column or name.startswith(("gyro_", "accel_"))
+    ]
+    found = events.torn({name: recording.column(name) for name in names}, good)
+    if not found:
+        return None
+    mask = np.zeros(len(good), bool)
+    where = []
+    for power, hits in found.items():
+        for one in hits:
+            mask[one.at] = True
+            where.append(f"{one.column} {len(one.at)} times by {2**power} counts")
+    count, times = np.count_nonzero(mask), recording.time_s[np.flatnonzero(mask)[:TIMES]]
+    return of_mask(
+        "torn_reads",
+        recording,
+        mask,
+        f"{count} single sample{'s jump' if count != 1 else ' jumps'} by a power of two in counts "
+        f"and back: {', '.join(where)}; at {', '.join(f'{at:.6g}' for at in times)}"
+        f"{', ..' * (count > TIMES)} s. The bus or the driver read half of an old value, which is "
+        "not an error of the sensor. Read the registers in one burst, or latch them (block data "
+        "update). These samples are excluded.",
     )
 
 
