@@ -8,7 +8,7 @@ from pathlib import Path
 
 import elsewhere
 import numpy as np
-from davarlab.data import clock, observations, recording
+from davarlab.data import clock, events, observations, recording
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import state
 from davarlab.model import Model, Term
@@ -213,6 +213,104 @@ class Samples(unittest.TestCase):
             found["clipped"].share, 0.02275, delta=0.003
         )  # beyond two standard deviations
         self.assertFalse(kept[12345])
+
+
+def counted(rng, noise=3.0, count=12000):
+    """Six axes in whole counts, of gyro and accelerometer."""
+    names = [f"{kind}_{unit}" for kind in ("gyro", "accel") for unit in "xyz"]
+    return {name: np.round(noise * rng.standard_normal(count)) for name in names}
+
+
+def in_units(columns, gyro_q=0.00875, accel_q=0.000061):
+    return {
+        f"{name}_{'dps' if name[0] == 'g' else 'g'}": x * (gyro_q if name[0] == "g" else accel_q)
+        for name, x in columns.items()
+    }
+
+
+def torn_in(columns):
+    return events.torn(columns, np.ones(len(next(iter(columns.values()))), bool))
+
+
+class TornReads(unittest.TestCase):
+    def test_half_of_an_old_value_is_a_torn_read_and_nothing_else(self):
+        for seed in range(10):
+            rng = np.random.default_rng(seed)
+            columns = counted(rng)
+            at = 50 + 100 * rng.choice(118, 6, replace=False)
+            signs = rng.choice([-1, 1], 6)
+            columns["gyro_z"][at] += 256 * signs
+            columns["accel_x"][at] += 256 * signs
+            for column in ("gyro_z_dps", "gyro_x_dps"):
+                found, kept = said(in_units(columns), column)
+                with self.subTest(seed=seed, column=column):
+                    self.assertEqual(set(found), {"torn_reads"})
+                    np.testing.assert_array_equal(np.flatnonzero(~kept), np.sort(at))
+                    text = found["torn_reads"].detail
+                    self.assertIn("6 single samples jump", text)
+                    self.assertIn("gyro_z_dps 6 times by 256 counts", text)
+                    self.assertIn(f"at {at.min() / RATE:.6g}, ", text)
+                    self.assertIn("block data update", text)
+
+    def test_one_jump_is_a_torn_read_only_if_it_is_far_beyond_the_noise(self):
+        for size, times in ((8192, 1), (256, 0)):
+            columns = counted(np.random.default_rng(1), noise=2.0)
+            columns["gyro_y"][5000] -= size
+            self.assertEqual(len(torn_in(in_units(columns))), times, size)
+
+    def test_the_fit_names_them_and_gets_the_noise_right(self):
+        columns = counted(np.random.default_rng(2))
+        for name in ("gyro_z", "accel_x"):
+            columns[name][[2103, 5124, 8415, 11036]] += 256 * np.array([1, -1, 1, -1])
+        made = Recording(in_units(columns), RATE)
+        model = Model(RATE, "gyro_z_dps", [Term("angle_random_walk", {WHITE: 1.0})])
+        judged = state.judged(state.start(made, model))
+        self.assertEqual([one.kind for one in judged.seen], ["torn_reads"])
+        self.assertTrue(judged.judgement.adequate)
+        self.assertEqual(judged.shocks.count, 0)
+        arw = 60 * np.sqrt(judged.fit.sizes[0]) * np.sqrt(1 / RATE)
+        self.assertTrue(0 < arw < np.inf)
+
+    def test_shocks_of_random_sizes_are_not_torn_reads(self):
+        """Each kind of shock passes in less than 1 % of recordings (DESIGN 13.5): of 150, by chance
+        at most 5 (probability above 0.99)."""
+        draws = {
+            "student": lambda rng, n: np.abs(rng.standard_t(2, n)),
+            "cauchy": lambda rng, n: np.abs(rng.standard_cauchy(n)),
+            "pareto": lambda rng, n: 1 + rng.pareto(1, n),
+            "lognormal": lambda rng, n: np.exp(rng.standard_normal(n)),
+            "exponential": lambda rng, n: rng.exponential(1, n),
+        }
+        for number, (name, draw) in enumerate(draws.items()):
+            rng, called = np.random.default_rng([8, number]), 0
+            for _ in range(150):
+                columns = counted(rng, rng.uniform(0.5, 8))
+                at = rng.choice(12000, rng.integers(1, 40), replace=False)
+                size = 10 ** rng.uniform(1.2, 4) * draw(rng, len(at)) * rng.choice([-1, 1], len(at))
+                columns["gyro_x"] += np.round(np.bincount(at, size, 12000))
+                felt = size * rng.uniform(0.1, 1, len(at))
+                columns["accel_z"] += np.round(np.bincount(at, felt, 12000))
+                called += bool(torn_in(in_units(columns)))
+            with self.subTest(name):
+                self.assertLessEqual(called, 5)
+
+    def test_shocks_of_one_size_are_rarely_torn_reads(self):
+        """Less than 10 % (DESIGN 13.5), whatever the size is."""
+        rng, called = np.random.default_rng(9), 0
+        for _ in range(200):
+            columns = counted(rng, rng.uniform(0.5, 8))
+            at = rng.choice(12000, rng.integers(1, 40), replace=False)
+            columns["gyro_x"][at] += np.round(10 ** rng.uniform(1.2, 4)) * rng.choice(
+                [-1, 1], len(at)
+            )
+            called += bool(torn_in(in_units(columns)))
+        self.assertLess(called, 20)
+
+    def test_without_counts_there_are_only_outliers(self):
+        columns = still()
+        columns["gyro_x_dps"][[5000, 12345, 30000]] -= 2.56
+        found, _ = said(columns)
+        self.assertEqual(set(found), {"outliers"})
 
 
 class Awkward(unittest.TestCase):

@@ -19,8 +19,8 @@ ROUNDED = 0.5  # counts: noise of a jump at least
 GRID_COUNTS = 0.25  # by which a mean of many jumps may be off
 HIT = 4.0  # standard deviations from a power of two, within which a jump is a torn read
 SCATTERED = 0.01  # chance that the jumps of torn reads scatter more
-# How much better than chance torn reads must explain jumps of unrelated sizes, and of one size.
-UNRELATED, ONE_SIZE = 100.0, 20.0
+# How many times likelier torn reads must be than shocks of unrelated sizes, and of one size.
+UNRELATED, ONE_SIZE = 100.0, 10.0
 SHARES = np.linspace(0.05, 0.95, 10)  # of the jumps that are torn reads
 
 
@@ -145,22 +145,24 @@ def jumps_of(column: str, x: Floats, good: Bools) -> Jumps | None:
 
 
 def torn(columns: Mapping[str, Floats], good: Bools) -> dict[int, list[Jumps]]:
-    """Torn register reads by power of two: jumps of 2^k counts, of which each column is in counts.
+    """Torn register reads: the jumps of 2^k counts, by the power k.
 
-    A driver or a bus that reads half of an old value misses by a power of two. An ordinary outlier
-    may do so by chance. Therefore the jumps within half an octave of 2^k, on all columns, must pass
-    all of these, where K is the number of octaves that have jumps:
+    columns: of gyro and accelerometer, in any unit. good: the samples that were measured.
 
-    - They are UNRELATED K times as likely as torn reads as with sizes that are uniform in their
-      logarithms. By Markov's inequality, the chance that shocks of unrelated sizes do this is below
-      1 / UNRELATED per recording, however many there are.
-    - The mean of those near 2^k is ONE_SIZE K times as likely as with one unknown size per kind of
-      sensor. The chance that shocks of one size do this is below 1 / ONE_SIZE.
-    - Those near 2^k scatter about it as the noise does (chi-square, SCATTERED).
+    A driver or a bus that reads half of an old value is off by a power of two. An ordinary outlier
+    may have that size by chance. Therefore the jumps within half an octave of 2^k, on all columns,
+    must pass three tests. K is the number of octaves that have jumps.
 
-    One jump alone passes from 2^k = 362 times the noise on; of four of 256 counts, the noise may be
-    5 counts. Without repeated values there are no counts, and nothing is found. Cost: about 20
-    operations per sample and column. Source: DESIGN 13.5.
+    - Torn reads explain the jumps UNRELATED * K times better than sizes that are uniform in their
+      logarithms. By Markov's inequality, shocks of such sizes pass in less than 1 / UNRELATED of
+      the recordings, however many shocks there are.
+    - The mean of the jumps near 2^k is ONE_SIZE * K times as likely as with one unknown size per
+      kind of sensor. Shocks of one size pass in less than 1 / ONE_SIZE of the recordings.
+    - The jumps near 2^k scatter about it as the noise does (chi-square, SCATTERED).
+
+    A single jump can pass only if 2^k is above 362 times its noise. A column whose values hardly
+    repeat has no counts, so no torn read is found there. Cost: about 20 operations per sample and
+    column. Source: DESIGN 13.5.
     """
     if np.count_nonzero(good) < 2 * NOISE_BLOCK:
         return {}
@@ -176,10 +178,11 @@ def torn(columns: Mapping[str, Floats], good: Bools) -> dict[int, list[Jumps]]:
         if any(len(one.at) for one in near):
             octaves[power] = [one for one in near if len(one.at)]
     found = {}
-    for power, jumps in octaves.items():
-        hits = [one.some(np.abs(one.size - 2**power) < HIT * one.noise) for one in jumps]
-        if are_torn(jumps, [one for one in hits if len(one.at)], power, len(octaves)):
-            found[power] = [one for one in hits if len(one.at)]
+    for power, near in octaves.items():
+        hits = [one.some(np.abs(one.size - 2**power) < HIT * one.noise) for one in near]
+        hits = [one for one in hits if len(one.at)]
+        if are_torn(near, hits, power, len(octaves)):
+            found[power] = hits
     return found
 
 

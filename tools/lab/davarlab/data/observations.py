@@ -124,7 +124,8 @@ def torn(recording: Recording, column: str, good: Bools) -> Observation | None:
         for one in hits:
             mask[one.at] = True
             where.append(f"{one.column} {len(one.at)} times by {2**power} counts")
-    count, times = np.count_nonzero(mask), recording.time_s[np.flatnonzero(mask)[:TIMES]]
+    count = int(np.count_nonzero(mask))
+    times = recording.time_s[np.flatnonzero(mask)[:TIMES]]
     return of_mask(
         "torn_reads",
         recording,
