@@ -10,7 +10,7 @@ import elsewhere
 import numpy as np
 from davarlab.data import clock, events, observations, recording
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import state
+from davarlab.diagnosis import improve, state
 from davarlab.model import Model, Term
 
 RATE = 100.0
@@ -268,8 +268,9 @@ class TornReads(unittest.TestCase):
         self.assertEqual([one.kind for one in judged.seen], ["torn_reads"])
         self.assertTrue(judged.judgement.adequate)
         self.assertEqual(judged.shocks.count, 0)
-        arw = 60 * np.sqrt(judged.fit.sizes[0]) * np.sqrt(1 / RATE)
-        self.assertTrue(0 < arw < np.inf)
+        fitted, _ = improve.fitted_model(judged, model)
+        arw = 60 * 3 * 0.00875 / np.sqrt(RATE)
+        self.assertAlmostEqual(fitted.terms[0].parameters[WHITE] / arw, 1, delta=0.03)
 
     def test_shocks_of_random_sizes_are_not_torn_reads(self):
         """Each kind of shock passes in less than 1 % of recordings (DESIGN 13.5): of 150, by chance

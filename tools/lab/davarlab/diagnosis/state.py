@@ -140,7 +140,7 @@ def check_alive(recording: Recording, model: Model, y: Floats) -> None:
     if len(y) < MINIMUM_SAMPLES:
         raise BadInput(
             f"{recording.name}: column {model.column}: {len(y)} samples remain without motion, "
-            f"repeated and clipped samples; at least {MINIMUM_SAMPLES} are needed"
+            f"torn, repeated and clipped samples; at least {MINIMUM_SAMPLES} are needed"
         )
     if np.mean(np.diff(y) != 0) < START.moving_share:
         raise BadInput(
