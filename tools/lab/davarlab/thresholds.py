@@ -465,6 +465,12 @@ class Cause:
         "choice",
         "real motion, below which its noise is not divided out further",
     )
+    own_noise_most: float = of(
+        1.2,
+        "ratio of powers",
+        "choice; the level of the noise is known to 2 %",
+        "of a column to the noise of its own sensor, up to which it is no more than that",
+    )
     slow_hz: float = of(0.01, "Hz", "DESIGN 4", "below which axes are compared")
     coherent: float = of(
         0.4, "|r|", "DESIGN 4", "from which axes move as one, with bands_apart standard errors"

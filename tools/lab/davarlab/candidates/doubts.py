@@ -1,13 +1,16 @@
 """Reasons not to report a significant candidate: motion, software that subtracts the bias, a
-periodic signal, a common cause (DESIGN 4)."""
+periodic signal, a coefficient that is not physical, a column that is noise, a common cause
+(DESIGN 4)."""
 
 from collections.abc import Sequence
 
 from ..data import recording as recordings
 from ..data.observations import Observation
+from ..effects.base import INFINITE
+from ..inference import estimate
 from ..inference.parts import Bench, Part
 from ..thresholds import DOUBT, LINE
-from . import common_cause
+from . import common_cause, own_noise
 from .candidate import Candidate
 
 SUDDEN = ("shocks", "noise_step", "bias_step", "telegraph_noise")
@@ -21,6 +24,7 @@ def doubt(
     observations on the recording."""
     part, rest = candidate.part, [one for one in parts if one is not candidate.replaces]
     why = of_motion(seen, part) or of_software(parts, part) or of_one_wave(bench, parts, part)
+    why = why or of_size(bench, rest, part) or own_noise.doubt(bench, rest, part)
     if why or not common_cause.on_column(part):
         return why
     judged = common_cause.judge(bench, rest, part)
@@ -77,6 +81,35 @@ def of_software(parts: Sequence[Part], part: Part) -> str:
     return (
         "software that subtracts the bias removes slow effects, and its settling looks like this "
         "effect. Record the output of the sensor before this software"
+    )
+
+
+def size_of(bench: Bench, parts: Sequence[Part], part: Part) -> float:
+    """The first parameter of an effect on a column, fitted in addition to the parts."""
+    name, together = part.effect.size.name, [*parts, part]
+    if part.role == "variance":
+        entry = estimate.dynamic_estimates(bench, together, bench.fit(parts), None)
+        return float(part.shape[name] if name in part.shape else entry[part.kind][name].value)
+    keys = bench.keys(part)
+    found = float(bench.coefficients_of(keys, together, bench.fit(together))[0])
+    scale = bench.data.scale(keys[0]) * part.effect.size.scale
+    return found / scale if scale else 0.0
+
+
+def of_size(bench: Bench, parts: Sequence[Part], part: Part) -> str:
+    """A coefficient that no gyro has."""
+    limit = part.effect.limit(part.shape)
+    size = size_of(bench, parts, part) if limit < INFINITE else 0.0
+    if abs(size) <= limit:
+        return ""
+    unit = part.effect.size.unit.replace(
+        "unit of the column", part.shape.get("column", "").rpartition("_")[2]
+    )
+    names = own_noise.names_of(bench.recording, part)
+    return (
+        f"a coefficient of {size:.3g} {unit} is not physical. Ten times the worst data sheet of a "
+        f"MEMS gyro is {limit:.3g} {unit}. Check the unit of {' and '.join(names)}, and whether "
+        "it is only its sensor's noise"
     )
 
 

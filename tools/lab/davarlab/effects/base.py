@@ -1,7 +1,7 @@
 """What an effect is. Frequencies in Hz, rates in deg/s, spectra two-sided and times the sample
 rate: the variance of one ordinate of the orthonormal cosine transform (DESIGN 1)."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -66,6 +66,9 @@ class Effect:
     behind    of a filter: the parameter that is the standard deviation of white noise behind it,
               deg/s
     sized     False: the first parameter is a shape too
+    most      of an effect on a column, in the unit of the first parameter: a larger magnitude is
+              not physical (limits.py). By the unit at the end of the name of the column that a
+              model file names, else under ""
     simulate  (recording, parameters, rng, white) -> what it adds to the gyro, deg/s; None: from
               spectrum or regressor
     """
@@ -86,6 +89,7 @@ class Effect:
     in_front: bool = True
     behind: str = ""
     sized: bool = True
+    most: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def size(self) -> Parameter:
@@ -114,6 +118,10 @@ class Effect:
         """The shape without what is optional and at its default: a lag of nothing."""
         unsaid = [p.name for p in self.parameters if p.optional and shape.get(p.name) == p.default]
         return {name: value for name, value in shape.items() if name not in unsaid}
+
+    def limit(self, shape: Values) -> float:
+        """The largest physical magnitude of the first parameter; infinite where none is known."""
+        return self.most.get(shape.get("column", "").rpartition("_")[2], INFINITE)
 
     def dps(self, parameters: Values) -> float:
         """The size in deg/s."""

@@ -10,6 +10,7 @@ from scipy import ndimage
 from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
+from . import limits
 from .base import INFINITE, Effect, Parameter, Values
 from .means import AXIS, axes
 from .spectra import correlation_times, gauss_markov
@@ -126,6 +127,7 @@ VIBRATION_NOISE = Effect(
     grid={"axis": axes},
     needs=("accel",),
     variants={"over 5 s": partial(vibration_square, together=5)},
+    most={"": limits.PER_G_OF_NOISE},
 )
 NOISE_STEP = Effect(
     "noise_step",

@@ -9,6 +9,7 @@ from scipy import signal
 from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
+from . import limits
 from .base import INFINITE, Effect, Parameter, Values
 
 ANY = (-INFINITE, INFINITE)
@@ -165,6 +166,7 @@ TEMPERATURE = Effect(
     grid={"lag_s": lags},
     variants={"moving before": partial(temperature, moving=True)},
     slow=True,
+    most={"": limits.PER_DEGC},
 )
 TEMPERATURE_RATE = Effect(
     "temperature_rate",
@@ -179,6 +181,7 @@ TEMPERATURE_RATE = Effect(
     needs=("temp_degC",),
     variants={"over 1 s": partial(temperature_rate, half_s=0.5)},
     slow=True,
+    most={"": limits.PER_DEGC_PER_S},
 )
 TEMPERATURE_SQUARED = Effect(
     "temperature_squared",
@@ -193,6 +196,7 @@ TEMPERATURE_SQUARED = Effect(
     grid={"lag_s": lags},
     variants={"about its mean": partial(squared, about_mean=True)},
     slow=True,
+    most={"": limits.PER_DEGC2},
 )
 TEMPERATURE_HYSTERESIS = Effect(
     "temperature_hysteresis",
@@ -210,6 +214,7 @@ TEMPERATURE_HYSTERESIS = Effect(
     needs=("temp_degC",),
     grid={"width_degC": widths},
     slow=True,
+    most={"": limits.PER_DEGC},
 )
 TEMPERATURE_NOISE = Effect(
     "temperature_noise",
@@ -222,6 +227,7 @@ TEMPERATURE_NOISE = Effect(
     simulate=simulate_temperature_noise,
     needs=("temp_degC",),
     sized=False,
+    most={"": limits.NOISE_PER_DEGC},
 )
 FOLLOWS = Effect(
     "follows",
@@ -237,4 +243,5 @@ FOLLOWS = Effect(
     regressor=follow,
     grid={"column": may_follow, "lag_s": lags},
     variants={"still": partial(follow, denoised=True)},
+    most=limits.FOLLOWED,
 )

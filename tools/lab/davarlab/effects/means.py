@@ -7,6 +7,7 @@ import numpy as np
 from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
+from . import limits
 from .base import INFINITE, Effect, Parameter, Values
 
 ANY = (-INFINITE, INFINITE)
@@ -126,6 +127,7 @@ G_SENSITIVITY = Effect(
     grid={"axis": axes},
     needs=("accel",),
     variants={"still": still_acceleration},
+    most={"": limits.PER_G},
 )
 VIBRATION_RECTIFICATION = Effect(
     "vibration_rectification",
@@ -140,6 +142,7 @@ VIBRATION_RECTIFICATION = Effect(
     variants={f"over {s} s": partial(vibration_square, window_s=s) for s in (1, 5)}
     | {"sudden": sudden_vibration_square},
     slow=True,
+    most={"": limits.PER_G2},
 )
 WARM_UP = Effect(
     "warm_up",

@@ -125,6 +125,10 @@ def bounded(parameter: Parameter) -> bool:
     )
 
 
+def positive(value: object) -> bool:
+    return isinstance(value, (int, float)) and value > 0
+
+
 def check_form(effect: Effect, where: str) -> None:
     """The fields that the table and the search rely on."""
     needed = {"mean": effect.regressor, "spectrum": effect.spectrum}
@@ -132,12 +136,14 @@ def check_form(effect: Effect, where: str) -> None:
         raise BadInput(f"{where} needs a regressor (role mean) or a spectrum (role spectrum)")
     if not isinstance(effect.kind, str) or not effect.kind.isidentifier():
         raise BadInput(f"{where}: its kind must be a word of letters, digits and _")
-    for name, form in (("needs", tuple), ("grid", dict), ("variants", dict)):
+    for name, form in (("needs", tuple), ("grid", dict), ("variants", dict), ("most", dict)):
         if not isinstance(getattr(effect, name), form):
             raise BadInput(
                 f"{where}: {name} must be a {form.__name__}"
                 + (': ("column",)' if form is tuple else "")
             )
+    if effect.most and (effect.role != "mean" or not all(map(positive, effect.most.values()))):
+        raise BadInput(f"{where}: most needs the role mean and numbers above 0")
     parameters = effect.parameters
     if (
         not isinstance(parameters, tuple)
