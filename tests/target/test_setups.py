@@ -33,7 +33,7 @@ SMALL = (
     "--rate 50 --type int32 --lsb 0.001 --bandwidth 20:1 --respond 4",
     "--rate 200 --type float --full-scale 500 --bandwidth none --respond 4 --longest-tau 3600 "
     "--ram 11k",
-    "--rate 250 --lsb 0.01 --bandwidth 90 --respond 0.5 --arw-percent 16",
+    "--rate 250 --lsb 0.01 --bandwidth 90 --respond 0.6 --arw-percent 16",
 )
 LARGE = (
     "--rate 1000 --axes 3 --lsb 0.061 --bandwidth 250:2 --respond 2 --longest-tau 1000 --ram 20k "

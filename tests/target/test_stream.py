@@ -30,7 +30,7 @@ RECORDING = (
 SHORT_WINDOW = ("--policy", "fixed", "--window-max", "300", "--window-min", "300")
 SAMPLES = 6000
 EVERY_MS = 1000  # us
-EVERY_100_US = 100
+EVERY_80_US = 80
 LIKE_16_MHZ = 6  # 2^6 ns per instruction
 OVERLOADED = 8
 RESULTS_MISSED, EDGES_LOST = 5, 13  # items of DAVAR_Health
@@ -166,7 +166,7 @@ class Stream(unittest.TestCase):
     def test_samples_that_the_interrupt_is_too_slow_for_are_counted_gaps(self):
         for target in targets.BARE:
             with self.subTest(target=target):
-                counters, lines = self.stream(target, EVERY_100_US, OVERLOADED, "--stride", "100")
+                counters, lines = self.stream(target, EVERY_80_US, OVERLOADED, "--stride", "100")
                 self.assertGreater(counters["overruns"], 100)
                 self.assertEqual(SAMPLES, counters["samples"] + counters["overruns"])
                 self.assertEqual(counters["overruns"], told(lines)[EDGES_LOST])

@@ -11,7 +11,7 @@ from .design import BLOCK, GAPS, Design
 
 Features = Callable[[Design], list[float]]
 
-ACCEPTED = 3 * BLOCK  # samples that law glr accepts at once
+OF_BOUNDS = 16  # DAVAR_SONG_BYTES; all macros but those of law glr have it
 
 TABLE_PATH = Path(__file__).parent / "costs.json"
 
@@ -57,7 +57,8 @@ def memory_bytes(design: Design, sizes: dict[str, Any]) -> int:
     tau, record, powers = (16, 8, 32) if narrow else (32, 16, 64)
     count, largest = len(design.taus), design.taus[-1]
     stages = (96 if narrow else 168) + 6 * pointer
-    common = stages + tau * count + round8(4 * GAPS)
+    bounds = 0 if design.law == "glr" else OF_BOUNDS
+    common = stages + bounds + tau * count + round8(4 * GAPS)
     if design.engine == "slide":
         of_result = 8 + 2 * pointer + record * count if design.stride > 1 else 0
         return common + round8(sample * (design.window + 2 * largest + 1)) + of_result
@@ -95,19 +96,24 @@ def _several(design: Design) -> float:
     return float(design.wishes.axes > 1)
 
 
+def _doublings(design: Design) -> float:
+    """Of the window of law glr, which tries a split at each."""
+    return math.log2(design.window / BLOCK)
+
+
 def _push(design: Design) -> list[float]:
     axes, count, stride = design.wishes.axes, len(design.taus), design.stride
     if design.law == "glr":
-        doublings = math.log2(design.window / BLOCK)  # of the window, tried at each result
-        return [0.0, axes, axes * count, axes / stride, axes / stride * doublings]
+        return [0.0, axes, axes * count, axes / stride, axes / stride * _doublings(design)]
     return [_several(design), axes, axes * count, axes / stride, axes * count / stride]
 
 
 def _worst(design: Design) -> list[float]:
+    """Of law glr, a bound: the worst push either tests all splits or passes samples on."""
     axes, count, span = design.wishes.axes, len(design.taus), 2 * design.taus[-1]
-    if design.law == "fixed":
-        return [_several(design), axes, axes * count, axes * count * float(span > design.stride)]
-    return [_several(design), axes, axes * count, axes * float(span > ACCEPTED)]
+    if design.law == "glr":
+        return [axes, axes * count, axes * _doublings(design)]
+    return [_several(design), axes, axes * count, axes * count * float(span > design.stride)]
 
 
 def _each(design: Design) -> list[float]:
