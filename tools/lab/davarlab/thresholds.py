@@ -557,6 +557,12 @@ class Fit:
         "choice",
         "reach of a 95 % interval, from which the record does not determine a parameter",
     )
+    settled: float = of(
+        8.0,
+        "times what ends of the record leave",
+        "choice (DESIGN 2.3)",
+        "at a zero of a filter: how it settled as the record began is as much again",
+    )
     draw_iterations: int = of(
         120,
         "iterations",

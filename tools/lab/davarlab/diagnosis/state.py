@@ -298,6 +298,7 @@ def joined(state: State, part: Part, replaces: Part | None = None) -> State:
             {one.kind for one in parts} - set(SEARCH.most_of) | {part.kind},
             only_last=alone,
         )
+        parts = beside_line(bench, parts) if alone else parts
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
     state = replace(state, bench=bench, parts=tuple(parts), fit=bench.fit(parts))
@@ -306,6 +307,21 @@ def joined(state: State, part: Part, replaces: Part | None = None) -> State:
     return cleaned_again(
         state if state.known is None or part.kind in SEARCH.most_of else refilled(state)
     )
+
+
+def beside_line(bench: Bench, parts: list[Part]) -> list[Part]:
+    """The parts with the filters at their best beside the line that joined last: before that, a
+    cutoff was drawn to the line. Where that matters, every response is tried, and the lines, which
+    were fitted behind a wrong filter, are refitted."""
+    kinds = {part.kind for part in parts if part.role == "filter"}
+    if parts[-1].kind != "narrow_band" or not kinds:
+        return parts
+    moved = refine.refined(bench, parts, 2, only=kinds)
+    gain = bench.fit(moved).log_likelihood - bench.fit(parts).log_likelihood
+    if gain < SEARCH.certain:
+        return moved
+    moved = filters.responding(bench, moved)
+    return refine.refined(bench.resolving(moved), moved, 2, only=kinds | {"narrow_band"})
 
 
 def refilled(state: State) -> State:
