@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..candidates import columns, doubts, filters, identifiable
+from ..candidates import columns, doubts, drifting, filters, identifiable
 from ..candidates import ranking as candidates
 from ..candidates.candidate import Candidate
 from ..candidates.identifiable import Alternative
@@ -289,7 +289,7 @@ class Search:
             )
         if kind in filters.MEMORY and self.only:
             return self.only - filters.MEMORY
-        return frozenset({kind}) if kind in SEARCH.most_of else None
+        return frozenset({kind}) if kind in SEARCH.most_of and kind != drifting.KIND else None
 
     def step(self) -> tuple["Search", bool]:
         """(the search one candidate further, or looking less, is anything left)."""

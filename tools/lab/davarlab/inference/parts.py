@@ -13,6 +13,7 @@ from ..data.counts import Counts
 from ..data.recording import Recording
 from ..effects import filters, table
 from ..effects.base import Effect, Values, needed
+from ..effects.means import TURNING
 from ..model import Term
 from ..thresholds import FIT
 from . import changes
@@ -48,7 +49,7 @@ class Part:
     @property
     def turning(self) -> bool:
         """A line: its course has a sine and a cosine."""
-        return self.kind in ("sinusoid", "intermittent_line")
+        return self.kind in TURNING
 
     @property
     def behind(self) -> str:
