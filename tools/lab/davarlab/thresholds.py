@@ -342,6 +342,13 @@ class Line:
         "choice",
         "of a line with a width, within which one that comes and goes is that band, wandering",
     )
+    beside_course: float = of(
+        0.005,
+        "of the sample rate",
+        "choice",
+        "from the course of a drifting line, within which one that comes and goes is what is left "
+        "of it",
+    )
     wave_hz: float = of(
         0.1,
         "Hz",
@@ -349,6 +356,9 @@ class Line:
         "below which lines may be harmonics of one wave: those of anything slower are no lines",
     )
     wave_harmonics: int = of(3, "lines", "DESIGN 4", "from which on they are one wave")
+    wave_wide: float = of(
+        0.25, "of the slowest line", "choice", "by which a line with a width may miss a harmonic"
+    )
     wave_near: float = of(
         0.1,
         "of the slowest line",

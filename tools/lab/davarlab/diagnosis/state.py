@@ -47,9 +47,10 @@ class State:
     seen: tuple[Observation, ...] = ()
 
     @property
-    def doubted(self) -> bool:
-        """Is the recording itself implausible."""
-        return any(one.kind == plausible.KIND for one in self.seen)
+    def doubted(self) -> str:
+        """The observation for which no model of the recording is adequate, "" without one: it is
+        implausible, or its samples are not what the sensor measures."""
+        return next((one.kind for one in self.seen if one.kind == plausible.KIND or one.spoils), "")
 
     @property
     def model_kinds(self) -> list[str]:

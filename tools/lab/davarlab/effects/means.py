@@ -46,8 +46,9 @@ def course_hz(shape: Values, where: str = "") -> Floats:
         found = np.zeros(0)
     if len(found) < COURSE_LEAST or not (found > 0).all() or not np.isfinite(found).all():
         raise BadInput(
-            f"{where + ': ' * bool(where)}drifting_line: course_hz must be {COURSE_LEAST} or more frequencies in Hz, separated "
-            "by spaces: those at even times from the first sample to the last"
+            f"{where + ': ' * bool(where)}drifting_line: course_hz must be {COURSE_LEAST} or more "
+            "frequencies in Hz, separated by spaces: those at even times from the first sample to "
+            "the last"
         )
     return found
 
