@@ -38,9 +38,12 @@ class Awkward(unittest.TestCase):
             row = self.right("low_band + butterworth", seed, seconds=600.0)
             self.assertEqual(row["named"].count("narrow_band"), 1, row)
 
-    def test_slow_noise_behind_an_average_of_several_samples(self):
-        for seed in (1, 2, 3):
-            self.right("gauss_markov + average_of_several", seed, seconds=900.0)
+    def test_slow_noise_behind_an_average_of_several_samples_and_nothing_else(self):
+        for seed in (1, 2, 3, 4):
+            row = benchmark_awkward.one(
+                ("gauss_markov + average_of_several", seed, None, 900.0),
+            )
+            self.assertEqual(set(row["named"]), {"moving_average", "gauss_markov"}, row)
 
     def test_one_line_that_drifts(self):
         for case in ("drifting_line", "drifting_as_it_warms"):

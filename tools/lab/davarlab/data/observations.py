@@ -21,7 +21,7 @@ PILED = 8  # a clipped extreme occurs more often than this many times its neighb
 NEAR = 201  # samples around an outlier, whose mean it leaves
 BESIDE = 3  # values on each side that a dead zone is compared with
 DEAD_PILED = 4  # the value of a dead zone occurs more often than this many times its neighbours
-DEAD_LEAST = 50  # samples with that value
+DEAD_SHARE = 0.1  # of the samples that have the value of a dead zone, at least
 DEAD_FINE = 3  # counts of noise per sample, from which neighbouring values are equally likely
 LISTED = 100  # number of intervals that are listed, the longest ones
 TIMES = 8  # number of times that a sentence lists
@@ -287,12 +287,12 @@ def dead(recording: Recording, x: Floats, known: Bools) -> Observation | None:
     values, counts = np.unique(x[known], return_counts=True)
     most = int(np.argmax(counts))
     beside = np.concatenate([counts[max(0, most - BESIDE) : most], counts[most + 1 :][:BESIDE]])
-    if not BESIDE <= most < len(values) - BESIDE or counts[most] < DEAD_LEAST:
+    share = float(counts[most]) / max(np.count_nonzero(known), 1)
+    if not BESIDE <= most < len(values) - BESIDE or share < DEAD_SHARE:
         return None
     step, noise = signals.count_of(x[known]), noise_per_sample(x, known)
     if counts[most] < DEAD_PILED * beside.mean() or step and noise < DEAD_FINE * step:
         return None
-    share = float(counts[most]) / np.count_nonzero(known)
     return Observation(
         "dead_zone",
         [[0.0, float(recording.samples / recording.rate_hz)]],

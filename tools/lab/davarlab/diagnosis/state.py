@@ -21,7 +21,7 @@ from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part, as_spectra, part_of
 from ..inference.whittle import Fit
 from ..model import Model
-from ..thresholds import SEARCH, START
+from ..thresholds import CHANCE, SEARCH, START
 from . import cells, judge
 from .cells import Cell
 from .judge import Judgement
@@ -311,16 +311,17 @@ def joined(state: State, part: Part, replaces: Part | None = None) -> State:
 
 
 def beside_line(bench: Bench, parts: list[Part]) -> list[Part]:
-    """The parts with the filters at their best beside the line that joined last: before that, a
-    cutoff was drawn to the line. Where that matters, every response is tried, and the lines, which
-    were fitted behind a wrong filter, are refitted."""
+    """The parts with the filters at their best beside the first line with a width: before that, a
+    cutoff was drawn to the line. Later lines follow what the first one leaves, so that a filter
+    fitted to them would be wrong."""
     kinds = {part.kind for part in parts if part.role == "filter"}
-    if parts[-1].kind != "narrow_band" or not kinds:
+    if not kinds or [part.kind for part in parts].count("narrow_band") != 1:
+        return parts
+    if parts[-1].kind != "narrow_band":
         return parts
     moved = refine.refined(bench, parts, 2, only=kinds)
-    gain = bench.fit(moved).log_likelihood - bench.fit(parts).log_likelihood
-    if gain < SEARCH.certain:
-        return moved
+    if bench.fit(moved).log_likelihood - bench.fit(parts).log_likelihood < CHANCE.tell_apart:
+        return parts
     moved = filters.responding(bench, moved)
     return refine.refined(bench.resolving(moved), moved, 2, only=kinds | {"narrow_band"})
 
