@@ -35,14 +35,12 @@ class Awkward(unittest.TestCase):
 
     def test_a_band_beside_a_filter_and_no_other(self):
         for seed in (1, 2, 3):
-            row = self.right("low_band + butterworth", seed, seconds=600.0)
-            self.assertEqual(row["named"].count("narrow_band"), 1, row)
+            row = benchmark_awkward.one(("low_band + butterworth", seed, None, 600.0))
+            self.assertEqual(sorted(row["named"]), ["low_pass", "narrow_band"], row)
 
     def test_slow_noise_behind_an_average_of_several_samples_and_nothing_else(self):
         for seed in (1, 2, 3, 4):
-            row = benchmark_awkward.one(
-                ("gauss_markov + average_of_several", seed, None, 900.0),
-            )
+            row = benchmark_awkward.one(("gauss_markov + average_of_several", seed, None, 900.0))
             self.assertEqual(set(row["named"]), {"moving_average", "gauss_markov"}, row)
 
     def test_one_line_that_drifts(self):

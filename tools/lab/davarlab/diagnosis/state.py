@@ -299,7 +299,7 @@ def joined(state: State, part: Part, replaces: Part | None = None) -> State:
             {one.kind for one in parts} - set(SEARCH.most_of) | {part.kind},
             only_last=alone,
         )
-        parts = beside_line(bench, parts) if alone else parts
+        parts = with_one_line(bench, parts)
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
     state = replace(state, bench=bench, parts=tuple(parts), fit=bench.fit(parts))
@@ -310,20 +310,19 @@ def joined(state: State, part: Part, replaces: Part | None = None) -> State:
     )
 
 
-def beside_line(bench: Bench, parts: list[Part]) -> list[Part]:
-    """The parts with the filters at their best beside the first line with a width: before that, a
-    cutoff was drawn to the line. Later lines follow what the first one leaves, so that a filter
-    fitted to them would be wrong."""
-    kinds = {part.kind for part in parts if part.role == "filter"}
-    if not kinds or [part.kind for part in parts].count("narrow_band") != 1:
-        return parts
-    if parts[-1].kind != "narrow_band":
+def with_one_line(bench: Bench, parts: list[Part]) -> list[Part]:
+    """Filters and the first line with a width at their best together, where one of them joined
+    last: a cutoff alone is drawn to the line, and a line alone is widened by the cutoff. Later
+    lines follow what the first one leaves, so that a filter fitted to them would be wrong."""
+    kinds = {part.kind for part in parts if part.role == "filter"} | {"narrow_band"}
+    lines = [part.kind for part in parts].count("narrow_band")
+    if lines != 1 or len(kinds) == 1 or parts[-1].kind not in kinds:
         return parts
     moved = refine.refined(bench, parts, 2, only=kinds)
     if bench.fit(moved).log_likelihood - bench.fit(parts).log_likelihood < CHANCE.tell_apart:
         return parts
     moved = filters.responding(bench, moved)
-    return refine.refined(bench.resolving(moved), moved, 2, only=kinds | {"narrow_band"})
+    return refine.refined(bench.resolving(moved), moved, 2, only=kinds)
 
 
 def refilled(state: State) -> State:
