@@ -397,7 +397,7 @@ class Drift:
     knots: tuple[int, int] = of(
         (5, 256), "knots", "DESIGN 15.3", "of the course of the frequency: least and most"
     )
-    pieces: int = of(8, "per knot", "choice", "of the record, in which the phase is followed")
+    per_knot: int = of(8, "pieces", "choice", "of the record, in which the phase is followed")
     rounds: int = of(6, "rounds", "choice", "of the phase and the course in turn")
 
 

@@ -75,7 +75,7 @@ def locked(z: Complexes, time: Floats, last: float, course: Floats) -> tuple[flo
     best = gathered(z, time, last, course)[0], course
     for turn in range(DRIFT.rounds):
         turned = gathered(z, time, last, course)[1]
-        pieces = min(len(z) // 2, DRIFT.pieces * len(course) // 2 ** max(0, 2 - turn))
+        pieces = min(len(z) // 2, DRIFT.per_knot * len(course) // 2 ** max(0, 2 - turn))
         starts = np.linspace(0, len(z), pieces, endpoint=False).astype(int)
         sums = np.add.reduceat(turned, starts)
         sums = ndimage.uniform_filter1d(sums, 3, mode="nearest")
@@ -114,7 +114,7 @@ def followed(z: Complexes, time: Floats, last: float) -> tuple[float, Floats] | 
         before = None
         while best and best is not before:
             before, count = best, int(factor * len(best[1]))
-            if DRIFT.knots[0] <= count <= min(DRIFT.knots[1], len(z) // DRIFT.pieces):
+            if DRIFT.knots[0] <= count <= min(DRIFT.knots[1], len(z) // DRIFT.per_knot):
                 knots = np.linspace(time[0], last, len(best[1]))
                 more = np.linspace(time[0], last, count)
                 tried(interpolate.CubicSpline(knots, best[1])(more))

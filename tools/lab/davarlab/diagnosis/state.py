@@ -312,8 +312,8 @@ def joined(state: State, part: Part, replaces: Part | None = None) -> State:
 
 def with_one_line(bench: Bench, parts: list[Part]) -> list[Part]:
     """Filters and the first line with a width at their best together, where one of them joined
-    last: a cutoff alone is drawn to the line, and a line alone is widened by the cutoff. Later
-    lines follow what the first one leaves, so that a filter fitted to them would be wrong."""
+    last: a cutoff alone is drawn to the line, and a line alone is widened by the cutoff. Only if
+    they then come near the spectrum: else the filter would follow what is still missing."""
     kinds = {part.kind for part in parts if part.role == "filter"} | {"narrow_band"}
     lines = [part.kind for part in parts].count("narrow_band")
     if lines != 1 or len(kinds) == 1 or parts[-1].kind not in kinds:
@@ -322,7 +322,10 @@ def with_one_line(bench: Bench, parts: list[Part]) -> list[Part]:
     if bench.fit(moved).log_likelihood - bench.fit(parts).log_likelihood < CHANCE.tell_apart:
         return parts
     moved = filters.responding(bench, moved)
-    return refine.refined(bench.resolving(moved), moved, 2, only=kinds)
+    moved = refine.refined(bench.resolving(moved), moved, 2, only=kinds)
+    fine = bench.resolving(moved)
+    left = fine.whitened(moved, fine.fit(moved))
+    return moved if adequacy.spectrum_score(left, len(moved)) > START.far_p else parts
 
 
 def refilled(state: State) -> State:
