@@ -19,6 +19,7 @@ class Awkward(unittest.TestCase):
         row = benchmark_awkward.one((case, seed, rate, seconds))
         self.assertEqual((row["outcome"], row["reasons"]), ("right", []), row)
         self.assertEqual(row["untrue_observations"], [], row)
+        return row
 
     def test_nothing_there_beside_columns_that_move(self):
         self.right("clean decoys", 1, rate=20.0)
@@ -31,6 +32,32 @@ class Awkward(unittest.TestCase):
 
     def test_a_filter_of_second_order(self):
         self.right("butterworth", 1, seconds=600.0)
+
+    def test_a_band_beside_a_filter_and_no_other(self):
+        for seed in (1, 2, 3):
+            row = benchmark_awkward.one(("low_band + butterworth", seed, None, 600.0))
+            self.assertEqual(sorted(row["named"]), ["low_pass", "narrow_band"], row)
+
+    def test_slow_noise_behind_an_average_of_several_samples_and_nothing_else(self):
+        for seed in (1, 2, 3, 4):
+            row = benchmark_awkward.one(("gauss_markov + average_of_several", seed, None, 900.0))
+            self.assertEqual(set(row["named"]), {"moving_average", "gauss_markov"}, row)
+
+    def test_one_line_that_drifts(self):
+        for case in ("drifting_line", "drifting_as_it_warms"):
+            for seed in (1, 2):
+                row = self.right(case, seed, seconds=900.0)
+                self.assertEqual(row["named"], ["drifting_line"], row)
+
+    def test_a_dead_zone_is_observed_and_nothing_named(self):
+        for seed in (1, 2, 3):
+            row = self.right("dead_zone", seed, seconds=300.0)
+            self.assertEqual((row["verdict"], row["named"]), ("unknown", []), row)
+
+    def test_repeats_behind_counts_are_observed_and_nothing_named(self):
+        for seed in (1, 2, 3):
+            row = self.right("repeated_behind_counts", seed, seconds=300.0)
+            self.assertEqual((row["verdict"], row["named"]), ("unknown", []), row)
 
     def test_turned_by_hand(self):
         self.right("motion_turned", 1, rate=20.0)

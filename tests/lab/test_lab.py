@@ -200,6 +200,7 @@ class Files(Folder):
                 "follows",
                 "moving_average",
                 "intermittent_line",
+                "drifting_line",
                 "bias_step",
             },
         )

@@ -24,6 +24,18 @@ def repeated_slower(bench):
     held(bench, np.floor(np.floor(np.arange(bench.count) * ratio) / ratio).astype(int))
 
 
+def repeated_behind_counts(bench):
+    """A sensor that is read 1.2 to 1.9 times a sample, behind counts as large as its noise: nobody
+    can see which samples are repeats.
+    """
+    count = np.std(bench.white) / bench.rng.uniform(0.8, 3)
+    bench.slow = np.round((bench.white + bench.slow) / count) * count
+    bench.white = np.zeros(bench.count)
+    held(bench, (np.arange(bench.count) / bench.rng.uniform(1.2, 1.9)).astype(int))
+    bench.truth.tolerated.add("coarse_counts")
+    bench.truth.unknown_is_right, bench.truth.covers = True, False
+
+
 def repeated_stale(bench):
     """The bus fails at random; the driver answers with the last value."""
     stale = bench.rng.random(bench.count) < bench.rng.uniform(0.05, 0.2)

@@ -47,7 +47,25 @@ def drifting_line(bench):
     )
     amplitude = bench.rng.uniform(0.02, 0.05)
     bench.slow += amplitude * np.sin(2 * np.pi * np.cumsum(course) / bench.rate)
-    bench.truth.groups.append({"narrow_band", "sinusoid", "intermittent_line"})
+    bench.truth.groups.append({"drifting_line"})
+
+
+def drifting_as_it_warms(bench):
+    """Fast at first, then slower and slower: a fan or an oscillator after power-on."""
+    f, moves = bench.rate * bench.rng.uniform(0.1, 0.35), bench.rng.uniform(0.5, 3)
+    course = f - moves * np.expm1(-bench.t / bench.rng.uniform(0.06, 0.3) / bench.t[-1])
+    amplitude = bench.rng.uniform(0.02, 0.05)
+    bench.slow += amplitude * np.sin(2 * np.pi * np.cumsum(course) / bench.rate)
+    bench.truth.groups.append({"drifting_line"})
+
+
+def low_band(bench):
+    """A band where the slope of a low pass begins."""
+    scale = bench.rate / RATE
+    f, half_width = bench.rng.uniform(8, 30) * scale, bench.rng.uniform(0.15, 0.5) * scale
+    std = bench.rng.uniform(0.02, 0.06)
+    bench.slow += std * band(bench.count, f / bench.rate, half_width / bench.rate, bench.rng)
+    bench.hide("narrow_band", {"std_dps": std, "frequency_hz": f, "half_width_hz": half_width})
 
 
 def intermittent_line(bench):

@@ -24,6 +24,25 @@ def two_tap_average(bench):
         counted(bench)
 
 
+def average_of_several(bench):
+    """Its gain has zeros below half the rate."""
+    count = int(bench.rng.integers(3, 7))
+    bench.through(lambda x: signal.lfilter(np.ones(count) / count, [1], x))
+    bench.hide("moving_average", {"samples": count})
+
+
+def dead_zone(bench):
+    """A driver that reports 0 for small rates, with or without a step at the ends of the zone."""
+    x = bench.white + bench.slow
+    zone = bench.rng.uniform(0.3, 1.2) * np.std(bench.white)
+    beyond = x if bench.rng.random() < 0.5 else x - np.sign(x) * zone
+    count = bench.rng.uniform(0.001, 0.004)
+    bench.slow = np.round(np.where(np.abs(x) < zone, 0.0, beyond) / count) * count
+    bench.white, bench.more["bias"] = np.zeros(bench.count), 0.0
+    bench.truth.observations.add("dead_zone")
+    bench.truth.unknown_is_right, bench.truth.covers = True, False
+
+
 def butterworth(bench):
     cutoff = 0.2 * bench.rate
     if bench.rng.random() < 0.5:

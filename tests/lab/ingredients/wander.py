@@ -1,7 +1,7 @@
 """Wander, levels and steps of the bias."""
 
 import numpy as np
-from elsewhere import DEG
+from elsewhere import DEG, ar1
 
 
 def telegraph_three_levels(bench):
@@ -20,6 +20,12 @@ def telegraph(bench):
     switches = np.cumsum(bench.rng.exponential(dwell, int(20 + 3 * bench.t[-1] / dwell)))
     bench.slow += amplitude * np.where(np.searchsorted(switches, bench.t) % 2, 1.0, -1.0)
     bench.hide("telegraph_noise", {"amplitude_dps": amplitude, "mean_dwell_s": dwell})
+
+
+def gauss_markov(bench):
+    std, time = bench.rng.uniform(0.006, 0.015), np.exp(bench.rng.uniform(np.log(2), np.log(30)))
+    bench.slow += std * ar1(bench.count, np.exp(-1 / (bench.rate * time)), bench.rng)
+    bench.hide("gauss_markov", {"std_dps": std, "correlation_time_s": time})
 
 
 def random_walk(bench):

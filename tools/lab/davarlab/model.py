@@ -11,6 +11,7 @@ from . import files
 from .data.recording import Recording
 from .effects import table
 from .effects.base import Effect, Parameter, Values
+from .effects.means import TURNING, course_hz
 from .errors import BadInput
 from .files import StrPath
 
@@ -119,14 +120,18 @@ def parsed(text: str, path: StrPath) -> dict[str, Any]:
 def check_lines(terms: Iterable[Term], rate_hz: float | None, where: StrPath) -> None:
     """A line above half the sample rate cannot be told from its alias below."""
     for term in terms:
-        if (
-            term.kind in ("sinusoid", "intermittent_line")
-            and rate_hz
-            and term.parameters["frequency_hz"] > rate_hz / 2
-        ):
+        if term.kind not in TURNING:
+            continue
+        name = "course_hz" if term.kind == "drifting_line" else "frequency_hz"
+        highest = (
+            course_hz(term.parameters, str(where)).max()
+            if name == "course_hz"
+            else term.parameters[name]
+        )
+        if rate_hz and highest > rate_hz / 2:
             raise BadInput(
-                f"{where}: {term.kind}: frequency_hz = {term.parameters['frequency_hz']:g} is "
-                f"above half the sample rate of {rate_hz:g} Hz"
+                f"{where}: {term.kind}: {name} = {highest:g} is above half the sample rate of "
+                f"{rate_hz:g} Hz"
             )
 
 

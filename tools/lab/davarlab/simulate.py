@@ -13,6 +13,7 @@ from .data import table as tables
 from .data.recording import MINIMUM_SAMPLES, Recording
 from .effects import spectra, table
 from .effects.base import needed
+from .effects.means import TURNING
 from .errors import BadInput
 from .files import StrPath
 from .model import Term
@@ -92,7 +93,7 @@ def contribution(
     if effect.role == "mean":
         regressor = needed(effect.regressor)
         course = effect.dps(parameters) * regressor(recording, effect.shape_of(parameters))
-        return course if term.kind in ("sinusoid", "intermittent_line") else course - course.mean()
+        return course if term.kind in TURNING else course - course.mean()
     spectrum = needed(effect.spectrum)
     return effect.dps(parameters) * spectra.from_spectrum(
         lambda f: spectrum(f, recording.rate_hz, parameters),

@@ -189,7 +189,13 @@ class Search:
         50.0, "log-likelihood", "DESIGN 4", "from which a part stays, whatever the filters do"
     )
     most_of: Mapping[str, float] = of(
-        {"sinusoid": 4, "narrow_band": 16, "intermittent_line": 4, "bias_step": 4},
+        {
+            "sinusoid": 4,
+            "narrow_band": 16,
+            "intermittent_line": 4,
+            "drifting_line": 4,
+            "bias_step": 4,
+        },
         "effects",
         "DESIGN 4",
         "that a sensor may have of a kind, where more than one",
@@ -336,6 +342,13 @@ class Line:
         "choice",
         "of a line with a width, within which one that comes and goes is that band, wandering",
     )
+    beside_course: float = of(
+        0.005,
+        "of the sample rate",
+        "choice",
+        "from the course of a drifting line, within which one that comes and goes is what is left "
+        "of it",
+    )
     wave_hz: float = of(
         0.1,
         "Hz",
@@ -343,12 +356,49 @@ class Line:
         "below which lines may be harmonics of one wave: those of anything slower are no lines",
     )
     wave_harmonics: int = of(3, "lines", "DESIGN 4", "from which on they are one wave")
+    wave_wide: float = of(
+        0.25, "of the slowest line", "choice", "by which a line with a width may miss a harmonic"
+    )
     wave_near: float = of(
         0.1,
         "of the slowest line",
         "choice",
         "that a line must be surer of its place than to be its harmonic",
     )
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A line whose frequency drifts (candidates/drifting.py)."""
+
+    least: float = of(
+        50.0,
+        "log-likelihood",
+        "choice",
+        "of a line with a width, from which it may be one that drifts; and what that gains more",
+    )
+    reach: float = of(
+        0.04, "of the sample rate", "choice", "on each side of the line, in which it is followed"
+    )
+    widths: float = of(4.0, "half widths", "choice", "of the line, the same")
+    share: float = of(
+        0.7,
+        "of the power beyond the model",
+        "DESIGN 15.3",
+        "within reach that must belong to one course",
+    )
+    samples_least: int = of(512, "samples", "choice", "of the band about the line")
+    blocks: tuple[int, ...] = of(
+        (32, 64, 128, 256, 512), "blocks", "DESIGN 15.3", "half overlapping, of the record"
+    )
+    block_least: int = of(16, "samples", "choice", "of a block of the band about the line")
+    bins: int = of(3, "bins", "choice", "by which the line moves from one block to the next")
+    blocks_per_knot: int = of(5, "blocks", "choice", "of the course that is tried first")
+    knots: tuple[int, int] = of(
+        (5, 256), "knots", "DESIGN 15.3", "of the course of the frequency: least and most"
+    )
+    per_knot: int = of(8, "pieces", "choice", "of the record, in which the phase is followed")
+    rounds: int = of(6, "rounds", "choice", "of the phase and the course in turn")
 
 
 @dataclass(frozen=True)
@@ -557,6 +607,12 @@ class Fit:
         "choice",
         "reach of a 95 % interval, from which the record does not determine a parameter",
     )
+    settled: float = of(
+        8.0,
+        "times what ends of the record leave",
+        "choice (DESIGN 2.3)",
+        "at a zero of a filter: how it settled as the record began is as much again",
+    )
     draw_iterations: int = of(
         120,
         "iterations",
@@ -583,6 +639,7 @@ START = Start()
 SEARCH = Search()
 TRIES = Tries()
 LINE = Line()
+DRIFT = Drift()
 STEP = Step()
 LEVELS = Levels()
 COLUMN = Column()
@@ -597,6 +654,7 @@ TABLE = {
     "SEARCH": SEARCH,
     "TRIES": TRIES,
     "LINE": LINE,
+    "DRIFT": DRIFT,
     "STEP": STEP,
     "LEVELS": LEVELS,
     "COLUMN": COLUMN,

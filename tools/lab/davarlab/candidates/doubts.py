@@ -120,12 +120,11 @@ def times_of(bench: Bench, base_hz: float, part: Part) -> int:
         return 0
     times = max(1, round(part.shape["frequency_hz"] / base_hz))
     doubt_hz = (1 + times) * bench.recording.rate_hz / len(bench.y) / 4
-    return (
-        times
-        if doubt_hz < LINE.wave_near * base_hz
-        and abs(part.shape["frequency_hz"] - times * base_hz) < doubt_hz
-        else 0
-    )
+    if doubt_hz >= LINE.wave_near * base_hz:
+        return 0
+    # A signal that repeats with some jitter has harmonics with a width.
+    doubt_hz += min(part.shape.get("half_width_hz", 0.0), LINE.wave_wide * base_hz)
+    return times if abs(part.shape["frequency_hz"] - times * base_hz) < doubt_hz else 0
 
 
 def wave_of(bench: Bench, parts: Sequence[Part]) -> float | None:

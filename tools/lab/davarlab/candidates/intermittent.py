@@ -8,6 +8,7 @@ import numpy.typing as npt
 from scipy import fft
 
 from ..arrays import Floats
+from ..effects.means import course_hz
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
 from ..thresholds import LINE, TRIES
@@ -101,6 +102,11 @@ def search(bench: Bench, parts: Sequence[Part], fit: Fit) -> tuple[Part, float, 
     w, rate = bench.residual(parts, fit), bench.recording.rate_hz
     bands = [part.shape for part in parts if part.kind == "narrow_band"]
     reach = [(band["frequency_hz"], LINE.within_band * band["half_width_hz"]) for band in bands]
+    for part in parts:
+        if part.kind == "drifting_line":  # what is left of it here and there
+            course = course_hz(part.shape)
+            off = np.ptp(course) / 2 + LINE.beside_course * rate
+            reach.append((float(course.max() + course.min()) / 2, float(off)))
     gain, nu, low, high = strongest(w, [((f - off) / rate, (f + off) / rate) for f, off in reach])
     for _ in range(LINE.visit_rounds if gain > 0 else 0):
         gain, low, high = best_interval(w, nu)

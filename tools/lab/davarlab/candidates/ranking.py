@@ -17,7 +17,7 @@ from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part, as_spectra
 from ..inference.whittle import Fit, generalised_least_squares, score_of_column, score_of_row
 from ..thresholds import CHANCE, FIT, LEVELS, SEARCH
-from . import filters, intermittent, lines, steps
+from . import drifting, filters, intermittent, lines, steps
 from .candidate import Candidate, log_chance
 
 LORENTZIAN = ("telegraph_noise", "gauss_markov")
@@ -454,6 +454,9 @@ def ranked(
                     lambda fine, full: scatter_of(fine, parts, full, blocks, modulation.crowding),
                 )
             )
+        elif effect.kind == drifting.KIND:
+            band = next((one for one in tried if one and one.kind == "narrow_band"), None)
+            tried.append(drifting.search(bench, parts, fit, band))
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
             tried.append(Candidate(effect.kind, *one) if one else None)

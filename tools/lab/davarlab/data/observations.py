@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Floats
+from . import counts as counted
 from . import events, motion, plausible, repeats, signals
 from .recording import Recording
 
@@ -17,6 +18,11 @@ COARSER = (
 )  # of the noise per sample: the rounding of larger counts changes mean and variance
 LEVELS = 8  # distinct values that a column needs before its extremes are tested for clipping
 PILED = 8  # a clipped extreme occurs more often than this many times its neighbouring values
+NEAR = 201  # samples around an outlier, whose mean it leaves
+BESIDE = 3  # values on each side that a dead zone is compared with
+DEAD_PILED = 4  # the value of a dead zone occurs more often than this many times its neighbours
+DEAD_SHARE = 0.1  # of the samples that have the value of a dead zone, at least
+DEAD_FINE = 3  # counts of noise per sample, from which neighbouring values are equally likely
 LISTED = 100  # number of intervals that are listed, the longest ones
 TIMES = 8  # number of times that a sentence lists
 
@@ -24,13 +30,15 @@ TIMES = 8  # number of times that a sentence lists
 @dataclass
 class Observation:
     """stretches: [[start_s, stop_s]]. share: of the samples. detail: sentences. mask: samples that
-    the analysis cannot use, or None."""
+    the analysis cannot use, or None. spoils: whether the samples are not what the sensor measures,
+    so that no effect is sought and no model is adequate."""
 
     kind: str
     stretches: list[list[float]]
     share: float
     detail: str
     mask: Bools | None = None
+    spoils: bool = False
 
     def plain(self) -> dict[str, Any]:
         """The JSON form."""
@@ -58,6 +66,7 @@ def find(recording: Recording, column: str) -> list[Observation]:
     for look in (
         lambda recording, good: torn(recording, column, good),
         lambda recording, good: clipped(recording, x, good),
+        lambda recording, good: dead(recording, x, good),
         moved,
         repeated,
         lambda recording, good: coarse(recording, x, good),
@@ -65,6 +74,8 @@ def find(recording: Recording, column: str) -> list[Observation]:
     ):
         entry = look(recording, kept(recording, column, found))
         found += [entry] if entry else []
+        if entry and entry.spoils:
+            break
     return sorted(found, key=lambda entry: (entry.kind != plausible.KIND, entry.kind != "motion"))
 
 
@@ -218,6 +229,17 @@ def repeated(recording: Recording, known: Bools) -> Observation | None:
     found = repeats.find(recording.columns, known)
     if not found:
         return None
+    if not found.clear:
+        return Observation(
+            "repeated_samples",
+            [[0.0, float(recording.samples / recording.rate_hz)]],
+            found.share,
+            f"{100 * found.share:.3g} % of the samples equal the previous one. Coarse counts "
+            f"explain only {100 * found.chance:.2g} %, so the sensor was read more often than it "
+            "measures. The counts hide which samples are repeats, so nothing is analysed. Read "
+            "the sensor at its own rate, on its data-ready signal, or log all axes.",
+            spoils=True,
+        )
     real = (found.share - found.chance) / (1 - found.chance)
     return of_mask(
         "repeated_samples",
@@ -260,6 +282,29 @@ def clipped(recording: Recording, x: Floats, known: Bools) -> Observation | None
     )
 
 
+def dead(recording: Recording, x: Floats, known: Bools) -> Observation | None:
+    """A value in the middle that stands for all small rates."""
+    values, counts = np.unique(x[known], return_counts=True)
+    most = int(np.argmax(counts))
+    beside = np.concatenate([counts[max(0, most - BESIDE) : most], counts[most + 1 :][:BESIDE]])
+    share = float(counts[most]) / max(np.count_nonzero(known), 1)
+    if not BESIDE <= most < len(values) - BESIDE or share < DEAD_SHARE:
+        return None
+    step, noise = signals.count_of(x[known]), noise_per_sample(x, known)
+    if counts[most] < DEAD_PILED * beside.mean() or step and noise < DEAD_FINE * step:
+        return None
+    return Observation(
+        "dead_zone",
+        [[0.0, float(recording.samples / recording.rate_hz)]],
+        share,
+        f"{100 * share:.2g} % of the samples are exactly {values[most]:.6g}, which is "
+        f"{counts[most] / beside.mean():.2g} times as often as their neighbours. Sensor or driver "
+        "puts this value in the place of small rates (a dead zone), or of samples that it lost. "
+        "Nothing is analysed. Switch the dead zone off, or read the raw registers.",
+        spoils=True,
+    )
+
+
 def noise_per_sample(x: Floats, good: Bools) -> float:
     """From differences of neighbouring samples: the median over blocks."""
     square = np.diff(x)[good[1:] & good[:-1]] ** 2 / 2
@@ -289,6 +334,9 @@ def outliers(recording: Recording, x: Floats, good: Bools) -> Observation | None
         return None
     w = motion.whitened(x, good)
     mask, _ = motion.lone(w, good)
+    known = counted.of(x[good], recording.rate_hz) if mask.any() else None
+    if known and known.reach_dps:  # a count more is no outlier where a count exceeds the noise
+        mask &= np.abs(x - events.local_mean(x, good, NEAR)) > known.reach_dps
     if not mask.any():
         return None
     return of_mask(

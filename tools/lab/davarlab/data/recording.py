@@ -122,7 +122,7 @@ def fresh(
     """
     count = len(next(iter(columns.values())))
     found = repeats.find(columns, np.ones(count, bool))
-    if not found or count - np.count_nonzero(found.equal) < MINIMUM_SAMPLES:
+    if not found or not found.clear or count - np.count_nonzero(found.equal) < MINIMUM_SAMPLES:
         return None
     rows = ~found.equal
     time = columns.get("time_s", np.arange(count) / rate_hz)[rows]

@@ -5,22 +5,75 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 from ..arrays import Bools, Floats
 from . import signals
 
 CHANCE = 1e-6  # of a sensor without repeats, per recording
+CLEAR = 0.01  # chance of equal samples, up to which each one that is equal is a repeat
+APART = 6.0  # standard deviations
+FINER = 0.1  # differences of two counts over those of one, from which the noise hides the counts
 
 
 @dataclass
 class Repeats:
     """equal: True where a sample repeats the one before on all axes of the gyro; share: of the
-    samples; chance: the share that counts explain."""
+    samples; chance: the share that counts explain; clear: counts explain so few that those which
+    are equal can be left out."""
 
     equal: Bools
     share: float
     chance: float
+    clear: bool = True
+
+
+def rounded_difference(sigma: float, size: int) -> float:
+    """Chance that two counted samples differ by so many counts, up or down, where their difference
+    has this standard deviation in counts and the bias lies anywhere in a count."""
+    x = (size + np.array([-1, 0, 1])) / sigma
+    each = sigma * (x * stats.norm.cdf(x) + stats.norm.pdf(x)) @ np.array([1, -2, 1])
+    return float(each if size == 0 else 2 * each)
+
+
+def by_counts(x: Floats, known: Bools) -> float | None:
+    """Share of samples of an axis that equal the one before by their counts alone, exactly for
+    Gaussian noise: from the differences of one and of two counts. None where the noise is too small
+    for that."""
+    step = signals.count_of(x[known])
+    if not step:
+        return None
+    sizes = np.round(np.abs(np.diff(x))[known[1:] & known[:-1]] / step)
+    one, two = float(np.mean(sizes == 1)), float(np.mean(sizes == 2))
+
+    def off(sigma: float) -> float:
+        return rounded_difference(sigma, 2) / rounded_difference(sigma, 1) - two / max(one, 1e-9)
+
+    low, high = 0.3, 30.0
+    if two < FINER * one or off(low) * off(high) > 0:
+        return None
+    sigma = float(optimize.brentq(off, low, high))
+    return one * rounded_difference(sigma, 0) / rounded_difference(sigma, 1)
+
+
+def hidden(columns: Mapping[str, Floats], equal: Bools, known: Bools) -> float | None:
+    """The share of equal samples that counts explain, where there are more and they keep apart;
+    else None.
+
+    Equal samples of a sensor that is read once a sample follow each other more often than by
+    chance, because its noise is smaller for a while or near the middle of a count. A sensor that is
+    read too often gives a fresh sample after one or a few repeats.
+    """
+    found = [by_counts(columns[name], known) for name in columns if name.startswith("gyro_")]
+    sure = [one for one in found if one is not None]
+    share = float(equal[1:].mean())
+    if not sure or not 0 < share < 1 or len(sure) < len(found):
+        return None
+    chance = float(np.prod(sure))
+    together = (equal[2:] - share) * (equal[1:-1] - share)
+    if share < 1.2 * chance or together.mean() > -APART * share * (1 - share) / len(equal) ** 0.5:
+        return None
+    return chance
 
 
 def chance_of_equal(x: Floats, known: Bools) -> float | None:
@@ -53,6 +106,10 @@ def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
         by_counts = chance_of_equal(x, known)
         chance *= 1.0 if by_counts is None else by_counts
     count, tries = np.count_nonzero(equal), np.count_nonzero(both)
+    if chance > CLEAR:
+        explained = hidden(columns, equal, known)
+        if explained is not None:
+            return Repeats(equal, count / tries, explained, clear=False)
     if (
         chance > 0.1
         or count < 5

@@ -28,8 +28,8 @@ class Judgement:
     """adequacy: "statistical", "practical" or "no". largest: the largest proven deviation {percent,
     ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the bound with 99 %
     confidence, ratio the measured Allan deviation over the model's. shown_to_tau_s: the longest tau
-    at which the record confirms a fit within 5 %; 0: no tau. doubted: whether the recording is
-    implausible; no model of it is adequate."""
+    at which the record confirms a fit within 5 %; 0: no tau. doubted: the observation for
+    which no model is adequate, "" without one."""
 
     adequacy: str
     error: float
@@ -37,7 +37,7 @@ class Judgement:
     p_value: float
     largest: Deviation | None
     shown_to_tau_s: float
-    doubted: bool = False
+    doubted: str = ""
 
     @property
     def adequate(self) -> bool:
@@ -93,9 +93,7 @@ def shown_to(cells: Sequence[Cell]) -> float:
     return float(shown)
 
 
-def judged(
-    cells: list[Cell], short: list[Cell], p_value: float, doubted: bool = False
-) -> Judgement:
+def judged(cells: list[Cell], short: list[Cell], p_value: float, doubted: str = "") -> Judgement:
     """short: cells of short windows, which the error does not count. p_value: of the residual
     (inference/adequacy.py). doubted: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)

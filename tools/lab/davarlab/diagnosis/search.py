@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..candidates import columns, doubts, filters, identifiable
+from ..candidates import columns, doubts, drifting, filters, identifiable
 from ..candidates import ranking as candidates
 from ..candidates.candidate import Candidate
 from ..candidates.identifiable import Alternative
@@ -229,7 +229,11 @@ class Search:
             part is candidate.replaces for part in self.state.parts[: self.given]
         )
         after = pruned(retold(joined(self.state, candidate.part, candidate.replaces), given), given)
-        if earning(candidate.part, self.state) and not self.lower(after):
+        if (
+            earning(candidate.part, self.state)
+            and not self.lower(after)
+            and not settles(candidate.part, after, self.state)
+        ):
             return self.without_use(candidate)
         known = [one.kind for one in self.alternatives]
         put_off = {
@@ -289,7 +293,7 @@ class Search:
             )
         if kind in filters.MEMORY and self.only:
             return self.only - filters.MEMORY
-        return frozenset({kind}) if kind in SEARCH.most_of else None
+        return frozenset({kind}) if kind in SEARCH.most_of and kind != drifting.KIND else None
 
     def step(self) -> tuple["Search", bool]:
         """(the search one candidate further, or looking less, is anything left)."""
@@ -379,11 +383,23 @@ def useful(state: State, given: int) -> tuple[State, list[Part], list[Part]]:
             part.role != "events"
             and error > without + (-SEARCH.slack if earning(part, rest) else SEARCH.slack) * floor
             and not certain(state, part, rest, error, floor)
+            and not (error <= without + SEARCH.slack * floor and settles(part, state, rest))
         ):
             state, useless, error = rest, [part, *useless], without
         else:
             kept = [(without - error, part), *kept]
     return state, [part for _, part in sorted(kept, key=lambda pair: -pair[0])], useless
+
+
+def settles(part: Part, state: State, rest: State) -> bool:
+    """Is a step of the noise all that the model without it, `rest`, lacks: noise that changes by
+    little hardly moves an Allan deviation, but fails the tests in time."""
+    return (
+        part.kind == "noise_step"
+        and loss_without(state, rest.parts, part) > SEARCH.certain
+        and judged(rest).judgement.adequacy != "statistical"
+        and judged(state).judgement.adequacy == "statistical"
+    )
 
 
 def certain(state: State, part: Part, rest: State, error: float, floor: float) -> bool:
@@ -416,6 +432,8 @@ def search(
     """(judged states from the given effects to the last, the search, useless parts). Missing
     samples are drawn anew from what was found, and the search begins again."""
     given = len(model.terms)
+    if any(one.spoils for one in state.seen):
+        return [judged(state)], Search(state, state, given), []
     way = forward(state, given, progress, draft=state.known is not None)
     if state.known is not None:
         progress("simulating the missing samples with the effects found")

@@ -21,7 +21,7 @@ from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part, as_spectra, part_of
 from ..inference.whittle import Fit
 from ..model import Model
-from ..thresholds import SEARCH, START
+from ..thresholds import CHANCE, SEARCH, START
 from . import cells, judge
 from .cells import Cell
 from .judge import Judgement
@@ -47,9 +47,10 @@ class State:
     seen: tuple[Observation, ...] = ()
 
     @property
-    def doubted(self) -> bool:
-        """Is the recording itself implausible."""
-        return any(one.kind == plausible.KIND for one in self.seen)
+    def doubted(self) -> str:
+        """The observation for which no model of the recording is adequate, "" without one: it is
+        implausible, or its samples are not what the sensor measures."""
+        return next((one.kind for one in self.seen if one.kind == plausible.KIND or one.spoils), "")
 
     @property
     def model_kinds(self) -> list[str]:
@@ -298,6 +299,7 @@ def joined(state: State, part: Part, replaces: Part | None = None) -> State:
             {one.kind for one in parts} - set(SEARCH.most_of) | {part.kind},
             only_last=alone,
         )
+        parts = with_one_line(bench, parts)
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
     state = replace(state, bench=bench, parts=tuple(parts), fit=bench.fit(parts))
@@ -306,6 +308,24 @@ def joined(state: State, part: Part, replaces: Part | None = None) -> State:
     return cleaned_again(
         state if state.known is None or part.kind in SEARCH.most_of else refilled(state)
     )
+
+
+def with_one_line(bench: Bench, parts: list[Part]) -> list[Part]:
+    """Filters and the first line with a width at their best together, where one of them joined
+    last: a cutoff alone is drawn to the line, and a line alone is widened by the cutoff. Only if
+    they then come near the spectrum: else the filter would follow what is still missing."""
+    kinds = {part.kind for part in parts if part.role == "filter"} | {"narrow_band"}
+    lines = [part.kind for part in parts].count("narrow_band")
+    if lines != 1 or len(kinds) == 1 or parts[-1].kind not in kinds:
+        return parts
+    moved = refine.refined(bench, parts, 2, only=kinds)
+    if bench.fit(moved).log_likelihood - bench.fit(parts).log_likelihood < CHANCE.tell_apart:
+        return parts
+    moved = filters.responding(bench, moved)
+    moved = refine.refined(bench.resolving(moved), moved, 2, only=kinds)
+    fine = bench.resolving(moved)
+    left = fine.whitened(moved, fine.fit(moved))
+    return moved if adequacy.spectrum_score(left, len(moved)) > START.far_p else parts
 
 
 def refilled(state: State) -> State:

@@ -9,6 +9,7 @@ from .base import INFINITE, Effect, Parameter, Values
 from .spectra import angular
 
 RESPONSES = ("sampled", "bilinear", "analogue")
+NEARLY = 0.05  # samples by which the length of an average may miss a whole number
 IMAGES = 8  # on each side; of order 2 they fall with the fourth power
 
 
@@ -61,6 +62,29 @@ def moving_average(f: Floats, rate_hz: float, shape: Values) -> Floats:
     )
     found: Floats = np.abs(start + (samples - whole) * turn**whole) ** 2 / samples**2
     return found
+
+
+def leaked(f: Floats, rate_hz: float, shape: Values) -> Floats:
+    """What white noise behind a moving average has more at an ordinate than its power gain says,
+    times the number of samples: the record begins and ends (DESIGN 2.3). It is all that there is at
+    a zero of the gain."""
+    samples, turn = shape["samples"], angular(f, rate_hz)
+    weights = np.ones(int(np.ceil(samples)))
+    weights[-1] -= len(weights) - samples
+    found = np.zeros_like(turn)
+    for lag in range(1, len(weights)):
+        product = weights[lag:] @ weights[:-lag] / samples**2
+        found -= 2 * product * (lag * np.cos(turn * lag) + np.sin(turn * lag) / np.sin(turn))
+    return found
+
+
+def zeros(rate_hz: float, shape: Values) -> list[float]:
+    """Frequencies up to half the rate, in Hz, where a moving average of nearly a whole number of
+    samples leaves nothing."""
+    whole = round(shape["samples"])
+    if abs(shape["samples"] - whole) > NEARLY:
+        return []
+    return [rate_hz * turn / whole for turn in range(1, whole // 2 + 1)]
 
 
 def high_pass(f: Floats, rate_hz: float, shape: Values) -> Floats:

@@ -3,14 +3,18 @@
 from functools import partial
 
 import numpy as np
+from scipy import interpolate
 
 from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
+from ..errors import BadInput
 from . import limits
 from .base import INFINITE, Effect, Parameter, Values
 
 ANY = (-INFINITE, INFINITE)
+TURNING = ("sinusoid", "intermittent_line", "drifting_line")  # with a sine and a cosine
+COURSE_LEAST = 4  # knots of the frequency of a drifting line
 AXIS = Parameter("axis", "x, y, z", *ANY, values=("x", "y", "z"))
 
 
@@ -32,6 +36,35 @@ def line_for_a_while(recording: Recording, shape: Values, turn: float = 0.0) -> 
     return np.where(
         (time >= shape["start_s"]) & (time < shape["stop_s"]), line(recording, shape, turn), 0.0
     )
+
+
+def course_hz(shape: Values, where: str = "") -> Floats:
+    """The frequencies of a drifting line at its knots. Raises BadInput for anything else."""
+    try:
+        found = np.array([float(word) for word in shape["course_hz"].split()])
+    except ValueError:
+        found = np.zeros(0)
+    if len(found) < COURSE_LEAST or not (found > 0).all() or not np.isfinite(found).all():
+        raise BadInput(
+            f"{where + ': ' * bool(where)}drifting_line: course_hz must be {COURSE_LEAST} or more "
+            "frequencies in Hz, separated by spaces: those at even times from the first sample to "
+            "the last"
+        )
+    return found
+
+
+def turns_of(course: Floats, time: Floats, last: float) -> Floats:
+    """Turns since the first of these times of a line whose frequency passes through knots at even
+    times up to the last one."""
+    knots = np.linspace(time[0], last, len(course))
+    found: Floats = interpolate.CubicSpline(knots, course).antiderivative()(time)
+    return found
+
+
+def drifting(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
+    turns = turns_of(course_hz(shape), recording.time_s, recording.time_s[-1])
+    found: Floats = np.sin(2 * np.pi * (turns + turn))
+    return found
 
 
 def step(recording: Recording, shape: Values) -> Floats:
@@ -104,6 +137,27 @@ INTERMITTENT_LINE = Effect(
     "mean",
     "a hump at 0.4 periods in these windows only",
     regressor=line_for_a_while,
+)
+DRIFTING_LINE = Effect(
+    "drifting_line",
+    "A spectral line whose frequency drifts: a fan, an oscillator or a resonance that warms up, or "
+    "an alias of one.",
+    (
+        Parameter("amplitude_dps", "deg/s", 0, INFINITE),
+        Parameter(
+            "course_hz",
+            "frequencies in Hz at even times from the first sample to the last, separated by "
+            "spaces",
+            *ANY,
+            text=True,
+            searched=True,
+        ),
+    ),
+    "Log temperature, supply voltage and the speed of nearby fans. The frequency must follow one "
+    "of them. Then change the sample rate: an alias moves, a real line stays.",
+    "mean",
+    "a hump at 0.4 periods with ripples that change over time",
+    regressor=drifting,
 )
 BIAS_STEP = Effect(
     "bias_step",

@@ -11,8 +11,9 @@ from ..data import counts as counted
 from ..data import signals
 from ..data.counts import Counts
 from ..data.recording import Recording
-from ..effects import table
+from ..effects import filters, table
 from ..effects.base import Effect, Values, needed
+from ..effects.means import TURNING
 from ..model import Term
 from ..thresholds import FIT
 from . import changes
@@ -48,7 +49,7 @@ class Part:
     @property
     def turning(self) -> bool:
         """A line: its course has a sine and a cosine."""
-        return self.kind in ("sinusoid", "intermittent_line")
+        return self.kind in TURNING
 
     @property
     def behind(self) -> str:
@@ -167,13 +168,9 @@ class Bench:
         return other
 
     def resolving(self, parts: Sequence[Part]) -> "Bench":
-        """The same with bins that are narrow enough for the narrow bands among the parts; itself
-        when they are already (1.3)."""
-        bands = tuple(
-            (part.shape["frequency_hz"], part.shape["half_width_hz"])
-            for part in parts
-            if part.kind == "narrow_band"
-        )
+        """The same with bins that are narrow enough for the narrow bands and the zeros of filters
+        among the parts; itself when they are already (1.3)."""
+        bands = tuple(band for part in parts for band in self.narrow(part))
         if self.data.resolves(bands):
             return self
         other = Bench(
@@ -186,6 +183,17 @@ class Bench:
             self.held,
         )
         return other
+
+    def narrow(self, part: Part) -> list[tuple[float, float]]:
+        """(frequency, half width in Hz) of each peak or zero of a part's spectrum that usual bins
+        do not resolve."""
+        if part.kind == "narrow_band":
+            return [(part.shape["frequency_hz"], part.shape["half_width_hz"])]
+        if part.kind != "moving_average":
+            return []
+        rate = self.data.rate_hz
+        width = rate / (2 * np.pi * np.sqrt(self.data.samples))  # (2.3) is about as much there
+        return [(f_hz, width) for f_hz in filters.zeros(rate, part.shape)]
 
     def courses(self, part: Part) -> list[Floats]:
         """The time series of a mean part, or of how a filter settles, size 1."""
@@ -229,10 +237,17 @@ class Bench:
         gain = np.ones_like(self.data.f_bin)
         for part in parts:
             if part.role == "filter":
-                gain = gain * self.data.binned(
-                    part.key, partial(unit_spectrum, part, rate_hz=self.data.rate_hz)
-                )
+                gain = gain * self.data.binned(part.key, partial(self.passed, part))
         return gain
+
+    def passed(self, part: Part, f: Floats) -> Floats:
+        """The power gain of a filter at the ordinates of this record."""
+        gain = unit_spectrum(part, f, self.data.rate_hz)
+        if part.kind != "moving_average":
+            return gain
+        leaked = filters.leaked(f, self.data.rate_hz, part.shape)
+        least = part.shape["samples"] ** -2
+        return gain + FIT.settled / self.data.samples * np.maximum(leaked, least)
 
     def rows(self, parts: Sequence[Part]) -> Floats:
         """One per spectrum, in the order of the parts; then one, white, per filter that says what

@@ -45,7 +45,7 @@ def estimates(model: Model, entries: Sequence[Estimates]) -> str:
                 shown = f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}"
                 lines.append(shown.rstrip())
             elif e:
-                lines.append(f"  {parameter.name:<36}{e.value:>12}")
+                lines.append(f"  {parameter.name:<36}{words.course(str(e.value)):>12}")
     return "\n".join(lines)
 
 

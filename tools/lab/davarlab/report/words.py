@@ -16,6 +16,7 @@ from ..diagnosis.judge import Deviation, Judgement
 from ..diagnosis.state import Judged
 from ..effects import table
 from ..effects.base import Parameter
+from ..effects.means import COURSE_LEAST
 from ..inference.estimate import Estimate
 from ..thresholds import CHANCE, JUDGE
 
@@ -73,12 +74,22 @@ def listed(kinds: Iterable[Any], shown: Callable[[Any], str] = name, joint: str 
     )
 
 
+def course(value: str) -> str:
+    """A word of a parameter; of a list of numbers, which is the course of a frequency, its range
+    and how many there are."""
+    words = value.split()
+    if len(words) < COURSE_LEAST:
+        return value
+    low, high = (f(map(float, words)) for f in (min, max))
+    return f"{number(low, 5)} to {number(high, 5)} Hz ({len(words)} knots)"
+
+
 def number(value: float | str | None, digits: int = 4) -> str:
     """Formats a number with `digits` significant digits and a typeset power of ten."""
     if value is None or value != value:
         return "–"
     if isinstance(value, str):
-        return value
+        return course(value)
     if abs(value) == float("inf"):
         return "∞" if value > 0 else "−∞"
     if value == 0 or 1e-4 <= abs(value) < 1e6:
@@ -137,7 +148,7 @@ def label(parameter: Parameter) -> str:
 
 def bare_value(parameter: Parameter, estimate: Estimate) -> str:
     if isinstance(estimate.value, str):
-        return label(parameter) + estimate.value
+        return label(parameter) + course(estimate.value)
     return f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
 
 
@@ -177,6 +188,11 @@ def adequacy(judgement: Judgement) -> str:
         if judgement.shown_to_tau_s
         else "The recording is too short to confirm a fit within 5 % at any averaging time."
     )
+    if judgement.doubted and judgement.doubted != plausible.KIND:
+        return (
+            f"The samples are not what the sensor measures ({name(judgement.doubted)}), so no "
+            "effect was tried and no model is reported as adequate."
+        )
     if judgement.doubted:
         return (
             "The recording is implausible, so no model is reported as adequate. Correct its "
