@@ -157,6 +157,12 @@ def rows_of(found: Iterable[Found]) -> dict[str, dict[str, str]]:
     return rows
 
 
+def next_steps(data: dict[str, Any]) -> list[str]:
+    """Where an unexplained misfit is, and what to log or to try."""
+    unknown = data.get("unknown")
+    return [data["answer_said"], *unknown["next"]] if unknown else []
+
+
 def text(found: Iterable[Found]) -> str:
     """The table: for each axis a row for each parameter, then what the judge says."""
     out = [f"{'axis':<14}{'effect':<44}value (95 %)"]
@@ -179,8 +185,6 @@ def text(found: Iterable[Found]) -> str:
         adequacy = one.data.get("final", one.data)["adequacy"]
         out.append(f"{'' if own else one.column:<14}{'adequacy':<44}{adequacy}{error}")
         if "missing" in one.data:  # a diagnosis
-            named = ", ".join(one.data["missing"]) or "nothing"
-            if one.data["verdict"] == "unknown":
-                named = "an effect that is not in the table"
-            out.append(f"{'':<14}{'missing':<44}{named}")
+            out.append(f"{'':<14}{'missing':<44}{one.data['missing_said']}")
+            out += [f"{'':<14}{'next':<44}{step}" for step in next_steps(one.data)]
     return "\n".join(out)

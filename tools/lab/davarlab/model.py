@@ -2,6 +2,7 @@
 
 import json
 import re
+import textwrap
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -11,11 +12,12 @@ from . import files
 from .data.recording import Recording
 from .effects import table
 from .effects.base import Effect, Parameter, Values
-from .errors import BadInput
+from .errors import BadInput, printable
 from .files import StrPath
 
 MOST_BYTES = 1 << 20  # of a file
 FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # sizes that a fit moves
+COMMENT_WIDTH = 98  # of a line, with the two characters that make it a comment, 100
 HUGE = 1e100  # TOML has inf, nan and whole numbers without end
 
 
@@ -263,5 +265,14 @@ def text_of(model: Model) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write(model: Model, path: StrPath) -> None:
-    files.write_whole(path, text_of(model).encode())
+def write(model: Model, path: StrPath, said: str = "") -> None:
+    """Writes the model file. said: lines for comments in front of it."""
+    files.write_whole(path, (comment(said) + text_of(model)).encode())
+
+
+def comment(text: str) -> str:
+    """Lines as comments of TOML, wrapped."""
+    lines = [
+        line for one in text.splitlines() for line in textwrap.wrap(printable(one), COMMENT_WIDTH)
+    ]
+    return "".join(f"# {line}\n" for line in lines)

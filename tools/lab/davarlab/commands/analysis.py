@@ -10,7 +10,7 @@ from ..diagnosis import compare, evidence, improve
 from ..diagnosis import state as state_of
 from ..diagnosis.state import Judged
 from ..errors import BadInput
-from ..report import terminal, values
+from ..report import terminal, values, verdict, words
 from .shared import (
     AXES,
     HELD_OUT,
@@ -65,6 +65,12 @@ def output_of(options: argparse.Namespace) -> str | None:
     )
 
 
+def write(model: models.Model, path: str, said: list[str]) -> None:
+    """Writes a model with its verdict in comments."""
+    sentences = [axes.in_units(words.in_ascii(one), model.column) for one in said]
+    models.write(model, path, "\n".join(sentences))
+
+
 def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
     """A command on the axis of the model, or on all axes of --axes. one(options) -> axes.Found and
     the text of one axis."""
@@ -106,7 +112,8 @@ def fit_one(options: argparse.Namespace) -> One:
     state, fitted, entries = improve.fit(recording, model, progress)
     column, output = column_of(options), output_of(options)
     if output:
-        models.write(axes.called(fitted, column), output)
+        said = [verdict.adequacy(state.judgement), *verdict.to_find(state.judgement)]
+        write(axes.called(fitted, column), output, said)
     data = {
         "effects": values.fitted(fitted, entries),
         "model": output,
@@ -167,7 +174,12 @@ def compare_one(options: argparse.Namespace) -> One:
             model,
             improve.as_it_is(model),
         ),
-        terminal.comparison(found, evidence.notes(recording, model)),
+        "\n".join(
+            [
+                terminal.comparison(found, evidence.notes(recording, model)),
+                *verdict.to_find(found.judgement),
+            ]
+        ),
     )
 
 
@@ -187,7 +199,9 @@ def improve_one(options: argparse.Namespace) -> One:
     found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
     column, output = column_of(options), output_of(options)
     if output:
-        models.write(axes.called(found.model, column), output)
+        said = [verdict.of_improvement(found)[1]]
+        said += verdict.next_steps(found.unexplained) if found.unexplained else []
+        write(axes.called(found.model, column), output, said)
     report(options, recording, model, found)
     return (
         axes.Found(

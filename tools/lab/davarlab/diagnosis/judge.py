@@ -14,7 +14,8 @@ from .cells import Cell, error_of, floor_of
 
 
 class Deviation(TypedDict):
-    """A proven deviation in one window and at one tau."""
+    """A deviation in one window and at one tau. percent: its bound with 99 % confidence, 0 if it is
+    not proven. ratio: the measured Allan deviation over the model's."""
 
     percent: float
     ratio: float
@@ -29,7 +30,8 @@ class Judgement:
     ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the bound with 99 %
     confidence, ratio the measured Allan deviation over the model's. shown_to_tau_s: the longest tau
     at which the record confirms a fit within 5 %; 0: no tau. doubted: whether the recording is
-    implausible; no model of it is adequate."""
+    implausible; no model of it is adequate. farthest: the least likely deviation, proven or not;
+    None when no averaging time can be tested, and then no model is adequate."""
 
     adequacy: str
     error: float
@@ -38,6 +40,7 @@ class Judgement:
     largest: Deviation | None
     shown_to_tau_s: float
     doubted: bool = False
+    farthest: Deviation | None = None
 
     @property
     def adequate(self) -> bool:
@@ -68,14 +71,22 @@ def largest_of(cells: Sequence[Cell]) -> tuple[Deviation | None, float]:
     worst = int(np.argmax(np.abs(off)))
     if off[worst] == 0:
         return None, 0.0
-    cell = cells[worst]
+    return deviation_of(cells[worst], 100 * float(np.expm1(off[worst]))), float(off[worst])
+
+
+def deviation_of(cell: Cell, percent: float = 0.0) -> Deviation:
     return {
-        "percent": 100 * float(np.expm1(off[worst])),
+        "percent": percent,
         "ratio": cell.ratio,
         "tau_s": cell.tau_s,
         "start_s": cell.start_s,
         "stop_s": cell.stop_s,
-    }, float(off[worst])
+    }
+
+
+def farthest_of(cells: Sequence[Cell]) -> Deviation | None:
+    """The least likely deviation, proven or not; None without a cell."""
+    return deviation_of(max(cells, key=lambda cell: abs(cell.z))) if cells else None
 
 
 def shown_to(cells: Sequence[Cell]) -> float:
@@ -100,7 +111,7 @@ def judged(
     (inference/adequacy.py). doubted: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
-    small = not error > CHANCE.above_floor * floor
+    small = error <= CHANCE.above_floor * floor  # not if nothing can be tested
     word = (
         "no"
         if doubted
@@ -110,4 +121,13 @@ def judged(
         if small and abs(off) <= np.log(JUDGE.tolerance)
         else "no"
     )
-    return Judgement(word, error, floor, p_value, largest, shown_to(cells), doubted)
+    return Judgement(
+        word,
+        error,
+        floor,
+        p_value,
+        largest,
+        shown_to(cells),
+        doubted,
+        largest or farthest_of(cells),
+    )

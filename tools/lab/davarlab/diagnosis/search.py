@@ -342,7 +342,7 @@ def close_ones(found: Sequence[Candidate]) -> list[Alternative]:
     if not found:
         return []
     return [
-        identifiable.Alternative(c.kind, table.find(c.kind).confirm)
+        identifiable.undecided(found[0].kind, c.kind, table.find(c.kind).confirm)
         for c in found[1:]
         if c.kind != found[0].kind and c.log_p - found[0].log_p < CHANCE.tell_apart and c.gain > 0
     ]

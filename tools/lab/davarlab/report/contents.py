@@ -21,7 +21,7 @@ from ..diagnosis.state import Judged, State
 from ..effects import table
 from ..model import Model
 from ..thresholds import CHANCE
-from . import pictures, words
+from . import pictures, verdict, words
 from .values import Json
 
 VERSION_HEADER = places.shared("lib/include/davar/version.h")
@@ -175,7 +175,7 @@ def test_rows(given: Comparison, better: Comparison | None) -> list[Json]:
     return [
         {
             "name": name,
-            "what": words.TESTS.get(name, ""),
+            "what": verdict.TESTS.get(name, ""),
             "p": p,
             "after": better.tests.get(name) if better else None,
         }
@@ -213,13 +213,13 @@ def measured(
     return {
         "run": run_facts(run),
         "gap_note": words.gap_note(run.recording),
-        "notes": [words.observation(one) for one in comparison.observations]
+        "notes": [verdict.observation(one) for one in comparison.observations]
         + evidence.notes(run.recording, run.model),
         "given_names": [words.name(kind) for kind in run.model.kinds],
         "comparison": comparison,
         "better": better,
-        "misfit": words.misfit(comparison),
-        "failed": words.failed_tests((better or comparison).tests),
+        "misfit": verdict.misfit(comparison),
+        "failed": verdict.failed_tests((better or comparison).tests),
         "where": comparison.where[:WHERE_MAX],
         "tests": test_rows(comparison, better),
         "correlations": correlation_rows(comparison, better),
@@ -236,13 +236,13 @@ def measured(
 
 def of_comparison(run: Run, comparison: Comparison, state: Judged) -> Json:
     """`davarlab compare`. state: the model refitted on the recording."""
-    tone, verdict = words.verdict_of_comparison(comparison)
+    tone, said = verdict.of_comparison(comparison)
     return {
         **measured(run, comparison, None, state, *improve.fitted_model(state, run.model)),
         "title": "Model and measurement",
         "tone": tone,
-        "verdict": verdict,
-        "next": words.after_comparison(comparison, state, run),
+        "verdict": said,
+        "next": verdict.after_comparison(comparison, state, run),
     }
 
 
@@ -250,19 +250,20 @@ def of_improvement(run: Run, found: Improvement) -> Json:
     """`davarlab diagnose` and `davarlab improve`."""
     assert found.state is not None  # improve.improved() gives it
     better = found.comparisons[-1] if len(found.comparisons) > 1 else None
-    tone, verdict = words.verdict_of_diagnosis(found)
+    tone, said = verdict.of_improvement(found)
     shown, imitators, chance = candidate_rows(found)
     return {
         **measured(run, found.comparison, better, found.state, found.model, found.estimates),
-        "notes": [words.observation(one) for one in found.comparison.observations] + found.notes,
+        "notes": [verdict.observation(one) for one in found.comparison.observations] + found.notes,
         "title": "Missing effects",
         "tone": tone,
-        "verdict": verdict,
+        "verdict": said,
+        "excluded": verdict.excluded(found.unexplained) if found.unexplained else [],
+        "checks_after": verdict.checks_after(found.judgement.p_value),
         "found": found,
-        "improvement": words.improvement(found),
-        "next": words.what_next(found, run),
+        "improvement": verdict.improvement(found),
+        "next": verdict.what_next(found, run),
         "p_value_after": found.judgement.p_value,
-        "adequate_at": CHANCE.adequate_p,
         "candidates": shown,
         "imitators": imitators,
         "chance_kinds": chance,

@@ -9,6 +9,7 @@ from ..diagnosis.judge import Judgement
 from ..effects import table
 from ..inference.estimate import Estimate
 from ..model import Model
+from . import verdict as verdicts
 from . import words
 
 WHERE_MAX, CANDIDATES_MAX = 8, 5
@@ -50,16 +51,17 @@ def estimates(model: Model, entries: Sequence[Estimates]) -> str:
 
 
 def observed(seen: Sequence[Observation]) -> list[str]:
-    return [words.in_ascii(words.observation(one)) for one in seen]
+    return [words.in_ascii(verdicts.observation(one)) for one in seen]
 
 
 def fit(
     model: Model, entries: Sequence[Estimates], judgement: Judgement, seen: Sequence[Observation]
 ) -> str:
     """The output of `fit`: the verdict, then the parameters."""
-    lines = [words.in_ascii(words.adequacy(judgement)), *observed(seen)]
+    lines = [words.in_ascii(verdicts.adequacy(judgement)), *verdicts.to_find(judgement)]
+    lines += observed(seen)
     if not judgement.adequate and not judgement.doubted:
-        lines.append("The intervals below are not valid, because they assume that the model fits.")
+        lines.append(verdicts.NOT_VALID)
     return "\n".join(lines) + "\n\n" + estimates(model, entries)
 
 
@@ -67,8 +69,8 @@ def comparison(c: Comparison, notes: Iterable[str] = ()) -> str:
     lines = [
         f"model: {', '.join(c.effects)}",
         f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}",
-        words.in_ascii(words.adequacy(c.judgement)),
-        words.in_ascii(words.misfit(c)),
+        words.in_ascii(verdicts.adequacy(c.judgement)),
+        words.in_ascii(verdicts.misfit(c)),
         *observed(c.observations),
         *notes,
     ]
@@ -87,17 +89,20 @@ def comparison(c: Comparison, notes: Iterable[str] = ()) -> str:
 
 
 def verdict(found: Improvement) -> str:
-    """The verdict, its numbers, the failed checks, and how to confirm it."""
-    lines = [words.verdict_of_diagnosis(found)[1], words.improvement(found)]
-    failed = words.failed_tests(found.comparisons[-1].tests)
-    if found.verdict == "unknown" and failed:
+    """The verdict, its numbers, the failed checks, what was excluded, and what to do next."""
+    lines = [verdicts.of_improvement(found)[1], verdicts.improvement(found)]
+    failed = verdicts.failed_tests(found.comparisons[-1].tests)
+    if found.unexplained and failed:
         lines.append(f"The failed checks detect: {failed}.")
-    if found.diagnosis.useless:
+    if found.unexplained:
+        lines += verdicts.excluded(found.unexplained)
+        lines += [f"Next: {step}" for step in verdicts.next_steps(found.unexplained)]
+    elif found.diagnosis.useless:
         lines.append(
             "Significant, but without a better fit to the Allan deviation: "
             f"{words.listed(part.kind for part in found.diagnosis.useless)}."
         )
-    return words.in_ascii("\n".join(lines + words.confirmations(found)))
+    return words.in_ascii("\n".join(lines + verdicts.confirmations(found)))
 
 
 def candidates(found: Improvement) -> str:
