@@ -154,12 +154,12 @@ class Sentences(unittest.TestCase):
         below = {**off, "percent": -50.0, "ratio": 0.4, "tau_s": 7200.0}
         for word, largest, sentence in (
             ("statistical", None, "The model fits: no check rejects it (p = 0.20)."),
-            ("practical", None, "The model fits within 5 %. No deviation is proven"),
+            ("practical", None, "The model fits: no deviation is proven (99 % confidence). "),
             (
                 "practical",
                 {**off, "percent": -3.0, "ratio": 0.94},
-                "The largest proven deviation is at 2 s, from 0 to 600 s of the recording: 6 % "
-                "below the model (at least 3 % with 99 % confidence).",
+                "no deviation above 5 % is proven. The largest proven one is at 2 s, from 0 to "
+                "600 s of the recording: 6 % below the model (at least 3 % with 99 % confidence).",
             ),
             (
                 "no",

@@ -46,6 +46,11 @@ class Judgement:
     def adequate(self) -> bool:
         return self.adequacy != "no"
 
+    @property
+    def testable(self) -> bool:
+        """Is the recording plausible, with an averaging time that can be tested."""
+        return not self.doubted and self.error == self.error
+
 
 def proven(cells: Sequence[Cell]) -> Floats:
     """The least factor by which each true ratio differs from 1, as a signed logarithm, from its

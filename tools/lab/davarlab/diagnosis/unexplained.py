@@ -70,7 +70,7 @@ def unexplained_by(found: Comparison, recording: Recording, tried: Tried) -> Une
     or has no cell of the Allan map."""
     judgement = found.judgement
     deviation = judgement.farthest
-    if judgement.adequate or judgement.doubted or deviation is None:
+    if judgement.adequate or not judgement.testable or deviation is None:
         return None
     frequency, power = strongest(found)
     column, correlation = moving(found)

@@ -33,9 +33,9 @@ TESTS = {
 }
 UNKNOWN = "Something is missing that davarlab does not know."
 NOTHING = "Nothing is missing."
-TO_FIND = "To find what is missing, run diagnose."
+TO_FIND = "To find the missing effect, run diagnose."
 NOT_VALID = "The intervals below are not valid, because they assume that the model fits."
-OWN_EFFECT = "If you know the cause, describe it as an effect of your own and add it with"
+OWN_EFFECT = "If you know the cause, write it as your own effect and add it with"
 # Columns that an effect needs -> what to log.
 LOGGED = {
     "temp_degC": "the temperature (temp_degC)",
@@ -64,7 +64,7 @@ def adequacy(judgement: Judgement) -> str:
             "The recording is implausible, so no model is reported as adequate. Correct its "
             f"units as listed, or confirm them with {plausible.CONFIRM}."
         )
-    if untestable(judgement):
+    if not judgement.testable:
         return (
             "The model cannot be tested: no averaging time has enough neighbouring samples. Record "
             "for longer and without gaps."
@@ -75,7 +75,7 @@ def adequacy(judgement: Judgement) -> str:
             f"{confirmed(judgement)}"
         )
     if judgement.adequacy == "practical":
-        return f"The model fits within 5 %. {small(judgement)} {confirmed(judgement)}"
+        return f"The model fits: {small(judgement)} {confirmed(judgement)}"
     if judgement.largest and abs(judgement.largest["percent"]) > 5:
         return f"The model does not fit. {proven(judgement.largest)}"
     error = (
@@ -87,10 +87,6 @@ def adequacy(judgement: Judgement) -> str:
     if judgement.farthest:
         return f"{error} The largest deviation is {off(judgement.farthest)}."
     return error
-
-
-def untestable(judgement: Judgement) -> bool:
-    return judgement.error != judgement.error
 
 
 def confirmed(judgement: Judgement) -> str:
@@ -107,9 +103,9 @@ def confirmed(judgement: Judgement) -> str:
 def small(judgement: Judgement) -> str:
     """What is left over of a model that fits within 5 %."""
     said = (
-        f"The largest proven deviation is {off(judgement.largest)}."
+        f"no deviation above 5 % is proven. The largest proven one is {off(judgement.largest)}."
         if judgement.largest
-        else f"No deviation is proven ({CONFIDENCE})."
+        else f"no deviation is proven ({CONFIDENCE})."
     )
     if judgement.p_value < CHANCE.adequate_p:
         said += (
@@ -210,7 +206,7 @@ def answer(found: Improvement) -> str:
     if found.judgement.doubted:
         return "implausible"
     if not found.judgement.adequate:
-        return "untestable" if untestable(found.judgement) else "unknown"
+        return "unknown" if found.judgement.testable else "untestable"
     if found.added:
         return "effects"
     return "fits" if found.comparison.adequate else "values"
@@ -274,7 +270,7 @@ def excluded(unexplained: Unexplained) -> list[str]:
     by_chance = [one for one in unexplained.excluded if one.evidence == "chance"]
     shown = [f"{called(one)} (p = {chance(one.p_value or 0.0)})" for one in by_chance]
     rest = len(shown) - SHOWN_EXCLUDED
-    more = f", and {rest} less likely one{'s' * (rest > 1)}" if rest > 0 else ""
+    more = f", and {rest} other{'s' * (rest > 1)}" if rest > 0 else ""
     lines = []
     if shown:
         lines.append(
@@ -302,8 +298,8 @@ def next_steps(unexplained: Unexplained) -> list[str]:
     said: dict[Hint, str] = {
         "stretch": (
             f"Look at {deviation['start_s']:.0f} to {deviation['stop_s']:.0f} s of the recording, "
-            "where something differs. Log what is switched or moved there, or leave this section "
-            "out in davarlab open and fit the rest."
+            "where something differs. Log what is switched or moved there, or exclude this "
+            "section in davarlab open and fit the rest."
         ),
         "column": f"Change {unexplained.column} in steps, and record again.",
         "line": (
@@ -330,8 +326,8 @@ def next_steps(unexplained: Unexplained) -> list[str]:
         for need in needs
     ]
     return lines or [
-        "Compare the failure map and the residual spectrum with what happened during the "
-        "recording, and repeat the recording."
+        "Compare the failure map and the residual spectrum with the events during the recording, "
+        "and repeat the recording."
     ]
 
 
@@ -481,7 +477,7 @@ def what_next(found: Improvement, run: FollowUp) -> list[Action]:
 
 def after_comparison(comparison: Comparison, state: Judged, run: FollowUp) -> list[Action]:
     """The next actions after `davarlab compare`. state: the refitted effects."""
-    if comparison.adequate or comparison.judgement.doubted or untestable(comparison.judgement):
+    if comparison.adequate or not comparison.judgement.testable:
         return []
     if state.judgement.adequate:
         return [
@@ -495,8 +491,7 @@ def after_comparison(comparison: Comparison, state: Judged, run: FollowUp) -> li
 
 def to_find(judgement: Judgement) -> list[str]:
     """What to do about a model that fails, before anything was tried."""
-    failed = not (judgement.adequate or judgement.doubted or untestable(judgement))
-    return [TO_FIND] if failed else []
+    return [TO_FIND] if judgement.testable and not judgement.adequate else []
 
 
 def no_candidate(judgement: Judgement, unexplained: Unexplained | None) -> list[str]:
@@ -510,5 +505,5 @@ def no_candidate(judgement: Judgement, unexplained: Unexplained | None) -> list[
     if judgement.adequacy == "statistical":
         return ["No candidate is significant: no effect of the table is missing."]
     if judgement.adequate:
-        return ["No candidate is significant. What is left over is below 5 %."]
+        return ["No candidate is significant. The rest is below 5 %."]
     return [adequacy(judgement)]
