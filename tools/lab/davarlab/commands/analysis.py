@@ -8,7 +8,7 @@ from .. import model as models
 from ..data.recording import Recording
 from ..diagnosis import compare, evidence, improve
 from ..diagnosis import state as state_of
-from ..diagnosis.state import Judged
+from ..diagnosis.state import Judged, Progress
 from ..errors import BadInput
 from ..report import terminal, values, verdict, words
 from .shared import (
@@ -54,6 +54,12 @@ def load_held_out(options: argparse.Namespace, model: models.Model) -> Recording
 
 def column_of(options: argparse.Namespace) -> str:
     return given_model(options).column
+
+
+def telling(options: argparse.Namespace) -> Progress:
+    """Progress, in the language of the column."""
+    column = column_of(options)
+    return lambda text: progress(axes.in_units(text, column))
 
 
 def output_of(options: argparse.Namespace) -> str | None:
@@ -108,8 +114,9 @@ def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
 def fit_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     if not options.model:
-        progress(f"no -m: white noise and bias instability of {column_of(options)} are fitted")
-    state, fitted, entries = improve.fit(recording, model, progress)
+        kinds = ", ".join(models.kind_said(kind, column_of(options)) for kind in model.kinds)
+        progress(f"no -m: {kinds} of {column_of(options)} are fitted")
+    state, fitted, entries = improve.fit(recording, model, telling(options))
     column, output = column_of(options), output_of(options)
     if output:
         said = [verdict.adequacy(state.judgement), *verdict.to_find(state.judgement)]
@@ -150,6 +157,7 @@ def report(
         model,
         {role: path for role, path in named.items() if path},
         [word for path in options.effects for word in ("--effects", path)]
+        + [word for pair in options.clock for word in ("--clock", pair)]
         + (["--rate", f"{options.rate:g}"] if options.rate else []),
         getattr(options, "output", None),
     )
@@ -158,13 +166,14 @@ def report(
         if isinstance(found, tuple)
         else contents.of_improvement(run, found),
         options.report,
+        column_of(options),
     )
 
 
 def compare_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
-    state = state_of.judged(state_of.start(recording, model, progress))
-    found = compare.compare(recording, model, progress, state)
+    state = state_of.judged(state_of.start(recording, model, telling(options)))
+    found = compare.compare(recording, model, telling(options), state)
     report(options, recording, model, (found, state))
     return (
         axes.Found(
@@ -186,7 +195,7 @@ def compare_one(options: argparse.Namespace) -> One:
 def diagnose_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     held_out = load_held_out(options, model)
-    found = improve.improve(recording, model, held_out, progress, DETAIL)
+    found = improve.improve(recording, model, held_out, telling(options), DETAIL)
     report(options, recording, model, found)
     return axes.Found(
         column_of(options), 0, values.diagnosis(found), found.model, found.estimates
@@ -196,7 +205,9 @@ def diagnose_one(options: argparse.Namespace) -> One:
 def improve_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     held_out = load_held_out(options, model)
-    found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
+    found = improve.improve(
+        recording, model, held_out, telling(options), DETAIL if options.report else 0
+    )
     column, output = column_of(options), output_of(options)
     if output:
         said = [verdict.of_improvement(found)[1]]
@@ -220,7 +231,7 @@ def run_plot(options: argparse.Namespace) -> int:
     from ..report import plot
 
     recording, model = load(options)
-    found = compare.compare(recording, model, progress)
+    found = compare.compare(recording, model, telling(options))
     plot.draw(found, options.output)
     emit(options, {"picture": options.output}, options.output)
     return 0

@@ -12,8 +12,8 @@ from ..candidates import ranking as candidates
 from ..candidates.candidate import Candidate
 from ..candidates.identifiable import Alternative
 from ..candidates.ranking import Trying
+from ..effects import clocks, table
 from ..effects import columns as columns_of
-from ..effects import table
 from ..inference import changes, modulation
 from ..inference.parts import Part
 from ..model import Model
@@ -42,7 +42,8 @@ def ranking(
 ) -> list[Candidate]:
     """Every effect that the model lacks, best first; `only`: of these kinds; `progress`: see
     ranked()."""
-    skip = set(skip) | (set(table.TABLE) - set(only) if only else set())
+    skip = set(skip) | clocks.not_of(state.bench.gyro or "")
+    skip |= set(table.TABLE) - set(only) if only else set()
     asked = set(columns_of.SOUGHT_TOGETHER) - skip
     more = (
         [

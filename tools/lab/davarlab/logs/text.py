@@ -6,8 +6,10 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..arrays import Floats
-from ..data import dialect, guess, table
+from ..data import dialect, guess, signals, table
 from ..data import recording as recordings
 from ..errors import BadInput
 from ..files import StrPath
@@ -76,10 +78,65 @@ def scaled(columns: dict[str, Floats], scales: Sequence[str]) -> dict[str, Float
     return columns
 
 
+def clock_column(pair: str, columns: dict[str, Floats], path: StrPath) -> tuple[str, str, Floats]:
+    """(column, its new name, values in s or as a fractional frequency) of a COLUMN=KIND pair. KIND:
+    phase in s, phase_ms, phase_us, phase_ns, frequency (fractional), or the nominal frequency of a
+    column in Hz."""
+    name, _, kind = pair.partition("=")
+    if name not in columns:
+        raise BadInput(
+            f"--clock {pair}: {path} has no column {name!r} (there are: {names(columns)})"
+        )
+    values = columns[name]
+    if values.dtype != np.float64:
+        raise BadInput(
+            f"--clock {pair}: {len(values)} samples of {path} are read in single precision, which "
+            f"is too coarse for a clock. Split the file into parts below {signals.NARROW_FROM} "
+            "samples"
+        )
+    what, _, unit = kind.partition("_")
+    if what == "phase" and (unit or "s") in guess.SECONDS:
+        return name, ended(name, "phase_s"), values * guess.SECONDS[unit or "s"]
+    if kind == "frequency":
+        return name, ended(name, "fractional_frequency"), values
+    with contextlib.suppress(ValueError):
+        if 0 < float(kind) < math.inf:
+            made = (values - float(kind)) / float(kind)
+            return name, ended(name, "fractional_frequency"), made
+    raise BadInput(
+        f"--clock {pair}: phase, phase_ms, phase_us, phase_ns, frequency, or the nominal frequency "
+        "in Hz expected"
+    )
+
+
+def names(columns: Iterable[str]) -> str:
+    return ", ".join(columns)
+
+
+def ended(name: str, end: str) -> str:
+    return name if name.endswith(end) else f"{name}_{end}"
+
+
+def with_clocks(
+    columns: dict[str, Floats], pairs: Iterable[str], path: StrPath
+) -> dict[str, Floats]:
+    """The columns, with those of clocks in s or as fractional frequencies, called so."""
+    for pair in pairs:
+        old, new, values = clock_column(pair, columns, path)
+        if new != old and new in columns:
+            raise BadInput(f"--clock {pair}: {path} has a column {new} already")
+        columns = {
+            (new if name == old else name): (values if name == old else column)
+            for name, column in columns.items()
+        }
+    return columns
+
+
 def is_own(names: Collection[str], rate_hz: float | None) -> bool:
     """Are the columns called as davarlab calls them: then nothing is guessed."""
     return any(
-        name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) for name in names
+        name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) or recordings.is_clock(name)
+        for name in names
     ) and (
         "time_s" in names
         or bool(rate_hz)
@@ -118,6 +175,7 @@ def log(path: StrPath, options: "Options") -> Own | named.Log:
             f"({first[: table.SHOWN]}). Type a name for each, or {dialect.SKIP} to skip one: "
             f"{dialect.example(found.count)}"
         )
+    found.columns = with_clocks(found.columns, options.clocks, path)
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
         return Own(found)
     return named.Log(

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
-from .. import files, places
+from .. import axes, files, places
 from .. import model as models
 from ..data.recording import Recording
 from ..diagnosis import contributions, evidence, improve
@@ -19,6 +19,7 @@ from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement
 from ..diagnosis.state import Judged, State
 from ..effects import table
+from ..inference.estimate import Estimate
 from ..model import Model
 from ..thresholds import CHANCE
 from . import pictures, verdict, words
@@ -112,15 +113,21 @@ def parameter_rows(model: Model, given: Model, estimates: Sequence[Estimates]) -
         for index, parameter in enumerate(
             p for p in table.find(term.kind).parameters if p.name in entry
         ):
+            said, fitted = axes.shown(term.kind, parameter, entry[parameter.name], model.column)
+            given_value = before.get(term.kind, {}).get(parameter.name)
+            if given_value is not None:
+                given_value = axes.shown(term.kind, parameter, Estimate(given_value), model.column)[
+                    1
+                ].value
             rows.append(
                 {
                     "effect": words.name(term.kind),
                     "first": index == 0,
-                    "name": parameter.name,
-                    "key": f"fitted.{place}.parameters.{parameter.name}",
-                    "unit": "" if parameter.values or parameter.text else parameter.unit,
-                    "given": before.get(term.kind, {}).get(parameter.name),
-                    "fitted": entry[parameter.name],
+                    "name": said.name,
+                    "key": f"fitted.{place}.parameters.{said.name}",
+                    "unit": "" if parameter.values or parameter.text else said.unit,
+                    "given": given_value,
+                    "fitted": fitted,
                     "new": term.kind not in before,
                 }
             )
@@ -161,7 +168,11 @@ def candidate_rows(found: Improvement) -> tuple[list[Json], list[str], list[str]
                     "effect": table.find(kind),
                     "after": None if joined else after,
                     "share": evidence.share(candidate.error_after, found.base),
-                    "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {})),
+                    "strength": words.strength(
+                        kind,
+                        candidate.parameters or fitted.get(kind, {}),
+                        found.model.column,
+                    ),
                 }
             )
         else:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
+from .. import axes
 from ..data.observations import Observation
 from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement, Step
@@ -40,12 +41,14 @@ def estimates(model: Model, entries: Sequence[Estimates]) -> str:
     lines = []
     for term, entry in zip(model.terms, entries):
         lines.append(term.kind)
-        for parameter in table.find(term.kind).parameters:
-            e = entry.get(parameter.name)
-            if e and not isinstance(e.value, str):
+        for p in table.find(term.kind).parameters:
+            if p.name not in entry:
+                continue
+            parameter, e = axes.shown(term.kind, p, entry[p.name], model.column)
+            if not isinstance(e.value, str):
                 shown = f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}"
                 lines.append(shown.rstrip())
-            elif e:
+            else:
                 lines.append(f"  {parameter.name:<36}{e.value:>12}")
     return "\n".join(lines)
 
@@ -76,7 +79,7 @@ def comparison(c: Comparison, notes: Iterable[str] = ()) -> str:
     ]
     lines += [
         f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured "
-        f"{w.measured_dps:.3g}, model {w.model_dps:.3g} deg/s, ratio {w.ratio:.2f} ({w.z:+.1f} "
+        f"{w.measured_dps:.3g}, model {w.model_dps:.3g} {c.unit}, ratio {w.ratio:.2f} ({w.z:+.1f} "
         "sigma)"
         for w in c.where[:WHERE_MAX]
     ]
@@ -112,7 +115,7 @@ def candidates(found: Improvement) -> str:
     if added:
         lines = ["Added effects, in this order, all fitted together:"]
         lines += [
-            f"  {kind}: {words.strength(kind, sizes)}"
+            f"  {kind}: {words.strength(kind, sizes, found.model.column)}"
             for kind, sizes in zip(added, found.estimates[-len(added) :])
         ] + [""]
     lines.append(

@@ -216,7 +216,7 @@ def missing(given: str, added: Sequence[str]) -> str:
     """An answer in a few words, for a table."""
     return {
         "fits": "nothing",
-        "values": "nothing, with the values of the model file refitted",
+        "values": "nothing (with the values of the model file refitted)",
         "effects": ", ".join(added),
         "unknown": "something that davarlab does not know"
         + (f" (added: {', '.join(added)})" if added else ""),
@@ -362,11 +362,14 @@ def of_missing(found: Improvement) -> str:
             )
         return (
             f"The model lacks {name(added[0])}: {words.clause(added[0])} "
-            f"({words.strength(added[0], sizes[0])})."
+            f"({words.strength(added[0], sizes[0], found.model.column)})."
         )
     named = listed(
         zip(added, sizes),
-        lambda one: f"{name(one[0])} ({words.strength(one[0], one[1], words.bare_value)})",
+        lambda one: (
+            f"{name(one[0])} "
+            f"({words.strength(one[0], one[1], found.model.column, words.bare_value)})"
+        ),
     )
     return f"The model lacks {named}."
 
