@@ -92,6 +92,9 @@ def clock_for_analysis(recording: Recording, model: Model) -> tuple[Recording, M
     clocks. That of a phase is its difference, one sample shorter; it is known where both ends
     are."""
     name, values = ppb_name(model.column), recording.column(model.column)
+    recordings.check_precise(
+        recording.columns[model.column], f"{recording.name}: column {model.column}"
+    )
     phase = model.column.endswith("phase_s")
     y = (np.diff(values) * recording.rate_hz if phase else values) / recordings.PPB
     columns = {

@@ -299,5 +299,5 @@ def outliers(recording: Recording, x: Floats, good: Bools) -> Observation | None
         f"{mask.sum()} single sample{'s are outliers' if mask.sum() != 1 else ' is an outlier'} "
         f"(up to {np.abs(w[mask]).max():.3g} times the noise) while no other column moves, at "
         f"{', '.join(f'{at:.6g}' for at in times)}{', ..' if mask.sum() > TIMES else ''} s. The "
-        "noise is fitted without them. Look for knocks, bit errors and interference at these times.",
+        "noise is fitted without them. Look for knocks, bit errors and interference there.",
     )

@@ -12,7 +12,7 @@ from .. import files
 from ..arrays import Bools, Floats, Ints
 from ..errors import BadInput, printable
 from ..files import StrPath
-from . import clock, repeats, table
+from . import clock, repeats, signals, table
 from .clock import Clock
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
@@ -115,6 +115,15 @@ class Recording:
 def is_clock(name: str) -> bool:
     """Is a column the phase (s) or the fractional frequency of a clock, or made of one."""
     return name.endswith((*CLOCKS, *CLOCK))
+
+
+def check_precise(values: Floats, where: str) -> None:
+    """Raises BadInput for a column of a clock in single precision."""
+    if values.dtype != np.float64:
+        raise BadInput(
+            f"{where}: {len(values)} samples are read in single precision, which is too coarse for "
+            f"a clock. Split the file into parts below {signals.NARROW_FROM} samples"
+        )
 
 
 def clock_of(

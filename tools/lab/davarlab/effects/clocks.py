@@ -37,7 +37,7 @@ SPOKEN = {
         "white_frequency_noise",
         "White noise of the frequency. Its integral is a random walk of the phase.",
         "Record for longer. The Allan deviation falls with slope -1/2.",
-        {"coefficient_deg_per_sqrt_h": ("deviation_at_1_s", "", PPB / 60)},
+        {"coefficient_deg_per_sqrt_h": ("deviation_at_1s", "", PPB / 60)},
     ),
     "bias_instability": Spoken(
         "flicker_frequency_noise",
@@ -50,12 +50,12 @@ SPOKEN = {
         "The frequency does a random walk (environment, ageing).",
         "Repeat the recording at a constant temperature. A random walk differs each time, a drift "
         "is the same.",
-        {"coefficient_deg_per_h_per_sqrt_h": ("deviation_at_1_s", "", PPB / 216000 / 3**0.5)},
+        {"coefficient_deg_per_h_per_sqrt_h": ("deviation_at_1s", "", PPB / 216000 / 3**0.5)},
     ),
     "rate_ramp": Spoken(
         "frequency_drift",
         "The frequency drifts linearly, for example by ageing.",
-        "Record for longer. The drift goes on.",
+        "Record for longer. The drift continues.",
         {"coefficient_deg_per_h2": ("per_day", "1/day", PPB / 3600 * DAY_H)},
     ),
     "bias_step": Spoken(

@@ -9,7 +9,7 @@ from ..diagnosis.improve import Estimates, Improvement, Step
 from ..diagnosis.judge import Judgement
 from ..effects import table
 from ..inference.estimate import Estimate
-from ..model import Model
+from ..model import Model, kind_said
 from . import verdict as verdicts
 from . import words
 
@@ -135,16 +135,18 @@ def candidates(found: Improvement) -> str:
 
 def step(name: str, s: Step) -> str:
     outside = f"{s.error_held_out:.4f}" if s.error_held_out is not None else "-"
-    return f"{name:<26}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{p_text(s.p_value, ''):>11}"
+    return f"{name:<28}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{p_text(s.p_value, ''):>11}"
 
 
 def steps(found: Improvement) -> str:
     lines = [
-        f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}",
+        f"{'added':<28}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}",
         step("(initial model)", found.steps[0]),
     ]
     lines += [step("(refitted)", found.refitted)] if found.refitted else []
-    return "\n".join(lines + [step(str(s.added), s) for s in found.steps[1:]])
+    column = found.model.column
+    added = [step(kind_said(str(s.added), column), s) for s in found.steps[1:]]
+    return "\n".join(lines + added)
 
 
 def diagnosis(found: Improvement) -> str:
