@@ -162,6 +162,13 @@ class Columns(unittest.TestCase):
                     else:
                         self.assertAlmostEqual(value, values[name], places=12)
 
+    def test_a_wrong_parameter_is_refused_in_the_language_of_the_file(self):
+        text = '[sensor]\ncolumn = "phase_s"\n[[effect]]\nkind = "white_phase_noise"\nstd = 1e-9\n'
+        with self.assertRaisesRegex(
+            BadInput, r"white_phase_noise has no parameter std \(it has: std_s, memory\)"
+        ):
+            models.of_text(text, "text")
+
     def test_single_precision_is_too_coarse(self):
         recording = Recording({"phase_s": np.zeros(1200, np.float32)}, 1.0, "long.csv")
         with self.assertRaisesRegex(BadInput, "long.csv: column phase_s: .* single precision"):

@@ -222,10 +222,23 @@ def terms_of(data: dict[str, Any], path: StrPath, column: str) -> list[Term]:
     entries = data.get("effect", [])
     if not isinstance(entries, list):
         raise BadInput(f"{path}: effects are written as [[effect]]")
-    return [
-        checked_term(unspoken(entry, column), f"{path}: effect {i}")
-        for i, entry in enumerate(entries, 1)
-    ]
+    found = []
+    for i, entry in enumerate(entries, 1):
+        try:
+            found.append(checked_term(unspoken(entry, column), f"{path}: effect {i}"))
+        except BadInput as why:
+            raise BadInput(as_written(str(why), column)) from None
+    return found
+
+
+def as_written(text: str, column: str) -> str:
+    """A message about an effect, with the names of the column's model files."""
+    for kind, effect in table.TABLE.items() if is_accel(column) or is_clock(column) else ():
+        for parameter in effect.parameters:
+            if f"{kind} " in text:
+                text = text.replace(parameter.name, as_said(kind, parameter, column)[0].name)
+        text = text.replace(f"{kind} ", f"{kind_said(kind, column)} ")
+    return text
 
 
 def table_in(data: dict[str, Any], name: str, path: StrPath) -> dict[str, Any]:

@@ -322,6 +322,11 @@ def worse_held_out(before: Step, after: Step) -> bool:
     return error > before.error_held_out and error > CHANCE.above_floor * floor
 
 
+def left(final: Judged, model: Model, recording: Recording, tried: Tried) -> Unexplained | None:
+    """Where the final model fails, and what was excluded."""
+    return unexplained_by(compare.of_state(final, model.column), recording, tried)
+
+
 def improved(
     recording: Recording,
     model: Model,
@@ -364,7 +369,6 @@ def improved(
         found.doubtful,
         [kind for kind in found.added if kind not in added],
     )
-    left = unexplained_by(compare.of_state(last or given, model.column), recording, tried)
     return Improvement(
         comparisons[0],
         found,
@@ -379,5 +383,5 @@ def improved(
         base,
         evidence.notes(recording, model, added),
         last or given,
-        left,
+        None if judgement.adequate else left(last or given, model, recording, tried),
     )
