@@ -8,9 +8,12 @@ import re
 import unittest
 from types import SimpleNamespace as Made
 
+import asking
 import numpy as np
+from davarlab import model as models
 from davarlab.candidates.candidate import Candidate
 from davarlab.candidates.identifiable import undecided
+from davarlab.data import recording as recordings
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import improve, judge, unexplained
 from davarlab.diagnosis.cells import Cell
@@ -20,6 +23,10 @@ from davarlab.inference.estimate import Estimate
 from davarlab.inference.parts import Part
 from davarlab.model import Model, Term
 from davarlab.report import terminal, values, verdict, words
+from davarlab.workbench import views
+from davarlab.workbench.desk import Desk
+from davarlab.workbench.steps import Sight
+from test_lab import Folder
 
 GIVEN = ["angle_random_walk", "bias_instability"]
 RATE, SPAN_S = 50.0, 7200.0
@@ -248,6 +255,50 @@ class Generated(unittest.TestCase):
             if found.testable and not found.adequate:
                 self.assertRegex(verdict.adequacy(found), PLACE, seed)
                 self.assertRegex(verdict.adequacy(found), r"factor of|times|% (above|below)", seed)
+
+
+class Searched(Folder):
+    """What commands and page really say of a recording that no effect describes: the level of its
+    noise changes forty times."""
+
+    def test_everywhere(self):
+        rng = np.random.default_rng(11)
+        level = np.repeat(rng.choice([1.0, 4.0], 40), 500)
+        time = np.arange(len(level)) / RATE
+        path = self.work / "rec.csv"
+        rows = zip(time, 0.02 * level * rng.normal(size=len(level)))
+        path.write_text("time_s,gyro_z_dps\n" + "".join(f"{t:.2f},{y:.9f}\n" for t, y in rows))
+        start, better, page = (self.work / name for name in ("a.toml", "b.toml", "page.html"))
+        asking.run("fit", path, "-o", start)
+        self.assertIn("# The model does not fit.", start.read_text())
+        done = asking.run("improve", path, "-m", start, "-o", better, "--report", page)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        table_of_axes = asking.run("diagnose", path, "-m", start, "--axes", "gyro")
+        plain = json.loads(asking.run("diagnose", path, "-m", start, "--json").stdout)
+        self.assertEqual((plain["answer"], plain["verdict"]), ("unknown", "unknown"))
+        self.assertTrue(plain["unknown"]["next"] and plain["unknown"]["excluded"])
+        comments = " ".join(line[2:] for line in better.read_text().splitlines() if line[:1] == "#")
+        shown = page.read_text()
+        for text in (done.stdout, comments, shown, table_of_axes.stdout, plain["answer_said"]):
+            self.assertIn(verdict.UNKNOWN, text)
+            self.assertRegex(text, PLACE)
+            self.assertNotRegex(text, NONE_MISSING)
+        for text in (done.stdout, comments, shown, table_of_axes.stdout):
+            self.assertIn(plain["unknown"]["next"][0], text)
+        again = asking.run("compare", path, "-m", better, "--json")
+        self.assertEqual(again.returncode, 1)  # comments do no harm
+
+        desk = Desk(recordings.read(path), Sight("gyro_z_dps"))
+        model = desk.first_model()
+        for text in (models.text_of(model), better.read_text()):
+            outcome = desk.of(text, True)
+            ranked = desk.ranked(text, lambda said: None)
+            found = views.nothing_found(outcome, desk.recording, ranked)
+            said = "\n".join(found["nothing"])
+            self.assertNotRegex(said, NONE_MISSING)
+            significant = any(one["beyond_chance"] for one in views.candidates(ranked))
+            self.assertEqual(found["unknown"] is None, significant)
+            self.assertEqual(verdict.UNKNOWN in said, not significant)
 
 
 if __name__ == "__main__":
