@@ -13,6 +13,7 @@ import numpy as np
 from davarlab import model as models
 from davarlab.candidates.candidate import Candidate
 from davarlab.candidates.identifiable import undecided
+from davarlab.data import plausible
 from davarlab.data import recording as recordings
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import improve, judge, unexplained
@@ -60,7 +61,7 @@ def state(rng, kinds, scale):
     """A comparison as any recording and model may give it."""
     there = [] if rng.random() < 0.05 else cells(rng, scale)
     p = float(rng.choice([1e-300, 1e-5, 0.02, 0.5, 1.0]))
-    made = judge.judged(there, [], p, bool(rng.random() < 0.1))
+    made = judge.judged(there, [], p, plausible.KIND if rng.random() < 0.1 else "")
     counts = rng.integers(0, 400, 80)
     ratio = rng.chisquare(np.maximum(counts, 1)) / np.maximum(counts, 1)
     if rng.random() < 0.5:
