@@ -11,13 +11,16 @@ from davarlab.diagnosis import evidence
 from davarlab.diagnosis.cells import Cell
 from davarlab.diagnosis.improve import Improvement, Step
 from davarlab.diagnosis.judge import Judgement
+from davarlab.diagnosis.unexplained import Unexplained
 from davarlab.effects import table
 from davarlab.inference.estimate import Estimate
 from davarlab.inference.parts import Part
 from davarlab.model import Model, Term
-from davarlab.report import terminal, words
+from davarlab.report import terminal, verdict, words
 
 MODEL = Model(50.0, "gyro_z_dps", [Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3})])
+
+OFF = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 7200.0}
 
 
 def cell(tau_s, ratio, z):
@@ -76,6 +79,7 @@ def result(verdict="none", added=(), steps=(), refitted=None, given=None):
         [],
         [given],
         refitted,
+        unexplained=Unexplained(OFF, 7200.0) if verdict == "unknown" else None,
     )
 
 
@@ -102,7 +106,8 @@ class Verdicts(unittest.TestCase):
             said = terminal.verdict(
                 result("unknown", ("warm_up",), [step(0.1382, 0.0), step(after, 0.0, "warm_up")])
             )
-            self.assertEqual("would help" in said, helps, said)
+            self.assertEqual("Adding warm-up lowers the error" in said, helps, said)
+            self.assertEqual("does not help" in said, not helps, said)
             self.assertEqual("Confirm warm-up" in said, helps, said)
 
     def test_the_check_that_fails_is_named(self):
@@ -118,9 +123,7 @@ class Verdicts(unittest.TestCase):
         ):
             found = result(steps=[step(0.03, 0.5, outside=error)], given=comparison(0.5))
             self.assertIn(sentence, terminal.verdict(found))
-            self.assertEqual(
-                words.verdict_of_diagnosis(found)[0], "good" if error < 0.1 else "missing"
-            )
+            self.assertEqual(verdict.of_improvement(found)[0], "good" if error < 0.1 else "missing")
 
 
 class Sentences(unittest.TestCase):
@@ -134,10 +137,10 @@ class Sentences(unittest.TestCase):
             ["narrow_band", "narrow_band"],
             [step(0.13, 0.0), step(0.03, 0.5, "narrow_band")],
         )
-        self.assertEqual(len(words.confirmations(several)), 1)
+        self.assertEqual(len(verdict.confirmations(several)), 1)
 
     def test_the_misfit_names_the_farthest(self):
-        said = words.misfit(
+        said = verdict.misfit(
             comparison(0.0, [cell(0.08, 1.01, 3.5), cell(1.28, 1.2, 26.0), cell(655.0, 3.8, 10.3)])
         )
         self.assertIn(
@@ -147,12 +150,17 @@ class Sentences(unittest.TestCase):
         )
 
     def test_the_judge_has_one_sentence_for_each_word(self):
-        off = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 600.0}
+        off = {**OFF, "stop_s": 600.0}
         below = {**off, "percent": -50.0, "ratio": 0.4, "tau_s": 7200.0}
         for word, largest, sentence in (
-            ("statistical", None, "statistically adequate"),
-            ("practical", None, "practically adequate: it fits within 5 %"),
-            ("practical", {**off, "percent": -3.0}, "3 % below the model at 2 s, from 0 to 600 s"),
+            ("statistical", None, "The model fits: no check rejects it (p = 0.20)."),
+            ("practical", None, "The model fits: no deviation is proven (99 % confidence). "),
+            (
+                "practical",
+                {**off, "percent": -3.0, "ratio": 0.94},
+                "no deviation above 5 % is proven. The largest proven one is at 2 s, from 0 to "
+                "600 s of the recording: 6 % below the model (at least 3 % with 99 % confidence).",
+            ),
             (
                 "no",
                 off,
@@ -169,7 +177,9 @@ class Sentences(unittest.TestCase):
             ("no", below, "by a factor of 2.5 (at least 2 with 99 % confidence)"),
             ("no", None, "4.33 times that of a true model"),
         ):
-            self.assertIn(sentence, words.adequacy(Judgement(word, 0.13, 0.03, 0.2, largest, 1.0)))
+            self.assertIn(
+                sentence, verdict.adequacy(Judgement(word, 0.13, 0.03, 0.2, largest, 1.0))
+            )
 
     def test_a_candidate_is_credited_with_what_it_takes_from_the_refit(self):
         self.assertIsNone(evidence.share(float("nan"), step(0.13, 0.0)))

@@ -23,6 +23,8 @@ from davarlab.model import Model
 from . import sources
 from .store import Done, Row
 
+# Unit at the end of a column's name -> factor to that of the analysis.
+FACTORS = recordings.TO_DPS | recordings.FORCE | recordings.CLOCK
 DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from somewhere else
 
 
@@ -144,15 +146,16 @@ def coefficients(
     """
     found = {}
     for term, entry in zip(fitted.terms, entries):
-        kind = models.ACCEL_KINDS.get(term.kind, term.kind) if axes.is_accel(column) else term.kind
+        kind = models.kind_said(term.kind, column)
         for parameter in table.find(term.kind).parameters:
             one = entry.get(parameter.name)
             if one is None or isinstance(one.value, str):
                 continue
-            name = f"{kind}.{models.spoken(parameter.name, column)}"
+            said, shown = axes.shown(term.kind, parameter, one, column)
+            name = f"{kind}.{said.name}"
             while name in found:
                 name += "'"
-            found[name] = [float(one.value), one.low, one.high]
+            found[name] = [shown.number, shown.low, shown.high]
     return found
 
 
@@ -205,8 +208,6 @@ def drawn(recording: Recording, fitted: Model, state: State) -> Recording:
     known = state.bench.counts
     if known and known.of == "rate":
         gyro = np.round(gyro / known.q) * known.q
-    unit = next(
-        unit for unit in recordings.TO_DPS | recordings.FORCE if fitted.column.endswith("_" + unit)
-    )
-    factor = (recordings.TO_DPS | recordings.FORCE)[unit]
+    unit = next(unit for unit in FACTORS if fitted.column.endswith("_" + unit))
+    factor = FACTORS[unit]
     return replace(still, columns={**recording.columns, fitted.column: gyro / factor})

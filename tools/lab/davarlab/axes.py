@@ -12,12 +12,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .data import recording as recordings
-from .data.recording import Recording
-from .effects import table
+from .data.recording import Recording, is_clock
+from .effects import clocks, table
+from .effects.base import Parameter
 from .errors import BadInput
 from .inference.estimate import Estimate
-from .model import ACCEL_KINDS, Model, spoken
+from .model import Model, as_said, is_accel, kind_said
 
 TO_MPS2 = {"g": 9.80665, "mg": 9.80665e-3, "m_s2": 1.0, "mps2": 1.0}
 SHOWN = {
@@ -42,19 +45,18 @@ class Found:
     entries: list[dict[str, Estimate]]
 
 
-def is_accel(column: str) -> bool:
-    return column.startswith("accel_")
-
-
 def columns_of(recording: Recording, words: str) -> list[str]:
-    """The columns that --axes names: gyro, accel, all, or columns, comma-separated."""
-    kinds = {"gyro": ("gyro_",), "accel": ("accel_",), "all": ("gyro_", "accel_")}
-    usable = [name for name in recording.columns if unit_of(name)]
+    """The columns that --axes names: gyro, accel, clock, all, or columns, comma-separated."""
+    usable = [name for name in recording.columns if unit_of(name) or is_clock(name)]
+    kinds = {
+        "gyro": [name for name in usable if name.startswith("gyro_")],
+        "accel": [name for name in usable if is_accel(name)],
+        "clock": [name for name in usable if is_clock(name)],
+        "all": usable,
+    }
     out: list[str] = []
     for word in words.split(","):
-        found = (
-            [name for name in usable if name.startswith(kinds[word])] if word in kinds else [word]
-        )
+        found = kinds.get(word, [word])
         if not found or not set(found) <= set(usable):
             raise BadInput(
                 f"--axes {word}: {recording.name} has no such axis (there are: "
@@ -72,6 +74,8 @@ def unit_of(name: str) -> str | None:
 
 def for_analysis(recording: Recording, model: Model) -> tuple[Recording, Model]:
     """(recording, model) as the analysis takes them."""
+    if is_clock(model.column):
+        return clock_for_analysis(recording, model)
     if not is_accel(model.column):
         return recording, model
     force = recording.column(model.column) * TO_MPS2[unit_of(model.column) or "g"]
@@ -81,6 +85,46 @@ def for_analysis(recording: Recording, model: Model) -> tuple[Recording, Model]:
     return replace(recording, columns=columns, measured={}), replace(
         model, column=force_name(model.column)
     )
+
+
+def clock_for_analysis(recording: Recording, model: Model) -> tuple[Recording, Model]:
+    """The fractional frequency in 1e-9 under a name of its own, without the other columns of
+    clocks. That of a phase is its difference, one sample shorter; it is known where both ends
+    are."""
+    name, values = ppb_name(model.column), recording.column(model.column)
+    recordings.check_precise(
+        recording.columns[model.column], f"{recording.name}: column {model.column}"
+    )
+    phase = model.column.endswith("phase_s")
+    y = (np.diff(values) * recording.rate_hz if phase else values) / recordings.PPB
+    columns = {
+        one: column[: len(y)] for one, column in recording.columns.items() if not is_clock(one)
+    } | {name: y}
+    known = recording.known
+    if phase and known is not None:
+        known = known[1:] & known[:-1]
+    return (
+        replace(
+            recording,
+            columns=columns,
+            known=known,
+            gaps=recordings.gaps_of(known),
+            rows=None,
+            measured={},
+        ),
+        replace(model, column=name),
+    )
+
+
+def rate_unit(column: str) -> str:
+    """The unit of the rate that the analysis makes of a column."""
+    if is_clock(column):
+        return "ppb"
+    return "m/s^2" if is_accel(column) or column.endswith(tuple(recordings.FORCE)) else "deg/s"
+
+
+def ppb_name(column: str) -> str:
+    return f"{column}_clock_ppb"
 
 
 def force_name(column: str) -> str:
@@ -93,7 +137,10 @@ def called(model: Model, column: str) -> Model:
 
 
 def in_units(text: str, column: str) -> str:
-    """What is printed of a gyro, for a column: m/s for deg where it is an accelerometer's."""
+    """What is printed of a gyro, for a column: m/s for deg where it is an accelerometer's, the
+    language of clocks where it is a clock's."""
+    if is_clock(column):
+        return of_clock(text.replace(ppb_name(column), column))
     if not is_accel(column):
         return text
     text = (
@@ -101,29 +148,86 @@ def in_units(text: str, column: str) -> str:
         .replace("deg/s", "m/s^2")
         .replace(force_name(column), column)
     )
-    for gyro, accel in ACCEL_KINDS.items():
-        text = text.replace(gyro, accel)
+    for kind in table.TABLE:
+        text = text.replace(kind, kind_said(kind, column))
     return re.sub(r"\bdeg\b(?=[/ )]|$)", "m/s", text)
+
+
+def of_clock(text: str) -> str:
+    """A text with the kinds, the physics and the confirmations of clocks."""
+    for kind, spoken in clocks.SPOKEN.items():
+        effect = table.TABLE[kind]
+        for gyro, clock in (
+            (effect.physics, spoken.physics),
+            (clause(effect.physics), clause(spoken.physics)),
+            (effect.confirm, spoken.confirm),
+            (kind, spoken.kind),
+            (kind.replace("_", " "), spoken.kind.replace("_", " ")),
+        ):
+            text = text.replace(gyro, clock)
+            text = text.replace(gyro[0].upper() + gyro[1:], clock[0].upper() + clock[1:])
+    return text.replace("deg/s", "ppb").replace("_dps", "_ppb").replace("gyro", "clock")
+
+
+def clause(physics: str) -> str:
+    """The physics of an effect, as a clause inside a sentence."""
+    first = physics.rstrip(".").split(": ")[0].split(" (")[0]
+    return first[0].lower() + first[1:]
+
+
+def shown(
+    kind: str, parameter: Parameter, estimate: Estimate, column: str
+) -> tuple[Parameter, Estimate]:
+    """A parameter and its estimate, in the names and units of the column's model files."""
+    one, factor = as_said(kind, parameter, column)
+    if factor == 1 or isinstance(estimate.value, str):
+        return one, estimate
+    low, high = (None if end is None else end * factor for end in (estimate.low, estimate.high))
+    return one, replace(estimate, value=estimate.number * factor, low=low, high=high)
 
 
 def plain_in_units(data: Any, column: str) -> Any:
     """The same of what --json says: names of parameters, kinds and sentences."""
-    if not is_accel(column):
+    if not (is_accel(column) or is_clock(column)):
         return data
     if isinstance(data, dict):
+        if isinstance(data.get("parameters"), dict) and data.get("kind") in table.TABLE:
+            data = {**data, "parameters": parameters_said(data["kind"], data["parameters"], column)}
         return {
-            spoken(name, column) if isinstance(name, str) else name: plain_in_units(value, column)
-            for name, value in data.items()
+            key_said(name, column): plain_in_units(value, column) for name, value in data.items()
         }
     if isinstance(data, (list, tuple)):
         return [plain_in_units(value, column) for value in data]
     return in_units(data, column) if isinstance(data, str) else data
 
 
+def key_said(name: Any, column: str) -> Any:
+    """A key of what --json says: a kind, or a quantity with its unit."""
+    if not isinstance(name, str):
+        return name
+    if is_clock(column):
+        return in_units(name, column)
+    name = kind_said(name, column)
+    return re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2")
+
+
+def parameters_said(kind: str, parameters: dict[str, Any], column: str) -> dict[str, Any]:
+    """name -> {value, low, high} of an effect, in the names and units of the column's files."""
+    out = {}
+    for parameter in table.find(kind).parameters:
+        if parameter.name in parameters:
+            one, factor = as_said(kind, parameter, column)
+            out[one.name] = {
+                key: value * factor if isinstance(value, float) and factor != 1 else value
+                for key, value in parameters[parameter.name].items()
+            }
+    return out
+
+
 def file_of(path: str | Path, column: str) -> Path:
-    """OUT.toml of one axis: OUT_gyro_x.toml."""
-    path = Path(path)
-    return path.with_name(f"{path.stem}_{'_'.join(column.split('_')[:2])}{path.suffix}")
+    """OUT.toml of one axis: OUT_gyro_x.toml, or OUT_COLUMN.toml of a clock."""
+    path, short = Path(path), "_".join(column.split("_")[:2])
+    return path.with_name(f"{path.stem}_{column if is_clock(column) else short}{path.suffix}")
 
 
 def rows_of(found: Iterable[Found]) -> dict[str, dict[str, str]]:
@@ -135,15 +239,16 @@ def rows_of(found: Iterable[Found]) -> dict[str, dict[str, str]]:
                 value = entry.get(parameter.name)
                 if value is None or isinstance(value.value, str):
                     continue
+                said, value = shown(term.kind, parameter, value, one.column)
                 unit, factor = (
                     SHOWN.get(parameter.unit, (parameter.unit, 1.0))
                     if is_accel(one.column)
-                    else (parameter.unit, 1.0)
+                    else (said.unit, 1.0)
                 )
-                kind = ACCEL_KINDS.get(term.kind, term.kind) if is_accel(one.column) else term.kind
+                size = parameter is table.find(term.kind).size and not is_clock(one.column)
                 label = (
-                    f"{kind}"
-                    + ("" if parameter is table.find(term.kind).size else f" {parameter.name}")
+                    kind_said(term.kind, one.column)
+                    + ("" if size else f" {said.name}")
                     + (f" [{unit}]" if unit else "")
                 )
                 between = (
@@ -153,8 +258,14 @@ def rows_of(found: Iterable[Found]) -> dict[str, dict[str, str]]:
                     if value.low is not None and value.high is not None
                     else ""
                 )
-                rows.setdefault(label, {})[one.column] = f"{value.value * factor:.4g}{between}"
+                rows.setdefault(label, {})[one.column] = f"{value.number * factor:.4g}{between}"
     return rows
+
+
+def next_steps(data: dict[str, Any]) -> list[str]:
+    """Where an unexplained misfit is, and what to log or to try."""
+    unknown = data.get("unknown")
+    return [data["answer_said"], *unknown["next"]] if unknown else []
 
 
 def text(found: Iterable[Found]) -> str:
@@ -179,8 +290,6 @@ def text(found: Iterable[Found]) -> str:
         adequacy = one.data.get("final", one.data)["adequacy"]
         out.append(f"{'' if own else one.column:<14}{'adequacy':<44}{adequacy}{error}")
         if "missing" in one.data:  # a diagnosis
-            named = ", ".join(one.data["missing"]) or "nothing"
-            if one.data["verdict"] == "unknown":
-                named = "an effect that is not in the table"
-            out.append(f"{'':<14}{'missing':<44}{named}")
+            out.append(f"{'':<14}{'missing':<44}{one.data['missing_said']}")
+            out += [f"{'':<14}{'next':<44}{step}" for step in next_steps(one.data)]
     return "\n".join(out)

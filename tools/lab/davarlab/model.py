@@ -2,21 +2,24 @@
 
 import json
 import re
+import textwrap
 import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from . import files
-from .data.recording import Recording
-from .effects import table
+from .data.recording import Recording, is_clock
+from .effects import clocks, table
 from .effects.base import Effect, Parameter, Values
 from .effects.means import TURNING, course_hz
-from .errors import BadInput
+from .errors import BadInput, printable
 from .files import StrPath
 
 MOST_BYTES = 1 << 20  # of a file
 FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # sizes that a fit moves
+FIRST_CLOCK = (("quantization", 0.01),)
+COMMENT_WIDTH = 98  # of a line, with the two characters that make it a comment, 100
 HUGE = 1e100  # TOML has inf, nan and whole numbers without end
 
 
@@ -163,49 +166,84 @@ def check_noise(model: Model, where: str) -> None:
 
 
 def first(rate_hz: float | None, column: str) -> Model:
-    """What one believes before anything was looked at: white noise and bias instability."""
-    terms = [Term(kind, {table.find(kind).size.name: value}) for kind, value in FIRST]
+    """What one believes before anything was looked at: white noise and bias instability; of a
+    clock, white phase noise, and white and flicker frequency noise."""
+    sizes = FIRST + FIRST_CLOCK if is_clock(column) else FIRST
+    terms = [Term(kind, {table.find(kind).size.name: value}) for kind, value in sizes]
     return Model(rate_hz, column, terms)
 
 
 ACCEL_KINDS = {"angle_random_walk": "velocity_random_walk"}
 
 
-def spoken(name: str, column: str) -> str:
-    """A parameter as a model file calls it: where the column is an accelerometer's, m/s stands for
-    deg (coefficient_m_per_s_per_sqrt_h)."""
-    return (
-        re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2")
-        if column.startswith("accel_")
-        else name
-    )
+def is_accel(column: str) -> bool:
+    return column.startswith("accel_")
+
+
+def kind_said(kind: str, column: str) -> str:
+    """A kind as a model file of the column calls it."""
+    if is_accel(column):
+        return ACCEL_KINDS.get(kind, kind)
+    return clocks.SPOKEN[kind].kind if is_clock(column) and kind in clocks.SPOKEN else kind
+
+
+def as_said(kind: str, parameter: Parameter, column: str) -> tuple[Parameter, float]:
+    """(the parameter as a model file of the column has it, factor from the number of the table).
+    Where the column is an accelerometer's, m/s stands for deg (coefficient_m_per_s_per_sqrt_h);
+    where it is a clock's, see effects/clocks.py."""
+    if is_clock(column):
+        return clocks.as_said(kind, parameter)
+    if not is_accel(column):
+        return parameter, 1.0
+    name = re.sub(r"deg(?![a-zA-Z])", "m_per_s", parameter.name).replace("dps", "mps2")
+    return replace(parameter, name=name), 1.0
 
 
 def unspoken(entry: object, column: str) -> object:
-    """An [[effect]] of a file with the names of the table."""
+    """An [[effect]] of a file with the names and numbers of the table."""
     if (
-        not column.startswith("accel_")
+        not (is_accel(column) or is_clock(column))
         or not isinstance(entry, dict)
         or not isinstance(entry.get("kind"), str)
     ):
         return entry
-    kind = next((own for own, said in ACCEL_KINDS.items() if said == entry["kind"]), entry["kind"])
-    names = (
-        {spoken(p.name, column): p.name for p in table.TABLE[kind].parameters}
-        if kind in table.TABLE
-        else {}
-    )
-    return {names.get(name, name): value for name, value in entry.items()} | {"kind": kind}
+    said = entry["kind"]
+    kind = next((own for own in table.TABLE if kind_said(own, column) == said), said)
+    found: dict[str, Any] = {"kind": kind}
+    known = table.TABLE[kind].parameters if kind in table.TABLE else ()
+    names = {}
+    for parameter in known:
+        one, factor = as_said(kind, parameter, column)
+        names[one.name] = parameter.name, factor
+    for name, value in entry.items():
+        own, factor = names.get(name, (name, 1.0))
+        if name != "kind":
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            found[own] = value / factor if number and factor != 1 else value
+    return found
 
 
 def terms_of(data: dict[str, Any], path: StrPath, column: str) -> list[Term]:
     entries = data.get("effect", [])
     if not isinstance(entries, list):
         raise BadInput(f"{path}: effects are written as [[effect]]")
-    return [
-        checked_term(unspoken(entry, column), f"{path}: effect {i}")
-        for i, entry in enumerate(entries, 1)
-    ]
+    found = []
+    for i, entry in enumerate(entries, 1):
+        try:
+            found.append(checked_term(unspoken(entry, column), f"{path}: effect {i}"))
+        except BadInput as why:
+            raise BadInput(as_written(str(why), column)) from None
+    return found
+
+
+def as_written(text: str, column: str) -> str:
+    """A message about an effect, with the names of the column's model files."""
+    for kind, effect in table.TABLE.items() if is_accel(column) or is_clock(column) else ():
+        for parameter in effect.parameters:
+            if f"{kind} " in text:
+                text = text.replace(parameter.name, as_said(kind, parameter, column)[0].name)
+        text = text.replace(f"{kind} ", f"{kind_said(kind, column)} ")
+    return text
 
 
 def table_in(data: dict[str, Any], name: str, path: StrPath) -> dict[str, Any]:
@@ -256,17 +294,23 @@ def text_of(model: Model) -> str:
         lines.append(f"rate_hz = {float(model.rate_hz)!r}")
     lines.append(f"column = {quoted(model.column)}")
     for term in model.terms:
-        kind = term.kind
-        if model.column.startswith("accel_"):
-            kind = ACCEL_KINDS.get(kind, kind)
-        lines += ["", "[[effect]]", f'kind = "{kind}"']
-        lines += [
-            f"{spoken(name, model.column)} = "
-            f"{quoted(value) if isinstance(value, str) else repr(float(value))}"
-            for name, value in term.parameters.items()
-        ]
+        lines += ["", "[[effect]]", f'kind = "{kind_said(term.kind, model.column)}"']
+        known = {parameter.name: parameter for parameter in table.find(term.kind).parameters}
+        for name, value in term.parameters.items():
+            one, factor = as_said(term.kind, known[name], model.column)
+            text = quoted(value) if isinstance(value, str) else repr(float(value) * factor)
+            lines.append(f"{one.name} = {text}")
     return "\n".join(lines) + "\n"
 
 
-def write(model: Model, path: StrPath) -> None:
-    files.write_whole(path, text_of(model).encode())
+def write(model: Model, path: StrPath, said: str = "") -> None:
+    """Writes the model file. said: lines for comments in front of it."""
+    files.write_whole(path, (comment(said) + text_of(model)).encode())
+
+
+def comment(text: str) -> str:
+    """Lines as comments of TOML, wrapped."""
+    lines = [
+        line for one in text.splitlines() for line in textwrap.wrap(printable(one), COMMENT_WIDTH)
+    ]
+    return "".join(f"# {line}\n" for line in lines)

@@ -139,6 +139,17 @@ class Judge:
 
 
 @dataclass(frozen=True)
+class Place:
+    """What the place of a misfit suggests to measure next (diagnosis/unexplained.py)."""
+
+    part_of_record: float = of(
+        0.9, "of the record", "choice", "below which the section of a misfit is only a part"
+    )
+    slow_samples: int = of(256, "samples", "choice", "of averaging, from which a misfit is slow")
+    fast_samples: int = of(16, "samples", "choice", "of averaging, up to which it is fast")
+
+
+@dataclass(frozen=True)
 class Start:
     """May a recording be analysed at all (diagnosis/state.py)."""
 
@@ -635,6 +646,7 @@ class Fit:
 
 CHANCE = Chance()
 JUDGE = Judge()
+PLACE = Place()
 START = Start()
 SEARCH = Search()
 TRIES = Tries()
@@ -650,6 +662,7 @@ FIT = Fit()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
+    "PLACE": PLACE,
     "START": START,
     "SEARCH": SEARCH,
     "TRIES": TRIES,

@@ -68,10 +68,11 @@ DECIDES = {
 @dataclass
 class Alternative:
     """A kind that this recording cannot distinguish from the reported one, and the measurement that
-    would."""
+    would. named: the reported kind."""
 
     kind: str
     confirm: str
+    named: str
 
 
 @dataclass
@@ -98,7 +99,15 @@ def alternative(named: str, other: str) -> Alternative:
     how = DECIDES.get(frozenset((named, other))) or AGAIN.format(
         other="a " + NAMES[apart] if apart != "gauss_markov" else NAMES[apart]
     )
-    return Alternative(other, f"Undecided: {NAMES[named]} or {NAMES[other]}. To decide, {how}.")
+    return undecided(named, other, f"{how}.")
+
+
+def undecided(named: str, other: str, how: str) -> Alternative:
+    """The alternative with the sentences for people. how: the measurement that decides."""
+    names = [NAMES.get(kind, kind.replace("_", " ")) for kind in (named, other)]
+    return Alternative(
+        other, f"Undecided: {names[0]} or {names[1]}. To decide, {how[0].lower()}{how[1:]}", named
+    )
 
 
 def best_beside(bench: Bench, parts: Sequence[Part], fit: Fit, kind: str) -> Candidate | None:

@@ -8,9 +8,9 @@ from .. import model as models
 from ..data.recording import Recording
 from ..diagnosis import compare, evidence, improve
 from ..diagnosis import state as state_of
-from ..diagnosis.state import Judged
+from ..diagnosis.state import Judged, Progress
 from ..errors import BadInput
-from ..report import terminal, values
+from ..report import terminal, values, verdict, words
 from .shared import (
     AXES,
     HELD_OUT,
@@ -56,6 +56,12 @@ def column_of(options: argparse.Namespace) -> str:
     return given_model(options).column
 
 
+def telling(options: argparse.Namespace) -> Progress:
+    """Progress, in the language of the column."""
+    column = column_of(options)
+    return lambda text: progress(axes.in_units(text, column))
+
+
 def output_of(options: argparse.Namespace) -> str | None:
     """The output file for the model of this axis."""
     return options.output and (
@@ -63,6 +69,12 @@ def output_of(options: argparse.Namespace) -> str | None:
         if getattr(options, "axis", None)
         else options.output
     )
+
+
+def write(model: models.Model, path: str, said: list[str]) -> None:
+    """Writes a model with its verdict in comments."""
+    sentences = [axes.in_units(words.in_ascii(one), model.column) for one in said]
+    models.write(model, path, "\n".join(sentences))
 
 
 def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
@@ -102,11 +114,13 @@ def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
 def fit_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     if not options.model:
-        progress(f"no -m: white noise and bias instability of {column_of(options)} are fitted")
-    state, fitted, entries = improve.fit(recording, model, progress)
+        kinds = ", ".join(models.kind_said(kind, column_of(options)) for kind in model.kinds)
+        progress(f"no -m: {kinds} of {column_of(options)} are fitted")
+    state, fitted, entries = improve.fit(recording, model, telling(options))
     column, output = column_of(options), output_of(options)
     if output:
-        models.write(axes.called(fitted, column), output)
+        said = [verdict.adequacy(state.judgement), *verdict.to_find(state.judgement)]
+        write(axes.called(fitted, column), output, said)
     data = {
         "effects": values.fitted(fitted, entries),
         "model": output,
@@ -143,6 +157,7 @@ def report(
         model,
         {role: path for role, path in named.items() if path},
         [word for path in options.effects for word in ("--effects", path)]
+        + [word for pair in options.clock for word in ("--clock", pair)]
         + (["--rate", f"{options.rate:g}"] if options.rate else []),
         getattr(options, "output", None),
     )
@@ -151,13 +166,14 @@ def report(
         if isinstance(found, tuple)
         else contents.of_improvement(run, found),
         options.report,
+        column_of(options),
     )
 
 
 def compare_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
-    state = state_of.judged(state_of.start(recording, model, progress))
-    found = compare.compare(recording, model, progress, state)
+    state = state_of.judged(state_of.start(recording, model, telling(options)))
+    found = compare.compare(recording, model, telling(options), state)
     report(options, recording, model, (found, state))
     return (
         axes.Found(
@@ -167,14 +183,19 @@ def compare_one(options: argparse.Namespace) -> One:
             model,
             improve.as_it_is(model),
         ),
-        terminal.comparison(found, evidence.notes(recording, model)),
+        "\n".join(
+            [
+                terminal.comparison(found, evidence.notes(recording, model)),
+                *verdict.to_find(found.judgement),
+            ]
+        ),
     )
 
 
 def diagnose_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     held_out = load_held_out(options, model)
-    found = improve.improve(recording, model, held_out, progress, DETAIL)
+    found = improve.improve(recording, model, held_out, telling(options), DETAIL)
     report(options, recording, model, found)
     return axes.Found(
         column_of(options), 0, values.diagnosis(found), found.model, found.estimates
@@ -184,10 +205,14 @@ def diagnose_one(options: argparse.Namespace) -> One:
 def improve_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     held_out = load_held_out(options, model)
-    found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
+    found = improve.improve(
+        recording, model, held_out, telling(options), DETAIL if options.report else 0
+    )
     column, output = column_of(options), output_of(options)
     if output:
-        models.write(axes.called(found.model, column), output)
+        said = [verdict.of_improvement(found)[1]]
+        said += verdict.next_steps(found.unexplained) if found.unexplained else []
+        write(axes.called(found.model, column), output, said)
     report(options, recording, model, found)
     return (
         axes.Found(
@@ -206,7 +231,7 @@ def run_plot(options: argparse.Namespace) -> int:
     from ..report import plot
 
     recording, model = load(options)
-    found = compare.compare(recording, model, progress)
+    found = compare.compare(recording, model, telling(options))
     plot.draw(found, options.output)
     emit(options, {"picture": options.output}, options.output)
     return 0

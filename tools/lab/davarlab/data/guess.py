@@ -102,6 +102,8 @@ def tokens(name: str) -> list[str]:
 def quantity_of(name: str) -> str:
     """time, gyro, accel, temp or other: by the first word that says one of them."""
     words = tokens(name)
+    if "phase" in words:  # of a clock; its unit is one of time
+        return "other"
     if (
         words
         and (words[0] == "t" or any(re.match(STAMP, word) for word in words))

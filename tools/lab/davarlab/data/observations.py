@@ -339,11 +339,13 @@ def outliers(recording: Recording, x: Floats, good: Bools) -> Observation | None
         mask &= np.abs(x - events.local_mean(x, good, NEAR)) > known.reach_dps
     if not mask.any():
         return None
+    times = recording.time_s[np.flatnonzero(mask)[:TIMES]]
     return of_mask(
         "outliers",
         recording,
         mask,
         f"{mask.sum()} single sample{'s are outliers' if mask.sum() != 1 else ' is an outlier'} "
-        f"(up to {np.abs(w[mask]).max():.3g} times the noise), and no other column moves. Outliers "
-        "are excluded. The effect `shocks` models them.",
+        f"(up to {np.abs(w[mask]).max():.3g} times the noise) while no other column moves, at "
+        f"{', '.join(f'{at:.6g}' for at in times)}{', ..' if mask.sum() > TIMES else ''} s. The "
+        "noise is fitted without them. Look for knocks, bit errors and interference there.",
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Bools, Floats
 from . import guess, motion, signals
-from .recording import Recording
+from .recording import Recording, is_clock
 
 KIND = "implausible"  # of the observation
 CONFIRM = "--as-recorded"  # with which a user says that all of it is right
@@ -41,7 +41,9 @@ def doubts(
     the names of the gyro columns to look at. Cost: a few passes over the first LOOKED samples."""
     there = slice(None) if known is None else known[:LOOKED]
     columns = {name: column[:LOOKED][there] for name, column in columns.items()}
-    found = [rate(rate_hz)]
+    gyros = list(gyros)
+    clocks = not gyros and any(map(is_clock, columns))  # at any rate
+    found = [] if clocks else [rate(rate_hz)]
     if not all(map(len, columns.values())):  # nothing is left there
         return [said for said in found if said]
     for name in gyros:
@@ -71,7 +73,8 @@ def of(recording: Recording, columns: Iterable[str] | None = None) -> list[str]:
 def note(columns: Mapping[str, Floats], rate_hz: float) -> str | None:
     """A note on a possible mistake, or None. It changes no verdict, because a log with one sample
     per 10 s has the same stamps."""
-    said = stamps(columns.get("time_s"), rate_hz)
+    clocks = any(map(is_clock, columns))  # counters gate for whole seconds
+    said = None if clocks else stamps(columns.get("time_s"), rate_hz)
     return said and f"note: {said}"
 
 

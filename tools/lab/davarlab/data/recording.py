@@ -12,11 +12,14 @@ from .. import files
 from ..arrays import Bools, Floats, Ints
 from ..errors import BadInput, printable
 from ..files import StrPath
-from . import clock, repeats, table
+from . import clock, repeats, signals, table
 from .clock import Clock
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
 FORCE = {"force_mps2": 1.0}
+PPB = 1e-9  # of a frequency
+CLOCK = {"clock_ppb": 1.0}  # as the analysis calls what it makes of a clock's column (axes.py)
+CLOCKS = ("phase_s", "fractional_frequency")  # how the columns of clocks end
 MINIMUM_SAMPLES = 1000
 WRITTEN = 1 << 14  # rows that are written at once
 SPREAD_DPS = (1e-15, 1e15)  # of a rate whose unit may be right
@@ -76,6 +79,11 @@ class Recording:
         return found
 
     @property
+    def clocks(self) -> list[str]:
+        """The columns of clocks, by the end of their names."""
+        return [name for name in self.columns if is_clock(name)]
+
+    @property
     def gyros(self) -> list[str]:
         """The columns of gyros, by the unit in their names."""
         return [name for name in self.columns if name.endswith(tuple("_" + one for one in TO_DPS))]
@@ -86,8 +94,9 @@ class Recording:
         return self.columns[name].astype(np.float64, copy=False)
 
     def rate_dps(self, name: str) -> Floats:
-        """A gyro column in deg/s; one that an accelerometer's was made into (axes.py) in m/s^2."""
-        factors = TO_DPS | FORCE
+        """A gyro column in deg/s; what axes.py makes of an accelerometer in m/s^2, of a clock in
+        1e-9."""
+        factors = TO_DPS | FORCE | CLOCK
         unit = next((unit for unit in factors if name.endswith("_" + unit)), None)
         if unit is None:
             raise BadInput(
@@ -101,6 +110,20 @@ class Recording:
                 f"{self.name}: column {name}: a range of {spread:.3g} deg/s is not that of a gyro"
             )
         return rate
+
+
+def is_clock(name: str) -> bool:
+    """Is a column the phase (s) or the fractional frequency of a clock, or made of one."""
+    return name.endswith((*CLOCKS, *CLOCK))
+
+
+def check_precise(values: Floats, where: str) -> None:
+    """Raises BadInput for a column of a clock in single precision."""
+    if values.dtype != np.float64:
+        raise BadInput(
+            f"{where}: {len(values)} samples are read in single precision, which is too coarse for "
+            f"a clock. Split the file into parts below {signals.NARROW_FROM} samples"
+        )
 
 
 def clock_of(

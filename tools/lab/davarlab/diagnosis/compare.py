@@ -8,6 +8,7 @@ from typing import TypeVar
 import numpy as np
 from scipy import stats
 
+from .. import axes
 from ..arrays import Floats, Ints
 from ..data import signals
 from ..data.observations import Observation
@@ -45,6 +46,7 @@ class Comparison:
     observations: Sequence[Observation]  # what is in the record and no error of the sensor
     missing: int
     duration_s: float
+    unit: str = "deg/s"  # of the Allan deviations
 
     @property
     def error(self) -> float:
@@ -196,6 +198,7 @@ def of_state(state: Judged, column: str) -> Comparison:
         state.seen,
         recording.samples - recording.measured_samples,
         recording.samples / recording.rate_hz,
+        axes.rate_unit(column),
     )
 
 

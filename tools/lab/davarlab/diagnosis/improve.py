@@ -17,6 +17,7 @@ from . import state as state_of
 from .diagnose import Diagnosis
 from .judge import Judgement
 from .state import Judged, Progress, State
+from .unexplained import Tried, Unexplained, unexplained_by
 
 Estimates = dict[str, estimate.Estimate]  # of the parameters of an effect, by name
 
@@ -69,6 +70,8 @@ class Improvement:
     refitted: Step | None = None
     notes: list[str] = field(default_factory=list)  # what is unusual about the recording, in words
     state: State | None = None  # the final model on the recording
+    # Where the final model fails, and what was excluded; None: it is adequate or cannot be tested.
+    unexplained: Unexplained | None = None
 
     @property
     def base(self) -> Step:
@@ -319,6 +322,11 @@ def worse_held_out(before: Step, after: Step) -> bool:
     return error > before.error_held_out and error > CHANCE.above_floor * floor
 
 
+def left(final: Judged, model: Model, recording: Recording, tried: Tried) -> Unexplained | None:
+    """Where the final model fails, and what was excluded."""
+    return unexplained_by(compare.of_state(final, model.column), recording, tried)
+
+
 def improved(
     recording: Recording,
     model: Model,
@@ -355,6 +363,12 @@ def improved(
         [compare.of_state(last, model.column)] if last and added else []
     )
     shown = described(model, found, base or steps[0], held_out, detail)
+    tried = Tried(
+        found.remaining,
+        [part.kind for part in found.useless],
+        found.doubtful,
+        [kind for kind in found.added if kind not in added],
+    )
     return Improvement(
         comparisons[0],
         found,
@@ -369,4 +383,5 @@ def improved(
         base,
         evidence.notes(recording, model, added),
         last or given,
+        None if judgement.adequate else left(last or given, model, recording, tried),
     )

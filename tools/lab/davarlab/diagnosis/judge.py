@@ -14,7 +14,8 @@ from .cells import Cell, error_of, floor_of
 
 
 class Deviation(TypedDict):
-    """A proven deviation in one window and at one tau."""
+    """A deviation in one window and at one tau. percent: its bound with 99 % confidence, 0 if it is
+    not proven. ratio: the measured Allan deviation over the model's."""
 
     percent: float
     ratio: float
@@ -28,8 +29,9 @@ class Judgement:
     """adequacy: "statistical", "practical" or "no". largest: the largest proven deviation {percent,
     ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the bound with 99 %
     confidence, ratio the measured Allan deviation over the model's. shown_to_tau_s: the longest tau
-    at which the record confirms a fit within 5 %; 0: no tau. doubted: the observation for
-    which no model is adequate, "" without one."""
+    at which the record confirms a fit within 5 %; 0: no tau. doubted: the observation for which no
+    model is adequate, "" without one. farthest: the least likely deviation, proven or not; None
+    when no averaging time can be tested, and then no model is adequate."""
 
     adequacy: str
     error: float
@@ -38,10 +40,16 @@ class Judgement:
     largest: Deviation | None
     shown_to_tau_s: float
     doubted: str = ""
+    farthest: Deviation | None = None
 
     @property
     def adequate(self) -> bool:
         return self.adequacy != "no"
+
+    @property
+    def testable(self) -> bool:
+        """Is the recording plausible, with an averaging time that can be tested."""
+        return not self.doubted and self.error == self.error
 
 
 def proven(cells: Sequence[Cell]) -> Floats:
@@ -68,14 +76,22 @@ def largest_of(cells: Sequence[Cell]) -> tuple[Deviation | None, float]:
     worst = int(np.argmax(np.abs(off)))
     if off[worst] == 0:
         return None, 0.0
-    cell = cells[worst]
+    return deviation_of(cells[worst], 100 * float(np.expm1(off[worst]))), float(off[worst])
+
+
+def deviation_of(cell: Cell, percent: float = 0.0) -> Deviation:
     return {
-        "percent": 100 * float(np.expm1(off[worst])),
+        "percent": percent,
         "ratio": cell.ratio,
         "tau_s": cell.tau_s,
         "start_s": cell.start_s,
         "stop_s": cell.stop_s,
-    }, float(off[worst])
+    }
+
+
+def farthest_of(cells: Sequence[Cell]) -> Deviation | None:
+    """The least likely deviation, proven or not; None without a cell."""
+    return deviation_of(max(cells, key=lambda cell: abs(cell.z))) if cells else None
 
 
 def shown_to(cells: Sequence[Cell]) -> float:
@@ -98,7 +114,7 @@ def judged(cells: list[Cell], short: list[Cell], p_value: float, doubted: str = 
     (inference/adequacy.py). doubted: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
-    small = not error > CHANCE.above_floor * floor
+    small = error <= CHANCE.above_floor * floor  # not if nothing can be tested
     word = (
         "no"
         if doubted
@@ -108,4 +124,13 @@ def judged(cells: list[Cell], short: list[Cell], p_value: float, doubted: str = 
         if small and abs(off) <= np.log(JUDGE.tolerance)
         else "no"
     )
-    return Judgement(word, error, floor, p_value, largest, shown_to(cells), doubted)
+    return Judgement(
+        word,
+        error,
+        floor,
+        p_value,
+        largest,
+        shown_to(cells),
+        doubted,
+        largest or farthest_of(cells),
+    )

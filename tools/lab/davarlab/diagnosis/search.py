@@ -12,8 +12,8 @@ from ..candidates import ranking as candidates
 from ..candidates.candidate import Candidate
 from ..candidates.identifiable import Alternative
 from ..candidates.ranking import Trying
+from ..effects import clocks, table
 from ..effects import columns as columns_of
-from ..effects import table
 from ..inference import changes, modulation
 from ..inference.parts import Part
 from ..model import Model
@@ -42,7 +42,8 @@ def ranking(
 ) -> list[Candidate]:
     """Every effect that the model lacks, best first; `only`: of these kinds; `progress`: see
     ranked()."""
-    skip = set(skip) | (set(table.TABLE) - set(only) if only else set())
+    skip = set(skip) | clocks.not_of(state.bench.gyro or "")
+    skip |= set(table.TABLE) - set(only) if only else set()
     asked = set(columns_of.SOUGHT_TOGETHER) - skip
     more = (
         [
@@ -346,7 +347,7 @@ def close_ones(found: Sequence[Candidate]) -> list[Alternative]:
     if not found:
         return []
     return [
-        identifiable.Alternative(c.kind, table.find(c.kind).confirm)
+        identifiable.undecided(found[0].kind, c.kind, table.find(c.kind).confirm)
         for c in found[1:]
         if c.kind != found[0].kind and c.log_p - found[0].log_p < CHANCE.tell_apart and c.gain > 0
     ]

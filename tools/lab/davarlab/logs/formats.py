@@ -31,7 +31,7 @@ class Options:
     """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over
     guesses; renames, scales: OLD=NEW, NAME=FACTOR; types: .msg files; names: of the columns of an
     array without, or of a text, over its own; plain: a CSV as it is, without guesses; as_recorded:
-    rate, units and levels are right, however implausible."""
+    rate, units and levels are right, however implausible; clocks: COLUMN=KIND pairs (text.py)."""
 
     rate_hz: float | None = None
     sensor: str | None = None
@@ -42,6 +42,7 @@ class Options:
     names: list[str] | None = None
     plain: bool = False
     as_recorded: bool = False
+    clocks: list[str] = field(default_factory=list)
 
 
 Reader = Callable[[StrPath, Options], Log]
@@ -144,6 +145,8 @@ def guarded(path: StrPath, name: str, work: Callable[[], Result]) -> Result:
 def opened(path: StrPath, options: Options) -> tuple[Log, str]:
     """(the log, the name of its format)."""
     name, reader = format_of(path)
+    if options.clocks and reader is not text.log:
+        raise BadInput(f"--clock {options.clocks[0]}: {path} is {name}, and --clock reads text")
     return guarded(path, name, lambda: reader(path, options)), name
 
 

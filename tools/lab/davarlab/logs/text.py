@@ -4,6 +4,7 @@ others by guesses."""
 import contextlib
 import math
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..arrays import Floats
@@ -76,10 +77,66 @@ def scaled(columns: dict[str, Floats], scales: Sequence[str]) -> dict[str, Float
     return columns
 
 
+@dataclass(frozen=True)
+class Clock:
+    """A COLUMN=KIND pair of --clock: the name that the column gets, and values -> s or fractional
+    frequency, (values - offset) * factor. KIND: phase in s, phase_ms, phase_us, phase_ns, frequency
+    (fractional), or the nominal frequency of a column in Hz."""
+
+    pair: str
+    column: str
+    name: str
+    offset: float = 0.0
+    factor: float = 1.0
+
+
+def clock_of(pair: str) -> Clock:
+    column, _, kind = pair.partition("=")
+    what, _, unit = kind.partition("_")
+    if what == "phase" and (unit or "s") in guess.SECONDS:
+        return Clock(pair, column, ended(column, "phase_s"), factor=guess.SECONDS[unit or "s"])
+    name = ended(column, "fractional_frequency")
+    if kind == "frequency":
+        return Clock(pair, column, name)
+    with contextlib.suppress(ValueError):
+        if 0 < float(kind) < math.inf:
+            return Clock(pair, column, name, float(kind), 1 / float(kind))
+    raise BadInput(
+        f"--clock {pair}: phase, phase_ms, phase_us, phase_ns, frequency, or the nominal frequency "
+        "in Hz expected"
+    )
+
+
+def ended(name: str, end: str) -> str:
+    return name if name.endswith(end) else f"{name}_{end}"
+
+
+def clocks_named(names: list[str], clocks: Iterable[Clock], path: StrPath) -> list[str]:
+    """Names of columns with those of clocks, by which their unit is known."""
+    for clock in clocks:
+        if clock.column not in names:
+            there = ", ".join(names)
+            raise BadInput(
+                f"--clock {clock.pair}: {path} has no column {clock.column!r} (there are: {there})"
+            )
+        if clock.name in names and clock.name != clock.column:
+            raise BadInput(f"--clock {clock.pair}: {path} has a column {clock.name} already")
+        names = [clock.name if name == clock.column else name for name in names]
+    return names
+
+
+def read_clocks(columns: dict[str, Floats], clocks: Iterable[Clock], path: StrPath) -> None:
+    """Values of clocks in s, or as fractional frequencies."""
+    for clock in clocks:
+        recordings.check_precise(columns[clock.name], f"{path}: column {clock.column}")
+        columns[clock.name] = (columns[clock.name] - clock.offset) * clock.factor
+
+
 def is_own(names: Collection[str], rate_hz: float | None) -> bool:
     """Are the columns called as davarlab calls them: then nothing is guessed."""
     return any(
-        name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) for name in names
+        name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) or recordings.is_clock(name)
+        for name in names
     ) and (
         "time_s" in names
         or bool(rate_hz)
@@ -108,8 +165,11 @@ class Own:
 
 
 def log(path: StrPath, options: "Options") -> Own | named.Log:
+    clocks = [clock_of(pair) for pair in options.clocks]
     found = table.read(
-        path, options.names, lambda names, where: renamed(names, options.renames, where)
+        path,
+        options.names,
+        lambda names, where: clocks_named(renamed(names, options.renames, where), clocks, where),
     )
     if not found.named and not options.renames:
         first = ", ".join(f"{column[0]:g}" for column in found.columns.values())
@@ -118,6 +178,7 @@ def log(path: StrPath, options: "Options") -> Own | named.Log:
             f"({first[: table.SHOWN]}). Type a name for each, or {dialect.SKIP} to skip one: "
             f"{dialect.example(found.count)}"
         )
+    read_clocks(found.columns, clocks, path)
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
         return Own(found)
     return named.Log(

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
-from .. import files, places
+from .. import axes, files, places
 from .. import model as models
 from ..data.recording import Recording
 from ..diagnosis import contributions, evidence, improve
@@ -19,9 +19,10 @@ from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement
 from ..diagnosis.state import Judged, State
 from ..effects import table
+from ..inference.estimate import Estimate
 from ..model import Model
 from ..thresholds import CHANCE
-from . import pictures, words
+from . import pictures, verdict, words
 from .values import Json
 
 VERSION_HEADER = places.shared("lib/include/davar/version.h")
@@ -112,15 +113,21 @@ def parameter_rows(model: Model, given: Model, estimates: Sequence[Estimates]) -
         for index, parameter in enumerate(
             p for p in table.find(term.kind).parameters if p.name in entry
         ):
+            said, fitted = axes.shown(term.kind, parameter, entry[parameter.name], model.column)
+            given_value = before.get(term.kind, {}).get(parameter.name)
+            if given_value is not None:
+                given_value = axes.shown(term.kind, parameter, Estimate(given_value), model.column)[
+                    1
+                ].value
             rows.append(
                 {
                     "effect": words.name(term.kind),
                     "first": index == 0,
-                    "name": parameter.name,
-                    "key": f"fitted.{place}.parameters.{parameter.name}",
-                    "unit": "" if parameter.values or parameter.text else parameter.unit,
-                    "given": before.get(term.kind, {}).get(parameter.name),
-                    "fitted": entry[parameter.name],
+                    "name": said.name,
+                    "key": f"fitted.{place}.parameters.{said.name}",
+                    "unit": "" if parameter.values or parameter.text else said.unit,
+                    "given": given_value,
+                    "fitted": fitted,
                     "new": term.kind not in before,
                 }
             )
@@ -161,7 +168,11 @@ def candidate_rows(found: Improvement) -> tuple[list[Json], list[str], list[str]
                     "effect": table.find(kind),
                     "after": None if joined else after,
                     "share": evidence.share(candidate.error_after, found.base),
-                    "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {})),
+                    "strength": words.strength(
+                        kind,
+                        candidate.parameters or fitted.get(kind, {}),
+                        found.model.column,
+                    ),
                 }
             )
         else:
@@ -175,7 +186,7 @@ def test_rows(given: Comparison, better: Comparison | None) -> list[Json]:
     return [
         {
             "name": name,
-            "what": words.TESTS.get(name, ""),
+            "what": verdict.TESTS.get(name, ""),
             "p": p,
             "after": better.tests.get(name) if better else None,
         }
@@ -213,13 +224,13 @@ def measured(
     return {
         "run": run_facts(run),
         "gap_note": words.gap_note(run.recording),
-        "notes": [words.observation(one) for one in comparison.observations]
+        "notes": [verdict.observation(one) for one in comparison.observations]
         + evidence.notes(run.recording, run.model),
         "given_names": [words.name(kind) for kind in run.model.kinds],
         "comparison": comparison,
         "better": better,
-        "misfit": words.misfit(comparison),
-        "failed": words.failed_tests((better or comparison).tests),
+        "misfit": verdict.misfit(comparison),
+        "failed": verdict.failed_tests((better or comparison).tests),
         "where": comparison.where[:WHERE_MAX],
         "tests": test_rows(comparison, better),
         "correlations": correlation_rows(comparison, better),
@@ -236,13 +247,13 @@ def measured(
 
 def of_comparison(run: Run, comparison: Comparison, state: Judged) -> Json:
     """`davarlab compare`. state: the model refitted on the recording."""
-    tone, verdict = words.verdict_of_comparison(comparison)
+    tone, said = verdict.of_comparison(comparison)
     return {
         **measured(run, comparison, None, state, *improve.fitted_model(state, run.model)),
         "title": "Model and measurement",
         "tone": tone,
-        "verdict": verdict,
-        "next": words.after_comparison(comparison, state, run),
+        "verdict": said,
+        "next": verdict.after_comparison(comparison, state, run),
     }
 
 
@@ -250,19 +261,20 @@ def of_improvement(run: Run, found: Improvement) -> Json:
     """`davarlab diagnose` and `davarlab improve`."""
     assert found.state is not None  # improve.improved() gives it
     better = found.comparisons[-1] if len(found.comparisons) > 1 else None
-    tone, verdict = words.verdict_of_diagnosis(found)
+    tone, said = verdict.of_improvement(found)
     shown, imitators, chance = candidate_rows(found)
     return {
         **measured(run, found.comparison, better, found.state, found.model, found.estimates),
-        "notes": [words.observation(one) for one in found.comparison.observations] + found.notes,
+        "notes": [verdict.observation(one) for one in found.comparison.observations] + found.notes,
         "title": "Missing effects",
         "tone": tone,
-        "verdict": verdict,
+        "verdict": said,
+        "excluded": verdict.excluded(found.unexplained) if found.unexplained else [],
+        "checks_after": verdict.checks_after(found.judgement.p_value),
         "found": found,
-        "improvement": words.improvement(found),
-        "next": words.what_next(found, run),
+        "improvement": verdict.improvement(found),
+        "next": verdict.what_next(found, run),
         "p_value_after": found.judgement.p_value,
-        "adequate_at": CHANCE.adequate_p,
         "candidates": shown,
         "imitators": imitators,
         "chance_kinds": chance,

@@ -1,5 +1,6 @@
 """The page: one HTML file that needs nothing else."""
 
+import re
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
@@ -8,9 +9,10 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
-from .. import files
+from .. import axes, files
 from . import words
 
+PICTURE = re.compile(r'("data:[^"]*")')
 HERE = Path(__file__).resolve().parent
 
 
@@ -44,12 +46,17 @@ def template() -> jinja2.Template:
     return environment.get_template("page.html")
 
 
-def html(contents: Mapping[str, Any]) -> str:
-    return template().render(
+def html(contents: Mapping[str, Any], column: str = "") -> str:
+    """The page, in the language of the column: that of a gyro, an accelerometer, or a clock."""
+    text = template().render(
         contents, style=Markup((HERE / "style.css").read_text(encoding="utf-8"))
+    )
+    pieces = PICTURE.split(text)  # pictures are at the odd places
+    return "".join(
+        piece if place % 2 else axes.in_units(piece, column) for place, piece in enumerate(pieces)
     )
 
 
-def write(contents: Mapping[str, Any], path: str | Path) -> None:
+def write(contents: Mapping[str, Any], path: str | Path, column: str = "") -> None:
     """Writes the page whole or not at all. Raises BadInput when `path` cannot be written."""
-    files.write_whole(path, html(contents).encode())
+    files.write_whole(path, html(contents, column).encode())

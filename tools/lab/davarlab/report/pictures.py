@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from .. import axes as axes_of
 from ..arrays import Floats, Ints
 from ..data.recording import Recording
 from ..diagnosis.compare import Comparison
@@ -213,7 +214,8 @@ def recorded(
             linewidth=1,
             label=f"mean over {rows.shape[1] / recording.rate_hz:.3g} s",
         )
-        first.set_ylabel(f"{gyro.rsplit('_', 1)[0].replace('_', ' ')} [deg/s]")
+        name = gyro.rsplit("_", 1)[0].replace("_", " ")
+        first.set_ylabel(f"{name} [{axes_of.rate_unit(gyro)}]")
         mark(first, estimates, np.asarray(shocks) / recording.rate_hz)
         legend_on_top(first)
         for one, (title, names) in zip(axes[1:, 0], groups.items()):

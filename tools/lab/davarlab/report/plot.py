@@ -82,7 +82,7 @@ def draw_deviation(
         xscale="log",
         yscale="log",
         xlabel="averaging time tau [s]",
-        ylabel="Allan deviation [deg/s]",
+        ylabel=f"Allan deviation [{given.unit}]",
         ylim=(min(values) / 3, max(values) * 2),
     )
     axes.grid(which="major", alpha=0.3)

@@ -2,13 +2,15 @@
 
 from collections.abc import Iterable, Sequence
 
+from .. import axes
 from ..data.observations import Observation
 from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement, Step
 from ..diagnosis.judge import Judgement
 from ..effects import table
 from ..inference.estimate import Estimate
-from ..model import Model
+from ..model import Model, kind_said
+from . import verdict as verdicts
 from . import words
 
 WHERE_MAX, CANDIDATES_MAX = 8, 5
@@ -39,27 +41,30 @@ def estimates(model: Model, entries: Sequence[Estimates]) -> str:
     lines = []
     for term, entry in zip(model.terms, entries):
         lines.append(term.kind)
-        for parameter in table.find(term.kind).parameters:
-            e = entry.get(parameter.name)
-            if e and not isinstance(e.value, str):
+        for p in table.find(term.kind).parameters:
+            if p.name not in entry:
+                continue
+            parameter, e = axes.shown(term.kind, p, entry[p.name], model.column)
+            if not isinstance(e.value, str):
                 shown = f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}"
                 lines.append(shown.rstrip())
-            elif e:
+            else:
                 lines.append(f"  {parameter.name:<36}{words.course(str(e.value)):>12}")
     return "\n".join(lines)
 
 
 def observed(seen: Sequence[Observation]) -> list[str]:
-    return [words.in_ascii(words.observation(one)) for one in seen]
+    return [words.in_ascii(verdicts.observation(one)) for one in seen]
 
 
 def fit(
     model: Model, entries: Sequence[Estimates], judgement: Judgement, seen: Sequence[Observation]
 ) -> str:
     """The output of `fit`: the verdict, then the parameters."""
-    lines = [words.in_ascii(words.adequacy(judgement)), *observed(seen)]
+    lines = [words.in_ascii(verdicts.adequacy(judgement)), *verdicts.to_find(judgement)]
+    lines += observed(seen)
     if not judgement.adequate and not judgement.doubted:
-        lines.append("The intervals below are not valid, because they assume that the model fits.")
+        lines.append(verdicts.NOT_VALID)
     return "\n".join(lines) + "\n\n" + estimates(model, entries)
 
 
@@ -67,14 +72,14 @@ def comparison(c: Comparison, notes: Iterable[str] = ()) -> str:
     lines = [
         f"model: {', '.join(c.effects)}",
         f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}",
-        words.in_ascii(words.adequacy(c.judgement)),
-        words.in_ascii(words.misfit(c)),
+        words.in_ascii(verdicts.adequacy(c.judgement)),
+        words.in_ascii(verdicts.misfit(c)),
         *observed(c.observations),
         *notes,
     ]
     lines += [
         f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured "
-        f"{w.measured_dps:.3g}, model {w.model_dps:.3g} deg/s, ratio {w.ratio:.2f} ({w.z:+.1f} "
+        f"{w.measured_dps:.3g}, model {w.model_dps:.3g} {c.unit}, ratio {w.ratio:.2f} ({w.z:+.1f} "
         "sigma)"
         for w in c.where[:WHERE_MAX]
     ]
@@ -87,17 +92,20 @@ def comparison(c: Comparison, notes: Iterable[str] = ()) -> str:
 
 
 def verdict(found: Improvement) -> str:
-    """The verdict, its numbers, the failed checks, and how to confirm it."""
-    lines = [words.verdict_of_diagnosis(found)[1], words.improvement(found)]
-    failed = words.failed_tests(found.comparisons[-1].tests)
-    if found.verdict == "unknown" and failed:
+    """The verdict, its numbers, the failed checks, what was excluded, and what to do next."""
+    lines = [verdicts.of_improvement(found)[1], verdicts.improvement(found)]
+    failed = verdicts.failed_tests(found.comparisons[-1].tests)
+    if found.unexplained and failed:
         lines.append(f"The failed checks detect: {failed}.")
-    if found.diagnosis.useless:
+    if found.unexplained:
+        lines += verdicts.excluded(found.unexplained)
+        lines += [f"Next: {step}" for step in verdicts.next_steps(found.unexplained)]
+    elif found.diagnosis.useless:
         lines.append(
             "Significant, but without a better fit to the Allan deviation: "
             f"{words.listed(part.kind for part in found.diagnosis.useless)}."
         )
-    return words.in_ascii("\n".join(lines + words.confirmations(found)))
+    return words.in_ascii("\n".join(lines + verdicts.confirmations(found)))
 
 
 def candidates(found: Improvement) -> str:
@@ -107,7 +115,7 @@ def candidates(found: Improvement) -> str:
     if added:
         lines = ["Added effects, in this order, all fitted together:"]
         lines += [
-            f"  {kind}: {words.strength(kind, sizes)}"
+            f"  {kind}: {words.strength(kind, sizes, found.model.column)}"
             for kind, sizes in zip(added, found.estimates[-len(added) :])
         ] + [""]
     lines.append(
@@ -127,16 +135,18 @@ def candidates(found: Improvement) -> str:
 
 def step(name: str, s: Step) -> str:
     outside = f"{s.error_held_out:.4f}" if s.error_held_out is not None else "-"
-    return f"{name:<26}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{p_text(s.p_value, ''):>11}"
+    return f"{name:<28}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{p_text(s.p_value, ''):>11}"
 
 
 def steps(found: Improvement) -> str:
     lines = [
-        f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}",
+        f"{'added':<28}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}",
         step("(initial model)", found.steps[0]),
     ]
     lines += [step("(refitted)", found.refitted)] if found.refitted else []
-    return "\n".join(lines + [step(str(s.added), s) for s in found.steps[1:]])
+    column = found.model.column
+    added = [step(kind_said(str(s.added), column), s) for s in found.steps[1:]]
+    return "\n".join(lines + added)
 
 
 def diagnosis(found: Improvement) -> str:

@@ -8,8 +8,9 @@ from ..data.observations import Observation
 from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement
 from ..diagnosis.judge import Judgement
+from ..diagnosis.unexplained import Unexplained
 from ..model import Model
-from . import words
+from . import verdict, words
 
 Json = dict[str, Any]  # an object of JSON
 
@@ -46,7 +47,40 @@ def judgement(j: Judgement) -> Json:
         "adequate": j.adequate,
         "largest_deviation": j.largest,
         "shown_to_tau_s": j.shown_to_tau_s,
-        "said": words.in_ascii(words.adequacy(j)),
+        "said": words.in_ascii(verdict.adequacy(j)),
+    }
+
+
+def unexplained(found: Unexplained | None) -> Json | None:
+    """Where a model fails that no effect explains, what was excluded, and what to do next."""
+    if found is None:
+        return None
+    return {
+        "where": {
+            **found.deviation,
+            "frequency_hz": found.frequency_hz,
+            "power_ratio": found.power,
+            "column": found.column,
+            "correlation": found.correlation,
+        },
+        "excluded": [vars(one) for one in found.excluded],
+        "not_tested": {kind: list(needs) for kind, needs in found.untested.items()},
+        "next": [words.in_ascii(line) for line in verdict.next_steps(found)],
+    }
+
+
+def answered(found: Improvement) -> Json:
+    """What a diagnosis or an improvement comes to, in words too."""
+    return {
+        "verdict": found.verdict,
+        "answer": verdict.answer(found),
+        "answer_said": words.in_ascii(verdict.of_improvement(found)[1]),
+        "unknown": unexplained(found.unexplained),
+        "alternatives": [vars(one) for one in found.diagnosis.alternatives],
+        "useless": [part.kind for part in found.diagnosis.useless],
+        "doubtful": found.diagnosis.doubtful,
+        "missing": found.added,
+        "missing_said": verdict.missing(verdict.answer(found), found.added),
     }
 
 
@@ -85,20 +119,15 @@ def comparison(c: Comparison) -> Json:
 
 
 def diagnosis(found: Improvement) -> Json:
-    alternatives = [vars(one) for one in found.diagnosis.alternatives]
     return {
         **comparison(found.comparison),
-        "verdict": found.verdict,
-        "missing": found.added,
+        **answered(found),
         "final": judgement(found.judgement),
-        "useless": [part.kind for part in found.diagnosis.useless],
-        "doubtful": found.diagnosis.doubtful,
         "steps": [vars(step) for step in found.steps],
         "refitted": found.refitted and vars(found.refitted),
         "notes": found.notes,
         "fitted": fitted(found.model, found.estimates),
         "p_value_after": found.judgement.p_value,
-        "alternatives": alternatives,
         "candidates": [
             {
                 "kind": c.kind,
@@ -118,12 +147,9 @@ def improvement(found: Improvement, output: str | None) -> Json:
     return {
         "steps": [vars(step) for step in found.steps],
         "refitted": found.refitted and vars(found.refitted),
-        "verdict": found.verdict,
+        **answered(found),
         **judgement(found.judgement),
         "observations": observations(found.comparison.observations),
-        "alternatives": [vars(one) for one in found.diagnosis.alternatives],
-        "useless": [part.kind for part in found.diagnosis.useless],
-        "doubtful": found.diagnosis.doubtful,
         "notes": found.notes,
         "model": output,
         "fitted": fitted(found.model, found.estimates),

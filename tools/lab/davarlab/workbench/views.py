@@ -9,14 +9,22 @@ from scipy import signal, stats
 from ..arrays import Floats
 from ..candidates.candidate import Candidate
 from ..data.recording import Recording
-from ..diagnosis import cells, contributions, evidence, judge, search
+from ..diagnosis import (
+    cells,
+    compare,
+    contributions,
+    evidence,
+    judge,
+    search,
+    unexplained,
+)
 from ..diagnosis import state as state_of
 from ..diagnosis.state import State
 from ..effects import table
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
 from ..model import Term
-from ..report import values, words
+from ..report import values, verdict, words
 from ..report.values import Json
 from ..thresholds import CHANCE
 from .desk import Desk, Outcome
@@ -176,18 +184,38 @@ def model(outcome: Outcome, recording: Recording) -> Json:
         "floor": judgement.floor,
         "p_value": judgement.p_value,
         **values.judgement(judgement),
-        "said": words.adequacy(judgement),
+        "said": verdict.adequacy(judgement),
         "observations": [
-            one.plain() | {"said": words.observation(one)} for one in outcome.state.seen
+            one.plain() | {"said": verdict.observation(one)} for one in outcome.state.seen
         ],
         "notes": evidence.notes(recording, outcome.model),
     }
 
 
+def nothing_found(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate]) -> Json:
+    """What to say when no candidate is significant: the sentences, and the plain values of what is
+    left unexplained."""
+    if search.significant(ranked):
+        return {"nothing": [], "unknown": None}
+    left = unexplained.unexplained_by(
+        compare.of_state(outcome.fitted, outcome.model.column),
+        recording,
+        unexplained.Tried(ranked),
+    )
+    return {
+        "nothing": verdict.no_candidate(outcome.fitted.judgement, left),
+        "unknown": values.unexplained(left),
+    }
+
+
 def candidates(ranked: Sequence[Candidate]) -> list[Json]:
-    """The ranking as a list to choose from; `alike`: what this recording cannot tell from the
-    first."""
-    alike = {one.kind for one in search.close_ones(ranked)}
+    """The ranking as a list to choose from; `note`: how to confirm the first one, or how to tell
+    another one from it."""
+    alike = {one.kind: one.confirm for one in search.close_ones(ranked)}
+    notes = {}
+    if search.significant(ranked):
+        first = ranked[0].kind
+        notes = {**alike, first: f"To confirm: {table.find(first).confirm}"}
     return [
         {
             "place": place,
@@ -197,6 +225,7 @@ def candidates(ranked: Sequence[Candidate]) -> list[Json]:
             "log_p": c.log_p,
             "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)),
             "alike": c.kind in alike,
+            "note": notes.get(c.kind),
             "why": evidence.why(c, None),
             "confirm": table.find(c.kind).confirm,
         }

@@ -123,13 +123,15 @@ class Stepping:
                 ranking=state, trying=words.name(kind), candidates=views.candidates(so_far)
             )
 
+        desk = self.visit.open_desk
         try:
+            ranked = desk.ranked(step.text, self.visit.progress, partly)
+            outcome = desk.of(step.text, True, self.visit.progress)
             return {
                 "number": step.number,
                 "state": state,
-                "candidates": views.candidates(
-                    self.visit.open_desk.ranked(step.text, self.visit.progress, partly)
-                ),
+                "candidates": views.candidates(ranked),
+                **views.nothing_found(outcome, desk.recording, ranked),
             }
         except Superseded:
             return {"number": step.number, "state": state, "superseded": True}

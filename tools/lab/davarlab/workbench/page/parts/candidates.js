@@ -22,7 +22,7 @@ export async function rank(turn) {
     if (turn !== now.turn || answer.state !== now.view.state) return;
     if (answer.superseded) { setTimeout(() => turn === now.turn && rank(turn), 500); return; }
     now.found = answer.candidates;
-    list(now.found.some((one) => one.beyond_chance) ? null : element("p", { id: "nothing" }, "No candidate is significant: no effect of the table is missing."),
+    list(answer.nothing.length ? element("div", { id: "nothing" }, ...answer.nothing.map((said) => element("p", {}, said))) : null,
       ...now.found.slice(0, SHOWN).map(candidate));
     say("");
   } catch (why) {
@@ -38,8 +38,8 @@ export function partly(event) {
 }
 
 function candidate(one) {
-  const note = element("small", {}, one.why), confirm = one.place === 0 && one.beyond_chance ? element("small", {}, `To confirm: ${one.confirm}`)
-    : one.alike && now.found[0].beyond_chance ? element("small", { class: "alike" }, `This recording cannot distinguish it from the first. To distinguish them: ${one.confirm}`) : null;
+  const note = element("small", {}, one.why);
+  const confirm = one.note ? element("small", one.alike ? { class: "alike" } : {}, one.note) : null;
   const button = element("button", { class: `candidate${one.beyond_chance ? " strong" : ""}`, "data-kind": one.kind, title: one.confirm,
     onclick: () => add(one.place) }, `${one.place + 1}. Add ${one.name}`, note, confirm);
   let wanted = null;

@@ -1,0 +1,266 @@
+"""Clocks: phase and fractional frequency, against published Allan deviations and simulated noises,
+and in the language of clocks."""
+
+import gzip
+import json
+import os
+import re
+import unittest
+from pathlib import Path
+
+import numpy as np
+from asking import run
+from davarlab import axes
+from davarlab import model as models
+from davarlab.data.recording import Recording
+from davarlab.effects import clocks, table
+from davarlab.errors import BadInput
+from davarlab.inference import allan
+from test_lab import Folder
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real"))
+OCXO = FOLDER / "ocxo_frequency_stable32.csv.gz"
+# W. J. Riley, Handbook of Frequency Stability Analysis, NIST Special Publication 1065, tables 31
+# and 32: NBS14 of NBS Monograph 140, and 1000 points of a generator.
+NBS14 = (892.0, 809.0, 823.0, 798.0, 671.0, 644.0, 883.0, 903.0, 677.0)
+NBS14_DEVIATIONS = {1: 91.22945, 2: 85.95287}  # overlapping
+POINTS_DEVIATIONS = {1: 2.922319e-01, 10: 9.159953e-02, 100: 3.241343e-02}  # overlapping
+GYRO_WORDS = re.compile(r"\bdeg\b|deg/|_deg|dps|gyro|angle random|bias instability|rate random")
+SAMPLES = 16000
+WPM_S, WFM, RWFM = 5e-11, 3e-11, 2e-13  # phase in s; Allan deviations at 1 s
+
+
+def points():
+    """The generator of the 1000 points."""
+    found = [1234567890]
+    while len(found) < 1000:
+        found.append(16807 * found[-1] % 2147483647)
+    return np.array(found) / 2147483647
+
+
+def phase_of(y, tau_s=1.0):
+    return np.concatenate([[0.0], np.cumsum(y)]) * tau_s
+
+
+def analysed(name, values, rate_hz=1.0):
+    """The fractional frequency that the analysis makes of a column."""
+    recording = Recording({"time_s": np.arange(len(values)) / rate_hz, name: values}, rate_hz)
+    found, model = axes.for_analysis(recording, models.Model(rate_hz, name))
+    return found.rate_dps(model.column) * 1e-9, found
+
+
+def deviations(y, taus):
+    return allan.windows(y, len(y), list(taus))[0][0]
+
+
+def brute_force(x, m, tau_s):
+    """Overlapping Allan deviation of a phase by its definition."""
+    second = x[2 * m :] - 2 * x[m:-m] + x[: -2 * m]
+    return np.sqrt(np.mean(second**2) / 2) / (m * tau_s)
+
+
+def noises(seed):
+    """Phase of white phase noise, white frequency noise and random walk of frequency."""
+    rng = np.random.default_rng(seed)
+    walk = np.cumsum(np.sqrt(3) * RWFM * rng.normal(size=SAMPLES))
+    x = phase_of(WFM * rng.normal(size=SAMPLES) + walk)
+    return x + WPM_S * rng.normal(size=len(x)) + 0.001
+
+
+class Published(unittest.TestCase):
+    def test_a_thousand_points_as_frequency_and_as_phase(self):
+        for name, values in (
+            ("fractional_frequency", points()),
+            ("phase_s", phase_of(points())),
+            ("maser_phase_s", 5.0 + phase_of(points() * 1e-12)),
+        ):
+            scale = 1e-12 if name.startswith("maser") else 1.0
+            found = deviations(analysed(name, values)[0] / scale, POINTS_DEVIATIONS)
+            digits = 1e-3 if name.startswith("maser") else 2e-7  # 5 s have 16 digits
+            for deviation, published in zip(found, POINTS_DEVIATIONS.values()):
+                self.assertAlmostEqual(deviation / published, 1, delta=digits, msg=name)
+
+    def test_nbs14(self):
+        for name, values in (
+            ("fractional_frequency", np.array(NBS14)),
+            ("phase_s", phase_of(np.array(NBS14))),
+        ):
+            y = analysed(name, values)[0]
+            for m, published in NBS14_DEVIATIONS.items():
+                self.assertAlmostEqual(
+                    brute_force(phase_of(y), m, 1.0) / published, 1, delta=1e-7, msg=name
+                )
+
+    @unittest.skipUnless(OCXO.exists(), f"{OCXO.name} is not there")
+    def test_an_oscillator_as_stable32_reads_it(self):
+        with gzip.open(OCXO, "rt") as file:
+            lines = file.read().splitlines()
+        published = {
+            int(line.split(",")[0].split(":")[1]): float(line.split(",")[3])
+            for line in lines
+            if line.startswith("# stable32_oadev: ")
+        }
+        from davarlab.logs import formats
+
+        recording = formats.read(OCXO, formats.Options(clocks=["freq_hz=10e6"]))
+        (name,) = recording.clocks
+        found, model = axes.for_analysis(recording, models.Model(1.0, name))
+        measured = deviations(found.rate_dps(model.column) * 1e-9, published)
+        for deviation, (m, said) in zip(measured, published.items()):
+            self.assertAlmostEqual(deviation / said, 1, delta=6e-5, msg=m)
+
+
+class Columns(unittest.TestCase):
+    def test_a_phase_that_was_lost_leaves_both_of_its_frequencies_out(self):
+        values = np.arange(1200.0) * 1e-9
+        known = np.ones(1200, bool)
+        known[500:510] = False
+        recording = Recording({"phase_s": values}, 1.0, known=known)
+        found, model = axes.for_analysis(recording, models.Model(1.0, "phase_s"))
+        self.assertEqual(found.samples, 1199)
+        self.assertEqual(np.flatnonzero(~found.known).tolist(), list(range(499, 510)))
+        np.testing.assert_allclose(found.rate_dps(model.column), 1.0)
+
+    def test_numbers_of_a_model_file_are_allan_deviations(self):
+        """Each noise alone, from its spectrum: what the file says is what the curve shows."""
+        rate = 10.0
+        for spoken, name, size, tau_s, deviation in (
+            ("white_frequency_noise", "deviation_at_1s", 1e-11, 1.0, 1e-11),
+            ("flicker_frequency_noise", "floor", 1e-12, 100.0, 1e-12),
+            ("random_walk_frequency_noise", "deviation_at_1s", 1e-13, 100.0, 1e-12),
+            ("white_phase_noise", "std_s", 1e-10, 10.0, np.sqrt(3) * 1e-11),
+        ):
+            text = f'[sensor]\ncolumn = "phase_s"\n[[effect]]\nkind = "{spoken}"\n{name} = {size}\n'
+            term = models.of_text(text, "text").terms[0]
+            effect = table.find(term.kind)
+
+            def spectrum(f, effect=effect, term=term):
+                size = effect.dps(term.parameters) ** 2
+                return size * effect.spectrum(f, rate, effect.shape_of(term.parameters))
+
+            power = allan.on_grid(spectrum, rate)
+            found = np.sqrt(allan.expected(power, [int(tau_s * rate)])[0]) * 1e-9
+            self.assertAlmostEqual(found / deviation, 1, delta=0.01, msg=spoken)
+            self.assertEqual(models.text_of(models.of_text(text, "text")).count(name), 1)
+
+    def test_a_file_is_read_as_it_was_written(self):
+        for kind in table.TABLE:
+            effect = table.find(kind)
+            values = {
+                p.name: p.values[0] if p.values else "x" if p.text else max(p.low, 0.25)
+                for p in effect.parameters
+                if p.whole is False
+            } | {p.name: 3.0 for p in effect.parameters if p.whole}
+            for column in ("phase_s", "accel_x_g", "gyro_x_dps"):
+                model = models.Model(1.0, column, [models.Term(kind, values)])
+                again = models.of_text(models.text_of(model), "text")
+                self.assertEqual(again.kinds, [kind])
+                for name, value in again.terms[0].parameters.items():
+                    if isinstance(value, str) or isinstance(values[name], str):
+                        self.assertEqual(value, values[name])
+                    else:
+                        self.assertAlmostEqual(value, values[name], places=12)
+
+    def test_a_wrong_parameter_is_refused_in_the_language_of_the_file(self):
+        text = '[sensor]\ncolumn = "phase_s"\n[[effect]]\nkind = "white_phase_noise"\nstd = 1e-9\n'
+        with self.assertRaisesRegex(
+            BadInput, r"white_phase_noise has no parameter std \(it has: std_s, memory\)"
+        ):
+            models.of_text(text, "text")
+
+    def test_single_precision_is_too_coarse(self):
+        recording = Recording({"phase_s": np.zeros(1200, np.float32)}, 1.0, "long.csv")
+        with self.assertRaisesRegex(BadInput, "long.csv: column phase_s: .* single precision"):
+            axes.for_analysis(recording, models.Model(1.0, "phase_s"))
+
+    def test_no_filter_of_a_gyro_is_looked_for_in_a_clock(self):
+        self.assertIn("high_pass", clocks.not_of("phase_s"))
+        self.assertEqual(clocks.not_of("gyro_x_dps"), set())
+
+
+class Recorded(Folder):
+    def written(self, name, header, *columns):
+        path = self.work / name
+        rows = "\n".join(",".join(f"{value:.17g}" for value in row) for row in zip(*columns))
+        path.write_text(f"{header}\n{rows}\n" if header else f"{rows}\n")
+        return path
+
+    def test_phase_and_frequency_are_one_clock(self):
+        x = noises(4)
+        time = np.arange(len(x), dtype=float)
+        found = []
+        for path, options in (
+            (self.written("a.csv", "time_s,phase_s", time, x), ()),
+            (self.written("b.csv", "time_s,x_ns", time, x * 1e9), ("--clock", "x_ns=phase_ns")),
+            (self.written("c.csv", "time_s,y", time[:-1], np.diff(x)), ("--clock", "y=frequency")),
+            (
+                self.written("d.csv", "time_s,counter_hz", time[:-1], 1e7 * (1 + np.diff(x))),
+                ("--clock", "counter_hz=10e6"),
+            ),
+            (self.written("e.txt", "", x), ("--names", "phase_s", "--rate", "1")),
+        ):
+            done = run("fit", path, *options, "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            found.append([one["parameters"] for one in json.loads(done.stdout)["effects"]])
+        for other in found[1:]:
+            for one, same in zip(found[0], other):
+                for name, value in one.items():
+                    a, b = value["value"], same[name]["value"]
+                    self.assertAlmostEqual(a, b, delta=max(1e-3 * abs(a), 1e-15), msg=name)
+
+    def test_the_noises_of_a_clock_in_its_language(self):
+        within, fits = [], 0
+        for seed in (1, 2, 3):
+            x = noises(seed)
+            path = self.written("clock.csv", "time_s,phase_s", np.arange(len(x), dtype=float), x)
+            start, better, page = (
+                self.work / name for name in ("start.toml", "better.toml", "page.html")
+            )
+            fit = run("fit", path, "-o", start)
+            improved = run("improve", path, "-m", start, "-o", better, "--report", page)
+            self.assertIn(improved.returncode, (0, 1), improved.stderr)
+            fits += improved.returncode == 0
+            told = run("diagnose", path, "-m", start, "--json").stdout
+            html = re.sub(r'"data:[^"]*"', "", page.read_text())
+            visible = re.sub(r"<style>.*?</style>", "", html, flags=re.S)
+            for text in (
+                *(fit.stdout, fit.stderr, improved.stdout, improved.stderr),
+                *(start.read_text(), better.read_text(), told, visible),
+            ):
+                self.assertIsNone(GYRO_WORDS.search(text), GYRO_WORDS.search(text))
+            data = json.loads(told)
+            self.assertNotIn("high_pass", data["missing"])
+            sizes = {one["kind"]: next(iter(one["parameters"].values())) for one in data["fitted"]}
+            for kind, size in (
+                ("white_phase_noise", WPM_S),
+                ("white_frequency_noise", WFM),
+                ("random_walk_frequency_noise", RWFM),
+            ):
+                if kind in sizes:
+                    within.append(sizes[kind]["low"] <= size <= sizes[kind]["high"])
+        self.assertEqual(fits, 3)
+        self.assertGreaterEqual(len(within), 8)
+        # of nine 95 % intervals, seven or more are right in 99 % of all cases
+        self.assertGreaterEqual(sum(within), len(within) - 2)
+
+    def test_what_is_no_clock_is_one_error(self):
+        x = noises(1)
+        path = self.written("clock.csv", "time_s,x", np.arange(len(x), dtype=float), x)
+        for pair, said in (
+            ("y=phase", "has no column 'y' (there are: time_s, x)"),
+            ("x=angle", "phase, phase_ms, phase_us, phase_ns, frequency, or the nominal"),
+            ("x=-5", "phase, phase_ms"),
+            ("x", "phase, phase_ms"),
+        ):
+            done = run("fit", path, "--clock", pair)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
+            self.assertIn(f"--clock {pair}", done.stderr)
+            self.assertIn(said, done.stderr)
+        done = run("fit", path)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("Of a clock: --clock COLUMN=phase", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,521 @@
+"""Every sentence about a verdict, once, for terminal, page, report and JSON: does the model fit,
+how far is it off and where, what is missing, and what to add or to log next."""
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from ..candidates.identifiable import Alternative
+from ..data import plausible
+from ..data.observations import Observation
+from ..diagnosis.compare import Comparison
+from ..diagnosis.improve import Improvement
+from ..diagnosis.judge import Deviation, Judgement
+from ..diagnosis.state import Judged
+from ..diagnosis.unexplained import Excluded, Hint, Unexplained
+from ..effects import table
+from ..thresholds import CHANCE, JUDGE
+from . import words
+from .words import capital, chance, listed, name, number, seconds, times
+
+CONFIDENCE = f"{100 - 100 * CHANCE.family_wise:g} % confidence"  # of a proven deviation
+SHOWN_EXCLUDED = 3  # kinds that a sentence lists with their p
+# What each adequacy test detects (inference/adequacy.py).
+TESTS = {
+    "spectrum": "wrong residual power at any frequency",
+    "time and frequency": (
+        "wrong residual power in any octave and any of 24 time segments, combined"
+    ),
+    "largest cell": "wrong residual power in the worst single octave and time segment",
+    "narrow band": "a narrow band with too much power",
+    "shocks": "single outlier samples",
+}
+UNKNOWN = "Something is missing that davarlab does not know."
+NOTHING = "Nothing is missing."
+TO_FIND = "To find the missing effect, run diagnose."
+NOT_VALID = "The intervals below are not valid, because they assume that the model fits."
+OWN_EFFECT = "If you know the cause, write it as your own effect and add it with"
+# Columns that an effect needs -> what to log.
+LOGGED = {
+    "temp_degC": "the temperature (temp_degC)",
+    "accel": "the acceleration (accel_x_g, accel_y_g, accel_z_g)",
+}
+
+# What to do, and the command that does it.
+Action = tuple[str, str | None]
+
+
+class FollowUp(Protocol):
+    """The run of a report, as far as its sentences name it (contents.Run)."""
+
+    output: str | None
+
+    def follow_up(self, command: str, *options: str) -> str: ...
+
+
+WITHHELD = ("implausible", "spoiled", "untestable")  # answers that permit no verdict
+
+# Does the model fit, how far is it off, and where?
+
+
+def adequacy(judgement: Judgement) -> str:
+    """The verdict on a model."""
+    if judgement.doubted == plausible.KIND:
+        return (
+            "The recording is implausible, so no model is reported as adequate. Correct its "
+            f"units as listed, or confirm them with {plausible.CONFIRM}."
+        )
+    if judgement.doubted:
+        return (
+            f"The samples are not what the sensor measures ({name(judgement.doubted)}), so no "
+            "effect was tried and no model is reported as adequate."
+        )
+    if not judgement.testable:
+        return (
+            "The model cannot be tested: no averaging time has enough neighbouring samples. Record "
+            "for longer and without gaps."
+        )
+    if judgement.adequacy == "statistical":
+        return (
+            f"The model fits: no check rejects it (p = {chance(judgement.p_value)}). "
+            f"{confirmed(judgement)}"
+        )
+    if judgement.adequacy == "practical":
+        return f"The model fits: {small(judgement)} {confirmed(judgement)}"
+    if judgement.largest and abs(judgement.largest["percent"]) > 5:
+        return f"The model does not fit. {proven(judgement.largest)}"
+    error = (
+        "The model does not fit. "
+        f"Its error is {judgement.error / judgement.floor:.2f} times that of a true model."
+    )
+    if judgement.largest:
+        return f"{error} {proven(judgement.largest)}"
+    if judgement.farthest:
+        return f"{error} The largest deviation is {off(judgement.farthest)}."
+    return error
+
+
+def confirmed(judgement: Judgement) -> str:
+    """Up to which averaging time a fit is shown (7.3)."""
+    return (
+        "The recording is long enough to confirm a fit within 5 % up to "
+        f"{seconds(judgement.shown_to_tau_s)} averaging time."
+        if judgement.shown_to_tau_s
+        else "The recording is too short to confirm a fit within 5 % at any averaging time. "
+        "Record for longer."
+    )
+
+
+def small(judgement: Judgement) -> str:
+    """What is left over of a model that fits within 5 %."""
+    said = (
+        f"no deviation above 5 % is proven. The largest proven one is {off(judgement.largest)}."
+        if judgement.largest
+        else f"no deviation is proven ({CONFIDENCE})."
+    )
+    if judgement.p_value < CHANCE.adequate_p:
+        said += (
+            f" Something smaller is left over: the residual is not noise alone (p = "
+            f"{chance(judgement.p_value)})."
+        )
+    return said
+
+
+def place(deviation: Deviation) -> str:
+    start, stop = deviation["start_s"], deviation["stop_s"]
+    return f"at {seconds(deviation['tau_s'])}, from {start:.0f} to {stop:.0f} s of the recording"
+
+
+def off(deviation: Deviation) -> str:
+    """Where and how far, and the bound of a proven deviation."""
+    percent = deviation["percent"]
+    bound = f" (at least {number(abs(percent), 2)} % with {CONFIDENCE})" if percent else ""
+    return f"{place(deviation)}: {times(deviation['ratio'])}{bound}"
+
+
+def proven(deviation: Deviation) -> str:
+    """The largest deviation, as a factor by which the model is too low or too high, and its
+    bound."""
+    least = 1 + deviation["percent"] / 100
+    return (
+        f"{capital(place(deviation))}, its Allan deviation is too {'low' if least > 1 else 'high'} "
+        f"by a factor of {words.factor(deviation['ratio'])} (at least {words.factor(least)} with "
+        f"{CONFIDENCE})."
+    )
+
+
+def misfit(comparison: Comparison) -> str:
+    """One sentence on where the whole recording deviates significantly from the model, and how
+    far."""
+    span = comparison.duration_s
+    away = [cell for cell in comparison.where if cell.start_s == 0 and cell.stop_s >= 0.99 * span]
+    if away:
+        away.sort(key=lambda cell: cell.tau_s)
+        farthest = max(away, key=lambda cell: abs(np.log(cell.ratio)))
+        reach = (
+            f"between {away[0].tau_s:.3g} and {seconds(away[-1].tau_s)}"
+            if len(away) > 1
+            else f"only at {seconds(away[0].tau_s)}"
+        )
+        return (
+            "Over the whole recording, the measured Allan deviation deviates from the model "
+            f"{reach}. The largest deviation is at {seconds(farthest.tau_s)}: "
+            f"{times(farthest.ratio)}, {farthest.z:+.0f} standard deviations."
+        )
+    only = "Over the whole recording, no deviation is proven, but in a part of it"
+    if comparison.where:
+        local = comparison.where[0]
+        return (
+            f"{only}: between {local.start_s:.0f} and {local.stop_s:.0f} s, the measured Allan "
+            f"deviation is {times(local.ratio)} at {seconds(local.tau_s)}."
+        )
+    if comparison.judgement.largest:  # in a window that the map does not show
+        return f"{only}: {off(comparison.judgement.largest)}."
+    return f"No deviation is proven at any averaging time or in any part ({CONFIDENCE})."
+
+
+def failed_tests(tests: Mapping[str, float]) -> str | None:
+    """What each failed test detects, the smallest p-value first; None when no test fails."""
+    bad = [
+        TESTS.get(what, what)
+        for p, what in sorted((p, what) for what, p in tests.items())
+        if p * JUDGE.independent_tests < CHANCE.adequate_p
+    ]
+    return "; ".join(bad) or None
+
+
+def checks_after(p_value: float) -> str:
+    """Whether the residual of the final model passes, in front of its p."""
+    passes = p_value >= CHANCE.adequate_p
+    return "With the added effects, " + (
+        "every check of the residual passes" if passes else "the checks of the residual still fail"
+    )
+
+
+def observation(one: Observation) -> str:
+    """A disturbance in the recording that is not an error of the sensor."""
+    return f"In the recording: {name(one.kind)}. {one.detail}"
+
+
+def of_comparison(comparison: Comparison) -> tuple[str, str]:
+    """(tone, sentences) of a comparison."""
+    return ("good" if comparison.adequate else "bad"), adequacy(comparison.judgement)
+
+
+# What is missing?
+
+
+def answer(found: Improvement) -> str:
+    """Which answer a diagnosis is: "fits" (nothing is missing), "values" (those of the
+    model file are off), "effects" (named ones are missing), "unknown" (something is missing that
+    davarlab does not know), "implausible", "spoiled" or "untestable" (the recording permits no
+    verdict)."""
+    if found.judgement.doubted:
+        return "implausible" if found.judgement.doubted == plausible.KIND else "spoiled"
+    if not found.judgement.adequate:
+        return "unknown" if found.judgement.testable else "untestable"
+    if found.added:
+        return "effects"
+    return "fits" if found.comparison.adequate else "values"
+
+
+def missing(given: str, added: Sequence[str]) -> str:
+    """An answer in a few words, for a table."""
+    return {
+        "fits": "nothing",
+        "values": "nothing (with the values of the model file refitted)",
+        "effects": ", ".join(added),
+        "unknown": "something that davarlab does not know"
+        + (f" (added: {', '.join(added)})" if added else ""),
+        "implausible": "not tested: the recording is implausible",
+        "spoiled": "not tested: the samples are not what the sensor measures",
+        "untestable": "not tested: too few neighbouring samples",
+    }[given]
+
+
+def helpful(found: Improvement) -> bool:
+    """Whether the added effects reduce the error."""
+    return found.last.error < found.base.error
+
+
+def of_unknown(found: Improvement) -> str:
+    """The sixth answer: something is missing, and where."""
+    unexplained = found.unexplained
+    assert unexplained is not None  # improve.improved() gives it to every model that fails
+    added = ""
+    if found.added:
+        errors = f"the error from {found.base.error:.3f} to {found.last.error:.3f}"
+        added = (
+            f" Adding {listed(found.added)} lowers {errors}, but that is not enough."
+            if helpful(found)
+            else f" Adding {listed(found.added)} does not help: it changes {errors}."
+        )
+    return f"{UNKNOWN}{added} {final(found)}{beside(unexplained)}"
+
+
+def beside(unexplained: Unexplained) -> str:
+    """The frequency of a misfit and the column that moves with it, after the averaging time."""
+    said = ""
+    if unexplained.frequency_hz is not None and unexplained.power is not None:
+        said += (
+            f" At {number(unexplained.frequency_hz, 3)} Hz, the residual has "
+            f"{number(unexplained.power, 2)} times the model's power."
+        )
+    if unexplained.column is not None and unexplained.correlation is not None:
+        said += (
+            f" The residual moves with {unexplained.column} (correlation "
+            f"{unexplained.correlation:+.2g})."
+        )
+    return said
+
+
+def excluded(unexplained: Unexplained) -> list[str]:
+    """What was excluded, by which evidence, and what could not be tested."""
+
+    def called(one: Excluded) -> str:
+        return ("another " if one.kind in unexplained.effects else "") + name(one.kind)
+
+    by_chance = [one for one in unexplained.excluded if one.evidence == "chance"]
+    shown = [f"{called(one)} (p = {chance(one.p_value or 0.0)})" for one in by_chance]
+    rest = len(shown) - SHOWN_EXCLUDED
+    more = f", and {rest} other{'s' * (rest > 1)}" if rest > 0 else ""
+    lines = []
+    if shown:
+        lines.append(
+            f"Excluded, because the gain is not significant: {', '.join(shown[:SHOWN_EXCLUDED])}"
+            f"{more}. Each p counts all candidates."
+        )
+    for evidence, why in (
+        ("no better fit", "Excluded, because the fit to the Allan deviation is not better"),
+        ("worse", "Excluded, because the error rises"),
+        ("untried", "Significant, but not resolved, because the search has ended"),
+    ):
+        kinds = [called(one) for one in unexplained.excluded if one.evidence == evidence]
+        lines += [f"{why}: {', '.join(kinds)}."] if kinds else []
+    if unexplained.untested:
+        lines.append(
+            f"Not tested, because the columns are absent or constant: "
+            f"{', '.join(map(name, unexplained.untested))}."
+        )
+    return lines
+
+
+def next_steps(unexplained: Unexplained) -> list[str]:
+    """What to log or to try, the most promising first. Never empty."""
+    deviation = unexplained.deviation
+    said: dict[Hint, str] = {
+        "stretch": (
+            f"Look at {deviation['start_s']:.0f} to {deviation['stop_s']:.0f} s of the recording, "
+            "where something differs. Log what is switched or moved there, or exclude this "
+            "section in davarlab open and fit the rest."
+        ),
+        "column": f"Change {unexplained.column} in steps, and record again.",
+        "line": (
+            f"Search for a source at {number(unexplained.frequency_hz, 3)} Hz: switch off fans, "
+            "motors and supplies one at a time. At another sample rate, an alias moves."
+        ),
+        "quiet": (
+            "Record the raw output of the sensor. The recording is quieter than the model there, "
+            "as after a filter, a subtracted bias, or repeated samples."
+        ),
+        "slow": (
+            "Record for longer at a constant temperature, and log temperature and supply voltage."
+        ),
+        "fast": (
+            "Record at a higher sample rate, and log vibration. Take the filter of the sensor from "
+            "its data sheet."
+        ),
+    }
+    lines = [said[hint] for hint in unexplained.hints]
+    needs = {need: None for needed in unexplained.untested.values() for need in needed}
+    lines += [
+        f"Log {LOGGED.get(need, need)}. Without it, davarlab cannot test "
+        f"{listed([kind for kind, own in unexplained.untested.items() if need in own])}."
+        for need in needs
+    ]
+    return lines or [
+        "Compare the failure map and the residual spectrum with the events during the recording, "
+        "and repeat the recording."
+    ]
+
+
+def held_out_fails(found: Improvement) -> bool:
+    error, floor = found.last.error_held_out, found.last.error_floor_held_out
+    return error is not None and floor is not None and error > CHANCE.held_out_above_floor * floor
+
+
+def of_held_out(found: Improvement) -> str | None:
+    """A sentence on how well the final model fits the held-out recording; None without one."""
+    error, floor = found.last.error_held_out, found.last.error_floor_held_out
+    if error is None or floor is None:
+        return None
+    sizes = f"its error there is {error:.3f}, and a true model would give about {floor:.3f}"
+    return (
+        f"The final model does not fit the held-out recording: {sizes}. Something differs between "
+        "the two recordings. To find it, run diagnose with this model on the held-out recording."
+        if held_out_fails(found)
+        else f"The final model also fits the held-out recording: {sizes}."
+    )
+
+
+def of_missing(found: Improvement) -> str:
+    added = found.added
+    sizes = found.estimates[-len(added) :]
+    if len(added) == 1:
+        rivals = [one.kind for one in undecided(found)]
+        if rivals:
+            return (
+                f"The model lacks {listed([*added, *rivals], joint=' or ')}. This recording does "
+                "not decide between them."
+            )
+        return (
+            f"The model lacks {name(added[0])}: {words.clause(added[0])} "
+            f"({words.strength(added[0], sizes[0], found.model.column)})."
+        )
+    named = listed(
+        zip(added, sizes),
+        lambda one: (
+            f"{name(one[0])} "
+            f"({words.strength(one[0], one[1], found.model.column, words.bare_value)})"
+        ),
+    )
+    return f"The model lacks {named}."
+
+
+def of_improvement(found: Improvement) -> tuple[str, str]:
+    """(tone, sentences) of a diagnosis or an improvement."""
+    tone, sentence = of_recording(found)
+    outside = of_held_out(found)
+    if held_out_fails(found):
+        tone = "missing" if tone == "good" else tone
+    return tone, f"{sentence} {outside}" if outside else sentence
+
+
+def final(found: Improvement) -> str:
+    """The verdict on the final model."""
+    said = adequacy(found.judgement)
+    if found.added:
+        said = said.replace("The model ", "With the added effects, the model ", 1)
+    return said
+
+
+def decapitalised(text: str) -> str:
+    return text[:1].lower() + text[1:]
+
+
+def of_recording(found: Improvement) -> tuple[str, str]:
+    given = answer(found)
+    if given in WITHHELD:
+        return "bad", adequacy(found.judgement)
+    if given == "unknown":
+        return "bad", of_unknown(found)
+    if given == "effects":
+        return "missing", f"{of_missing(found)} {final(found)}"
+    if given == "values":
+        return "missing", (
+            "The model does not fit, because the values in the model file are off. With the same "
+            f"effects refitted, {decapitalised(adequacy(found.judgement))}"
+        )
+    whole = found.judgement.adequacy == "statistical" and not held_out_fails(found)
+    return "good", f"{NOTHING} {final(found)}" if whole else final(found)
+
+
+def improvement(found: Improvement) -> str:
+    first, last = found.steps[0], found.steps[-1]
+    refitted = f" ({found.refitted.error:.3f} refitted)" if found.refitted else ""
+    if len(found.steps) == 1:
+        return (
+            f"The error is {first.error:.3f}{refitted}. "
+            f"A true model would give about {found.last.error_floor:.3f}."
+        )
+    sentence = (
+        f"Adding {listed(found.added)} changes the error from {first.error:.3f}{refitted} to "
+        f"{last.error:.3f}. A true model would give about {last.error_floor:.3f}."
+    )
+    if last.error_held_out is not None:
+        sentence += (
+            " On the held-out recording, it changes from "
+            f"{first.error_held_out:.3f} to {last.error_held_out:.3f}."
+        )
+    return sentence
+
+
+# What to do next?
+
+
+def undecided(found: Improvement) -> list[Alternative]:
+    """Alternatives to effects that the final model contains."""
+    return [
+        one
+        for one in found.diagnosis.alternatives
+        if one.named in found.added and one.kind not in found.added
+    ]
+
+
+def confirmations(found: Improvement) -> list[str]:
+    """How to confirm each effect that was found, how to distinguish it from similar ones, and what
+    is not reported, with the reason."""
+    added = found.added if found.judgement.adequate or helpful(found) else []
+    lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in dict.fromkeys(added)]
+    lines += [one.confirm for one in undecided(found) if added]
+    return lines + [
+        f"Not reported as missing: {name(kind)}. Reason: {why}."
+        for kind, why in found.diagnosis.doubtful.items()
+    ]
+
+
+def what_next(found: Improvement, run: FollowUp) -> list[Action]:
+    """Actions in order: (what to do, the command that does it or None)."""
+    given, added = answer(found), found.added
+    lines: list[Action] = []
+    if given in WITHHELD:
+        return []
+    if found.unexplained:
+        lines += [(sentence, None) for sentence in next_steps(found.unexplained)]
+    lines += [(sentence, None) for sentence in confirmations(found)]
+    if found.unexplained:
+        lines.append((OWN_EFFECT, "--effects FILE.py"))
+    if added and run.output:
+        lines.append((f"The model with {listed(added)} was written to", run.output))
+    elif given == "effects":
+        lines.append(
+            (f"Add {listed(added)} to the model:", run.follow_up("improve", "-o", "BETTER.toml"))
+        )
+    elif given == "values":
+        lines.append(("Refit the values:", run.follow_up("fit", "-o", "FITTED.toml")))
+    return lines
+
+
+def after_comparison(comparison: Comparison, state: Judged, run: FollowUp) -> list[Action]:
+    """The next actions after `davarlab compare`. state: the refitted effects."""
+    if comparison.adequate or not comparison.judgement.testable:
+        return []
+    if state.judgement.adequate:
+        return [
+            (
+                "The same effects fit with other values. Refit them:",
+                run.follow_up("fit", "-o", "FITTED.toml"),
+            )
+        ]
+    return [(TO_FIND, run.follow_up("diagnose", "--report", "DIAGNOSIS.html"))]
+
+
+def to_find(judgement: Judgement) -> list[str]:
+    """What to do about a model that fails, before anything was tried."""
+    return [TO_FIND] if judgement.testable and not judgement.adequate else []
+
+
+def no_candidate(judgement: Judgement, unexplained: Unexplained | None) -> list[str]:
+    """The page, when no candidate beside a fitted model is significant."""
+    if unexplained:
+        return [
+            f"{UNKNOWN} {adequacy(judgement)}{beside(unexplained)}",
+            *excluded(unexplained),
+            *next_steps(unexplained),
+        ]
+    if judgement.adequacy == "statistical":
+        return ["No candidate is significant: no effect of the table is missing."]
+    if judgement.adequate:
+        return ["No candidate is significant. The rest is below 5 %."]
+    return [adequacy(judgement)]
