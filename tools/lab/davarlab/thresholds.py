@@ -161,6 +161,12 @@ class Search:
     """The way from the given model to the last (diagnosis/search.py)."""
 
     steps_most: int = of(24, "steps", "choice", "of a search")
+    fits_most: int = of(
+        20000,
+        "fits of sizes",
+        "XXX",
+        "of a search; the step that reaches it is its last",
+    )
     slack: float = of(
         0.02, "of the floor", "DESIGN 4", "by which a likelier term may leave the error higher"
     )

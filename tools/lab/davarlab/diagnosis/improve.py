@@ -367,6 +367,6 @@ def improved(
         shown,
         comparisons,
         base,
-        evidence.notes(recording, model, added),
+        evidence.notes(recording, model, added, found.ended),
         last or given,
     )

@@ -97,7 +97,8 @@ def pruned(state: State, given: int) -> State:
 def loss_without(state: State, rest: Sequence[Part], part: Part) -> float:
     """Log-likelihood that the model loses with this part."""
     if part.role != "variance":
-        return state.fit.log_likelihood - state.bench.fit(rest).log_likelihood
+        without = state.bench.fit(rest, near=state.fit.level)
+        return state.fit.log_likelihood - without.log_likelihood
     recording = state.bench.recording
     blocks = state.bench.blocks(state.parts, state.fit)
     with_it, without = (
@@ -147,6 +148,7 @@ class Search:
     waves: tuple[float, ...] = ()  # Hz, of courses that repeat and are no sine wave
     idle: Mapping[str, tuple[Try, ...]] = nothing()  # kinds that left the error where it was
     asked: Asked | None = None
+    ended: str = ""  # the bound that ended it, in words; empty: nothing was left to take
 
     def ranked(self) -> tuple["Search", list[Candidate]]:
         """(the search, candidates beside its state as they are to be taken); those that are not
@@ -351,9 +353,14 @@ def close_ones(found: Sequence[Candidate]) -> list[Alternative]:
 def forward(state: State, given: int, progress: Progress, draft: bool = False) -> Search:
     """Candidates beyond chance one after the other, the likeliest first. What chance explains
     beside one state is not tried beside the next ones, until nothing else is left (a draft of the
-    spectrum does not ask again); lines are taken one after the other."""
+    spectrum does not ask again); lines are taken one after the other. It ends after
+    SEARCH.steps_most steps, or with the step that reaches SEARCH.fits_most fits."""
     way = Search(state, state, given, draft)
+    work = state.bench.data.work
+    most = work.fits + SEARCH.fits_most
     for _ in range(SEARCH.steps_most):
+        if work.fits >= most:
+            return replace(way, ended=f"{SEARCH.fits_most} fits")
         progress(
             f"looking for lines in addition to {len(way.state.parts)} effects"
             if way.only
@@ -362,8 +369,8 @@ def forward(state: State, given: int, progress: Progress, draft: bool = False) -
         )
         way, more = way.step()
         if not more:
-            break
-    return way
+            return way
+    return replace(way, ended=f"{SEARCH.steps_most} steps")
 
 
 def useful(state: State, given: int) -> tuple[State, list[Part], list[Part]]:

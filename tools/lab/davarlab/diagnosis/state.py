@@ -316,4 +316,5 @@ def refilled(state: State) -> State:
 
 def with_parts(state: State, parts: Sequence[Part]) -> State:
     """Other parts on the same bench."""
-    return replace(state, parts=tuple(parts), fit=state.bench.fit(parts))
+    fit = state.bench.fit(parts, near=state.fit.level)
+    return replace(state, parts=tuple(parts), fit=fit)
