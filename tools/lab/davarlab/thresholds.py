@@ -107,6 +107,15 @@ class Judge:
         "windows whose shortest averaging time alone is tested: noise that breathes "
         "faster than a sixteenth of the record",
     )
+    means: int = of(
+        16,
+        "samples",
+        "DESIGN 8.6",
+        "in a block mean; clusters of lags_per_cluster such means and more begin at every mean",
+    )
+    means_from: int = of(
+        2_000_000, "samples", "choice (DESIGN 8.6)", "of a record that is measured on means"
+    )
     valid_share: float = of(
         0.1,
         "share of the differences",

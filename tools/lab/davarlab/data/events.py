@@ -52,12 +52,18 @@ def local_scale(w: Floats, block: int) -> Floats:
     that there is."""
     block = min(block, len(w))
     blocks = len(w) // block
-    sizes = np.partition(
-        np.abs(w[: blocks * block].reshape(blocks, block)), [block // 2, 4 * block // 5], axis=1
-    )
-    spread = np.maximum(sizes[:, block // 2] / 0.6745, sizes[:, 4 * block // 5] / 1.2816)
+    rows, spread = w[: blocks * block].reshape(blocks, block), np.empty(blocks)
+    together = max(1, signals.PIECE // block)
+    for first in range(0, blocks, together):
+        some = slice(first, first + together)
+        sizes = np.partition(np.abs(rows[some]), [block // 2, 4 * block // 5], axis=1)
+        spread[some] = np.maximum(sizes[:, block // 2] / 0.6745, sizes[:, 4 * block // 5] / 1.2816)
     spread = ndimage.maximum_filter1d(spread, 3)
-    return np.interp(np.arange(len(w)), (np.arange(blocks) + 0.5) * block, spread)
+    found, centres = np.empty(len(w)), (np.arange(blocks) + 0.5) * block
+    for first in range(0, len(w), signals.PIECE):
+        end = min(first + signals.PIECE, len(w))
+        found[first:end] = np.interp(np.arange(first, end), centres, spread)
+    return found
 
 
 def local_mean(y: Floats, good: Bools, width: int) -> Floats:
@@ -73,8 +79,11 @@ def local_mean(y: Floats, good: Bools, width: int) -> Floats:
 def find(y: Floats, rate_hz: float, reach_dps: float = 0.0) -> Shocks:
     """Shocks in y (deg/s) and y with the local mean in their place. Nothing within `reach_dps` of
     the local mean is one (counts)."""
-    w = self_whitened(y)
-    score = np.abs(w) / np.maximum(local_scale(w, max(50, int(4 * rate_hz))), 1e-30)
+    score = self_whitened(y)
+    scale = local_scale(score, max(50, int(4 * rate_hz)))
+    np.abs(score, out=score)
+    score /= np.maximum(scale, 1e-30, out=scale)
+    del scale
     if reach_dps:
         score[np.abs(y - ndimage.uniform_filter1d(y, 201)) < reach_dps] = 0
     wild = np.flatnonzero(score > THRESHOLD)
@@ -131,9 +140,7 @@ def jumps_of(column: str, x: Floats, good: Bools) -> Jumps | None:
     q = counts.step(part) if len(at) else 0.0
     if not q:
         return None
-    found = Jumps(
-        column, np.flatnonzero(good)[2:-2][at], size / q, np.maximum(noise / q, ROUNDED)
-    )
+    found = Jumps(column, np.flatnonzero(good)[2:-2][at], size / q, np.maximum(noise / q, ROUNDED))
     return found.some(found.size > FAR / np.sqrt(2) * found.noise)
 
 

@@ -158,7 +158,7 @@ def fitted(
     recording: Recording, model: Model, y: Floats, known: Bools | None, seen: Sequence[Observation]
 ) -> State:
     """The model's terms at their best on a record without holes."""
-    logged = recording.rate_dps(model.column)
+    logged = y if known is None else recording.rate_dps(model.column)
     known_counts = counts.of(logged if known is None else logged[known], recording.rate_hz)
     shocks = events.find(y, recording.rate_hz, known_counts.reach_dps if known_counts else 0.0)
     bench = Bench(recording, shocks.clean, known_counts, gyro=model.column, logged=logged)

@@ -46,7 +46,6 @@ class Data:
         self.f = signals.frequencies(len(y), rate_hz)
         self.columns: dict[str, tuple[Floats, float]] = {}
         self.bands: Bands = ()
-        self.logarithms: Floats | None = None
         self.cut(signals.bin_edges(len(y) - 1))
         self.add("gyro", y)
 
@@ -91,14 +90,13 @@ class Data:
         self.work.transforms += 1
         count = len(x) // together
         x = x[: count * together].reshape(count, together).mean(axis=1) if together > 1 else x
-        c = np.sqrt(together) * signals.transform(x - x.mean())[1:]
-        norm = 1.0 if key == "gyro" else float(np.sqrt(c @ c))
+        off = x - x.mean()
+        norm = 1.0 if key == "gyro" else float(np.sqrt(together * (off @ off)))
         ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
-        kind = np.float32 if self.samples >= signals.NARROW_FROM and key != "gyro" else np.float64
-        self.columns[key] = (
-            (c / norm if ok else c * 0).astype(kind, copy=False),
-            norm if ok else 0.0,
-        )
+        off *= np.sqrt(together) / norm if ok else 0.0
+        narrow = self.samples >= signals.NARROW_FROM and key != "gyro"
+        c = signals.transform(off.astype(np.float32) if narrow else off)[1:]
+        self.columns[key] = c, norm if ok else 0.0
 
     def scale(self, key: str) -> float:
         return self.columns[key][1]
@@ -133,14 +131,17 @@ class Data:
     def whitened(self, level: Floats, coefficients: Floats, keys: Sequence[str]) -> Floats:
         """The residual with the model's spectrum divided out: unit white noise when the model is
         true."""
-        found: Floats = self.without(coefficients, keys) / np.sqrt(self.at_ordinates(level))
+        found, scale = self.without(coefficients, keys), self.at_ordinates(level)
+        found /= np.sqrt(scale, out=scale)
         return found
 
     def at_ordinates(self, level: Floats) -> Floats:
         """A level per bin at every ordinate."""
-        if self.logarithms is None:
-            self.logarithms = np.log(self.f)
-        return np.interp(self.logarithms, np.log(self.f_bin), level)
+        found, middle = np.empty_like(self.f), np.log(self.f_bin)
+        for first in range(0, len(found), signals.PIECE):
+            part = slice(first, first + signals.PIECE)
+            found[part] = np.interp(np.log(self.f[part]), middle, level)
+        return found
 
 
 @dataclass
