@@ -173,7 +173,7 @@ class Search:
     fits_most: int = of(
         20000,
         "fits of sizes",
-        "XXX",
+        "choice: usual searches take 300 to 3000 (DESIGN 4)",
         "of a search; the step that reaches it is its last",
     )
     slack: float = of(
