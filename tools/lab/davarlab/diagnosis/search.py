@@ -97,8 +97,8 @@ def pruned(state: State, given: int) -> State:
 def loss_without(state: State, rest: Sequence[Part], part: Part) -> float:
     """Log-likelihood that the model loses with this part."""
     if part.role != "variance":
-        without = state.bench.fit(rest, near=state.fit.level)
-        return state.fit.log_likelihood - without.log_likelihood
+        left = state.bench.fit(rest, near=state.fit.level)
+        return state.fit.log_likelihood - left.log_likelihood
     recording = state.bench.recording
     blocks = state.bench.blocks(state.parts, state.fit)
     with_it, without = (
