@@ -66,8 +66,10 @@ def significant(found: Sequence[Candidate]) -> bool:
 
 def retold(state: State, given: int) -> State:
     """Gauss-Markov that was taken while another course hid its levels: now that the course is
-    known, is it telegraph noise?"""
+    known, is it telegraph noise? Once per kind of course: each test costs as much as a step."""
     fresh = state.parts[-1]
+    if any(part.kind == fresh.kind for part in state.parts[given:-1]):
+        return state
     for part in state.parts[given:-1]:
         if part.kind == "gauss_markov" and fresh.role == "mean":
             rest = [other for other in state.parts if other is not part]
