@@ -2,20 +2,22 @@
 
 import itertools
 import unittest
+from dataclasses import replace
+from unittest import mock
 
 import numpy as np
 import oracle
 from davarlab import model, simulate
 from davarlab.candidates import candidate
 from davarlab.candidates import ranking as candidates
-from davarlab.data import signals
+from davarlab.data import events, signals
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import diagnose
 from davarlab.diagnosis import state as state_of
 from davarlab.effects import table
-from davarlab.inference import estimate, refine, states
+from davarlab.inference import allan, estimate, refine, states, whittle
 from davarlab.inference.parts import Bench, Part
-from scipy import signal, stats
+from scipy import ndimage, optimize, signal, stats
 
 RATE = 50.0
 
@@ -100,6 +102,41 @@ class Courses(unittest.TestCase):
         self.assertLess(square[:19995].max(), 1e-4)
         np.testing.assert_allclose(square[20005:39995], 0.01, rtol=0.15)
 
+    def test_a_running_median_is_the_median(self):
+        """SciPy 1.15.0 and 1.15.1 were wrong at the first samples, by chance (scipy #22333)."""
+        for seed in range(200):
+            x = np.random.default_rng(seed).standard_normal(60) ** 2 * 10.0 ** (seed % 7)
+            around = np.lib.stride_tricks.sliding_window_view(np.pad(x, 4, mode="symmetric"), 9)
+            np.testing.assert_array_equal(ndimage.median_filter(x, 9), np.median(around, axis=1))
+
+    def test_a_sine_in_pieces_is_the_sine(self):
+        for turns, samples, first in ((0.0123, 5000, 0.25), (0.4999, 1024, 0.0), (3e-6, 7, 0.9)):
+            whole = np.sin(2 * np.pi * (turns * np.arange(samples) + first))
+            np.testing.assert_allclose(signals.sine(turns, samples, first), whole, atol=1e-9)
+
+    def test_jumps_do_not_depend_on_the_pieces_in_which_they_are_looked_for(self):
+        rng = np.random.default_rng(15)
+        x, good = np.round(3 * rng.standard_normal(30_000)) * 0.1, rng.random(30_000) > 0.02
+        x[rng.integers(3, 29_990, 30)] += 25.6
+        whole = events.jumps_of("gyro_x_dps", x, good)
+        with mock.patch.object(events, "PIECE", 3 * events.NOISE_BLOCK):
+            pieces = events.jumps_of("gyro_x_dps", x, good)
+        self.assertGreater(len(whole.at), 20)
+        for name in ("at", "size", "noise"):
+            np.testing.assert_array_equal(getattr(pieces, name), getattr(whole, name))
+
+    def test_long_averaging_times_of_means_are_those_of_samples(self):
+        """Of white noise and a walk: the same clusters, fewer of them (DESIGN 8.6)."""
+        rng, window = np.random.default_rng(16), 1 << 17
+        y = rng.standard_normal(window) + np.cumsum(rng.standard_normal(window)) * 1e-3
+        taus = allan.octaves(window)
+        whole = allan.by_library(y, window, taus)[0]
+        with mock.patch.object(allan, "JUDGE", replace(allan.JUDGE, means_from=1)):
+            means = allan.measured(y, window, taus)[0]
+        split = taus.index(256)
+        np.testing.assert_array_equal(means[:split], whole[:split])
+        np.testing.assert_allclose(means[split:], whole[split:], rtol=0.01)
+
 
 class Fits(unittest.TestCase):
     def setUp(self):
@@ -133,6 +170,23 @@ class Fits(unittest.TestCase):
                 for b in np.geomspace(1e-8, 1e-3, 41)
             ]
             self.assertGreater(fit.log_likelihood, max(around) - 0.01)
+
+    def test_sizes_are_those_of_non_negative_least_squares(self):
+        rng = np.random.default_rng(17)
+        for _ in range(50):
+            shapes = rng.random((6, 300)) ** 3
+            wanted = rng.uniform(-1, 1, 6) @ shapes + 0.1 * rng.standard_normal(300)
+            weight = rng.uniform(0.1, 10, 300)
+            plain = optimize.nnls((shapes * np.sqrt(weight)).T, wanted * np.sqrt(weight))[0]
+            found = whittle.non_negative_step(shapes, wanted, weight)
+            np.testing.assert_allclose(found, plain, atol=1e-9)
+
+    def test_a_fit_from_a_level_near_by_is_the_same_maximum(self):
+        fresh = self.bench.fit([*self.noise, Part("sinusoid", {"frequency_hz": 3.2125})])
+        self.bench.data.fits.clear()
+        near = self.bench.fit(self.noise).level
+        again = self.bench.fit([*self.noise, Part("sinusoid", {"frequency_hz": 3.2125})], near=near)
+        self.assertAlmostEqual(again.log_likelihood, fresh.log_likelihood, delta=1e-4)
 
     def test_a_size_fitted_as_nothing_has_a_bound_that_such_noise_would_reach(self):
         rng = np.random.default_rng(11)

@@ -1,10 +1,17 @@
-"""The way of the search: where it ends."""
+"""The way of the search: where it ends, and what it may cost."""
 
 import unittest
 from dataclasses import dataclass, replace
 from unittest import mock
 
-from davarlab.diagnosis import search
+import numpy as np
+from davarlab.data.recording import Recording
+from davarlab.diagnosis import evidence, search
+from davarlab.diagnosis import state as state_of
+from davarlab.model import Model, Term
+from davarlab.thresholds import SEARCH
+
+RATE, COLUMN = 50.0, "gyro_z_dps"
 
 
 @dataclass(frozen=True)
@@ -37,6 +44,78 @@ class End(unittest.TestCase):
     def test_without_an_adequate_step_all_are_kept(self):
         self.assertEqual(self.ends(False, False, False), "abc")
         self.assertEqual(self.ends(False, True, False, late="b"), "abc")
+
+
+def crowded(lines, samples=20_000, seed=11):
+    """White noise and many lines that wander, which bands follow one after the other."""
+    rng = np.random.default_rng(seed)
+    y = 0.05 * rng.standard_normal(samples)
+    for f in np.linspace(1.0, 20.0, lines):
+        turn = 2 * np.pi * f * np.arange(samples) / RATE
+        y += 0.02 * np.sin(turn + np.cumsum(0.05 * rng.standard_normal(samples)))
+    return Recording({"time_s": np.arange(samples) / RATE, COLUMN: y}, RATE)
+
+
+MODEL = Model(
+    RATE,
+    COLUMN,
+    [
+        Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.4}),
+        Term("bias_instability", {"coefficient_deg_per_h": 5.0}),
+    ],
+)
+
+
+class Cost(unittest.TestCase):
+    """By counts, which are the same on every machine."""
+
+    @classmethod
+    def setUpClass(cls):
+        with np.errstate(all="ignore"):
+            cls.start = state_of.start(crowded(12), MODEL)
+
+    def forward(self):
+        """(search, its steps, fits, transforms)."""
+        work, steps = self.start.bench.data.work, []
+        before = replace(work)
+        self.start.bench.data.fits.clear()
+        with np.errstate(all="ignore"):
+            way = search.forward(self.start, 2, steps.append)
+        return way, len(steps), work.fits - before.fits, work.transforms - before.transforms
+
+    def test_a_crowded_spectrum_is_searched_within_the_bounds(self):
+        _, steps, fits, transforms = self.forward()
+        self.assertLessEqual(steps, SEARCH.steps_most)
+        self.assertLess(fits, SEARCH.fits_most)
+        self.assertLess(transforms, 1000)
+
+    def test_a_search_ends_with_the_step_that_reaches_the_bound_and_says_so(self):
+        with mock.patch.object(search, "SEARCH", replace(SEARCH, fits_most=100)):
+            way, steps, fits, _ = self.forward()
+        self.assertEqual((steps, way.ended), (1, "100 fits"))
+        self.assertGreaterEqual(fits, 100)
+        with mock.patch.object(search, "SEARCH", replace(SEARCH, steps_most=2)):
+            way, steps, *_ = self.forward()
+        self.assertEqual((steps, way.ended), (2, "2 steps"))
+
+    def test_a_search_without_anything_left_did_not_reach_a_bound(self):
+        quiet = Recording(
+            {
+                "time_s": np.arange(20_000) / RATE,
+                COLUMN: 0.05 * np.random.default_rng(5).standard_normal(20_000),
+            },
+            RATE,
+        )
+        with np.errstate(all="ignore"):
+            way = search.forward(state_of.start(quiet, MODEL), 2, lambda text: None)
+        self.assertEqual(way.ended, "")
+        self.assertEqual(evidence.notes(quiet, MODEL, (), way.ended), [])
+
+    def test_a_note_names_the_bound(self):
+        notes = evidence.notes(crowded(1), MODEL, (), "24 steps")
+        self.assertEqual(len(notes), 1)
+        self.assertIn("ended after 24 steps", notes[0])
+        self.assertIn("may be missing", notes[0])
 
 
 if __name__ == "__main__":

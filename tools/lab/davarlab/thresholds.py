@@ -107,6 +107,15 @@ class Judge:
         "windows whose shortest averaging time alone is tested: noise that breathes "
         "faster than a sixteenth of the record",
     )
+    means: int = of(
+        16,
+        "samples",
+        "DESIGN 8.6",
+        "in a block mean; clusters of lags_per_cluster such means and more begin at every mean",
+    )
+    means_from: int = of(
+        2_000_000, "samples", "choice (DESIGN 8.6)", "of a record that is measured on means"
+    )
     valid_share: float = of(
         0.1,
         "share of the differences",
@@ -172,6 +181,12 @@ class Search:
     """The way from the given model to the last (diagnosis/search.py)."""
 
     steps_most: int = of(24, "steps", "choice", "of a search")
+    fits_most: int = of(
+        20000,
+        "fits of sizes",
+        "choice: usual searches take 300 to 3000 (DESIGN 4)",
+        "of a search; the step that reaches it is its last",
+    )
     slack: float = of(
         0.02, "of the floor", "DESIGN 4", "by which a likelier term may leave the error higher"
     )

@@ -55,9 +55,8 @@ def strongest(
 
 def best_interval(w: Floats, nu: float) -> tuple[float, int, int]:
     """(gain, first, last) of the likeliest interval of a line of that frequency."""
-    edges = np.linspace(0, len(w), LINE.visit_marks + 1).astype(int)
-    turned = w * np.exp(-2j * np.pi * nu * np.arange(len(w)))
-    total = np.concatenate([[0], np.cumsum(np.add.reduceat(turned, edges[:-1]))])
+    turned = Turned(w, nu)
+    edges, total = turned.edges, turned.total
     first, last = np.triu_indices(len(edges), 1)
     length = edges[last] - edges[first]
     gain = np.where(
@@ -67,22 +66,45 @@ def best_interval(w: Floats, nu: float) -> tuple[float, int, int]:
     )
     best = int(np.argmax(gain))
     low, high = edges[first[best]], edges[last[best]]
-    fine = np.concatenate([[0], np.cumsum(turned)])
     for _ in range(2):
-        low, high = sharpened(fine, low, high, len(w) // LINE.visit_marks)
-    return float(np.abs(fine[high] - fine[low]) ** 2 / (high - low)), int(low), int(high)
+        low, high = sharpened(turned, int(low), int(high), len(w) // LINE.visit_marks)
+    inside = turned.until(high, high) - turned.until(low, low)
+    return float(np.abs(inside[0]) ** 2 / (high - low)), low, high
 
 
-def sharpened(total: Complexes, low: int, high: int, reach: int) -> tuple[int, int]:
+class Turned:
+    """The running sum of a record that is turned back by a frequency: at marks, and at every sample
+    of a short stretch."""
+
+    def __init__(self, w: Floats, nu: float) -> None:
+        self.w, self.nu = w, nu
+        self.edges = np.linspace(0, len(w), LINE.visit_marks + 1).astype(int)
+        sums = [self.course(a, b).sum() for a, b in zip(self.edges, self.edges[1:])]
+        self.total: Complexes = np.concatenate([[0], np.cumsum(sums)])
+
+    def course(self, first: int, end: int) -> Complexes:
+        found: Complexes = self.w[first:end] * np.exp(-2j * np.pi * self.nu * np.arange(first, end))
+        return found
+
+    def until(self, first: int, last: int) -> Complexes:
+        """The sum of the samples before each of first .. last."""
+        mark = int(np.searchsorted(self.edges, first, "right")) - 1
+        start = int(self.edges[mark])
+        run = np.concatenate([[0], np.cumsum(self.course(start, last))])
+        found: Complexes = self.total[mark] + run[first - start :]
+        return found
+
+
+def sharpened(turned: Turned, low: int, high: int, reach: int) -> tuple[int, int]:
     """Both ends, each moved by no more than `reach`."""
-    starts = np.arange(max(0, low - reach), min(high - LINE.visit_least, low + reach) + 1)
-    if len(starts):
-        low = starts[np.argmax(np.abs(total[high] - total[starts]) ** 2 / (high - starts))]
-    stops = np.arange(
-        max(low + LINE.visit_least, high - reach), min(len(total) - 1, high + reach) + 1
-    )
-    if len(stops):
-        high = stops[np.argmax(np.abs(total[stops] - total[low]) ** 2 / (stops - low))]
+    first, last = max(0, low - reach), min(high - LINE.visit_least, low + reach)
+    if first <= last:
+        inside = turned.until(high, high) - turned.until(first, last)
+        low = first + int(np.argmax(np.abs(inside) ** 2 / (high - np.arange(first, last + 1))))
+    first, last = max(low + LINE.visit_least, high - reach), min(len(turned.w), high + reach)
+    if first <= last:
+        inside = turned.until(first, last) - turned.until(low, low)
+        high = first + int(np.argmax(np.abs(inside) ** 2 / (np.arange(first, last + 1) - low)))
     return low, high
 
 

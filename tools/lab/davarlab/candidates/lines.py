@@ -39,11 +39,10 @@ def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
     return Candidate("sinusoid", part, gain, log_tail_of_line(part.kind, gain, len(w)))
 
 
-def excess(energy: Floats, width: int) -> tuple[Floats, Ints]:
+def excess(total: Floats, width: int) -> tuple[Floats, Ints]:
     """Gain of a level of its own in each box of `width` ordinates whose mean energy is above 1 (a
-    model's own), and the starts."""
-    starts = np.arange(0, len(energy) - width, max(1, width // 4))
-    total = np.concatenate([[0.0], np.cumsum(energy)])
+    model's own), and the starts. total: running sum of the energies, from 0."""
+    starts = np.arange(0, len(total) - 1 - width, max(1, width // 4))
     return gain_of(width, (total[starts + width] - total[starts]) / width), starts
 
 
@@ -57,9 +56,10 @@ def places(energy: Floats) -> list[tuple[float, float, float]]:
     """(centre, half width, gain) in ordinates of the strongest boxes, best first, none within
     another."""
     found: list[tuple[float, float, float]] = []
+    total = np.concatenate([[0.0], np.cumsum(energy)])
     width = 4
     while width <= 4 * LINE.widest * len(energy):
-        gain, starts = excess(energy, width)
+        gain, starts = excess(total, width)
         best = int(np.argmax(gain)) if len(gain) else 0
         if len(gain) and gain[best] > 0:
             found.append((starts[best] + width / 2, width / 4, float(gain[best])))

@@ -15,6 +15,7 @@ REACH = 4
 # Torn reads: powers of two in counts, and by how many times the noise the jump must exceed it.
 LEAST_POWER, MOST_POWER, FAR = 4, 23, 12.0
 NOISE_BLOCK = 200  # samples in which the noise beside a jump is measured
+PIECE = 1000 * NOISE_BLOCK  # samples that are looked at together; the result does not depend on it
 ROUNDED = 0.5  # counts: noise of a jump at least
 GRID_COUNTS = 0.25  # by which a mean of many jumps may be off
 HIT = 4.0  # standard deviations from a power of two, within which a jump is a torn read
@@ -51,12 +52,18 @@ def local_scale(w: Floats, block: int) -> Floats:
     that there is."""
     block = min(block, len(w))
     blocks = len(w) // block
-    sizes = np.partition(
-        np.abs(w[: blocks * block].reshape(blocks, block)), [block // 2, 4 * block // 5], axis=1
-    )
-    spread = np.maximum(sizes[:, block // 2] / 0.6745, sizes[:, 4 * block // 5] / 1.2816)
+    rows, spread = w[: blocks * block].reshape(blocks, block), np.empty(blocks)
+    together = max(1, signals.PIECE // block)
+    for first in range(0, blocks, together):
+        some = slice(first, first + together)
+        sizes = np.partition(np.abs(rows[some]), [block // 2, 4 * block // 5], axis=1)
+        spread[some] = np.maximum(sizes[:, block // 2] / 0.6745, sizes[:, 4 * block // 5] / 1.2816)
     spread = ndimage.maximum_filter1d(spread, 3)
-    return np.interp(np.arange(len(w)), (np.arange(blocks) + 0.5) * block, spread)
+    found, centres = np.empty(len(w)), (np.arange(blocks) + 0.5) * block
+    for first in range(0, len(w), signals.PIECE):
+        end = min(first + signals.PIECE, len(w))
+        found[first:end] = np.interp(np.arange(first, end), centres, spread)
+    return found
 
 
 def local_mean(y: Floats, good: Bools, width: int) -> Floats:
@@ -72,8 +79,11 @@ def local_mean(y: Floats, good: Bools, width: int) -> Floats:
 def find(y: Floats, rate_hz: float, reach_dps: float = 0.0) -> Shocks:
     """Shocks in y (deg/s) and y with the local mean in their place. Nothing within `reach_dps` of
     the local mean is one (counts)."""
-    w = self_whitened(y)
-    score = np.abs(w) / np.maximum(local_scale(w, max(50, int(4 * rate_hz))), 1e-30)
+    score = self_whitened(y)
+    scale = local_scale(score, max(50, int(4 * rate_hz)))
+    np.abs(score, out=score)
+    score /= np.maximum(scale, 1e-30, out=scale)
+    del scale
     if reach_dps:
         score[np.abs(y - ndimage.uniform_filter1d(y, 201)) < reach_dps] = 0
     wild = np.flatnonzero(score > THRESHOLD)
@@ -124,24 +134,31 @@ class Jumps:
 def jumps_of(column: str, x: Floats, good: Bools) -> Jumps | None:
     """The jumps of a column; None without any, or without counts."""
     part = x[good]
+    count = len(part) - 4
+    pieces = [leaving(part, at, min(at + PIECE, count)) for at in range(0, count, PIECE)]
+    at, size, noise = (np.concatenate(rows) for rows in zip(*pieces))
+    q = counts.step(part) if len(at) else 0.0
+    if not q:
+        return None
+    found = Jumps(column, np.flatnonzero(good)[2:-2][at], size / q, np.maximum(noise / q, ROUNDED))
+    return found.some(found.size > FAR / np.sqrt(2) * found.noise)
+
+
+def leaving(x: Floats, first: int, end: int) -> tuple[Ints, Floats, Floats]:
+    """(index, size, noise) of the samples x[2 + index], first <= index < end, that leave their
+    neighbours and come back."""
+    low = max(0, first - 2 * NOISE_BLOCK)  # as far as the noise beside a sample is looked at
+    part = x[low : end + 2 * NOISE_BLOCK + 4]
     beside = [part[:-4], part[1:-3], part[3:-1], part[4:]]
-    low = np.minimum(np.minimum(beside[0], beside[1]), np.minimum(beside[2], beside[3]))
-    high = np.maximum(np.maximum(beside[0], beside[1]), np.maximum(beside[2], beside[3]))
-    usual = (beside[0] + beside[1] + beside[2] + beside[3] - low - high) / 2  # their median
+    least = np.minimum(np.minimum(beside[0], beside[1]), np.minimum(beside[2], beside[3]))
+    most = np.maximum(np.maximum(beside[0], beside[1]), np.maximum(beside[2], beside[3]))
+    usual = (beside[0] + beside[1] + beside[2] + beside[3] - least - most) / 2  # their median
     off = part[2:-2] - usual
     noise = local_scale(off, NOISE_BLOCK)
     nearer = np.maximum(np.abs(beside[1] - usual), np.abs(beside[2] - usual))
     far = (np.abs(off) > FAR / np.sqrt(2) * noise) & (nearer < np.abs(off) / 2)
-    q = counts.step(part) if far.any() else 0.0
-    if not q:
-        return None
-    found = Jumps(
-        column,
-        np.flatnonzero(good)[2:-2][far],
-        np.abs(off[far]) / q,
-        np.maximum(noise[far] / q, ROUNDED),
-    )
-    return found.some(found.size > FAR / np.sqrt(2) * found.noise)
+    at = np.flatnonzero(far[first - low : end - low]) + first - low
+    return at + low, np.abs(off[at]), noise[at]
 
 
 def torn(columns: Mapping[str, Floats], good: Bools) -> dict[int, list[Jumps]]:

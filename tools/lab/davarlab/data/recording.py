@@ -61,6 +61,13 @@ class Recording:
         return self.samples if self.known is None else int(np.count_nonzero(self.known))
 
     @property
+    def even_time(self) -> bool:
+        """Is time_s a whole number of periods at each sample, in their order."""
+        return not self.clock or not (
+            self.clock.cut or self.clock.kind == "uneven" and self.clock.places is not None
+        )
+
+    @property
     def time_s(self) -> Floats:
         """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes
         on in time, not in samples. Not to be written to."""

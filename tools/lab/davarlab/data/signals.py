@@ -7,14 +7,16 @@ from scipy import fft, ndimage
 
 from ..arrays import Floats, Ints
 
-# Samples from which columns are kept in single precision, but for the time and, in a fit, the
-# gyro's.
+# Samples from which columns are kept and transformed in single precision, but for the time and, in
+# a fit, the gyro's.
 NARROW_FROM = 2_000_000
 MEMORY, ASKED = 16, 20_000  # samples before one, and how many are asked, whether they foretell it
 ROUNDING = 1e-6  # of the scatter of a record: below are no noise of a sensor, only digits
 SHORTEST = 4  # samples of a window whose scatter is asked
 SUDDEN = 2.0
 SINGLE_ORDINATES = 80
+PIECE = 1 << 18  # samples that are worked out together where whole records would fill the memory
+WAVE_PIECE = 1024  # samples of a sine that are worked out from one angle
 BIN_RATIO = 1.04
 TOP_RATIO = 1.08  # towards half the sample rate, where a digital filter may have a zero
 TOP_NEAREST = 512
@@ -45,6 +47,19 @@ def inverse(c: Floats) -> Floats:
 def in_time(ordinates: Floats) -> Floats:
     """The record of mean zero with these ordinates 1 .. n - 1."""
     return inverse(np.concatenate([[0.0], ordinates]))
+
+
+def sine(turns: float, samples: int, first: float = 0.0) -> Floats:
+    """sin(2 pi (turns i + first)) of i = 0 .. samples - 1: of the angles within a piece, and of
+    those at which the pieces begin."""
+    length = min(WAVE_PIECE, samples)
+    within = 2 * np.pi * turns * np.arange(length)
+    begin = 2 * np.pi * ((turns * length * np.arange(-(-samples // length)) + first) % 1.0)
+    pieces = np.stack([np.sin(begin), np.cos(begin)], 1) @ np.stack(
+        [np.cos(within), np.sin(within)]
+    )
+    found: Floats = pieces.reshape(-1)[:samples]
+    return found
 
 
 def frequencies(samples: int, rate_hz: float) -> Floats:

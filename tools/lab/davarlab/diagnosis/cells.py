@@ -113,7 +113,7 @@ def cells_in(
     bench = state.bench
     expectation, found = Expectation(state), []
     for count in windows:
-        window = len(y) // count // 2 * 2
+        window = allan.window_of(len(y), count)
         taus = allan.octaves(window)[:most]
         if not taus:
             continue

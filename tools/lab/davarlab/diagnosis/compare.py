@@ -80,14 +80,14 @@ def residual_spectrum(state: State) -> Residual:
 def correlations(state: State, column: str) -> dict[str, tuple[float, float]]:
     """Of the whitened residual with every other column, slow part (below rate / 100) and whole."""
     bench, found = state.bench, {}
-    w = state.bench.residual(state.parts, state.fit)
+    w = state.bench.whitened(state.parts, state.fit)  # of ordinates, as of samples
     level = np.sqrt(bench.data.at_ordinates(state.fit.level))
     for name, values in bench.recording.columns.items():
         if name in ("time_s", column) or name.startswith("gyro_") or np.ptp(values) == 0:
             continue
-        x = signals.in_time(signals.transform(values)[1:] / level)
-        r = float(np.sum(w * x) / np.sqrt(np.sum(w**2) * np.sum(x**2)))
-        found[name] = (r, float(2 * stats.norm.sf(abs(r) * np.sqrt(len(w)))))
+        x = signals.transform(values)[1:] / level
+        r = float(w @ x / np.sqrt((w @ w) * (x @ x)))
+        found[name] = (r, float(2 * stats.norm.sf(abs(r) * np.sqrt(len(w) + 1))))
     return found
 
 

@@ -47,11 +47,19 @@ def why(candidate: Candidate, taken: float | None) -> str:
     return f"{gain}{odds if candidate.gain >= 0.05 else ''}{part}. {candidate.part.effect.physics}"
 
 
-def notes(recording: Recording, model: Model, added: Iterable[str] = ()) -> list[str]:
+def notes(
+    recording: Recording, model: Model, added: Iterable[str] = (), ended: str = ""
+) -> list[str]:
     """Notes that apply to every verdict and are not observations. added: the kinds that the model
-    lacked."""
+    lacked; ended: the bound that ended the search."""
     shared = common_cause.several_axes(recording, model.column) if WANDER & set(added) else ""
-    return [*still_notes(recording, model), *([f"Shared drift: {shared}."] if shared else [])]
+    said = [f"Shared drift: {shared}."] if shared else []
+    if ended:
+        said.append(
+            f"The search ended after {ended}, its limit. It had not tried everything, so further "
+            "effects may be missing. To continue, save the model with improve and diagnose it."
+        )
+    return [*still_notes(recording, model), *said]
 
 
 def still_notes(recording: Recording, model: Model) -> Iterator[str]:

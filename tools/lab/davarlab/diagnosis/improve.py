@@ -381,7 +381,7 @@ def improved(
         shown,
         comparisons,
         base,
-        evidence.notes(recording, model, added),
+        evidence.notes(recording, model, added, found.ended),
         last or given,
         None if judgement.adequate else left(last or given, model, recording, tried),
     )

@@ -67,8 +67,10 @@ def significant(found: Sequence[Candidate]) -> bool:
 
 def retold(state: State, given: int) -> State:
     """Gauss-Markov that was taken while another course hid its levels: now that the course is
-    known, is it telegraph noise?"""
+    known, is it telegraph noise? Once per kind of course: each test costs as much as a step."""
     fresh = state.parts[-1]
+    if any(part.kind == fresh.kind for part in state.parts[given:-1]):
+        return state
     for part in state.parts[given:-1]:
         if part.kind == "gauss_markov" and fresh.role == "mean":
             rest = [other for other in state.parts if other is not part]
@@ -98,7 +100,8 @@ def pruned(state: State, given: int) -> State:
 def loss_without(state: State, rest: Sequence[Part], part: Part) -> float:
     """Log-likelihood that the model loses with this part."""
     if part.role != "variance":
-        return state.fit.log_likelihood - state.bench.fit(rest).log_likelihood
+        left = state.bench.fit(rest, near=state.fit.level)
+        return state.fit.log_likelihood - left.log_likelihood
     recording = state.bench.recording
     blocks = state.bench.blocks(state.parts, state.fit)
     with_it, without = (
@@ -148,6 +151,7 @@ class Search:
     waves: tuple[float, ...] = ()  # Hz, of courses that repeat and are no sine wave
     idle: Mapping[str, tuple[Try, ...]] = nothing()  # kinds that left the error where it was
     asked: Asked | None = None
+    ended: str = ""  # the bound that ended it, in words; empty: nothing was left to take
 
     def ranked(self) -> tuple["Search", list[Candidate]]:
         """(the search, candidates beside its state as they are to be taken); those that are not
@@ -356,9 +360,14 @@ def close_ones(found: Sequence[Candidate]) -> list[Alternative]:
 def forward(state: State, given: int, progress: Progress, draft: bool = False) -> Search:
     """Candidates beyond chance one after the other, the likeliest first. What chance explains
     beside one state is not tried beside the next ones, until nothing else is left (a draft of the
-    spectrum does not ask again); lines are taken one after the other."""
+    spectrum does not ask again); lines are taken one after the other. It ends after
+    SEARCH.steps_most steps, or with the step that reaches SEARCH.fits_most fits."""
     way = Search(state, state, given, draft)
+    work = state.bench.data.work
+    most = work.fits + SEARCH.fits_most
     for _ in range(SEARCH.steps_most):
+        if work.fits >= most:
+            return replace(way, ended=f"{SEARCH.fits_most} fits")
         progress(
             f"looking for lines in addition to {len(way.state.parts)} effects"
             if way.only
@@ -367,8 +376,8 @@ def forward(state: State, given: int, progress: Progress, draft: bool = False) -
         )
         way, more = way.step()
         if not more:
-            break
-    return way
+            return way
+    return replace(way, ended=f"{SEARCH.steps_most} steps")
 
 
 def useful(state: State, given: int) -> tuple[State, list[Part], list[Part]]:

@@ -159,7 +159,7 @@ def fitted(
     recording: Recording, model: Model, y: Floats, known: Bools | None, seen: Sequence[Observation]
 ) -> State:
     """The model's terms at their best on a record without holes."""
-    logged = recording.rate_dps(model.column)
+    logged = y if known is None else recording.rate_dps(model.column)
     known_counts = counts.of(logged if known is None else logged[known], recording.rate_hz)
     shocks = events.find(y, recording.rate_hz, known_counts.reach_dps if known_counts else 0.0)
     bench = Bench(recording, shocks.clean, known_counts, gyro=model.column, logged=logged)
@@ -336,4 +336,5 @@ def refilled(state: State) -> State:
 
 def with_parts(state: State, parts: Sequence[Part]) -> State:
     """Other parts on the same bench."""
-    return replace(state, parts=tuple(parts), fit=state.bench.fit(parts))
+    fit = state.bench.fit(parts, near=state.fit.level)
+    return replace(state, parts=tuple(parts), fit=fit)

@@ -25,13 +25,12 @@ def vibration_square(
     """Mean square of the accelerometer's fast part around each block, over so many blocks together,
     g^2."""
     window, count = max(3, int(recording.rate_hz)), len(blocks.energy)
-    fast = signals.high_passed(recording.column(f"accel_{axis}_g"), window)
-    square = (
-        (fast[: count * blocks.length].reshape(count, blocks.length) ** 2).mean(axis=1)
-        * window
-        / (window - 1)
-    )
-    found: Floats = ndimage.uniform_filter1d(square, together, mode="nearest")
+    key = ("vibration square", axis, blocks.length)
+    if key not in recording.measured:
+        fast = signals.high_passed(recording.column(f"accel_{axis}_g"), window)
+        square = (fast[: count * blocks.length].reshape(count, blocks.length) ** 2).mean(axis=1)
+        recording.measured[key] = square * window / (window - 1)
+    found: Floats = ndimage.uniform_filter1d(recording.measured[key], together, mode="nearest")
     return found
 
 

@@ -27,6 +27,8 @@ def ramp(recording: Recording, _: Values) -> Floats:
 
 
 def line(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
+    if recording.even_time:
+        return signals.sine(shape["frequency_hz"] / recording.rate_hz, recording.samples, turn)
     found: Floats = np.sin(2 * np.pi * (shape["frequency_hz"] * recording.time_s + turn))
     return found
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import fft, ndimage, stats
 
 from ..arrays import Floats
 from ..data import signals
@@ -53,15 +53,15 @@ def cells_of(c: Floats, kurtosis: float = 0.0) -> Floats:
     for low, high in zip(edges[:-1], edges[1:]):
         if high - low < 8 * JUDGE.time_stretches:
             continue
-        part = np.zeros(
-            high + 1
-        )  # no more ordinates than the band needs: its course at a lower rate
-        part[low + 1 :] = c[low:high]
+        # No more ordinates than the band needs: its course at a lower rate.
+        long = high + 1 > signals.PIECE  # there, a length with large factors costs a lot
+        part = np.zeros(fft.next_fast_len(high + 1, real=True) if long else high + 1, np.float32)
+        part[low + 1 : high + 1] = c[low:high]
         x = signals.inverse(part)
         length = len(x) // JUDGE.time_stretches
         energy = (
             x[: length * JUDGE.time_stretches].reshape(JUDGE.time_stretches, length) ** 2
-        ).sum(axis=1)
+        ).sum(axis=1, dtype=np.float64)
         freedom = (high - low) / JUDGE.time_stretches / (1 + kurtosis / 2 * (high - low) / len(c))
         rows.append(normal_score(energy / energy.mean(), freedom))
     return np.array(rows).reshape(-1, JUDGE.time_stretches)

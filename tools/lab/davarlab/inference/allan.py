@@ -76,9 +76,31 @@ def masked(y: Floats, window: int, taus: Sequence[int], known: Bools) -> tuple[F
     return found, shares
 
 
+def window_of(samples: int, count: int) -> int:
+    """Samples of each of so many windows of a record."""
+    unit = JUDGE.means if samples >= JUDGE.means_from else 2
+    return samples // count // unit * unit
+
+
 def measured(y: Floats, window: int, taus: Sequence[int]) -> Floats:
     """Allan deviations of the full windows that follow each other, by lib/: (windows, taus), in the
-    unit of y."""
+    unit of y. Long averaging times of a long record are measured on block means (8.6)."""
+    split = int(np.searchsorted(taus, JUDGE.means * JUDGE.lags_per_cluster))
+    if len(y) < JUDGE.means_from or window % JUDGE.means or not 0 < split < len(taus):
+        return by_library(y, window, taus)
+    means = y[: len(y) // JUDGE.means * JUDGE.means].reshape(-1, JUDGE.means).mean(axis=1)
+    longer = [m // JUDGE.means for m in taus[split:]]
+    return np.hstack(
+        [
+            by_library(y, window, taus[:split]),
+            by_library(means, window // JUDGE.means, longer),
+        ]
+    )
+
+
+def by_library(y: Floats, window: int, taus: Sequence[int]) -> Floats:
+    """Allan deviations of the full windows that follow each other, of clusters that begin at every
+    sample."""
     data = np.ascontiguousarray(y - np.mean(y), dtype=np.float32)
     rows = len(data) // window
     out = np.full((rows, len(taus)), np.nan)

@@ -293,6 +293,7 @@ class Bench:
         from."""
         asked = tuple(part.key for part in parts), restricted
         if asked not in self.data.fits:
+            self.data.work.fits += 1
             self.data.fits[asked] = maximise(
                 self.data,
                 self.rows(parts),

@@ -82,7 +82,8 @@ def line_frequency(bench: Bench, parts: list[Part], index: int) -> float:
 def line_refined(bench: Bench, parts: list[Part], index: int) -> list[Part]:
     moved = parts[index].moved("frequency_hz", line_frequency(bench, parts, index))
     trial = [*parts[:index], moved, *parts[index + 1 :]]
-    better = bench.fit(trial).log_likelihood > bench.fit(parts).log_likelihood
+    before = bench.fit(parts)
+    better = bench.fit(trial, near=before.level).log_likelihood > before.log_likelihood
     bench.forget(parts[index] if better else moved)
     return trial if better else parts
 
@@ -93,6 +94,7 @@ def refine_one(bench: Bench, parts: list[Part], index: int, name: str) -> list[P
         return line_refined(bench, parts, index)
     centre, width = part.shape[name], half_width(bench, part, name)
     least, most = bounds(bench, part, name)
+    before = bench.fit(parts)
 
     def at(x: float) -> Part:
         return part.moved(name, float(min(max(centre * np.exp(x), least), most)))
@@ -100,7 +102,7 @@ def refine_one(bench: Bench, parts: list[Part], index: int, name: str) -> list[P
     def loss(x: float) -> float:
         moved = at(x)
         trial = [*parts[:index], moved, *parts[index + 1 :]]
-        value = -bench.fit(trial).log_likelihood
+        value = -bench.fit(trial, near=before.level).log_likelihood
         if moved.effect.regressor:
             bench.forget(moved)
         return value
@@ -111,7 +113,7 @@ def refine_one(bench: Bench, parts: list[Part], index: int, name: str) -> list[P
         method="bounded",
         options={"xatol": width * 2e-3, "maxiter": 24},
     )
-    if best.fun >= -bench.fit(parts).log_likelihood:
+    if best.fun >= -before.log_likelihood:
         return parts
     bench.forget(part)
     return [*parts[:index], at(best.x), *parts[index + 1 :]]

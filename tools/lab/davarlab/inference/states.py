@@ -20,7 +20,9 @@ def averaged(x: Floats, block: int) -> Floats:
 def times(a: Floats, b: Floats) -> tuple[Floats, Floats]:
     """Products of matrices that stand along the last axis, each scaled to 1, and the logarithms of
     the scales."""
-    found = np.einsum("ijn,jkn->ikn", a, b)
+    found = a[:, :1] * b[:1]
+    for j in range(1, len(b)):
+        found += a[:, j : j + 1] * b[j : j + 1]
     scale = found.max(axis=(0, 1))
     return found / scale, np.log(scale)
 

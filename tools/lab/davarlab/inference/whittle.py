@@ -28,16 +28,24 @@ class Fit:
     measured: dict[Any, Any] = field(default_factory=dict)
 
 
+@dataclass
+class Work:
+    """What an analysis has cost: fits of sizes, and transforms of columns. The same on every
+    machine, so a search can be bounded by it."""
+
+    fits: int = 0
+    transforms: int = 0
+
+
 class Data:
     """A recording in the cosine domain: the gyro and, on demand, columns; all products summed per
-    bin and remembered."""
+    bin and remembered. `work`: shared with what is derived from it."""
 
     def __init__(self, y: Floats, rate_hz: float, edges: Ints | None = None) -> None:
-        self.rate_hz, self.samples = rate_hz, len(y)
+        self.rate_hz, self.samples, self.work = rate_hz, len(y), Work()
         self.f = signals.frequencies(len(y), rate_hz)
         self.columns: dict[str, tuple[Floats, float]] = {}
         self.bands: Bands = ()
-        self.logarithms: Floats | None = None
         self.cut(signals.bin_edges(len(y) - 1))
         self.add("gyro", y)
 
@@ -79,16 +87,16 @@ class Data:
         """Columns are scaled to unit norm inside; `scale` undoes it. A constant column has scale 0.
         Of a slow one, means of `together` samples say all: the ordinates behind theirs are 0 and
         not kept (1.4)."""
+        self.work.transforms += 1
         count = len(x) // together
         x = x[: count * together].reshape(count, together).mean(axis=1) if together > 1 else x
-        c = np.sqrt(together) * signals.transform(x - x.mean())[1:]
-        norm = 1.0 if key == "gyro" else float(np.sqrt(c @ c))
+        off = x - x.mean()
+        norm = 1.0 if key == "gyro" else float(np.sqrt(together * (off @ off)))
         ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
-        kind = np.float32 if self.samples >= signals.NARROW_FROM and key != "gyro" else np.float64
-        self.columns[key] = (
-            (c / norm if ok else c * 0).astype(kind, copy=False),
-            norm if ok else 0.0,
-        )
+        off *= np.sqrt(together) / norm if ok else 0.0
+        narrow = self.samples >= signals.NARROW_FROM and key != "gyro"
+        c = signals.transform(off.astype(np.float32) if narrow else off)[1:]
+        self.columns[key] = c, norm if ok else 0.0
 
     def scale(self, key: str) -> float:
         return self.columns[key][1]
@@ -123,14 +131,17 @@ class Data:
     def whitened(self, level: Floats, coefficients: Floats, keys: Sequence[str]) -> Floats:
         """The residual with the model's spectrum divided out: unit white noise when the model is
         true."""
-        found: Floats = self.without(coefficients, keys) / np.sqrt(self.at_ordinates(level))
+        found, scale = self.without(coefficients, keys), self.at_ordinates(level)
+        found /= np.sqrt(scale, out=scale)
         return found
 
     def at_ordinates(self, level: Floats) -> Floats:
         """A level per bin at every ordinate."""
-        if self.logarithms is None:
-            self.logarithms = np.log(self.f)
-        return np.interp(self.logarithms, np.log(self.f_bin), level)
+        found, middle = np.empty_like(self.f), np.log(self.f_bin)
+        for first in range(0, len(found), signals.PIECE):
+            part = slice(first, first + signals.PIECE)
+            found[part] = np.interp(np.log(self.f[part]), middle, level)
+        return found
 
 
 @dataclass
@@ -187,24 +198,32 @@ def non_negative_step(shapes: Floats, wanted: Floats, weight: Floats) -> Floats:
     design = shapes * weight
     norm = np.sqrt(np.einsum("ij,ij->i", design, design))
     design, wanted = design / norm[:, None], wanted * weight
-    free = solved(design @ design.T, design @ wanted)
-    if free is None or free.min() < 0:
+    right = design @ wanted
+    factor = factored(design @ design.T)
+    if factor is None:
         free = optimize.nnls(design.T, wanted)[0]
+    else:
+        free = linalg.cho_solve((factor, False), right, check_finite=False)
+        if free.min() < 0:  # the same problem with as many rows as there are shapes
+            inner = linalg.solve_triangular(factor, right, trans="T", check_finite=False)
+            free = optimize.nnls(factor, inner)[0]
     found: Floats = free / norm
     return found
 
 
-def solved(matrix: Floats, right: Floats) -> Floats | None:
-    """The solution of well-posed normal equations; None: they are not."""
+def factored(matrix: Floats) -> Floats | None:
+    """The upper triangular R of well-posed normal equations, R'R; None: they are not."""
     try:
-        factor = linalg.cho_factor(matrix, check_finite=False)
+        factor: Floats = linalg.cholesky(matrix, check_finite=False)
     except linalg.LinAlgError:
         return None
-    return (
-        linalg.cho_solve(factor, right, check_finite=False)
-        if factor[0].diagonal().min() > FIT.pivot_least
-        else None
-    )
+    return factor if factor.diagonal().min() > FIT.pivot_least else None
+
+
+def solved(matrix: Floats, right: Floats) -> Floats | None:
+    """The solution of well-posed normal equations; None: they are not."""
+    factor = factored(matrix)
+    return None if factor is None else linalg.cho_solve((factor, False), right, check_finite=False)
 
 
 def inverse_of(matrix: Floats) -> Floats:
