@@ -148,6 +148,15 @@ class Start:
     moving_share: float = of(
         0.02, "share of the samples", "choice", "that differs from the sample before"
     )
+    few_known: float = of(
+        0.4,
+        "share of the samples",
+        "choice (DESIGN 12.2)",
+        "that is known, below which any model is a better guess of what is missing",
+    )
+    few_draws: int = of(
+        4, "draws", "choice (DESIGN 12.2)", "of the missing samples at first, where few are known"
+    )
     far_p: float = of(
         1e-9,
         "chance",
@@ -349,6 +358,31 @@ class Line:
         "choice",
         "that a line must be surer of its place than to be its harmonic",
     )
+
+
+@dataclass(frozen=True)
+class Image:
+    """Images of lines by regular gaps: inference/images.py."""
+
+    power: float = of(
+        0.1,
+        "of the line's power",
+        "choice (DESIGN 12.4)",
+        "from which an image counts: gaps that take a quarter of the time",
+    )
+    recurrent: int = of(
+        30, "gaps", "choice", "that are regular, from which a line has images and no wide lobe"
+    )
+    slow_gaps: int = of(
+        32, "gaps", "choice", "over which the level of the known samples is removed before"
+    )
+    background: int = of(
+        512, "half ordinates", "choice", "of which the median is the level about a line"
+    )
+    chance: float = of(
+        0.001, "chance", "choice", "that a record without a line shows one to be continued in gaps"
+    )
+    lines_most: int = of(8, "lines", "choice", "that are continued in the gaps")
 
 
 @dataclass(frozen=True)
@@ -583,6 +617,7 @@ START = Start()
 SEARCH = Search()
 TRIES = Tries()
 LINE = Line()
+IMAGE = Image()
 STEP = Step()
 LEVELS = Levels()
 COLUMN = Column()
@@ -597,6 +632,7 @@ TABLE = {
     "SEARCH": SEARCH,
     "TRIES": TRIES,
     "LINE": LINE,
+    "IMAGE": IMAGE,
     "STEP": STEP,
     "LEVELS": LEVELS,
     "COLUMN": COLUMN,

@@ -15,7 +15,7 @@ from ..data.events import Shocks
 from ..data.observations import Observation
 from ..data.recording import MINIMUM_SAMPLES, Recording
 from ..errors import BadInput
-from ..inference import adequacy, changes, gaps, modulation, refine
+from ..inference import adequacy, changes, gaps, images, modulation, refine
 from ..inference.adequacy import Adequacy
 from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part, as_spectra, part_of
@@ -94,11 +94,18 @@ def start(recording: Recording, model: Model, progress: Progress = lambda text: 
         return fitted(recording, model, y, None, seen)
     recording = at_rest(recording, known, model.column)
     progress(f"simulating {np.count_nonzero(~known)} missing samples")
+    lines = images.lines(y, known)
+    y = y - lines
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
     first = fitted(recording, model, drawn, known, seen)
     # The ripple of the first level is chance and would confirm itself; so would a model that is far
-    # from the record.
-    return redrawn(first, model) if spectrum_p(first) > START.far_p else first
+    # from the record. Where hardly any sample is known, the ripple is larger than what it is of.
+    few = known.mean() < START.few_known
+    near = few or spectrum_p(first) > START.far_p
+    for _ in range((START.few_draws if few else 1) * near):
+        drawn = drawn_by(first, 1)
+        first = fitted(recording, model, drawn, known, seen)
+    return fitted(recording, model, lines + drawn, known, seen) if lines.any() else first
 
 
 def spectrum_p(state: State) -> float:
@@ -131,6 +138,7 @@ def drawn_by(state: State, seed: int) -> Floats:
         state.bench.mean_course(state.parts, state.fit),
         state.bench.data.at_ordinates(state.fit.level),
     )
+    course = course + images.lines(state.shocks.raw - course, state.known)
     return course + gaps.conditional_draw(
         state.shocks.raw - course, state.known, level, np.random.default_rng(seed)
     )

@@ -26,9 +26,11 @@ def first_level(y: Floats, known: Bools) -> Floats:
     width = np.diff(edges)
     level = np.add.reduceat(spectrum, edges[:-1]) / width
     usual = np.median(level)  # below 0 where few pairs of samples are known of a walk
-    return np.repeat(
+    level = np.repeat(
         np.maximum(level, FIT.level_floor * (usual if usual > 0 else np.abs(level).mean())), width
     )
+    found: Floats = level * (covariance[0] / level.mean())  # the floor adds none to the variance
+    return found
 
 
 def conditional_draw(y: Floats, known: Bools, level: Floats, rng: np.random.Generator) -> Floats:
