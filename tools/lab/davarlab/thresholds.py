@@ -154,8 +154,14 @@ class Start:
         "choice (DESIGN 12.2)",
         "that is known, below which any model is a better guess of what is missing",
     )
+    moved_most: float = of(
+        0.5,
+        "share of the samples",
+        "choice (DESIGN 13.1)",
+        "with motion, from which none is a rest",
+    )
     few_draws: int = of(
-        4, "draws", "choice (DESIGN 12.2)", "of the missing samples at first, where few are known"
+        2, "draws", "choice (DESIGN 12.2)", "of the missing samples at first, where few are known"
     )
     far_p: float = of(
         1e-9,
@@ -367,7 +373,7 @@ class Image:
     power: float = of(
         0.1,
         "of the line's power",
-        "choice (DESIGN 12.4)",
+        "choice (DESIGN 12.5)",
         "from which an image counts: gaps that take a quarter of the time",
     )
     recurrent: int = of(

@@ -18,6 +18,7 @@ COARSER = (
 LEVELS = 8  # distinct values that a column needs before its extremes are tested for clipping
 PILED = 8  # a clipped extreme occurs more often than this many times its neighbouring values
 LISTED = 100  # number of intervals that are listed, the longest ones
+REGULAR, STRAY = 30, 0.25  # blocks, and their distances' share of the usual one: regular gaps
 TIMES = 8  # number of times that a sentence lists
 
 
@@ -161,6 +162,7 @@ def lost(recording: Recording, known: Bools) -> Observation | None:
         f"{mask.sum()} samples are missing, at most {longest} in a row. The analysis fills them "
         "with random noise from the model's spectrum. No Allan deviation spans them."
     )
+    detail += in_blocks(recording, known)
     cut = recording.clock.cut if recording.clock else ()
     if cut:
         detail += (
@@ -169,6 +171,25 @@ def lost(recording: Recording, known: Bools) -> Observation | None:
             f"shortened to {longest} samples."
         )
     return of_mask("lost_samples", recording, mask, detail)
+
+
+def in_blocks(recording: Recording, known: Bools) -> str:
+    """A sentence on samples that come in blocks with regular gaps between; "" where they do not."""
+    runs = motion.stretches(known)
+    apart = np.diff([first for first, _ in runs])
+    if len(apart) < REGULAR:
+        return ""
+    low, usual, high = np.percentile(apart, (25, 50, 75))
+    if low < (1 - STRAY) * usual or high > (1 + STRAY) * usual:
+        return ""
+    length = int(np.median([end - first for first, end in runs]))
+    return (
+        f" The samples come in blocks of {length}, every {usual / recording.rate_hz:.3g} s "
+        f"({recording.rate_hz / usual:.3g} per second), with gaps between: the FIFO or the bus is "
+        "not read fast enough, or it is switched off between the blocks. Frequencies are those of "
+        "the real time, but a line has images at multiples of that rate. Read every sample of the "
+        "FIFO, or lower the sensor's rate."
+    )
 
 
 def stamps(recording: Recording) -> Observation | None:

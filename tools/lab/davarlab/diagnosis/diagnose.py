@@ -18,7 +18,8 @@ class Diagnosis:
     to find out (identifiable.Alternative); added: the kinds that forward selection took, in order;
     states: the model before and after each of them; remaining: candidates beside the last model;
     useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds
-    of what was beyond chance and is not named, and why."""
+    of what was beyond chance and is not named, and why; outdone: kinds that joined and left
+    again, because later ones explain them."""
 
     verdict: str
     ranking: list[Candidate]
@@ -28,6 +29,7 @@ class Diagnosis:
     remaining: list[Candidate] = field(default_factory=list)
     useless: list[Part] = field(default_factory=list)
     doubtful: dict[str, str] = field(default_factory=dict)
+    outdone: list[str] = field(default_factory=list)
 
 
 def diagnose(
@@ -51,4 +53,5 @@ def diagnose(
         list(way.last),
         useless,
         dict(way.doubtful),
+        sorted(way.outdone - set(states[-1].model_kinds)) if added else [],
     )

@@ -159,7 +159,7 @@ def widened(one: Estimate, two: Estimate) -> Estimate:
 
 def of_share(one: Estimate, share: float) -> Estimate:
     """An estimate from this share of the samples, the rest drawn: what is drawn says nothing, so
-    the interval is that of all samples, wider by the square root of their ratio (12.5)."""
+    the interval is that of all samples, wider by the square root of their ratio (12.4)."""
     if one.low is None or one.high is None or share == 1:
         return one
     times, value = 1 / np.sqrt(share), one.number

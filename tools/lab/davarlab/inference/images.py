@@ -1,5 +1,5 @@
 """Images of a line: what a regular pattern of missing samples shows of it at other frequencies
-(DESIGN 12.4). Frequencies are in cycles per sample of the grid."""
+(DESIGN 12.5). Frequencies are in cycles per sample of the grid."""
 
 from collections.abc import Sequence
 

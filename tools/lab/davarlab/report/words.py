@@ -400,6 +400,18 @@ def verdict_of_recording(found: Improvement) -> tuple[str, str]:
     )
 
 
+def outdone(found: Improvement) -> str:
+    """The effects that the search removed again, in one sentence; "" without one."""
+    kinds = [kind for kind in found.diagnosis.outdone if kind not in found.added]
+    if not kinds or not found.added:
+        return ""
+    was, them = ("was", "it") if len(kinds) == 1 else ("were", "them")
+    return (
+        f" {listed(kinds)} {was} added on the way and removed again, because later effects explain "
+        f"{them}."
+    )
+
+
 def improvement(found: Improvement) -> str:
     first, last = found.steps[0], found.steps[-1]
     refitted = f" ({found.refitted.error:.3f} refitted)" if found.refitted else ""
@@ -417,7 +429,7 @@ def improvement(found: Improvement) -> str:
             " On the held-out recording, it changes from "
             f"{first.error_held_out:.3f} to {last.error_held_out:.3f}."
         )
-    return sentence
+    return sentence + outdone(found)
 
 
 def confirmations(found: Improvement) -> list[str]:
