@@ -140,8 +140,9 @@ class Images(unittest.TestCase):
     def test_slow_noise_shows_no_line(self):
         for seed in range(40, 43):
             y, known, _ = self.filled(seed)
-            walk = 0.01 * np.cumsum(np.random.default_rng(seed).standard_normal(len(y)))
-            self.assertFalse(images.lines(y + walk * known, known).any(), seed)
+            walk = np.cumsum(np.random.default_rng(seed).standard_normal(len(y)))
+            for size in (0.001, 0.01):
+                self.assertFalse(images.lines(y + size * walk * known, known).any(), seed)
 
     def test_images_are_at_multiples_of_the_block_rate(self):
         shifts = images.shifts(self.filled(1)[1]) * 968

@@ -380,10 +380,10 @@ class Image:
         30, "gaps", "choice", "that are regular, from which a line has images and no wide lobe"
     )
     slow_gaps: int = of(
-        32, "gaps", "choice", "over which the level of the known samples is removed before"
+        16, "gaps", "choice", "over which the level of the known samples is removed before"
     )
     background: int = of(
-        512, "half ordinates", "choice", "of which the median is the level about a line"
+        256, "half ordinates", "choice", "of which the median is the level about a line"
     )
     chance: float = of(
         0.001, "chance", "choice", "that a record without a line shows one to be continued in gaps"

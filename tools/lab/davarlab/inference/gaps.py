@@ -42,7 +42,10 @@ def conditional_draw(y: Floats, known: Bools, level: Floats, rng: np.random.Gene
     mean = y[known].mean()
     level = np.concatenate([[level[0]], level])
     pull = signals.transform(np.where(known, y - mean, 0.0)) / level
-    push = rng.standard_normal(len(y)) / np.sqrt(level)
+    push = rng.standard_normal(len(y))
+    push /= np.sqrt(np.mean(push**2)) * np.sqrt(
+        level
+    )  # of the variance that is asked, not by chance
     # The mean and the draw apart: beside a strong slow course the fast part of a draw would be lost
     # in its tolerance.
     drawn = y.astype(float)

@@ -1,8 +1,6 @@
 """Images of a line: what a regular pattern of missing samples shows of it at other frequencies
 (DESIGN 12.5). Frequencies are in cycles per sample of the grid."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy import fft, ndimage, optimize
 
@@ -69,10 +67,10 @@ def refined(values: Floats, known: Bools, f: float) -> float:
     )
 
 
-def turning(frequencies: Sequence[float], places: Floats) -> Floats:
-    """Cosine and sine of each frequency at some places: columns."""
-    turns = 2 * np.pi * np.outer(places, frequencies)
-    return np.concatenate([np.cos(turns), np.sin(turns)], axis=1)
+def turning(f: float, count: int) -> list[Floats]:
+    """Cosine and sine of a frequency."""
+    turns = 2 * np.pi * f * np.arange(count)
+    return [np.cos(turns), np.sin(turns)]
 
 
 def lines(y: Floats, known: Bools) -> Floats:
@@ -84,19 +82,21 @@ def lines(y: Floats, known: Bools) -> Floats:
         return course
     values = without_slow(y, known, shifted)
     rest, found = values, list[float]()
-    places = np.flatnonzero(known).astype(float)
+    rows = list[Floats]()  # cosine and sine of each line at the known samples, as the values are
     for _ in range(IMAGE.lines_most):
         gain = gains(rest)
         best = int(np.argmax(gain))
         if gain[best] < np.log(len(gain) / IMAGE.chance):
             break
         found.append(refined(rest, known, best / (2 * len(y))))
-        columns = turning(found, places)
+        rows += [without_slow(x, known, shifted)[known] for x in turning(found[-1], len(y))]
+        columns = np.column_stack(rows)
         sizes = np.linalg.solve(columns.T @ columns, columns.T @ values[known])
         rest = values.copy()
         rest[known] -= columns @ sizes
-    if found:
-        course = turning(found, np.arange(len(y), dtype=float)) @ sizes
+    for place, f in enumerate(found):
+        for size, x in zip(sizes[2 * place :], turning(f, len(y))):
+            course += size * x
     return course
 
 
