@@ -40,6 +40,7 @@ TILT_BLOCKS = 9  # before and after, that the course of a tilt is compared in
 REST_DPS, WHITER = 0.35, 3.0
 PAUSE_S = 3.0  # a rest between two stretches that is shorter belongs to them
 GROW_S, GROW = 0.5, 4.0  # blocks beside motion, and robust standard deviations from which they move
+SHORTEST = 4  # samples of such a block
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
 
@@ -433,8 +434,8 @@ def grown_to(
 ) -> Bools:
     """The motion with the loud blocks beside it, one after the other: how a touch begins and
     fades. Noise that stays grown is not part of it."""
-    still, length = good & ~moved, max(16, int(GROW_S * rate_hz))
-    if not moved.any() or still.sum() < MINIMUM or len(good) < 16 * length:
+    still, length = good & ~moved, int(GROW_S * rate_hz)
+    if length < SHORTEST or not moved.any() or still.sum() < MINIMUM:
         return moved
     count = averaged(still.astype(float), length)
     known = count > 0.5
@@ -449,7 +450,7 @@ def grown_to(
         sd = 1.4826 * np.median(np.abs(scale[known] - usual))
         louder = expanded(known & (scale > usual + GROW * sd), length, len(good)) & still
         for first, end in stretches(louder):
-            lasting = end - first > STEADY_S * rate_hz and steady(w, first, end)
+            lasting = end - first > max(64, STEADY_S * rate_hz) and steady(w, first, end)
             found[first:end] |= near[first:end].any() and not lasting
     return found
 
