@@ -166,16 +166,19 @@ class Images(unittest.TestCase):
                 Term("bias_instability", {"coefficient_deg_per_h": 1.0}),
             ],
         )
-        for seed, f in ((51, 49.2), (52, 133.7)):
+        true, company = 60 * self.SIGMA / np.sqrt(968), 0
+        for seed, f in zip(range(51, 57), (49.2, 133.7, 12.9, 300.1, 89.5, 221.4)):
             y, known, _ = self.filled(seed, (0.012, f))
             columns = {"time_s": np.flatnonzero(known) / 968, "gyro_x_dps": y[known]}
             made = recording.of_columns(columns, None, "r.csv", {}, 1)
             found = improve.improve(made, model)
-            self.assertEqual(found.added, ["sinusoid"], (seed, found.diagnosis.doubtful))
-            self.assertAlmostEqual(found.estimates[-1]["frequency_hz"].value, f, delta=0.05)
+            named = [one["frequency_hz"].value for one in found.estimates if "frequency_hz" in one]
+            self.assertEqual(len(named), 1, (seed, found.added, found.diagnosis.doubtful))
+            self.assertAlmostEqual(named[0], f, delta=0.05)
             arw = found.estimates[0]["coefficient_deg_per_sqrt_h"]
-            true = 60 * self.SIGMA / np.sqrt(968)
             self.assertAlmostEqual(arw.value, true, delta=0.04 * true)
+            company += found.added != ["sinusoid"]
+        self.assertLessEqual(company, 1)  # by chance, rarely
 
 
 class Deviations(unittest.TestCase):

@@ -1,6 +1,8 @@
 """Images of a line: what a regular pattern of missing samples shows of it at other frequencies
 (DESIGN 12.5). Frequencies are in cycles per sample of the grid."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy import fft, ndimage, optimize
 
@@ -37,34 +39,36 @@ def without_slow(y: Floats, known: Bools, shifted: Floats) -> Floats:
     return np.where(known, values - level / np.maximum(share, 1e-9), 0.0)
 
 
-def gains(values: Floats) -> Floats:
-    """Log-likelihood that a line gains at each frequency k / 2n, from the known samples alone; at
-    most, where the noise about it is below what is usual."""
+def powers(values: Floats) -> tuple[Floats, Floats]:
+    """Of the known samples at each frequency k / 2n: (power, that of the noise about it, at least
+    what is usual). Their ratio is the log-likelihood that a line gains."""
     power = np.abs(fft.rfft(values, 2 * len(values))) ** 2
     length = min(IMAGE.background, len(power))
     usual = np.median(power[: len(power) // length * length].reshape(-1, length), axis=1)
     usual = np.maximum(usual, np.median(usual))
     places = (np.arange(len(usual)) + 0.5) * length
     level = np.interp(np.arange(len(power)), places, usual) / np.log(2)
-    found: Floats = power / np.maximum(level, 1e-300)
-    found[: IMAGE.recurrent] = 0
-    found[-IMAGE.recurrent :] = 0
-    return found
+    power[: IMAGE.recurrent] = 0
+    power[-IMAGE.recurrent :] = 0
+    return power, np.maximum(level, 1e-300)
 
 
-def refined(values: Floats, known: Bools, f: float) -> float:
-    """The frequency near f at which a line takes most of the known samples."""
+def strongest(values: Floats, known: Bools, near: Sequence[float]) -> float:
+    """The frequency, near one of these, at which a line takes most of the known samples: of a line
+    and its images the line. The noise about it counts some of its power, so it is not compared."""
     places, step = np.flatnonzero(known), 0.5 / len(values)
     part = values[places]
 
     def lacking(g: float) -> float:
         return -float(np.abs(part @ np.exp(-2j * np.pi * g * places)))
 
-    return float(
+    tried = [
         optimize.minimize_scalar(
             lacking, bounds=(f - step, f + step), method="bounded", options={"xatol": step / 100}
-        ).x
-    )
+        )
+        for f in near
+    ]
+    return float(min(tried, key=lambda one: one.fun).x)
 
 
 def turning(f: float, count: int) -> list[Floats]:
@@ -84,11 +88,12 @@ def lines(y: Floats, known: Bools) -> Floats:
     rest, found = values, list[float]()
     rows = list[Floats]()  # cosine and sine of each line at the known samples, as the values are
     for _ in range(IMAGE.lines_most):
-        gain = gains(rest)
-        best = int(np.argmax(gain))
-        if gain[best] < np.log(len(gain) / IMAGE.chance):
+        power, level = powers(rest)
+        best = int(np.argmax(power / level))
+        if power[best] < level[best] * np.log(len(power) / IMAGE.chance):
             break
-        found.append(refined(rest, known, best / (2 * len(y))))
+        f = best / (2 * len(y))
+        found.append(strongest(rest, known, [f, *of_line(f, shifted)]))
         rows += [without_slow(x, known, shifted)[known] for x in turning(found[-1], len(y))]
         columns = np.column_stack(rows)
         sizes = np.linalg.solve(columns.T @ columns, columns.T @ values[known])
@@ -102,11 +107,13 @@ def lines(y: Floats, known: Bools) -> Floats:
 
 def likelier(values: Floats, f: float, half_width: float, shifted: Floats) -> float | None:
     """The image of a line at f that the known samples show as well or better; None without one."""
-    gain, reach = gains(values), max(2, round(2 * len(values) * half_width))
+    power, level = powers(values)
+    reach = max(2, round(2 * len(values) * half_width))
+    noise = level[min(round(2 * len(values) * f), len(level) - 1)]
 
     def about(g: float) -> float:
         place = round(2 * len(values) * g)
-        return float(gain[max(0, place - reach) : place + reach + 1].sum()) / 2
+        return float(power[max(0, place - reach) : place + reach + 1].sum() / noise) / 2
 
     images = of_line(f, shifted)
     images = images[np.abs(images - f) > reach / len(values)]
