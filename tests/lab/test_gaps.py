@@ -3,9 +3,12 @@
 import unittest
 
 import numpy as np
+from davarlab.data import recording
 from davarlab.data.recording import Recording
-from davarlab.inference import allan, estimate, gaps
+from davarlab.diagnosis import improve
+from davarlab.inference import allan, estimate, gaps, images
 from davarlab.inference.parts import Bench, Part
+from davarlab.model import Model, Term
 from scipy import fft, linalg
 
 RATE, N_DEG, B_DEG = 50.0, 0.3, 6.0
@@ -95,6 +98,87 @@ class Draws(unittest.TestCase):
         self.assertGreaterEqual(
             inside, tries - 6
         )  # 95 %; where half is lost the draw's own scatter comes on top
+
+
+def blocks(rng, seconds=60.0, rate=968.0, length=4, every_s=0.0248):
+    """Places on the grid of a FIFO that is read too late: a quarter of the blocks comes late."""
+    start = np.arange(int(seconds / every_s)) * every_s * rate
+    start += length * (rng.random(len(start)) < 0.25)
+    return np.round(start[:, None] + np.arange(length)).astype(int).ravel()
+
+
+class Images(unittest.TestCase):
+    """Samples in regular blocks show a line at other frequencies too."""
+
+    SIGMA = 0.02  # deg/s a sample
+
+    def filled(self, seed, *lines):
+        """(record with zeros where it is missing, known, the lines everywhere); lines: (amplitude,
+        Hz) at 968 Hz."""
+        rng = np.random.default_rng(seed)
+        at = blocks(rng)
+        known = np.zeros(at[-1] + 1, bool)
+        known[at] = True
+        turns = 2 * np.pi * np.arange(len(known)) / 968
+        true = sum(
+            (a * np.sin(f * turns + rng.uniform(0, 6)) for a, f in lines), np.zeros(len(known))
+        )
+        y = true + self.SIGMA * rng.standard_normal(len(known)) + 0.3
+        return np.where(known, y, 0.0), known, true
+
+    def test_lines_go_on_through_the_gaps_and_their_images_do_not(self):
+        for seed in range(11, 15):
+            for lines in (((0.012, 49.2),), ((0.02, 171.3), (0.01, 12.7))):
+                y, known, true = self.filled(seed, *lines)
+                off = images.lines(y, known) - true
+                self.assertLess(off.std(), 0.1 * true.std(), (seed, lines))
+
+    def test_noise_alone_shows_no_line(self):
+        shown = sum(images.lines(*self.filled(seed)[:2]).any() for seed in range(20, 40))
+        self.assertLessEqual(shown, 1)
+
+    def test_slow_noise_shows_no_line(self):
+        for seed in range(40, 43):
+            y, known, _ = self.filled(seed)
+            walk = np.cumsum(np.random.default_rng(seed).standard_normal(len(y)))
+            for size in (0.001, 0.01):
+                self.assertFalse(images.lines(y + size * walk * known, known).any(), seed)
+
+    def test_images_are_at_multiples_of_the_block_rate(self):
+        shifts = images.shifts(self.filled(1)[1]) * 968
+        np.testing.assert_allclose(shifts, np.arange(1, len(shifts) + 1) / 0.0248, rtol=1e-3)
+        near = images.of_line(49.2 / 968, shifts / 968) * 968
+        for f in (49.2 - 40.32, 49.2 + 40.32):
+            self.assertLess(np.abs(near - f).min(), 0.1)
+
+    def test_random_and_single_gaps_have_none(self):
+        rng = np.random.default_rng(3)
+        for known in (rng.random(60000) > 0.4, np.abs(np.arange(60000) - 30000) > 9000):
+            self.assertEqual(len(images.shifts(known)), 0)
+        self.assertEqual(len(images.shifts(None)), 0)
+
+    def test_a_diagnosis_names_the_line_and_nothing_else(self):
+        model = Model(
+            968.0,
+            "gyro_x_dps",
+            [
+                Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.04}),
+                Term("bias_instability", {"coefficient_deg_per_h": 1.0}),
+            ],
+        )
+        true, company = 60 * self.SIGMA / np.sqrt(968), 0
+        for seed, f in zip(range(51, 57), (49.2, 133.7, 12.9, 300.1, 89.5, 221.4)):
+            y, known, _ = self.filled(seed, (0.012, f))
+            columns = {"time_s": np.flatnonzero(known) / 968, "gyro_x_dps": y[known]}
+            made = recording.of_columns(columns, None, "r.csv", {}, 1)
+            found = improve.improve(made, model)
+            named = [one["frequency_hz"].value for one in found.estimates if "frequency_hz" in one]
+            self.assertEqual(len(named), 1, (seed, found.added, found.diagnosis.doubtful))
+            self.assertAlmostEqual(named[0], f, delta=0.05)
+            arw = found.estimates[0]["coefficient_deg_per_sqrt_h"]
+            self.assertAlmostEqual(arw.value, true, delta=0.04 * true)
+            company += found.added != ["sinusoid"]
+        self.assertLessEqual(company, 1)  # by chance, rarely
 
 
 class Deviations(unittest.TestCase):

@@ -1,5 +1,6 @@
 """What is in a record and no error of the sensor, on recordings made by formulas of this file."""
 
+import os
 import tempfile
 import unittest
 import warnings
@@ -11,8 +12,13 @@ import numpy as np
 from davarlab.data import clock, events, observations, recording
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import improve, state
+from davarlab.errors import BadInput
 from davarlab.model import Model, Term
 
+REAL = Path(
+    os.environ.get("DAVAR_REAL_DATA", Path(__file__).resolve().parents[3] / "shared/data/real")
+)
+POSES = "xsens_mti_hand_poses.csv.gz"
 RATE = 100.0
 WHITE = "coefficient_deg_per_sqrt_h"
 QUIET = (
@@ -58,6 +64,24 @@ def read(columns):
             comments="",
         )
         return recording.read(path)
+
+
+def said_of(columns):
+    """The observations on a recording with stamps, by kind."""
+    return {entry.kind: entry for entry in observations.find(read(columns), "gyro_x_dps")}
+
+
+def shaken(columns, start_s, stop_s, size_dps, size_g, rng):
+    """The recording, moved by hand for a while: slow waves in every axis."""
+    t = np.arange(len(columns["gyro_x_dps"])) / RATE
+    ramp = np.clip((t - start_s) / 0.3, 0, 1) * np.clip((stop_s - t) / 0.3, 0, 1)
+    for name in columns:
+        size = size_dps if name.startswith("gyro") else size_g
+        for f in rng.uniform(0.5, 4, 4):
+            columns[name] = columns[name] + size / 2 * ramp * np.sin(
+                2 * np.pi * f * t + rng.uniform(0, 6)
+            )
+    return (t > start_s) & (t < stop_s)
 
 
 def stamped(keep, jitter=0.0, seed=2):
@@ -123,6 +147,45 @@ class Motion(unittest.TestCase):
             columns = still()
             columns["gyro_x_dps"] += course
             self.assertNotIn("motion", said(columns)[0])
+
+    def test_touches_beside_each_other_and_the_pause_between_are_cut_out(self):
+        for seed in (61, 62, 63):
+            rng, columns = np.random.default_rng(seed), still(seed=seed)
+            a = rng.uniform(100, 150)
+            moving = shaken(columns, a, a + 18, 0.4, 0.01, rng)
+            moving |= shaken(columns, a + 18.7, a + 33, 0.4, 0.01, rng)
+            _, kept = said(columns)
+            self.assertLess(np.count_nonzero(kept & moving) / RATE, 0.5, seed)
+            self.assertLess(np.count_nonzero(~kept) / RATE, 50, seed)
+
+    def test_a_record_that_moves_most_of_the_time_is_refused(self):
+        model = Model(
+            RATE,
+            "gyro_x_dps",
+            [
+                Term("angle_random_walk", {WHITE: 0.6}),
+                Term("bias_instability", {"coefficient_deg_per_h": 1.0}),
+            ],
+        )
+        for seed, seconds, start in ((71, 25, 0), (72, 25, 1), (73, 200, 80)):
+            rng, columns = np.random.default_rng(seed), still(seconds, seed)
+            shaken(columns, start, seconds, 30, 0.2, rng)
+            with self.assertRaisesRegex(BadInput, "not a recording at rest .*record again"):
+                state.start(Recording(columns, RATE, "r.csv"), model)
+        columns = still(200, 74)
+        shaken(columns, 130, 200, 30, 0.2, np.random.default_rng(74))
+        state.start(Recording(columns, RATE, "r.csv"), model)
+
+    def test_noisy_sensors_at_rest_do_not_move(self):
+        for seed, sigma in ((81, 1.0), (82, 5.0), (83, 20.0)):
+            self.assertNotIn("motion", said(still(60, seed, sigma=sigma))[0], sigma)
+
+    @unittest.skipUnless((REAL / POSES).exists(), f"{POSES} is absent")
+    def test_hand_poses_are_no_recording_at_rest(self):
+        made = recording.read(REAL / POSES)
+        terms = [Term("angle_random_walk", {WHITE: 2.0})]
+        with self.assertRaisesRegex(BadInput, "moves in [56]. % of the recording"):
+            state.start(made, Model(made.rate_hz, "gyro_x_dps", terms))
 
 
 class Samples(unittest.TestCase):
@@ -360,6 +423,31 @@ class Clocks(unittest.TestCase):
         keep = np.arange(20000) % 400 < 150
         made = read(stamped(keep))
         np.testing.assert_array_equal(made.known, keep[: made.samples])
+
+    def test_gaps_that_recur_keep_their_length_however_many_samples_are_lost(self):
+        rng = np.random.default_rng(7)
+        for length, every in ((4, 24), (10, 100), (50, 1000)):
+            start = np.arange(0, 200_000, every)
+            start += length * (rng.random(len(start)) < 0.2)
+            place = (start[:, None] + np.arange(length)).ravel()
+            found = clock.of(place / RATE, None, "r", 1)
+            self.assertEqual(found.cut, ())
+            np.testing.assert_array_equal(found.places, place - place[0])
+
+    def test_regular_blocks_are_named_with_what_to_do(self):
+        rng = np.random.default_rng(8)
+        place = (np.arange(3000)[:, None] * 24 + np.arange(4)).ravel()
+        columns = {"time_s": place / RATE, "gyro_x_dps": rng.standard_normal(len(place))}
+        detail = said_of(columns)["lost_samples"].detail
+        for words in ("blocks of 4", "every 0.24 s", "4.17 per second", "FIFO"):
+            self.assertIn(words, detail)
+        keep = rng.random(20000) > 0.3
+        self.assertNotIn("blocks", said_of(stamped(keep))["lost_samples"].detail)
+
+    def test_blocks_with_hardly_a_sample_are_refused(self):
+        place = (np.arange(400)[:, None] * 4000 + np.arange(10)).ravel()
+        with self.assertRaisesRegex(BadInput, "r: column time_s: 399 gaps of up to 39.9 s"):
+            clock.of(place / RATE, None, "r", 1)
 
     def test_arrival_times_of_an_even_clock_lose_nothing(self):
         rng = np.random.default_rng(5)

@@ -56,10 +56,16 @@ def step(error, p, added=None, outside=None):
     return Step(added, MODEL.kinds, error, 0.03, outside, p, outside and 0.03)
 
 
-def result(verdict="none", added=(), steps=(), refitted=None, given=None):
+def result(verdict="none", added=(), steps=(), refitted=None, given=None, outdone=()):
     given = given or comparison(0.0)
     found = Made(
-        added=list(added), alternatives=[], ranking=[], remaining=[], useless=[], doubtful={}
+        added=list(added),
+        alternatives=[],
+        ranking=[],
+        remaining=[],
+        useless=[],
+        doubtful={},
+        outdone=list(outdone),
     )
     estimates = [
         {p.name: Estimate(1.0, 0.9, 1.1) for p in table.find(kind).parameters if not p.values}
@@ -100,6 +106,20 @@ class Verdicts(unittest.TestCase):
         )
         for kind in ("telegraph_noise", "warm_up"):
             self.assertIn(table.find(kind).confirm, said)
+
+    def test_an_effect_that_a_later_one_made_useless_is_said_in_one_sentence(self):
+        steps = [step(0.13, 0.0), step(0.03, 0.3)]
+        said = terminal.verdict(
+            result("rate_ramp", ("rate_ramp",), steps, outdone=["rate_random_walk"])
+        )
+        self.assertIn(
+            "rate random walk was added on the way and removed again, because later effects "
+            "explain it.",
+            said,
+        )
+        self.assertNotIn(
+            "removed again", terminal.verdict(result("rate_ramp", ("rate_ramp",), steps))
+        )
 
     def test_what_makes_the_error_worse_does_not_help(self):
         for after, helps in ((0.1786, False), (0.05, True)):

@@ -168,6 +168,21 @@ class Start:
     moving_share: float = of(
         0.02, "share of the samples", "choice", "that differs from the sample before"
     )
+    few_known: float = of(
+        0.4,
+        "share of the samples",
+        "choice (DESIGN 12.2)",
+        "that is known, below which any model is a better guess of what is missing",
+    )
+    moved_most: float = of(
+        0.5,
+        "share of the samples",
+        "choice (DESIGN 13.1)",
+        "with motion, from which none is a rest",
+    )
+    few_draws: int = of(
+        2, "draws", "choice (DESIGN 12.2)", "of the missing samples at first, where few are known"
+    )
     far_p: float = of(
         1e-9,
         "chance",
@@ -428,6 +443,31 @@ class Drift:
 
 
 @dataclass(frozen=True)
+class Image:
+    """Images of lines by regular gaps: inference/images.py."""
+
+    power: float = of(
+        0.1,
+        "of the line's power",
+        "choice (DESIGN 12.5)",
+        "from which an image counts: gaps that take a quarter of the time",
+    )
+    recurrent: int = of(
+        30, "gaps", "choice", "that are regular, from which a line has images and no wide lobe"
+    )
+    slow_gaps: int = of(
+        16, "gaps", "choice", "over which the level of the known samples is removed before"
+    )
+    background: int = of(
+        256, "half ordinates", "choice", "of which the median is the level about a line"
+    )
+    chance: float = of(
+        0.001, "chance", "choice", "that a record without a line shows one to be continued in gaps"
+    )
+    lines_most: int = of(8, "lines", "choice", "that are continued in the gaps")
+
+
+@dataclass(frozen=True)
 class Step:
     """Steps of the bias (candidates/steps.py)."""
 
@@ -667,6 +707,7 @@ SEARCH = Search()
 TRIES = Tries()
 LINE = Line()
 DRIFT = Drift()
+IMAGE = Image()
 STEP = Step()
 LEVELS = Levels()
 COLUMN = Column()
@@ -683,6 +724,7 @@ TABLE = {
     "TRIES": TRIES,
     "LINE": LINE,
     "DRIFT": DRIFT,
+    "IMAGE": IMAGE,
     "STEP": STEP,
     "LEVELS": LEVELS,
     "COLUMN": COLUMN,

@@ -4,10 +4,11 @@ periodic signal, a coefficient that is not physical, a column that is noise, a c
 
 from collections.abc import Sequence
 
+from ..arrays import Bools
 from ..data import recording as recordings
 from ..data.observations import Observation
 from ..effects.base import INFINITE
-from ..inference import estimate
+from ..inference import estimate, images
 from ..inference.parts import Bench, Part
 from ..thresholds import DOUBT, LINE
 from . import common_cause, own_noise
@@ -110,6 +111,27 @@ def of_size(bench: Bench, parts: Sequence[Part], part: Part) -> str:
         f"a coefficient of {size:.3g} {unit} is not physical. Ten times the worst data sheet of a "
         f"MEMS gyro is {limit:.3g} {unit}. Check the unit of {' and '.join(names)}, and whether "
         "it is only its sensor's noise"
+    )
+
+
+def of_image(bench: Bench, known: Bools | None, parts: Sequence[Part], part: Part) -> str:
+    """A line that regular gaps show as well at another frequency."""
+    shifted = images.shifts(known) if part.kind in LINES else ()
+    if known is None or not len(shifted):
+        return ""
+    rate, f_hz = bench.recording.rate_hz, part.shape["frequency_hz"]
+    rest = bench.y - bench.mean_course(parts, bench.fit(parts))
+    rival = images.likelier(
+        images.without_slow(rest, known, shifted),
+        f_hz / rate,
+        part.shape.get("half_width_hz", 0.0) / rate,
+        shifted,
+    )
+    if rival is None:
+        return ""
+    return (
+        f"the samples come in blocks, {shifted[0] * rate:.4g} per second, so a line at "
+        f"{f_hz:.4g} Hz may be the image of one at {rival * rate:.4g} Hz. Read every sample"
     )
 
 

@@ -26,6 +26,10 @@ CROWDED = 0.75  # of the samples of an uneven clock must find a place of their o
 # equal by chance.
 SLOWER = 0.75
 LOST_MOST = 3  # missing samples of the grid per measured one; longer gaps are cut short
+# Gaps that may be cut short: where more of them recur, a frequency needs the real time between.
+CUT_MOST = 8
+RECURRENT_MOST = 31  # missing samples per measured one that recurrent gaps may have
+SMALL_GRID = 1_000_000  # samples of a grid that may have more
 
 
 @dataclass
@@ -140,14 +144,35 @@ def straightened(steps: Floats, period: float, lost: Ints) -> float:
     return float(steps[short].sum() / periods[short].sum())
 
 
-def longest_kept(gaps: Ints, most: int) -> int:
-    """The length to which gaps are cut so that all together hold no more than `most` samples."""
-    if gaps.sum() <= most:
-        return int(gaps.max(initial=0))
+def held(lost: int, count: int) -> bool:
+    """May a grid have so many missing samples beside those that were measured."""
+    return lost <= RECURRENT_MOST * count or count + lost <= SMALL_GRID
+
+
+def longest_kept(gaps: Ints, count: int) -> int:
+    """The length to which the gaps between `count` samples are cut: few and long ones, so that all
+    together hold no more than LOST_MOST times as many."""
     rising = np.sort(gaps)
+    if rising.sum() <= LOST_MOST * count:
+        return int(rising[-1])
     short = np.concatenate([[0], np.cumsum(rising)[:-1]])
-    left = (most - short) / np.arange(len(rising), 0, -1)
-    return max(int(left[np.argmax(rising > left)]), 1)
+    left = (LOST_MOST * count - short) / np.arange(len(rising), 0, -1)
+    longest = max(int(left[np.argmax(rising > left)]), 1)
+    if np.count_nonzero(rising > longest) > CUT_MOST:  # they recur
+        longest = int(rising[-1 if held(int(rising.sum()), count) else -CUT_MOST - 1])
+    return longest
+
+
+def check_recurrent(kept: Ints, count: int, period: float, path: StrPath) -> None:
+    """Gaps that recur and hold nearly all of the time leave no record to analyse."""
+    lost = int(kept.sum())
+    if held(lost, count):
+        return
+    raise BadInput(
+        f"{path}: column time_s: {np.count_nonzero(kept)} gaps of up to "
+        f"{kept.max() * period:.4g} s leave {100 * count / (count + lost):.2g} % of the samples; "
+        f"at least {100 / (RECURRENT_MOST + 1):.2g} % are needed. Read the sensor without pauses"
+    )
 
 
 def of(stamps: Floats, rate_hz: float | None, path: StrPath, line: int | None) -> Clock:
@@ -172,7 +197,7 @@ def of(stamps: Floats, rate_hz: float | None, path: StrPath, line: int | None) -
     if wandering(steps, np.diff(lost), period):
         return without_places(stamps, rate_hz, path)
     period = straightened(steps, period, lost)
-    return with_places(stamps, steps, period, lost, agreed(rate_hz, 1.0 / period, path))
+    return with_places(steps, period, lost, agreed(rate_hz, 1.0 / period, path), path)
 
 
 def wandering(steps: Floats, gaps: Ints, period: float) -> bool:
@@ -199,10 +224,11 @@ def without_places(stamps: Floats, rate_hz: float | None, path: StrPath) -> Cloc
     return Clock(rate, places, "uneven", (), float(late.std()), rows)
 
 
-def with_places(stamps: Floats, steps: Floats, period: float, lost: Ints, rate: float) -> Clock:
+def with_places(steps: Floats, period: float, lost: Ints, rate: float, path: StrPath) -> Clock:
     gaps = np.diff(lost)
-    longest = longest_kept(gaps, LOST_MOST * len(stamps))
+    longest = longest_kept(gaps, len(lost))
     kept = np.minimum(gaps, longest)
+    check_recurrent(kept, len(lost), period, path)
     places = np.concatenate([[0], np.cumsum(1 + kept)])
     cut = tuple(
         (int(places[i + 1]), float((gaps[i] - longest) * period))

@@ -14,7 +14,8 @@ from .recording import Recording
 
 # Spread of rates averaged over a quarter of a second, and of samples about their mean, at rest.
 Level = tuple[float, float]
-BLOCKS = (16, 64, 256, 1024)
+BLOCKS = (16, 64, 256, 1024)  # samples; at higher rates also longer ones, up to BLOCKS_S
+BLOCKS_S = 8.0
 MEDIAN_BLOCKS = 9
 # Robust standard deviations, and times the running median, from which a block is loud.
 SCORE, RATIO = 6.5, 1.25
@@ -34,6 +35,12 @@ SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accele
 # Over which gravity is averaged; robust standard deviations, all axes, from which it has moved.
 TILT_S, TILT = 10.0, 7.0
 TILT_BLOCKS = 9  # before and after, that the course of a tilt is compared in
+# Spread of rates averaged over a quarter of a second, in deg/s, that no sensor at rest has, unless
+# it is by WHITER less than that of its white noise.
+REST_DPS, WHITER = 0.35, 3.0
+PAUSE_S = 3.0  # a rest between two stretches that is shorter belongs to them
+GROW_S, GROW = 0.5, 4.0  # blocks beside motion, and robust standard deviations from which they move
+SHORTEST = 4  # samples of such a block
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
 
@@ -105,6 +112,18 @@ def slow_and_fast(y: Floats, good: Bools, rate_hz: float) -> tuple[Floats, Float
     return slow, fast, whole
 
 
+def white_in_means(y: Floats, good: Bools, length: int) -> float:
+    """Standard deviation that the white noise of y gives a mean of so many samples: from third
+    differences, which hold little of a motion."""
+    steps = np.diff(y, 3)[good[3:] & good[2:-1] & good[1:-2] & good[:-3]]
+    return float(np.sqrt(np.mean(steps**2) / 20 / length)) if len(steps) else 0.0
+
+
+def slow_level(slow: Floats, whole: Bools, share: float, white: float) -> float:
+    """The quantile of the slow spread; no more than a sensor at rest has, where all of it moves."""
+    return min(low_level(slow, whole, share), max(REST_DPS, WHITER * white))
+
+
 def low_level(x: Floats, whole: Bools, share: float) -> float:
     """The quantile of what was measured and moves at all."""
     x = x[whole & (x > 0)]
@@ -115,7 +134,8 @@ def turning(y: Floats, good: Bools, rate_hz: float) -> Bools:
     """Where rates averaged over a quarter of a second have grown by far more than differences of
     single samples have."""
     slow, fast, whole = slow_and_fast(y, good, rate_hz)
-    grown = slow / low_level(slow, whole, 0.1)
+    white = white_in_means(y, good, max(1, int(SMOOTH_S * rate_hz)))
+    grown = slow / slow_level(slow, whole, 0.1, white)
     noise = fast / low_level(fast, whole, 0.1)
     return expanded(
         (grown > TURN) & ((grown > SLOW * noise) | (grown > VIOLENT)),
@@ -173,10 +193,18 @@ def loud(energy: Floats, good: Bools, length: int) -> Bools:
     return found
 
 
-def loud_anywhere(energy: Floats, good: Bools) -> Bools:
+def block_lengths(rate_hz: float) -> list[int]:
+    """BLOCKS, and longer ones until one lasts BLOCKS_S."""
+    lengths = list(BLOCKS)
+    while lengths[-1] < BLOCKS_S * rate_hz:
+        lengths.append(4 * lengths[-1])
+    return lengths
+
+
+def loud_anywhere(energy: Floats, good: Bools, rate_hz: float) -> Bools:
     """From short blocks to long ones, which are asked about what is left."""
     found = np.zeros(len(energy), bool)
-    for length in BLOCKS:
+    for length in block_lengths(rate_hz):
         if len(energy) >= 2 * MEDIAN_BLOCKS * length:
             seen = good & ~widened(found, 16)
             found |= expanded(loud(np.where(seen, energy, 0), seen, length), length, len(energy))
@@ -196,14 +224,16 @@ def steady(w: Floats, first: int, end: int) -> bool:
     return bool(even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(doubt, 0.5))
 
 
-def passing(energy: Floats, seen: Bools, first: int, end: int) -> bool:
-    """Is a loud stretch louder than what came before and than what comes after: not the beginning
-    of vibration or of noise that stays."""
+def beside(good: Bools, first: int, end: int) -> tuple[Ints, Ints]:
+    """The nearest good samples before and after a stretch, on each side as many as it has."""
     reach = max(256, end - first)
-    sides = [
-        energy[part][seen[part]]
-        for part in (slice(max(0, first - reach), first), slice(end, end + reach))
-    ]
+    return np.flatnonzero(good[:first])[-reach:], end + np.flatnonzero(good[end:])[:reach]
+
+
+def passing(energy: Floats, seen: Bools, quiet: Bools, first: int, end: int) -> bool:
+    """Is a loud stretch louder than the quiet before and after: not the beginning of vibration or
+    of noise that stays."""
+    sides = [energy[places] for places in beside(quiet, first, end)]
     inside = energy[first:end][seen[first:end]]
     return not len(inside) or all(
         inside.mean() > RATIO * side.mean() for side in sides if len(side) >= 64
@@ -256,7 +286,8 @@ def levels_at_rest(y: Floats, good: Bools, rate_hz: float) -> Level:
     slow, _, whole = slow_and_fast(y, good, rate_hz)
     y = recordings.filled(y[good], good)
     fast = averaged(spread(y, max(4, int(rate_hz))), max(1, int(SMOOTH_S * rate_hz)))
-    return low_level(slow, whole, 0.3), low_level(fast, whole, 0.3)
+    white = white_in_means(y, np.ones(len(y), bool), max(1, int(SMOOTH_S * rate_hz)))
+    return slow_level(slow, whole, 0.3, white), low_level(fast, whole, 0.3)
 
 
 def explained(
@@ -311,7 +342,7 @@ def touches(
     energies = [np.where(near, 0, w**2) for w, (_, near) in zip(ws, alone)]
     seen = good & ~np.any([near for _, near in alone], axis=0)
     energy = cast(Floats, sum(energies))
-    heard = loud_anywhere(energy, seen)
+    heard = loud_anywhere(energy, seen, rate_hz)
     wild: Bools = np.logical_or.reduce([at for at, _ in alone])
     if not heard.any() and not (wild.any() and accels):
         return heard
@@ -320,10 +351,11 @@ def touches(
     # What these leave in the whitened record is tested when they, and how they fade, are out.
     if found.any():
         return widened(found, SMOOTH_S * rate_hz)
-    for first, end in stretches(widened(heard, rate_hz / 2)):
-        if not any(borne_out(felt, good, first, end) for felt in witness[0]) or not passing(
-            energy, seen, first, end
-        ):
+    near = widened(heard, rate_hz / 2)
+    for first, end in stretches(near):
+        if not any(
+            borne_out(felt, good, good & ~near, first, end) for felt in witness[0]
+        ) or not passing(energy, seen, seen & ~near, first, end):
             continue
         if end - first > STEADY_S * rate_hz and all(steady(w, first, end) for w in ws):
             continue
@@ -346,17 +378,15 @@ def witnesses(
     return ([np.sort(energies, axis=0)[-2]] if len(energies) > 1 else []), np.zeros(len(good), bool)
 
 
-def borne_out(energy: Floats, good: Bools, first: int, end: int) -> bool:
-    """Is an energy larger in a stretch than beside it, all along or in its loudest 16 samples."""
-    reach = max(256, end - first)
-    low, high = max(0, first - reach), min(len(energy), end + reach)
-    beside = good[low:high].copy()
-    beside[first - low : end - low] = False
+def borne_out(energy: Floats, good: Bools, quiet: Bools, first: int, end: int) -> bool:
+    """Is an energy larger in a stretch than in the quiet beside it, all along or in its loudest 16
+    samples."""
+    places = np.concatenate(beside(quiet, first, end))
     inside = np.where(good[first:end], energy[first:end], 0)
-    if beside.sum() < 64 or not len(inside):
+    if len(places) < 64 or not len(inside):
         return False
     usual, peak = (
-        energy[low:high][beside].mean(),
+        energy[places].mean(),
         ndimage.uniform_filter1d(inside, 16, mode="constant").max(),
     )
     found: bool = (
@@ -394,8 +424,35 @@ def between(
         if not more.any():
             break
         moved |= more
-    moved = ~holes_kept(~moved, SHORT_S * rate_hz)
+    moved = ~holes_kept(~moved, PAUSE_S * rate_hz)
+    moved = ~holes_kept(~grown_to(rates, accels, moved, good, rate_hz), PAUSE_S * rate_hz)
     return moved | tilts(rates, accels, good & ~moved, rate_hz)
+
+
+def grown_to(
+    rates: Sequence[Floats], accels: Sequence[Floats], moved: Bools, good: Bools, rate_hz: float
+) -> Bools:
+    """The motion with the loud blocks beside it, one after the other: how a touch begins and
+    fades. Noise that stays grown is not part of it."""
+    still, length = good & ~moved, int(GROW_S * rate_hz)
+    if length < SHORTEST or not moved.any() or still.sum() < MINIMUM:
+        return moved
+    count = averaged(still.astype(float), length)
+    known = count > 0.5
+    found = moved.copy()
+    if np.count_nonzero(known) < MEDIAN_BLOCKS:
+        return moved
+    near = widened(moved, length)  # a block with the edge of the motion in it may lie between
+    for x in (*rates, *accels):
+        w = whitened(x, still)
+        scale = np.cbrt(averaged(w**2, length) / np.maximum(count, 1e-9))
+        usual = np.median(scale[known])
+        sd = 1.4826 * np.median(np.abs(scale[known] - usual))
+        louder = expanded(known & (scale > usual + GROW * sd), length, len(good)) & still
+        for first, end in stretches(louder):
+            lasting = end - first > max(64, STEADY_S * rate_hz) and steady(w, first, end)
+            found[first:end] |= near[first:end].any() and not lasting
+    return found
 
 
 def tilts(rates: Sequence[Floats], accels: Sequence[Floats], good: Bools, rate_hz: float) -> Bools:

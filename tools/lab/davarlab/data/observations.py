@@ -24,6 +24,7 @@ DEAD_PILED = 4  # the value of a dead zone occurs more often than this many time
 DEAD_SHARE = 0.1  # of the samples that have the value of a dead zone, at least
 DEAD_FINE = 3  # counts of noise per sample, from which neighbouring values are equally likely
 LISTED = 100  # number of intervals that are listed, the longest ones
+REGULAR, STRAY = 30, 0.25  # blocks, and their distances' share of the usual one: regular gaps
 TIMES = 8  # number of times that a sentence lists
 
 
@@ -172,6 +173,7 @@ def lost(recording: Recording, known: Bools) -> Observation | None:
         f"{mask.sum()} samples are missing, at most {longest} in a row. The analysis fills them "
         "with random noise from the model's spectrum. No Allan deviation spans them."
     )
+    detail += in_blocks(recording, known)
     cut = recording.clock.cut if recording.clock else ()
     if cut:
         detail += (
@@ -180,6 +182,25 @@ def lost(recording: Recording, known: Bools) -> Observation | None:
             f"shortened to {longest} samples."
         )
     return of_mask("lost_samples", recording, mask, detail)
+
+
+def in_blocks(recording: Recording, known: Bools) -> str:
+    """A sentence on samples that come in blocks with regular gaps between; "" where they do not."""
+    runs = motion.stretches(known)
+    apart = np.diff([first for first, _ in runs])
+    if len(apart) < REGULAR:
+        return ""
+    low, usual, high = np.percentile(apart, (25, 50, 75))
+    if low < (1 - STRAY) * usual or high > (1 + STRAY) * usual:
+        return ""
+    length = int(np.median([end - first for first, end in runs]))
+    return (
+        f" The samples come in blocks of {length}, every {usual / recording.rate_hz:.3g} s "
+        f"({recording.rate_hz / usual:.3g} per second), with gaps between: the FIFO or the bus is "
+        "not read fast enough, or it is switched off between the blocks. Frequencies are those of "
+        "the real time, but a line has images at multiples of that rate. Read every sample of the "
+        "FIFO, or lower the sensor's rate."
+    )
 
 
 def stamps(recording: Recording) -> Observation | None:

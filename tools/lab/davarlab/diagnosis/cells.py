@@ -11,7 +11,7 @@ from scipy import special
 from ..arrays import Bools, Floats
 from ..inference import adequacy, allan
 from ..inference.parts import Part, spectrum_of
-from ..thresholds import JUDGE
+from ..thresholds import JUDGE, START
 
 if TYPE_CHECKING:
     from .state import State
@@ -118,14 +118,17 @@ def cells_in(
         if not taus:
             continue
         noise, freedom, share, steady = expectation.of(window, taus)
-        measured, valid = remembered(bench.recording.measured, y, window, taus, state.known)
-        if (
-            state.known is not None and not valid.any()
-        ):  # no two neighbours were measured: the record as it was drawn, for as much as it knows
-            measured = remembered(bench.recording.measured, y, window, taus, None)[0]
-            valid = np.full_like(measured, state.known.mean())
+        memory = bench.recording.measured
+        measured, valid = remembered(memory, y, window, taus, state.known)
+        course = course_variances(state, window, taus, state.known)
+        if state.known is not None:
+            as_drawn = lost_between(state.known, valid)
+            if as_drawn.any():
+                whole = remembered(memory, y, window, taus, None)[0]
+                measured = np.where(as_drawn, whole, measured)
+                course = np.where(as_drawn, course_variances(state, window, taus, None), course)
+                valid = np.where(as_drawn, state.known.mean(), valid)
         measured = measured**2
-        course = course_variances(state, window, taus)
         for row in range(len(measured)):
             level = (
                 1.0
@@ -148,6 +151,16 @@ def cells_in(
                 for cell, part in zip(rows, valid[row])
                 if part > JUDGE.valid_share and (state.known is None or cell.freedom > 1)
             ]
+    return found
+
+
+def lost_between(known: Bools, valid: Floats) -> Bools:
+    """The averaging times that take the record as it was drawn, for as much as it knows: all, where
+    no two neighbours were measured; those that no window has, where hardly any sample is known."""
+    if not valid.any():
+        return np.ones(valid.shape[1], bool)
+    few = known.mean() < START.few_known
+    found: Bools = few & ~np.any(valid > JUDGE.valid_share, axis=0)
     return found
 
 
@@ -205,17 +218,19 @@ def by_time(time: Floats, y: Floats, used: Bools, tau_s: float) -> tuple[float, 
     return (float(found.mean()), len(found) / tried) if len(found) else (0.0, 0.0)
 
 
-def course_variances(state: "State", window: int, taus: Sequence[int]) -> Floats:
+def course_variances(
+    state: "State", window: int, taus: Sequence[int], known: Bools | None
+) -> Floats:
     """Allan variances of the course of the fit in windows, measured once."""
-    memory = state.fit.measured
-    if (window, len(taus)) not in memory:
+    memory, key = state.fit.measured, (window, len(taus), known is None)
+    if key not in memory:
         course = state.bench.mean_course(state.parts, state.fit)
-        memory[window, len(taus)] = (
-            allan.windows(course, window, taus, state.known)[0] ** 2
+        memory[key] = (
+            allan.windows(course, window, taus, known)[0] ** 2
             if np.any(course)
             else np.zeros((len(course) // window, len(taus)))
         )
-    found: Floats = memory[window, len(taus)]
+    found: Floats = memory[key]
     return found
 
 

@@ -18,8 +18,9 @@ class Diagnosis:
     to find out (identifiable.Alternative); added: the kinds that forward selection took, in order;
     states: the model before and after each of them; remaining: candidates beside the last model;
     useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds
-    of what was beyond chance and is not named, and why; ended: the bound that ended the search
-    before everything was tried ("24 steps"), or empty."""
+    of what was beyond chance and is not named, and why; outdone: kinds that joined and left
+    again, because later ones explain them; ended: the bound that ended the search before
+    everything was tried ("24 steps"), or empty."""
 
     verdict: str
     ranking: list[Candidate]
@@ -29,6 +30,7 @@ class Diagnosis:
     remaining: list[Candidate] = field(default_factory=list)
     useless: list[Part] = field(default_factory=list)
     doubtful: dict[str, str] = field(default_factory=dict)
+    outdone: list[str] = field(default_factory=list)
     ended: str = ""
 
 
@@ -53,5 +55,6 @@ def diagnose(
         list(way.last),
         useless,
         dict(way.doubtful),
+        sorted(way.outdone - set(states[-1].model_kinds)) if added else [],
         way.ended,
     )

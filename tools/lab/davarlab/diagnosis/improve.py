@@ -100,7 +100,8 @@ def estimates_of(state: State) -> list[Estimates]:
             one if part.form == "decoded" else estimate.wider(one, two)
             for part, one, two in zip(state.parts, found, other)
         ]
-    return found
+    share = 1.0 if state.known is None else float(state.known.mean())
+    return [{name: estimate.of_share(one, share) for name, one in entry.items()} for entry in found]
 
 
 def fitted_model(state: State, model: Model) -> tuple[Model, list[Estimates]]:

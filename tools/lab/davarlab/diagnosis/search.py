@@ -1,5 +1,6 @@
 """Forward selection by likelihood, then only what lowers the error (DESIGN 4)."""
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -9,7 +10,7 @@ import numpy as np
 
 from ..candidates import columns, doubts, drifting, filters, identifiable
 from ..candidates import ranking as candidates
-from ..candidates.candidate import Candidate
+from ..candidates.candidate import Candidate, log_chance, log_tail_of_line
 from ..candidates.identifiable import Alternative
 from ..candidates.ranking import Trying
 from ..effects import clocks, table
@@ -150,6 +151,7 @@ class Search:
     set_aside: frozenset[Source] = frozenset()  # source() of what is not what it seems
     waves: tuple[float, ...] = ()  # Hz, of courses that repeat and are no sine wave
     idle: Mapping[str, tuple[Try, ...]] = nothing()  # kinds that left the error where it was
+    outdone: frozenset[str] = frozenset()  # kinds that left again beside a later effect
     asked: Asked | None = None
     ended: str = ""  # the bound that ended it, in words; empty: nothing was left to take
 
@@ -212,7 +214,9 @@ class Search:
     def questioned(self, candidate: Candidate) -> tuple["Search", bool]:
         """(the search, is the candidate what it seems); if not, it is put aside and why is kept."""
         part = candidate.part
-        why = doubts.doubt(self.state.bench, self.state.seen, self.state.parts, candidate)
+        state = self.state
+        why = doubts.doubt(state.bench, state.seen, state.parts, candidate)
+        why = why or doubts.of_image(state.bench, state.known, state.parts, part)
         if not why:
             return self, True
         said = "; ".join(filter(None, [self.doubtful.get(part.kind), about(part) + why]))
@@ -233,7 +237,8 @@ class Search:
         given = self.given - any(
             part is candidate.replaces for part in self.state.parts[: self.given]
         )
-        after = pruned(retold(joined(self.state, candidate.part, candidate.replaces), given), given)
+        whole = retold(joined(self.state, candidate.part, candidate.replaces), given)
+        after = pruned(whole, given)
         if (
             earning(candidate.part, self.state)
             and not self.lower(after)
@@ -254,6 +259,7 @@ class Search:
                 *(one for one in self.undecided or () if one.kind not in known),
             ),
             hopeless=self.hopeless | put_off,
+            outdone=self.outdone | set(Counter(whole.model_kinds) - Counter(after.model_kinds)),
             only=self.beside(candidate),
             state=after,
             given=given,
@@ -380,11 +386,26 @@ def forward(state: State, given: int, progress: Progress, draft: bool = False) -
     return replace(way, ended=f"{SEARCH.steps_most} steps")
 
 
-def useful(state: State, given: int) -> tuple[State, list[Part], list[Part]]:
-    """The state without the added parts that leave the error where it is or raise it; those that
-    stay, what matters most first; those that do not."""
+def by_chance(state: State, part: Part, rest: State) -> bool:
+    """Would the part, which was beyond chance when it joined, not join beside the later ones."""
+    if part.role not in ("spectrum", "mean") or part.form == "decoded":
+        return False
+    loss, kind = loss_without(state, rest.parts, part), part.kind
+    log_p = (
+        log_tail_of_line(kind, loss, len(state.bench.y))
+        if kind in doubts.LINES
+        else log_chance(kind, loss)
+    )
+    return log_p + np.log(len(table.TABLE)) > np.log(CHANCE.family_wise)
+
+
+def useful(state: State, given: int) -> tuple[State, list[Part], list[Part], list[Part]]:
+    """The state without the added parts that leave the error where it is or raise it, and without
+    those that later ones made useless; those that stay, what matters most first; those that do not,
+    of either kind."""
     error, floor = errors_of(state)
     useless: list[Part] = []
+    outdone: list[Part] = []
     kept: list[tuple[float, Part]] = []
     for part in reversed(state.parts[given:]):
         rest = with_parts(state, [other for other in state.parts if other is not part])
@@ -396,9 +417,16 @@ def useful(state: State, given: int) -> tuple[State, list[Part], list[Part]]:
             and not (error <= without + SEARCH.slack * floor and settles(part, state, rest))
         ):
             state, useless, error = rest, [part, *useless], without
+        elif (
+            part is not state.parts[-1]
+            and without <= error + SEARCH.slack * floor
+            and by_chance(state, part, rest)
+        ):
+            state, outdone, error = rest, [part, *outdone], without
         else:
             kept = [(without - error, part), *kept]
-    return state, [part for _, part in sorted(kept, key=lambda pair: -pair[0])], useless
+    by_weight = [part for _, part in sorted(kept, key=lambda pair: -pair[0])]
+    return state, by_weight, useless, outdone
 
 
 def settles(part: Part, state: State, rest: State) -> bool:
@@ -450,7 +478,8 @@ def search(
         state = redrawn(way.state, model)
         way = forward(state, given, progress)
     progress("testing which effects reduce the error")
-    last, by_weight, useless = useful(way.state, way.given)
+    last, by_weight, useless, outdone = useful(way.state, way.given)
+    way = replace(way, outdone=way.outdone | {part.kind for part in outdone})
     useless += [tries[-1][1] for kind, tries in way.idle.items() if kind not in last.model_kinds]
     states = (
         [state, *path(last, way.given, by_weight)[1:]] if len(last.parts) > way.given else [state]

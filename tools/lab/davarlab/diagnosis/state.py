@@ -9,13 +9,13 @@ from ..arrays import Bools, Floats
 from ..candidates import doubts, filters
 from ..candidates import ranking as candidates
 from ..candidates.candidate import Candidate
-from ..data import counts, events, observations, plausible, signals
+from ..data import counts, events, motion, observations, plausible, signals
 from ..data import recording as recordings
 from ..data.events import Shocks
 from ..data.observations import Observation
 from ..data.recording import MINIMUM_SAMPLES, Recording
 from ..errors import BadInput
-from ..inference import adequacy, changes, gaps, modulation, refine
+from ..inference import adequacy, changes, gaps, images, modulation, refine
 from ..inference.adequacy import Adequacy
 from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part, as_spectra, part_of
@@ -90,16 +90,25 @@ def start(recording: Recording, model: Model, progress: Progress = lambda text: 
     ]
     known = observations.kept(recording, model.column, unused)
     y = recording.rate_dps(model.column)
+    check_at_rest(recording, seen)
     check_alive(recording, model, y[known])
     if known.all():
         return fitted(recording, model, y, None, seen)
     recording = at_rest(recording, known, model.column)
     progress(f"simulating {np.count_nonzero(~known)} missing samples")
+    lines = images.lines(y, known)
+    y = y - lines
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
     first = fitted(recording, model, drawn, known, seen)
     # The ripple of the first level is chance and would confirm itself; so would a model that is far
-    # from the record.
-    return redrawn(first, model) if spectrum_p(first) > START.far_p else first
+    # from the record. Where hardly any sample is known, the ripple is larger than what it is of.
+    few = known.mean() < START.few_known
+    near = not few and spectrum_p(first) > START.far_p
+    # Each with other numbers: the same ones would add up their own chance variance.
+    for seed in range(3, 3 + START.few_draws) if few else (1,) * near:
+        drawn = drawn_by(first, seed)
+        first = fitted(recording, model, drawn, known, seen)
+    return fitted(recording, model, lines + drawn, known, seen) if lines.any() else first
 
 
 def spectrum_p(state: State) -> float:
@@ -132,8 +141,33 @@ def drawn_by(state: State, seed: int) -> Floats:
         state.bench.mean_course(state.parts, state.fit),
         state.bench.data.at_ordinates(state.fit.level),
     )
+    course = course + images.lines(state.shocks.raw - course, state.known)
     return course + gaps.conditional_draw(
         state.shocks.raw - course, state.known, level, np.random.default_rng(seed)
+    )
+
+
+def check_at_rest(recording: Recording, seen: Sequence[Observation]) -> None:
+    """Refuses a record that moves most of the time: what is left would pass for rest."""
+    moved = next((one.mask for one in seen if one.kind == "motion" and one.mask is not None), None)
+    if moved is None:
+        return
+    measured = np.ones(len(moved), bool) if recording.known is None else recording.known
+    share = np.count_nonzero(moved & measured) / np.count_nonzero(measured)
+    if share <= START.moved_most:
+        return
+    rests = motion.stretches(measured & ~moved)
+    first, end = max(rests, key=lambda one: one[1] - one[0], default=(0, 0))
+    rest = (
+        f"the longest rest is from {first / recording.rate_hz:.4g} to "
+        f"{end / recording.rate_hz:.4g} s"
+        if rests
+        else "it never rests"
+    )
+    raise BadInput(
+        f"{recording.name}: the sensor moves in {100 * share:.2g} % of the recording, so this is "
+        f"not a recording at rest ({rest}). Put the sensor on a solid base, do not touch it, and "
+        "record again, or analyze only a part at rest"
     )
 
 

@@ -157,6 +157,19 @@ def widened(one: Estimate, two: Estimate) -> Estimate:
     return Estimate(one.value, min(one.low, two.low), max(one.high, two.high))
 
 
+def of_share(one: Estimate, share: float) -> Estimate:
+    """An estimate from this share of the samples, the rest drawn: what is drawn says nothing, so
+    the interval is that of all samples, wider by the square root of their ratio (12.4)."""
+    if one.low is None or one.high is None or share == 1:
+        return one
+    times, value = 1 / np.sqrt(share), one.number
+    if one.low > 0:
+        ends = [value * (end / value) ** times for end in (one.low, one.high)]
+    else:
+        ends = [value + (end - value) * times for end in (one.low, one.high)]
+    return Estimate(value, *map(float, ends))
+
+
 def spectrum_estimate(scale: float, size: float, error: float, bound: float) -> Estimate:
     """`bound`: standard error of the size itself, for one that is fitted as nothing."""
     if size <= 0:

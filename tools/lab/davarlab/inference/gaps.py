@@ -26,9 +26,11 @@ def first_level(y: Floats, known: Bools) -> Floats:
     width = np.diff(edges)
     level = np.add.reduceat(spectrum, edges[:-1]) / width
     usual = np.median(level)  # below 0 where few pairs of samples are known of a walk
-    return np.repeat(
+    level = np.repeat(
         np.maximum(level, FIT.level_floor * (usual if usual > 0 else np.abs(level).mean())), width
     )
+    found: Floats = level * (covariance[0] / level.mean())  # the floor adds none to the variance
+    return found
 
 
 def conditional_draw(y: Floats, known: Bools, level: Floats, rng: np.random.Generator) -> Floats:
@@ -40,7 +42,10 @@ def conditional_draw(y: Floats, known: Bools, level: Floats, rng: np.random.Gene
     mean = y[known].mean()
     level = np.concatenate([[level[0]], level])
     pull = signals.transform(np.where(known, y - mean, 0.0)) / level
-    push = rng.standard_normal(len(y)) / np.sqrt(level)
+    push = rng.standard_normal(len(y))
+    push /= np.sqrt(np.mean(push**2)) * np.sqrt(
+        level
+    )  # of the variance that is asked, not by chance
     # The mean and the draw apart: beside a strong slow course the fast part of a draw would be lost
     # in its tolerance.
     drawn = y.astype(float)

@@ -25,7 +25,7 @@ class Fit:
     log_likelihood: float
     level: Floats
     covariance: Floats
-    measured: dict[Any, Any] = field(default_factory=dict)
+    measured: dict[tuple[int, int, bool], Any] = field(default_factory=dict)
 
 
 @dataclass

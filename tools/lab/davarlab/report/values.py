@@ -79,6 +79,7 @@ def answered(found: Improvement) -> Json:
         "alternatives": [vars(one) for one in found.diagnosis.alternatives],
         "useless": [part.kind for part in found.diagnosis.useless],
         "doubtful": found.diagnosis.doubtful,
+        "outdone": found.diagnosis.outdone,
         "missing": found.added,
         "missing_said": verdict.missing(verdict.answer(found), found.added),
     }

@@ -438,7 +438,19 @@ def improvement(found: Improvement) -> str:
             " On the held-out recording, it changes from "
             f"{first.error_held_out:.3f} to {last.error_held_out:.3f}."
         )
-    return sentence
+    return sentence + outdone(found)
+
+
+def outdone(found: Improvement) -> str:
+    """The effects that the search removed again, in one sentence; "" without one."""
+    kinds = [kind for kind in found.diagnosis.outdone if kind not in found.added]
+    if not kinds or not found.added:
+        return ""
+    was, them = ("was", "it") if len(kinds) == 1 else ("were", "them")
+    return (
+        f" {listed(kinds)} {was} added on the way and removed again, because later effects explain "
+        f"{them}."
+    )
 
 
 # What to do next?
