@@ -61,7 +61,8 @@ def state(rng, kinds, scale):
     """A comparison as any recording and model may give it."""
     there = [] if rng.random() < 0.05 else cells(rng, scale)
     p = float(rng.choice([1e-300, 1e-5, 0.02, 0.5, 1.0]))
-    made = judge.judged(there, [], p, plausible.KIND if rng.random() < 0.1 else "")
+    doubted = str(rng.choice(["", plausible.KIND, "dead_zone"], p=[0.8, 0.1, 0.1]))
+    made = judge.judged(there, [], p, doubted)
     counts = rng.integers(0, 400, 80)
     ratio = rng.chisquare(np.maximum(counts, 1)) / np.maximum(counts, 1)
     if rng.random() < 0.5:
@@ -139,6 +140,7 @@ def generated(seed):
         remaining=ranked,
         useless=[Part(kind) for kind in useless],
         doubtful=doubtful,
+        outdone=some(rng, sorted(set(KINDS) - set(taken)), 1),
     )
     model = Model(RATE, "gyro_z_dps", [Term(kind, {}) for kind in [*GIVEN, *added]])
     tried = unexplained.Tried(ranked, useless, doubtful, taken[len(added) :])
@@ -184,7 +186,7 @@ SEEDS = range(400)
 class Generated(unittest.TestCase):
     def test_every_answer_is_generated(self):
         answers = [verdict.answer(generated(seed)) for seed in SEEDS]
-        for one in ("fits", "values", "effects", "unknown", "implausible", "untestable"):
+        for one in ("fits", "values", "effects", "unknown", "implausible", "spoiled", "untestable"):
             self.assertGreater(answers.count(one), 5, one)
 
     def test_a_model_that_fails_is_never_said_to_lack_nothing(self):
