@@ -145,10 +145,11 @@ class Columns(unittest.TestCase):
             self.assertEqual(models.text_of(models.of_text(text, "text")).count(name), 1)
 
     def test_a_file_is_read_as_it_was_written(self):
+        words = {"column": "x", "course_hz": "0.1 0.2 0.2 0.1"}
         for kind in table.TABLE:
             effect = table.find(kind)
             values = {
-                p.name: p.values[0] if p.values else "x" if p.text else max(p.low, 0.25)
+                p.name: p.values[0] if p.values else words[p.name] if p.text else max(p.low, 0.25)
                 for p in effect.parameters
                 if p.whole is False
             } | {p.name: 3.0 for p in effect.parameters if p.whole}
