@@ -35,11 +35,17 @@ Run = Callable[[argparse.Namespace], int]
 
 
 def load(options: argparse.Namespace) -> tuple[Recording, models.Model]:
-    """(recording, model) for the analysis. axes.py converts those of an accelerometer."""
+    """(recording, model) for the analysis. axes.py converts those of an accelerometer. Without -m,
+    a first model, which every command but fit takes fitted."""
     given = given_model(options)
     recording, model = axes.for_analysis(recorded(options, options.recording), given)
     models.check_fits(model, recording, options.model)
-    if options.command != "fit":
+    if not options.model:
+        kinds = ", ".join(models.kind_said(kind, given.column) for kind in model.kinds)
+        progress(f"no -m: {kinds} of {given.column} are fitted")
+        if options.command != "fit":
+            model = improve.fit(recording, model, telling(options))[1]
+    elif options.command != "fit":
         models.check_noise(model, options.model)
     return recording, model
 
@@ -113,9 +119,6 @@ def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
 
 def fit_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
-    if not options.model:
-        kinds = ", ".join(models.kind_said(kind, column_of(options)) for kind in model.kinds)
-        progress(f"no -m: {kinds} of {column_of(options)} are fitted")
     state, fitted, entries = improve.fit(recording, model, telling(options))
     column, output = column_of(options), output_of(options)
     if output:
@@ -251,13 +254,13 @@ COMMANDS: dict[str, Command] = {
     ),
     "diagnose": (
         each_axis(diagnose_one),
-        "finds the missing physical effect",
-        [REC, MODEL, HELD_OUT, REPORT, AXES, *LOG],
+        "finds the missing physical effect; without -m, of a fitted first model",
+        [REC, MODEL_MAYBE, HELD_OUT, REPORT, AXES, *LOG],
     ),
     "improve": (
         each_axis(improve_one),
-        "adds missing effects until the model is adequate",
-        [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG],
+        "adds missing effects until the model is adequate; without -m, to a fitted first model",
+        [REC, MODEL_MAYBE, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG],
     ),
     "plot": (
         run_plot,

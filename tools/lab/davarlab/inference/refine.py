@@ -116,7 +116,9 @@ def refine_one(bench: Bench, parts: list[Part], index: int, name: str) -> list[P
     if best.fun >= -before.log_likelihood:
         return parts
     bench.forget(part)
-    return [*parts[:index], at(best.x), *parts[index + 1 :]]
+    parts = [*parts[:index], at(best.x), *parts[index + 1 :]]
+    beyond = part.role == "filter" and abs(best.x) > FIT.edge * width
+    return refine_one(bench, parts, index, name) if beyond else parts
 
 
 def sweeps_for(parts: Sequence[Part], kind: str) -> int:
