@@ -60,6 +60,9 @@ COLUMNS = st.one_of(
         max_size=8,
     ),
 )
+COURSES = st.lists(st.floats(1e-3, 1e4), min_size=4, max_size=9).map(
+    lambda knots: " ".join(map(repr, knots))
+)
 
 
 def toml_of(value):
@@ -95,11 +98,17 @@ def values(draw, parameter):
     if parameter.values:
         return draw(st.sampled_from(parameter.values))
     if parameter.text:
-        return draw(COLUMNS)
+        return draw(COURSES if parameter.name == "course_hz" else COLUMNS)
     low, high = max(parameter.low, -1e99), min(parameter.high, 1e99)
     if parameter.whole:
         return float(draw(st.integers(math.ceil(low), math.floor(min(high, 1e15)))))
     return draw(st.floats(low, high))
+
+
+def highest_hz(term):
+    """The highest frequency of a line; 0 for other effects."""
+    course = term.parameters.get("course_hz", "0").split()
+    return max(term.parameters.get("frequency_hz", 0), *map(float, course), 0)
 
 
 @st.composite
@@ -149,10 +158,7 @@ class Models(asked.Lawful):
     @examples(150)
     def test_written_files_are_read(self, rate_hz, column, made):
         assume(not any(term.parameters.get("column") == column for term in made))
-        assume(
-            not rate_hz
-            or not any(term.parameters.get("frequency_hz", 0) > rate_hz / 2 for term in made)
-        )
+        assume(not rate_hz or not any(highest_hz(term) > rate_hz / 2 for term in made))
         wanted, path = models.Model(rate_hz, column, made), self.work / "m.toml"
         models.write(wanted, path)
         self.assertEqual(models.read(path), wanted)
@@ -179,15 +185,12 @@ class Models(asked.Lawful):
             (plain["sensor"]["column"], plain["sensor"].get("rate_hz")),
         )
         for term, entry in zip(found.terms, plain.get("effect", []), strict=True):
-            said = {
-                models.spoken(name, found.column): value for name, value in term.parameters.items()
-            }
-            kind = (
-                models.ACCEL_KINDS.get(term.kind, term.kind)
-                if found.column.startswith("accel_")
-                else term.kind
-            )
-            self.assertEqual({"kind": kind, **said}, entry)
+            said = {"kind": models.kind_said(term.kind, found.column)}
+            for parameter in table.find(term.kind).parameters:
+                if parameter.name in term.parameters:
+                    one, _ = models.as_said(term.kind, parameter, found.column)
+                    said[one.name] = term.parameters[parameter.name]
+            self.assertEqual(said, entry)
 
     @given(
         st.one_of(

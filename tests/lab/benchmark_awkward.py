@@ -41,7 +41,7 @@ def one(job):
     outcome, reasons = scoring.outcome(found, truth)
     last = found["steps"][-1]
     untrue = scoring.observed(found) - set(
-        "|".join([*truth.observations, *truth.tolerated]).split("|")
+        "|".join(["unknown", *truth.observations, *truth.tolerated]).split("|")
     )
     return row | {
         "outcome": outcome,

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 from asking import run
-from davarlab import axes
+from davarfleet import command
+from davarlab import axes, cli
 from davarlab import model as models
 from davarlab.data.recording import Recording
 from davarlab.effects import clocks, table
@@ -174,6 +175,17 @@ class Columns(unittest.TestCase):
         recording = Recording({"phase_s": np.zeros(1200, np.float32)}, 1.0, "long.csv")
         with self.assertRaisesRegex(BadInput, "long.csv: column phase_s: .* single precision"):
             axes.for_analysis(recording, models.Model(1.0, "phase_s"))
+
+    def test_names_of_files_stay(self):
+        text = "gyro: step_dps = 3 deg/s; fit gyro_dps.csv -m logs/gyro/rec_dps.toml. A gyro."
+        said = "clock: step_ppb = 3 ppb; fit gyro_dps.csv -m logs/gyro/rec_dps.toml. A clock."
+        self.assertEqual(axes.in_units(text, "phase_s"), said)
+
+    def test_a_fleet_reads_clocks_and_confirmed_recordings(self):
+        words = ["fleet", "a.csv", "-m", "m.toml", "-o", "out", "--clock", "x=phase"]
+        options = cli.parser().parse_args([*words, "--as-recorded"])
+        how = command.work_of(options, ["a.csv"], models.Model(1.0, "x_phase_s"))[0].how
+        self.assertEqual((how.clocks, how.as_recorded), (["x=phase"], True))
 
     def test_no_filter_of_a_gyro_is_looked_for_in_a_clock(self):
         self.assertIn("high_pass", clocks.not_of("phase_s"))

@@ -280,6 +280,10 @@ class Searched(Folder):
         plain = json.loads(asking.run("diagnose", path, "-m", start, "--json").stdout)
         self.assertEqual((plain["answer"], plain["verdict"]), ("unknown", "unknown"))
         self.assertTrue(plain["unknown"]["next"] and plain["unknown"]["excluded"])
+        observed = {one["kind"]: one for one in plain["observations"]}["unknown"]
+        where = plain["unknown"]["where"]
+        self.assertEqual(observed["stretches"], [[where["start_s"], where["stop_s"]]])
+        self.assertIn(plain["unknown"]["next"][0], observed["detail"])
         comments = " ".join(line[2:] for line in better.read_text().splitlines() if line[:1] == "#")
         shown = page.read_text()
         for text in (done.stdout, comments, shown, table_of_axes.stdout, plain["answer_said"]):

@@ -13,9 +13,9 @@ from typing import TypedDict
 
 from davarlab import files
 from davarlab import model as models
+from davarlab.commands.shared import log_options
 from davarlab.diagnosis.state import Progress
 from davarlab.errors import BadInput
-from davarlab.logs import formats
 from davarlab.model import Model
 from davarlab.report import contents, values
 from davarlab.thresholds import CHANCE
@@ -72,15 +72,7 @@ def chosen(addresses: Sequence[str], count: int) -> set[str]:
 
 
 def work_of(options: Namespace, addresses: Sequence[str], model: Model) -> list[jobs.Job]:
-    how = formats.Options(
-        options.rate,
-        options.sensor,
-        options.unit,
-        [],
-        [],
-        options.types,
-        options.names,
-    )
+    how = log_options(options)
     by_chance = chosen(addresses, options.chance)
     return [
         jobs.Job(

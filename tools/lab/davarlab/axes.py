@@ -23,6 +23,9 @@ from .inference.estimate import Estimate
 from .model import Model, as_said, is_accel, kind_said
 
 TO_MPS2 = {"g": 9.80665, "mg": 9.80665e-3, "m_s2": 1.0, "mps2": 1.0}
+# Words of a gyro that are not in the name of a file.
+GYRO = re.compile(r"(?<![\w./-])gyro(?![\w-]*[./]\w)")
+DPS = re.compile(r"_dps(?![\w-]*[./]\w)")
 SHOWN = {
     "deg": ("m/s", 1.0),
     "deg/h": ("ug", 1e6 / 9.80665 / 3600),
@@ -166,7 +169,8 @@ def of_clock(text: str) -> str:
         ):
             text = text.replace(gyro, clock)
             text = text.replace(gyro[0].upper() + gyro[1:], clock[0].upper() + clock[1:])
-    return text.replace("deg/s", "ppb").replace("_dps", "_ppb").replace("gyro", "clock")
+    text = text.replace("deg/s", "ppb")
+    return GYRO.sub("clock", DPS.sub("_ppb", text))
 
 
 def clause(physics: str) -> str:
@@ -290,6 +294,8 @@ def text(found: Iterable[Found]) -> str:
         adequacy = one.data.get("final", one.data)["adequacy"]
         out.append(f"{'' if own else one.column:<14}{'adequacy':<44}{adequacy}{error}")
         if "missing" in one.data:  # a diagnosis
-            out.append(f"{'':<14}{'missing':<44}{one.data['missing_said']}")
-            out += [f"{'':<14}{'next':<44}{step}" for step in next_steps(one.data)]
+            said = in_units(one.data["missing_said"], one.column)
+            out.append(f"{'':<14}{'missing':<44}{said}")
+            steps = [in_units(step, one.column) for step in next_steps(one.data)]
+            out += [f"{'':<14}{'next':<44}{step}" for step in steps]
     return "\n".join(out)

@@ -116,8 +116,10 @@ def of_size(bench: Bench, parts: Sequence[Part], part: Part) -> str:
 
 def of_image(bench: Bench, known: Bools | None, parts: Sequence[Part], part: Part) -> str:
     """A line that regular gaps show as well at another frequency."""
-    shifted = images.shifts(known) if part.kind in LINES else ()
-    if known is None or not len(shifted):
+    if known is None or part.kind not in LINES:
+        return ""
+    shifted = images.shifts(known)
+    if not len(shifted):
         return ""
     rate, f_hz = bench.recording.rate_hz, part.shape["frequency_hz"]
     rest = bench.y - bench.mean_course(parts, bench.fit(parts))

@@ -40,8 +40,8 @@ def doubt(bench: Bench, parts: Sequence[Part], part: Part) -> str:
 
 
 def more(bench: Bench, parts: Sequence[Part], part: Part, names: Sequence[str]) -> bool:
-    """Has one of the columns more power, in any octave, than the white noise of its own sensor? Of
-    a square of vibration, has the square more than that of the noise?"""
+    """Does one of the columns have more power, in any octave, than the white noise of its sensor?
+    For effects of vibration, its square is compared with the square of the noise."""
     quiet = replace(
         bench.recording,
         columns=bench.recording.columns | {name: noise(bench.recording, name) for name in names},
@@ -54,7 +54,7 @@ def more(bench: Bench, parts: Sequence[Part], part: Part, names: Sequence[str]) 
 
 
 def louder(x: Floats, own: Floats) -> bool:
-    """Has x more power than its own noise in any octave, by more than chance and by more than the
+    """Does x have significantly more power than its own noise in any octave, and more than the
     error of the level of the noise?"""
     true, noise_of = octaves(x), octaves(own)
     return any(

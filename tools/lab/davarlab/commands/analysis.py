@@ -44,7 +44,7 @@ def load(options: argparse.Namespace) -> tuple[Recording, models.Model]:
         kinds = ", ".join(models.kind_said(kind, given.column) for kind in model.kinds)
         progress(f"no -m: {kinds} of {given.column} are fitted")
         if options.command != "fit":
-            model = improve.fit(recording, model, telling(options))[1]
+            model = improve.fit(recording, model, progress_of(options))[1]
     elif options.command != "fit":
         models.check_noise(model, options.model)
     return recording, model
@@ -62,7 +62,7 @@ def column_of(options: argparse.Namespace) -> str:
     return given_model(options).column
 
 
-def telling(options: argparse.Namespace) -> Progress:
+def progress_of(options: argparse.Namespace) -> Progress:
     """Progress, in the language of the column."""
     column = column_of(options)
     return lambda text: progress(axes.in_units(text, column))
@@ -119,7 +119,7 @@ def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
 
 def fit_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
-    state, fitted, entries = improve.fit(recording, model, telling(options))
+    state, fitted, entries = improve.fit(recording, model, progress_of(options))
     column, output = column_of(options), output_of(options)
     if output:
         said = [verdict.adequacy(state.judgement), *verdict.to_find(state.judgement)]
@@ -175,8 +175,8 @@ def report(
 
 def compare_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
-    state = state_of.judged(state_of.start(recording, model, telling(options)))
-    found = compare.compare(recording, model, telling(options), state)
+    state = state_of.judged(state_of.start(recording, model, progress_of(options)))
+    found = compare.compare(recording, model, progress_of(options), state)
     report(options, recording, model, (found, state))
     return (
         axes.Found(
@@ -189,7 +189,7 @@ def compare_one(options: argparse.Namespace) -> One:
         "\n".join(
             [
                 terminal.comparison(found, evidence.notes(recording, model)),
-                *verdict.to_find(found.judgement),
+                *verdict.to_find(found.judgement, state.judgement),
             ]
         ),
     )
@@ -198,7 +198,7 @@ def compare_one(options: argparse.Namespace) -> One:
 def diagnose_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     held_out = load_held_out(options, model)
-    found = improve.improve(recording, model, held_out, telling(options), DETAIL)
+    found = improve.improve(recording, model, held_out, progress_of(options), DETAIL)
     report(options, recording, model, found)
     return axes.Found(
         column_of(options), 0, values.diagnosis(found), found.model, found.estimates
@@ -209,7 +209,7 @@ def improve_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(
-        recording, model, held_out, telling(options), DETAIL if options.report else 0
+        recording, model, held_out, progress_of(options), DETAIL if options.report else 0
     )
     column, output = column_of(options), output_of(options)
     if output:
@@ -234,7 +234,7 @@ def run_plot(options: argparse.Namespace) -> int:
     from ..report import plot
 
     recording, model = load(options)
-    found = compare.compare(recording, model, telling(options))
+    found = compare.compare(recording, model, progress_of(options))
     plot.draw(found, options.output)
     emit(options, {"picture": options.output}, options.output)
     return 0

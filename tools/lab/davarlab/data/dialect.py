@@ -344,7 +344,7 @@ def sniffed(
             f"--names: {len(given)} names, but {path} has {count} columns "
             f"(line {line}: {texts[min(first, len(rows) - 1)][:SHOWN]})"
         )
-    said = told_of(separator, decimal, header, rows, first)
+    said = as_read(separator, decimal, header, rows, first)
     if header is None and names is not None:
         said.append("names from the comment above the numbers")
     named = list(given) if given is not None else names or []
@@ -389,7 +389,7 @@ def check_above(
         )
 
 
-def told_of(
+def as_read(
     separator: str,
     decimal: str,
     header: Header | None,

@@ -35,10 +35,10 @@ SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accele
 # Over which gravity is averaged; robust standard deviations, all axes, from which it has moved.
 TILT_S, TILT = 10.0, 7.0
 TILT_BLOCKS = 9  # before and after, that the course of a tilt is compared in
-# Spread of rates averaged over a quarter of a second, in deg/s, that no sensor at rest has, unless
-# it is by WHITER less than that of its white noise.
+# Largest spread at rest of rates averaged over a quarter of a second, in deg/s, or WHITER times
+# what the white noise gives to such averages, if that is more.
 REST_DPS, WHITER = 0.35, 3.0
-PAUSE_S = 3.0  # a rest between two stretches that is shorter belongs to them
+PAUSE_S = 3.0  # a shorter rest between two sections with motion is excluded too
 GROW_S, GROW = 0.5, 4.0  # blocks beside motion, and robust standard deviations from which they move
 SHORTEST = 4  # samples of such a block
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level

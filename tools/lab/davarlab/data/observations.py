@@ -60,6 +60,7 @@ def find(recording: Recording, column: str) -> list[Observation]:
         for entry in (
             doubted(recording, column),
             lost(recording, known),
+            in_blocks(recording, known),
             stamps(recording),
         )
         if entry
@@ -173,7 +174,6 @@ def lost(recording: Recording, known: Bools) -> Observation | None:
         f"{mask.sum()} samples are missing, at most {longest} in a row. The analysis fills them "
         "with random noise from the model's spectrum. No Allan deviation spans them."
     )
-    detail += in_blocks(recording, known)
     cut = recording.clock.cut if recording.clock else ()
     if cut:
         detail += (
@@ -184,22 +184,25 @@ def lost(recording: Recording, known: Bools) -> Observation | None:
     return of_mask("lost_samples", recording, mask, detail)
 
 
-def in_blocks(recording: Recording, known: Bools) -> str:
-    """A sentence on samples that come in blocks with regular gaps between; "" where they do not."""
+def in_blocks(recording: Recording, known: Bools) -> Observation | None:
+    """Samples that come in blocks with regular gaps between."""
     runs = motion.stretches(known)
     apart = np.diff([first for first, _ in runs])
     if len(apart) < REGULAR:
-        return ""
+        return None
     low, usual, high = np.percentile(apart, (25, 50, 75))
     if low < (1 - STRAY) * usual or high > (1 + STRAY) * usual:
-        return ""
+        return None
     length = int(np.median([end - first for first, end in runs]))
-    return (
-        f" The samples come in blocks of {length}, every {usual / recording.rate_hz:.3g} s "
+    return Observation(
+        "bursts",
+        [[0.0, float(recording.samples / recording.rate_hz)]],
+        1.0,
+        f"The samples come in blocks of {length}, every {usual / recording.rate_hz:.3g} s "
         f"({recording.rate_hz / usual:.3g} per second), with gaps between: the FIFO or the bus is "
         "not read fast enough, or it is switched off between the blocks. Frequencies are those of "
         "the real time, but a line has images at multiples of that rate. Read every sample of the "
-        "FIFO, or lower the sensor's rate."
+        "FIFO, or lower the sensor's rate.",
     )
 
 
@@ -318,10 +321,11 @@ def dead(recording: Recording, x: Floats, known: Bools) -> Observation | None:
         "dead_zone",
         [[0.0, float(recording.samples / recording.rate_hz)]],
         share,
-        f"{100 * share:.2g} % of the samples are exactly {values[most]:.6g}, which is "
-        f"{counts[most] / beside.mean():.2g} times as often as their neighbours. Sensor or driver "
-        "puts this value in the place of small rates (a dead zone), or of samples that it lost. "
-        "Nothing is analysed. Switch the dead zone off, or read the raw registers.",
+        f"{100 * share:.2g} % of the samples are exactly {values[most]:.6g}, "
+        f"{counts[most] / beside.mean():.2g} times as many as at the values next to it. The sensor "
+        "or its driver reports this value instead of small rates (a dead zone), or instead of "
+        "samples that it lost. Nothing is analysed. Switch the dead zone off, or read the raw "
+        "registers.",
         spoils=True,
     )
 

@@ -41,8 +41,10 @@ def ranking(
     only: Collection[str] | None = None,
     progress: Trying = lambda kind, found: None,
 ) -> list[Candidate]:
-    """Every effect that the model lacks, best first; `only`: of these kinds; `progress`: see
-    ranked()."""
+    """Every effect that the model lacks, best first; none for a spoiled recording. `only`: of these
+    kinds; `progress`: see ranked()."""
+    if state.spoiled:
+        return []
     skip = set(skip) | clocks.not_of(state.bench.gyro or "")
     skip |= set(table.TABLE) - set(only) if only else set()
     asked = set(columns_of.SOUGHT_TOGETHER) - skip
@@ -396,7 +398,7 @@ def by_chance(state: State, part: Part, rest: State) -> bool:
         if kind in doubts.LINES
         else log_chance(kind, loss)
     )
-    return log_p + np.log(len(table.TABLE)) > np.log(CHANCE.family_wise)
+    return bool(log_p + np.log(len(table.TABLE)) > np.log(CHANCE.family_wise))
 
 
 def useful(state: State, given: int) -> tuple[State, list[Part], list[Part], list[Part]]:
@@ -470,7 +472,7 @@ def search(
     """(judged states from the given effects to the last, the search, useless parts). Missing
     samples are drawn anew from what was found, and the search begins again."""
     given = len(model.terms)
-    if any(one.spoils for one in state.seen):
+    if state.spoiled:
         return [judged(state)], Search(state, state, given), []
     way = forward(state, given, progress, draft=state.known is not None)
     if state.known is not None:

@@ -53,6 +53,11 @@ class State:
         return next((one.kind for one in self.seen if one.kind == plausible.KIND or one.spoils), "")
 
     @property
+    def spoiled(self) -> bool:
+        """Are the samples not what the sensor measures."""
+        return any(one.spoils for one in self.seen)
+
+    @property
     def model_kinds(self) -> list[str]:
         return [part.kind for part in self.parts]
 
@@ -105,7 +110,8 @@ def start(recording: Recording, model: Model, progress: Progress = lambda text: 
     few = known.mean() < START.few_known
     near = not few and spectrum_p(first) > START.far_p
     # Each with other numbers: the same ones would add up their own chance variance.
-    for seed in range(3, 3 + START.few_draws) if few else (1,) * near:
+    seeds = range(3, 3 + START.few_draws) if few else range(1, 1 + near)
+    for seed in seeds:
         drawn = drawn_by(first, seed)
         first = fitted(recording, model, drawn, known, seen)
     return fitted(recording, model, lines + drawn, known, seen) if lines.any() else first
@@ -167,7 +173,7 @@ def check_at_rest(recording: Recording, seen: Sequence[Observation]) -> None:
     raise BadInput(
         f"{recording.name}: the sensor moves in {100 * share:.2g} % of the recording, so this is "
         f"not a recording at rest ({rest}). Put the sensor on a solid base, do not touch it, and "
-        "record again, or analyze only a part at rest"
+        "record again, or cut the file to a part at rest"
     )
 
 

@@ -65,7 +65,6 @@ SPOKEN = {
         {"step_dps": ("step", "", PPB)},
     ),
 }
-KINDS = {one.kind: kind for kind, one in SPOKEN.items()}
 
 
 def not_of(column: str) -> set[str]:

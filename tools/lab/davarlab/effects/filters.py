@@ -65,9 +65,9 @@ def moving_average(f: Floats, rate_hz: float, shape: Values) -> Floats:
 
 
 def leaked(f: Floats, rate_hz: float, shape: Values) -> Floats:
-    """What white noise behind a moving average has more at an ordinate than its power gain says,
-    times the number of samples: the record begins and ends (DESIGN 2.3). It is all that there is at
-    a zero of the gain."""
+    """The variance of an ordinate of white noise after a moving average, minus the power gain,
+    times the number of samples (DESIGN 2.3). It comes from the ends of the record. At a zero of the
+    gain, nothing else is left."""
     samples, turn = shape["samples"], angular(f, rate_hz)
     weights = np.ones(int(np.ceil(samples)))
     weights[-1] -= len(weights) - samples

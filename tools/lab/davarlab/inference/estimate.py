@@ -167,7 +167,7 @@ def of_share(one: Estimate, share: float) -> Estimate:
         ends = [value * (end / value) ** times for end in (one.low, one.high)]
     else:
         ends = [value + (end - value) * times for end in (one.low, one.high)]
-    return Estimate(value, *map(float, ends))
+    return Estimate(value, float(ends[0]), float(ends[1]))
 
 
 def spectrum_estimate(scale: float, size: float, error: float, bound: float) -> Estimate:

@@ -89,6 +89,17 @@ def observations(seen: Sequence[Observation]) -> list[Json]:
     return [one.plain() for one in seen]
 
 
+def observed(found: Improvement) -> list[Json]:
+    """The observations on a recording, and what an unknown effect leaves unexplained."""
+    seen, left = list(found.comparison.observations), found.unexplained
+    if left is not None:
+        start, stop = left.deviation["start_s"], left.deviation["stop_s"]
+        said = " ".join([verdict.of_unknown(found), *verdict.next_steps(left)])
+        share = (stop - start) / left.duration_s
+        seen.append(Observation("unknown", [[start, stop]], share, words.in_ascii(said)))
+    return observations(seen)
+
+
 def comparison(c: Comparison) -> Json:
     return {
         "samples": c.samples,
@@ -123,6 +134,7 @@ def diagnosis(found: Improvement) -> Json:
     return {
         **comparison(found.comparison),
         **answered(found),
+        "observations": observed(found),
         "final": judgement(found.judgement),
         "steps": [vars(step) for step in found.steps],
         "refitted": found.refitted and vars(found.refitted),
@@ -150,7 +162,7 @@ def improvement(found: Improvement, output: str | None) -> Json:
         "refitted": found.refitted and vars(found.refitted),
         **answered(found),
         **judgement(found.judgement),
-        "observations": observations(found.comparison.observations),
+        "observations": observed(found),
         "notes": found.notes,
         "model": output,
         "fitted": fitted(found.model, found.estimates),

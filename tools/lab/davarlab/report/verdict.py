@@ -34,6 +34,7 @@ TESTS = {
 UNKNOWN = "Something is missing that davarlab does not know."
 NOTHING = "Nothing is missing."
 TO_FIND = "To find the missing effect, run diagnose."
+TO_REFIT = "The same effects fit with other values. To refit them, run fit."
 NOT_VALID = "The intervals below are not valid, because they assume that the model fits."
 OWN_EFFECT = "If you know the cause, write it as your own effect and add it with"
 # Columns that an effect needs -> what to log.
@@ -240,7 +241,7 @@ def helpful(found: Improvement) -> bool:
 
 
 def of_unknown(found: Improvement) -> str:
-    """The sixth answer: something is missing, and where."""
+    """The answer "unknown": something is missing, and where."""
     unexplained = found.unexplained
     assert unexplained is not None  # improve.improved() gives it to every model that fails
     added = ""
@@ -513,9 +514,12 @@ def after_comparison(comparison: Comparison, state: Judged, run: FollowUp) -> li
     return [(TO_FIND, run.follow_up("diagnose", "--report", "DIAGNOSIS.html"))]
 
 
-def to_find(judgement: Judgement) -> list[str]:
-    """What to do about a model that fails, before anything was tried."""
-    return [TO_FIND] if judgement.testable and not judgement.adequate else []
+def to_find(judgement: Judgement, refitted: Judgement | None = None) -> list[str]:
+    """What to do about a model that fails, before anything was tried. refitted: the verdict on the
+    same effects with other values."""
+    if judgement.adequate or not judgement.testable:
+        return []
+    return [TO_REFIT if refitted and refitted.adequate else TO_FIND]
 
 
 def no_candidate(judgement: Judgement, unexplained: Unexplained | None) -> list[str]:
