@@ -1,15 +1,20 @@
 """The way of the search: where it ends, and what it may cost."""
 
+import tempfile
 import unittest
 from dataclasses import dataclass, replace
+from pathlib import Path
 from unittest import mock
 
+import asking
 import numpy as np
+import scoring
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import evidence, search
 from davarlab.diagnosis import state as state_of
 from davarlab.model import Model, Term
 from davarlab.thresholds import SEARCH
+from scipy import signal
 
 RATE, COLUMN = 50.0, "gyro_z_dps"
 
@@ -23,6 +28,33 @@ class Judgement:
 class Step:
     name: str
     judgement: Judgement
+
+
+class Filters(unittest.TestCase):
+    def test_a_low_pass_is_named_from_any_cutoff_and_without_a_model(self):
+        """White noise behind SciPy's bilinear filter, in counts. One extra effect by chance is
+        allowed.
+        """
+        rate, arw, count, extra = 100.0, 0.2, 0.005, 0
+        for share in (0.03, 0.1, 0.2, 0.3, 0.42):
+            rng = np.random.default_rng(round(1000 * share))
+            white = arw / 60 * np.sqrt(rate) * rng.standard_normal(60000)
+            passed = signal.lfilter(*signal.butter(1, share * rate, fs=rate), white)
+            with self.subTest(share=share), tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / "rec.csv"
+                time = np.arange(len(passed)) / rate
+                rows = np.column_stack([time, np.round(passed / count) * count])
+                np.savetxt(path, rows, "%.5f", ",", header="time_s,gyro_x_dps", comments="")
+                found, _, wrong, _ = asking.ask(["improve", path])
+                self.assertEqual(wrong, "")
+                named = scoring.named(found)
+                self.assertIn("low_pass", named)
+                self.assertNotIn("moving_average", named)
+                extra += len(named) - 1
+                one = found["fitted"][0]["parameters"]["coefficient_deg_per_sqrt_h"]
+                self.assertLess(one["low"], 1.01 * arw)
+                self.assertGreater(one["high"], 0.99 * arw)
+        self.assertLessEqual(extra, 1)
 
 
 class End(unittest.TestCase):
