@@ -284,7 +284,7 @@ static davar_plan_t *plan_of(davar_python_t *run, uint32_t window_samples)
     return plan;
 }
 
-/* Every epoch, or as few as asked for. */
+/* Fits the result at its turn: every fit_every-th epoch. True if it did. */
 static bool fit_if_due(davar_python_t *run)
 {
     if ((run->fit_every == 0U) || (run->unfitted > 0U)) {

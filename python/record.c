@@ -1,6 +1,7 @@
 /* davar for Python - the Allan deviation of a complete record. One pass over the samples: block by
  * block, the cumulative sums and the differences of every cluster size that end in the block, exact
  * in integers. Then the library's fit, as for any window. */
+#include "bits.h"
 #include "davar/davar.h"
 #include "davar_python.h"
 #include "vectors.h"
@@ -117,16 +118,6 @@ static void accumulate(record_t *record, size_t from, size_t to)
         place = ((place + 1U) < record->room) ? (place + 1U) : 0U;
         record->total[place] = sum;
     }
-}
-
-/* The number of bits of a value. */
-static unsigned bits_of(uint64_t value)
-{
-    unsigned bits = 0U;
-    while ((bits < 64U) && ((value >> bits) > 0U)) {
-        bits++;
-    }
-    return bits;
 }
 
 /* The place in the ring of the sum of n samples. Lowers *count to the sums up to the ring's end. */

@@ -5,6 +5,7 @@
  *     trailing   record                    it grows from the shortest to the longest
  */
 #include "slide.h"
+#include "bits.h"
 #include "vectors.h"
 
 #include <math.h>
@@ -40,16 +41,6 @@ static uint64_t accumulate(slide_t *slide, const quantisation_t *quantisation, c
     return (uint64_t)((int64_t)high - low);
 }
 
-/* The number of bits of a value. */
-static uint32_t bits_of(uint64_t value)
-{
-    uint32_t bits = 0U;
-    while ((bits < 64U) && ((value >> bits) > 0U)) {
-        bits++;
-    }
-    return bits;
-}
-
 /* Splits differences of up to 2^bits so that no sum of products of their parts exceeds 62 bits.
  * Small ones need no split: shift 0. False: there is no such split. */
 static bool split(slide_t *slide, uint64_t range)
@@ -59,7 +50,7 @@ static bool split(slide_t *slide, uint64_t range)
     const uint32_t terms = bits_of(config->window.longest);
     const uint32_t most = (62U - terms) / 2U;
     slide->shift = (2U * bits + terms <= 62U) ? 0U : ((most < 26U) ? most : 26U);
-    return (bits <= slide->shift) || (2U * (bits - slide->shift) + terms <= 62U);
+    return 2U * (bits - slide->shift) + terms <= 62U; /* bits are more than the shift */
 }
 
 bool slide_open(slide_t *slide, const davar_config_t *config, const quantisation_t *quantisation,

@@ -17,8 +17,7 @@ FOLLOWED = (
     ("lib/src/pipeline/q15.c", "davar_push_q15"),
     ("lib/src/pipeline/push.inc", "pipeline_push_all"),
     ("lib/src/pipeline/slide.inc", "sliding_glide"),
-    ("lib/src/pipeline/allan.inc", "allan_lead_run"),
-    ("lib/src/pipeline/type_q15.inc", "sum_add_square"),
+    ("lib/src/pipeline/type_q15.inc", "sum_slide"),
 )
 
 

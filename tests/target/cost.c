@@ -63,7 +63,8 @@ static void start(davar_policy_t policy, uint32_t stride)
         board_exit(1);
     }
     davar_plan_init_white(&plan, config.taus, config.tau_count);
-    const char *const ram = (stride == 1U) ? "ram_bytes" : "ram_grid_bytes";
+    const char *const slides = (policy == DAVAR_POLICY_FIXED) ? "ram_bytes" : "ram_or_bytes";
+    const char *const ram = (stride == 1U) ? slides : "ram_grid_bytes";
     board_figure((policy == DAVAR_POLICY_GLR) ? "ram_glr_bytes" : ram,
                  (uint32_t)(bytes + sizeof davar)); /* of glr, the last one counts: stride 60 */
 }

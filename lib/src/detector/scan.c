@@ -102,8 +102,8 @@ static void compare(scan_t *scan, int32_t gain, uint32_t n, uint32_t age, uint32
     }
 }
 
-/* Tests the split at `age`, which is below 2^(level + 2) and has a record at this level. If that is
- * not after the beginning, it has no older block. A bound below every threshold comes first, because
+/* Tests the split at `age`, which is below 2^(level + 2) and has a record at this level. If the
+ * record is not after the beginning, the split has no older block. The bound comes first, because
  * it needs no logarithm. */
 static void test_split(scan_t *scan, uint32_t age, uint32_t level)
 {

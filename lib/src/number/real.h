@@ -1,6 +1,7 @@
 /* davar - floating-point numbers: their bits, conversions from integers, roots, quotients and
- * products, correctly rounded as IEEE 754 requires: the same bits on every target. Without the floating-point instruction they are computed in integers, much faster
- * than by the digit-by-digit library of a compiler. */
+ * products. They are correctly rounded as IEEE 754 requires, so the bits are the same on every
+ * target. Without a floating-point instruction they are computed in integers, much faster than by
+ * the digit-by-digit library of a compiler. */
 #ifndef DAVAR_SRC_REAL_H
 #define DAVAR_SRC_REAL_H
 
