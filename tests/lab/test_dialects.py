@@ -215,6 +215,9 @@ class Named(Dialects):
             self.refused(
                 log, f"{name}:1: no names", "--names time_us,gyro_x_dps,gyro_y_dps,gyro_z_dps,temp"
             )
+            seconds = self.file(name, rows(US / 1e6, *GYRO.T, TEMP, separator=separator))
+            self.refused(seconds, "--names time_s,gyro_x_dps,gyro_y_dps,gyro_z_dps,temp")
+            log = self.file(name, rows(US, *GYRO.T, TEMP, separator=separator))
             columns = self.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,temp_degC")[1]
             self.check_gyro(columns)
             np.testing.assert_allclose(np.float64(columns["temp_degC"]), TEMP)

@@ -653,7 +653,7 @@ class Fit:
     pivot_least: float = of(
         1e-5, "rows of unit norm", "choice", "pivot of a Cholesky factor that is well posed"
     )
-    edge: float = of(
+    reach_end: float = of(
         0.95, "of the reach", "choice", "from which a filter's shape is searched for further on"
     )
     slow_s: float = of(0.5, "s", "DESIGN 1.4", "in which a slow course does not move")

@@ -253,9 +253,12 @@ def in_comments(
     return None
 
 
-def example(count: int) -> str:
-    """What to type for so many columns."""
+def example(count: int, time: Sequence[float] = ()) -> str:
+    """What to type for so many columns; `time`: the first one, which is in seconds if it has
+    fractions."""
     names = list(EXAMPLE[:count]) if count != 3 else list(EXAMPLE[1:4])
+    if any(one % 1 for one in time):
+        names = ["time_s" if name == EXAMPLE[0] else name for name in names]
     return "--names " + ",".join(names + [SKIP] * (count - len(names)))
 
 

@@ -117,7 +117,7 @@ def refine_one(bench: Bench, parts: list[Part], index: int, name: str) -> list[P
         return parts
     bench.forget(part)
     parts = [*parts[:index], at(best.x), *parts[index + 1 :]]
-    beyond = part.role == "filter" and abs(best.x) > FIT.edge * width
+    beyond = part.role == "filter" and abs(best.x) > FIT.reach_end * width
     return refine_one(bench, parts, index, name) if beyond else parts
 
 

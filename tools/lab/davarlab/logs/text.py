@@ -176,7 +176,7 @@ def log(path: StrPath, options: "Options") -> Own | named.Log:
         raise BadInput(
             f"{path}:{found.line + 1}: no names above the {found.count} columns "
             f"({first[: table.SHOWN]}). Type a name for each, or {dialect.SKIP} to skip one: "
-            f"{dialect.example(found.count)}"
+            f"{dialect.example(found.count, next(iter(found.columns.values())))}"
         )
     read_clocks(found.columns, clocks, path)
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
