@@ -253,7 +253,7 @@ def in_comments(
     return None
 
 
-def example(count: int, time: Sequence[float] = ()) -> str:
+def example(count: int, time: Iterable[float] = ()) -> str:
     """What to type for so many columns; `time`: the first one, which is in seconds if it has
     fractions."""
     names = list(EXAMPLE[:count]) if count != 3 else list(EXAMPLE[1:4])
