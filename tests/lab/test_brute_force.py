@@ -109,6 +109,14 @@ class Courses(unittest.TestCase):
             around = np.lib.stride_tricks.sliding_window_view(np.pad(x, 4, mode="symmetric"), 9)
             np.testing.assert_array_equal(ndimage.median_filter(x, 9), np.median(around, axis=1))
 
+    def test_allan_deviations_scale_with_the_samples_at_any_size(self):
+        """By powers of two every digit stays, beyond the largest full scale of the library too."""
+        y = np.random.default_rng(4).normal(size=3000)
+        found = allan.by_library(y, 1000, [1, 2, 4])
+        for exponent in (-90, -10, 10, 70, 200):
+            scaled = allan.by_library(np.ldexp(y, exponent), 1000, [1, 2, 4])
+            np.testing.assert_array_equal(scaled, np.ldexp(found, exponent))
+
     def test_a_sine_in_pieces_is_the_sine(self):
         for turns, samples, first in ((0.0123, 5000, 0.25), (0.4999, 1024, 0.0), (3e-6, 7, 0.9)):
             whole = np.sin(2 * np.pi * (turns * np.arange(samples) + first))

@@ -101,7 +101,9 @@ def measured(y: Floats, window: int, taus: Sequence[int]) -> Floats:
 def by_library(y: Floats, window: int, taus: Sequence[int]) -> Floats:
     """Allan deviations of the full windows that follow each other, of clusters that begin at every
     sample."""
-    data = np.ascontiguousarray(y - np.mean(y), dtype=np.float32)
+    centred = y - np.mean(y)
+    unit = 2.0 ** np.frexp(np.abs(centred).max())[1]  # the library's full scale has limits
+    data = np.ascontiguousarray(centred / unit, dtype=np.float32)
     rows = len(data) // window
     out = np.full((rows, len(taus)), np.nan)
     array = (ctypes.c_uint32 * len(taus))(*taus)
@@ -119,7 +121,8 @@ def by_library(y: Floats, window: int, taus: Sequence[int]) -> Floats:
     )
     if done < 0:
         raise BadInput(f"the library refused a window of {window} samples (status {-1 - done})")
-    return out[:done]
+    found: Floats = out[:done] * unit
+    return found
 
 
 @cache
