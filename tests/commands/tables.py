@@ -191,4 +191,13 @@ BEFORE = {
         "tools/davar-sim build/rec.csv --window-max 6000 --stride 6000 --policy fixed --mode "
         "trailing --model-table build/gyro_model.csv"
     ): "tools/davarlab export build/better.toml -o build/gyro_model.csv --window 6000",
+    "tools/davarlab fit build/counter.csv --clock freq_hz=10e6 -o build/clock.toml": (
+        'awk \'BEGIN { srand(1); print "time_s,freq_hz"; for (i = 0; i < 3000; i++) '
+        'printf "%d,%.7f\\n", i, 1e7 + 0.001 * (rand() + rand() + rand()) }\' '
+        ">build/counter.csv"
+    ),
+    "tools/davarlab fit build/phase.txt --names phase_s --rate 1 -o build/clock.toml": (
+        "awk 'BEGIN { srand(2); for (i = 0; i < 3000; i++) "
+        'printf "%.12f\\n", 1e-9 * (rand() + rand() + rand()) }\' >build/phase.txt'
+    ),
 }
