@@ -184,7 +184,7 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
 {
     const extent_t extent = {.low = low, .high = high};
     run->quantisation = quantise_plan(&run->options, &extent);
-    const timing_t timing = {.rate_hz = rate_hz, .gaps = UINT16_MAX};
+    const timing_t timing = {.rate_hz = rate_hz, .breaks = UINT16_MAX};
     if (!engine_start(&run->engine, &run->settings, &run->quantisation, &timing, 1U, &run->learned,
                       &run->options, &run->error) ||
         !model_fits(run)) {
