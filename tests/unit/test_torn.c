@@ -50,7 +50,9 @@ static uint32_t judge_all(void)
                           is_torn(kept[run - 1], samples[i], samples[i + 1], noise);
             if (!expected[i]) {
                 calm = (step <= 4 * noise);
-                sum += (learned < 64) ? step : (((step < 8 * noise) ? step : 8 * noise) - sum / 64);
+                const int64_t widest = (1 << 26) - 1;
+                const int64_t limit = ((learned < 64) || (8 * noise > widest)) ? widest : 8 * noise;
+                sum += ((step < limit) ? step : limit) - ((learned < 64) ? 0 : sum / 64);
                 learned += (learned < 64) ? 1 : 0;
             }
         }

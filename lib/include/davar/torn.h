@@ -32,7 +32,7 @@ typedef enum {
 /** The filter of one axis. Fields are private. */
 typedef struct {
     /** @privatesection */
-    uint64_t sum;     /* 64 times the running mean of |x[i] - x[i-1]| (12.2) */
+    uint32_t sum;     /* 64 times the running mean of |x[i] - x[i-1]| (12.2) */
     int32_t previous; /* the newest sample delivered */
     int32_t waiting;  /* the sample to judge */
     uint32_t reads;   /* torn */
@@ -53,40 +53,36 @@ static inline uint32_t davar_torn_distance(int32_t a, int32_t b)
     return (a > b) ? ((uint32_t)a - (uint32_t)b) : ((uint32_t)b - (uint32_t)a);
 }
 
-/* Is a power of two of at least 32 `noise` within 4 `noise` of both distances? (12.1) */
-static inline bool davar_torn_by_a_power(uint32_t nearer, uint32_t farther, uint64_t noise)
+/* Is the waiting sample, which is `step` away from the previous one, torn if `next` follows it?
+ * (12.1) */
+static inline bool davar_torn_is(const davar_torn_t *torn, uint32_t step, uint32_t noise,
+                                 int32_t next)
 {
-    const uint64_t most = nearer + (4U * noise);
+    const uint32_t back = davar_torn_distance(torn->waiting, next);
+    if (((torn->waiting > torn->previous) != (torn->waiting > next)) || (torn->learned < 64U) ||
+        !torn->calm) {
+        return false;
+    }
+    const uint64_t reach = 4U * (uint64_t)noise;
+    const uint64_t most = ((step < back) ? step : back) + reach;
     uint64_t power = 1U;
     while ((2U * power) <= most) {
         power *= 2U;
     }
-    return (power >= (32U * noise)) && ((power + (4U * noise)) >= farther);
-}
-
-/* Is the waiting sample torn, if `next` follows it? (12.1) */
-static inline bool davar_torn_is(const davar_torn_t *torn, uint32_t step, int32_t next)
-{
-    const uint64_t noise = (torn->sum / 64U) + 1U;
-    const uint32_t back = davar_torn_distance(torn->waiting, next);
-    const uint32_t nearer = (step < back) ? step : back;
-    if ((nearer < (28U * noise)) || (torn->learned < 64U) || !torn->calm ||
-        ((torn->waiting > torn->previous) != (torn->waiting > next))) {
-        return false;
-    }
-    return davar_torn_by_a_power(nearer, (step < back) ? back : step, noise);
+    return (power >= (8U * reach)) && ((power + reach) >= ((step < back) ? back : step));
 }
 
 /* The running mean of the differences (12.2). */
-static inline void davar_torn_learn(davar_torn_t *torn, uint32_t step)
+static inline void davar_torn_learn(davar_torn_t *torn, uint32_t step, uint32_t noise)
 {
-    const uint64_t noise = (torn->sum / 64U) + 1U;
     torn->calm = (step <= (4U * noise));
     if (torn->learned < 64U) {
         torn->learned++;
-        torn->sum += step;
+        torn->sum += (step < (1U << 26U)) ? step : ((1U << 26U) - 1U);
     } else {
-        torn->sum += ((step < (8U * noise)) ? step : (8U * noise)) - (torn->sum / 64U);
+        const uint32_t limit = 8U * noise;
+        const uint32_t most = (limit < (1U << 26U)) ? limit : ((1U << 26U) - 1U);
+        torn->sum += ((step < most) ? step : most) - (torn->sum / 64U);
     }
 }
 /** @endcond */
@@ -100,11 +96,12 @@ static inline davar_torn_step_t davar_torn_push(davar_torn_t *torn, int32_t samp
 {
     davar_torn_step_t step = (torn->held > 0U) ? DAVAR_TORN_SAMPLE : DAVAR_TORN_NOTHING;
     if (torn->held == 2U) {
+        const uint32_t noise = (torn->sum / 64U) + 1U;
         const uint32_t distance = davar_torn_distance(torn->waiting, torn->previous);
-        if (davar_torn_is(torn, distance, sample)) {
+        if ((distance >= (28U * noise)) && davar_torn_is(torn, distance, noise, sample)) {
             step = DAVAR_TORN_READ;
         } else {
-            davar_torn_learn(torn, distance);
+            davar_torn_learn(torn, distance, noise);
         }
     }
     if (step == DAVAR_TORN_READ) {
