@@ -33,7 +33,7 @@ static const char *const TEXT[] = {
     "                          needs 4352 samples at rest; standard error reports the result\n"
     "  --gap FACTOR            a time step longer than FACTOR sample periods is a gap (default\n"
     "                          1.5; off with --rate)\n"
-    "  --skip-torn-reads       leave out rows with a torn register read: a single sample that\n"
+    "  --skip-torn-reads       skip rows with a torn register read: a single sample that\n"
     "                          jumps by a power of two in counts and back. Each makes a gap.\n"
     "                          Standard error has their number (needs --lsb)\n"
     "\n"

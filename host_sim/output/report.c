@@ -131,7 +131,7 @@ void report_notes(const options_t *options, const recording_t *recording, const 
 void report_torn(const selection_t *selection, const uint64_t *torn)
 {
     for (size_t c = 0; c < selection->count; c++) {
-        (void)fprintf(stderr, "davar-sim: %s: %" PRIu64 " torn register reads left out\n",
+        (void)fprintf(stderr, "davar-sim: %s: %" PRIu64 " torn register reads skipped\n",
                       selection->name[c], torn[c]);
     }
 }

@@ -1,4 +1,4 @@
-/* davar-sim - leaves out torn register reads, with the filter that a device has (davar/torn.h). */
+/* davar-sim - skips torn register reads, with the filter of a device (davar/torn.h). */
 #ifndef TORN_H
 #define TORN_H
 

@@ -1,12 +1,12 @@
 /** @file
- * davar - torn: leaves out torn register reads.
+ * davar - torn: replaces torn register reads by gaps.
  *
  * If a driver reads the bytes of a register while the sensor renews it, one byte is old, and the
  * sample is off by a power of two in counts. This filter belongs between the sensor and davar. It
  * delivers each sample when the next one arrives. In the place of a torn read it reports a gap.
  *
- * The filter cannot tell a torn read from a shock of one sample that happens to be a power of two
- * (DESIGN 12). Use it if your bus tears reads, and fix the driver: read in one burst, or latch the
+ * The filter cannot distinguish a torn read from a shock of one sample that happens to be a power of
+ * two (DESIGN 12). Use it if your bus tears reads, and fix the driver: read in one burst, or latch the
  * registers (block data update).
  *
  * Threads: one davar_torn_t belongs to one thread or interrupt. */
@@ -34,14 +34,14 @@ typedef struct {
     /** @privatesection */
     uint32_t sum;     /* 64 times the running mean of |x[i] - x[i-1]| (12.2) */
     int32_t previous; /* the newest sample delivered */
-    int32_t waiting;  /* the sample to judge */
+    int32_t waiting;  /* the sample to test */
     uint32_t reads;   /* torn */
     uint8_t held;     /* of the two samples above: 0, 1 (waiting) or 2 */
     uint8_t learned;  /* differences in sum, up to 64 */
     bool calm;        /* the difference before `previous` is within 4 times the noise */
 } davar_torn_t;
 
-/** Starts a filter. It learns the noise from the first 65 samples, and leaves out none of them. */
+/** Starts a filter. It learns the noise from the first 65 samples and delivers all of them. */
 static inline void davar_torn_init(davar_torn_t *torn)
 {
     *torn = (davar_torn_t){0, 0, 0, 0U, 0U, 0U, false};
@@ -120,7 +120,7 @@ static inline davar_torn_step_t davar_torn_push(davar_torn_t *torn, int32_t samp
 
 /** Ends a run of samples: call it before davar_gap, and at the end of a recording.
  * @return True if a sample waits. It is then in *last, and must be pushed before the gap. Without
- *         two neighbours it cannot be judged. */
+ *         two neighbours it cannot be tested. */
 static inline bool davar_torn_gap(davar_torn_t *torn, int32_t *last)
 {
     const bool waits = (torn->held > 0U);
