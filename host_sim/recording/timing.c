@@ -53,11 +53,14 @@ static double missing_in(const timing_t *timing, double step_s)
     return fmin(fmax(round(step_s / timing->period_s) - 1.0, 1.0), UINT32_MAX);
 }
 
-/* The first row has no time stamp before it. */
-static bool find_gaps(timing_t *timing, const recording_t *recording, sim_error_t *error)
+/* Counts the gaps, and stores the missing samples of each row unless `missing` is null. The first row
+ * has no time stamp before it. */
+static bool walk_steps(uint64_t *gaps, spool_t *missing, const timing_t *timing,
+                       const recording_t *recording, sim_error_t *error)
 {
     double time_s[CHUNK];
-    double newest_s = 0.0;
+    double newest_s = INFINITY;
+    *gaps = 0;
     for (uint64_t first = 0; first < recording->rows; first += CHUNK) {
         const uint64_t left = recording->rows - first;
         const size_t count = (left < CHUNK) ? (size_t)left : CHUNK;
@@ -65,17 +68,24 @@ static bool find_gaps(timing_t *timing, const recording_t *recording, sim_error_
             return false;
         }
         for (size_t i = 0; i < count; i++) {
-            const bool is_first = (first == 0U) && (i == 0U);
-            const double missing = is_first ? 0.0 : missing_in(timing, time_s[i] - newest_s);
+            const double lost = missing_in(timing, time_s[i] - newest_s);
             newest_s = time_s[i];
-            timing->gaps += (missing > 0.0) ? 1U : 0U;
-            if (!spool_put(&timing->missing, &missing, error)) {
+            *gaps += (lost > 0.0) ? 1U : 0U;
+            if ((missing != NULL) && !spool_put(missing, &lost, error)) {
                 return false;
             }
         }
     }
-    timing->breaks = timing->gaps;
-    return spool_flush(&timing->missing, error);
+    return true;
+}
+
+static bool find_gaps(timing_t *timing, const recording_t *recording, sim_error_t *error)
+{
+    return walk_steps(&timing->gaps, NULL, timing, recording, error) &&
+           ((timing->gaps == 0U) ||
+            (spool_open(&timing->missing, 1U, error) &&
+             walk_steps(&timing->breaks, &timing->missing, timing, recording, error) &&
+             spool_flush(&timing->missing, error)));
 }
 
 bool timing_find(timing_t *timing, const recording_t *recording, const options_t *options,
@@ -93,8 +103,7 @@ bool timing_find(timing_t *timing, const recording_t *recording, const options_t
     const double factor = (options->gap_factor > 0.0) ? options->gap_factor : GAP_FACTOR_DEFAULT;
     const bool look = recording->has_time && (!given || (options->gap_factor > 0.0));
     timing->gap_limit_s = look ? factor * timing->period_s : HUGE_VAL;
-    return !look ||
-           (spool_open(&timing->missing, 1U, error) && find_gaps(timing, recording, error));
+    return !look || find_gaps(timing, recording, error);
 }
 
 bool timing_missing(const timing_t *timing, uint64_t first, size_t count, double *missing,
