@@ -44,7 +44,8 @@ typedef struct {
 /** Starts a filter. It learns the noise from the first 65 samples and delivers all of them. */
 static inline void davar_torn_init(davar_torn_t *torn)
 {
-    *torn = (davar_torn_t){0, 0, 0, 0U, 0U, 0U, false};
+    const davar_torn_t empty = {0U, 0, 0, 0U, 0U, 0U, false};
+    *torn = empty;
 }
 
 /** @cond */
