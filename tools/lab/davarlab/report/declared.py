@@ -2,7 +2,8 @@
 
 The device has one low-pass of order 1 or 2, sampled with its images, then equal moving averages
 (lib/include/davar/filter.h). The file lists the cluster sizes at which white noise after that
-filter has the Allan deviation of the model's."""
+filter has the Allan deviation of everything in the model but its drifts, and the options with which
+davar-sim reads the same recording (DESIGN 11)."""
 
 import math
 import textwrap
@@ -11,11 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Floats
+from ..data import counts
+from ..data.recording import Recording
 from ..effects import table
 from ..errors import BadInput
 from ..inference import allan
 from ..inference.estimate import Entry
-from ..inference.parts import part_of
+from ..inference.parts import part_of, spectrum_of
 from ..model import Model, Term
 from ..thresholds import CHANCE
 from .export import noise_variance
@@ -25,16 +29,25 @@ LEAST_PERCENT = 1.0
 MOST_PERCENT = 50.0
 CUTOFFS = 0.002, 2.0  # over the sample rate
 AVERAGES_MOST, LENGTH_MOST, SIZES_MOST = 8, 4096, 32
-SAME = 0.02  # of Allan deviations; half of it is what LEAST_PERCENT covers
+# Standard errors by which the ARW of a window may be off: nine in ten intervals of 95 % still hold.
+BIAS_MOST = 0.6
 SIZES_LEAST = 3
+WINDOW, WINDOW_MOST = 600, 2**16  # samples: the default of davar-sim, and what is worth proposing
+ROUNDED = 0.01  # of the variance of white noise per sample, from which --lsb matters
+RATES_DIFFER = 1e-3  # relative: the median step is then not the mean one, and --rate is needed
+CUTOFF_STEP = 0.01  # relative, of a difference quotient
+GRID_ACCURACY = 1e-3  # of an Allan deviation on the grid of frequencies
 WIDTH = 95  # of a line of the comment
 ACCEPTED = ("low_pass", "moving_average")
+LINES, MOVING = ("sinusoid", "narrow_band"), ("intermittent_line", "drifting_line")
+FLUCTUATION = "gauss_markov"
 
 
 @dataclass
 class Declared:
-    """hz, order: of the low-pass; 0: none. percent: one standard error of hz. sizes: the cluster
-    sizes at which the device's filter is the model's, of `octaves`."""
+    """hz, order: of the low-pass; 0: none. percent: one standard error of hz. window: of the
+    device, in samples. sizes: the cluster sizes that it can use, of `octaves`. lsb: one count of
+    the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate."""
 
     rate_hz: float
     hz: float = 0.0
@@ -42,8 +55,11 @@ class Declared:
     percent: float = 0.0
     averages: int = 0
     length: int = 1
+    window: int = WINDOW
     sizes: tuple[int, ...] = ()
     octaves: tuple[int, ...] = ()
+    lsb: float = 0.0
+    states_rate: bool = False
 
     @property
     def bandwidth(self) -> str:
@@ -51,7 +67,19 @@ class Declared:
         low = f"{self.hz:.6g}:{self.order}:{self.percent:.3g}" if self.order else ""
         count = "" if self.averages == 1 else str(self.averages)
         mean = f"average{count}:{self.length}" if self.averages else ""
-        return "+".join(filter(None, (low, mean)))
+        return "+".join(filter(None, (low, mean))) or "none"
+
+    @property
+    def options(self) -> list[str]:
+        """Of davar-sim, for the recording."""
+        words = ["--bandwidth", self.bandwidth]
+        if self.window != WINDOW:
+            words += ["--window-max", str(self.window)]
+        if self.sizes != self.octaves:
+            words += ["--taus", ",".join(map(str, self.sizes))]
+        if self.lsb:
+            words += ["--lsb", f"{self.lsb:.9g}"]
+        return words + ["--rate", f"{self.rate_hz:.9g}"] * self.states_rate
 
     @property
     def terms(self) -> list[Term]:
@@ -82,11 +110,6 @@ def structure(model: Model, where: str) -> tuple[Term | None, list[Term]]:
     """(low-pass, moving averages) of a model; raises BadInput where the device has no such
     filter."""
     filters = [term for term in model.terms if part_of(term).effect.role == "filter"]
-    if not filters:
-        raise BadInput(
-            f"{where}: the model has no filter. If the model is adequate, its samples are white: "
-            "declare --bandwidth none, or davar_plan_init_white"
-        )
     other = next((term.kind for term in filters if term.kind not in ACCEPTED), None)
     if other:
         raise BadInput(
@@ -103,38 +126,236 @@ def structure(model: Model, where: str) -> tuple[Term | None, list[Term]]:
     return (low[0] if low else None), means
 
 
-def with_sizes(found: Declared, model: Model, window: int, where: str) -> Declared:
-    """With the cluster sizes from which on the device's filter is the model's."""
-    white = next((term for term in model.terms if term.kind == "angle_random_walk"), None)
-    if white is None or not table.find(white.kind).dps(white.parameters):
-        raise BadInput(f"{where}: the model has no angle_random_walk, which the device estimates")
-    octaves = allan.octaves(window)[:SIZES_MOST]
-    filters = [term for term in model.terms if term.kind in ACCEPTED]
-    known, own = (
-        noise_variance(Model(found.rate_hz, model.column, [white, *terms]), octaves, found.rate_hz)
-        for terms in (found.terms, filters)
-    )
-    wrong = np.flatnonzero(np.abs(np.sqrt(own / known) - 1) > SAME)
-    sizes = octaves[int(wrong[-1]) + 1 if len(wrong) else 0 :]
-    if len(sizes) < SIZES_LEAST:
-        raise BadInput(
-            f"{where}: the device's filter ({found.bandwidth}) differs from the model's by more "
-            f"than {100 * SAME:g} % of the Allan deviation at {octaves[int(wrong[-1])]} samples: "
-            "the model has noise_behind_dps, another response, or too narrow a filter for "
-            "--window. Give a larger --window, or fit a model with response = sampled and without "
-            "noise_behind_dps"
-        )
-    found.sizes, found.octaves = tuple(sizes), tuple(octaves)
+# What the device reads ----------------------------------------------------------------------------
+
+
+def steady(model: Model, longest_s: float) -> list[Term]:
+    """The terms that the device has no coefficient for, as noise and lines that are always there:
+    lines, and a fluctuation whose hump lies within the cluster times."""
+    found: list[Term] = []
+    for term in model.terms:
+        values = term.parameters
+        if term.kind == "intermittent_line":
+            frequencies = [float(values["frequency_hz"])]
+        elif term.kind == "drifting_line":
+            frequencies = [float(word) for word in str(values["course_hz"]).split()]
+        else:
+            hump_s = 1.9 * float(values.get("correlation_time_s", 0.0))
+            own = term.kind == FLUCTUATION and hump_s < longest_s
+            found += [term] * (own or term.kind in LINES)
+            continue
+        # The mean over its course: the power is shared among the frequencies.
+        size = float(values["amplitude_dps"]) / math.sqrt(len(frequencies))
+        found += [Term("sinusoid", {"amplitude_dps": size, "frequency_hz": f}) for f in frequencies]
     return found
 
 
-def of(model: Model, where: str, window: int, entries: list[Entry] | None) -> Declared:
+@dataclass
+class Reading:
+    """sizes: the cluster sizes of a window. off: relative difference of the Allan deviation there
+    from that of the device's white noise; `filters`: the part of it that the filters have.
+    covariance: of the Allan deviations of a window, relative."""
+
+    sizes: list[int]
+    off: Floats
+    filters: Floats
+    covariance: Floats
+
+    def weights(self, first: int) -> tuple[Floats, float]:
+        """Generalised least squares from the sizes from `first` on, as the device's fit (5.7): the
+        weight of each in ARW, and the relative standard error of ARW."""
+        row = np.linalg.inv(self.covariance[first:, first:]).sum(axis=0)
+        return row / row.sum(), float(1 / np.sqrt(row.sum()))
+
+    def usable(self, first: int) -> bool:
+        """Is ARW from these sizes off by at most BIAS_MOST standard errors, even if all differences
+        add up?"""
+        weights, error = self.weights(first)
+        return bool(np.abs(weights) @ np.abs(self.off[first:]) <= BIAS_MOST * error)
+
+    @property
+    def first(self) -> int:
+        """Index of the first size that the device can use, or the number of sizes."""
+        return next(filter(self.usable, range(len(self.sizes))), len(self.sizes))
+
+    @property
+    def left(self) -> int:
+        return len(self.sizes) - self.first
+
+
+def covariance_of(model: Model, sizes: list[int], window: int) -> Floats:
+    """Relative covariance of the Allan deviations of Gaussian noise in a window."""
+    _, width = allan.grid()
+    spectrum = spectrum_of([part_of(term) for term in model.terms], [1.0], model.rate_hz)
+    power = allan.on_grid(spectrum, model.rate_hz)
+    rows = np.array([power * allan.response(m) for m in sizes]).reshape(len(sizes), -1)
+    rows /= rows.sum(axis=1)[:, None]
+    return (rows / width) @ rows.T / (4 * window) + GRID_ACCURACY**2 * np.eye(len(sizes))
+
+
+def white_of(model: Model, where: str) -> Term:
+    white = next((term for term in model.terms if term.kind == "angle_random_walk"), None)
+    if white is None or not table.find(white.kind).dps(white.parameters):
+        raise BadInput(f"{where}: the model has no angle_random_walk, which the device estimates")
+    return white
+
+
+def doubt_of(device: Model, sizes: list[int], percent: float) -> Floats:
+    """Relative standard error of the Allan deviations after the device's low-pass, by that of its
+    cutoff."""
+    if not percent:
+        return np.zeros(len(sizes))
+    above, below = (
+        np.sqrt(noise_variance(with_cutoff(device, 1 + step), sizes, device.rate_hz))
+        for step in (CUTOFF_STEP, -CUTOFF_STEP)
+    )
+    found: Floats = percent / 100 * (above - below) / (above + below) / CUTOFF_STEP
+    return found
+
+
+def with_cutoff(model: Model, factor: float) -> Model:
+    """With the cutoff of its low-pass times a factor."""
+    terms = [
+        Term(term.kind, {**term.parameters, "cutoff_hz": factor * term.parameters["cutoff_hz"]})
+        if term.kind == "low_pass"
+        else term
+        for term in model.terms
+    ]
+    return Model(model.rate_hz, model.column, terms)
+
+
+def reading(model: Model, white: Term, found: Declared, window: int) -> Reading:
+    """found: the filter that the device declares."""
+    known = found.terms
+    sizes, rate_hz = allan.octaves(window)[:SIZES_MOST], model.rate_hz
+    filters = [term for term in model.terms if part_of(term).effect.role == "filter"]
+    extra = steady(model, sizes[-1] / rate_hz if sizes else 0.0)
+    angle = [term for term in model.terms if term.kind == "quantization"]
+    device, filtered, own = (
+        np.sqrt(noise_variance(Model(rate_hz, model.column, [white, *terms]), sizes, rate_hz))
+        # Without a filter, the device estimates the quantization of the angle itself.
+        for terms in (
+            known or angle,
+            [*filters, *angle],
+            [*filters, *angle, *extra],
+        )
+    )
+    passed = Model(rate_hz, model.column, [white, *known])
+    doubt = doubt_of(passed, sizes, found.percent)
+    covariance = covariance_of(passed, sizes, window) + np.outer(doubt, doubt)
+    return Reading(sizes, own / device - 1, filtered / device - 1, covariance)
+
+
+def with_sizes(found: Declared, model: Model, where: str) -> Declared:
+    """With the cluster sizes from which on the device reads the ARW of the model."""
+    white = white_of(model, where)
+    one = reading(model, white, found, found.window)
+    if one.left < SIZES_LEAST:
+        raise BadInput(unusable(found, model, one, where))
+    found.sizes, found.octaves = tuple(one.sizes[one.first :]), tuple(one.sizes)
+    return found
+
+
+def unusable(found: Declared, model: Model, one: Reading, where: str) -> str:
+    """Why the device cannot give the model's ARW, and what to do."""
+    said = f"{where}: the device cannot give the model's ARW in windows of {found.window} samples: "
+    if len(one.sizes) < SIZES_LEAST:
+        return f"{said}they have fewer than {SIZES_LEAST} cluster sizes. Give a larger --window"
+    last = -SIZES_LEAST
+    by_filter = abs(one.filters[last]) >= abs(one.off[last] - one.filters[last])
+    if by_filter:
+        said += (
+            f"at {one.sizes[last]} samples, the Allan deviation differs by "
+            f"{100 * abs(one.filters[last]):.2g} % from that after the device's filter "
+            f"({found.bandwidth}): the model has noise_behind_dps, another response, or too narrow "
+            "a filter"
+        )
+    else:
+        kinds = {term.kind for term in model.terms if term.kind in (*LINES, *MOVING, FLUCTUATION)}
+        said += (
+            f"{', '.join(sorted(kinds))} raises the Allan deviation at {one.sizes[last]} samples "
+            f"by {100 * (one.off[last] - one.filters[last]):.2g} %, and the device cannot "
+            "distinguish that from white noise"
+        )
+    larger = larger_window(model, white_of(model, where), found)
+    if larger:
+        return f"{said}. Give --window {larger}"
+    return said + (
+        ". Fit a model with response = sampled and without noise_behind_dps"
+        if by_filter
+        else ". Remove its cause, and record again"
+    )
+
+
+def larger_window(model: Model, white: Term, found: Declared) -> int:
+    """The least doubling of the window with enough usable sizes; 0: none up to WINDOW_MOST."""
+    window = 2 * found.window
+    while window <= WINDOW_MOST:
+        one = reading(model, white, found, window)
+        if one.left >= SIZES_LEAST:
+            return window
+        window *= 2
+    return 0
+
+
+def without(model: Model, lsb: float, window: int = WINDOW) -> str:
+    """What the device gives without the options of an export, where that is wrong; "" where it is
+    not. lsb: one count of the recording, deg/s; 0: unknown."""
+    white = next((term for term in model.terms if term.kind == "angle_random_walk"), None)
+    if white is None or not table.find(white.kind).dps(white.parameters) or not model.rate_hz:
+        return ""
+    one = reading(model, white, Declared(model.rate_hz), window)
+    if not len(one.sizes):
+        return ""
+    power = table.find(white.kind).dps(white.parameters) ** 2 * model.rate_hz
+    added = np.sqrt(1 + lsb**2 / 12 / power) - 1
+    weights, error = one.weights(0)
+    bias = float(weights @ one.off)
+    if abs(bias) <= BIAS_MOST * error:
+        if added < ROUNDED / 2:
+            return ""
+        return (
+            f"Without --lsb, the device's ARW includes the rounding to counts and is about "
+            f"{100 * added:.2g} % too high. export --to plan --recording prints the options."
+        )
+    high = "high" if bias > 0 else "low"
+    return (
+        f"Without --bandwidth and --taus, the device withholds the ARW or reports one about "
+        f"{100 * abs(bias):.2g} % too {high} (windows of {window} samples). export --to plan "
+        "prints the options."
+    )
+
+
+def count_of(recording: Recording, column: str) -> float:
+    """One count of a gyro's column, deg/s; 0: it is not on a grid."""
+    known = slice(None) if recording.known is None else recording.known
+    return counts.step(recording.columns[column][known])
+
+
+def states_rate(recording: Recording) -> bool:
+    """Would davar-sim take another rate from the median step of the time stamps?"""
+    stamps = recording.columns.get("time_s")
+    if stamps is None or len(stamps) < 2:
+        return True
+    step = float(np.median(np.diff(stamps)))
+    return not abs(step * recording.rate_hz - 1) < RATES_DIFFER
+
+
+def of(
+    model: Model,
+    where: str,
+    window: int,
+    entries: list[Entry] | None = None,
+    recording: Recording | None = None,
+) -> Declared:
     """The filter of a model. where: its file. window: of the device, in samples. entries: the
-    estimates of the model's terms on a recording."""
+    estimates of the model's terms on the recording."""
     if not model.rate_hz:
         raise BadInput(f"{where}: the model has no rate_hz")
     low, means = structure(model, where)
-    found = Declared(model.rate_hz)
+    found = Declared(model.rate_hz, window=window)
+    if recording:
+        found.lsb, found.states_rate = count_of(recording, model.column), states_rate(recording)
     if low:
         share = float(low.parameters["cutoff_hz"]) / model.rate_hz
         if not CUTOFFS[0] <= share <= CUTOFFS[1]:
@@ -153,11 +374,13 @@ def of(model: Model, where: str, window: int, entries: list[Entry] | None) -> De
             f"{where}: moving_average: the device knows up to {AVERAGES_MOST} of the same length, "
             f"up to {LENGTH_MOST} samples. Fit a model with one length, and check it with compare"
         )
-    found.averages, found.length = len(means), next(iter(lengths), 1)
-    return with_sizes(found, model, window, where)
+    length = next(iter(lengths), 1)
+    if length > 1:
+        found.averages, found.length = len(means), length
+    return with_sizes(found, model, where)
 
 
-def notes(found: Declared, where: str, recording: str | None) -> list[str]:
+def notes(found: Declared, model: Model, where: str, recording: str | None) -> list[str]:
     """What the numbers are, in sentences."""
     said = [f"The filter of {where}, by davarlab export --to plan."]
     if found.order:
@@ -172,13 +395,20 @@ def notes(found: Declared, where: str, recording: str | None) -> list[str]:
         ]
     if found.averages:
         said += [f"Moving averages: {found.averages}, each of {found.length} samples."]
+    if found.bandwidth == "none":
+        said += ["No filter: its noise counts as white from the first cluster size below on."]
     missing = [m for m in found.octaves if m not in found.sizes]
     if missing:
         said += [
-            f"Without the cluster sizes up to {missing[-1]}: there the model's filter differs from "
-            f"the device's by more than {100 * SAME:g} % of the Allan deviation."
+            f"Without the cluster sizes up to {missing[-1]}: there the Allan deviation of the "
+            "model's filter, lines and noise after the filter differs from that of white noise "
+            "after the device's filter, so that the ARW would be off by more than "
+            f"{BIAS_MOST:g} standard errors in a window of {found.window} samples."
         ]
-    return said
+    if found.lsb:
+        said += [f"One count of {recording} is {found.lsb:.6g} deg/s (unit_per_count, --lsb)."]
+    default = without(model, found.lsb, found.window)
+    return said + [default] * bool(default)
 
 
 def fields(found: Declared) -> list[str]:
@@ -207,7 +437,7 @@ def comment(found: Declared, notes: list[str]) -> list[str]:
         "",
         f"    tools/davar-plan{taus} {bandwidth} --rate {found.rate_hz:.9g}",
         "",
-        f"On a recording: davar-sim REC {bandwidth}{taus if cut else ''}",
+        f"On a recording: davar-sim REC {' '.join(found.options)}",
         f'In Python: bandwidth="{found.bandwidth}"'
         + (f", clusters={[*found.sizes]}" if cut else ""),
     ]
@@ -247,5 +477,8 @@ def plain(found: Declared) -> dict[str, Any]:
         "averages": found.averages,
         "length": found.length if found.averages else None,
         "rate_hz": found.rate_hz,
+        "window": found.window,
+        "lsb_dps": found.lsb or None,
+        "options": found.options,
         "taus": list(found.sizes),
     }
