@@ -147,7 +147,7 @@ def export_plan(options: argparse.Namespace, given: models.Model) -> int:
                 "cutoff counts as known to 10 %"
             )
     found = declared.of(given, where, options.window, entries, recording)
-    default = declared.without(given, found.lsb, found.window)
+    default = declared.default_said(given, found.lsb, found.window)
     made = declared.text(found, declared.notes(found, given, where, options.recording))
     files.write_whole(options.output, made.encode())
     emit(
@@ -156,7 +156,7 @@ def export_plan(options: argparse.Namespace, given: models.Model) -> int:
             "file": options.output,
             "format": options.to,
             **declared.plain(found),
-            "without": default or None,
+            "device_default": default or None,
         },
         f"{made}{options.output}",
     )

@@ -32,15 +32,20 @@ AVERAGES_MOST, LENGTH_MOST, SIZES_MOST = 8, 4096, 32
 # Standard errors by which the ARW of a window may be off: nine in ten intervals of 95 % still hold.
 BIAS_MOST = 0.6
 SIZES_LEAST = 3
+DETECTED = 25.0  # a misfit, as a chi-square, that the device detects in every window
 WINDOW, WINDOW_MOST = 600, 2**16  # samples: the default of davar-sim, and what is worth proposing
 ROUNDED = 0.01  # of the variance of white noise per sample, from which --lsb matters
-RATES_DIFFER = 1e-3  # relative: the median step is then not the mean one, and --rate is needed
+RATES_DIFFER = 0.01  # relative, of the median step from the mean one, from which --rate matters
 CUTOFF_STEP = 0.01  # relative, of a difference quotient
 GRID_ACCURACY = 1e-3  # of an Allan deviation on the grid of frequencies
 WIDTH = 95  # of a line of the comment
 ACCEPTED = ("low_pass", "moving_average")
 LINES, MOVING = ("sinusoid", "narrow_band"), ("intermittent_line", "drifting_line")
-FLUCTUATION = "gauss_markov"
+# Parameter of the time, and the hump of the Allan deviation over it.
+FLUCTUATIONS = {
+    "gauss_markov": ("correlation_time_s", 1.9),
+    "telegraph_noise": ("mean_dwell_s", 0.95),
+}
 
 
 @dataclass
@@ -106,10 +111,15 @@ def percent_of(entry: Entry | None, where: str) -> float:
     return float(f"{max(percent, LEAST_PERCENT):.3g}")
 
 
+def filtered(model: Model) -> list[Term]:
+    """Its filters."""
+    return [term for term in model.terms if part_of(term).effect.role == "filter"]
+
+
 def structure(model: Model, where: str) -> tuple[Term | None, list[Term]]:
     """(low-pass, moving averages) of a model; raises BadInput where the device has no such
     filter."""
-    filters = [term for term in model.terms if part_of(term).effect.role == "filter"]
+    filters = filtered(model)
     other = next((term.kind for term in filters if term.kind not in ACCEPTED), None)
     if other:
         raise BadInput(
@@ -140,8 +150,8 @@ def steady(model: Model, longest_s: float) -> list[Term]:
         elif term.kind == "drifting_line":
             frequencies = [float(word) for word in str(values["course_hz"]).split()]
         else:
-            hump_s = 1.9 * float(values.get("correlation_time_s", 0.0))
-            own = term.kind == FLUCTUATION and hump_s < longest_s
+            time, hump = FLUCTUATIONS.get(term.kind, ("", 0.0))
+            own = bool(time) and hump * float(values[time]) < longest_s
             found += [term] * (own or term.kind in LINES)
             continue
         # The mean over its course: the power is shared among the frequencies.
@@ -167,6 +177,21 @@ class Reading:
         row = np.linalg.inv(self.covariance[first:, first:]).sum(axis=0)
         return row / row.sum(), float(1 / np.sqrt(row.sum()))
 
+    @property
+    def undeclared(self) -> tuple[float, float]:
+        """(how far off ARW is, its standard error), relative, of the fit without a filter. If the
+        long sizes read low, and white noise does not explain the window, that fit adds quantization
+        (5.17)."""
+        inverse = np.linalg.inv(self.covariance)
+        weights, error = self.weights(0)
+        bias = float(weights @ self.off)
+        rest = self.off - bias
+        if bias < 0 or rest @ inverse @ rest < DETECTED:
+            return bias, error
+        terms = np.array([np.ones(len(self.sizes)), 1 / np.array(self.sizes)])
+        solved = np.linalg.inv(terms @ inverse @ terms.T)
+        return float((solved @ terms @ inverse @ self.off)[0]), float(np.sqrt(solved[0, 0]))
+
     def usable(self, first: int) -> bool:
         """Is ARW from these sizes off by at most BIAS_MOST standard errors, even if all differences
         add up?"""
@@ -183,42 +208,45 @@ class Reading:
         return len(self.sizes) - self.first
 
 
-def covariance_of(model: Model, sizes: list[int], window: int) -> Floats:
-    """Relative covariance of the Allan deviations of Gaussian noise in a window."""
+def covariance_of(device: Model, rate_hz: float, sizes: list[int], window: int) -> Floats:
+    """Relative covariance of the Allan deviations of Gaussian noise in a window (5.16)."""
     _, width = allan.grid()
-    spectrum = spectrum_of([part_of(term) for term in model.terms], [1.0], model.rate_hz)
-    power = allan.on_grid(spectrum, model.rate_hz)
+    spectrum = spectrum_of([part_of(term) for term in device.terms], [1.0], rate_hz)
+    power = allan.on_grid(spectrum, rate_hz)
     rows = np.array([power * allan.response(m) for m in sizes]).reshape(len(sizes), -1)
     rows /= rows.sum(axis=1)[:, None]
-    return (rows / width) @ rows.T / (4 * window) + GRID_ACCURACY**2 * np.eye(len(sizes))
+    found: Floats = (rows / width) @ rows.T / (4 * window)
+    return found + GRID_ACCURACY**2 * np.eye(len(sizes))
 
 
-def white_of(model: Model, where: str) -> Term:
-    white = next((term for term in model.terms if term.kind == "angle_random_walk"), None)
-    if white is None or not table.find(white.kind).dps(white.parameters):
-        raise BadInput(f"{where}: the model has no angle_random_walk, which the device estimates")
-    return white
+def white_of(model: Model) -> Term | None:
+    """Its angle random walk, unless that is 0."""
+    return next(
+        (
+            t
+            for t in model.terms
+            if t.kind == "angle_random_walk" and part_of(t).effect.dps(t.parameters)
+        ),
+        None,
+    )
 
 
-def doubt_of(device: Model, sizes: list[int], percent: float) -> Floats:
-    """Relative standard error of the Allan deviations after the device's low-pass, by that of its
-    cutoff."""
-    if not percent:
+def doubt_of(found: Declared, device: Model, sizes: list[int]) -> Floats:
+    """Relative standard error of the Allan deviations of the device by that of its cutoff."""
+    if not found.percent:
         return np.zeros(len(sizes))
     above, below = (
-        np.sqrt(noise_variance(with_cutoff(device, 1 + step), sizes, device.rate_hz))
-        for step in (CUTOFF_STEP, -CUTOFF_STEP)
+        np.sqrt(noise_variance(with_cutoff(device, found.hz * step), sizes, found.rate_hz))
+        for step in (1 + CUTOFF_STEP, 1 - CUTOFF_STEP)
     )
-    found: Floats = percent / 100 * (above - below) / (above + below) / CUTOFF_STEP
-    return found
+    doubt: Floats = found.percent / 100 * (above - below) / (above + below) / CUTOFF_STEP
+    return doubt
 
 
-def with_cutoff(model: Model, factor: float) -> Model:
-    """With the cutoff of its low-pass times a factor."""
+def with_cutoff(model: Model, hz: float) -> Model:
+    """With another cutoff of its low-pass."""
     terms = [
-        Term(term.kind, {**term.parameters, "cutoff_hz": factor * term.parameters["cutoff_hz"]})
-        if term.kind == "low_pass"
-        else term
+        Term(term.kind, {**term.parameters, "cutoff_hz": hz}) if term.kind == "low_pass" else term
         for term in model.terms
     ]
     return Model(model.rate_hz, model.column, terms)
@@ -227,11 +255,11 @@ def with_cutoff(model: Model, factor: float) -> Model:
 def reading(model: Model, white: Term, found: Declared, window: int) -> Reading:
     """found: the filter that the device declares."""
     known = found.terms
-    sizes, rate_hz = allan.octaves(window)[:SIZES_MOST], model.rate_hz
-    filters = [term for term in model.terms if part_of(term).effect.role == "filter"]
+    sizes, rate_hz = allan.octaves(window)[:SIZES_MOST], found.rate_hz
+    filters = filtered(model)
     extra = steady(model, sizes[-1] / rate_hz if sizes else 0.0)
     angle = [term for term in model.terms if term.kind == "quantization"]
-    device, filtered, own = (
+    device, passing, own = (
         np.sqrt(noise_variance(Model(rate_hz, model.column, [white, *terms]), sizes, rate_hz))
         # Without a filter, the device estimates the quantization of the angle itself.
         for terms in (
@@ -241,50 +269,59 @@ def reading(model: Model, white: Term, found: Declared, window: int) -> Reading:
         )
     )
     passed = Model(rate_hz, model.column, [white, *known])
-    doubt = doubt_of(passed, sizes, found.percent)
-    covariance = covariance_of(passed, sizes, window) + np.outer(doubt, doubt)
-    return Reading(sizes, own / device - 1, filtered / device - 1, covariance)
+    doubt = doubt_of(found, passed, sizes)
+    covariance = covariance_of(passed, rate_hz, sizes, window) + np.outer(doubt, doubt)
+    return Reading(sizes, own / device - 1, passing / device - 1, covariance)
 
 
 def with_sizes(found: Declared, model: Model, where: str) -> Declared:
     """With the cluster sizes from which on the device reads the ARW of the model."""
-    white = white_of(model, where)
+    white = white_of(model)
+    if white is None:
+        raise BadInput(f"{where}: the model has no angle_random_walk, which the device estimates")
     one = reading(model, white, found, found.window)
     if one.left < SIZES_LEAST:
-        raise BadInput(unusable(found, model, one, where))
+        raise BadInput(
+            f"{where}: {unusable(found, model, one)}. {way_on(found, model, white, one)}"
+        )
     found.sizes, found.octaves = tuple(one.sizes[one.first :]), tuple(one.sizes)
     return found
 
 
-def unusable(found: Declared, model: Model, one: Reading, where: str) -> str:
-    """Why the device cannot give the model's ARW, and what to do."""
-    said = f"{where}: the device cannot give the model's ARW in windows of {found.window} samples: "
+def by_filter(one: Reading) -> bool:
+    """Is it the filter, and not lines or a fluctuation, at the size where it has to end?"""
+    last = max(-SIZES_LEAST, -len(one.sizes))
+    return bool(abs(one.filters[last]) >= abs(one.off[last] - one.filters[last]))
+
+
+def unusable(found: Declared, model: Model, one: Reading) -> str:
+    """Why the device cannot give the model's ARW."""
+    said = f"the device cannot give the model's ARW in windows of {found.window} samples: "
     if len(one.sizes) < SIZES_LEAST:
-        return f"{said}they have fewer than {SIZES_LEAST} cluster sizes. Give a larger --window"
+        return f"{said}they have fewer than {SIZES_LEAST} cluster sizes"
     last = -SIZES_LEAST
-    by_filter = abs(one.filters[last]) >= abs(one.off[last] - one.filters[last])
-    if by_filter:
-        said += (
-            f"at {one.sizes[last]} samples, the Allan deviation differs by "
-            f"{100 * abs(one.filters[last]):.2g} % from that after the device's filter "
-            f"({found.bandwidth}): the model has noise_behind_dps, another response, or too narrow "
-            "a filter"
+    at = f"the Allan deviation at {one.sizes[last]} samples"
+    if by_filter(one):
+        return (
+            f"{said}{at} differs by {100 * abs(one.filters[last]):.2g} % from that after the "
+            f"device's filter ({found.bandwidth}), because the model has noise_behind_dps, another "
+            "response, or too narrow a filter"
         )
-    else:
-        kinds = {term.kind for term in model.terms if term.kind in (*LINES, *MOVING, FLUCTUATION)}
-        said += (
-            f"{', '.join(sorted(kinds))} raises the Allan deviation at {one.sizes[last]} samples "
-            f"by {100 * (one.off[last] - one.filters[last]):.2g} %, and the device cannot "
-            "distinguish that from white noise"
-        )
-    larger = larger_window(model, white_of(model, where), found)
-    if larger:
-        return f"{said}. Give --window {larger}"
-    return said + (
-        ". Fit a model with response = sampled and without noise_behind_dps"
-        if by_filter
-        else ". Remove its cause, and record again"
+    kinds = {term.kind for term in model.terms if term.kind in (*LINES, *MOVING, *FLUCTUATIONS)}
+    return (
+        f"{said}{', '.join(sorted(kinds))} changes {at} by "
+        f"{100 * abs(one.off[last] - one.filters[last]):.2g} %, and the device cannot distinguish "
+        "that from white noise"
     )
+
+
+def way_on(found: Declared, model: Model, white: Term, one: Reading) -> str:
+    larger = larger_window(model, white, found)
+    if larger:
+        return f"Give --window {larger}"
+    if by_filter(one):
+        return "Fit a model with response = sampled and without noise_behind_dps"
+    return "Remove the cause of it, and record again"
 
 
 def larger_window(model: Model, white: Term, found: Declared) -> int:
@@ -298,31 +335,28 @@ def larger_window(model: Model, white: Term, found: Declared) -> int:
     return 0
 
 
-def without(model: Model, lsb: float, window: int = WINDOW) -> str:
+def default_said(model: Model, lsb: float, window: int = WINDOW) -> str:
     """What the device gives without the options of an export, where that is wrong; "" where it is
     not. lsb: one count of the recording, deg/s; 0: unknown."""
-    white = next((term for term in model.terms if term.kind == "angle_random_walk"), None)
-    if white is None or not table.find(white.kind).dps(white.parameters) or not model.rate_hz:
+    white = white_of(model)
+    if white is None or not model.rate_hz or not allan.octaves(window):
         return ""
     one = reading(model, white, Declared(model.rate_hz), window)
-    if not len(one.sizes):
-        return ""
-    power = table.find(white.kind).dps(white.parameters) ** 2 * model.rate_hz
+    power = part_of(white).effect.dps(white.parameters) ** 2 * model.rate_hz
     added = np.sqrt(1 + lsb**2 / 12 / power) - 1
-    weights, error = one.weights(0)
-    bias = float(weights @ one.off)
+    bias, error = one.undeclared
     if abs(bias) <= BIAS_MOST * error:
         if added < ROUNDED / 2:
             return ""
         return (
-            f"Without --lsb, the device's ARW includes the rounding to counts and is about "
-            f"{100 * added:.2g} % too high. export --to plan --recording prints the options."
+            "Without --lsb, the device's ARW includes the rounding to counts and is about "
+            f"{100 * added:.2g} % too high; export --to plan --recording prints the options."
         )
-    high = "high" if bias > 0 else "low"
+    option = "--bandwidth" if filtered(model) else "--taus"
     return (
-        f"Without --bandwidth and --taus, the device withholds the ARW or reports one about "
-        f"{100 * abs(bias):.2g} % too {high} (windows of {window} samples). export --to plan "
-        "prints the options."
+        f"Without {option}, the device withholds the ARW or reports one about "
+        f"{100 * abs(bias):.2g} % too {'high' if bias > 0 else 'low'} in windows of {window} "
+        "samples; export --to plan prints the options."
     )
 
 
@@ -396,7 +430,7 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
     if found.averages:
         said += [f"Moving averages: {found.averages}, each of {found.length} samples."]
     if found.bandwidth == "none":
-        said += ["No filter: its noise counts as white from the first cluster size below on."]
+        said += ["No filter: the noise is white from the smallest cluster size listed here on."]
     missing = [m for m in found.octaves if m not in found.sizes]
     if missing:
         said += [
@@ -405,9 +439,15 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
             "after the device's filter, so that the ARW would be off by more than "
             f"{BIAS_MOST:g} standard errors in a window of {found.window} samples."
         ]
+    changing = sorted({t.kind for t in model.terms if part_of(t).effect.role == "variance"})
+    if changing:
+        said += [
+            f"The noise of the model changes ({', '.join(changing)}): a window gives the ARW of "
+            "its own time, which differs from the model's angle_random_walk."
+        ]
     if found.lsb:
         said += [f"One count of {recording} is {found.lsb:.6g} deg/s (unit_per_count, --lsb)."]
-    default = without(model, found.lsb, found.window)
+    default = default_said(model, found.lsb, found.window)
     return said + [default] * bool(default)
 
 
@@ -419,7 +459,7 @@ def fields(found: Declared) -> list[str]:
         f".poles = {found.order}U,",
     ]
     mean = [f".averages = {found.averages}U,", f".length = {found.length}U,", ".decimation = 1U,"]
-    return low * bool(found.order) + mean * bool(found.averages)
+    return low * bool(found.order) + mean * bool(found.averages) or [".poles = 0U, /* none */"]
 
 
 def comment(found: Declared, notes: list[str]) -> list[str]:
