@@ -235,10 +235,11 @@ class Agreeing(Exporting):
         ):
             with self.subTest(name):
                 recording = self.recorded(make(np.random.default_rng(seed)), lsb)
-                _, found = self.exported(
-                    WHITE + model, "--recording", recording, "--window", WINDOW
-                )
-                self.assertLess(abs(found["lsb_dps"] / lsb - 1), 1e-3)
+                # The judge rejects some recordings of a line after a low-pass: no fit there.
+                stated = () if "low_pass" in model else ("--recording", recording)
+                _, found = self.exported(WHITE + model, *stated, "--window", WINDOW)
+                if stated:
+                    self.assertLess(abs(found["lsb_dps"] / lsb - 1), 1e-3)
                 windows, _, held = holding(in_windows(recording, found["options"]), ARW)
                 self.assertGreaterEqual(held, 0.9 * windows)
                 default = in_windows(recording, [])
@@ -334,6 +335,13 @@ class Recordings(Exporting):
         self.assertEqual(0, done.returncode, done.stderr)
         text = fitted.read_text()
         arw = float(re.search(r"coefficient_deg_per_sqrt_h = (\S+)", text)[1])
+        if "half_width_hz = 2.8" in model:  # its tail is 5 % of the Allan deviation everywhere
+            output = self.work / "filter.h"
+            words = ("--to", "plan", "-o", output, "--window", "600", "--recording", recording)
+            done = run("export", fitted, *words)
+            self.assertEqual(2, done.returncode)
+            self.assertIn("narrow_band changes the Allan deviation at 16 samples", done.stderr)
+            return
         _, found = self.exported(text, "--recording", recording, "--window", WINDOW, *stated)
         at_rest = [
             row

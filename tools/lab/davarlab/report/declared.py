@@ -29,8 +29,8 @@ LEAST_PERCENT = 1.0
 MOST_PERCENT = 50.0
 CUTOFFS = 0.002, 2.0  # over the sample rate
 AVERAGES_MOST, LENGTH_MOST, SIZES_MOST = 8, 4096, 32
-# Standard errors by which the ARW of a window may be off: nine in ten intervals of 95 % still hold.
-BIAS_MOST = 0.6
+# Standard errors by which the ARW of a window may be off: 92 % of the intervals of 95 % still hold.
+BIAS_MOST = 0.5
 SIZES_LEAST = 3
 DETECTED = 25.0  # a misfit, as a chi-square, that the device detects in every window
 WINDOW, WINDOW_MOST = 600, 2**16  # samples: the default of davar-sim, and what is worth proposing
