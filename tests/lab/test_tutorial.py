@@ -58,7 +58,7 @@ class Tutorial(unittest.TestCase):
 
     def test_the_two_bias_instabilities_are_those_of_fit_and_improve(self):
         for name, sentence in (
-            ("fit", r"The latter comes out as.*?\)"),
+            ("fit", r"Bias instability comes out as.*?\)"),
             ("improve", r"Bias instability is now.*?\)"),
         ):
             shown = re.search(sentence, self.story, re.DOTALL).group()
