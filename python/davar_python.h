@@ -27,7 +27,7 @@ DAVAR_PYTHON_API void davar_python_free(davar_python_t *run);
 DAVAR_PYTHON_API const char *davar_python_error(const davar_python_t *run);
 
 /* Sets one option of davar-sim, by its name without dashes. Options without a value ignore the
- * text. One more is "fit-every": N: fit every N-th epoch only, 0: none, and no columns of the
+ * text. One more is "fit-every": N: fit every N-th epoch only, 0: no epoch, no columns of the
  * fit. */
 DAVAR_PYTHON_API bool davar_python_option(davar_python_t *run, const char *name, const char *text);
 

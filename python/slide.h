@@ -1,5 +1,5 @@
 /* davar for Python - the Allan deviations of a fixed window that slides over a complete record, at
- * every sample. The sums are exact whole numbers, so the deviations equal those of an instance bit
+ * every sample. The sums are exact whole numbers, so the deviations match an instance bit
  * for bit. Loops over a complete record use vectors and take a quarter of the time. */
 #ifndef SLIDE_H
 #define SLIDE_H

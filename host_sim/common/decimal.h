@@ -19,7 +19,7 @@ typedef enum {
  * comma or the terminating zero. Cost: O(characters). */
 decimal_status_t decimal_parse(const char **cursor, double *value);
 
-/* `text` has so many bytes. */
+/* `text` has that many bytes. */
 #define DECIMAL_TEXT_BYTES 32U
 
 /* Writes a number like printf's %.*g, with 1 to DECIMAL_DIGITS_MAX significant digits, and a

@@ -83,7 +83,7 @@ static inline davar_place_t davar_rough_place(uint32_t value, uint32_t of,
 }
 
 /* Where K and S are, from the kurtosis of the whole window and of its first part. Unsure: within
- * 2^-18 of a bound, or beyond what 32 bits hold. S needs a K that is not unsure. */
+ * 2^-18 of a bound, or above what 32 bits hold. S needs a K that is not unsure. */
 static inline davar_place_t davar_rough_kurtosis(const davar_song_bounds_t *bounds,
                                                  const davar_rough_t *whole)
 {

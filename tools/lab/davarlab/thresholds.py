@@ -424,7 +424,7 @@ class Drift:
     widths: float = of(4.0, "half widths", "choice", "of the line, the same")
     share: float = of(
         0.7,
-        "of the power beyond the model",
+        "of the power above the model",
         "DESIGN 15.3",
         "within reach that must belong to one course",
     )

@@ -381,7 +381,7 @@ def check_above(
         if not recognised(fields):
             continue
         commas = (
-            " Decimal commas between commas cannot be told apart: if there are any, write ; "
+            " Decimal commas between commas cannot be distinguished: if there are any, write ; "
             "between the numbers."
             if len(fields) < count <= 2 * len(fields)
             else ""

@@ -138,16 +138,14 @@ def torn(recording: Recording, column: str, good: Bools) -> Observation | None:
             mask[one.at] = True
             where.append(f"{one.column} {len(one.at)} times by {2**power} counts")
     count = int(np.count_nonzero(mask))
-    times = recording.time_s[np.flatnonzero(mask)[:TIMES]]
     return of_mask(
         "torn_reads",
         recording,
         mask,
         f"{count} single sample{'s jump' if count != 1 else ' jumps'} by a power of two in counts "
-        f"and back: {', '.join(where)}; at {', '.join(f'{at:.6g}' for at in times)}"
-        f"{', ..' * (count > TIMES)} s. The bus or the driver read half of an old value, which is "
-        "not an error of the sensor. Read the registers in one burst, or latch them (block data "
-        "update). These samples are excluded.",
+        f"and back: {', '.join(where)}; at {times(recording, mask)} s. The bus or the driver read "
+        "half of an old value, which is not an error of the sensor. Read the registers in one "
+        "burst, or latch them (block data update). These samples are excluded.",
     )
 
 
@@ -164,6 +162,12 @@ def moved(recording: Recording, good: Bools) -> Observation | None:
         f"interval{'s' * (len(runs) != 1)}, {seconds:.4g} s in total. These samples are excluded, "
         "because true rotation is not an error of the sensor.",
     )
+
+
+def times(recording: Recording, mask: Bools) -> str:
+    """The first times of a mask, for a sentence."""
+    at = recording.time_s[mask]
+    return ", ".join(f"{one:.6g}" for one in at[:TIMES]) + ", .." * (len(at) > TIMES)
 
 
 def lost(recording: Recording, known: Bools) -> Observation | None:
@@ -364,13 +368,12 @@ def outliers(recording: Recording, x: Floats, good: Bools) -> Observation | None
         mask &= np.abs(x - events.local_mean(x, good, NEAR)) > known.reach_dps
     if not mask.any():
         return None
-    times = recording.time_s[np.flatnonzero(mask)[:TIMES]]
     return of_mask(
         "outliers",
         recording,
         mask,
         f"{mask.sum()} single sample{'s are outliers' if mask.sum() != 1 else ' is an outlier'} "
         f"(up to {np.abs(w[mask]).max():.3g} times the noise) while no other column moves, at "
-        f"{', '.join(f'{at:.6g}' for at in times)}{', ..' if mask.sum() > TIMES else ''} s. The "
+        f"{times(recording, mask)} s. The "
         "noise is fitted without them. Look for knocks, bit errors and interference there.",
     )
