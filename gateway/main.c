@@ -1,6 +1,7 @@
 /* davar-node - the Linux gateway: data-ready edge -> count -> library -> frames -> CAN or serial
  * line, and an alarm pin. */
 #include "alarm.h"
+#include "davar/torn.h"
 #include "davar_node.h"
 #include "gpio.h"
 #include "outbox.h"
@@ -37,6 +38,9 @@ typedef struct {
     davar_port_samples_t samples;
     uint64_t index; /* of the next sample */
     uint32_t owed;  /* samples missing before the next good one */
+    davar_torn_t torn;
+    int32_t tested;        /* the count that the filter of torn reads delivered */
+    uint32_t owed_waiting; /* samples missing before the count that waits in it */
     void *memory;
 } gateway_t;
 
@@ -89,24 +93,66 @@ static void send_raw(gateway_t *gateway)
     gateway->index++;
 }
 
+static davar_port_read_t hand_out(gateway_t *gateway, int32_t *count, uint32_t missing,
+                                  davar_port_block_t *block)
+{
+    gateway->samples.q31 = count;
+    *block = (davar_port_block_t){.samples = &gateway->samples, .count = 1U, .missing = missing};
+    return DAVAR_PORT_READ_BLOCK;
+}
+
+/* The count before the newest one, unless it is torn: that is one missing sample. */
+static davar_port_read_t hand_out_tested(gateway_t *gateway, davar_port_block_t *block)
+{
+    const uint32_t missing = gateway->owed_waiting;
+    bool ready = (gateway->owed > 0U) && davar_torn_gap(&gateway->torn, &gateway->tested);
+    gateway->owed_waiting = gateway->owed;
+    switch (davar_torn_push(&gateway->torn, gateway->count, &gateway->tested)) {
+    case DAVAR_TORN_SAMPLE:
+        ready = true;
+        break;
+    case DAVAR_TORN_READ:
+        gateway->owed_waiting += missing + 1U;
+        break;
+    case DAVAR_TORN_NOTHING:
+    default:
+        break;
+    }
+    return ready ? hand_out(gateway, &gateway->tested, missing, block) : DAVAR_PORT_READ_AGAIN;
+}
+
+static davar_port_read_t take_sample(gateway_t *gateway, davar_port_block_t *block)
+{
+    send_raw(gateway);
+    const davar_port_read_t answer = gateway->settings.skips_torn
+                                         ? hand_out_tested(gateway, block)
+                                         : hand_out(gateway, &gateway->count, gateway->owed, block);
+    gateway->owed = 0;
+    return answer;
+}
+
+/* The count that waits, then the end. */
+static davar_port_read_t end(gateway_t *gateway, davar_port_block_t *block)
+{
+    return davar_torn_gap(&gateway->torn, &gateway->tested)
+               ? hand_out(gateway, &gateway->tested, gateway->owed_waiting, block)
+               : DAVAR_PORT_READ_END;
+}
+
 static davar_port_read_t read_sample(void *context, davar_port_block_t *block)
 {
     gateway_t *gateway = context;
     if (stopped != 0) {
-        return DAVAR_PORT_READ_END;
+        return end(gateway, block);
     }
     if (!wait_edge(gateway)) {
         return DAVAR_PORT_READ_AGAIN;
     }
     switch (source_read(&gateway->source, &gateway->count)) {
     case SOURCE_SAMPLE:
-        send_raw(gateway);
-        *block = (davar_port_block_t){
-            .samples = &gateway->samples, .count = 1U, .missing = gateway->owed};
-        gateway->owed = 0;
-        return DAVAR_PORT_READ_BLOCK;
+        return take_sample(gateway, block);
     case SOURCE_END:
-        return DAVAR_PORT_READ_END;
+        return end(gateway, block);
     case SOURCE_FAULT:
         gateway->owed++;
         count(gateway, DAVAR_HEALTH_SOURCE_FAULTS, 1U);
@@ -239,7 +285,7 @@ static bool start(gateway_t *gateway, char *why)
                        strerror(errno));
         return false;
     }
-    gateway->samples.q31 = &gateway->count;
+    davar_torn_init(&gateway->torn);
     gateway->channel = (davar_node_channel_t){
         .davar = &gateway->davar, .number = DAVAR_PORT_Q31, .plan = &gateway->plan};
     return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
@@ -313,6 +359,9 @@ static void report(const gateway_t *gateway)
         if (gateway->health.count[item] > 0U) {
             (void)fprintf(stderr, ", %u %s", gateway->health.count[item], names[item]);
         }
+    }
+    if (davar_torn_reads(&gateway->torn) > 0U) {
+        (void)fprintf(stderr, ", %u torn register reads", davar_torn_reads(&gateway->torn));
     }
     (void)fputc('\n', stderr);
 }

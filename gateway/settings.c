@@ -35,6 +35,8 @@ static const char *const HELP[] = {
     "                    cic[ORDER]:N, sum:N, HZ+average:N or none (default: unknown; results\n"
     "                    that the filter could falsify are then withheld)\n"
     "  --bits N          width of a count, 2 to 32 (default 24)\n"
+    "  --skip-torn-reads  skip torn register reads: single counts that jump by a power of two\n"
+    "                    and back. Each is a lost sample. Samples arrive one later\n"
     "\n"
     "Window, in samples\n"
     "  --policy or|glr   rule for the window length: the paper's law (default), or a likelihood\n"
@@ -117,6 +119,7 @@ static const entry_t TABLE[] = {
     {"content", CONTENT, AT(content)},
     {"bits", WHOLE, 0},
     {"raw", FLAG, AT(raw)},
+    {"skip-torn-reads", FLAG, AT(skips_torn)},
     {"wait", FLAG, AT(wait)},
     {"help", FLAG, AT(help)},
 };

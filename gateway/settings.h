@@ -19,6 +19,7 @@ typedef struct {
     uint32_t baud;
     bool raw;
     bool wait;
+    bool skips_torn; /* --skip-torn-reads */
     bool help;
     bool declares_filter; /* --bandwidth was given */
     davar_bandwidth_t bandwidth;

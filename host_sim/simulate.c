@@ -7,6 +7,7 @@
 #include "instances/engine.h"
 #include "learning/channels.h"
 #include "output/report.h"
+#include "recording/torn.h"
 #include "replay/device.h"
 #include "replay/replay.h"
 
@@ -20,6 +21,7 @@ typedef struct {
     recording_t recording;
     timing_t timing;
     quantisation_t quantisation;
+    uint64_t torn[OPTIONS_COLUMNS_MAX];     /* with --skip-torn-reads: torn reads */
     learned_t learned[OPTIONS_COLUMNS_MAX]; /* with --bandwidth auto */
     engine_t engine;
     output_t output;
@@ -38,6 +40,13 @@ static bool fail_short(const run_t *run, sim_error_t *error)
                     settings_samples_needed(&run->settings.config));
 }
 
+static bool skip_torn(run_t *run, sim_error_t *error)
+{
+    return torn_skip(run->torn, &run->recording, &run->timing, error) &&
+           ((run->recording.rows >= settings_samples_needed(&run->settings.config)) ||
+            fail_short(run, error));
+}
+
 static bool load(run_t *run, sim_error_t *error)
 {
     const options_t *options = run->options;
@@ -50,6 +59,7 @@ static bool load(run_t *run, sim_error_t *error)
     }
     run->quantisation = quantise_plan(options, &run->recording.extent);
     return timing_find(&run->timing, &run->recording, options, error) &&
+           (!options->skips_torn || skip_torn(run, error)) &&
            (!options->learns_filter ||
             learn_channels(run->learned, &run->recording, &run->timing, options, error)) &&
            engine_start(&run->engine, &run->settings, &run->quantisation, &run->timing,
@@ -115,6 +125,9 @@ static bool work(run_t *run, sim_error_t *error)
     }
     progress_clear(&run->progress);
     report_notes(run->options, &run->recording, &run->timing, &run->quantisation);
+    if (run->options->skips_torn) {
+        report_torn(&run->recording.selection, run->torn);
+    }
     if (run->options->learns_filter) {
         report_learned(&run->recording.selection, run->learned, run->timing.rate_hz);
     }
@@ -133,6 +146,7 @@ bool simulate(const options_t *options, sim_error_t *error)
     replay_close(&run->replay);
     output_close(&run->output);
     engine_free(&run->engine);
+    timing_close(&run->timing);
     recording_free(&run->recording);
     free(run);
     return good;

@@ -4,6 +4,7 @@
 
 #include "davar/davar.h"
 #include "davar/monitor.h"
+#include "davar/torn.h"
 #include "instances/engine.h"
 #include "instances/settings.h"
 #include "options/option_table.h"
@@ -77,6 +78,10 @@ bool davar_python_option(davar_python_t *run, const char *name, const char *text
         run->options.details = true;
         return true;
     }
+    if (strcmp(name, "skip-torn-reads") == 0) {
+        run->options.skips_torn = true;
+        return true;
+    }
     if (strcmp(name, "fit-every") == 0) {
         return value_u32(name, text, &run->fit_every, &run->error);
     }
@@ -109,6 +114,25 @@ bool davar_python_admit(davar_python_t *run, bool counted, double *values, size_
         }
     }
     return true;
+}
+
+size_t davar_python_torn(const double *counts, size_t count, const size_t *ends, bool *torn)
+{
+    davar_torn_t filter;
+    int32_t before = 0;
+    size_t end = 0;
+    davar_torn_init(&filter);
+    for (size_t i = 0; i < count; i++) {
+        torn[i] = false;
+        if (i == ends[end]) {
+            (void)davar_torn_gap(&filter, &before);
+            end++;
+        }
+        if (davar_torn_push(&filter, (int32_t)counts[i], &before) == DAVAR_TORN_READ) {
+            torn[i - 1U] = true;
+        }
+    }
+    return davar_torn_reads(&filter);
 }
 
 bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *adev_dps,
@@ -184,7 +208,7 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
 {
     const extent_t extent = {.low = low, .high = high};
     run->quantisation = quantise_plan(&run->options, &extent);
-    const timing_t timing = {.rate_hz = rate_hz, .gaps = UINT16_MAX};
+    const timing_t timing = {.rate_hz = rate_hz, .breaks = UINT16_MAX};
     if (!engine_start(&run->engine, &run->settings, &run->quantisation, &timing, 1U, &run->learned,
                       &run->options, &run->error) ||
         !model_fits(run)) {

@@ -40,6 +40,11 @@ DAVAR_PYTHON_API bool davar_python_configure(davar_python_t *run, uint64_t *need
 DAVAR_PYTHON_API bool davar_python_admit(davar_python_t *run, bool counted, double *values,
                                          size_t count, size_t *bad);
 
+/* Marks the torn register reads among all admitted counts of a record (davar/torn.h). ends: the
+ * ascending ends of the runs without a gap inside; the last is `count`. Returns their number. */
+DAVAR_PYTHON_API size_t davar_python_torn(const double *counts, size_t count, const size_t *ends,
+                                          bool *torn);
+
 /* Compares every result with an error model (davar/monitor.h): columns model_health,
  * model_deviation_M. count (1..64) distinct cluster sizes m, their deviations (above 0) and
  * relative tolerances (at least 0). Call it before start. */

@@ -46,7 +46,7 @@ static void configure(engine_t *engine, const settings_t *settings,
 {
     engine->config = settings->config;
     engine->config.rate_hz = timing->rate_hz;
-    limit_gaps(&engine->config, timing->gaps);
+    limit_gaps(&engine->config, timing->breaks);
     engine->config.unit_per_count = quantisation->unit_per_count;
     engine->config.full_scale = quantisation->full_scale;
     engine->config.sample_bits = quantisation->sample_bits;

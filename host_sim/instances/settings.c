@@ -112,6 +112,13 @@ static bool check_unstable_rate(const options_t *options, sim_error_t *error)
                            "--false-alarms-per-hour");
 }
 
+static bool check_torn(const options_t *options, sim_error_t *error)
+{
+    return !options->skips_torn || ((options->lsb > 0.0) && (options->arith == ARITH_FIXED)) ||
+           sim_fail(error, "--skip-torn-reads: a torn read is off by a power of two in counts: "
+                           "give --lsb, and not --arith float");
+}
+
 bool settings_make(settings_t *settings, const options_t *options, sim_error_t *error)
 {
     davar_config_t *config = &settings->config;
@@ -132,7 +139,8 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
                                   ? (uint16_t)(2U * config->window.longest)
                                   : UINT16_MAX;
     config->window.mirrored_end = (config->window.mode == DAVAR_MODE_CENTRED);
-    return check_unstable_rate(options, error) && settings_check(settings, options, error);
+    return check_unstable_rate(options, error) && check_torn(options, error) &&
+           settings_check(settings, options, error);
 }
 
 /* The widest count that quantise_plan may choose; 0 leaves it to the type. */

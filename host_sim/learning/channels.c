@@ -1,25 +1,20 @@
 /* davar-sim - segments of a recording, without gaps inside. */
 #include "learning/channels.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 #define ROUNDING_OF_COUNTS (1.0 / 12.0)
 
 /* Is there a gap between the samples of a segment? */
-static bool find_gap(bool *gap, const recording_t *recording, const timing_t *timing,
-                     uint64_t first, sim_error_t *error)
+static bool find_gap(bool *gap, const timing_t *timing, uint64_t first, sim_error_t *error)
 {
-    double time_s[SPECTRUM_SEGMENT];
-    *gap = false;
-    if (!recording->has_time || !isfinite(timing->gap_limit_s)) {
-        return true;
-    }
-    if (!spool_read(&recording->times, first, SPECTRUM_SEGMENT, time_s, error)) {
+    double missing[SPECTRUM_SEGMENT];
+    if (!timing_missing(timing, first, SPECTRUM_SEGMENT, missing, error)) {
         return false;
     }
+    *gap = false;
     for (size_t i = 1; i < SPECTRUM_SEGMENT; i++) {
-        *gap = *gap || (timing_missing(timing, time_s[i] - time_s[i - 1U]) > 0U);
+        *gap = *gap || (missing[i] > 0.0);
     }
     return true;
 }
@@ -46,7 +41,7 @@ static bool read_segments(spectrum_t *spectrum, const recording_t *recording,
     for (size_t i = 0; i < spectrum_places(recording->rows); i++) {
         const uint64_t first = spectrum_place(recording->rows, i);
         bool gap = false;
-        if (!find_gap(&gap, recording, timing, first, error) ||
+        if (!find_gap(&gap, timing, first, error) ||
             (!gap && !add_segment(spectrum, recording, first, channel, rows, error))) {
             return false;
         }

@@ -337,6 +337,7 @@ const option_entry_t OPTION_TABLE[] = {
     {"rate", apply_rate},
     {"bandwidth", apply_bandwidth},
     {"gap", apply_gap},
+    {"skip-torn-reads", NULL},
     {"arith", apply_arith},
     {"lsb", apply_lsb},
     {"bits", apply_bits},

@@ -34,6 +34,8 @@ static options_status_t apply_flag(options_t *options, const char *name)
     }
     if (strcmp(name, "raw") == 0) {
         options->raw = true;
+    } else if (strcmp(name, "skip-torn-reads") == 0) {
+        options->skips_torn = true;
     } else {
         options->details = true;
     }

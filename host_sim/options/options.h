@@ -55,6 +55,7 @@ typedef struct {
     double full_scale;                  /* 0: not given */
     double gap_factor;                  /* 0: not given */
     uint32_t bits;                      /* 0: not given */
+    bool skips_torn;                    /* --skip-torn-reads */
     bool declares_filter;               /* --bandwidth FILTER */
     bool learns_filter;                 /* --bandwidth auto */
     davar_bandwidth_t bandwidth;

@@ -128,6 +128,14 @@ void report_notes(const options_t *options, const recording_t *recording, const 
     note_contradiction(timing);
 }
 
+void report_torn(const selection_t *selection, const uint64_t *torn)
+{
+    for (size_t c = 0; c < selection->count; c++) {
+        (void)fprintf(stderr, "davar-sim: %s: %" PRIu64 " torn register reads skipped\n",
+                      selection->name[c], torn[c]);
+    }
+}
+
 void report_learned(const selection_t *selection, const learned_t *learned, double rate_hz)
 {
     for (size_t c = 0; c < selection->count; c++) {

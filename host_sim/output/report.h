@@ -11,6 +11,9 @@
 void report_notes(const options_t *options, const recording_t *recording, const timing_t *timing,
                   const quantisation_t *quantisation);
 
+/* Before the run: the number of torn register reads that were skipped, of each column. */
+void report_torn(const selection_t *selection, const uint64_t *torn);
+
 /* Before the run: the filter that was learned for each column. */
 void report_learned(const selection_t *selection, const learned_t *learned, double rate_hz);
 

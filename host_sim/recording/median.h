@@ -2,7 +2,7 @@
 #ifndef MEDIAN_H
 #define MEDIAN_H
 
-#include "recording/spool.h"
+#include "common/spool.h"
 
 /* Median of times[i + 1] - times[i], all >= 0. For an even number of steps it is the mean of the
  * middle two. The spool has at least two records of width 1. False: spool fault or out of memory.

@@ -2,11 +2,11 @@
 #ifndef RECORDING_H
 #define RECORDING_H
 
+#include "common/spool.h"
 #include "recording/header.h"
 #include "recording/progress.h"
 #include "recording/quantise.h"
 #include "recording/selection.h"
-#include "recording/spool.h"
 
 typedef struct {
     header_t header;

@@ -44,20 +44,48 @@ static bool rate_from_stamps(timing_t *timing, const recording_t *recording,
     return true;
 }
 
-static bool count_gaps(timing_t *timing, const recording_t *recording, sim_error_t *error)
+/* The number of samples missing in a step of step_s seconds; 0 if the step is not a gap. */
+static double missing_in(const timing_t *timing, double step_s)
+{
+    if (step_s <= timing->gap_limit_s) {
+        return 0.0;
+    }
+    return fmin(fmax(round(step_s / timing->period_s) - 1.0, 1.0), UINT32_MAX);
+}
+
+/* Counts the gaps, and stores the missing samples of each row unless `missing` is null. The first row
+ * has no time stamp before it. */
+static bool walk_steps(uint64_t *gaps, spool_t *missing, const timing_t *timing,
+                       const recording_t *recording, sim_error_t *error)
 {
     double time_s[CHUNK];
-    for (uint64_t first = 0; first + 1U < recording->rows; first += CHUNK - 1U) {
+    double newest_s = INFINITY;
+    *gaps = 0;
+    for (uint64_t first = 0; first < recording->rows; first += CHUNK) {
         const uint64_t left = recording->rows - first;
         const size_t count = (left < CHUNK) ? (size_t)left : CHUNK;
         if (!spool_read(&recording->times, first, count, time_s, error)) {
             return false;
         }
-        for (size_t i = 1; i < count; i++) {
-            timing->gaps += (timing_missing(timing, time_s[i] - time_s[i - 1U]) > 0U) ? 1U : 0U;
+        for (size_t i = 0; i < count; i++) {
+            const double lost = missing_in(timing, time_s[i] - newest_s);
+            newest_s = time_s[i];
+            *gaps += (lost > 0.0) ? 1U : 0U;
+            if ((missing != NULL) && !spool_put(missing, &lost, error)) {
+                return false;
+            }
         }
     }
     return true;
+}
+
+static bool find_gaps(timing_t *timing, const recording_t *recording, sim_error_t *error)
+{
+    return walk_steps(&timing->gaps, NULL, timing, recording, error) &&
+           ((timing->gaps == 0U) ||
+            (spool_open(&timing->missing, 1U, error) &&
+             walk_steps(&timing->breaks, &timing->missing, timing, recording, error) &&
+             spool_flush(&timing->missing, error)));
 }
 
 bool timing_find(timing_t *timing, const recording_t *recording, const options_t *options,
@@ -75,19 +103,19 @@ bool timing_find(timing_t *timing, const recording_t *recording, const options_t
     const double factor = (options->gap_factor > 0.0) ? options->gap_factor : GAP_FACTOR_DEFAULT;
     const bool look = recording->has_time && (!given || (options->gap_factor > 0.0));
     timing->gap_limit_s = look ? factor * timing->period_s : HUGE_VAL;
-    return !look || count_gaps(timing, recording, error);
+    return !look || find_gaps(timing, recording, error);
 }
 
-uint32_t timing_missing(const timing_t *timing, double step_s)
+bool timing_missing(const timing_t *timing, uint64_t first, size_t count, double *missing,
+                    sim_error_t *error)
 {
-    if (step_s <= timing->gap_limit_s) {
-        return 0U;
+    if (timing->breaks > 0U) {
+        return spool_read(&timing->missing, first, count, missing, error);
     }
-    const double missing = round(step_s / timing->period_s) - 1.0;
-    if (missing < 1.0) {
-        return 1U;
+    for (size_t i = 0; i < count; i++) {
+        missing[i] = 0.0;
     }
-    return (missing < (double)UINT32_MAX) ? (uint32_t)missing : UINT32_MAX;
+    return true;
 }
 
 bool timing_is_contradicted(const timing_t *timing)
@@ -102,4 +130,9 @@ bool timing_is_doubtful(const timing_t *timing)
         (timing->mean_rate_hz > 0.0) &&
         (fabs(timing->mean_rate_hz - timing->rate_hz) > DOUBTFUL_RATE * timing->rate_hz);
     return rates_differ || ((double)timing->gaps > DOUBTFUL_GAPS * (double)timing->steps);
+}
+
+void timing_close(timing_t *timing)
+{
+    spool_close(&timing->missing);
 }

@@ -2,7 +2,6 @@
 #include "replay/chunk.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 bool chunk_open(chunk_t *chunk, size_t channels, sim_error_t *error)
 {
@@ -10,9 +9,7 @@ bool chunk_open(chunk_t *chunk, size_t channels, sim_error_t *error)
     chunk->samples.any = calloc(channels * CHUNK_ROWS, sizeof(int32_t));
     chunk->record = calloc(channels * CHUNK_ROWS, sizeof(double));
     chunk->missing = calloc(CHUNK_ROWS, sizeof(uint32_t));
-    chunk->time_s = calloc(CHUNK_ROWS + 1U, sizeof(double));
-    if ((chunk->samples.any == NULL) || (chunk->record == NULL) || (chunk->missing == NULL) ||
-        (chunk->time_s == NULL)) {
+    if ((chunk->samples.any == NULL) || (chunk->record == NULL) || (chunk->missing == NULL)) {
         return sim_fail(error, "out of memory");
     }
     return true;
@@ -39,20 +36,14 @@ static void convert_channel(chunk_t *chunk, const quantisation_t *quantisation,
     }
 }
 
-/* The first row has no time stamp before it. */
-static bool find_missing(chunk_t *chunk, const recording_t *recording, const timing_t *timing,
-                         size_t newest, sim_error_t *error)
+static bool find_missing(chunk_t *chunk, const timing_t *timing, sim_error_t *error)
 {
-    memset(chunk->missing, 0, CHUNK_ROWS * sizeof chunk->missing[0]);
-    if (!recording->has_time || (timing->gaps == 0U)) {
-        return true;
-    }
-    chunk->time_s[0] = chunk->time_s[newest];
-    if (!spool_read(&recording->times, chunk->first, chunk->count, chunk->time_s + 1, error)) {
+    double missing[CHUNK_ROWS];
+    if (!timing_missing(timing, chunk->first, chunk->count, missing, error)) {
         return false;
     }
-    for (size_t i = (chunk->first == 0U) ? 1U : 0U; i < chunk->count; i++) {
-        chunk->missing[i] = timing_missing(timing, chunk->time_s[i + 1U] - chunk->time_s[i]);
+    for (size_t i = 0; i < chunk->count; i++) {
+        chunk->missing[i] = (uint32_t)missing[i];
     }
     return true;
 }
@@ -60,7 +51,6 @@ static bool find_missing(chunk_t *chunk, const recording_t *recording, const tim
 bool chunk_next(chunk_t *chunk, const recording_t *recording, const timing_t *timing,
                 const quantisation_t *quantisation, davar_port_number_t number, sim_error_t *error)
 {
-    const size_t newest = chunk->count;
     chunk->first += chunk->count;
     const uint64_t left = recording->rows - chunk->first;
     chunk->count = (left < CHUNK_ROWS) ? (size_t)left : CHUNK_ROWS;
@@ -70,7 +60,7 @@ bool chunk_next(chunk_t *chunk, const recording_t *recording, const timing_t *ti
     for (size_t c = 0; c < recording->selection.count; c++) {
         convert_channel(chunk, quantisation, number, recording->selection.count, c);
     }
-    return find_missing(chunk, recording, timing, newest, error);
+    return find_missing(chunk, timing, error);
 }
 
 size_t chunk_run(const chunk_t *chunk, size_t from)
@@ -107,6 +97,5 @@ void chunk_close(chunk_t *chunk)
     free(chunk->samples.any);
     free(chunk->missing);
     free(chunk->record);
-    free(chunk->time_s);
     *chunk = (chunk_t){0};
 }

@@ -23,7 +23,6 @@ typedef struct {
     chunk_samples_t samples;
     uint32_t *missing; /* per row: samples lost just before it */
     double *record;    /* rows as spooled */
-    double *time_s;    /* [0]: the row before `first` */
 } chunk_t;
 
 /* Allocates for `channels` channels; the chunk is empty and ends at row 0. */

@@ -2,8 +2,8 @@
  * RAM. */
 #include "replay/device.h"
 
+#include "common/spool.h"
 #include "davar_job.h"
-#include "recording/spool.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -32,6 +32,7 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "option": (c_bool, (c_void_p, c_char_p, c_char_p)),
     "configure": (c_bool, (c_void_p, POINTER(c_uint64))),
     "admit": (c_bool, (c_void_p, c_bool, c_void_p, c_size_t, POINTER(c_size_t))),
+    "torn": (c_size_t, (c_void_p, c_size_t, c_void_p, c_void_p)),
     "model": (c_bool, (c_void_p, c_void_p, c_void_p, c_void_p, c_size_t)),
     "learn": (c_bool, (c_void_p, c_void_p, c_size_t, c_void_p, c_double, c_char_p, c_size_t)),
     "start": (c_bool, (c_void_p, c_double, c_double, c_double)),
@@ -238,6 +239,13 @@ class Run:
         counters = (c_uint32 * len(HEALTH))()
         self._calls.davar_python_health(self._run, counters)
         return dict(zip(HEALTH, counters))
+
+
+def torn_of(counts: Floats, ends: npt.NDArray[np.uintp]) -> npt.NDArray[np.bool_]:
+    """Which of these admitted counts are torn register reads. ends: of the runs without a gap."""
+    torn = np.zeros(len(counts), np.bool_)
+    library().davar_python_torn(counts.ctypes.data, len(counts), ends.ctypes.data, torn.ctypes.data)
+    return torn
 
 
 def taus_of(window: int, wanted: int) -> npt.NDArray[np.uint32]:

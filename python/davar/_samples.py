@@ -198,6 +198,20 @@ class There(NamedTuple):
             return [0]
         return [0, *map(int, np.flatnonzero(self.missing[1:]) + 1)]
 
+    def ends(self) -> npt.NDArray[np.uintp]:
+        """Their ends."""
+        return np.array([*self.starts()[1:], self.size], np.uintp)
+
+    def without(self, torn: npt.NDArray[np.bool_]) -> "There":
+        """The samples that stay. Both neighbours of a torn one do."""
+        if not torn.any():
+            return self
+        kept = ~torn
+        places = (np.arange(self.size) if self.places is None else self.places)[kept]
+        missing = np.zeros(self.size, np.int64) if self.missing is None else self.missing.copy()
+        missing[1:] += torn[:-1]
+        return There(len(places), places, missing[kept])
+
 
 def there(values: Floats, missing: Array | None) -> There:
     """missing: samples lost before each value. NaN values count as missing samples too."""

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _samples, _taus
-from ._library import Run
+from ._library import Run, torn_of
 from ._model import model_of
 from ._samples import Clock, There
 from ._types import Array, Floats, Pair, Path
@@ -44,6 +44,8 @@ class Epochs(dict[str, Array]):
     """Samples per second."""
     bandwidth: str | None = None
     """The filter that dynamic(bandwidth="auto") learned, as a value of bandwidth. None: unknown."""
+    torn_reads: int = 0
+    """The samples that dynamic(skip_torn_reads=True) skipped."""
 
     def __getattr__(self, name: str) -> Array:
         try:
@@ -111,7 +113,11 @@ def run_of(given: dict[str, Any], rate_hz: float) -> Run:
     }
     what = _taus.wanted(rate_hz, given["taus"], given["clusters"], given["taus_s"])
     run = Run(
-        {**options, "taus": _taus.option(what), **({"details": ""} if given["details"] else {})},
+        {
+            **options,
+            "taus": _taus.option(what),
+            **{name: "" for name in ("details", "skip_torn_reads") if given.get(name)},
+        },
         what.name,
     )
     if given["model_table"] is not None:
@@ -131,6 +137,7 @@ class Feed:
             (0, 0)
         ]  # (index of a pushed sample, offset of the record's index from there onward)
         self.bandwidth: str | None = None  # learned
+        self.torn_reads = 0  # skipped
 
     def push(self, admitted: Floats, there: There, count: int) -> None:
         """The present values among `count` samples, as input of push."""
@@ -183,6 +190,7 @@ class Feed:
             for i, name in enumerate(self.run.columns)
         )
         found.rate_hz, found.bandwidth = self.rate_hz, self.bandwidth
+        found.torn_reads = self.torn_reads
         starts, further = np.array(self.places).T
         found["epoch"] += (
             further[np.searchsorted(starts, found["epoch"], side="right") - 1]
@@ -215,6 +223,7 @@ def dynamic(
     time_s: npt.ArrayLike | None = None,
     gaps: npt.ArrayLike | None = None,
     gap: float = _samples.GAP_FACTOR,
+    skip_torn_reads: bool = False,
     lsb: float | None = None,
     bits: int | None = None,
     arith: str | None = None,
@@ -256,6 +265,9 @@ def dynamic(
         time_s: time stamps of x, seconds (N), ascending.
         gaps: indices of x: the first sample after each gap. No difference spans a gap.
         gap: with time_s, a step longer than this many periods is a gap.
+        skip_torn_reads: skip torn register reads, single samples that jump by a power of two in
+            counts and back. Each becomes a missing sample; the attribute torn_reads of the result
+            is their number. Needs lsb.
         lsb: deg/s per count. Counts use the exact arithmetic of the device. Floats are rounded to
             counts of lsb, or by default of the smallest power of two with which the record fits 32
             bits.
@@ -336,14 +348,17 @@ def dynamic(
     return found
 
 
+def require(samples: int, needed: int) -> None:
+    """Raises ValueError if the record is too short."""
+    if samples < max(needed, 1):
+        raise ValueError(f"x: too short: {samples} samples, but one epoch needs at least {needed}")
+
+
 def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, Any]) -> Feed:
     """Runs all samples with these options, to the end of the record."""
     run = run_of(given, clock.rate_hz)
     there = _samples.there(values, clock.missing)
-    if there.size < max(run.needed, 1):
-        raise ValueError(
-            f"x: too short: {there.size} samples, but one epoch needs at least {run.needed}"
-        )
+    require(there.size, run.needed)
     taken = admitted(run, values, there, counted)
     low, high = float(taken.min()), float(taken.max())
     if given["lsb"] is None and max(high, -low) and not SCALES[0] < max(high, -low) < SCALES[1]:
@@ -352,9 +367,13 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
             f"{low:g} to {high:g}"
         )
     feed = Feed(run, clock.rate_hz, int(given["stride"] or 1))
+    if given["skip_torn_reads"]:
+        torn = torn_of(taken, there.ends())
+        feed.torn_reads = int(torn.sum())
+        there, taken = there.without(torn), taken[~torn]
+        require(there.size, run.needed)
     if given["bandwidth"] == "auto":
-        ends = np.array([*there.starts()[1:], there.size], np.uintp)
-        feed.bandwidth = run.learn(taken, ends, clock.rate_hz)
+        feed.bandwidth = run.learn(taken, there.ends(), clock.rate_hz)
     run.start(clock.rate_hz, low, high)
     feed.whole(taken, there, len(values))
     if not feed.waiting:

@@ -177,6 +177,10 @@ class Arguments(unittest.TestCase):
                 self.refused("model_table", davar.dynamic, X, 1.0, model_table="table.csv")
             self.refused("model_table", davar.dynamic, X, 1.0, model_table=5)
 
+    def test_torn_reads_are_off_by_counts(self):
+        for options in ({}, {"arith": "float"}, {"arith": "float", "lsb": 0.01}):
+            self.refused("skip_torn_reads", davar.dynamic, X, 1.0, skip_torn_reads=True, **options)
+
     def test_options_of_the_window(self):
         for named in (
             {"window_max": 3},

@@ -204,6 +204,37 @@ class Same(unittest.TestCase):
             found = davar.dynamic(x, 128.0, lsb=0.001, bandwidth="50:2:0", stride=100)
         self.assertGreater(found.filtered.mean(), 0.05)
 
+    def test_torn_reads(self):
+        made = np.random.default_rng(6)
+        time_s = np.arange(6000) / 128.0
+        time_s[3000:] += 1.0
+        counts = np.round(made.normal(-250, 3, 6000)).astype(np.int32)
+        torn = np.arange(150, 6000, 371)
+        counts[torn] += made.choice([-256, 256], len(torn))
+        counts[[3000, 5999]] += 256  # beside a gap and at the end
+        for options in ({}, {"bandwidth": "auto"}, {"policy": "glr", "stride": 10}):
+            with self.subTest(options):
+                found = davar.dynamic(
+                    counts, time_s=time_s, lsb=0.01, skip_torn_reads=True, **options
+                )
+                self.assertEqual(len(torn), found.torn_reads)
+                words = [word for name, value in options.items() for word in (f"--{name}", value)]
+                printed = together.simulator(
+                    together.recording({"time_s": time_s, "gyro_z_counts": counts}),
+                    *("--lsb", 0.01, "--skip-torn-reads", *words),
+                )
+                places = np.setdiff1d(np.arange(6000), torn)
+                printed["epoch"] = [str(places[int(epoch)]) for epoch in printed["epoch"]]
+                self.expect(found, printed)
+        whole = davar.dynamic(counts, time_s=time_s, lsb=0.01)
+        self.assertEqual(0, whole.torn_reads)
+        holes = counts.astype(float) * 0.01
+        holes[torn] = np.nan
+        missing = davar.dynamic(holes, time_s=time_s, lsb=0.01)
+        found = davar.dynamic(counts * 0.01, time_s=time_s, lsb=0.01, skip_torn_reads=True)
+        for name, column in missing.items():
+            np.testing.assert_array_equal(found[name], column, name)
+
 
 class Options(unittest.TestCase):
     """Every option of davar-sim --help is an argument, or is listed here with a reason; and every
@@ -232,7 +263,11 @@ class Options(unittest.TestCase):
         "taus_s",
         "fit_every",
     }  # gaps are absent rows, clusters a form of --taus; a row of davar-sim is fitted
-    not_of_a_stream = {"gap": "Stream.gap", "arith": "lsb or full_scale"}
+    not_of_a_stream = {
+        "gap": "Stream.gap",
+        "arith": "lsb or full_scale",
+        "skip_torn_reads": "each sample would come one later",
+    }
 
     def options(self):
         text = subprocess.run(

@@ -134,8 +134,22 @@ class Cost(unittest.TestCase):
         self.assertTrue([line for line in found if "a pointer at offset" in line], found)
 
 
+def figures_of(name):
+    """{target: {figure: value}} of an image on every bare board."""
+    figures = {}
+    for target in targets.BARE:
+        image = targets.build(target, image=name) / f"{name}.elf"
+        status, output = targets.execute(target, image, shift=targets.counting_shift(target))
+        assert status == 0, f"{target}: {output}"
+        found = re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)
+        figures[target] = {name: int(value) for name, value in found}
+    return figures
+
+
 # Instructions that a sample costs more with the cascade: mean of q15, worst of noise.
 CASCADE_BUDGET = {"cortex-m4f": (25.0, 300), "cortex-m0": (40.0, 300)}
+# ... and with davar/torn.h: mean and worst, as docs/FIRMWARE.md states them.
+TORN_BUDGET = {"cortex-m4f": (56.0, 172), "cortex-m0": (78.0, 231)}
 
 
 class CascadeCost(unittest.TestCase):
@@ -143,13 +157,7 @@ class CascadeCost(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.figures = {}
-        for target in targets.BARE:
-            image = targets.build(target, image="cascade_cost") / "cascade_cost.elf"
-            status, output = targets.execute(target, image, shift=targets.counting_shift(target))
-            assert status == 0, f"{target}: {output}"
-            found = re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)
-            cls.figures[target] = {name: int(value) for name, value in found}
+        cls.figures = figures_of("cascade_cost")
 
     def test_a_sample_keeps_its_budget(self):
         for target, (mean, worst) in CASCADE_BUDGET.items():
@@ -165,6 +173,30 @@ class CascadeCost(unittest.TestCase):
         for target, figures in self.figures.items():
             with self.subTest(target=target):
                 self.assertEqual(2016, figures["cascade_memory_bytes"])
+
+
+class TornCost(unittest.TestCase):
+    """tests/target/torn.c on every bare board."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.figures = figures_of("torn_cost")
+
+    def test_a_sample_keeps_its_budget(self):
+        for target, (mean, worst) in TORN_BUDGET.items():
+            with self.subTest(target=target):
+                figures = self.figures[target]
+                self.assertLessEqual(figures["torn_push_x100"] / 100, mean)
+                self.assertLessEqual(figures["torn_worst_push"], worst)
+
+    def test_every_core_finds_the_same_samples(self):
+        self.assertEqual(1, len({figures["torn_checksum"] for figures in self.figures.values()}))
+
+    def test_an_axis_takes_20_bytes(self):
+        for target, figures in self.figures.items():
+            with self.subTest(target=target):
+                self.assertEqual(20, figures["torn_t_bytes"])
+                self.assertEqual(1, figures["torn_reads"])
 
 
 if __name__ == "__main__":

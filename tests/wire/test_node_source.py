@@ -12,12 +12,12 @@ NODE = os.environ.get("DAVAR_NODE", "davar-node")
 WHOLE = re.compile(rb"[ \t]*[+-]?[0-9]+[ \t\r]*")
 
 
-def node(text):
+def node(text, *options):
     """The counters in its last line: {name: count}. Standard input is a pipe that is filled
     immediately.
     """
     done = subprocess.run(
-        [NODE, "--source", "-", "--rate", "100", "--lsb", "0.01", "--out", "slcan:pty"],
+        [NODE, "--source", "-", "--rate", "100", "--lsb", "0.01", "--out", "slcan:pty", *options],
         input=text,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -138,6 +138,41 @@ class Source(unittest.TestCase):
                 )
                 samples += bool(whole and -(2**31) <= int(first) < 2**31)
             self.check(lines, samples)
+
+
+class Torn(unittest.TestCase):
+    """--skip-torn-reads: each torn read is a lost sample, and no other sample is lost."""
+
+    def lines(self, count, torn, faults=()):
+        source = random.Random(2)
+        samples = [round(source.gauss(-250, 3)) + torn.get(n, 0) for n in range(count)]
+        return b"".join(
+            b"nan\n" if n in faults else b"%d\n" % sample for n, sample in enumerate(samples)
+        )
+
+    def test_torn_reads_are_gaps(self):
+        text = self.lines(2000, {500: 256, 900: -256, 902: 512, 1500: 65536})
+        told = node(text, "--skip-torn-reads")
+        self.assertEqual(
+            (1996, 4, 4, 4),
+            tuple(told[x] for x in ("samples", "gaps", "missing samples", "torn register reads")),
+        )
+        told = node(text)
+        self.assertEqual(2000, told["samples"])
+        self.assertNotIn("torn register reads", told)
+
+    def test_a_sample_beside_a_lost_one_is_not_tested(self):
+        text = self.lines(2000, {500: 256, 700: 256, 900: 256}, faults=(501, 699))
+        told = node(text, "--skip-torn-reads")
+        self.assertEqual(
+            (1997, 3, 3, 1),
+            tuple(told[x] for x in ("samples", "gaps", "missing samples", "torn register reads")),
+        )
+
+    def test_the_last_sample_is_not_lost(self):
+        for count in (1, 2, 3):
+            self.assertEqual(count, node(self.lines(count, {}), "--skip-torn-reads")["samples"])
+        self.assertEqual(0, node(b"", "--skip-torn-reads")["samples"])
 
 
 if __name__ == "__main__":

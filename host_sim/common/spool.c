@@ -1,5 +1,5 @@
 /* davar-sim - temporary records. */
-#include "recording/spool.h"
+#include "common/spool.h"
 
 #include <errno.h>
 #include <signal.h>

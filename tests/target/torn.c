@@ -1,0 +1,65 @@
+/* davar tests - the cost of davar/torn.h on this target, in instructions (exact under -icount) and
+ * bytes. One line "name value" per figure; tools/support/targets.py reads them. */
+#include "board.h"
+
+#include "davar/torn.h"
+
+#define COUNT 4096U
+#define AT 1000U /* of the torn read */
+
+static int16_t samples[COUNT];
+static davar_torn_t torn;
+static volatile uint32_t sink;
+
+/* Sum of four uniform variates: nearly Gaussian, sigma about 3 counts; one torn read. */
+static void make_samples(void)
+{
+    uint32_t state = 1U;
+    for (uint32_t i = 0U; i < COUNT; i++) {
+        int32_t sum = 0;
+        for (unsigned k = 0U; k < 4U; k++) {
+            state = (state * 1664525U) + 1013904223U;
+            sum += (int32_t)(state >> 24U) - 128;
+        }
+        samples[i] = (int16_t)((sum / 40) + ((i == AT) ? 256 : 0));
+    }
+}
+
+/* As in the interrupt of a user, with the call. */
+__attribute__((noinline)) static davar_torn_step_t push(int32_t sample, int32_t *before)
+{
+    return davar_torn_push(&torn, sample, before);
+}
+
+static uint32_t instructions_of_nothing(void)
+{
+    const uint32_t mark = board_mark();
+    return board_instructions_since(mark);
+}
+
+int main(void)
+{
+    const uint32_t nothing = instructions_of_nothing();
+    uint32_t total = 0U;
+    uint32_t worst = 0U;
+    uint32_t checksum = 0U;
+    make_samples();
+    davar_torn_init(&torn);
+    for (uint32_t i = 0U; i < COUNT; i++) {
+        int32_t before = 0;
+        const int32_t sample = samples[i];
+        const uint32_t mark = board_mark();
+        const davar_torn_step_t step = push(sample, &before);
+        const uint32_t spent = board_instructions_since(mark) - nothing;
+        total += spent;
+        worst = (spent > worst) ? spent : worst;
+        checksum = (checksum * 31U) + (uint32_t)before + (uint32_t)step;
+    }
+    sink = checksum;
+    board_figure("torn_push_x100", (100U * total) / COUNT);
+    board_figure("torn_worst_push", worst);
+    board_figure("torn_t_bytes", (uint32_t)sizeof torn);
+    board_figure("torn_reads", davar_torn_reads(&torn));
+    board_figure("torn_checksum", checksum);
+    return 0;
+}
