@@ -3,10 +3,13 @@ recording is made here: noise of 16 times the sample rate behind a filter of sci
 """
 
 import csv
+import gzip
 import json
+import os
 import re
 import subprocess
 import unittest
+from pathlib import Path
 
 import numpy as np
 from asking import ROOT, run
@@ -14,7 +17,13 @@ from scipy import signal
 from test_lab import Folder
 
 RATE, LSB, WINDOW, OVER = 100.0, 0.001, 600, 16
-ARW = 0.3  # deg/sqrt(h)
+ARW, NAME = 0.3, "arw_deg_per_sqrt_h"
+REAL = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real"))
+# Of rimu_lsm_40deg_steps, in s.
+TURNS = (
+    *((31, 37), (72, 79), (111, 117), (151, 157), (192, 198), (231, 239)),
+    *((280, 287), (320, 326), (360, 366)),
+)
 WHITE = (
     '[sensor]\nrate_hz = 100.0\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
     f"coefficient_deg_per_sqrt_h = {ARW}\n"
@@ -90,7 +99,8 @@ class Device(Exporting):
         self.assertLess(abs(found["cutoff_hz"] / cutoff - 1), 0.02)
         self.assertEqual((2, 1.0), (found["order"], found["cutoff_percent"]))
         self.assertEqual([1, 2, 4, 8, 16, 32, 64], found["taus"])
-        self.assertIn(f"--bandwidth {found['bandwidth']}\n", text)
+        self.assertEqual(["--bandwidth", found["bandwidth"], "--lsb", f"{LSB}"], found["options"])
+        self.assertIn(f"davar-sim REC {' '.join(found['options'])}\n", text)
         self.assertLessEqual(max(map(len, text.splitlines())), 100)
 
         done = subprocess.run(
@@ -120,6 +130,7 @@ class Device(Exporting):
 
     def test_davar_plan_makes_the_plan_of_the_header(self):
         for filters in (
+            "",
             LOW.format(20, "sampled", 1),
             LOW.format(7.3, "sampled", 2) + MEAN.format(4),
             MEAN.format(2) * 3,
@@ -142,11 +153,217 @@ class Device(Exporting):
                 self.assertEqual(0, subprocess.run([self.compiled(program)]).returncode)
 
 
+def band(random, samples, hz, half_width_hz, std):
+    """A line with a width: a carrier whose complex amplitude is a Gauss-Markov process."""
+    memory = np.exp(-2 * np.pi * half_width_hz / RATE)
+    steps = random.normal(0, std * np.sqrt(1 - memory**2), (2, samples + 2000))
+    slow = signal.lfilter([1], [1, -memory], steps)[:, 2000:]
+    turn = 2 * np.pi * hz / RATE * np.arange(samples)
+    return slow[0] * np.cos(turn) - slow[1] * np.sin(turn)
+
+
+def passed(random, samples, cutoff, order):
+    """White noise after an analogue low-pass, sampled."""
+    noise = random.normal(0, ARW / 60 * np.sqrt(OVER * RATE), (samples + 100) * OVER)
+    sections = signal.butter(order, cutoff, fs=OVER * RATE, output="sos")
+    return signal.sosfilt(sections, noise)[100 * OVER :: OVER]
+
+
+def holding(rows, arw):
+    """(windows, those with an interval, those whose interval holds arw)."""
+    limits = [[row[f"arw_{k}_deg_per_sqrt_h"] for k in ("low", "high")] for row in rows]
+    given = [(float(low), float(high)) for low, high in limits if low]
+    return len(rows), len(given), sum(low <= arw <= high for low, high in given)
+
+
+def in_windows(recording, options, column="gyro_z_dps", window=WINDOW):
+    """The results of davar-sim in windows that do not overlap."""
+    words = f"--policy fixed --mode trailing --stride {window} --window-max {window}".split()
+    done = subprocess.run(
+        [ROOT / "tools/davar-sim", recording, "--column", column, *words, *options],
+        text=True,
+        capture_output=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return list(csv.DictReader(done.stdout.splitlines()))
+
+
+class Agreeing(Exporting):
+    """The printed options give the true ARW, where davar-sim without them is wrong or withholds."""
+
+    def recorded(self, rates, lsb):
+        recording = self.work / "rec.csv"
+        lines = [f"{n / RATE:.2f},{round(rate / lsb) * lsb:.7f}" for n, rate in enumerate(rates)]
+        recording.write_text("time_s,gyro_z_dps\n" + "\n".join(lines) + "\n")
+        return recording
+
+    def test_the_intervals_of_the_printed_options_hold_the_true_arw(self):
+        samples = 90_000
+        sigma = ARW / 60 * np.sqrt(RATE)
+        line = '[[effect]]\nkind = "narrow_band"\nstd_dps = {}\nfrequency_hz = {}\n'
+        line += "half_width_hz = {}\n"
+        for seed, (name, make, lsb, model) in enumerate(
+            (
+                (
+                    "low-pass and line",
+                    lambda random: (
+                        passed(random, samples, 7.0, 1) + band(random, samples, 31.4, 0.14, 0.01)
+                    ),
+                    0.007,
+                    LOW.format(7, "sampled", 1) + line.format(0.04, 31.4, 0.14),
+                ),
+                (
+                    "line",
+                    lambda random: (
+                        random.normal(0, sigma, samples)
+                        + band(random, samples, 31.4, 0.16, 0.6 * sigma)
+                    ),
+                    0.005,
+                    line.format(0.6 * sigma, 31.4, 0.16),
+                ),
+                ("coarse counts", lambda random: random.normal(0, sigma, samples), 1.2 * sigma, ""),
+                (
+                    "sum with the sample before",
+                    lambda random: signal.lfilter(
+                        [0.85, 0.15], [1], random.normal(0, sigma, samples)
+                    ),
+                    0.005,
+                    MEAN.format(1.18),
+                ),
+            ),
+            40,
+        ):
+            with self.subTest(name):
+                recording = self.recorded(make(np.random.default_rng(seed)), lsb)
+                # The judge rejects some recordings of a line after a low-pass: no fit there.
+                stated = () if "low_pass" in model else ("--recording", recording)
+                _, found = self.exported(WHITE + model, *stated, "--window", WINDOW)
+                if stated:
+                    self.assertLess(abs(found["lsb_dps"] / lsb - 1), 1e-3)
+                windows, _, held = holding(in_windows(recording, found["options"]), ARW)
+                self.assertGreaterEqual(held, 0.9 * windows)
+                default = in_windows(recording, [])
+                values = [float(row[NAME]) for row in default if row[NAME]]
+                self.assertTrue(found["device_default"])
+                self.assertTrue(
+                    holding(default, ARW)[2] < 0.8 * windows
+                    or abs(np.median(values) / ARW - 1) > 0.05
+                )
+
+    def test_white_noise_in_fine_counts_needs_no_option(self):
+        rates = np.random.default_rng(50).normal(0, ARW / 60 * np.sqrt(RATE), 90_000)
+        recording = self.recorded(rates, 0.001)
+        _, found = self.exported(WHITE, "--recording", recording, "--window", WINDOW)
+        self.assertEqual(("none", None), (found["bandwidth"], found["device_default"]))
+        windows, _, held = holding(in_windows(recording, []), ARW)
+        self.assertGreaterEqual(held, 0.9 * windows)
+
+    def test_fit_warns_in_one_sentence_where_the_default_of_the_device_is_wrong(self):
+        random = np.random.default_rng(60)
+        recording = self.recorded(passed(random, 90_000, 20.0, 2), LSB)
+        model = self.file("m.toml", WHITE + LOW.format(20, "sampled", 2))
+        lines = run("fit", recording, "-m", model).stdout.splitlines()
+        said = [line for line in lines if line.startswith("Without --bandwidth, ")]
+        self.assertEqual(1, len(said))
+        self.assertRegex(said[0], r"too low in windows of 600 samples; export --to plan")
+        done = run("fit", recording, "-m", model, "--json")
+        self.assertEqual(said[0], json.loads(done.stdout)["device_default"])
+
+    def test_an_arw_that_the_device_cannot_separate_from_a_line_is_refused(self):
+        line = '[[effect]]\nkind = "{}"\n{} = {}\nfrequency_hz = {}\n'
+        wide = "half_width_hz = 20\n"
+        for model, why in (
+            # Lorentzian: its tail is as high as the white noise down to frequency 0.
+            (line.format("narrow_band", "std_dps", 0.1, 20) + wide, "again"),
+            # A period of 91 samples: the line is in every long cluster size of 600 samples.
+            (line.format("sinusoid", "amplitude_dps", 0.02, 1.1), "Give --window"),
+        ):
+            output = self.work / "none.h"
+            model = self.file("m.toml", WHITE + model)
+            words = ("export", model, "--to", "plan", "--window", "600", "-o", output)
+            done = run(*words)
+            with self.subTest(why):
+                self.assertEqual((2, ""), (done.returncode, done.stdout))
+                self.assertRegex(done.stderr, r"\Adavarlab: [^\n]+\n\Z")
+                self.assertIn("the device cannot give the model's ARW", done.stderr)
+                self.assertIn(why, done.stderr)
+                self.assertFalse(output.exists())
+        larger = re.search(r"--window (\d+)", done.stderr)[1]
+        self.exported(model.read_text(), "--window", larger)
+
+
+class Recordings(Exporting):
+    """Of real sensors at rest: the printed options hold the ARW that the lab fits."""
+
+    def test_the_intervals_hold_the_arw_of_the_lab(self):
+        line = '[[effect]]\nkind = "narrow_band"\nstd_dps = {}\nfrequency_hz = {}\n'
+        line += "half_width_hz = {}\n"
+        flicker = '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 20\n'
+        ramp = '[[effect]]\nkind = "warm_up"\namplitude_dps = 0.1\ntime_constant_s = 300\n'
+        behind = "noise_behind_dps = 0.02\n"
+        for name, axis, rate, model in (
+            ("rimu_lsm_40deg_steps", "x", None, LOW.format(8, "analogue", 1) + behind),
+            (
+                "rimu_lsm_40deg_steps",
+                "z",
+                None,
+                LOW.format(6, "sampled", 1) + behind + line.format(0.15, 33.2, 2.8),
+            ),
+            ("mpu6050_static_11min_jitter", "z", 99.3, line.format(0.06, 31.38, 0.16)),
+            ("mpu6050_temp_ramp_gaps", "z", None, ramp),
+            ("adis16405_run1_static", "x", None, MEAN.format(1.17)),
+        ):
+            path = REAL / f"{name}.csv.gz"
+            with self.subTest(name=name, axis=axis):
+                if not path.is_file():
+                    self.skipTest(f"needs the recording {path.name}")
+                self.check(
+                    path,
+                    f"gyro_{axis}_dps",
+                    rate,
+                    WHITE.replace("_z_", f"_{axis}_").replace("rate_hz = 100.0\n", ""),
+                    flicker + model,
+                )
+
+    def check(self, path, column, rate, white, model):
+        start, fitted = self.file("start.toml", white + model), self.work / "fitted.toml"
+        stated = ["--rate", rate] * bool(rate)
+        with gzip.open(path, "rt") as file:
+            rows = [line for line in file if not line.startswith("#")][:100_001]
+        recording = self.file("rec.csv", "".join(rows))
+        done = run("fit", recording, "-m", start, "-o", fitted, "--json", *stated)
+        self.assertEqual(0, done.returncode, done.stderr)
+        text = fitted.read_text()
+        arw = float(re.search(r"coefficient_deg_per_sqrt_h = (\S+)", text)[1])
+        if "half_width_hz = 2.8" in model:  # its tail is 5 % of the Allan deviation everywhere
+            output = self.work / "filter.h"
+            words = ("--to", "plan", "-o", output, "--window", "600", "--recording", recording)
+            done = run("export", fitted, *words)
+            self.assertEqual(2, done.returncode)
+            self.assertIn("narrow_band changes the Allan deviation at 16 samples", done.stderr)
+            return
+        _, found = self.exported(text, "--recording", recording, "--window", WINDOW, *stated)
+        at_rest = [
+            row
+            for row in in_windows(recording, found["options"], column)
+            if "rimu" not in path.name
+            or all(
+                not first - 1 < float(row["time_s"]) < last + 3 + WINDOW / RATE
+                for first, last in TURNS
+            )
+        ]
+        windows, given, held = holding(at_rest, arw)
+        self.assertGreaterEqual(given, 0.9 * windows)
+        self.assertGreaterEqual(held, 0.9 * given)
+
+
 class Declared(Exporting):
     def test_the_filters_of_a_model_are_those_of_the_option(self):
         for filters, bandwidth in (
             (LOW.format(20, "sampled", 1), "20:1:10"),
             (LOW.format(33.25, "sampled", 2), "33.25:2:10"),
+            ("", "none"),
+            (MEAN.format(1.2), "none"),
             (MEAN.format(4), "average:4"),
             (MEAN.format(3.99), "average:4"),
             (MEAN.format(2) * 2, "average2:2"),
@@ -179,7 +396,6 @@ class Declared(Exporting):
         behind = low + "noise_behind_dps = 0.03\n"
         high = '[[effect]]\nkind = "high_pass"\ncorner_period_s = 100\n'
         for model, why in (
-            (WHITE, "the model has no filter"),
             (WHITE + low + low, "two low_pass: the device knows one"),
             (WHITE + low + high, "high_pass: the device knows low_pass and moving_average only"),
             (WHITE + MEAN.format(2) + MEAN.format(4), "up to 8 of the same length"),

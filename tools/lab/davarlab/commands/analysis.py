@@ -8,6 +8,7 @@ from .. import model as models
 from ..data.recording import Recording
 from ..diagnosis import compare, evidence, improve
 from ..diagnosis import state as state_of
+from ..diagnosis.judge import Judgement
 from ..diagnosis.state import Judged, Progress
 from ..errors import BadInput
 from ..report import terminal, values, verdict, words
@@ -131,9 +132,20 @@ def fit_one(options: argparse.Namespace) -> One:
         "observations": values.observations(state.seen),
         "intervals_hold": state.judgement.adequate,
     }
+    default = device_default(recording, fitted, state.judgement)
+    data["device_default"] = default or None
     return axes.Found(column, 0, data, fitted, entries), terminal.fit(
-        fitted, entries, state.judgement, state.seen
+        fitted, entries, state.judgement, state.seen, default
     )
+
+
+def device_default(recording: Recording, fitted: models.Model, judgement: Judgement) -> str:
+    """The sentence of declared.default_said. A model that does not fit has no ARW to compare."""
+    from ..report import declared
+
+    if not judgement.adequate or fitted.column not in recording.gyros:
+        return ""
+    return declared.default_said(fitted, declared.count_of(recording, fitted.column))
 
 
 def report(
@@ -217,15 +229,16 @@ def improve_one(options: argparse.Namespace) -> One:
         said += verdict.next_steps(found.unexplained) if found.unexplained else []
         write(axes.called(found.model, column), output, said)
     report(options, recording, model, found)
+    default = device_default(recording, found.model, found.judgement)
     return (
         axes.Found(
             column,
             0 if found.judgement.adequate else 1,
-            values.improvement(found, output),
+            {**values.improvement(found, output), "device_default": default or None},
             found.model,
             found.estimates,
         ),
-        terminal.improvement(found),
+        terminal.improvement(found) + f"\n{default}" * bool(default),
     )
 
 

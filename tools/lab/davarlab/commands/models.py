@@ -135,7 +135,7 @@ def export_plan(options: argparse.Namespace, given: models.Model) -> int:
 
     where = options.models[0]
     files.check_ending(options.output, (".h",))
-    entries = None
+    entries = recording = None
     if options.recording:
         recording, model = axes.for_analysis(recorded(options, options.recording), given)
         models.check_fits(model, recording, where)
@@ -146,12 +146,18 @@ def export_plan(options: argparse.Namespace, given: models.Model) -> int:
                 "is not known. Find what is missing with improve. Without --recording, the "
                 "cutoff counts as known to 10 %"
             )
-    found = declared.of(given, where, options.window, entries)
-    made = declared.text(found, declared.notes(found, where, options.recording))
+    found = declared.of(given, where, options.window, entries, recording)
+    default = declared.default_said(given, found.lsb, found.window)
+    made = declared.text(found, declared.notes(found, given, where, options.recording))
     files.write_whole(options.output, made.encode())
     emit(
         options,
-        {"file": options.output, "format": options.to, **declared.plain(found)},
+        {
+            "file": options.output,
+            "format": options.to,
+            **declared.plain(found),
+            "device_default": default or None,
+        },
         f"{made}{options.output}",
     )
     return 0

@@ -2,7 +2,8 @@
 
 The device has one low-pass of order 1 or 2, sampled with its images, then equal moving averages
 (lib/include/davar/filter.h). The file lists the cluster sizes at which white noise after that
-filter has the Allan deviation of the model's."""
+filter has the Allan deviation of everything in the model but its drifts, and the options with which
+davar-sim reads the same recording (DESIGN 11)."""
 
 import math
 import textwrap
@@ -11,11 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Floats
+from ..data import counts
+from ..data.recording import Recording
 from ..effects import table
 from ..errors import BadInput
 from ..inference import allan
 from ..inference.estimate import Entry
-from ..inference.parts import part_of
+from ..inference.parts import part_of, spectrum_of
 from ..model import Model, Term
 from ..thresholds import CHANCE
 from .export import noise_variance
@@ -25,16 +29,30 @@ LEAST_PERCENT = 1.0
 MOST_PERCENT = 50.0
 CUTOFFS = 0.002, 2.0  # over the sample rate
 AVERAGES_MOST, LENGTH_MOST, SIZES_MOST = 8, 4096, 32
-SAME = 0.02  # of Allan deviations; half of it is what LEAST_PERCENT covers
+# Standard errors by which the ARW of a window may be off: 92 % of the intervals of 95 % still hold.
+BIAS_MOST = 0.5
 SIZES_LEAST = 3
+DETECTED = 25.0  # a misfit, as a chi-square, that the device detects in every window
+WINDOW, WINDOW_MOST = 600, 2**16  # samples: the default of davar-sim, and what is worth proposing
+ROUNDED = 0.01  # of the variance of white noise per sample, from which --lsb matters
+RATES_DIFFER = 0.01  # relative, of the median step from the mean one, from which --rate matters
+CUTOFF_STEP = 0.01  # relative, of a difference quotient
+GRID_ACCURACY = 1e-3  # of an Allan deviation on the grid of frequencies
 WIDTH = 95  # of a line of the comment
 ACCEPTED = ("low_pass", "moving_average")
+LINES, MOVING = ("sinusoid", "narrow_band"), ("intermittent_line", "drifting_line")
+# Parameter of the time, and the hump of the Allan deviation over it.
+FLUCTUATIONS = {
+    "gauss_markov": ("correlation_time_s", 1.9),
+    "telegraph_noise": ("mean_dwell_s", 0.95),
+}
 
 
 @dataclass
 class Declared:
-    """hz, order: of the low-pass; 0: none. percent: one standard error of hz. sizes: the cluster
-    sizes at which the device's filter is the model's, of `octaves`."""
+    """hz, order: of the low-pass; 0: none. percent: one standard error of hz. window: of the
+    device, in samples. sizes: the cluster sizes that it can use, of `octaves`. lsb: one count of
+    the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate."""
 
     rate_hz: float
     hz: float = 0.0
@@ -42,8 +60,11 @@ class Declared:
     percent: float = 0.0
     averages: int = 0
     length: int = 1
+    window: int = WINDOW
     sizes: tuple[int, ...] = ()
     octaves: tuple[int, ...] = ()
+    lsb: float = 0.0
+    states_rate: bool = False
 
     @property
     def bandwidth(self) -> str:
@@ -51,7 +72,19 @@ class Declared:
         low = f"{self.hz:.6g}:{self.order}:{self.percent:.3g}" if self.order else ""
         count = "" if self.averages == 1 else str(self.averages)
         mean = f"average{count}:{self.length}" if self.averages else ""
-        return "+".join(filter(None, (low, mean)))
+        return "+".join(filter(None, (low, mean))) or "none"
+
+    @property
+    def options(self) -> list[str]:
+        """Of davar-sim, for the recording."""
+        words = ["--bandwidth", self.bandwidth]
+        if self.window != WINDOW:
+            words += ["--window-max", str(self.window)]
+        if self.sizes != self.octaves:
+            words += ["--taus", ",".join(map(str, self.sizes))]
+        if self.lsb:
+            words += ["--lsb", f"{self.lsb:.9g}"]
+        return words + ["--rate", f"{self.rate_hz:.9g}"] * self.states_rate
 
     @property
     def terms(self) -> list[Term]:
@@ -78,15 +111,15 @@ def percent_of(entry: Entry | None, where: str) -> float:
     return float(f"{max(percent, LEAST_PERCENT):.3g}")
 
 
+def filtered(model: Model) -> list[Term]:
+    """Its filters."""
+    return [term for term in model.terms if part_of(term).effect.role == "filter"]
+
+
 def structure(model: Model, where: str) -> tuple[Term | None, list[Term]]:
     """(low-pass, moving averages) of a model; raises BadInput where the device has no such
     filter."""
-    filters = [term for term in model.terms if part_of(term).effect.role == "filter"]
-    if not filters:
-        raise BadInput(
-            f"{where}: the model has no filter. If the model is adequate, its samples are white: "
-            "declare --bandwidth none, or davar_plan_init_white"
-        )
+    filters = filtered(model)
     other = next((term.kind for term in filters if term.kind not in ACCEPTED), None)
     if other:
         raise BadInput(
@@ -103,38 +136,260 @@ def structure(model: Model, where: str) -> tuple[Term | None, list[Term]]:
     return (low[0] if low else None), means
 
 
-def with_sizes(found: Declared, model: Model, window: int, where: str) -> Declared:
-    """With the cluster sizes from which on the device's filter is the model's."""
-    white = next((term for term in model.terms if term.kind == "angle_random_walk"), None)
-    if white is None or not table.find(white.kind).dps(white.parameters):
-        raise BadInput(f"{where}: the model has no angle_random_walk, which the device estimates")
-    octaves = allan.octaves(window)[:SIZES_MOST]
-    filters = [term for term in model.terms if term.kind in ACCEPTED]
-    known, own = (
-        noise_variance(Model(found.rate_hz, model.column, [white, *terms]), octaves, found.rate_hz)
-        for terms in (found.terms, filters)
-    )
-    wrong = np.flatnonzero(np.abs(np.sqrt(own / known) - 1) > SAME)
-    sizes = octaves[int(wrong[-1]) + 1 if len(wrong) else 0 :]
-    if len(sizes) < SIZES_LEAST:
-        raise BadInput(
-            f"{where}: the device's filter ({found.bandwidth}) differs from the model's by more "
-            f"than {100 * SAME:g} % of the Allan deviation at {octaves[int(wrong[-1])]} samples: "
-            "the model has noise_behind_dps, another response, or too narrow a filter for "
-            "--window. Give a larger --window, or fit a model with response = sampled and without "
-            "noise_behind_dps"
-        )
-    found.sizes, found.octaves = tuple(sizes), tuple(octaves)
+# What the device reads ----------------------------------------------------------------------------
+
+
+def steady(model: Model, longest_s: float) -> list[Term]:
+    """The terms that the device has no coefficient for, as noise and lines that are always there:
+    lines, and a fluctuation whose hump lies within the cluster times."""
+    found: list[Term] = []
+    for term in model.terms:
+        values = term.parameters
+        if term.kind == "intermittent_line":
+            frequencies = [float(values["frequency_hz"])]
+        elif term.kind == "drifting_line":
+            frequencies = [float(word) for word in str(values["course_hz"]).split()]
+        else:
+            time, hump = FLUCTUATIONS.get(term.kind, ("", 0.0))
+            own = bool(time) and hump * float(values[time]) < longest_s
+            found += [term] * (own or term.kind in LINES)
+            continue
+        # The mean over its course: the power is shared among the frequencies.
+        size = float(values["amplitude_dps"]) / math.sqrt(len(frequencies))
+        found += [Term("sinusoid", {"amplitude_dps": size, "frequency_hz": f}) for f in frequencies]
     return found
 
 
-def of(model: Model, where: str, window: int, entries: list[Entry] | None) -> Declared:
+@dataclass
+class Reading:
+    """sizes: the cluster sizes of a window. off: relative difference of the Allan deviation there
+    from that of the device's white noise; `filters`: the part of it that the filters have.
+    covariance: of the Allan deviations of a window, relative."""
+
+    sizes: list[int]
+    off: Floats
+    filters: Floats
+    covariance: Floats
+
+    def weights(self, first: int) -> tuple[Floats, float]:
+        """Generalised least squares from the sizes from `first` on, as the device's fit (5.7): the
+        weight of each in ARW, and the relative standard error of ARW."""
+        row = np.linalg.inv(self.covariance[first:, first:]).sum(axis=0)
+        return row / row.sum(), float(1 / np.sqrt(row.sum()))
+
+    @property
+    def undeclared(self) -> tuple[float, float]:
+        """(how far off ARW is, its standard error), relative, of the fit without a filter. If the
+        long sizes read low, and white noise does not explain the window, that fit adds quantization
+        (5.17)."""
+        inverse = np.linalg.inv(self.covariance)
+        weights, error = self.weights(0)
+        bias = float(weights @ self.off)
+        rest = self.off - bias
+        if bias < 0 or rest @ inverse @ rest < DETECTED:
+            return bias, error
+        terms = np.array([np.ones(len(self.sizes)), 1 / np.array(self.sizes)])
+        solved = np.linalg.inv(terms @ inverse @ terms.T)
+        return float((solved @ terms @ inverse @ self.off)[0]), float(np.sqrt(solved[0, 0]))
+
+    def usable(self, first: int) -> bool:
+        """Is ARW from these sizes off by at most BIAS_MOST standard errors, even if all differences
+        add up?"""
+        weights, error = self.weights(first)
+        return bool(np.abs(weights) @ np.abs(self.off[first:]) <= BIAS_MOST * error)
+
+    @property
+    def first(self) -> int:
+        """Index of the first size that the device can use, or the number of sizes."""
+        return next(filter(self.usable, range(len(self.sizes))), len(self.sizes))
+
+    @property
+    def left(self) -> int:
+        return len(self.sizes) - self.first
+
+
+def covariance_of(device: Model, rate_hz: float, sizes: list[int], window: int) -> Floats:
+    """Relative covariance of the Allan deviations of Gaussian noise in a window (5.16)."""
+    _, width = allan.grid()
+    spectrum = spectrum_of([part_of(term) for term in device.terms], [1.0], rate_hz)
+    power = allan.on_grid(spectrum, rate_hz)
+    rows = np.array([power * allan.response(m) for m in sizes]).reshape(len(sizes), -1)
+    rows /= rows.sum(axis=1)[:, None]
+    found: Floats = (rows / width) @ rows.T / (4 * window)
+    return found + GRID_ACCURACY**2 * np.eye(len(sizes))
+
+
+def white_of(model: Model) -> Term | None:
+    """Its angle random walk, unless that is 0."""
+    return next(
+        (
+            t
+            for t in model.terms
+            if t.kind == "angle_random_walk" and part_of(t).effect.dps(t.parameters)
+        ),
+        None,
+    )
+
+
+def doubt_of(found: Declared, device: Model, sizes: list[int]) -> Floats:
+    """Relative standard error of the Allan deviations of the device by that of its cutoff."""
+    if not found.percent:
+        return np.zeros(len(sizes))
+    above, below = (
+        np.sqrt(noise_variance(with_cutoff(device, found.hz * step), sizes, found.rate_hz))
+        for step in (1 + CUTOFF_STEP, 1 - CUTOFF_STEP)
+    )
+    doubt: Floats = found.percent / 100 * (above - below) / (above + below) / CUTOFF_STEP
+    return doubt
+
+
+def with_cutoff(model: Model, hz: float) -> Model:
+    """With another cutoff of its low-pass."""
+    terms = [
+        Term(term.kind, {**term.parameters, "cutoff_hz": hz}) if term.kind == "low_pass" else term
+        for term in model.terms
+    ]
+    return Model(model.rate_hz, model.column, terms)
+
+
+def reading(model: Model, white: Term, found: Declared, window: int) -> Reading:
+    """found: the filter that the device declares."""
+    known = found.terms
+    sizes, rate_hz = allan.octaves(window)[:SIZES_MOST], found.rate_hz
+    filters = filtered(model)
+    extra = steady(model, sizes[-1] / rate_hz if sizes else 0.0)
+    angle = [term for term in model.terms if term.kind == "quantization"]
+    device, passing, own = (
+        np.sqrt(noise_variance(Model(rate_hz, model.column, [white, *terms]), sizes, rate_hz))
+        # Without a filter, the device estimates the quantization of the angle itself.
+        for terms in (
+            known or angle,
+            [*filters, *angle],
+            [*filters, *angle, *extra],
+        )
+    )
+    passed = Model(rate_hz, model.column, [white, *known])
+    doubt = doubt_of(found, passed, sizes)
+    covariance = covariance_of(passed, rate_hz, sizes, window) + np.outer(doubt, doubt)
+    return Reading(sizes, own / device - 1, passing / device - 1, covariance)
+
+
+def with_sizes(found: Declared, model: Model, where: str) -> Declared:
+    """With the cluster sizes from which on the device reads the ARW of the model."""
+    white = white_of(model)
+    if white is None:
+        raise BadInput(f"{where}: the model has no angle_random_walk, which the device estimates")
+    one = reading(model, white, found, found.window)
+    if one.left < SIZES_LEAST:
+        raise BadInput(
+            f"{where}: {unusable(found, model, one)}. {way_on(found, model, white, one)}"
+        )
+    found.sizes, found.octaves = tuple(one.sizes[one.first :]), tuple(one.sizes)
+    return found
+
+
+def by_filter(one: Reading) -> bool:
+    """Is it the filter, and not lines or a fluctuation, at the size where it has to end?"""
+    last = max(-SIZES_LEAST, -len(one.sizes))
+    return bool(abs(one.filters[last]) >= abs(one.off[last] - one.filters[last]))
+
+
+def unusable(found: Declared, model: Model, one: Reading) -> str:
+    """Why the device cannot give the model's ARW."""
+    said = f"the device cannot give the model's ARW in windows of {found.window} samples: "
+    if len(one.sizes) < SIZES_LEAST:
+        return f"{said}they have fewer than {SIZES_LEAST} cluster sizes"
+    last = -SIZES_LEAST
+    at = f"the Allan deviation at {one.sizes[last]} samples"
+    if by_filter(one):
+        return (
+            f"{said}{at} differs by {100 * abs(one.filters[last]):.2g} % from that after the "
+            f"device's filter ({found.bandwidth}), because the model has noise_behind_dps, another "
+            "response, or too narrow a filter"
+        )
+    kinds = {term.kind for term in model.terms if term.kind in (*LINES, *MOVING, *FLUCTUATIONS)}
+    return (
+        f"{said}{', '.join(sorted(kinds))} changes {at} by "
+        f"{100 * abs(one.off[last] - one.filters[last]):.2g} %, and the device cannot distinguish "
+        "that from white noise"
+    )
+
+
+def way_on(found: Declared, model: Model, white: Term, one: Reading) -> str:
+    larger = larger_window(model, white, found)
+    if larger:
+        return f"Give --window {larger}"
+    if by_filter(one):
+        return "Fit a model with response = sampled and without noise_behind_dps"
+    return "Remove the cause of it, and record again"
+
+
+def larger_window(model: Model, white: Term, found: Declared) -> int:
+    """The least doubling of the window with enough usable sizes; 0: none up to WINDOW_MOST."""
+    window = 2 * found.window
+    while window <= WINDOW_MOST:
+        one = reading(model, white, found, window)
+        if one.left >= SIZES_LEAST:
+            return window
+        window *= 2
+    return 0
+
+
+def default_said(model: Model, lsb: float, window: int = WINDOW) -> str:
+    """What the device gives without the options of an export, where that is wrong; "" where it is
+    not. lsb: one count of the recording, deg/s; 0: unknown."""
+    white = white_of(model)
+    if white is None or not model.rate_hz or not allan.octaves(window):
+        return ""
+    one = reading(model, white, Declared(model.rate_hz), window)
+    power = part_of(white).effect.dps(white.parameters) ** 2 * model.rate_hz
+    added = np.sqrt(1 + lsb**2 / 12 / power) - 1
+    bias, error = one.undeclared
+    if abs(bias) <= BIAS_MOST * error:
+        if added < ROUNDED / 2:
+            return ""
+        return (
+            "Without --lsb, the device's ARW includes the rounding to counts and is about "
+            f"{100 * added:.2g} % too high; export --to plan --recording prints the options."
+        )
+    option = "--bandwidth" if filtered(model) else "--taus"
+    return (
+        f"Without {option}, the device withholds the ARW or reports one about "
+        f"{100 * abs(bias):.2g} % too {'high' if bias > 0 else 'low'} in windows of {window} "
+        "samples; export --to plan prints the options."
+    )
+
+
+def count_of(recording: Recording, column: str) -> float:
+    """One count of a gyro's column, deg/s; 0: it is not on a grid."""
+    known = slice(None) if recording.known is None else recording.known
+    return counts.step(recording.columns[column][known])
+
+
+def states_rate(recording: Recording) -> bool:
+    """Would davar-sim take another rate from the median step of the time stamps?"""
+    stamps = recording.columns.get("time_s")
+    if stamps is None or len(stamps) < 2:
+        return True
+    step = float(np.median(np.diff(stamps)))
+    return not abs(step * recording.rate_hz - 1) < RATES_DIFFER
+
+
+def of(
+    model: Model,
+    where: str,
+    window: int,
+    entries: list[Entry] | None = None,
+    recording: Recording | None = None,
+) -> Declared:
     """The filter of a model. where: its file. window: of the device, in samples. entries: the
-    estimates of the model's terms on a recording."""
+    estimates of the model's terms on the recording."""
     if not model.rate_hz:
         raise BadInput(f"{where}: the model has no rate_hz")
     low, means = structure(model, where)
-    found = Declared(model.rate_hz)
+    found = Declared(model.rate_hz, window=window)
+    if recording:
+        found.lsb, found.states_rate = count_of(recording, model.column), states_rate(recording)
     if low:
         share = float(low.parameters["cutoff_hz"]) / model.rate_hz
         if not CUTOFFS[0] <= share <= CUTOFFS[1]:
@@ -153,11 +408,13 @@ def of(model: Model, where: str, window: int, entries: list[Entry] | None) -> De
             f"{where}: moving_average: the device knows up to {AVERAGES_MOST} of the same length, "
             f"up to {LENGTH_MOST} samples. Fit a model with one length, and check it with compare"
         )
-    found.averages, found.length = len(means), next(iter(lengths), 1)
-    return with_sizes(found, model, window, where)
+    length = next(iter(lengths), 1)
+    if length > 1:
+        found.averages, found.length = len(means), length
+    return with_sizes(found, model, where)
 
 
-def notes(found: Declared, where: str, recording: str | None) -> list[str]:
+def notes(found: Declared, model: Model, where: str, recording: str | None) -> list[str]:
     """What the numbers are, in sentences."""
     said = [f"The filter of {where}, by davarlab export --to plan."]
     if found.order:
@@ -172,13 +429,26 @@ def notes(found: Declared, where: str, recording: str | None) -> list[str]:
         ]
     if found.averages:
         said += [f"Moving averages: {found.averages}, each of {found.length} samples."]
+    if found.bandwidth == "none":
+        said += ["No filter: the noise is white from the smallest cluster size listed here on."]
     missing = [m for m in found.octaves if m not in found.sizes]
     if missing:
         said += [
-            f"Without the cluster sizes up to {missing[-1]}: there the model's filter differs from "
-            f"the device's by more than {100 * SAME:g} % of the Allan deviation."
+            f"Without the cluster sizes up to {missing[-1]}: there the Allan deviation of the "
+            "model's filter, lines and noise after the filter differs from that of white noise "
+            "after the device's filter, so that the ARW would be off by more than "
+            f"{BIAS_MOST:g} standard errors in a window of {found.window} samples."
         ]
-    return said
+    changing = sorted({t.kind for t in model.terms if part_of(t).effect.role == "variance"})
+    if changing:
+        said += [
+            f"The noise of the model changes ({', '.join(changing)}): a window gives the ARW of "
+            "its own time, which differs from the model's angle_random_walk."
+        ]
+    if found.lsb:
+        said += [f"One count of {recording} is {found.lsb:.6g} deg/s (unit_per_count, --lsb)."]
+    default = default_said(model, found.lsb, found.window)
+    return said + [default] * bool(default)
 
 
 def fields(found: Declared) -> list[str]:
@@ -189,7 +459,7 @@ def fields(found: Declared) -> list[str]:
         f".poles = {found.order}U,",
     ]
     mean = [f".averages = {found.averages}U,", f".length = {found.length}U,", ".decimation = 1U,"]
-    return low * bool(found.order) + mean * bool(found.averages)
+    return low * bool(found.order) + mean * bool(found.averages) or [".poles = 0U, /* none */"]
 
 
 def comment(found: Declared, notes: list[str]) -> list[str]:
@@ -207,7 +477,7 @@ def comment(found: Declared, notes: list[str]) -> list[str]:
         "",
         f"    tools/davar-plan{taus} {bandwidth} --rate {found.rate_hz:.9g}",
         "",
-        f"On a recording: davar-sim REC {bandwidth}{taus if cut else ''}",
+        f"On a recording: davar-sim REC {' '.join(found.options)}",
         f'In Python: bandwidth="{found.bandwidth}"'
         + (f", clusters={[*found.sizes]}" if cut else ""),
     ]
@@ -247,5 +517,8 @@ def plain(found: Declared) -> dict[str, Any]:
         "averages": found.averages,
         "length": found.length if found.averages else None,
         "rate_hz": found.rate_hz,
+        "window": found.window,
+        "lsb_dps": found.lsb or None,
+        "options": found.options,
         "taus": list(found.sizes),
     }

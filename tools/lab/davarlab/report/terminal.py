@@ -58,13 +58,18 @@ def observed(seen: Sequence[Observation]) -> list[str]:
 
 
 def fit(
-    model: Model, entries: Sequence[Estimates], judgement: Judgement, seen: Sequence[Observation]
+    model: Model,
+    entries: Sequence[Estimates],
+    judgement: Judgement,
+    seen: Sequence[Observation],
+    default: str = "",
 ) -> str:
-    """The output of `fit`: the verdict, then the parameters."""
+    """The output of `fit`: the verdict, then the parameters. default: of declared.default_said."""
     lines = [words.in_ascii(verdicts.adequacy(judgement)), *verdicts.to_find(judgement)]
     lines += observed(seen)
     if not judgement.adequate and not judgement.doubted:
         lines.append(verdicts.NOT_VALID)
+    lines += [default] * bool(default)
     return "\n".join(lines) + "\n\n" + estimates(model, entries)
 
 
