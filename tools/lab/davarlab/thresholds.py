@@ -406,6 +406,17 @@ class Line:
         "choice",
         "that a line must be surer of its place than to be its harmonic",
     )
+    comb_lines: int = of(
+        5,
+        "lines",
+        "choice",
+        "of one comb, from which they are one signal and not those of a machine",
+    )
+    comb_teeth: int = of(32, "harmonics", "choice", "of a comb on which lines are sought")
+    comb_orders: int = of(8, "harmonics", "choice", "that a line may be, to be the base of a comb")
+    comb_chance: float = of(
+        1e-3, "chance", "choice (DESIGN 4)", "that lines anywhere lie on one comb as these do"
+    )
 
 
 @dataclass(frozen=True)
@@ -513,6 +524,18 @@ class Levels:
         "ratio",
         "5 % of exponential ones at most (DESIGN 6.2)",
         "within which dwells are alike",
+    )
+    passing: float = of(
+        0.1,
+        "of the mean dwell",
+        "DESIGN 6.2",
+        "below which a dwell is the path on its way between two levels",
+    )
+    chance: float = of(
+        1e-4,
+        "chance",
+        "DESIGN 6.2: that of true telegraph noise was 1e-3 at least in 30 recordings",
+        "of dwells so even, or of so few jumps across a level, from which it is no telegraph noise",
     )
     simplex: Mapping[str, float] = of(
         {"maxfev": 120, "xatol": 1e-2, "fatol": 0.05},

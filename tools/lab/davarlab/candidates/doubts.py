@@ -1,6 +1,5 @@
 """Reasons not to report a significant candidate: motion, software that subtracts the bias, a
-periodic signal, a coefficient that is not physical, a column that is noise, a common cause
-(DESIGN 4)."""
+coefficient that is not physical, a column that is noise, a common cause (DESIGN 4)."""
 
 from collections.abc import Sequence
 
@@ -10,7 +9,7 @@ from ..data.observations import Observation
 from ..effects.base import INFINITE
 from ..inference import estimate, images
 from ..inference.parts import Bench, Part
-from ..thresholds import DOUBT, LINE
+from ..thresholds import DOUBT
 from . import common_cause, own_noise
 from .candidate import Candidate
 
@@ -24,7 +23,7 @@ def doubt(
     """The reason not to report the candidate in addition to the parts; "" without one. seen: the
     observations on the recording."""
     part, rest = candidate.part, [one for one in parts if one is not candidate.replaces]
-    why = of_motion(seen, part) or of_software(parts, part) or of_one_wave(bench, parts, part)
+    why = of_motion(seen, part) or of_software(parts, part)
     why = why or of_size(bench, rest, part) or own_noise.doubt(bench, rest, part)
     if why or not common_cause.on_column(part):
         return why
@@ -134,41 +133,4 @@ def of_image(bench: Bench, known: Bools | None, parts: Sequence[Part], part: Par
     return (
         f"the samples come in blocks, {shifted[0] * rate:.4g} per second, so a line at "
         f"{f_hz:.4g} Hz may be the image of one at {rival * rate:.4g} Hz. Read every sample"
-    )
-
-
-def times_of(bench: Bench, base_hz: float, part: Part) -> int:
-    """The number of the harmonic of base_hz that a line is; 0: none, or the frequency is too
-    uncertain."""
-    if part.kind not in LINES:
-        return 0
-    times = max(1, round(part.shape["frequency_hz"] / base_hz))
-    doubt_hz = (1 + times) * bench.recording.rate_hz / len(bench.y) / 4
-    if doubt_hz >= LINE.wave_near * base_hz:
-        return 0
-    # A signal that repeats with some jitter has harmonics with a width.
-    doubt_hz += min(part.shape.get("half_width_hz", 0.0), LINE.wave_wide * base_hz)
-    return times if abs(part.shape["frequency_hz"] - times * base_hz) < doubt_hz else 0
-
-
-def wave_of(bench: Bench, parts: Sequence[Part]) -> float | None:
-    """Frequency of a periodic, non-sinusoidal signal of which the lines among the parts are
-    harmonics; None without one."""
-    base = min(
-        (part.shape["frequency_hz"] for part in parts if part.kind in LINES), default=LINE.wave_hz
-    )
-    found = (
-        {times_of(bench, base, part) for part in parts} - {0} if 0 < base < LINE.wave_hz else set()
-    )
-    return base if len(found) >= LINE.wave_harmonics else None
-
-
-def of_one_wave(bench: Bench, parts: Sequence[Part], part: Part) -> str:
-    """A line that is another harmonic of a slow periodic signal."""
-    base = wave_of(bench, [*parts, part]) if part.kind in LINES else None
-    if base is None or not times_of(bench, base, part):
-        return ""
-    return (
-        f"lines at harmonics of {base:.4g} Hz are one non-sinusoidal signal that repeats every "
-        f"{1 / base:.4g} s. Look for a device that switches or moves with this period"
     )

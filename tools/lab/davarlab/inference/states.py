@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 from math import exp, log, pi, sqrt
 
 import numpy as np
-from scipy import optimize, signal
+from scipy import optimize, signal, stats
 
-from ..arrays import Floats
+from ..arrays import Floats, Ints
 from ..thresholds import LEVELS
 
 
@@ -244,19 +244,47 @@ def many_switches(dwell_s: float, x: Floats, rate_hz: float) -> bool:
     return 4 / rate_hz < dwell_s < len(x) / rate_hz / LEVELS.switches_least
 
 
-def like_chance(path: Floats, levels: int = 2) -> bool:
-    """Do the switches come at random: five of them at least, dwells that scatter as exponential
-    ones do, and no length that most of them share (a clock with a few of its periods cut in two
-    still ticks)."""
+def dwells(path: Floats, levels: int) -> tuple[Ints, Ints]:
+    """(level, samples) of each dwell of a decoded path, without the first and the last, which the
+    record cuts. What is much shorter than the others is the path on its way between two levels."""
     level = np.clip(np.round((levels - 1 - path) / 2), 0, levels - 1).astype(int)
     sure = np.flatnonzero(np.abs(path - places(levels)[level]) < 0.5)
-    switches = sure[1:][np.diff(level[sure]) != 0]
-    if len(switches) < LEVELS.switches_least:
+    starts = sure[np.diff(level[sure], prepend=-1) != 0]
+    lengths = np.diff(starts, append=len(path))
+    long = lengths >= LEVELS.passing * lengths.mean()
+    at = level[starts[long]]
+    first = np.flatnonzero(np.diff(at, prepend=-1))
+    return at[first][1:-1], np.add.reduceat(lengths[long], first)[1:-1]
+
+
+def exponential(lengths: Ints) -> bool:
+    """Are lengths not more even than chance makes them (Moran's test): exponential ones are again
+    exponential above the shortest of them, whatever was too short to be seen."""
+    beyond = np.maximum(np.sort(lengths)[1:] - lengths.min(initial=0), 1)
+    count = len(beyond)
+    if count < 2:
+        return True
+    uneven = 2 * count * (np.log(beyond.mean()) - np.log(beyond).mean())
+    even_by_chance = stats.chi2.cdf(uneven / (1 + (count + 1) / (6 * count)), count - 1)
+    return bool(even_by_chance > LEVELS.chance)
+
+
+def like_chance(path: Floats, levels: int = 2) -> bool:
+    """Do the switches come at random: five of them at least, dwells on each level that scatter as
+    exponential ones do, no length that most of them share (a clock with a few of its periods cut in
+    two still ticks), and every other level as likely as the next one (a course that slides passes
+    through the levels between)."""
+    at, lengths = dwells(path, levels)
+    if len(lengths) + 1 < LEVELS.switches_least:
         return False
-    dwells = np.sort(np.diff(switches))
-    alike = np.searchsorted(dwells, LEVELS.alike_dwells * dwells, side="right") - np.arange(
-        len(dwells)
+    ordered = np.sort(lengths)
+    alike = np.searchsorted(ordered, LEVELS.alike_dwells * ordered, side="right") - np.arange(
+        len(ordered)
     )
-    if alike.max() > max(3, 0.4 * len(dwells)):
-        return False
-    return len(dwells) < 7 or float(np.std(dwells) / np.mean(dwells)) > 0.4
+    far = np.abs(np.diff(at)) > 1
+    jumps = stats.binom.cdf(far.sum(), len(far), (levels - 2) / levels) > LEVELS.chance
+    return bool(
+        alike.max() <= max(3, 0.4 * len(ordered))
+        and jumps
+        and all(exponential(lengths[at == level]) for level in range(levels))
+    )
