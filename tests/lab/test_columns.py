@@ -21,7 +21,7 @@ from davarlab.diagnosis import state as state_of
 from davarlab.effects import columns as effects
 from davarlab.errors import BadInput
 from davarlab.inference import changes
-from davarlab.inference.parts import Part
+from davarlab.inference.parts import Bench, Part
 
 BASE = [
     model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}),
@@ -312,6 +312,27 @@ class Doubts(unittest.TestCase):
             for _ in range(20):
                 anywhere = lines(*rng.uniform(0.15, 50, count))
                 self.assertIsNone(combs.one_signal(bench, anywhere))
+
+    def test_levels_between_turns_are_those_of_the_orientation(self):
+        for seed in range(6):
+            rng, t = np.random.default_rng([9, seed]), np.arange(24000) / 20
+            white = 0.002 * rng.standard_normal(len(t))
+            turns = np.sort(rng.uniform(0.1, 0.9, 4)) * t[-1]
+            level = 15 / 3600 * rng.choice([-1, -0.3, 0.4, 1], 5)[np.searchsorted(turns, t)]
+            walk = np.cumsum(rng.standard_normal(len(t))) * 2e-5
+            seen = [Observation("motion", [[at - 1, at + 1] for at in turns], 0.003, "")]
+            for slow, of_turns in ((level, np.ptp(level) > 0), (walk, False)):
+                y = white + slow
+                bench = Bench(Recording({"gyro_z_dps": y}, 20.0), y)
+                parts = [Part("angle_random_walk"), Part("bias_instability")]
+                for part in (Part("rate_random_walk"), Part("bias_step", {"time_s": turns[1] + 2})):
+                    gain = (
+                        bench.fit([*parts, part]).log_likelihood - bench.fit(parts).log_likelihood
+                    )
+                    one = Candidate(part.kind, part, gain, -gain)
+                    if gain > 10:
+                        said = doubts.of_turns(bench, seen, parts, one)
+                        self.assertEqual("turned over" in said, of_turns, (seed, part))
 
     def test_a_touch_is_no_vibration(self):
         rng, calm = np.random.default_rng(4), np.ones(600)

@@ -525,8 +525,14 @@ class Levels:
         "5 % of exponential ones at most (DESIGN 6.2)",
         "within which dwells are alike",
     )
+    joined: float = of(
+        1.5,
+        "shape of a gamma distribution",
+        "choice: exponential dwells have 1, and more where short ones are not seen",
+        "up to which dwells are as uneven as chance makes them",
+    )
     passing: float = of(
-        0.1,
+        0.2,
         "of the mean dwell",
         "DESIGN 6.2",
         "below which a dwell is the path on its way between two levels",
@@ -534,8 +540,8 @@ class Levels:
     chance: float = of(
         1e-4,
         "chance",
-        "DESIGN 6.2: that of true telegraph noise was 1e-3 at least in 30 recordings",
-        "of dwells so even, or of so few jumps across a level, from which it is no telegraph noise",
+        "choice (DESIGN 6.2)",
+        "of dwells so even, or of switches so one-sided, from which it is no telegraph noise",
     )
     simplex: Mapping[str, float] = of(
         {"maxfev": 120, "xatol": 1e-2, "fatol": 0.05},
@@ -639,6 +645,12 @@ class Doubt:
         "coefficient above which it is a turn, where the recording moved",
     )
     leak_at_rest: float = of(0.3, "of another axis", "DESIGN 4", "the same at rest")
+    turns_most: int = of(
+        24, "turns", "choice", "of the sensor, after each of which the bias may have another level"
+    )
+    turns_leave: float = of(
+        0.25, "of the gain", "choice", "of an effect, that it keeps beside these levels"
+    )
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from ..data.observations import Observation
 from ..effects.base import INFINITE
 from ..inference import estimate, images
 from ..inference.parts import Bench, Part
-from ..thresholds import DOUBT
+from ..thresholds import CHANCE, DOUBT
 from . import common_cause, own_noise
 from .candidate import Candidate
 
@@ -23,8 +23,13 @@ def doubt(
     """The reason not to report the candidate in addition to the parts; "" without one. seen: the
     observations on the recording."""
     part, rest = candidate.part, [one for one in parts if one is not candidate.replaces]
-    why = of_motion(seen, part) or of_software(parts, part)
-    why = why or of_size(bench, rest, part) or own_noise.doubt(bench, rest, part)
+    why = of_turns(bench, seen, rest, candidate) or of_motion(seen, part)
+    why = (
+        why
+        or of_software(parts, part)
+        or of_size(bench, rest, part)
+        or own_noise.doubt(bench, rest, part)
+    )
     if why or not common_cause.on_column(part):
         return why
     judged = common_cause.judge(bench, rest, part)
@@ -49,6 +54,32 @@ def of_motion(seen: Sequence[Observation], part: Part) -> str:
     return (
         f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the recording, and "
         "residual motion looks like this effect. Record the sensor at rest"
+    )
+
+
+def of_turns(
+    bench: Bench, seen: Sequence[Observation], parts: Sequence[Part], candidate: Candidate
+) -> str:
+    """An effect that gains little once the bias may have another level after each turn."""
+    runs = [run for one in seen if one.kind == "motion" for run in one.stretches]
+    part = candidate.part
+    if part.role not in ("mean", "spectrum") or "accel" in part.effect.needs:
+        return ""  # what gravity does, turning the sensor shows
+    if not 0 < len(runs) <= DOUBT.turns_most:
+        return ""
+    steps = [Part("bias_step", {"time_s": (start + stop) / 2}) for start, stop in runs]
+    before, turned, both = (
+        bench.fit([*parts, *more]).log_likelihood for more in ([], steps, [*steps, part])
+    )
+    if turned - before < candidate.gain + CHANCE.tell_apart * (len(steps) - 2):
+        return ""
+    if both - turned > DOUBT.turns_leave * candidate.gain:
+        return ""
+    return (
+        f"another level of the bias after each of the {len(runs)} intervals with motion explains "
+        "the recording as well. A sensor that is turned over measures another part of the Earth's "
+        "rotation, up to 30 deg/h apart, and of gravity. Log an accelerometer and the orientation, "
+        "or do not move the sensor"
     )
 
 
