@@ -1,20 +1,17 @@
 """One line whose frequency drifts, instead of many lines with a width (DESIGN 15.3)."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy import fft, interpolate, ndimage
 
-from ..arrays import Floats
+from ..arrays import Complexes, Floats
 from ..effects.means import turns_of
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
 from ..thresholds import DRIFT
 from .candidate import Candidate
 
-Complexes = npt.NDArray[np.complexfloating[Any, Any]]
 KIND = "drifting_line"
 
 

@@ -33,7 +33,8 @@ def spectrum_score(c: Floats, free: int) -> float:
     edges = np.unique(np.round(np.geomspace(4, len(c), 70)).astype(int))
     counts = np.diff(edges)
     z = normal_score(
-        np.add.reduceat(c[: edges[-1]] ** 2, edges[:-1])[: len(counts)] / counts, counts
+        np.add.reduceat(c[: edges[-1]] ** 2, edges[:-1], dtype=np.float64)[: len(counts)] / counts,
+        counts,
     )
     return float(stats.chi2.sf(np.sum(z**2), max(len(z) - free, 1)))
 

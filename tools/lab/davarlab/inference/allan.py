@@ -102,8 +102,10 @@ def by_library(y: Floats, window: int, taus: Sequence[int]) -> Floats:
     """Allan deviations of the full windows that follow each other, of clusters that begin at every
     sample."""
     centred = y - np.mean(y)
-    unit = 2.0 ** np.frexp(np.abs(centred).max())[1]  # the library's full scale has limits
-    data = np.ascontiguousarray(centred / unit, dtype=np.float32)
+    largest = max(centred.max(), -centred.min())
+    unit = 2.0 ** np.frexp(largest)[1]  # the library's full scale has limits
+    data = np.divide(centred, unit, out=np.empty(len(centred), np.float32))
+    del centred
     rows = len(data) // window
     out = np.full((rows, len(taus)), np.nan)
     array = (ctypes.c_uint32 * len(taus))(*taus)

@@ -64,10 +64,9 @@ def line_frequency(bench: Bench, parts: list[Part], index: int) -> float:
     keys, coefficients = bench.all_keys(parts), fit.coefficients.copy()
     coefficients[[keys.index(key) for key in bench.keys(part)]] = 0.0
     w = signals.in_time(bench.data.whitened(fit.level, coefficients, keys))
-    time = bench.recording.time_s
-    starts = np.linspace(0, len(w), LINE.pieces, endpoint=False).astype(int)
-    turned = np.add.reduceat(w * np.exp(-2j * np.pi * part.shape["frequency_hz"] * time), starts)
-    middle = np.add.reduceat(time, starts) / np.diff(np.append(starts, len(w)))
+    turned, middle = signals.turned_back(
+        w, part.shape["frequency_hz"], LINE.pieces, bench.recording.time_s
+    )
     reach = 0.5 * bench.recording.rate_hz / len(w)
     best = optimize.minimize_scalar(
         lambda off: -(np.abs(turned @ np.exp(-2j * np.pi * off * middle)) ** 2),
