@@ -73,7 +73,7 @@ def in_bands(bench: Bench, parts: Sequence[Part], part: Part) -> list[Band]:
     whitened, and measured in the band itself."""
     fit, data = bench.fit([*parts, part]), bench.data
     name = column_of(part)
-    x = bench.recording.column(name) if name else bench.courses(part)[0]
+    x = bench.recording.column(name) if name else next(bench.courses(part))
     floor = sensor_noise(x, data.rate_hz) if name and name.startswith(("accel_", "gyro_")) else 0.0
     f = data.f
     f = f[: int(np.searchsorted(f, CAUSE.edges_hz[-1] if name else CAUSE.worked_out_hz))]

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import fft, interpolate, ndimage
 
 from ..arrays import Complexes, Floats
+from ..data import signals
 from ..effects.means import turns_of
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
@@ -19,6 +20,7 @@ def beside_zero(w: Floats, low: float, high: float) -> tuple[Complexes, Floats]:
     """(the part of w between two frequencies in cycles per sample as complex numbers about the
     middle one, at a lower rate; unit variance where w has it; times in samples)."""
     spectrum = fft.rfft(w)
+    signals.forget_plans(len(w))
     first, last = int(low * len(w)), int(high * len(w))
     part = fft.ifftshift(spectrum[first:last])
     z = fft.ifft(part) * np.sqrt(len(part) / len(w))

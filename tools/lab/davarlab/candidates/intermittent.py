@@ -30,11 +30,11 @@ def strongest(
             np.arange(0, len(w) - length + 1, max(1, length // 2)),
         )
         known = sum(((nu >= low) & (nu <= high) for low, high in bands), np.zeros(len(nu), bool))
+        rows = np.lib.stride_tricks.sliding_window_view(w, length)
         for chunk in np.array_split(starts, max(1, len(starts) * length // 4_000_000)):
-            power = (
-                np.abs(fft.rfft(w[chunk[:, None] + np.arange(length)], points, axis=1)) ** 2
-                / length
-            )
+            power = np.abs(fft.rfft(rows[chunk], points, axis=1))
+            np.square(power, out=power)
+            power /= length
             power[:, : 2 * LINE.visit_turns] = power[:, -2:] = 0
             power[:, known] = 0
             row, column = np.unravel_index(np.argmax(power), power.shape)
@@ -47,6 +47,7 @@ def strongest(
                     int(chunk[row]) + length,
                 ),
             )
+        signals.forget_plans(len(w))
     return best
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from scipy import fft
 
 from ..arrays import Floats
+from ..data import signals
 from ..inference import modulation, refine
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
@@ -19,6 +20,7 @@ def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
     has: what is left there is that line, drifting."""
     w = bench.residual(parts, fit)
     power = np.abs(fft.rfft(w.astype(np.float32, copy=False), 2 * len(w)))
+    signals.forget_plans(len(w))
     np.square(power, out=power)
     power /= len(w)
     power[:6] = 0
@@ -35,7 +37,11 @@ def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
     )
     if peak < np.log(len(w)):  # chance, as nearly every time
         return Candidate("sinusoid", part, peak, log_tail_of_line(part.kind, peak, len(w)))
-    part = refine.refined(bench, [*parts, part], only=("sinusoid",))[-1]
+    part = (
+        refine.on_peak(bench, part, w)
+        if refine.turns(bench, part) > LINE.white_turns
+        else refine.refined(bench, [*parts, part], only_last=True)[-1]
+    )
     gain = bench.fit([*parts, part]).log_likelihood - fit.log_likelihood
     bench.forget(part)
     return Candidate("sinusoid", part, gain, log_tail_of_line(part.kind, gain, len(w)))

@@ -22,7 +22,8 @@ def alike(level: Floats) -> Floats:
     np.square(np.sin(weight, out=weight), out=weight)
     weight[1:] *= 2 * n * level
     np.divide(1.0, weight[1:], out=weight[1:])
-    found: Floats = fft.rfft(weight, overwrite_x=True).real.copy()
+    found: Floats = fft.rfft(weight).real.copy()
+    signals.forget_plans(n)
     return found
 
 
@@ -32,9 +33,10 @@ def at(same: Floats, k: Ints, n: int) -> Floats:
     return found
 
 
-def scores(c: Floats, level: Floats, same: Floats) -> Floats:
-    """The normal score of a step at each sample 1 .. n - 1."""
-    pulled = signals.in_time(c / level)
+def scores(pulled: Floats, same: Floats) -> Floats:
+    """The normal score of a step at each sample 1 .. n - 1; pulled: the ordinates over their
+    level."""
+    pulled = signals.in_time(pulled)
     total = np.cumsum(pulled, out=pulled)[:-1]  # of what comes after: the whole is nothing
     norm = 0.5 * (same[0] - same[1:])
     norm = np.concatenate([norm, norm[: len(total) - len(norm)][::-1]])
@@ -57,10 +59,9 @@ def log_chance(peak: float, same: Floats, n: int) -> float:
 def search(bench: Bench, parts: Sequence[Part], fit: Fit) -> tuple[Part, float, float]:
     """(part, gain, log p) of the most likely step."""
     data, n = bench.data, len(bench.y)
-    level = data.at_ordinates(fit.level)
-    same = alike(level)
+    same = alike(data.at_ordinates(fit.level))
     c = data.without(fit.coefficients, bench.all_keys(parts))
-    score = scores(c, level, same)
+    score = scores(c / data.at_ordinates(fit.level), same)
     np.abs(score, out=score)
     edge = max(STEP.edge, len(score) // STEP.marks)
     score[:edge] = score[-edge:] = 0

@@ -58,7 +58,8 @@ def cells_of(c: Floats, kurtosis: float = 0.0) -> Floats:
         long = high + 1 > signals.PIECE  # there, a length with large factors costs a lot
         part = np.zeros(fft.next_fast_len(high + 1, real=True) if long else high + 1, np.float32)
         part[low + 1 : high + 1] = c[low:high]
-        x = signals.inverse(part)
+        x = signals.inverse(part, spare=True)
+        signals.forget_plans(len(c), signals.transform)
         length = len(x) // JUDGE.time_stretches
         energy = (
             x[: length * JUDGE.time_stretches].reshape(JUDGE.time_stretches, length) ** 2

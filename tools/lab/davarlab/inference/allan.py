@@ -60,7 +60,8 @@ def windows(
 
 def masked(y: Floats, window: int, taus: Sequence[int], known: Bools) -> tuple[Floats, Floats]:
     """As measured(), from the differences that lie in known samples."""
-    total = np.concatenate([[0.0], np.cumsum(np.where(known, y - y[known].mean(), 0.0))])
+    centred = np.where(known, y - y[known].mean(), 0.0)
+    total = np.concatenate([[0.0], np.cumsum(centred, dtype=np.float64)])
     lost = np.concatenate([[0], np.cumsum(~known)])
     rows = len(y) // window
     found, shares = np.full((2, rows, len(taus)), np.nan)

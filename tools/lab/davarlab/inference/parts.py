@@ -1,7 +1,7 @@
 """A model in the form that the likelihood works with: parts with shapes, their rows and columns."""
 
 import copy
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -186,15 +186,15 @@ class Bench:
         width = rate / (2 * np.pi * np.sqrt(self.data.samples))  # (2.3) is about as much there
         return [(f_hz, width) for f_hz in filters.zeros(rate, part.shape)]
 
-    def courses(self, part: Part) -> list[Floats]:
-        """The time series of a mean part, or of how a filter settles, size 1."""
+    def courses(self, part: Part) -> Iterator[Floats]:
+        """The time series of a mean part, or of how a filter settles, size 1; one at a time."""
         if part.form == "decoded":
-            return [self.decoded[part.key]]
+            yield self.decoded[part.key]
+            return
         raw = needed(part.effect.regressor)
-        course = part.effect.variants.get(part.form, raw)(self.recording, part.shape)
+        yield part.effect.variants.get(part.form, raw)(self.recording, part.shape)
         if part.turning:
-            return [course, raw(self.recording, part.shape, turn=0.25)]
-        return [course]
+            yield raw(self.recording, part.shape, turn=0.25)
 
     def keys(self, part: Part) -> list[str]:
         count = 2 if part.turning else 1

@@ -96,10 +96,13 @@ class Data:
         x = x[: count * together].reshape(count, together).mean(axis=1) if together > 1 else x
         off = x - x.mean()
         norm = 1.0 if key == "gyro" else float(np.sqrt(together * (off @ off)))
-        ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
+        ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(x.max()), -float(x.min()))
         off *= np.sqrt(together) / norm if ok else 0.0
-        narrow = self.samples >= signals.NARROW_FROM and key != "gyro"
-        c = signals.transform(off.astype(np.float32) if narrow else off, spare=True)[1:]
+        narrow = self.samples >= signals.NARROW_FROM
+        if narrow and key != "gyro":
+            off = off.astype(np.float32)
+        c = signals.transform(off, spare=True)[1:]
+        c = c.astype(np.float32, copy=False) if narrow else c
         self.columns[key] = c, norm if ok else 0.0
 
     def scale(self, key: str) -> float:
@@ -118,7 +121,8 @@ class Data:
         return self.products[key]
 
     def without(self, coefficients: Floats, keys: Sequence[str]) -> Floats:
-        """The gyro's ordinates less those of the columns."""
+        """The gyro's ordinates less those of the columns, in the precision in which they are
+        kept."""
         c = self.columns["gyro"][0].copy()
         for key, value in zip(keys, coefficients):
             column = self.columns[key][0]
@@ -134,11 +138,11 @@ class Data:
 
     def whitened(self, level: Floats, coefficients: Floats, keys: Sequence[str]) -> Floats:
         """The residual with the model's spectrum divided out: unit white noise when the model is
-        true. In single precision where the record is long."""
+        true."""
         found = self.without(coefficients, keys)
         for part, some in self.pieces(level):
             found[part] /= np.sqrt(some, out=some)
-        return found.astype(np.float32) if self.samples >= signals.NARROW_FROM else found
+        return found
 
     def at_ordinates(self, level: Floats) -> Floats:
         """A level per bin at every ordinate."""
