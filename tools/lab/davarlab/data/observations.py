@@ -128,7 +128,7 @@ def torn(recording: Recording, column: str, good: Bools) -> Observation | None:
     names = [
         name for name in recording.columns if name == column or name.startswith(("gyro_", "accel_"))
     ]
-    found = events.torn({name: recording.column(name) for name in names}, good)
+    found = events.torn({name: recording.columns[name] for name in names}, good)
     if not found:
         return None
     mask = np.zeros(len(good), bool)

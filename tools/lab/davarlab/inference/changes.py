@@ -31,7 +31,7 @@ def blocks_of(w: Floats, rate_hz: float, known: tuple[Floats, float] | None = No
     length = block_length(rate_hz)
     count = len(w) // length
     energy, (variance, scatter) = (
-        (w[: count * length].reshape(count, length) ** 2).mean(axis=1),
+        (w[: count * length].reshape(count, length) ** 2).mean(axis=1, dtype=np.float64),
         known or (None, 1.0),
     )
     return Blocks(
