@@ -58,7 +58,7 @@ def find(recording: Recording, column: str) -> list[Observation]:
     found = [
         entry
         for entry in (
-            doubted(recording, column),
+            implausible(recording, column),
             lost(recording, known),
             in_blocks(recording, known),
             stamps(recording),
@@ -108,7 +108,7 @@ def of_mask(kind: str, recording: Recording, mask: Bools, detail: str) -> Observ
     return Observation(kind, in_seconds(recording, mask), float(mask.mean()), detail, mask)
 
 
-def doubted(recording: Recording, column: str) -> Observation | None:
+def implausible(recording: Recording, column: str) -> Observation | None:
     """Implausible rates, units and levels."""
     said = "; ".join(plausible.of(recording, [column]))
     return (

@@ -232,7 +232,7 @@ def given(fitted: Judged, model: Model) -> Judged:
     """The state of the model with the parameters of the file, judged (7.4)."""
     state = replace(as_given(fitted, model), adequacy=fitted.adequacy)
     found, short = state_of.cells_of(state, state_of.relative_variance(state))
-    judgement = judge.judged(found, short, given_p_value(fitted, state), state.doubted)
+    judgement = judge.judged(found, short, given_p_value(fitted, state), state.spoiled_by)
     return replace(state, cells=tuple(found), judgement=judgement)
 
 

@@ -47,7 +47,7 @@ class State:
     seen: tuple[Observation, ...] = ()
 
     @property
-    def doubted(self) -> str:
+    def spoiled_by(self) -> str:
         """The observation for which no model of the recording is adequate, "" without one: it is
         implausible, or its samples are not what the sensor measures."""
         return next((one.kind for one in self.seen if one.kind == plausible.KIND or one.spoils), "")
@@ -277,7 +277,7 @@ def judged(state: State, quick: bool = False) -> Judged:
         )
     left = adequacy.judge(c, free, extra, quick, state.bench.counts)
     found, short = cells_of(state, variance)
-    judgement = judge.judged(found, short, left.p_value, state.doubted)
+    judgement = judge.judged(found, short, left.p_value, state.spoiled_by)
     return Judged(
         state.bench,
         state.parts,
