@@ -265,7 +265,9 @@ class Agreeing(Exporting):
             _, found = self.exported(model, "--recording", recording, "--window", WINDOW)
             self.assertIn("--rate", found["options"])
             self.assertEqual("--gap" in found["options"], lost)
-            ends = np.array([float(row["time_s"]) for row in in_windows(recording, found["options"])])
+            ends = np.array(
+                [float(row["time_s"]) for row in in_windows(recording, found["options"])]
+            )
             within = (ends > 20_000 / rate) & (ends < 23_000 / rate)
             self.assertEqual(int(within.sum()), 0 if lost else 5)
 
