@@ -73,7 +73,8 @@ class Recording:
         on in time, not in samples. Worked out each time."""
         if self.clock and self.clock.kind == "uneven" and self.clock.places is not None:
             return self.columns["time_s"] - self.columns["time_s"][0]
-        time: Floats = np.arange(self.samples) / self.rate_hz
+        time: Floats = np.arange(self.samples, dtype=float)
+        time /= self.rate_hz
         for place, seconds in self.clock.cut if self.clock else ():
             time[place:] += seconds
         return time
