@@ -74,7 +74,8 @@ class Recording:
         if self.clock and self.clock.kind == "uneven" and self.clock.places is not None:
             stamps: Floats = self.columns["time_s"] - self.columns["time_s"][0]
             return stamps
-        time: Floats = np.arange(self.samples) / self.rate_hz
+        time: Floats = np.arange(self.samples, dtype=float)
+        time /= self.rate_hz
         for place, seconds in self.clock.cut if self.clock else ():
             time[place:] += seconds
         return time

@@ -79,11 +79,17 @@ def turned_back(
     """(sums of x turned back by so many turns per unit of time, mean times) of so many pieces;
     time: of each sample, without it their index."""
     edges = np.linspace(0, len(x), pieces + 1).astype(int)
+    within = np.exp(-2j * np.pi * turns * np.arange(np.diff(edges).max()))
     sums, middle = np.empty(pieces, complex), np.empty(pieces)
     for piece, (first, end) in enumerate(zip(edges, edges[1:])):
-        at = np.arange(first, end) if time is None else time[first:end]
-        sums[piece] = (x[first:end] * np.exp(-2j * np.pi * turns * at)).sum()
-        middle[piece] = at.mean()
+        if time is None:
+            begin = np.exp(-2j * np.pi * (turns * first % 1))
+            sums[piece] = begin * (x[first:end] @ within[: end - first])
+            middle[piece] = (first + end - 1) / 2
+        else:
+            at = time[first:end]
+            sums[piece] = x[first:end] @ np.exp(-2j * np.pi * turns * at)
+            middle[piece] = at.mean()
     return sums, middle
 
 

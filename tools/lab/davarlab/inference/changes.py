@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, special
+from scipy import optimize
 
 from ..arrays import Floats, Ints
 from ..thresholds import CHANGE
@@ -129,8 +129,3 @@ def restless(energy: Floats, length: int) -> float:
         1.0,
         float(np.sum(sizes * length / 2 * (means / energy.mean() - 1) ** 2) / max(count - 1, 1)),
     )
-
-
-def trigamma_scatter(blocks: Blocks) -> float:
-    """Variance of the logarithm of one block's energy."""
-    return float(special.polygamma(1, blocks.freedom / 2))

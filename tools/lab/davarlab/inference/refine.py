@@ -61,20 +61,21 @@ def turns(bench: Bench, part: Part) -> float:
 def on_peak(bench: Bench, part: Part, w: Floats) -> Part:
     """The line where the power of the whitened residual of the others peaks, within half a lobe.
     One pass over the record."""
-    turned, middle = signals.turned_back(
-        w, part.shape["frequency_hz"], LINE.pieces, bench.recording.time_s
-    )
-    reach = 0.5 * bench.recording.rate_hz / len(w)
+    recording, f_hz = bench.recording, part.shape["frequency_hz"]
+    time = None if recording.even_time else recording.time_s * recording.rate_hz
+    turned, middle = signals.turned_back(w, f_hz / recording.rate_hz, LINE.pieces, time)
+    reach = 0.5 / len(w)
     best = optimize.minimize_scalar(
         lambda off: -(np.abs(turned @ np.exp(-2j * np.pi * off * middle)) ** 2),
         bounds=(-reach, reach),
         method="bounded",
         options={"xatol": 1e-4 * reach},
     )
-    return part.moved("frequency_hz", part.shape["frequency_hz"] + float(best.x))
+    return part.moved("frequency_hz", f_hz + float(best.x) * recording.rate_hz)
 
 
 def line_refined(bench: Bench, parts: list[Part], index: int) -> list[Part]:
+    """The parts with the line at this place on its peak, if that is likelier."""
     before, keys = bench.fit(parts), bench.all_keys(parts)
     coefficients = before.coefficients.copy()
     coefficients[[keys.index(key) for key in bench.keys(parts[index])]] = 0.0

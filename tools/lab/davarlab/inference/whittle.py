@@ -63,6 +63,13 @@ class Data:
         """The frequencies of the ordinates, worked out each time."""
         return signals.frequencies(self.samples, self.rate_hz)
 
+    def again(self) -> "Data":
+        """The same gyro and nothing else, for another analysis."""
+        other = copy.copy(self)
+        other.work, other.bands, other.columns = Work(), (), {"gyro": self.columns["gyro"]}
+        other.cut(signals.bin_edges(self.samples - 1))
+        return other
+
     def with_gyro(self, y: Floats) -> "Data":
         """The same columns and bins with another gyro record."""
         other = copy.copy(self)
