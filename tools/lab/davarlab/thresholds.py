@@ -537,7 +537,7 @@ class Levels:
         "DESIGN 6.2",
         "below which a dwell is the path on its way between two levels",
     )
-    chance: float = of(
+    uneven_chance: float = of(
         1e-4,
         "chance",
         "choice (DESIGN 6.2)",

@@ -267,7 +267,7 @@ def uneven(lengths: Ints) -> bool:
     spread = np.log(beyond.mean()) - np.log(beyond).mean()
     expected = np.log(LEVELS.joined) - special.digamma(LEVELS.joined)
     found = 2 * count * spread * np.euler_gamma / expected / (1 + (count + 1) / (6 * count))
-    return bool(stats.chi2.cdf(found, count - 1) > LEVELS.chance)
+    return bool(stats.chi2.cdf(found, count - 1) > LEVELS.uneven_chance)
 
 
 def anywhere(at: Ints, levels: int) -> bool:
@@ -279,7 +279,7 @@ def anywhere(at: Ints, levels: int) -> bool:
     there = expected > 0
     off = float(np.sum((moves[there] - expected[there]) ** 2 / expected[there]))
     free = np.count_nonzero(there.any(axis=1)) * (levels - 2)
-    return bool(free == 0 or stats.chi2.sf(off, free) > LEVELS.chance)
+    return bool(free == 0 or stats.chi2.sf(off, free) > LEVELS.uneven_chance)
 
 
 def like_chance(path: Floats, levels: int = 2) -> bool:

@@ -53,8 +53,8 @@ FLUCTUATIONS = {
 class Declared:
     """hz, order: of the low-pass; 0: none. percent: one standard error of hz. window: of the
     device, in samples. sizes: the cluster sizes that it can use, of `octaves`. lsb: one count of
-    the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate. lost: samples are
-    missing, which davar-sim with --rate does not look for without --gap."""
+    the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate. lost: samples
+    are missing, which davar-sim with --rate does not look for without --gap."""
 
     rate_hz: float
     hz: float = 0.0
