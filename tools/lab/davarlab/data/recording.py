@@ -72,7 +72,8 @@ class Recording:
         """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes
         on in time, not in samples. Worked out each time."""
         if self.clock and self.clock.kind == "uneven" and self.clock.places is not None:
-            return self.columns["time_s"] - self.columns["time_s"][0]
+            stamps: Floats = self.columns["time_s"] - self.columns["time_s"][0]
+            return stamps
         time: Floats = np.arange(self.samples, dtype=float)
         time /= self.rate_hz
         for place, seconds in self.clock.cut if self.clock else ():
