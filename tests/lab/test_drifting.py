@@ -6,10 +6,13 @@ import unittest
 
 import numpy as np
 from davarlab.candidates import drifting
+from davarlab.candidates.candidate import Candidate
 from davarlab.data import observations, repeats, signals
 from davarlab.data.recording import Recording
 from davarlab.effects import filters, means
 from davarlab.errors import BadInput
+from davarlab.inference.parts import Bench, Part, part_of
+from davarlab.model import Term
 from scipy import interpolate
 from scipy import signal as scipy_signal
 from test_lab import BASE, SENSOR, Folder, run
@@ -66,6 +69,21 @@ class Line(unittest.TestCase):
                 self.assertLess(np.abs(course - f)[inside].max() * RATE, 3e-3)
                 gain = drifting.gathered(z, time, count - 1.0, knots)[0]
                 self.assertGreater(gain, 0.9 * np.sum(line**2) / 2)
+
+    def test_a_steady_line_does_not_drift(self):
+        """Whatever else the model lacks: a second line, and a slow wave."""
+        for seed in range(6):
+            rng, count = np.random.default_rng([seed, 9]), 60_000
+            first, second = rng.uniform(1, 49, 2)
+            y, at = 0.05 * rng.standard_normal(count), np.arange(count) / RATE
+            for hz, size in ((first, 0.02), (second, 0.02), (0.0015, 0.04)):
+                y += size * np.sin(2 * np.pi * (hz * at + rng.random()))
+            white = part_of(Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}))
+            bench = Bench(Recording({"gyro_z_dps": y}, RATE), y)
+            fit = bench.fit([white])
+            shape = {"std_dps": 0.0, "frequency_hz": first, "half_width_hz": 0.001}
+            band = Candidate("narrow_band", Part("narrow_band", shape), 100.0, -90.0)
+            self.assertIsNone(drifting.search(bench, [white], fit, band), seed)
 
     def test_noise_with_a_width_has_no_course(self):
         """A line with a width forgets its phase: it stays a narrow band."""

@@ -449,6 +449,9 @@ class Drift:
     knots: tuple[int, int] = of(
         (5, 256), "knots", "DESIGN 15.3", "of the course of the frequency: least and most"
     )
+    turns_least: float = of(
+        1.0, "turns", "DESIGN 15.3", "between the ends of its course, below which a line is steady"
+    )
     per_knot: int = of(8, "pieces", "choice", "of the record, in which the phase is followed")
     rounds: int = of(6, "rounds", "choice", "of the phase and the course in turn")
 

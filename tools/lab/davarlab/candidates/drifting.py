@@ -138,7 +138,7 @@ def search(
     if found is None:
         return None
     course = (int(low * len(w)) + len(z) // 2) / len(w) + found[1]
-    if not (course > 0).all():
+    if not (course > 0).all() or np.ptp(course) * len(w) < DRIFT.turns_least:
         return None
     words = " ".join(f"{one:.9g}" for one in course * rate)
     part = Part(KIND, {"course_hz": words})
