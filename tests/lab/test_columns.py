@@ -308,6 +308,9 @@ class Doubts(unittest.TestCase):
             teeth[:2] += [beat, -beat]
             folded = np.abs(teeth - 100 * np.round(teeth / 100)) + rng.uniform(-1e-4, 1e-4, 6)
             self.assertEqual(len(combs.one_signal(bench, lines(*folded))[1]), 6, teeth)
+        short = SimpleNamespace(recording=bench.recording, y=np.zeros(60000))
+        for others in ((0.03, 7.13, 23.4), (0.005, 7.0, 13.0), (0.0, 7.0, 13.0)):
+            self.assertIsNone(combs.one_signal(short, lines(*others)), others)
         for count in (5, 8, 12, 20):
             for _ in range(20):
                 anywhere = lines(*rng.uniform(0.15, 50, count))

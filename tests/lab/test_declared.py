@@ -64,13 +64,15 @@ int main(void)
 
 class Exporting(Folder):
     def exported(self, model, *options):
-        """The text and the JSON of an export."""
+        """The text and the JSON of an export, with each command on one line."""
         output = self.work / "filter.h"
         done = run(
             "export", self.file("m.toml", model), "--to", "plan", "-o", output, "--json", *options
         )
         self.assertEqual(0, done.returncode, done.stderr)
-        return output.read_text(), json.loads(done.stdout)
+        text = output.read_text()
+        self.assertLessEqual(max(map(len, text.splitlines())), 100)
+        return re.sub(r" \\\n \* +", " ", text), json.loads(done.stdout)
 
     def compiled(self, program):
         source, output = self.file("use.c", program), self.work / "use"
@@ -101,7 +103,6 @@ class Device(Exporting):
         self.assertEqual([1, 2, 4, 8, 16, 32, 64], found["taus"])
         self.assertEqual(["--bandwidth", found["bandwidth"], "--lsb", f"{LSB}"], found["options"])
         self.assertIn(f"davar-sim REC {' '.join(found['options'])}\n", text)
-        self.assertLessEqual(max(map(len, text.splitlines())), 100)
 
         done = subprocess.run(
             [self.compiled(FIRMWARE)],
@@ -270,6 +271,16 @@ class Agreeing(Exporting):
             )
             within = (ends > 20_000 / rate) & (ends < 23_000 / rate)
             self.assertEqual(int(within.sum()), 0 if lost else 5)
+
+    def test_a_count_is_in_degrees_per_second_whatever_the_unit(self):
+        counts = np.rint(np.random.default_rng(42).normal(0, 3, 6000))
+        for unit, factor in (("dps", 1.0), ("rad_s", np.pi / 180)):
+            rows = [f"{n / RATE:.2f},{one * 0.00875 * factor:.9g}" for n, one in enumerate(counts)]
+            recording = self.work / "rec.csv"
+            recording.write_text(f"time_s,gyro_z_{unit}\n" + "\n".join(rows) + "\n")
+            model = WHITE.replace("gyro_z_dps", f"gyro_z_{unit}")
+            _, found = self.exported(model, "--recording", recording, "--window", "8192")
+            self.assertLess(abs(found["lsb_dps"] / 0.00875 - 1), 1e-4, unit)
 
     def test_white_noise_in_fine_counts_needs_no_option(self):
         rates = np.random.default_rng(50).normal(0, ARW / 60 * np.sqrt(RATE), 90_000)

@@ -1,4 +1,4 @@
-"""Long records are kept in single precision, and asked in pieces: with the same answers."""
+"""Long records are kept in single precision and processed in pieces, with the same results."""
 
 import unittest
 from unittest import mock
@@ -42,7 +42,7 @@ def numbers(found):
 
 
 class Long(unittest.TestCase):
-    def test_single_precision_says_the_same(self):
+    def test_single_precision_gives_the_same_results(self):
         for seed in range(3):
             double = improve.improve(recording(seed), MODEL)
             with mock.patch.object(signals, "NARROW_FROM", 1000):

@@ -71,6 +71,8 @@ def of_turns(
     before, turned, both = (
         bench.fit([*parts, *more]).log_likelihood for more in ([], steps, [*steps, part])
     )
+    for step in steps:
+        bench.forget(step)
     if turned - before < candidate.gain + CHANCE.tell_apart * (len(steps) - 2):
         return ""
     if both - turned > DOUBT.turns_leave * candidate.gain:

@@ -41,26 +41,26 @@ def doubt(bench: Bench, parts: Sequence[Part], part: Part) -> str:
 
 def more(bench: Bench, parts: Sequence[Part], part: Part, names: Sequence[str]) -> bool:
     """Does one of the columns have more power, in any octave, than the white noise of its sensor?
-    For effects of vibration, its square is compared with the square of the noise. Worked out
-    once."""
+    For effects of vibration, its square is compared with the square of the noise, for these
+    parts."""
     recording = bench.recording
-    key = ("own noise", part.kind in SQUARES and part.kind, *names)
-    if key not in recording.measured:
-        recording.measured[key] = compared(bench, parts, part, names)
-    return bool(recording.measured[key])
-
-
-def compared(bench: Bench, parts: Sequence[Part], part: Part, names: Sequence[str]) -> bool:
-    """The answer of more()."""
-    quiet = replace(
-        bench.recording,
-        columns=bench.recording.columns | {name: noise(bench.recording, name) for name in names},
-        measured={},
-    )
     if part.kind in SQUARES:
-        true, own = (square(bench, one, parts, part) for one in (bench.recording, quiet))
+        quiet = replace(
+            recording,
+            columns=recording.columns | {name: noise(recording, name) for name in names},
+            measured={},
+        )
+        true, own = (square(bench, one, parts, part) for one in (recording, quiet))
         return louder(true, own)
-    return any(louder(bench.recording.column(name), quiet.column(name)) for name in names)
+    return any(moves(recording, name) for name in names)
+
+
+def moves(recording: Recording, name: str) -> bool:
+    """Does a column have more power than its own noise? Computed once for each column."""
+    key = ("moves", name)
+    if key not in recording.measured:
+        recording.measured[key] = louder(recording.column(name), noise(recording, name))
+    return bool(recording.measured[key])
 
 
 def louder(x: Floats, own: Floats) -> bool:

@@ -391,7 +391,7 @@ def borne_out(energy: Floats, good: Bools, quiet: Bools, first: int, end: int) -
 
 
 def find(recording: Recording, good: Bools) -> Bools:
-    """True where the recording holds motion. A long recording is asked in pieces."""
+    """True where the recording holds motion. A long recording is processed in pieces."""
     sensors = [moving(recording, sensor) for sensor in ("gyro", "accel")]
     marks = np.linspace(0, len(good), max(1, len(good) // PIECE) + 1).astype(int)
 

@@ -15,7 +15,8 @@ from ..thresholds import LINE
 @dataclass(frozen=True)
 class Comb:
     """Teeth at multiples of base_hz, folded at half the sample rate, and beat_hz on both sides of
-    them (0: none); number: the tooth on which each of the lines lies, 0: on none."""
+    them (0: none); number: of the tooth or sideband on which each of the lines lies, from 1; 0: on
+    none."""
 
     base_hz: float
     beat_hz: float
@@ -35,12 +36,14 @@ def folded(f_hz: Floats, rate_hz: float) -> Floats:
 def teeth(
     bench: Bench, lines: Sequence[Part], base_hz: float, base_doubt_hz: float, beat_hz: float = 0.0
 ) -> tuple[Ints, Floats]:
-    """(number of the tooth of a comb on which each line lies, 0: on none; the chance that one
-    anywhere lies on some tooth). The teeth are at multiples of base_hz, folded at half the sample
-    rate, and beat_hz on both sides of them."""
+    """(number of the tooth or sideband of a comb on which each line lies, 0: on none; the chance
+    that one anywhere lies on some of them). The teeth are at multiples of base_hz, folded at half
+    the sample rate, and the sidebands beat_hz on both sides of them."""
     rate, ordinate = bench.recording.rate_hz, bench.recording.rate_hz / len(bench.y)
     times: Ints = np.arange(1, LINE.comb_teeth + 1)
     times = times[(1 + times) * ordinate / 4 < LINE.wave_near * base_hz]
+    if not len(times):  # the record is too short to know any tooth
+        return np.zeros(len(lines), int), np.zeros(len(lines))
     sides = (0.0, beat_hz, -beat_hz) if beat_hz else (0.0,)
     at = folded(np.concatenate([times * base_hz + side for side in sides]), rate)
     f = np.array([part.shape["frequency_hz"] for part in lines])

@@ -234,6 +234,8 @@ class Search:
             return self
         why, lines = comb
         added = [part for part in self.state.parts[self.given :] if part in lines]
+        if not added:
+            return self
         kept = [part for part in self.state.parts if part not in added]
         way = replace(self, state=with_parts(self.state, kept))
         for kind in dict.fromkeys(part.kind for part in added):

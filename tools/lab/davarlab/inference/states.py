@@ -258,13 +258,12 @@ def dwells(path: Floats, levels: int, shortest: float = 0.0) -> tuple[Ints, Ints
 
 
 def uneven(lengths: Ints) -> bool:
-    """Are dwells as uneven as chance makes them (Moran's test), but for short ones that are not
-    seen: those leave the others exponential beyond the shortest, and join some of them."""
-    beyond = np.maximum(np.sort(lengths)[1:] - lengths.min(initial=0), 1)
-    count = len(beyond)
+    """Are dwells as uneven as those of a gamma distribution of shape LEVELS.joined (Moran's test)?
+    Short dwells that are not seen make the others more even than exponential ones."""
+    count = len(lengths)
     if count < 2:
         return True
-    spread = np.log(beyond.mean()) - np.log(beyond).mean()
+    spread = np.log(lengths.mean()) - np.log(lengths).mean()
     expected = np.log(LEVELS.joined) - special.digamma(LEVELS.joined)
     found = 2 * count * spread * np.euler_gamma / expected / (1 + (count + 1) / (6 * count))
     return bool(stats.chi2.cdf(found, count - 1) > LEVELS.uneven_chance)

@@ -41,7 +41,7 @@ CUTOFF_STEP = 0.01  # relative, of a difference quotient
 GRID_ACCURACY = 1e-3  # of an Allan deviation on the grid of frequencies
 WIDTH = 95  # of a line of the comment
 ACCEPTED = ("low_pass", "moving_average")
-LINES, MOVING = ("sinusoid", "narrow_band"), ("intermittent_line", "drifting_line")
+LINES = ("sinusoid", "narrow_band")
 # Parameter of the time, and the hump of the Allan deviation over it.
 FLUCTUATIONS = {
     "gauss_markov": ("correlation_time_s", 1.9),
@@ -144,10 +144,10 @@ def structure(model: Model, where: str) -> tuple[Term | None, list[Term]]:
 # What the device reads ----------------------------------------------------------------------------
 
 
-def steady(model: Model, longest_s: float) -> list[Term]:
-    """The terms that the device has no coefficient for, as noise and lines that are always there:
-    lines, and a fluctuation whose hump lies within the cluster times."""
-    found: list[Term] = []
+def steady(model: Model, longest_s: float) -> list[tuple[str, Term]]:
+    """The terms that the device has no coefficient for, as (their kind, noise or a line that is
+    always there): lines, and a fluctuation whose hump lies within the cluster times."""
+    found: list[tuple[str, Term]] = []
     for term in model.terms:
         values = term.parameters
         if term.kind == "intermittent_line":
@@ -157,11 +157,14 @@ def steady(model: Model, longest_s: float) -> list[Term]:
         else:
             time, hump = FLUCTUATIONS.get(term.kind, ("", 0.0))
             own = bool(time) and hump * float(values[time]) < longest_s
-            found += [term] * (own or term.kind in LINES)
+            found += [(term.kind, term)] * (own or term.kind in LINES)
             continue
         # The mean over its course: the power is shared among the frequencies.
         size = float(values["amplitude_dps"]) / math.sqrt(len(frequencies))
-        found += [Term("sinusoid", {"amplitude_dps": size, "frequency_hz": f}) for f in frequencies]
+        found += [
+            (term.kind, Term("sinusoid", {"amplitude_dps": size, "frequency_hz": f}))
+            for f in frequencies
+        ]
     return found
 
 
@@ -262,7 +265,7 @@ def reading(model: Model, white: Term, found: Declared, window: int) -> Reading:
     known = found.terms
     sizes, rate_hz = allan.octaves(window)[:SIZES_MOST], found.rate_hz
     filters = filtered(model)
-    extra = steady(model, sizes[-1] / rate_hz if sizes else 0.0)
+    extra = [term for _, term in steady(model, sizes[-1] / rate_hz if sizes else 0.0)]
     angle = [term for term in model.terms if term.kind == "quantization"]
     device, passing, own = (
         np.sqrt(noise_variance(Model(rate_hz, model.column, [white, *terms]), sizes, rate_hz))
@@ -312,10 +315,10 @@ def unusable(found: Declared, model: Model, one: Reading) -> str:
             f"device's filter ({found.bandwidth}), because the model has noise_behind_dps, another "
             "response, or too narrow a filter"
         )
-    kinds = {term.kind for term in model.terms if term.kind in (*LINES, *MOVING, *FLUCTUATIONS)}
+    kinds = sorted({kind for kind, _ in steady(model, one.sizes[-1] / found.rate_hz)})
     return (
-        f"{said}{', '.join(sorted(kinds))} changes {at} by "
-        f"{100 * abs(one.off[last] - one.filters[last]):.2g} %, and the device cannot distinguish "
+        f"{said}{' and '.join(kinds)} {'changes' if len(kinds) == 1 else 'change'} {at} by "
+        f"{100 * abs(one.off[last] - one.filters[last]):.0f} %, and the device cannot distinguish "
         "that from white noise"
     )
 
@@ -368,7 +371,7 @@ def default_said(model: Model, lsb: float, window: int = WINDOW) -> str:
 def count_of(recording: Recording, column: str) -> float:
     """One count of a gyro's column, deg/s; 0: it is not on a grid."""
     known = slice(None) if recording.known is None else recording.known
-    return counts.step(recording.columns[column][known])
+    return counts.step(recording.rate_dps(column)[known])
 
 
 def states_rate(recording: Recording) -> bool:
@@ -391,6 +394,8 @@ def of(
     estimates of the model's terms on the recording."""
     if not model.rate_hz:
         raise BadInput(f"{where}: the model has no rate_hz")
+    if recording and model.column not in recording.gyros:
+        raise BadInput(f"{where}: {model.column} is not the column of a gyro, as --to plan needs")
     low, means = structure(model, where)
     found = Declared(model.rate_hz, window=window)
     if recording:
@@ -469,6 +474,12 @@ def fields(found: Declared) -> list[str]:
     return low * bool(found.order) + mean * bool(found.averages) or [".poles = 0U, /* none */"]
 
 
+def command(text: str) -> list[str]:
+    """A command for a shell, in lines of a comment."""
+    lines = textwrap.wrap(text, WIDTH - 6, break_on_hyphens=False, break_long_words=False)
+    return [f"    {line} \\" for line in lines[:-1]] + [f"    {lines[-1]}"]
+
+
 def comment(found: Declared, notes: list[str]) -> list[str]:
     """The head of the header: what it holds, and how to use it."""
     taus = f" --taus {','.join(map(str, found.sizes))}"
@@ -482,11 +493,15 @@ def comment(found: Declared, notes: list[str]) -> list[str]:
         "",
         "The configuration needs the same cluster sizes. The plan can also be made at build time:",
         "",
-        f"    tools/davar-plan{taus} {bandwidth} --rate {found.rate_hz:.9g}",
+        *command(f"tools/davar-plan{taus} {bandwidth} --rate {found.rate_hz:.9g}"),
         "",
-        f"On a recording: davar-sim REC {' '.join(found.options)}",
-        f'In Python: bandwidth="{found.bandwidth}"'
-        + (f", clusters={[*found.sizes]}" if cut else ""),
+        "On a recording:",
+        "",
+        *command(f"davar-sim REC {' '.join(found.options)}"),
+        "",
+        "In Python:",
+        "",
+        f'    bandwidth="{found.bandwidth}"' + (f", clusters={[*found.sizes]}" if cut else ""),
     ]
     return ["/* " + said[0], *(f" * {line}".rstrip() for line in said[1:]), " */"]
 
