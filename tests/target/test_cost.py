@@ -149,7 +149,7 @@ def figures_of(name):
 # Instructions that a sample costs more with the cascade: mean of q15, worst of noise.
 CASCADE_BUDGET = {"cortex-m4f": (25.0, 300), "cortex-m0": (40.0, 300)}
 # ... and with davar/torn.h: mean and worst, as docs/FIRMWARE.md states them.
-TORN_BUDGET = {"cortex-m4f": (56.0, 172), "cortex-m0": (78.0, 231)}
+TORN_BUDGET = {"cortex-m4f": (56.0, 235), "cortex-m0": (78.0, 308)}
 
 
 class CascadeCost(unittest.TestCase):
