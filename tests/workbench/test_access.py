@@ -6,7 +6,7 @@ import unittest
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
-from visiting import Visiting, ranked
+from visiting import Visiting, ranked, tab
 
 
 class Access(Visiting):
@@ -30,9 +30,37 @@ class Access(Visiting):
                 ranked(page)
                 self.assert_accessible(page, (scheme, width, "a model that fails"))
                 page.keyboard.press("w")
-                expect(page.locator("#cell-spectrum .main-svg").first).to_be_visible()
-                self.assert_accessible(page, (scheme, width, "a cell"))
+                for name in ("where", "spectrum", "columns", "sheet", "held", "live"):
+                    tab(page, name)
+                    self.shot(page, f"{name}-{width}-{scheme}")
+                    self.assert_accessible(page, (scheme, width, name))
+                tab(page, "fit")
+                page.click("#export")
+                self.assert_accessible(page, (scheme, width, "exports"))
                 page.close()
+        self.assert_quiet()
+
+    def test_one_screen_holds_it_and_the_keyboard_is_quick(self):
+        bench = self.open()
+        page = self.page(bench, width=1280, height=720)
+        page.click("#tutorial")
+        ranked(page)
+        size = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
+        self.assertEqual(page.evaluate(size), [1280, 720])
+        for part in ("#headline", "#gauge", "#deviation", "#staircase", ".card.best", "#model"):
+            box = page.locator(part).bounding_box()
+            self.assertLessEqual(box["y"] + box["height"], 720, part)
+        page.evaluate("document.activeElement.blur()")
+        for stops in range(1, 7):
+            page.keyboard.press("Tab")
+            if page.evaluate("document.activeElement.matches('.candidate')"):
+                break
+        self.assertLessEqual(stops, 6)
+        self.assertTrue(page.evaluate("document.activeElement.matches('.candidate.go')"))
+        page.keyboard.press("Enter")
+        expect(page.locator(".effect")).to_have_count(3)
+        ranked(page)
+        self.assertNotEqual(page.evaluate("document.activeElement.tagName"), "BODY")
         self.assert_quiet()
 
 

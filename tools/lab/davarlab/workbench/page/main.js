@@ -18,7 +18,7 @@ import * as spectrum from "/page/tabs/spectrum.js";
 import * as tabs from "/page/tabs/tabs.js";
 import * as where from "/page/tabs/where.js";
 import { other } from "/page/theme.js";
-import { at, change, changed, doing, leaving, now, say, show, shownBy, stale } from "/page/now.js";
+import { at, change, changed, doing, leaving, now, say, shownBy, stale } from "/page/now.js";
 import { duration, element, fill, number } from "/page/words.js";
 
 const STEP_MS = 900; // of the animation of a step
@@ -59,7 +59,7 @@ async function refresh() {
   const before = now.view && now.of === identity() && next.state !== now.view.state ? now.drawn : null;
   if (now.of !== identity()) now.cell = null;
   now.of = identity();
-  now.view = next;
+  [now.view, now.drawn] = [next, curve.atRest(next)];
   at("bench").hidden = false;
   await draw(turn, before);
 }
@@ -86,24 +86,21 @@ function screen(open) {
 
 // Draws a step. From the step before, what changed moves there.
 async function draw(turn, before) {
-  const target = curve.atRest(now.view);
-  show("next", null);
-  [now.found, now.answer, now.before] = [null, null, before];
+  const target = now.drawn;
+  [now.found, now.answer, now.before, now.next] = [null, null, before, null];
   at("export").disabled = false;
   model.draw();
   steps.undoing();
   where.sights();
   held.names();
-  now.drawn = target;
   head.headline();
   await tabs.draw();
   stale(false);
-  if (before && before.tau && !stills.matches) await moveTo(before, target, turn);
-  if (turn !== now.turn) return;
-  settle(target);
+  refocus();
   held.error();
   rank(turn);
-  rest();
+  if (before && !stills.matches) await moveTo(before, target, turn);
+  if (turn === now.turn) settle(target);
 }
 
 function settle(target) {
@@ -133,9 +130,11 @@ function moveTo(from, to, turn) {
   });
 }
 
-// The focus goes on to the next step, if it was left behind.
-function rest() {
-  if (document.activeElement === at("page") || document.activeElement === document.body) at("page").focus({ preventScroll: true });
+// The focus goes back to the control of the model that had it; that of a card goes on to the next step.
+function refocus() {
+  const label = now.left;
+  now.left = null;
+  if (label && document.activeElement === at("page")) document.querySelector(`#model [aria-label="${CSS.escape(label)}"]`)?.focus({ preventScroll: true });
 }
 
 // A value that moves.

@@ -2,8 +2,8 @@
 import { act, forget } from "/page/api.js";
 
 // all: the open recording and its steps. view: the displayed step. found: its candidates. turn: counts how often a step was drawn. stale: whether the page shows outdated results.
-// drawn: the curves and the error as they are shown, which differ from the step's while a value moves. before: the step before, as a ghost. cell: the selected one. length: of the windows of the map.
-export const now = { all: null, view: null, found: null, answer: null, turn: 0, stale: false, drawn: null, before: null, next: null, cell: null, length: 0 };
+// drawn: the curves and the error as they are shown, which differ from the step's while a value moves. before: the step before, as a ghost. cell: the selected one. length: of the windows of the map. left: the label of the control that had the focus.
+export const now = { all: null, view: null, found: null, answer: null, turn: 0, stale: false, drawn: null, before: null, next: null, cell: null, length: 0, left: null };
 export const at = (id) => document.getElementById(id);
 let busy = 0, missed = 0, refresh = null; // missed: the revision that arrived during an action
 
@@ -15,7 +15,10 @@ const OF_A_STEP = ["undo", "redo", "export"]; // buttons above the bench
 export function dead(id, yes) {
   const part = at(id);
   if (!part) return;
-  if (yes && part.contains(document.activeElement)) at("page").focus({ preventScroll: true });
+  if (yes && part.contains(document.activeElement)) {
+    now.left = document.activeElement.getAttribute("aria-label");
+    at("page").focus({ preventScroll: true });
+  }
   part.inert = yes;
   part.classList.toggle("stale", yes);
 }

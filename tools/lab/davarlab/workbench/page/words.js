@@ -30,7 +30,7 @@ export function duration(s, digits = 3) {
 }
 
 // An averaging time as verdicts name it.
-export const brief = (s) => (s < 0.01 ? duration(s, 2) : s < 120 && s !== 60 ? `${number(s, 2)} s` : duration(s, 2));
+export const brief = (s) => (s === 0 ? "0" : s < 0.01 ? duration(s, 2) : s < 120 && s !== 60 ? `${number(s, 2)} s` : duration(s, 2));
 
 export function fill(id, ...children) {
   const place = typeof id === "string" ? document.getElementById(id) : id;

@@ -145,8 +145,8 @@ export class AllanChart {
     const { X, Y, state, phone } = this, [a, b] = [Y(state.measured[i]), Y(state.model[i])], x = X(state.tau[i]);
     svg("line", { x1: x, x2: x, y1: a, y2: b, stroke: "var(--meas)", "stroke-width": 2 }, this.flag);
     if (!named) return;
-    const last = i >= state.tau.length - 2 && !phone;
-    svg("text", { x: x + (last ? 9 : -8), y: phone ? Math.min(a, b) - 10 : clamp((a + b) / 2 + 6, Math.min(a, b) + 18, 1e4), "text-anchor": last ? "start" : "end",
+    const last = i >= state.tau.length - 2 && !phone, inside = !last && Math.abs(a - b) > 24;
+    svg("text", { x: x + (last ? 9 : -8), y: last ? (a + b) / 2 + 6 : inside && !phone ? clamp((a + b) / 2 + 6, Math.min(a, b) + 18, 1e4) : Math.min(a, b) - 10, "text-anchor": last ? "start" : inside ? "end" : "middle",
       class: "strong halo", style: "font-size:17px;fill:var(--meas-ink)" }, this.flag, timesText(state.measured[i] / state.model[i]));
   }
 
@@ -173,9 +173,9 @@ export class AllanChart {
   // An effect that leaves the chart below is named where it leaves.
   nameInside(effect) {
     const { X, Y, state, bottom } = this;
-    let i = state.tau.length - 1;
-    while (i > 0 && Y(effect.deviation[i]) > bottom) i -= 1;
+    let i = effect.deviation.indexOf(Math.max(...effect.deviation));
     if (Y(effect.deviation[i]) > bottom) return;
+    while (Y(effect.deviation[i + 1]) < bottom) i += 1;
     const [y0, y1] = [Y(effect.deviation[i]), Y(effect.deviation[i + 1])], share = (bottom - y0) / (y1 - y0);
     svg("text", { x: X(state.tau[i]) + share * (X(state.tau[i + 1]) - X(state.tau[i])) + 4, y: bottom - 3, class: "halo" }, this.labels, called(effect.kind));
   }

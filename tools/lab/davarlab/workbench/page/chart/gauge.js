@@ -16,7 +16,7 @@ export function gauge(place, state, ghost, top, adequate) {
   if (ghost?.floor) {
     const was = X(ghost.error / ghost.floor);
     svg("rect", { x: 0.75, y: y + 0.75, width: Math.max(0, was - 1.5), height: height - 1.5, rx: 3, fill: "var(--meas-soft)", stroke: "var(--meas)", "stroke-dasharray": "3 3" }, drawing);
-    if (was - now > 60 && was > 170) svg("text", { x: was - 4, y: y + height + 16, "text-anchor": "end" }, drawing, `was ${errorText(ghost.error)}`);
+    if (was - now > 60 && was > target + 110) svg("text", { x: was - 4, y: y + height + 16, "text-anchor": "end" }, drawing, `was ${errorText(ghost.error)}`);
   }
   svg("rect", { x: 0, y, width: Math.max(2, now), height, rx: 3, fill: colour }, drawing);
   svg("line", { x1: target, x2: target, y1: y - 6, y2: y + height + 6, stroke: "var(--ink)", "stroke-width": 2 }, drawing);

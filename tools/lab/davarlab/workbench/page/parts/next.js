@@ -54,7 +54,7 @@ function pips(gain) {
 }
 
 function draw() {
-  const focused = document.activeElement?.dataset?.kind;
+  const focused = document.activeElement?.dataset?.kind, left = document.activeElement === at("page");
   if (now.answer.unknown) fill("next", ...unknown(now.answer, rest(now.found)));
   else if (now.view.adequate) fill("next", ...fits(), rest(now.found));
   else if (!cards().length) fill("next", nothing(), rest(now.found));
@@ -63,6 +63,7 @@ function draw() {
     fill("next", ...shown.map((card) => article(card, card === first)), rest(now.found.filter((one) => !kept.has(one)), shown.length));
   }
   if (focused) document.querySelector(`#next button[data-kind="${focused}"]`)?.focus({ preventScroll: true });
+  else if (left) document.querySelector("#next .best button")?.focus({ preventScroll: true }); // a step left it behind
 }
 
 const nothing = () => element("article", { class: "card panel", id: "nothing" }, ...now.answer.nothing.map((said) => element("p", {}, said)));
@@ -71,7 +72,7 @@ function article(card, best) {
   const { one, others } = card, later = foreseen.get(one.place), before = now.view.error;
   const to = later && element("span", { class: "to" }, best ? element("span", { class: "soft" }, `${errorText(before)} `) : null, `→ ${errorText(later.error)}`);
   const falls = !later || later.error < before;
-  const say = !falls ? "The error does not fall." : others.length && one.note ? others[0].note || one.confirm : one.physics;
+  const say = !falls ? "The error does not fall." : best ? one.physics : "";
   return element("article", { class: `card panel${best ? " best" : ""}`, onpointerenter: () => preview(card), onpointerleave: () => preview(null) },
     best ? element("div", { class: "kicker" }, element("span", {}, "Next: add"), element("span", { class: "row" }, element("span", { class: "soft small" }, "evidence"), pips(one.gain))) : null,
     element("h2", {}, titled(card)), to || element("span", { class: "to soft" }, "…"),
@@ -99,7 +100,7 @@ function rest(found, shown = 0) {
 function fits() {
   const held = now.all.held_out;
   return [element("article", { class: "card best panel good" }, element("div", { class: "kicker" }, "Next"),
-    element("h2", { class: "wide" }, held ? "It is tested on a second recording" : "Check it on a second recording"),
+    element("h2", { class: "whole" }, held ? "It is tested on a second recording" : "Check it on a second recording"),
     element("p", { class: "soft" }, "Each step is then tested on data that it was not fitted to."),
     element("button", { class: "go big", id: "to-held-out", onclick: () => at("tab-held").click() }, held ? "Show" : "Choose")),
   element("article", { class: "card panel" }, element("h2", {}, "Use the model"), element("span"), element("p", { class: "soft" }, "C table, kalibr, PX4, ROS, report."),

@@ -24,7 +24,7 @@ export async function draw() {
     if (turn !== now.turn) return;
     [found, foundOf] = [answer.envelopes, of];
   }
-  const span = now.cell && [{ x0: now.cell.start_s, x1: now.cell.stop_s }];
+  const span = now.cell && now.cell.stop_s - now.cell.start_s < 0.99 * all.duration_s && [{ x0: now.cell.start_s, x1: now.cell.stop_s }];
   fill("columns", ...found.map(() => element("div", { class: "strip-plot" })));
   found.forEach((one, i) => xy(at("columns").children[i], [{ x: one.time_s, y: one.low, low: one.low, high: one.high, band: true, strength: 0.85, colour: i ? "var(--model)" : "var(--meas)" }],
     { x: { clock: true, hidden: i < found.length - 1 }, y: { title: one.column }, spans: span || [], right: 8, label: `${one.column} over time` }));
