@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from asking import ROOT
-from davarlab.workbench import schema, server
+from davarlab.workbench import schema
 from davarlab.workbench.visit import visit
 from websockets.sync.client import connect
 

@@ -56,7 +56,8 @@ MARKS = """(all) => all.filter((one) => one.getAttribute("text-anchor") === "end
   .map((one) => [Number(one.textContent), one.getBoundingClientRect().y])
   .filter(([value]) => value > 0)"""
 # The highest of the points whose text names a frequency near f.
-HIGHEST = """(all, f) => all.map((one, i) => [i, parseFloat(one.textContent), Number(one.getAttribute("cy"))])
+HIGHEST = """(all, f) => all
+  .map((one, i) => [i, parseFloat(one.textContent), Number(one.getAttribute("cy"))])
   .filter(([, hz]) => Math.abs(hz - f) < 0.1 * f).reduce((a, b) => (b[2] < a[2] ? b : a))[0]"""
 
 

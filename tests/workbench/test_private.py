@@ -14,7 +14,8 @@ from visiting import FIRST, Visiting, ranked, run, until
 # control: its name without its numbers.
 CONTROLS = """() => {
   const name = (one) => [one.closest(".plot")?.id || "", one.tagName, one.id,
-    one.dataset.kind || one.dataset.key || one.getAttribute("aria-label") || one.textContent].join("|").replace(/[0-9.]+/g, "#");
+    one.dataset.kind || one.dataset.key || one.getAttribute("aria-label") || one.textContent]
+    .join("|").replace(/[0-9.]+/g, "#");
   const found = new Map();
   for (const one of document.querySelectorAll("a, area, button, input, select, summary, label, "
       + "[role=button], [onclick], .hit, .tread"))

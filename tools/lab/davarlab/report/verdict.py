@@ -118,7 +118,7 @@ def headline(
     part = f", from {words.brief(start)} to {words.brief(stop)}"
     where = part if stop - start < 0.99 * duration_s else ""
     if not first:
-        return "What is left is at", tau, where
+        return "The remaining misfit is at", tau, where
     return "The model is off by", words.away(worst["ratio"]), f"at {tau}{where}"
 
 
