@@ -1,5 +1,5 @@
 """Who does not see well can use the page: axe finds nothing, light and dark, at a desk and on a
-phone, at every stage of a visit.
+phone, at every stage of a visit. The pictures of the stages are in build/workbench.
 """
 
 import unittest
@@ -19,24 +19,28 @@ class Access(Visiting):
     def test_axe_finds_nothing(self):
         bench = self.open()
         for scheme in ("light", "dark"):
-            for width in (1400, 390):
-                page = self.page(bench, width=width, color_scheme=scheme)
+            for width, height in ((1440, 900), (1280, 720), (390, 844)):
+                page = self.page(bench, width=width, height=height, color_scheme=scheme)
+
+                def stage(name, page=page, size=f"{width}-{scheme}"):
+                    self.shot(page, f"{name}-{size}")
+                    self.assert_accessible(page, (size, name))
+
                 if bench.ask("all")[1]["recording"] is None:
                     expect(
                         page.locator("#tutorial")
                     ).to_be_visible()  # until the page knows what is open it is empty
-                    self.assert_accessible(page, (scheme, width, "landing"))
+                    stage("landing")
                     page.click("#tutorial")
                 ranked(page)
-                self.assert_accessible(page, (scheme, width, "a model that fails"))
+                stage("a-model-that-fails")
                 page.keyboard.press("w")
                 for name in ("where", "spectrum", "columns", "sheet", "held", "live"):
                     tab(page, name)
-                    self.shot(page, f"{name}-{width}-{scheme}")
-                    self.assert_accessible(page, (scheme, width, name))
+                    stage(name)
                 tab(page, "fit")
                 page.click("#export")
-                self.assert_accessible(page, (scheme, width, "exports"))
+                stage("exports")
                 page.close()
         self.assert_quiet()
 

@@ -18,28 +18,37 @@ function row(one, index, log) {
     element("td", {}, one.sure ? "" : "a guess"), element("td", { class: "n" }, log.head.slice(0, 3).map((values) => number(values[index], 5)).join(", ")));
 }
 
+// The sample rate: the server's, or that of the first rows of the column that is now called the time. null: none.
+function rateOf(log, guesses) {
+  const time = guesses.findIndex((one) => one.quantity === "time");
+  if (log.rate_hz && log.columns[time]?.factor === guesses[time]?.factor) return log.rate_hz;
+  const step = time < 0 || log.head.length < 2 ? 0 : ((log.head.at(-1)[time] - log.head[0][time]) / (log.head.length - 1)) * guesses[time].factor;
+  return step > 0 ? 1 / step : null;
+}
+
 // The samples of the columns, one below the other.
 function picture(log, guesses) {
   const place = at("preview"), made = place && canvas(place, "The samples of the recording"), rows = guesses.map((one, i) => [one, log.plot?.[i]]).filter(([one, plot]) => plot && one.quantity !== "time");
   if (!made) return;
   const { drawing, width, height } = made, shown = [...rows.filter(([one]) => one.quantity === "gyro"), ...rows.filter(([one]) => one.quantity !== "gyro")].slice(0, SHOWN), each = (height - 28) / Math.max(1, shown.length);
-  const span = log.rate_hz ? (log.rows + log.missing) / log.rate_hz : log.rows, X = scale(false, 0, span, 12, width - 120);
+  const rate_hz = rateOf(log, guesses), span = rate_hz ? (log.rows + log.missing) / rate_hz : log.rows, X = scale(false, 0, span, 12, width - 120);
   shown.forEach(([one, plot], i) => {
     const low = Math.min(...plot.low), high = Math.max(...plot.high), top = 8 + i * each, Y = scale(false, low, high === low ? low + 1 : high, top + each - 10, top);
     svg("path", { d: area(X, Y, plot.low.map((_, k) => (k / Math.max(1, plot.low.length - 1)) * span), plot.low, plot.high), fill: one.quantity === "gyro" ? "var(--meas)" : "var(--model)", stroke: one.quantity === "gyro" ? "var(--meas)" : "var(--model)" }, drawing);
     svg("text", { x: width - 112, y: top + each / 2 }, drawing, one.name.slice(0, 18));
   });
-  for (const [value, text] of log.rate_hz ? clockMarks(0, span, (width - 130) / 90) : []) svg("text", { x: X(value), y: height - 6, "text-anchor": "middle" }, drawing, text);
+  for (const [value, text] of rate_hz ? clockMarks(0, span, (width - 130) / 90) : []) svg("text", { x: X(value), y: height - 6, "text-anchor": value ? "middle" : "start" }, drawing, text);
 }
 
 // The angle random walk that a column would have, from the differences of its samples.
 function walks(log, guesses) {
-  return guesses.map((one, i) => [one, log.plot?.[i]]).filter(([one, plot]) => one.quantity === "gyro" && plot?.noise > 0 && log.rate_hz)
-    .map(([one, plot]) => [one.name, (plot.noise * Math.abs(one.factor) * 60) / Math.sqrt(log.rate_hz)]);
+  const rate_hz = rateOf(log, guesses);
+  return guesses.map((one, i) => [one, log.plot?.[i]]).filter(([one, plot]) => one.quantity === "gyro" && plot?.noise > 0 && rate_hz)
+    .map(([one, plot]) => [one.name, (plot.noise * Math.abs(one.factor) * 60) / Math.sqrt(rate_hz)]);
 }
 
 function facts(log, guesses) {
-  const span = log.rate_hz ? (log.rows + log.missing) / log.rate_hz : null, rows = [["Samples", log.rows.toLocaleString("en").replaceAll(",", " ")], ["Sample rate", log.rate_hz ? `${number(log.rate_hz, 6)} Hz` : "no time column"],
+  const rate_hz = rateOf(log, guesses), span = rate_hz ? (log.rows + log.missing) / rate_hz : null, rows = [["Samples", log.rows.toLocaleString("en").replaceAll(",", " ")], ["Sample rate", rate_hz ? `${number(rate_hz, 6)} Hz` : "no time column"],
     ["Duration", span ? duration(span) : "–"], ["Missing", log.missing ? `${log.missing} samples` : "none"], ...walks(log, guesses).slice(0, 3).map(([name, value], i, all) => [all.length > 1 ? `ARW of ${name}` : "ARW would be", `${number(value, 2)} deg/√h`])];
   fill("facts", ...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
   fill("reach", span ? `This record shows noise up to ${duration(span / 9, 2)} of averaging. Slower drift needs a longer one.` : "");

@@ -66,7 +66,9 @@ function draw() {
   else if (left) document.querySelector("#next .best button")?.focus({ preventScroll: true }); // a step left it behind
 }
 
-const nothing = () => element("article", { class: "card panel", id: "nothing" }, ...now.answer.nothing.map((said) => element("p", {}, said)));
+// No candidate, and no place of a misfit: the recording permits no verdict, or the rest is below chance.
+const nothing = () => element("article", { class: "panel unknown", id: "nothing" }, ...[...now.answer.nothing, ...now.view.observations.map((one) => one.said)].map((said) => element("p", {}, said)),
+  element("div", { class: "row tail" }, element("button", { onclick: () => at("tab-where").click() }, "Show where"), element("button", { onclick: () => at("close").click() }, "Open another recording")));
 
 function article(card, best) {
   const { one, others } = card, later = foreseen.get(one.place), before = now.view.error;

@@ -9,6 +9,9 @@ function when({ start_s, stop_s }) {
   return element("div", { class: "when", "aria-hidden": true }, mark);
 }
 
+// What diagnoses the saved model in a terminal.
+const diagnosis = () => now.all.commands.find((one) => one.includes(" diagnose "));
+
 export function unknown(answer, rest) {
   const { where, next } = answer.unknown, all = where.stop_s - where.start_s > 0.99 * now.all.duration_s;
   const facts = [["Where", element("b", {}, brief(where.tau_s)), ` off by ${timesText(where.ratio)}`,
@@ -20,6 +23,7 @@ export function unknown(answer, rest) {
     element("dl", { class: "facts" }, ...facts.flatMap(([name, ...said]) => [element("dt", {}, name), element("dd", {}, ...said)])),
     element("div", { class: "row tail" }, element("button", { onclick: () => at("tab-where").click() }, "Show where"), where.column === null ? null : element("button", { onclick: () => at("tab-columns").click() }, "Show the column"))),
   element("details", { class: "more soft" }, element("summary", {}, "What was excluded, and more to try"), element("div", { tabindex: 0, role: "group", "aria-label": "Excluded" }, ...answer.nothing.slice(1).map((said) => element("p", {}, said)))),
-  element("article", { class: "card panel" }, element("h2", {}, "Write an effect"), element("span"), element("p", { class: "soft" }, "If you know the cause: a file of Python, and --effects FILE.py in the terminal.")),
+  element("article", { class: "card panel" }, element("h2", {}, "Write an effect"), element("span"), element("p", { class: "soft" }, "If you know the cause: ten lines of Python. Then, in a terminal:"),
+    diagnosis() && element("pre", { class: "whole", tabindex: 0 }, `${diagnosis()} --effects effect.py`)),
   rest];
 }

@@ -67,7 +67,7 @@ function map(envelope) {
   tau.forEach((t, i) => i % every || svg("text", { x: left - 6, y: top + (tau.length - 0.5 - i) * row + 4, "text-anchor": "end" }, drawing, brief(t)));
   if (width >= 560) cells.key(drawing, right + 14, top + 30);
   if (envelope) below(drawing, envelope, { X, y: bottom + 10, height: recordHeight, left, right });
-  for (const [value, text] of clockMarks(0, now.all.duration_s, (right - left) / 90)) svg("text", { x: X(value), y: height - 6, "text-anchor": "middle" }, drawing, text);
+  for (const [value, text] of clockMarks(0, now.all.duration_s, (right - left) / 90)) svg("text", { x: X(value), y: height - 6, "text-anchor": value ? "middle" : "start" }, drawing, text);
 }
 
 function below(drawing, envelope, { X, y, height, left, right }) {
