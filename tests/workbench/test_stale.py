@@ -171,7 +171,7 @@ class Stale(Visiting):
         bench.stop(signal.SIGKILL)
         gone = page.locator("#gone")
         expect(gone).to_be_visible()
-        expect(gone).to_contain_text("The 2 steps listed below are saved in")
+        expect(gone).to_contain_text("The 2 steps are saved in")
         expect(gone.locator("code")).to_have_text(f"tools/davarlab open '{self.folder}/my rec.csv'")
         self.shot(page, "gone")
         page.keyboard.press("1")

@@ -183,7 +183,7 @@ new ResizeObserver(() => now.drawn && now.view && !at("bench").hidden && (head.e
 function gone() {
   say("");
   stale(true);
-  const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s" : ""} listed below are saved in ${now.all.session}. An unfinished computation is lost. ` : "";
+  const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s are" : " is"} saved in ${now.all.session}. An unfinished computation is lost. ` : "";
   fill("gone", element("b", {}, "The workbench server does not answer. "), kept, "The page reconnects when the server answers. If the server has stopped, run ",
     element("code", {}, now.all?.again || "tools/davarlab open"), " and open the address that it prints.");
   at("gone").hidden = false;
