@@ -24,9 +24,12 @@ export async function rank(turn) {
     if (answer.headline) headline();
     await foresee(turn);
   } catch (why) {
-    refused(why);
+    if (wantedStill(turn)) refused(why);
   }
 }
+
+// Is the step still shown. The server refuses questions about another one, which nobody asks any more.
+const wantedStill = (turn) => turn === now.turn && !now.stale;
 
 // Shows which effect is being tested, and what was found so far, which cannot be added yet.
 export function partly(event) {
@@ -114,7 +117,7 @@ async function foresee(turn) {
   if (now.view.adequate || now.answer.unknown) return;
   for (const card of cards()) {
     const { one } = card, answer = await ask("ghost", { place: one.place, kind: one.kind, state: now.view.state });
-    if (turn !== now.turn) return;
+    if (!wantedStill(turn)) return;
     foreseen.set(one.place, answer);
     draw();
     if (card.one === cards()[0].one) show("next", now.next || expected());
@@ -138,10 +141,10 @@ async function look(card) {
   const { turn } = now, { one } = card;
   try {
     const answer = await ask("ghost", { place: one.place, kind: one.kind, state: now.view.state });
-    if (turn !== now.turn) return;
+    if (!wantedStill(turn)) return;
     foreseen.set(one.place, answer);
     if (wanted === card) show("next", { ...told(card), drawn: true });
-  } catch (why) { refused(why); }
+  } catch (why) { if (wantedStill(turn)) refused(why); }
 }
 
 // Adds the candidate at a place to the model, if there is one.

@@ -57,7 +57,7 @@ export async function draw() {
   try {
     await one.draw(panel);
   } catch (why) {
-    refused(why);
+    if (turn === now.turn) refused(why);
   }
   if (turn === now.turn && one === shown) panel.setAttribute("aria-busy", "false");
 }
