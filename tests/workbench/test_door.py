@@ -360,6 +360,9 @@ class Door(Visiting):
             )
         self.assertEqual([name for name, _ in names], ["rec.csv", "rec-2.csv", "rec.csv"])
         self.assertEqual(names[0], names[2])
+        recent = bench.act("close")[1]["recent"]  # the first page lists them, the newest first
+        self.assertEqual([one["name"] for one in recent], ["rec.csv", "rec-2.csv"])
+        self.assertAlmostEqual(recent[0]["error"], names[0][1], places=6)
         first.write_bytes(second.read_bytes())
         (self.folder / "davarlab-files/rec.csv").write_bytes(second.read_bytes())
         done = run("open", "--no-browser", self.folder / "davarlab-files/rec.csv")

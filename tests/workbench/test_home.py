@@ -200,6 +200,17 @@ class Home(Visiting):
         expect(page.locator("#sights option")).to_have_count(2)
         self.assertEqual(bench.ask("report")[0], 400)
 
+    def test_the_files_for_other_programs_are_those_of_the_terminal(self):
+        bench = self.open(self.made("one", 30, effects=""))
+        model = self.saved(bench)
+        for what in ("kalibr", "px4", "ardupilot", "ros", "plan"):
+            theirs = self.folder / f"{what}.h"
+            done = run("export", model, "--to", what, "-o", theirs)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            status, mine = bench.request(f"/api/save?what={what}")
+            self.assertEqual(status, 200, mine)
+            self.assertEqual(mine, theirs.read_text().replace(str(model), "model.toml"), what)
+
     def test_a_kalibr_file_is_a_data_sheet(self):
         page, late = self.page(self.open(self.made("one", 25))), []
         page.route(

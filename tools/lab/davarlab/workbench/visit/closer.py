@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from .visit import Visit
 
 
+WINDOW = 6000  # samples of the device's window, as davarlab export has it
+
+
 class Closer:
     """Of a visit. What needs no fit is in looks.py."""
 
@@ -53,11 +56,11 @@ class Closer:
             return step.text.encode()
         model = models.of_text(step.text, "model")
         if what == "plan":
-            found = declared.of(model, typed.MODEL_NAME, declared.WINDOW)
+            found = declared.of(model, typed.MODEL_NAME, WINDOW)
             notes = declared.notes(found, model, typed.MODEL_NAME, None)
             return declared.text(found, notes).encode()
         if what == "h":
-            return export.text(export.table_of(model, 6000, 0.02), "model.h").encode()
+            return export.text(export.table_of(model, WINDOW, 0.02), "model.h").encode()
         return parameters.text(what, [(typed.MODEL_NAME, model)]).encode()
 
     def kalibr(self, text: str) -> Json:
