@@ -58,7 +58,7 @@ MARKS = """(all) => all.filter((one) => one.getAttribute("text-anchor") === "end
 # The highest of the points whose text names a frequency near f.
 HIGHEST = """(all, f) => all
   .map((one, i) => [i, parseFloat(one.textContent), Number(one.getAttribute("cy"))])
-  .filter(([, hz]) => Math.abs(hz - f) < 0.1 * f).reduce((a, b) => (b[2] < a[2] ? b : a))[0]"""
+  .filter(([, hz]) => Math.abs(hz - f) < 0.1 * f).reduce((a, b) => (b[2] <= a[2] ? b : a))[0]"""
 
 
 class Sights(Visiting):
