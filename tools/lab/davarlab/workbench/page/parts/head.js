@@ -8,14 +8,14 @@ const MEANS = "The error is the rms of log10(measured / model) over every window
 
 export function headline() {
   const [before, strong, after] = now.answer?.headline || now.view.headline;
-  const open = at("why")?.open;
+  const open = at("why")?.open, held = now.answer ? at("held-out-error")?.textContent : ""; // of the same step
   at("head").className = `head ${now.view.adequacy}`;
   const p = now.view.p_value;
   fill("headline", element("h1", {}, `${before} `, element("em", { id: "headline-strong" }, strong), after && `${after.startsWith(",") ? "" : " "}${after}`),
     element("div", { class: "under" }, element("details", { id: "why", class: "why", open }, element("summary", {}, "Why?"),
       element("div", { class: "panel", tabindex: 0, role: "group", "aria-label": "Why" }, element("p", { id: "said" }, now.view.said), p === null ? null : element("p", {}, p < 1e-6 ? "p < 1e-6" : `p = ${p.toFixed(2)}`),
         ...[...now.view.observations.map((one) => one.said), ...now.view.notes].map((note) => element("p", {}, note)), element("p", {}, MEANS))),
-    element("span", { id: "held-out-error", class: "soft" })),
+    element("span", { id: "held-out-error", class: "soft" }, held)),
     ...now.view.observations.map((one) => element("p", { class: "observation", title: one.said }, one.said)));
   error();
 }
