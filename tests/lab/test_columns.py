@@ -16,12 +16,12 @@ from davarlab.candidates.candidate import Candidate
 from davarlab.data import recording as logged
 from davarlab.data.observations import Observation
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import diagnose, evidence
+from davarlab.diagnosis import combs, diagnose, evidence
 from davarlab.diagnosis import state as state_of
 from davarlab.effects import columns as effects
 from davarlab.errors import BadInput
 from davarlab.inference import changes
-from davarlab.inference.parts import Part
+from davarlab.inference.parts import Bench, Part
 
 BASE = [
     model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}),
@@ -33,6 +33,10 @@ ALONG_X = Part("g_sensitivity", {"axis": "x"})
 
 def recording(case, how, seed):
     return Recording(heat.make(case, how, seed), heat.RATE)
+
+
+def lines(*frequencies):
+    return [Part("sinusoid", {"frequency_hz": f}) for f in frequencies]
 
 
 class Courses(unittest.TestCase):
@@ -281,23 +285,54 @@ class Doubts(unittest.TestCase):
         bench = SimpleNamespace(
             recording=Recording({"time_s": np.arange(7200.0)}, 1.0), y=np.zeros(7200)
         )
-
-        def lines(*frequencies):
-            return [Part("sinusoid", {"frequency_hz": f}) for f in frequencies]
-
-        wave = lines(0.0125, 0.0375, 0.0625)
-        self.assertIn("repeats every 80 s", doubts.of_one_wave(bench, wave[:2], wave[2]))
-        self.assertEqual(
-            [doubts.times_of(bench, 0.0125, line) for line in wave + lines(0.05137)], [1, 3, 5, 0]
-        )
+        why, members = combs.one_signal(bench, lines(0.0125, 0.0375, 0.05137, 0.0625))
+        self.assertIn("repeats every 80 s", why)
+        self.assertEqual([part.shape["frequency_hz"] for part in members], [0.0125, 0.0375, 0.0625])
         for others in (
-            lines(0.0125, 0.0375, 0.0643),
-            lines(0.2, 0.4, 0.6),
-            wave[:2],
-            lines(0.0125, 0.1237, 0.3171),
-            lines(0.0125, 0.0375, 0.0375),
+            (0.0125, 0.0375, 0.0643),
+            (0.2, 0.4, 0.6),
+            (0.0125, 0.0375),
+            (0.0125, 0.1237, 0.3171),
+            (0.0125, 0.0375, 0.0375),
         ):
-            self.assertEqual(doubts.of_one_wave(bench, others[:-1], others[-1]), "")
+            self.assertIsNone(combs.one_signal(bench, lines(*others)), others)
+
+    def test_many_lines_on_one_comb_are_one_signal_and_lines_anywhere_are_lines(self):
+        bench = SimpleNamespace(
+            recording=Recording({"time_s": np.arange(180000) / 100}, 100.0), y=np.zeros(180000)
+        )
+        rng = np.random.default_rng(1)
+        for _ in range(20):
+            base, beat = rng.uniform(0.3, 45), rng.uniform(0.02, 0.1)
+            teeth = base * np.append(rng.choice(np.arange(2, 9), 5, replace=False), 1)
+            teeth[:2] += [beat, -beat]
+            folded = np.abs(teeth - 100 * np.round(teeth / 100)) + rng.uniform(-1e-4, 1e-4, 6)
+            self.assertEqual(len(combs.one_signal(bench, lines(*folded))[1]), 6, teeth)
+        for count in (5, 8, 12, 20):
+            for _ in range(20):
+                anywhere = lines(*rng.uniform(0.15, 50, count))
+                self.assertIsNone(combs.one_signal(bench, anywhere))
+
+    def test_levels_between_turns_are_those_of_the_orientation(self):
+        for seed in range(6):
+            rng, t = np.random.default_rng([9, seed]), np.arange(24000) / 20
+            white = 0.002 * rng.standard_normal(len(t))
+            turns = np.sort(rng.uniform(0.1, 0.9, 4)) * t[-1]
+            level = 15 / 3600 * rng.choice([-1, -0.3, 0.4, 1], 5)[np.searchsorted(turns, t)]
+            walk = np.cumsum(rng.standard_normal(len(t))) * 2e-5
+            seen = [Observation("motion", [[at - 1, at + 1] for at in turns], 0.003, "")]
+            for slow, of_turns in ((level, np.ptp(level) > 0), (walk, False)):
+                y = white + slow
+                bench = Bench(Recording({"gyro_z_dps": y}, 20.0), y)
+                parts = [Part("angle_random_walk"), Part("bias_instability")]
+                for part in (Part("rate_random_walk"), Part("bias_step", {"time_s": turns[1] + 2})):
+                    gain = (
+                        bench.fit([*parts, part]).log_likelihood - bench.fit(parts).log_likelihood
+                    )
+                    one = Candidate(part.kind, part, gain, -gain)
+                    if gain > 10:
+                        said = doubts.of_turns(bench, seen, parts, one)
+                        self.assertEqual("turned over" in said, of_turns, (seed, part))
 
     def test_a_touch_is_no_vibration(self):
         rng, calm = np.random.default_rng(4), np.ones(600)

@@ -250,6 +250,27 @@ class Agreeing(Exporting):
                     or abs(np.median(values) / ARW - 1) > 0.05
                 )
 
+    def test_a_rate_that_is_stated_comes_with_the_gaps_of_the_recording(self):
+        """Times in whole milliseconds: the median step is 3 ms, the mean 3.08."""
+        rate, rng = 325.0, np.random.default_rng(41)
+        rows = [
+            f"{round(n / rate, 3):.3f},{round(x, 4):.4f}"
+            for n, x in enumerate(rng.normal(0, ARW / 60 * np.sqrt(rate), 60_000))
+        ]
+        recording = self.work / "rec.csv"
+        for lost in (False, True):
+            kept = rows[:20_000] + rows[23_000:] if lost else rows
+            recording.write_text("time_s,gyro_z_dps\n" + "\n".join(kept) + "\n")
+            model = WHITE.replace("100.0", f"{rate}")
+            _, found = self.exported(model, "--recording", recording, "--window", WINDOW)
+            self.assertIn("--rate", found["options"])
+            self.assertEqual("--gap" in found["options"], lost)
+            ends = np.array(
+                [float(row["time_s"]) for row in in_windows(recording, found["options"])]
+            )
+            within = (ends > 20_000 / rate) & (ends < 23_000 / rate)
+            self.assertEqual(int(within.sum()), 0 if lost else 5)
+
     def test_white_noise_in_fine_counts_needs_no_option(self):
         rates = np.random.default_rng(50).normal(0, ARW / 60 * np.sqrt(RATE), 90_000)
         recording = self.recorded(rates, 0.001)

@@ -100,6 +100,42 @@ class Chains(unittest.TestCase):
             )
 
 
+class Switches(unittest.TestCase):
+    """Decoded paths, one value per sample, places 2 apart."""
+
+    def path(self, levels, dwells):
+        return np.repeat(levels, np.maximum(1, np.round(dwells).astype(int))).astype(float)
+
+    def chosen(self, rng, count, levels):
+        return levels - 1 - 2 * (np.cumsum(rng.integers(1, levels, count)) % levels)
+
+    def test_random_ones_are_telegraph_noise(self):
+        for seed in range(40):
+            rng = np.random.default_rng([6, seed])
+            levels, count = int(rng.integers(2, 6)), int(rng.integers(6, 400))
+            path = self.path(self.chosen(rng, count, levels), rng.exponential(300, count))
+            self.assertTrue(states.like_chance(path, levels), seed)
+
+    def test_those_of_a_load_that_is_switched_evenly_are_not(self):
+        for seed in range(40):
+            rng = np.random.default_rng([7, seed])
+            count, duty = int(rng.integers(60, 200)), rng.uniform(0.1, 0.5)
+            share = np.where(np.arange(count) % 2, duty, 1 - duty)
+            dwells = 500 * share * (1 + rng.uniform(0.1, 0.3) * rng.uniform(-1, 1, count))
+            path = self.path(1 - 2 * (np.arange(count) % 2), dwells)
+            self.assertFalse(states.like_chance(path), seed)
+
+    def test_a_sawtooth_passes_through_the_levels(self):
+        for seed in range(40):
+            rng = np.random.default_rng([8, seed])
+            levels = int(rng.integers(3, 6))
+            teeth = 300 * rng.exponential(1, 200)  # of random length: only the order tells
+            path = self.path(
+                np.tile(np.arange(levels - 1, -levels, -2), 200), np.repeat(teeth, levels)
+            )
+            self.assertFalse(states.like_chance(path, levels), seed)
+
+
 class Levels(unittest.TestCase):
     def test_their_number_is_found_beside_flicker(self):
         for levels, amplitude, dwell in (

@@ -47,7 +47,7 @@ class Search(unittest.TestCase):
         rng, n = np.random.default_rng(1), 400
         level = 1 + 30 / np.arange(1, n) ** 1.3
         c = rng.standard_normal(n - 1) * np.sqrt(level)
-        found = steps.scores(c, level, steps.alike(level))
+        found = steps.scores(c / level, steps.alike(level))
         for place in (3, 77, 200, 391):
             course = signals.transform((np.arange(n) >= place).astype(float))[1:]
             score = np.sum(course * c / level) / np.sqrt(np.sum(course**2 / level))
@@ -60,7 +60,7 @@ class Search(unittest.TestCase):
             same = steps.alike(level)
             for seed in range(200):
                 c = np.random.default_rng([2, seed]).standard_normal(n - 1) * np.sqrt(level)
-                score = np.abs(steps.scores(c, level, same))
+                score = np.abs(steps.scores(c / level, same))
                 score[: STEP.edge] = score[-STEP.edge :] = 0
                 hits += steps.log_chance(float(score.max()), same, n) < np.log(0.05)
             self.assertLess(hits, stats.binom.ppf(0.999, 200, 0.05), tilt)

@@ -61,8 +61,8 @@ def state(rng, kinds, scale):
     """A comparison as any recording and model may give it."""
     there = [] if rng.random() < 0.05 else cells(rng, scale)
     p = float(rng.choice([1e-300, 1e-5, 0.02, 0.5, 1.0]))
-    doubted = str(rng.choice(["", plausible.KIND, "dead_zone"], p=[0.8, 0.1, 0.1]))
-    made = judge.judged(there, [], p, doubted)
+    spoiled_by = str(rng.choice(["", plausible.KIND, "dead_zone"], p=[0.8, 0.1, 0.1]))
+    made = judge.judged(there, [], p, spoiled_by)
     counts = rng.integers(0, 400, 80)
     ratio = rng.chisquare(np.maximum(counts, 1)) / np.maximum(counts, 1)
     if rng.random() < 0.5:
@@ -238,7 +238,7 @@ class Generated(unittest.TestCase):
                 self.assertEqual(
                     row["p_value"] is not None, row["evidence"] in ("chance", "untried")
                 )
-                self.assertEqual(bool(row["why"]), row["evidence"] == "doubted")
+                self.assertEqual(bool(row["why"]), row["evidence"] == "doubtful")
             absent = found.unexplained.untested
             self.assertFalse(set(absent) & set(found.model.kinds), seed)
 

@@ -249,7 +249,7 @@ PARTS = {
     "consumer": Part(
         "find_package and add_subdirectory in another project",
         suite("consumer"),
-        packages=("clang-14", *BOARDS),
+        packages=("clang-14", "gcc-12-multilib", *BOARDS),
     ),
     "examples": Part(
         "the examples that run on this machine", suite("examples"), packages=ONE_BOARD[:2]

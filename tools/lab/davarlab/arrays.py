@@ -8,5 +8,6 @@ import numpy.typing as npt
 # Double precision, but for the columns of long recordings: those are single. The stubs of numpy
 # give the result of arithmetic no width, so none is written here.
 Floats = npt.NDArray[np.floating[Any]]
+Complexes = npt.NDArray[np.complexfloating[Any, Any]]
 Ints = npt.NDArray[np.integer[Any]]
 Bools = npt.NDArray[np.bool_]

@@ -406,6 +406,17 @@ class Line:
         "choice",
         "that a line must be surer of its place than to be its harmonic",
     )
+    comb_lines: int = of(
+        5,
+        "lines",
+        "choice",
+        "of one comb, from which they are one signal and not those of a machine",
+    )
+    comb_teeth: int = of(32, "harmonics", "choice", "of a comb on which lines are sought")
+    comb_orders: int = of(8, "harmonics", "choice", "that a line may be, to be the base of a comb")
+    comb_chance: float = of(
+        1e-3, "chance", "choice (DESIGN 4)", "that lines anywhere lie on one comb as these do"
+    )
 
 
 @dataclass(frozen=True)
@@ -514,6 +525,24 @@ class Levels:
         "5 % of exponential ones at most (DESIGN 6.2)",
         "within which dwells are alike",
     )
+    joined: float = of(
+        1.5,
+        "shape of a gamma distribution",
+        "choice: exponential dwells have 1, and more where short ones are not seen",
+        "up to which dwells are as uneven as chance makes them",
+    )
+    passing: float = of(
+        0.2,
+        "of the mean dwell",
+        "DESIGN 6.2",
+        "below which a dwell is the path on its way between two levels",
+    )
+    uneven_chance: float = of(
+        1e-4,
+        "chance",
+        "choice (DESIGN 6.2)",
+        "of dwells so even, or of switches so one-sided, from which it is no telegraph noise",
+    )
     simplex: Mapping[str, float] = of(
         {"maxfev": 120, "xatol": 1e-2, "fatol": 0.05},
         "options of Nelder-Mead",
@@ -616,6 +645,12 @@ class Doubt:
         "coefficient above which it is a turn, where the recording moved",
     )
     leak_at_rest: float = of(0.3, "of another axis", "DESIGN 4", "the same at rest")
+    turns_most: int = of(
+        24, "turns", "choice", "of the sensor, after each of which the bias may have another level"
+    )
+    turns_leave: float = of(
+        0.25, "of the gain", "choice", "of an effect, that it keeps beside these levels"
+    )
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ class Candidate:
     gain: float
     log_p: float
     replaces: Part | None = None  # the part of the model in whose place it joins
+    doubt: str = ""  # why it is not what it seems, where the search for it found out
 
 
 def log_tail(gain: float, trials: float) -> float:

@@ -73,8 +73,9 @@ class Scan:
     ) -> None:
         self.small = coarse(bench.recording, names)
         keys, data = bench.all_keys(parts), bench.data
-        self.used = min(self.small.samples // 2, len(data.f))
-        self.weight = 1 / np.sqrt(np.interp(np.log(data.f[: self.used]), np.log(data.f_bin), level))
+        self.used = min(self.small.samples // 2, data.samples - 1)
+        f = signals.frequencies(data.samples, data.rate_hz, 0, self.used)
+        self.weight = 1 / np.sqrt(np.interp(np.log(f), np.log(data.f_bin), level))
         rest = data.without(coefficients, keys)[: self.used]
         basis = np.array([data.columns[key][0][: self.used] * self.weight for key in keys]).reshape(
             len(keys), self.used

@@ -73,16 +73,17 @@ def in_bands(bench: Bench, parts: Sequence[Part], part: Part) -> list[Band]:
     whitened, and measured in the band itself."""
     fit, data = bench.fit([*parts, part]), bench.data
     name = column_of(part)
-    x = bench.recording.column(name) if name else bench.courses(part)[0]
+    x = bench.recording.column(name) if name else next(bench.courses(part))
     floor = sensor_noise(x, data.rate_hz) if name and name.startswith(("accel_", "gyro_")) else 0.0
-    used = int(np.searchsorted(data.f, CAUSE.edges_hz[-1] if name else CAUSE.worked_out_hz))
+    f = data.f
+    f = f[: int(np.searchsorted(f, CAUSE.edges_hz[-1] if name else CAUSE.worked_out_hz))]
     keys = bench.all_keys(parts)
     c, rest = (
-        signals.transform(x - x.mean())[1 : used + 1],
-        data.without(bench.coefficients_of(keys, [*parts, part], fit), keys)[:used],
+        signals.transform(x - x.mean())[1 : len(f) + 1],
+        data.without(bench.coefficients_of(keys, [*parts, part], fit), keys)[: len(f)],
     )
-    level, found = np.interp(np.log(data.f[:used]), np.log(data.f_bin), fit.level), []
-    for low, high, place in band_places(data.f[:used]):
+    level, found = np.interp(np.log(f), np.log(data.f_bin), fit.level), []
+    for low, high, place in band_places(f):
         power = float(np.sum(c[place] ** 2 / level[place]))
         if power <= 0:
             continue

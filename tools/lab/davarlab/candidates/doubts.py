@@ -1,6 +1,5 @@
 """Reasons not to report a significant candidate: motion, software that subtracts the bias, a
-periodic signal, a coefficient that is not physical, a column that is noise, a common cause
-(DESIGN 4)."""
+coefficient that is not physical, a column that is noise, a common cause (DESIGN 4)."""
 
 from collections.abc import Sequence
 
@@ -10,7 +9,7 @@ from ..data.observations import Observation
 from ..effects.base import INFINITE
 from ..inference import estimate, images
 from ..inference.parts import Bench, Part
-from ..thresholds import DOUBT, LINE
+from ..thresholds import CHANCE, DOUBT
 from . import common_cause, own_noise
 from .candidate import Candidate
 
@@ -24,8 +23,13 @@ def doubt(
     """The reason not to report the candidate in addition to the parts; "" without one. seen: the
     observations on the recording."""
     part, rest = candidate.part, [one for one in parts if one is not candidate.replaces]
-    why = of_motion(seen, part) or of_software(parts, part) or of_one_wave(bench, parts, part)
-    why = why or of_size(bench, rest, part) or own_noise.doubt(bench, rest, part)
+    why = of_turns(bench, seen, rest, candidate) or of_motion(seen, part)
+    why = (
+        why
+        or of_software(parts, part)
+        or of_size(bench, rest, part)
+        or own_noise.doubt(bench, rest, part)
+    )
     if why or not common_cause.on_column(part):
         return why
     judged = common_cause.judge(bench, rest, part)
@@ -50,6 +54,32 @@ def of_motion(seen: Sequence[Observation], part: Part) -> str:
     return (
         f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the recording, and "
         "residual motion looks like this effect. Record the sensor at rest"
+    )
+
+
+def of_turns(
+    bench: Bench, seen: Sequence[Observation], parts: Sequence[Part], candidate: Candidate
+) -> str:
+    """An effect that gains little once the bias may have another level after each turn."""
+    runs = [run for one in seen if one.kind == "motion" for run in one.stretches]
+    part = candidate.part
+    if part.role not in ("mean", "spectrum") or "accel" in part.effect.needs:
+        return ""  # what gravity does, turning the sensor shows
+    if not 0 < len(runs) <= DOUBT.turns_most:
+        return ""
+    steps = [Part("bias_step", {"time_s": (start + stop) / 2}) for start, stop in runs]
+    before, turned, both = (
+        bench.fit([*parts, *more]).log_likelihood for more in ([], steps, [*steps, part])
+    )
+    if turned - before < candidate.gain + CHANCE.tell_apart * (len(steps) - 2):
+        return ""
+    if both - turned > DOUBT.turns_leave * candidate.gain:
+        return ""
+    return (
+        f"another level of the bias after each of the {len(runs)} intervals with motion explains "
+        "the recording as well. A sensor that is turned over measures another part of the Earth's "
+        "rotation, up to 30 deg/h apart, and of gravity. Log an accelerometer and the orientation, "
+        "or do not move the sensor"
     )
 
 
@@ -134,41 +164,4 @@ def of_image(bench: Bench, known: Bools | None, parts: Sequence[Part], part: Par
     return (
         f"the samples come in blocks, {shifted[0] * rate:.4g} per second, so a line at "
         f"{f_hz:.4g} Hz may be the image of one at {rival * rate:.4g} Hz. Read every sample"
-    )
-
-
-def times_of(bench: Bench, base_hz: float, part: Part) -> int:
-    """The number of the harmonic of base_hz that a line is; 0: none, or the frequency is too
-    uncertain."""
-    if part.kind not in LINES:
-        return 0
-    times = max(1, round(part.shape["frequency_hz"] / base_hz))
-    doubt_hz = (1 + times) * bench.recording.rate_hz / len(bench.y) / 4
-    if doubt_hz >= LINE.wave_near * base_hz:
-        return 0
-    # A signal that repeats with some jitter has harmonics with a width.
-    doubt_hz += min(part.shape.get("half_width_hz", 0.0), LINE.wave_wide * base_hz)
-    return times if abs(part.shape["frequency_hz"] - times * base_hz) < doubt_hz else 0
-
-
-def wave_of(bench: Bench, parts: Sequence[Part]) -> float | None:
-    """Frequency of a periodic, non-sinusoidal signal of which the lines among the parts are
-    harmonics; None without one."""
-    base = min(
-        (part.shape["frequency_hz"] for part in parts if part.kind in LINES), default=LINE.wave_hz
-    )
-    found = (
-        {times_of(bench, base, part) for part in parts} - {0} if 0 < base < LINE.wave_hz else set()
-    )
-    return base if len(found) >= LINE.wave_harmonics else None
-
-
-def of_one_wave(bench: Bench, parts: Sequence[Part], part: Part) -> str:
-    """A line that is another harmonic of a slow periodic signal."""
-    base = wave_of(bench, [*parts, part]) if part.kind in LINES else None
-    if base is None or not times_of(bench, base, part):
-        return ""
-    return (
-        f"lines at harmonics of {base:.4g} Hz are one non-sinusoidal signal that repeats every "
-        f"{1 / base:.4g} s. Look for a device that switches or moves with this period"
     )

@@ -1,20 +1,18 @@
 """One line whose frequency drifts, instead of many lines with a width (DESIGN 15.3)."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy import fft, interpolate, ndimage
 
-from ..arrays import Floats
+from ..arrays import Complexes, Floats
+from ..data import signals
 from ..effects.means import turns_of
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
 from ..thresholds import DRIFT
 from .candidate import Candidate
 
-Complexes = npt.NDArray[np.complexfloating[Any, Any]]
 KIND = "drifting_line"
 
 
@@ -22,6 +20,7 @@ def beside_zero(w: Floats, low: float, high: float) -> tuple[Complexes, Floats]:
     """(the part of w between two frequencies in cycles per sample as complex numbers about the
     middle one, at a lower rate; unit variance where w has it; times in samples)."""
     spectrum = fft.rfft(w)
+    signals.forget_plans(len(w))
     first, last = int(low * len(w)), int(high * len(w))
     part = fft.ifftshift(spectrum[first:last])
     z = fft.ifft(part) * np.sqrt(len(part) / len(w))

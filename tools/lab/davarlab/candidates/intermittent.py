@@ -1,19 +1,16 @@
 """Lines that are there for a while: a machine that is switched on and off (DESIGN 15)."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy import fft
 
-from ..arrays import Floats
+from ..arrays import Complexes, Floats
+from ..data import signals
 from ..effects.means import course_hz
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
 from ..thresholds import LINE, TRIES
-
-Complexes = npt.NDArray[np.complexfloating[Any, Any]]
 
 
 def strongest(
@@ -22,7 +19,7 @@ def strongest(
     """(gain, frequency over rate, first, last) of the best window of any length, without those that
     hold most of the record, and outside the bands (low, high)."""
     best: tuple[float, float, int, int] = (-np.inf, 0.0, 0, 0)
-    w = w.astype(np.float32)
+    w = w.astype(np.float32, copy=False)
     for count in LINE.visit_windows:
         length = len(w) // count
         if length < LINE.visit_least:
@@ -33,11 +30,11 @@ def strongest(
             np.arange(0, len(w) - length + 1, max(1, length // 2)),
         )
         known = sum(((nu >= low) & (nu <= high) for low, high in bands), np.zeros(len(nu), bool))
+        rows = np.lib.stride_tricks.sliding_window_view(w, length)
         for chunk in np.array_split(starts, max(1, len(starts) * length // 4_000_000)):
-            power = (
-                np.abs(fft.rfft(w[chunk[:, None] + np.arange(length)], points, axis=1)) ** 2
-                / length
-            )
+            power = np.abs(fft.rfft(rows[chunk], points, axis=1))
+            np.square(power, out=power)
+            power /= length
             power[:, : 2 * LINE.visit_turns] = power[:, -2:] = 0
             power[:, known] = 0
             row, column = np.unravel_index(np.argmax(power), power.shape)
@@ -50,6 +47,7 @@ def strongest(
                     int(chunk[row]) + length,
                 ),
             )
+        signals.forget_plans(len(w))
     return best
 
 
@@ -79,18 +77,15 @@ class Turned:
     def __init__(self, w: Floats, nu: float) -> None:
         self.w, self.nu = w, nu
         self.edges = np.linspace(0, len(w), LINE.visit_marks + 1).astype(int)
-        sums = [self.course(a, b).sum() for a, b in zip(self.edges, self.edges[1:])]
+        sums = signals.turned_back(w, nu, LINE.visit_marks)[0]
         self.total: Complexes = np.concatenate([[0], np.cumsum(sums)])
-
-    def course(self, first: int, end: int) -> Complexes:
-        found: Complexes = self.w[first:end] * np.exp(-2j * np.pi * self.nu * np.arange(first, end))
-        return found
 
     def until(self, first: int, last: int) -> Complexes:
         """The sum of the samples before each of first .. last."""
         mark = int(np.searchsorted(self.edges, first, "right")) - 1
         start = int(self.edges[mark])
-        run = np.concatenate([[0], np.cumsum(self.course(start, last))])
+        turned = self.w[start:last] * np.exp(-2j * np.pi * self.nu * np.arange(start, last))
+        run = np.concatenate([[0], np.cumsum(turned)])
         found: Complexes = self.total[mark] + run[first - start :]
         return found
 
@@ -110,11 +105,8 @@ def sharpened(turned: Turned, low: int, high: int, reach: int) -> tuple[int, int
 
 def best_frequency(w: Floats, nu: float, low: int, high: int) -> float:
     """Within a lobe of the interval."""
-    part, place = w[low:high], np.arange(high - low)
-    pieces = np.linspace(0, len(part), min(256, len(part)), endpoint=False).astype(int)
-    turned = np.add.reduceat(part * np.exp(-2j * np.pi * nu * place), pieces)
-    middle = np.add.reduceat(place, pieces) / np.diff(np.append(pieces, len(part)))
-    off = np.linspace(-1, 1, 161) / len(part)
+    turned, middle = signals.turned_back(w[low:high], nu, min(256, high - low))
+    off = np.linspace(-1, 1, 161) / (high - low)
     return float(nu + off[np.argmax(np.abs(np.exp(-2j * np.pi * np.outer(off, middle)) @ turned))])
 
 
@@ -144,7 +136,8 @@ def search(bench: Bench, parts: Sequence[Part], fit: Fit) -> tuple[Part, float, 
             "stop_s": float(time[high - 1] + 1 / rate),
         },
     )
-    noise = max((float(np.sum(w[low:high] ** 2)) - 2 * gain) / (high - low), 1.0)
+    energy = float(np.sum(w[low:high] ** 2, dtype=np.float64))
+    noise = max((energy - 2 * gain) / (high - low), 1.0)
     gain = (bench.fit([*parts, part]).log_likelihood - fit.log_likelihood) / noise
     bench.forget(part)
     return (

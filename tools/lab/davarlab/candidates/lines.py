@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy import fft
 
-from ..arrays import Floats, Ints
+from ..arrays import Floats
+from ..data import signals
 from ..inference import modulation, refine
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
@@ -18,7 +19,10 @@ def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
     """The strongest line of the whitened residual, twice oversampled. Not beside one that the model
     has: what is left there is that line, drifting."""
     w = bench.residual(parts, fit)
-    power = np.abs(fft.rfft(w.astype(np.float32), 2 * len(w))) ** 2 / len(w)
+    power = np.abs(fft.rfft(w.astype(np.float32, copy=False), 2 * len(w)))
+    signals.forget_plans(len(w))
+    np.square(power, out=power)
+    power /= len(w)
     power[:6] = 0
     power[-4:] = 0
     spacing = bench.recording.rate_hz / (2 * len(w))
@@ -33,36 +37,34 @@ def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
     )
     if peak < np.log(len(w)):  # chance, as nearly every time
         return Candidate("sinusoid", part, peak, log_tail_of_line(part.kind, peak, len(w)))
-    part = refine.refined(bench, [*parts, part], only=("sinusoid",))[-1]
+    part = (
+        refine.on_peak(bench, part, w)
+        if refine.turns(bench, part) > LINE.white_turns
+        else refine.refined(bench, [*parts, part], only_last=True)[-1]
+    )
     gain = bench.fit([*parts, part]).log_likelihood - fit.log_likelihood
     bench.forget(part)
     return Candidate("sinusoid", part, gain, log_tail_of_line(part.kind, gain, len(w)))
 
 
-def excess(total: Floats, width: int) -> tuple[Floats, Ints]:
-    """Gain of a level of its own in each box of `width` ordinates whose mean energy is above 1 (a
-    model's own), and the starts. total: running sum of the energies, from 0."""
-    starts = np.arange(0, len(total) - 1 - width, max(1, width // 4))
-    return gain_of(width, (total[starts + width] - total[starts]) / width), starts
-
-
-def gain_of(width: int, ratio: Floats) -> Floats:
+def gain_of(width: int, ratio: float) -> float:
     """Of a level of its own for so many ordinates with that mean energy; 0 where it is below a
-    model's own."""
-    return np.where(ratio > 1, 0.5 * width * (ratio - 1 - np.log(np.maximum(ratio, 1.0))), 0.0)
+    model's own (1)."""
+    return float(0.5 * width * (ratio - 1 - np.log(ratio))) if ratio > 1 else 0.0
 
 
 def places(energy: Floats) -> list[tuple[float, float, float]]:
     """(centre, half width, gain) in ordinates of the strongest boxes, best first, none within
     another."""
     found: list[tuple[float, float, float]] = []
-    total = np.concatenate([[0.0], np.cumsum(energy)])
+    total = np.concatenate([[0.0], np.cumsum(energy, dtype=np.float64)])
     width = 4
     while width <= 4 * LINE.widest * len(energy):
-        gain, starts = excess(total, width)
-        best = int(np.argmax(gain)) if len(gain) else 0
-        if len(gain) and gain[best] > 0:
-            found.append((starts[best] + width / 2, width / 4, float(gain[best])))
+        step = max(1, width // 4)
+        boxes = total[width:-1:step] - total[: -1 - width : step]
+        best = int(np.argmax(boxes)) if len(boxes) else 0
+        if len(boxes) and (gain := gain_of(width, boxes[best] / width)) > 0:
+            found.append((step * best + width / 2, width / 4, gain))
         width = int(1.5 * width)
     found.sort(key=lambda place: -place[2])
     kept: list[tuple[float, float, float]] = []

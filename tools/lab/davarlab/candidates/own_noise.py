@@ -41,7 +41,17 @@ def doubt(bench: Bench, parts: Sequence[Part], part: Part) -> str:
 
 def more(bench: Bench, parts: Sequence[Part], part: Part, names: Sequence[str]) -> bool:
     """Does one of the columns have more power, in any octave, than the white noise of its sensor?
-    For effects of vibration, its square is compared with the square of the noise."""
+    For effects of vibration, its square is compared with the square of the noise. Worked out
+    once."""
+    recording = bench.recording
+    key = ("own noise", part.kind in SQUARES and part.kind, *names)
+    if key not in recording.measured:
+        recording.measured[key] = compared(bench, parts, part, names)
+    return bool(recording.measured[key])
+
+
+def compared(bench: Bench, parts: Sequence[Part], part: Part, names: Sequence[str]) -> bool:
+    """The answer of more()."""
     quiet = replace(
         bench.recording,
         columns=bench.recording.columns | {name: noise(bench.recording, name) for name in names},

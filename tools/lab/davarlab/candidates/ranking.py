@@ -37,8 +37,15 @@ BENDS = (
     ("rate_ramp", "warm_up"),
     ("rate_random_walk", "gauss_markov"),
     ("rate_random_walk", "telegraph_noise"),
+    ("gauss_markov", "telegraph_noise"),
     ("sinusoid", "narrow_band"),
     ("warm_up", "high_pass"),
+)
+
+SWITCHED = (
+    "the rate stays on levels or passes through them, but its switches are not random: their times "
+    "are too even, or it moves from each level only to the next. Something on the same supply "
+    "switches or charges. Log the supply voltage"
 )
 
 # Receives the kind that is tried next and what was found so far (None: nothing of a kind). It may
@@ -218,6 +225,8 @@ def with_states(bench: Bench, parts: Sequence[Part], fit: Fit, found: Sequence[C
     )
     if telegraph is not None and telegraph.log_p < np.log(1e-4) and telegraph.gain > best:
         decode_states(bench, parts, telegraph)
+        for one in found:
+            one.doubt = telegraph.doubt if one.kind in LORENTZIAN else one.doubt
 
 
 def decode_states(bench: Bench, parts: Sequence[Part], telegraph: Candidate) -> None:
@@ -244,14 +253,14 @@ def decode_states(bench: Bench, parts: Sequence[Part], telegraph: Candidate) -> 
         more, part = (beside, better) if beside > LEVELS.seen else (more, part)
     if not states.many_switches(part.shape["mean_dwell_s"], rest, bench.recording.rate_hz):
         more = min(more, 0.0)
-    if more > LEVELS.seen and not states.like_chance(
-        bench.decoded[part.key], int(part.shape["levels"])
-    ):
-        more = -more  # a single step or a clock: two levels, but not telegraph noise
+    if more <= LEVELS.seen:
+        more = min(more, 0.0)
+    elif states.like_chance(bench.decoded[part.key], int(part.shape["levels"])):
+        telegraph.part = part
+    else:
+        telegraph.doubt = SWITCHED
     telegraph.gain += more
     telegraph.log_p = min(0.0, telegraph.log_p - more)
-    if more > LEVELS.seen:
-        telegraph.part = part
 
 
 def best_levels(

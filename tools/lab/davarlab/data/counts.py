@@ -1,7 +1,6 @@
 """Counts: the step in which a sensor's rate, or its angle, comes, known from the record's own grid;
 what the rounding adds (DESIGN 14)."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -391,13 +390,6 @@ def whole_numbers(y: Floats, q: float) -> Floats:
     offset = start - q * np.round(start / q)
     found: Floats = np.round((y - offset) / q)
     return found
-
-
-def known_spectrum(y: Floats, rate_hz: float) -> Callable[[Floats], Floats] | None:
-    """The variance per ordinate that the rounding of y adds, as a function of the frequency, behind
-    any filter; None without counts."""
-    counts = of(y, rate_hz)
-    return counts.level if counts else None
 
 
 def relative_variance(y: Floats, counts: Counts | None, length: int) -> tuple[Floats, float] | None:

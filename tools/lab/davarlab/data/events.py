@@ -38,12 +38,14 @@ class Shocks:
 
 
 def self_whitened(y: Floats) -> Floats:
-    c = signals.transform(y - np.median(y))
+    c = signals.transform(y - np.median(y), spare=True)
     c[0] = 0
     edges = signals.bin_edges(len(y) - 1)
     power = np.add.reduceat(c[1:] ** 2, edges[:-1]) / np.diff(edges)
-    c[1:] /= np.sqrt(np.repeat(np.maximum(ndimage.median_filter(power, 9), 1e-30), np.diff(edges)))
-    return signals.inverse(c)
+    scale = np.sqrt(np.maximum(ndimage.median_filter(power, 9), 1e-30))
+    for first, end, one in zip(edges, edges[1:], scale):
+        c[1 + first : 1 + end] /= one
+    return signals.inverse(c, spare=True)
 
 
 def local_scale(w: Floats, block: int) -> Floats:
@@ -133,7 +135,7 @@ class Jumps:
 
 def jumps_of(column: str, x: Floats, good: Bools) -> Jumps | None:
     """The jumps of a column; None without any, or without counts."""
-    part = x[good]
+    part = x[good].astype(np.float64, copy=False)
     count = len(part) - 4
     pieces = [leaving(part, at, min(at + PIECE, count)) for at in range(0, count, PIECE)]
     at, size, noise = (np.concatenate(rows) for rows in zip(*pieces))

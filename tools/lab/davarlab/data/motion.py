@@ -44,24 +44,18 @@ SHORTEST = 4  # samples of such a block
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
 
-def gyros(recording: Recording) -> list[Floats]:
-    """Every gyro column in deg/s that moves at all."""
-    return [
-        recording.column(name) * factor
+def moving(recording: Recording, sensor: str) -> dict[str, float]:
+    """Every column of gyro or accelerometer that moves at all -> its factor to deg/s, or to the
+    unit that it has."""
+    units = recordings.TO_DPS if sensor == "gyro" else {"": 1.0}
+    return {
+        name: factor
         for name in recording.columns
-        for unit, factor in recordings.TO_DPS.items()
-        if name.startswith("gyro_")
-        and name.endswith("_" + unit)
+        for unit, factor in units.items()
+        if name.startswith(f"{sensor}_")
+        and name.endswith(unit and "_" + unit)
         and np.ptp(recording.columns[name]) > 0
-    ]
-
-
-def accelerometers(recording: Recording) -> list[Floats]:
-    return [
-        recording.column(name)
-        for name in recording.columns
-        if name.startswith("accel_") and np.ptp(recording.columns[name]) > 0
-    ]
+    }
 
 
 def stretches(mask: Bools) -> list[tuple[int, int]]:
@@ -398,14 +392,20 @@ def borne_out(energy: Floats, good: Bools, quiet: Bools, first: int, end: int) -
 
 def find(recording: Recording, good: Bools) -> Bools:
     """True where the recording holds motion. A long recording is asked in pieces."""
-    rates, accels = gyros(recording), accelerometers(recording)
+    sensors = [moving(recording, sensor) for sensor in ("gyro", "accel")]
     marks = np.linspace(0, len(good), max(1, len(good) // PIECE) + 1).astype(int)
-    return np.concatenate(
-        [
-            between([y[a:b] for y in rates], [x[a:b] for x in accels], good[a:b], recording.rate_hz)
-            for a, b in zip(marks, marks[1:])
-        ]
-    )
+
+    def piece(first: int, end: int) -> Bools:
+        rates, accels = (
+            [
+                recording.columns[name][first:end].astype(np.float64) * factor
+                for name, factor in columns.items()
+            ]
+            for columns in sensors
+        )
+        return between(rates, accels, good[first:end], recording.rate_hz)
+
+    return np.concatenate([piece(first, end) for first, end in zip(marks, marks[1:])])
 
 
 def between(

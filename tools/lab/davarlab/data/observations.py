@@ -58,7 +58,7 @@ def find(recording: Recording, column: str) -> list[Observation]:
     found = [
         entry
         for entry in (
-            doubted(recording, column),
+            implausible(recording, column),
             lost(recording, known),
             in_blocks(recording, known),
             stamps(recording),
@@ -108,7 +108,7 @@ def of_mask(kind: str, recording: Recording, mask: Bools, detail: str) -> Observ
     return Observation(kind, in_seconds(recording, mask), float(mask.mean()), detail, mask)
 
 
-def doubted(recording: Recording, column: str) -> Observation | None:
+def implausible(recording: Recording, column: str) -> Observation | None:
     """Implausible rates, units and levels."""
     said = "; ".join(plausible.of(recording, [column]))
     return (
@@ -128,7 +128,7 @@ def torn(recording: Recording, column: str, good: Bools) -> Observation | None:
     names = [
         name for name in recording.columns if name == column or name.startswith(("gyro_", "accel_"))
     ]
-    found = events.torn({name: recording.column(name) for name in names}, good)
+    found = events.torn({name: recording.columns[name] for name in names}, good)
     if not found:
         return None
     mask = np.zeros(len(good), bool)

@@ -1,4 +1,4 @@
-"""Rates, units and levels that no gyro has: doubted before anything is fitted, each with what it
+"""Rates, units and levels that no gyro has: found before anything is fitted, each with what it
 may be instead (DESIGN 13)."""
 
 from collections.abc import Iterable, Mapping

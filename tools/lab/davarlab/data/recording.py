@@ -70,20 +70,15 @@ class Recording:
     @property
     def time_s(self) -> Floats:
         """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes
-        on in time, not in samples. Not to be written to."""
-        if "time" not in self.measured:
-            uneven = self.clock and self.clock.kind == "uneven" and self.clock.places is not None
-            time = (
-                self.columns["time_s"] - self.columns["time_s"][0]
-                if uneven
-                else np.arange(self.samples) / self.rate_hz
-            )
-            for place, seconds in self.clock.cut if self.clock and not uneven else ():
-                time[place:] += seconds
-            time.setflags(write=False)
-            self.measured["time"] = time
-        found: Floats = self.measured["time"]
-        return found
+        on in time, not in samples. Worked out each time."""
+        if self.clock and self.clock.kind == "uneven" and self.clock.places is not None:
+            stamps: Floats = self.columns["time_s"] - self.columns["time_s"][0]
+            return stamps
+        time: Floats = np.arange(self.samples, dtype=float)
+        time /= self.rate_hz
+        for place, seconds in self.clock.cut if self.clock else ():
+            time[place:] += seconds
+        return time
 
     @property
     def clocks(self) -> list[str]:

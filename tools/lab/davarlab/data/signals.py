@@ -1,14 +1,14 @@
 """Plain operations on sampled signals."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from scipy import fft, ndimage
 
-from ..arrays import Floats, Ints
+from ..arrays import Complexes, Floats, Ints
 
-# Samples from which columns are kept and transformed in single precision, but for the time and, in
-# a fit, the gyro's.
+# Samples from which columns and ordinates are kept in single precision, but for the time; a gyro is
+# transformed in double precision all the same.
 NARROW_FROM = 2_000_000
 MEMORY, ASKED = 16, 20_000  # samples before one, and how many are asked, whether they foretell it
 ROUNDING = 1e-6  # of the scatter of a record: below are no noise of a sensor, only digits
@@ -33,20 +33,31 @@ def foretold(x: Floats) -> bool:
     return bool(np.std(rows[:, -1] - rows[:, :-1] @ best) < ROUNDING * np.std(x))
 
 
-def transform(x: Floats) -> Floats:
-    """The orthonormal cosine transform (DCT-II) along the first axis."""
-    found: Floats = fft.dct(x, type=2, norm="ortho", axis=0)
+def forget_plans(samples: int, kind: Callable[[Floats], Floats] = fft.rfft) -> None:
+    """After transforms of a long record in lengths that hardly recur: scipy keeps the tables of the
+    last 16 lengths, up to 16 bytes per sample each. Short ones take their place."""
+    for length in range(2, 18) if samples >= NARROW_FROM else ():
+        for precision in (np.float32, np.float64):
+            kind(np.zeros(length, precision))
+
+
+def transform(x: Floats, spare: bool = False) -> Floats:
+    """The orthonormal cosine transform (DCT-II) along the first axis. spare: x may be overwritten,
+    here and in inverse()."""
+    found: Floats = fft.dct(x, type=2, norm="ortho", axis=0, overwrite_x=spare)
     return found
 
 
-def inverse(c: Floats) -> Floats:
-    found: Floats = fft.idct(c, type=2, norm="ortho", axis=0)
+def inverse(c: Floats, spare: bool = False) -> Floats:
+    found: Floats = fft.idct(c, type=2, norm="ortho", axis=0, overwrite_x=spare)
     return found
 
 
 def in_time(ordinates: Floats) -> Floats:
-    """The record of mean zero with these ordinates 1 .. n - 1."""
-    return inverse(np.concatenate([[0.0], ordinates]))
+    """The record of mean zero with these ordinates 1 .. n - 1, in their precision."""
+    whole = np.zeros(len(ordinates) + 1, ordinates.dtype)
+    whole[1:] = ordinates
+    return inverse(whole, spare=True)
 
 
 def sine(turns: float, samples: int, first: float = 0.0) -> Floats:
@@ -62,9 +73,30 @@ def sine(turns: float, samples: int, first: float = 0.0) -> Floats:
     return found
 
 
-def frequencies(samples: int, rate_hz: float) -> Floats:
-    """Of the ordinates 1 .. samples - 1 of the transform."""
-    return np.arange(1, samples) * rate_hz / (2 * samples)
+def turned_back(
+    x: Floats, turns: float, pieces: int, time: Floats | None = None
+) -> tuple[Complexes, Floats]:
+    """(sums of x turned back by so many turns per unit of time, mean times) of so many pieces;
+    time: of each sample, without it their index."""
+    edges = np.linspace(0, len(x), pieces + 1).astype(int)
+    within = np.exp(-2j * np.pi * turns * np.arange(np.diff(edges).max()))
+    sums, middle = np.empty(pieces, complex), np.empty(pieces)
+    for piece, (first, end) in enumerate(zip(edges, edges[1:])):
+        if time is None:
+            begin = np.exp(-2j * np.pi * (turns * first % 1))
+            sums[piece] = begin * (x[first:end] @ within[: end - first])
+            middle[piece] = (first + end - 1) / 2
+        else:
+            at = time[first:end]
+            sums[piece] = x[first:end] @ np.exp(-2j * np.pi * turns * at)
+            middle[piece] = at.mean()
+    return sums, middle
+
+
+def frequencies(samples: int, rate_hz: float, first: int = 0, end: int | None = None) -> Floats:
+    """Of the ordinates 1 .. samples - 1 of the transform, in Hz; of some of them by their index
+    from 0."""
+    return np.arange(first + 1, samples if end is None else end + 1) * rate_hz / (2 * samples)
 
 
 def bin_edges(ordinates: int, bands: Iterable[tuple[float, float]] = ()) -> Ints:
@@ -101,7 +133,7 @@ def denoised(x: Floats) -> Floats:
     that stands above the floor (a Wiener filter). A course that is smooth to begin with passes
     unchanged."""
     mean = x.mean()
-    c = transform(x - mean)
+    c = transform(x - mean, spare=True)
     power = c[1:] ** 2
     floor = power[len(power) // 2 :].mean()
     edges = np.unique(np.round(np.geomspace(1, len(power) + 1, 60)).astype(int)) - 1
@@ -111,8 +143,10 @@ def denoised(x: Floats) -> Floats:
     keep[seen[-1] + 1 if len(seen) else 0 :] = (
         0  # single low ordinates may be empty: those of a ramp are, every other one
     )
-    c[1:] *= np.repeat(keep, np.diff(edges))
-    found: Floats = inverse(c) + mean
+    for first, end, one in zip(edges, edges[1:], keep):
+        c[1 + first : 1 + end] *= one
+    found: Floats = inverse(c, spare=True)
+    found += mean
     return found
 
 

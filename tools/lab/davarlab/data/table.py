@@ -52,8 +52,6 @@ class Stream(Protocol):
 
     def readline(self, size: int = -1, /) -> bytes: ...
 
-    def peek(self, size: int, /) -> bytes: ...
-
 
 class Unpacked(gzip.GzipFile):
     """The text of a gzip file, as far as it is believed: so that a few kilobytes do not fill the

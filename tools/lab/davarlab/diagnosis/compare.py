@@ -72,7 +72,7 @@ def residual_spectrum(state: State) -> Residual:
     counts = np.diff(edges)
     return (
         np.add.reduceat(data.f, edges[:-1])[: len(counts)] / np.maximum(counts, 1),
-        np.add.reduceat(c**2, edges[:-1])[: len(counts)] / np.maximum(counts, 1),
+        np.add.reduceat(c**2, edges[:-1], dtype=np.float64)[: len(counts)] / np.maximum(counts, 1),
         counts,
     )
 
@@ -80,7 +80,8 @@ def residual_spectrum(state: State) -> Residual:
 def correlations(state: State, column: str) -> dict[str, tuple[float, float]]:
     """Of the whitened residual with every other column, slow part (below rate / 100) and whole."""
     bench, found = state.bench, {}
-    w = state.bench.whitened(state.parts, state.fit)  # of ordinates, as of samples
+    w = bench.whitened(state.parts, state.fit)  # of ordinates, as of samples
+    w = w.astype(np.float64, copy=False)
     level = np.sqrt(bench.data.at_ordinates(state.fit.level))
     for name, values in bench.recording.columns.items():
         if name in ("time_s", column) or name.startswith("gyro_") or np.ptp(values) == 0:
@@ -231,7 +232,7 @@ def given(fitted: Judged, model: Model) -> Judged:
     """The state of the model with the parameters of the file, judged (7.4)."""
     state = replace(as_given(fitted, model), adequacy=fitted.adequacy)
     found, short = state_of.cells_of(state, state_of.relative_variance(state))
-    judgement = judge.judged(found, short, given_p_value(fitted, state), state.doubted)
+    judgement = judge.judged(found, short, given_p_value(fitted, state), state.spoiled_by)
     return replace(state, cells=tuple(found), judgement=judgement)
 
 

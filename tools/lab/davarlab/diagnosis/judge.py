@@ -29,8 +29,8 @@ class Judgement:
     """adequacy: "statistical", "practical" or "no". largest: the largest proven deviation {percent,
     ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the bound with 99 %
     confidence, ratio the measured Allan deviation over the model's. shown_to_tau_s: the longest tau
-    at which the record confirms a fit within 5 %; 0: no tau. doubted: the observation for which no
-    model is adequate, "" without one. farthest: the least likely deviation, proven or not; None
+    at which the record confirms a fit within 5 %; 0: no tau. spoiled_by: the observation for which
+    no model is adequate, "" without one. farthest: the least likely deviation, proven or not; None
     when no averaging time can be tested, and then no model is adequate."""
 
     adequacy: str
@@ -39,7 +39,7 @@ class Judgement:
     p_value: float
     largest: Deviation | None
     shown_to_tau_s: float
-    doubted: str = ""
+    spoiled_by: str = ""
     farthest: Deviation | None = None
 
     @property
@@ -49,7 +49,7 @@ class Judgement:
     @property
     def testable(self) -> bool:
         """Is the recording plausible, with an averaging time that can be tested."""
-        return not self.doubted and self.error == self.error
+        return not self.spoiled_by and self.error == self.error
 
 
 def proven(cells: Sequence[Cell]) -> Floats:
@@ -109,15 +109,15 @@ def shown_to(cells: Sequence[Cell]) -> float:
     return float(shown)
 
 
-def judged(cells: list[Cell], short: list[Cell], p_value: float, doubted: str = "") -> Judgement:
+def judged(cells: list[Cell], short: list[Cell], p_value: float, spoiled_by: str = "") -> Judgement:
     """short: cells of short windows, which the error does not count. p_value: of the residual
-    (inference/adequacy.py). doubted: see Judgement."""
+    (inference/adequacy.py). spoiled_by: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
     small = error <= CHANCE.above_floor * floor  # not if nothing can be tested
     word = (
         "no"
-        if doubted
+        if spoiled_by
         else "statistical"
         if small and off == 0 and p_value >= CHANCE.adequate_p
         else "practical"
@@ -131,6 +131,6 @@ def judged(cells: list[Cell], short: list[Cell], p_value: float, doubted: str = 
         p_value,
         largest,
         shown_to(cells),
-        doubted,
+        spoiled_by,
         largest or farthest_of(cells),
     )

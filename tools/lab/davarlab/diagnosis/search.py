@@ -19,6 +19,7 @@ from ..inference import changes, modulation
 from ..inference.parts import Part
 from ..model import Model
 from ..thresholds import CHANCE, SEARCH
+from . import combs
 from .state import Judged, Progress, State, errors_of, joined, judged, redrawn, with_parts
 
 # Of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as
@@ -151,7 +152,6 @@ class Search:
     bands: int = SEARCH.bands_free
     undecided: tuple[Alternative, ...] | None = ()
     set_aside: frozenset[Source] = frozenset()  # source() of what is not what it seems
-    waves: tuple[float, ...] = ()  # Hz, of courses that repeat and are no sine wave
     idle: Mapping[str, tuple[Try, ...]] = nothing()  # kinds that left the error where it was
     outdone: frozenset[str] = frozenset()  # kinds that left again beside a later effect
     asked: Asked | None = None
@@ -165,7 +165,7 @@ class Search:
         undecided: Sequence[Alternative] | None = self.undecided
         if not self.only:
             found, undecided = identifiable.settled(found, self.state.bench, self.state.parts)
-        first, found = found[:1], [one for one in found if self.stands(one)]
+        first, found = found[:1], [one for one in found if source(one.part) not in self.set_aside]
         if first != found[:1]:  # what the one set aside could not be told from
             undecided = None
         if undecided is None and self.state is self.begin and not self.only:
@@ -177,12 +177,6 @@ class Search:
             first=self.first or tuple(found),
             last=tuple(found),
         ), found
-
-    def stands(self, candidate: Candidate) -> bool:
-        """Is a candidate neither set aside nor a harmonic of a wave."""
-        return source(candidate.part) not in self.set_aside and not any(
-            doubts.times_of(self.state.bench, wave, candidate.part) for wave in self.waves
-        )
 
     def skip(self) -> frozenset[str]:
         """Kinds that are not asked."""
@@ -217,21 +211,34 @@ class Search:
         """(the search, is the candidate what it seems); if not, it is put aside and why is kept."""
         part = candidate.part
         state = self.state
-        why = doubts.doubt(state.bench, state.seen, state.parts, candidate)
+        why = candidate.doubt or doubts.doubt(state.bench, state.seen, state.parts, candidate)
         why = why or doubts.of_image(state.bench, state.known, state.parts, part)
         if not why:
             return self, True
-        said = "; ".join(filter(None, [self.doubtful.get(part.kind), about(part) + why]))
-        wave = doubts.wave_of(self.state.bench, [*self.state.parts, part])
-        if wave and doubts.times_of(self.state.bench, wave, part):
-            way = replace(
-                self,
-                waves=(*self.waves, wave),
-                state=without_wave(self.state, self.given, wave),
-            )
-        else:
-            way = replace(self, set_aside=self.set_aside | {source(part)})
-        return replace(way, doubtful=MappingProxyType({**self.doubtful, part.kind: said})), False
+        aside = candidates.LORENTZIAN if candidate.doubt else ()
+        way = replace(
+            self, set_aside=self.set_aside | {source(part), *((kind, None) for kind in aside)}
+        )
+        return way.doubting(part.kind, about(part) + why), False
+
+    def doubting(self, kind: str, why: str) -> "Search":
+        """The search that keeps why a kind is not what it seems."""
+        said = "; ".join(filter(None, [self.doubtful.get(kind), why]))
+        return replace(self, doubtful=MappingProxyType({**self.doubtful, kind: said}))
+
+    def without_comb(self) -> "Search":
+        """The search without the added lines of one periodic signal: as long as it looked for other
+        effects they were in the model, so that nothing else follows them."""
+        comb = combs.one_signal(self.state.bench, self.state.parts)
+        if comb is None:
+            return self
+        why, lines = comb
+        added = [part for part in self.state.parts[self.given :] if part in lines]
+        kept = [part for part in self.state.parts if part not in added]
+        way = replace(self, state=with_parts(self.state, kept))
+        for kind in dict.fromkeys(part.kind for part in added):
+            way = way.doubting(kind, why)
+        return way
 
     def take(self, candidate: Candidate) -> "Search":
         """The search with the candidate in its model, or with it as one that leaves the error where
@@ -320,12 +327,6 @@ class Search:
             # what seemed to be chance beside fewer terms is asked once more
             return replace(way, hopeless=frozenset()), True
         return way, False
-
-
-def without_wave(state: State, given: int, base_hz: float) -> State:
-    """The state without the added lines that are harmonics of one wave."""
-    wave = [part for part in state.parts[given:] if doubts.times_of(state.bench, base_hz, part)]
-    return with_parts(state, [part for part in state.parts if part not in wave]) if wave else state
 
 
 def source(part: Part) -> Source:
@@ -481,7 +482,10 @@ def search(
         way = forward(state, given, progress)
     progress("testing which effects reduce the error")
     last, by_weight, useless, outdone = useful(way.state, way.given)
-    way = replace(way, outdone=way.outdone | {part.kind for part in outdone})
+    way = replace(way, state=last, outdone=way.outdone | {part.kind for part in outdone})
+    way = way.without_comb()
+    last = way.state
+    by_weight = [part for part in by_weight if part in last.parts]
     useless += [tries[-1][1] for kind, tries in way.idle.items() if kind not in last.model_kinds]
     states = (
         [state, *path(last, way.given, by_weight)[1:]] if len(last.parts) > way.given else [state]

@@ -19,7 +19,7 @@ from ..inference import adequacy, changes, gaps, images, modulation, refine
 from ..inference.adequacy import Adequacy
 from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part, as_spectra, part_of
-from ..inference.whittle import Fit
+from ..inference.whittle import Data, Fit
 from ..model import Model
 from ..thresholds import CHANCE, SEARCH, START
 from . import cells, judge
@@ -47,7 +47,7 @@ class State:
     seen: tuple[Observation, ...] = ()
 
     @property
-    def doubted(self) -> str:
+    def spoiled_by(self) -> str:
         """The observation for which no model of the recording is adequate, "" without one: it is
         implausible, or its samples are not what the sensor measures."""
         return next((one.kind for one in self.seen if one.kind == plausible.KIND or one.spoils), "")
@@ -199,10 +199,7 @@ def fitted(
     recording: Recording, model: Model, y: Floats, known: Bools | None, seen: Sequence[Observation]
 ) -> State:
     """The model's terms at their best on a record without holes."""
-    logged = y if known is None else recording.rate_dps(model.column)
-    known_counts = counts.of(logged if known is None else logged[known], recording.rate_hz)
-    shocks = events.find(y, recording.rate_hz, known_counts.reach_dps if known_counts else 0.0)
-    bench = Bench(recording, shocks.clean, known_counts, gyro=model.column, logged=logged)
+    bench, shocks = benched(recording, model.column, y, known)
     parts = [part_of(term) for term in model.terms]
     bench = bench.resolving(parts)
     parts = filters.responding(bench, with_forms(bench, parts))
@@ -211,6 +208,24 @@ def fitted(
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     state = State(bench, tuple(parts), bench.fit(parts), shocks, known=known, seen=tuple(seen))
     return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
+
+
+def benched(
+    recording: Recording, column: str, y: Floats, known: Bools | None
+) -> tuple[Bench, Shocks]:
+    """(bench, shocks) of a record without holes. Where none of it was drawn, counts, shocks and
+    ordinates are worked out once for all models."""
+    memory = recording.measured if known is None else {}
+    key = ("bench", column)
+    if key not in memory:
+        logged = y if known is None else recording.rate_dps(column)
+        found = counts.of(logged if known is None else logged[known], recording.rate_hz)
+        shocks = events.find(y, recording.rate_hz, found.reach_dps if found else 0.0)
+        data = Data(shocks.clean, recording.rate_hz)
+        memory[key] = Bench(recording, shocks.clean, found, data, column, logged), shocks
+    bench, shocks = memory[key]
+    data = bench.data.again()
+    return Bench(recording, bench.y, bench.counts, data, column, bench.logged), shocks
 
 
 def with_forms(bench: Bench, parts: list[Part]) -> list[Part]:
@@ -277,7 +292,7 @@ def judged(state: State, quick: bool = False) -> Judged:
         )
     left = adequacy.judge(c, free, extra, quick, state.bench.counts)
     found, short = cells_of(state, variance)
-    judgement = judge.judged(found, short, left.p_value, state.doubted)
+    judgement = judge.judged(found, short, left.p_value, state.spoiled_by)
     return Judged(
         state.bench,
         state.parts,

@@ -16,7 +16,7 @@ from ..thresholds import CHANCE, PLACE
 from .compare import Comparison
 from .judge import Deviation
 
-Evidence = Literal["chance", "no better fit", "doubted", "worse", "untried"]
+Evidence = Literal["chance", "no better fit", "doubtful", "worse", "untried"]
 # What the place of a misfit suggests to measure next.
 Hint = Literal["stretch", "line", "column", "slow", "fast", "quiet"]
 
@@ -24,7 +24,7 @@ Hint = Literal["stretch", "line", "column", "slow", "fast", "quiet"]
 @dataclass(frozen=True)
 class Excluded:
     """A kind that does not explain the misfit. evidence: "chance" (p_value: of the gain, times the
-    number of candidates), "no better fit" (significant, but the error does not fall), "doubted"
+    number of candidates), "no better fit" (significant, but the error does not fall), "doubtful"
     (for the reason `why`), "worse" (the error rises, here or on the held-out recording), "untried"
     (significant, but the search has ended)."""
 
@@ -57,7 +57,7 @@ class Unexplained:
 @dataclass(frozen=True)
 class Tried:
     """What a search came to: candidates beside the last model, kinds that leave the error as it is,
-    kind -> why it is doubted, and kinds that raise the error."""
+    kind -> why it is doubtful, and kinds that raise the error."""
 
     ranking: Sequence[Candidate] = ()
     useless: Collection[str] = ()
@@ -113,7 +113,7 @@ def moving(found: Comparison) -> tuple[str, float] | tuple[None, None]:
 def excluded(tried: Tried) -> list[Excluded]:
     """Each kind once: the strongest evidence that its candidates had, the likeliest kind first."""
     rows = [Excluded(kind, "worse") for kind in tried.worse]
-    rows += [Excluded(kind, "doubted", why=why) for kind, why in tried.doubtful.items()]
+    rows += [Excluded(kind, "doubtful", why=why) for kind, why in tried.doubtful.items()]
     rows += [Excluded(kind, "no better fit") for kind in tried.useless]
     count = max(len(tried.ranking), len(table.TABLE))
     for candidate in sorted(tried.ranking, key=lambda one: one.log_p):

@@ -34,10 +34,9 @@ def line(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
 
 
 def line_for_a_while(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
-    time = recording.time_s
-    return np.where(
-        (time >= shape["start_s"]) & (time < shape["stop_s"]), line(recording, shape, turn), 0.0
-    )
+    time, found = recording.time_s, line(recording, shape, turn)
+    found[(time < shape["start_s"]) | (time >= shape["stop_s"])] = 0.0
+    return found
 
 
 def course_hz(shape: Values, where: str = "") -> Floats:
@@ -64,7 +63,8 @@ def turns_of(course: Floats, time: Floats, last: float) -> Floats:
 
 
 def drifting(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
-    turns = turns_of(course_hz(shape), recording.time_s, recording.time_s[-1])
+    time = recording.time_s
+    turns = turns_of(course_hz(shape), time, time[-1])
     found: Floats = np.sin(2 * np.pi * (turns + turn))
     return found
 

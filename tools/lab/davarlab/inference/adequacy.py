@@ -33,7 +33,8 @@ def spectrum_score(c: Floats, free: int) -> float:
     edges = np.unique(np.round(np.geomspace(4, len(c), 70)).astype(int))
     counts = np.diff(edges)
     z = normal_score(
-        np.add.reduceat(c[: edges[-1]] ** 2, edges[:-1])[: len(counts)] / counts, counts
+        np.add.reduceat(c[: edges[-1]] ** 2, edges[:-1], dtype=np.float64)[: len(counts)] / counts,
+        counts,
     )
     return float(stats.chi2.sf(np.sum(z**2), max(len(z) - free, 1)))
 
@@ -57,7 +58,8 @@ def cells_of(c: Floats, kurtosis: float = 0.0) -> Floats:
         long = high + 1 > signals.PIECE  # there, a length with large factors costs a lot
         part = np.zeros(fft.next_fast_len(high + 1, real=True) if long else high + 1, np.float32)
         part[low + 1 : high + 1] = c[low:high]
-        x = signals.inverse(part)
+        x = signals.inverse(part, spare=True)
+        signals.forget_plans(len(c), signals.transform)
         length = len(x) // JUDGE.time_stretches
         energy = (
             x[: length * JUDGE.time_stretches].reshape(JUDGE.time_stretches, length) ** 2

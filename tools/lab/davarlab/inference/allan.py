@@ -60,7 +60,8 @@ def windows(
 
 def masked(y: Floats, window: int, taus: Sequence[int], known: Bools) -> tuple[Floats, Floats]:
     """As measured(), from the differences that lie in known samples."""
-    total = np.concatenate([[0.0], np.cumsum(np.where(known, y - y[known].mean(), 0.0))])
+    centred = np.where(known, y - y[known].mean(), 0.0)
+    total = np.concatenate([[0.0], np.cumsum(centred, dtype=np.float64)])
     lost = np.concatenate([[0], np.cumsum(~known)])
     rows = len(y) // window
     found, shares = np.full((2, rows, len(taus)), np.nan)
@@ -102,8 +103,10 @@ def by_library(y: Floats, window: int, taus: Sequence[int]) -> Floats:
     """Allan deviations of the full windows that follow each other, of clusters that begin at every
     sample."""
     centred = y - np.mean(y)
-    unit = 2.0 ** np.frexp(np.abs(centred).max())[1]  # the library's full scale has limits
-    data = np.ascontiguousarray(centred / unit, dtype=np.float32)
+    largest = max(centred.max(), -centred.min())
+    unit = 2.0 ** np.frexp(largest)[1]  # the library's full scale has limits
+    data = np.divide(centred, unit, out=np.empty(len(centred), np.float32))
+    del centred
     rows = len(data) // window
     out = np.full((rows, len(taus)), np.nan)
     array = (ctypes.c_uint32 * len(taus))(*taus)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, special
+from scipy import optimize
 
 from ..arrays import Floats, Ints
 from ..thresholds import CHANGE
@@ -31,7 +31,7 @@ def blocks_of(w: Floats, rate_hz: float, known: tuple[Floats, float] | None = No
     length = block_length(rate_hz)
     count = len(w) // length
     energy, (variance, scatter) = (
-        (w[: count * length].reshape(count, length) ** 2).mean(axis=1),
+        (w[: count * length].reshape(count, length) ** 2).mean(axis=1, dtype=np.float64),
         known or (None, 1.0),
     )
     return Blocks(
@@ -129,8 +129,3 @@ def restless(energy: Floats, length: int) -> float:
         1.0,
         float(np.sum(sizes * length / 2 * (means / energy.mean() - 1) ** 2) / max(count - 1, 1)),
     )
-
-
-def trigamma_scatter(blocks: Blocks) -> float:
-    """Variance of the logarithm of one block's energy."""
-    return float(special.polygamma(1, blocks.freedom / 2))

@@ -1,6 +1,7 @@
 """A model in the form that the likelihood works with: parts with shapes, their rows and columns."""
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+import copy
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -154,17 +155,16 @@ class Bench:
         # What was last worked out of a fit, and of which: as long as the record each.
         self.latest: dict[str, tuple[Fit, Floats]] = {}
 
+    def on(self, y: Floats, data: Data) -> "Bench":
+        """The same with another gyro record or other bins."""
+        other = copy.copy(self)
+        other.y, other.data = y, data
+        return other
+
     def with_gyro(self, y: Floats) -> "Bench":
         """The same with another gyro record; what is known of the columns is kept."""
-        other = Bench(
-            self.recording, y, self.counts, self.data.with_gyro(y), self.gyro, self.logged
-        )
-        other.decoded, other.squares, other.latest, other.held = (
-            dict(self.decoded),
-            dict(self.squares),
-            self.latest,
-            self.held,
-        )
+        other = self.on(y, self.data.with_gyro(y))
+        other.decoded, other.squares = dict(self.decoded), dict(self.squares)
         return other
 
     def resolving(self, parts: Sequence[Part]) -> "Bench":
@@ -173,16 +173,7 @@ class Bench:
         bands = tuple(band for part in parts for band in self.narrow(part))
         if self.data.resolves(bands):
             return self
-        other = Bench(
-            self.recording, self.y, self.counts, self.data.resolving(bands), self.gyro, self.logged
-        )
-        other.decoded, other.squares, other.latest, other.held = (
-            self.decoded,
-            self.squares,
-            self.latest,
-            self.held,
-        )
-        return other
+        return self.on(self.y, self.data.resolving(bands))
 
     def narrow(self, part: Part) -> list[tuple[float, float]]:
         """(frequency, half width in Hz) of each peak or zero of a part's spectrum that usual bins
@@ -195,15 +186,15 @@ class Bench:
         width = rate / (2 * np.pi * np.sqrt(self.data.samples))  # (2.3) is about as much there
         return [(f_hz, width) for f_hz in filters.zeros(rate, part.shape)]
 
-    def courses(self, part: Part) -> list[Floats]:
-        """The time series of a mean part, or of how a filter settles, size 1."""
+    def courses(self, part: Part) -> Iterator[Floats]:
+        """The time series of a mean part, or of how a filter settles, size 1; one at a time."""
         if part.form == "decoded":
-            return [self.decoded[part.key]]
+            yield self.decoded[part.key]
+            return
         raw = needed(part.effect.regressor)
-        course = part.effect.variants.get(part.form, raw)(self.recording, part.shape)
+        yield part.effect.variants.get(part.form, raw)(self.recording, part.shape)
         if part.turning:
-            return [course, raw(self.recording, part.shape, turn=0.25)]
-        return [course]
+            yield raw(self.recording, part.shape, turn=0.25)
 
     def keys(self, part: Part) -> list[str]:
         count = 2 if part.turning else 1

@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from scipy import optimize
 
+from ..arrays import Floats
 from ..data import signals
 from ..thresholds import FIT, LINE
 from .parts import Bench, Part
@@ -57,32 +58,30 @@ def turns(bench: Bench, part: Part) -> float:
     return found
 
 
-def line_frequency(bench: Bench, parts: list[Part], index: int) -> float:
-    """Of the line parts[index]: where the power of the whitened residual of the others peaks,
-    within half a lobe. One pass over the record."""
-    part, fit = parts[index], bench.fit(parts)
-    keys, coefficients = bench.all_keys(parts), fit.coefficients.copy()
-    coefficients[[keys.index(key) for key in bench.keys(part)]] = 0.0
-    w = signals.in_time(bench.data.whitened(fit.level, coefficients, keys))
-    time = bench.recording.time_s
-    starts = np.linspace(0, len(w), LINE.pieces, endpoint=False).astype(int)
-    turned = np.add.reduceat(w * np.exp(-2j * np.pi * part.shape["frequency_hz"] * time), starts)
-    middle = np.add.reduceat(time, starts) / np.diff(np.append(starts, len(w)))
-    reach = 0.5 * bench.recording.rate_hz / len(w)
+def on_peak(bench: Bench, part: Part, w: Floats) -> Part:
+    """The line where the power of the whitened residual of the others peaks, within half a lobe.
+    One pass over the record."""
+    recording, f_hz = bench.recording, part.shape["frequency_hz"]
+    time = None if recording.even_time else recording.time_s * recording.rate_hz
+    turned, middle = signals.turned_back(w, f_hz / recording.rate_hz, LINE.pieces, time)
+    reach = 0.5 / len(w)
     best = optimize.minimize_scalar(
         lambda off: -(np.abs(turned @ np.exp(-2j * np.pi * off * middle)) ** 2),
         bounds=(-reach, reach),
         method="bounded",
         options={"xatol": 1e-4 * reach},
     )
-    found: float = part.shape["frequency_hz"] + float(best.x)
-    return found
+    return part.moved("frequency_hz", f_hz + float(best.x) * recording.rate_hz)
 
 
 def line_refined(bench: Bench, parts: list[Part], index: int) -> list[Part]:
-    moved = parts[index].moved("frequency_hz", line_frequency(bench, parts, index))
+    """The parts with the line at this place on its peak, if that is likelier."""
+    before, keys = bench.fit(parts), bench.all_keys(parts)
+    coefficients = before.coefficients.copy()
+    coefficients[[keys.index(key) for key in bench.keys(parts[index])]] = 0.0
+    w = signals.in_time(bench.data.whitened(before.level, coefficients, keys))
+    moved = on_peak(bench, parts[index], w)
     trial = [*parts[:index], moved, *parts[index + 1 :]]
-    before = bench.fit(parts)
     better = bench.fit(trial, near=before.level).log_likelihood > before.log_likelihood
     bench.forget(parts[index] if better else moved)
     return trial if better else parts

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 from math import exp, log, pi, sqrt
 
 import numpy as np
-from scipy import optimize, signal
+from scipy import optimize, signal, special, stats
 
-from ..arrays import Floats
+from ..arrays import Floats, Ints
 from ..thresholds import LEVELS
 
 
@@ -244,19 +244,57 @@ def many_switches(dwell_s: float, x: Floats, rate_hz: float) -> bool:
     return 4 / rate_hz < dwell_s < len(x) / rate_hz / LEVELS.switches_least
 
 
-def like_chance(path: Floats, levels: int = 2) -> bool:
-    """Do the switches come at random: five of them at least, dwells that scatter as exponential
-    ones do, and no length that most of them share (a clock with a few of its periods cut in two
-    still ticks)."""
+def dwells(path: Floats, levels: int, shortest: float = 0.0) -> tuple[Ints, Ints]:
+    """(level, samples) of each dwell of a decoded path, without the first and the last, which the
+    record cuts; and without those below `shortest` of the mean."""
     level = np.clip(np.round((levels - 1 - path) / 2), 0, levels - 1).astype(int)
     sure = np.flatnonzero(np.abs(path - places(levels)[level]) < 0.5)
-    switches = sure[1:][np.diff(level[sure]) != 0]
-    if len(switches) < LEVELS.switches_least:
+    starts = sure[np.diff(level[sure], prepend=-1) != 0]
+    lengths = np.diff(starts, append=len(path))
+    long = lengths >= shortest * lengths.mean()
+    at = level[starts[long]]
+    first = np.flatnonzero(np.diff(at, prepend=-1))
+    return at[first][1:-1], np.add.reduceat(lengths[long], first)[1:-1]
+
+
+def uneven(lengths: Ints) -> bool:
+    """Are dwells as uneven as chance makes them (Moran's test), but for short ones that are not
+    seen: those leave the others exponential beyond the shortest, and join some of them."""
+    beyond = np.maximum(np.sort(lengths)[1:] - lengths.min(initial=0), 1)
+    count = len(beyond)
+    if count < 2:
+        return True
+    spread = np.log(beyond.mean()) - np.log(beyond).mean()
+    expected = np.log(LEVELS.joined) - special.digamma(LEVELS.joined)
+    found = 2 * count * spread * np.euler_gamma / expected / (1 + (count + 1) / (6 * count))
+    return bool(stats.chi2.cdf(found, count - 1) > LEVELS.uneven_chance)
+
+
+def anywhere(at: Ints, levels: int) -> bool:
+    """Does a switch go to any other level as often, and not only to the next one, as a course does
+    that slides."""
+    moves = np.zeros((levels, levels))
+    np.add.at(moves, (at[:-1], at[1:]), 1)
+    expected = moves.sum(axis=1, keepdims=True) / (levels - 1) * (1 - np.eye(levels))
+    there = expected > 0
+    off = float(np.sum((moves[there] - expected[there]) ** 2 / expected[there]))
+    free = np.count_nonzero(there.any(axis=1)) * (levels - 2)
+    return bool(free == 0 or stats.chi2.sf(off, free) > LEVELS.uneven_chance)
+
+
+def like_chance(path: Floats, levels: int = 2) -> bool:
+    """Do the switches come at random: five of them at least, dwells on each level that are uneven,
+    no length that most of them share (a clock with a few of its periods cut in two still ticks),
+    and to any level."""
+    at, lengths = dwells(path, levels)
+    if len(lengths) + 1 < LEVELS.switches_least:
         return False
-    dwells = np.sort(np.diff(switches))
-    alike = np.searchsorted(dwells, LEVELS.alike_dwells * dwells, side="right") - np.arange(
-        len(dwells)
+    ordered = np.sort(lengths)
+    alike = np.searchsorted(ordered, LEVELS.alike_dwells * ordered, side="right") - np.arange(
+        len(ordered)
     )
-    if alike.max() > max(3, 0.4 * len(dwells)):
-        return False
-    return len(dwells) < 7 or float(np.std(dwells) / np.mean(dwells)) > 0.4
+    return bool(
+        alike.max() <= max(3, 0.4 * len(ordered))
+        and all(uneven(lengths[at == level]) for level in range(levels))
+        and anywhere(dwells(path, levels, LEVELS.passing)[0], levels)
+    )

@@ -1,7 +1,7 @@
 """The likelihood of a recording in the cosine domain, and its maximum (DESIGN 1 to 3)."""
 
 import copy
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
 
@@ -43,7 +43,6 @@ class Data:
 
     def __init__(self, y: Floats, rate_hz: float, edges: Ints | None = None) -> None:
         self.rate_hz, self.samples, self.work = rate_hz, len(y), Work()
-        self.f = signals.frequencies(len(y), rate_hz)
         self.columns: dict[str, tuple[Floats, float]] = {}
         self.bands: Bands = ()
         self.cut(signals.bin_edges(len(y) - 1))
@@ -53,11 +52,23 @@ class Data:
         """Takes these bins: what was summed per bin is forgotten."""
         self.edges, self.starts = edges, edges[:-1]
         self.counts: Floats = np.diff(edges).astype(float)
-        self.f_bin: Floats = np.add.reduceat(self.f, self.starts) / self.counts
+        self.f_bin: Floats = (edges[:-1] + edges[1:] + 1) * self.rate_hz / (4 * self.samples)
         self.products: dict[tuple[str, str], Floats] = {}
         self.spectra: dict[Hashable, Floats] = {}
         # By the keys of the parts, and whether the fit is restricted.
         self.fits: dict[tuple[tuple[Hashable, ...], bool], Fit] = {}
+
+    @property
+    def f(self) -> Floats:
+        """The frequencies of the ordinates, worked out each time."""
+        return signals.frequencies(self.samples, self.rate_hz)
+
+    def again(self) -> "Data":
+        """The same gyro and nothing else, for another analysis."""
+        other = copy.copy(self)
+        other.work, other.bands, other.columns = Work(), (), {"gyro": self.columns["gyro"]}
+        other.cut(signals.bin_edges(self.samples - 1))
+        return other
 
     def with_gyro(self, y: Floats) -> "Data":
         """The same columns and bins with another gyro record."""
@@ -92,10 +103,13 @@ class Data:
         x = x[: count * together].reshape(count, together).mean(axis=1) if together > 1 else x
         off = x - x.mean()
         norm = 1.0 if key == "gyro" else float(np.sqrt(together * (off @ off)))
-        ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
+        ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(x.max()), -float(x.min()))
         off *= np.sqrt(together) / norm if ok else 0.0
-        narrow = self.samples >= signals.NARROW_FROM and key != "gyro"
-        c = signals.transform(off.astype(np.float32) if narrow else off)[1:]
+        narrow = self.samples >= signals.NARROW_FROM
+        if narrow and key != "gyro":
+            off = off.astype(np.float32)
+        c = signals.transform(off, spare=True)[1:]
+        c = c.astype(np.float32, copy=False) if narrow else c
         self.columns[key] = c, norm if ok else 0.0
 
     def scale(self, key: str) -> float:
@@ -114,7 +128,8 @@ class Data:
         return self.products[key]
 
     def without(self, coefficients: Floats, keys: Sequence[str]) -> Floats:
-        """The gyro's ordinates less those of the columns."""
+        """The gyro's ordinates less those of the columns, in the precision in which they are
+        kept."""
         c = self.columns["gyro"][0].copy()
         for key, value in zip(keys, coefficients):
             column = self.columns[key][0]
@@ -131,17 +146,25 @@ class Data:
     def whitened(self, level: Floats, coefficients: Floats, keys: Sequence[str]) -> Floats:
         """The residual with the model's spectrum divided out: unit white noise when the model is
         true."""
-        found, scale = self.without(coefficients, keys), self.at_ordinates(level)
-        found /= np.sqrt(scale, out=scale)
+        found = self.without(coefficients, keys)
+        for part, some in self.pieces(level):
+            found[part] /= np.sqrt(some, out=some)
         return found
 
     def at_ordinates(self, level: Floats) -> Floats:
         """A level per bin at every ordinate."""
-        found, middle = np.empty_like(self.f), np.log(self.f_bin)
-        for first in range(0, len(found), signals.PIECE):
-            part = slice(first, first + signals.PIECE)
-            found[part] = np.interp(np.log(self.f[part]), middle, level)
+        found = np.empty(self.samples - 1)
+        for part, some in self.pieces(level):
+            found[part] = some
         return found
+
+    def pieces(self, level: Floats) -> Iterator[tuple[slice, Floats]]:
+        """The same, a piece at a time: (ordinates, their level)."""
+        middle = np.log(self.f_bin)
+        for first in range(0, self.samples - 1, signals.PIECE):
+            end = min(first + signals.PIECE, self.samples - 1)
+            f = signals.frequencies(self.samples, self.rate_hz, first, end)
+            yield slice(first, end), np.interp(np.log(f, out=f), middle, level)
 
 
 @dataclass

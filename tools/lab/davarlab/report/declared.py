@@ -35,6 +35,7 @@ SIZES_LEAST = 3
 DETECTED = 25.0  # a misfit, as a chi-square, that the device detects in every window
 WINDOW, WINDOW_MOST = 600, 2**16  # samples: the default of davar-sim, and what is worth proposing
 ROUNDED = 0.01  # of the variance of white noise per sample, from which --lsb matters
+GAP = 1.5  # sample periods, as davar-sim without --rate
 RATES_DIFFER = 0.01  # relative, of the median step from the mean one, from which --rate matters
 CUTOFF_STEP = 0.01  # relative, of a difference quotient
 GRID_ACCURACY = 1e-3  # of an Allan deviation on the grid of frequencies
@@ -52,7 +53,8 @@ FLUCTUATIONS = {
 class Declared:
     """hz, order: of the low-pass; 0: none. percent: one standard error of hz. window: of the
     device, in samples. sizes: the cluster sizes that it can use, of `octaves`. lsb: one count of
-    the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate."""
+    the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate. lost: samples
+    are missing, which davar-sim with --rate does not look for without --gap."""
 
     rate_hz: float
     hz: float = 0.0
@@ -65,6 +67,7 @@ class Declared:
     octaves: tuple[int, ...] = ()
     lsb: float = 0.0
     states_rate: bool = False
+    lost: bool = False
 
     @property
     def bandwidth(self) -> str:
@@ -84,7 +87,9 @@ class Declared:
             words += ["--taus", ",".join(map(str, self.sizes))]
         if self.lsb:
             words += ["--lsb", f"{self.lsb:.9g}"]
-        return words + ["--rate", f"{self.rate_hz:.9g}"] * self.states_rate
+        if self.states_rate:
+            words += ["--rate", f"{self.rate_hz:.9g}"] + ["--gap", f"{GAP:g}"] * self.lost
+        return words
 
     @property
     def terms(self) -> list[Term]:
@@ -389,7 +394,9 @@ def of(
     low, means = structure(model, where)
     found = Declared(model.rate_hz, window=window)
     if recording:
-        found.lsb, found.states_rate = count_of(recording, model.column), states_rate(recording)
+        found.lsb = count_of(recording, model.column)
+        found.states_rate = states_rate(recording)
+        found.lost = recording.measured_samples < recording.samples
     if low:
         share = float(low.parameters["cutoff_hz"]) / model.rate_hz
         if not CUTOFFS[0] <= share <= CUTOFFS[1]:

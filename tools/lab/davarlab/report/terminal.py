@@ -67,7 +67,7 @@ def fit(
     """The output of `fit`: the verdict, then the parameters. default: of declared.default_said."""
     lines = [words.in_ascii(verdicts.adequacy(judgement)), *verdicts.to_find(judgement)]
     lines += observed(seen)
-    if not judgement.adequate and not judgement.doubted:
+    if not judgement.adequate and not judgement.spoiled_by:
         lines.append(verdicts.NOT_VALID)
     lines += [default] * bool(default)
     return "\n".join(lines) + "\n\n" + estimates(model, entries)

@@ -62,14 +62,14 @@ WITHHELD = ("implausible", "spoiled", "untestable")  # answers that permit no ve
 
 def adequacy(judgement: Judgement) -> str:
     """The verdict on a model."""
-    if judgement.doubted == plausible.KIND:
+    if judgement.spoiled_by == plausible.KIND:
         return (
             "The recording is implausible, so no model is reported as adequate. Correct its "
             f"units as listed, or confirm them with {plausible.CONFIRM}."
         )
-    if judgement.doubted:
+    if judgement.spoiled_by:
         return (
-            f"The samples are not what the sensor measures ({name(judgement.doubted)}), so no "
+            f"The samples are not what the sensor measures ({name(judgement.spoiled_by)}), so no "
             "effect was tried and no model is reported as adequate."
         )
     if not judgement.testable:
@@ -237,8 +237,8 @@ def answer(found: Improvement) -> str:
     model file are off), "effects" (named ones are missing), "unknown" (something is missing that
     davarlab does not know), "implausible", "spoiled" or "untestable" (the recording permits no
     verdict)."""
-    if found.judgement.doubted:
-        return "implausible" if found.judgement.doubted == plausible.KIND else "spoiled"
+    if found.judgement.spoiled_by:
+        return "implausible" if found.judgement.spoiled_by == plausible.KIND else "spoiled"
     if not found.judgement.adequate:
         return "unknown" if found.judgement.testable else "untestable"
     if found.added:

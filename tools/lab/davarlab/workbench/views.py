@@ -121,7 +121,7 @@ def spectrum(state: State) -> Json:
     rate = data.rate_hz
 
     def mean(x: Floats) -> Floats:
-        means: Floats = np.add.reduceat(x[: edges[-1]], starts) / counts
+        means: Floats = np.add.reduceat(x[: edges[-1]], starts, dtype=np.float64) / counts
         return means
 
     peaks = np.array(

@@ -1,0 +1,71 @@
+"""Long records are kept in single precision, and asked in pieces: with the same answers."""
+
+import unittest
+from unittest import mock
+
+import numpy as np
+from davarlab import model
+from davarlab.data import signals
+from davarlab.data.recording import Recording
+from davarlab.diagnosis import improve
+
+RATE, COUNT = 100.0, 60000
+MODEL = model.Model(
+    RATE,
+    "gyro_z_dps",
+    [
+        model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}),
+        model.Term("bias_instability", {"coefficient_deg_per_h": 5.0}),
+    ],
+)
+
+
+def recording(seed):
+    """White and flicker noise, a line, and a temperature that the bias follows."""
+    rng, time = np.random.default_rng([31, seed]), np.arange(COUNT) / RATE
+    f = np.fft.rfftfreq(2 * COUNT, 1 / RATE)
+    f[0] = f[1]
+    flicker = np.fft.rfft(rng.standard_normal(2 * COUNT)) * 5 / 3600 * np.sqrt(RATE / f / 2 / np.pi)
+    warm = 25 + 8 * np.sin(2 * np.pi * time / 410)
+    y = 0.3 / 60 * RATE**0.5 * rng.standard_normal(COUNT) + np.fft.irfft(flicker)[:COUNT]
+    y += 0.01 * (warm - 25) + 0.003 * np.sin(2 * np.pi * 17.31 * time)
+    return Recording({"time_s": time, "gyro_z_dps": y, "temp_degC": warm}, RATE)
+
+
+def numbers(found):
+    return {
+        (term.kind, name): estimate
+        for term, entry in zip(found.model.terms, found.estimates)
+        for name, estimate in entry.items()
+        if estimate.low is not None
+    }
+
+
+class Long(unittest.TestCase):
+    def test_single_precision_says_the_same(self):
+        for seed in range(3):
+            double = improve.improve(recording(seed), MODEL)
+            with mock.patch.object(signals, "NARROW_FROM", 1000):
+                single = improve.improve(recording(seed), MODEL)
+            self.assertEqual(double.added, single.added)
+            self.assertEqual(double.judgement.adequacy, single.judgement.adequacy)
+            self.assertAlmostEqual(double.judgement.error, single.judgement.error, places=6)
+            for name, one in numbers(double).items():
+                # A fit stops within 1e-6 units, which moves a parameter by 0.0014 standard errors.
+                off = abs(numbers(single)[name].value - one.value)
+                self.assertLess(off, 0.0014 * (one.high - one.low), name)
+
+    def test_a_record_is_turned_back_in_pieces(self):
+        x, turns = np.random.default_rng(5).standard_normal(10007), 0.2137
+        edges = np.linspace(0, len(x), 31).astype(int)
+        for time in (None, np.arange(len(x)) + 0.1 * x):
+            at = np.arange(len(x)) if time is None else time
+            sums, middle = signals.turned_back(x, turns, 30, time)
+            for piece, (first, end) in enumerate(zip(edges, edges[1:])):
+                expected = np.sum(x[first:end] * np.exp(-2j * np.pi * turns * at[first:end]))
+                self.assertAlmostEqual(sums[piece], expected, places=9)
+                self.assertAlmostEqual(middle[piece], at[first:end].mean(), places=9)
+
+
+if __name__ == "__main__":
+    unittest.main()
