@@ -103,9 +103,9 @@ def headline(
     """The verdict in one line: (words, the words that it stresses, words). first: is this the
     model before any step. A refit can widen the largest deviation while the error falls, so a later
     step names only its place. known: does any known effect explain what is left."""
-    if judgement.doubted == plausible.KIND:
+    if judgement.spoiled_by == plausible.KIND:
         return "The recording is", "implausible", ""
-    if judgement.doubted:
+    if judgement.spoiled_by:
         return "The samples are", "not what the sensor measures", ""
     worst = judgement.largest or judgement.farthest
     if not judgement.testable or worst is None:

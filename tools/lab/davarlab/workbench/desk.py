@@ -293,13 +293,16 @@ class Desk:
         )
         return Candidate(part.kind, part, 0.0, 0.0)
 
-    def with_candidate(self, text: str, candidate: Candidate, progress: Progress) -> Outcome:
-        """The model with a candidate, all refitted."""
-        state = state_of.judged(
-            state_of.joined(
-                self.of(text, True, progress).fitted, candidate.part, candidate.replaces
-            )
-        )
+    def with_candidate(
+        self, text: str, candidate: Candidate, progress: Progress, between: Callable[[], None]
+    ) -> Outcome:
+        """The model with a candidate, all refitted; `between` is called before each fit, and may
+        raise."""
+        fitted = self.of(text, True, progress).fitted
+        asking = replace(fitted, bench=fitted.bench.asking(between))
+        state = state_of.joined(asking, candidate.part, candidate.replaces)
+        between()
+        state = state_of.judged(replace(state, bench=state.bench.asking(lambda: None)))
         model, entries = improve.fitted_model(
             state, models.Model(self.recording.rate_hz, self.column)
         )

@@ -1,7 +1,7 @@
 """The steps of a visit: which one is current, what is beside it, and what leads to another one."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ... import model as models
@@ -117,8 +117,7 @@ class Stepping:
         state, text = self.state(step), self.fitted_step(step).text
 
         def partly(kind: str, found: Sequence[Candidate | None]) -> None:
-            if self.visit.hurried():
-                raise Superseded
+            self.give_way()
             so_far = sorted(filter(None, found), key=lambda candidate: candidate.log_p)
             self.visit.tell(
                 ranking=state, trying=words.name(kind), candidates=views.candidates(so_far)
@@ -156,10 +155,19 @@ class Stepping:
             )
         return found
 
+    def give_way(self) -> None:
+        """Raises Superseded when somebody does something or holds a slider."""
+        if self.visit.hurried():
+            raise Superseded
+
     def ghost(self, place: int, kind: str, state: str) -> Json:
-        """The curve and the error with a candidate, before it is added."""
+        """The curve and the error with a candidate, before it is added; given up as the ranking
+        is."""
         step = self.current(state)
-        found = self.joined(step, self.candidate(step, place, kind))
+        try:
+            found = self.joined(step, self.candidate(step, place, kind), self.give_way)
+        except Superseded:
+            return {"superseded": True}
         judgement = found.state.judgement
         return {
             "deviation": views.deviation(found, self.visit.open_desk.recording),
@@ -185,11 +193,16 @@ class Stepping:
         models.check_lines(model.terms, model.rate_hz, term.kind)
         return model
 
-    def joined(self, step: Step, candidate: Candidate) -> Outcome:
+    def joined(
+        self, step: Step, candidate: Candidate, between: Callable[[], None] = lambda: None
+    ) -> Outcome:
         text = self.fitted_step(step).text
         key = (text, candidate.kind, str(candidate.part.key))
         return self.visit.open_desk.remembered(
-            key, lambda: self.visit.open_desk.with_candidate(text, candidate, self.visit.progress)
+            key,
+            lambda: self.visit.open_desk.with_candidate(
+                text, candidate, self.visit.progress, between
+            ),
         )
 
     def add(self, place: int, kind: str, state: str) -> Json:

@@ -17,7 +17,7 @@ export async function rank(turn) {
   try {
     const answer = await ask("candidates", { number: now.view.number });
     if (turn !== now.turn || answer.state !== now.view.state) return;
-    if (answer.superseded) { setTimeout(() => turn === now.turn && rank(turn), 500); return; }
+    if (answer.superseded) { pause().then(() => turn === now.turn && rank(turn)); return; }
     [now.found, now.answer] = [answer.candidates, answer];
     say("");
     draw();
@@ -112,13 +112,25 @@ function fits() {
     element("button", { id: "use", onclick: () => { at("export").focus(); at("export").click(); } }, "Export"))];
 }
 
+const RETRY_MS = 500; // until a question is asked again that gave way to an action
+const pause = () => new Promise((done) => setTimeout(done, RETRY_MS));
+
+// Loads the error and the curve with the candidate of a card. false: nobody wants it any more.
+async function ghost({ one }, turn) {
+  while (wantedStill(turn)) {
+    const answer = await ask("ghost", { place: one.place, kind: one.kind, state: now.view.state });
+    if (!wantedStill(turn)) return false;
+    if (!answer.superseded) { foreseen.set(one.place, answer); return true; }
+    await pause();
+  }
+  return false;
+}
+
 // The error and the curve with each candidate of a card, one after the other: the best one first.
 async function foresee(turn) {
   if (now.view.adequate || now.answer.unknown) return;
   for (const card of cards()) {
-    const { one } = card, answer = await ask("ghost", { place: one.place, kind: one.kind, state: now.view.state });
-    if (!wantedStill(turn)) return;
-    foreseen.set(one.place, answer);
+    if (!(await ghost(card, turn))) return;
     draw();
     if (card.one === cards()[0].one) show("next", now.next || expected());
   }
@@ -138,12 +150,9 @@ function preview(card) {
 }
 
 async function look(card) {
-  const { turn } = now, { one } = card;
+  const { turn } = now;
   try {
-    const answer = await ask("ghost", { place: one.place, kind: one.kind, state: now.view.state });
-    if (!wantedStill(turn)) return;
-    foreseen.set(one.place, answer);
-    if (wanted === card) show("next", { ...told(card), drawn: true });
+    if ((await ghost(card, turn)) && wanted === card) show("next", { ...told(card), drawn: true });
   } catch (why) { if (wantedStill(turn)) refused(why); }
 }
 
