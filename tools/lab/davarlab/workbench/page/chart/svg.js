@@ -7,11 +7,13 @@ export function svg(tag, attributes = {}, parent = null, text = null) {
   return made;
 }
 
-// An empty drawing that fills its place, and its size. null while the place has none.
+const LEAST = [80, 20]; // width and height of a place, below which nothing can be drawn
+
+// An empty drawing that fills its place, and its size. null while the place has no room.
 export function canvas(place, label) {
   place.replaceChildren();
   const [width, height] = [place.clientWidth, place.clientHeight];
-  if (!width || !height) return null;
+  if (width < LEAST[0] || height < LEAST[1]) return null;
   const drawing = svg("svg", { viewBox: `0 0 ${width} ${height}`, width, height, role: label ? "img" : null, "aria-label": label }, place);
   return { drawing, width, height };
 }

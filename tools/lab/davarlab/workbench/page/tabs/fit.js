@@ -84,6 +84,7 @@ function grasp() {
     chart.labels.before(hit);
     const decade = Math.abs(Y(1) - Y(10)), value = (event) => parameter.value * 10 ** ((held.from - event.clientY) / decade);
     hit.addEventListener("pointerdown", (event) => { held.part = hit; held.from = event.clientY; hit.setPointerCapture(event.pointerId); event.preventDefault(); });
+    hit.addEventListener("touchstart", (event) => event.preventDefault(), { passive: false }); // touch-action does not keep a path from scrolling
     hit.addEventListener("pointermove", (event) => held.part === hit && actions.moved(card, parameter, value(event)));
     hit.addEventListener("pointerup", (event) => {
       if (held.part !== hit) return;
