@@ -198,6 +198,8 @@ def export(page, what):
 
 
 def error(page):
+    """The error of a step at rest: while one is animated, its number is marked as approximate."""
+    expect(page.locator("#gauge")).not_to_contain_text("≈")
     return float(page.text_content("#error-value"))
 
 

@@ -74,16 +74,27 @@ const nothing = () => element("article", { class: "panel unknown", id: "nothing"
   element("div", { class: "row tail" }, element("button", { onclick: () => at("tab-where").click() }, "Show where"), element("button", { onclick: () => at("close").click() }, "Open another recording")));
 
 function article(card, best) {
-  const { one, others } = card, later = foreseen.get(one.place), before = now.view.error;
+  const made = element("article", { class: `card panel${best ? " best" : ""}`, onpointerenter: () => preview(card), onpointerleave: () => preview(null) }, button(card, "candidate"));
+  write(made, card, best);
+  return made;
+}
+
+// Writes what is known of the candidates by now around their buttons, which stay: one may be pressed just now.
+function redraw() {
+  for (const [i, card] of cards().entries()) write(at("next").children[i], card, i === 0);
+}
+
+function write(made, card, best) {
+  const { one, others } = card, later = foreseen.get(one.place), before = now.view.error, add = made.querySelector("button");
   const to = later && element("span", { class: "to" }, best ? element("span", { class: "soft" }, `${errorText(before)} `) : null, `→ ${errorText(later.error)}`);
   const falls = !later || later.error < before;
   const say = !falls ? "The error does not fall." : best ? one.physics : "";
-  return element("article", { class: `card panel${best ? " best" : ""}`, onpointerenter: () => preview(card), onpointerleave: () => preview(null) },
-    best ? element("div", { class: "kicker" }, element("span", {}, "Next: add"), element("span", { class: "row" }, element("span", { class: "soft small" }, "evidence"), pips(one.gain))) : null,
+  for (const child of [...made.children]) if (child !== add) child.remove();
+  add.className = best && falls ? "candidate go big" : "candidate";
+  add.before(...[best ? element("div", { class: "kicker" }, element("span", {}, "Next: add"), element("span", { class: "row" }, element("span", { class: "soft small" }, "evidence"), pips(one.gain))) : null,
     element("h2", {}, titled(card)), to || element("span", { class: "to soft" }, "…"),
     later ? bar(before, later.error, later.floor, top()) : element("div", { class: "bar" }),
-    element("p", { class: `soft say${falls ? "" : " rises"}`, title: others.length ? others.map((other) => other.note || other.confirm).join(" ") : one.confirm }, best ? null : pips(one.gain), say),
-    button(card, best && falls ? "candidate go big" : "candidate"));
+    element("p", { class: `soft say${falls ? "" : " rises"}`, title: others.length ? others.map((other) => other.note || other.confirm).join(" ") : one.confirm }, best ? null : pips(one.gain), say)].filter(Boolean));
 }
 
 // The right end of the bars of all cards.
@@ -131,7 +142,7 @@ async function foresee(turn) {
   if (now.view.adequate || now.answer.unknown) return;
   for (const card of cards()) {
     if (!(await ghost(card, turn))) return;
-    draw();
+    redraw();
     if (card.one === cards()[0].one) show("next", now.next || expected());
   }
 }
@@ -152,7 +163,9 @@ function preview(card) {
 async function look(card) {
   const { turn } = now;
   try {
-    if ((await ghost(card, turn)) && wanted === card) show("next", { ...told(card), drawn: true });
+    if (!(await ghost(card, turn))) return;
+    redraw();
+    if (wanted === card) show("next", { ...told(card), drawn: true });
   } catch (why) { if (wantedStill(turn)) refused(why); }
 }
 

@@ -28,12 +28,13 @@ export function build(panel) {
 export function draw() {
   const all = cells.lengths(now.view.map);
   if (!all.includes(now.length)) now.length = all[0] ?? 0;
+  const focused = at("deviation").contains(document.activeElement);
   chart = new AllanChart(at("deviation"), now.drawn, { range: ranged(), zoom: zoomed, length: now.length, span: now.all.duration_s, overlay: now.sheet ? [{ ...now.sheet, name: "data sheet" }] : null });
   if (!chart.ready) return;
   if (!chart.phone) windows(all);
   at("windows").hidden = chart.phone || all.length < 2;
   grasp();
-  keys(chart.drawing);
+  keys(chart.drawing, focused);
   ghosts();
   chart.showFlag(now.view.worst, now.view.headline[0].includes("off by"));
   chart.showCell(now.cell);
@@ -106,11 +107,8 @@ function grasp() {
 
 // --- keys ---
 
-function keys(drawing) {
-  const focused = at("deviation").dataset.focused === "yes";
+function keys(drawing, focused) {
   for (const [name, value] of Object.entries({ tabindex: 0, role: "group", "aria-label": "Allan deviation and where it fails. The arrow keys move, w goes to the worst cell." })) drawing.setAttribute(name, value);
-  drawing.addEventListener("focus", () => { at("deviation").dataset.focused = "yes"; });
-  drawing.addEventListener("blur", () => { at("deviation").dataset.focused = drawing.isConnected ? "no" : "yes"; });
   drawing.addEventListener("keydown", (event) => {
     const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
     if (!by) return;
@@ -118,7 +116,7 @@ function keys(drawing) {
     const next = neighbour(by);
     if (next) show("cell", next);
   });
-  if (focused && document.activeElement === document.body) drawing.focus({ preventScroll: true });
+  if (focused) drawing.focus({ preventScroll: true });
 }
 
 function neighbour([across, along]) {

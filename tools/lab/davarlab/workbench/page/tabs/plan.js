@@ -58,7 +58,7 @@ const open = () => doing("", async () => {
   }
   const options = Object.fromEntries(new URLSearchParams(location.hash.split("?")[1] || ""));
   wishes ??= Object.keys(options).length ? options : { ...FIRST, core: known.cores.includes(FIRST.core) ? FIRST.core : known.cores[0] };
-  fill("plan", element("h2", {}, "A setup of davar for your gyro and chip"), element("form", { id: "plan-wishes", onsubmit: (event) => event.preventDefault() }),
+  fill("plan", element("h1", {}, "A setup of davar for your gyro and chip"), element("form", { id: "plan-wishes", onsubmit: (event) => event.preventDefault() }),
     costs(), element("section", { id: "plan-found", "aria-label": "The plan" }));
   form();
   find();

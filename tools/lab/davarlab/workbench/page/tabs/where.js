@@ -12,7 +12,7 @@ let record = null, recordOf = null;
 
 export function build(panel) {
   const field = (id, name) => element("label", {}, `${name} `, element("input", { type: "number", id, step: "any", min: 0 }));
-  panel.append(element("div", { class: "where" }, element("div", { class: "plot", id: "map" }), element("div", { id: "cell", class: "aside" })),
+  panel.append(element("div", { class: "where" }, element("div", { class: "plot", id: "map" }), element("div", { id: "cell", class: "aside", tabindex: 0, role: "group", "aria-label": "The selected cell" })),
     element("form", { id: "stretch", class: "row bottom", onsubmit: (event) => event.preventDefault() }, field("from", "From"), field("to", "to"), "s",
       element("button", { type: "button", id: "alone", onclick: () => leaving("Analysing this part", "sight", { column: now.all.column, alone: span() }) }, "Analyse only this"),
       element("button", { type: "button", id: "cut", onclick: () => leaving("Excluding this part", "sight", { column: now.all.column, cut: [...now.all.cut, span()] }) }, "Exclude it"),
