@@ -337,7 +337,7 @@ class Looks(Visiting):
             page.locator("[role=tab][aria-selected=true]").focus()
             while page.get_attribute(f"#tab-{name}", "aria-selected") == "false":
                 page.keyboard.press("ArrowRight")
-            for _ in range(40):
+            for _ in range(80):  # once around, with the list of other effects unfolded
                 page.keyboard.press("Tab")
                 reached.add(
                     page.evaluate("document.activeElement.id || document.activeElement.type")

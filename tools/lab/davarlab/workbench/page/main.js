@@ -67,6 +67,7 @@ async function refresh() {
 const identity = () => JSON.stringify([now.all.recording, now.all.column, now.all.alone, now.all.cut]);
 
 function welcome() {
+  live.away();
   if (now.all.log?.sensors) landing.sensors(now.all, opened);
   else if (now.all.log) intake.columns(now.all, opened);
   else landing.first(now.all, opened);

@@ -31,7 +31,7 @@ function sources(all, actions) {
 
 export function first(all, actions) {
   fill("landing", element("div", { class: "land" }, element("div", { class: "hero" }, element("h1", {}, "Find what your gyro model is missing")),
-    element("section", { class: "demo panel", "aria-label": "Tutorial" }, element("div", { class: "plot", id: "demo", "aria-hidden": true }),
+    element("section", { class: "demo panel", "aria-label": "Tutorial" }, element("div", { class: "plot", id: "demo", "aria-hidden": true, hidden: Boolean(all.live) }), element("div", { id: "demo-live" }),
       element("footer", {}, element("span", { id: "demo-said" }), element("span", { class: "grow", id: "demo-bar" }), element("button", { class: "go big", id: "tutorial", onclick: actions.tutorial }, "Open the tutorial"))),
     element("div", { class: "side" }, zone(actions), recent(all, actions), sources(all, actions))));
   demo();

@@ -18,6 +18,9 @@ export function build(panel) {
       element("input", { id: "tab-source", placeholder: "can:can0 or slcan:/dev/ttyUSB0", required: true, size: 28, "aria-label": "a live sensor" }), element("button", {}, "Listen"))), at("live"));
 }
 
+// Out of the way of a first page that is drawn anew.
+export const away = () => at("shelf").append(at("live"));
+
 export function place() {
   const open = Boolean(now.all.recording), home = open ? at("panel-live") : at("demo-live");
   if (home && at("live").parentNode !== home) home.append(at("live"));
