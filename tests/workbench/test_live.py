@@ -152,7 +152,7 @@ class Live(Visiting):
         for a, b in zip(there, there[1:]):  # a logarithmic axis, upwards
             moved = height[there.index(b)] - height[there.index(a)]
             self.assertEqual(found["adev"][a] > found["adev"][b], moved > 0)
-        marks = page.locator("#live-curve .mark").all_inner_texts()
+        marks = page.locator("#live-curve .mark").all_text_contents()
         self.assertEqual(marks, ["1 s", "10 s", "1 min", "10 min", "1 h", "6 h"])
         ends = json.loads(page.get_attribute("#live-curve", "data-range"))
         self.assertLess(ends[0], found["tau_s"][0])

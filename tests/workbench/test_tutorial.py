@@ -8,10 +8,24 @@ import tomllib
 import unittest
 
 from playwright.sync_api import expect
-from visiting import FIRST, Visiting, error, export, ranked, run, tab, unfold
+from visiting import FIRST, ROOT, Visiting, error, export, ranked, run, tab, unfold
+
+
+FIRST_PAGE = ROOT / "tools/lab/davarlab/workbench/page/tutorial.json"
+CLOSE = 0.02  # relative: digits may differ between machines, the story may not
 
 
 class Tutorial(Visiting):
+    def assert_as_on_the_first_page(self, bench):
+        """The tutorial that moves on the first page has the numbers of the one that it opens."""
+        for number, shown in enumerate(json.loads(FIRST_PAGE.read_text())["steps"]):
+            told = bench.ask("step", number=number)[1]
+            pairs = [(shown[name], told[name]) for name in ("error", "floor")]
+            for name, other in (("tau", "tau_s"), ("measured", "measured"), ("model", "model")):
+                pairs += zip(shown[name], told["deviation"][other], strict=True)
+            for one, other in pairs:
+                self.assertAlmostEqual(one / other, 1, delta=CLOSE, msg=number)
+
     def test_a_first_visit_ends_with_an_adequate_model(self):
         bench = self.open()
         page = self.page(bench)
@@ -41,6 +55,7 @@ class Tutorial(Visiting):
         expect(page.locator("#headline h1")).to_have_text("The model fits")
         self.assertEqual(page.locator("button.candidate.go").count(), 0)
         self.shot(page, "after")
+        self.assert_as_on_the_first_page(bench)
 
         page.keyboard.press("u")
         expect(page.locator(".effect")).to_have_count(3)

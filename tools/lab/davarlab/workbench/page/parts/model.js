@@ -40,6 +40,9 @@ const locked = new Set();
 const key = (one) => `${one.kind} ${now.view.cards.filter((other) => other.kind === one.kind && other.place < one.place).length}`;
 export const held = () => now.view.cards.filter((one) => locked.has(key(one))).map((one) => one.place);
 
+// Both ends of an interval with the same digits.
+const digits = (value) => { const text = value.toPrecision(3); return text.includes("e") ? number(value) : text; };
+
 function row(card, parameter, label) {
   if (typeof parameter.value === "string") return element("div", { class: "par" }, element("span", { class: "soft" }, label), element("b", { class: "word" }, parameter.value));
   const unit = unitText(parameter.unit), box = element("input", { type: "number", step: "any", value: Number(parameter.value.toPrecision(3)), "aria-label": `${label}, ${unit || parameter.name}`,
@@ -57,7 +60,7 @@ function row(card, parameter, label) {
   });
   slider.addEventListener("input", () => { box.value = Number(at().toPrecision(4)); actions.moved(card, parameter, at()); });
   slider.addEventListener("change", () => actions.released(card, parameter, at()));
-  const interval = parameter.undetermined ? "not determined" : parameter.low === null || parameter.low === undefined ? "as set" : `[${number(parameter.low)}, ${number(parameter.high)}]`;
+  const interval = parameter.undetermined ? "not determined" : parameter.low === null || parameter.low === undefined ? "as set" : `[${digits(parameter.low)}, ${digits(parameter.high)}]`;
   return element("div", { class: `par${parameter.low > 0 ? "" : " plain"}` }, element("span", {}, label), slider, element("span", { class: "v" }, box, ` ${unit}`, element("br"), element("span", { class: "soft" }, interval)));
 }
 

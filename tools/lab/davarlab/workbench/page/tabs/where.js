@@ -76,7 +76,7 @@ function below(drawing, envelope, { X, y, height, left, right }) {
   for (const [start, stop] of marked) svg("rect", { x: X(start), y, width: Math.max(1, X(stop) - X(start)), height, fill: "var(--ink)", "fill-opacity": 0.12 }, drawing);
   svg("path", { d: area(X, Y, envelope.time_s, envelope.low, envelope.high), fill: "var(--meas)", stroke: "var(--meas)", class: "record" }, drawing);
   for (const value of [low, high]) svg("text", { x: left - 6, y: Y(value) + (value === low ? 0 : 10), "text-anchor": "end" }, drawing, number(value, 2));
-  svg("text", { x: right + 8, y: y + 14 }, drawing, envelope.column.slice(0, 14));
+  if (right + 20 < drawing.viewBox.baseVal.width) svg("text", { x: right + 8, y: y + 14 }, drawing, envelope.column.slice(0, 14));
   if (now.cell) svg("rect", { x: X(now.cell.start_s), y, width: Math.max(2, X(now.cell.stop_s) - X(now.cell.start_s)), height, fill: "var(--ink)", "fill-opacity": 0.08, stroke: "var(--ink)", "stroke-width": 2 }, drawing);
 }
 
@@ -92,7 +92,7 @@ const look = newest(async (cell, latest) => {
   if (!latest()) return;
   [at("from").value, at("to").value] = [cell.start_s, cell.stop_s];
   fill("cell", element("b", {}, `${brief(cell.tau_s)}, ${brief(cell.start_s)} to ${brief(cell.stop_s)}`),
-    element("p", { id: "cell-said" }, `Measured ${number(cell.measured)}, model ${number(cell.model)} deg/s: ratio ${number(cell.ratio)}, ${number(cell.z, 2)} standard deviations.${cell.proven ? " The misfit is proven (99 % confidence)." : ""}`),
+    element("p", { id: "cell-said", class: "small" }, `Measured ${number(cell.measured)}, model ${number(cell.model)} deg/s: ratio ${number(cell.ratio)}, ${number(cell.z, 2)} standard deviations.${cell.proven ? " The misfit is proven (99 % confidence)." : ""}`),
     ...stretch.envelopes.map((_, i) => element("div", { id: `samples-${i}`, class: "mini" })), element("div", { id: "cell-spectrum", class: "mini" }));
   stretch.envelopes.forEach((one, i) => xy(at(`samples-${i}`), [{ x: one.time_s, y: one.low, low: one.low, high: one.high, band: true, strength: 0.8, colour: i ? "var(--model)" : "var(--meas)" }],
     { x: { clock: true }, y: { title: one.column }, right: 8, label: `Samples of ${one.column}` }));
