@@ -8,7 +8,6 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 from visiting import Visiting, ranked, tab
 
-
 BOTTOM = "(one) => one.getBoundingClientRect().bottom"
 
 

@@ -201,9 +201,7 @@ class Logs(Visiting):
         for ended in ("requestfinished", "requestfailed"):
             page.on(
                 ended,
-                lambda request: (
-                    "/api/candidates" in request.url and over.append(request)
-                ),
+                lambda request: "/api/candidates" in request.url and over.append(request),
             )
 
         page.set_input_files("#file", str(self.folder / "flight.csv"))

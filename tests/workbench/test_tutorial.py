@@ -10,7 +10,6 @@ import unittest
 from playwright.sync_api import expect
 from visiting import FIRST, ROOT, Visiting, error, export, ranked, run, tab, unfold
 
-
 FIRST_PAGE = ROOT / "tools/lab/davarlab/workbench/page/tutorial.json"
 CLOSE = 0.02  # relative: digits may differ between machines, the story may not
 

@@ -13,7 +13,7 @@ from ..steps import ENDING
 
 RECENT = 4  # sessions
 LARGEST = 16 << 20  # bytes of a session file that is read for the list
-NETWORK, CAN = Path("/sys/class/net"), "280"  # the type of a CAN interface, ARPHRD_CAN
+NETWORK, CAN = Path("/sys/class/net"), b"280"  # the type of a CAN interface, ARPHRD_CAN
 
 
 def recent(folders: Iterable[Path]) -> list[Json]:
@@ -51,6 +51,6 @@ def session(path: Path) -> Json | None:
 def sources() -> list[str]:
     """CAN interfaces and serial ports of this machine, as `listen` takes them."""
     interfaces = sorted(NETWORK.glob("*/type")) if NETWORK.is_dir() else []
-    can = [f"can:{path.parent.name}" for path in interfaces if path.read_text().strip() == CAN]
+    can = [f"can:{path.parent.name}" for path in interfaces if files.read_whole(path).strip() == CAN]
     ports = [port.device for port in list_ports.comports() if port.vid is not None]
     return can + [f"slcan:{device}" for device in sorted(ports)]
