@@ -51,6 +51,7 @@ def session(path: Path) -> Json | None:
 def sources() -> list[str]:
     """CAN interfaces and serial ports of this machine, as `listen` takes them."""
     interfaces = sorted(NETWORK.glob("*/type")) if NETWORK.is_dir() else []
-    can = [f"can:{path.parent.name}" for path in interfaces if files.read_whole(path).strip() == CAN]
+    kinds = ((path.parent.name, files.read_whole(path).strip()) for path in interfaces)
+    can = [f"can:{name}" for name, kind in kinds if kind == CAN]
     ports = [port.device for port in list_ports.comports() if port.vid is not None]
     return can + [f"slcan:{device}" for device in sorted(ports)]
