@@ -18,9 +18,8 @@ import urllib.request
 from pathlib import Path
 
 import numpy as np
-import plotly
 from asking import ROOT
-from davarlab.workbench import schema, server
+from davarlab.workbench import schema
 from davarlab.workbench.visit import visit
 from websockets.sync.client import connect
 
@@ -433,19 +432,6 @@ class Interrupted(unittest.TestCase):
             self.assertEqual(
                 [path.name for path in folder.iterdir() if path.name.endswith(".partial")], []
             )
-
-
-class Charts(unittest.TestCase):
-    def test_the_address_of_a_cloud_is_in_plotlys_script_and_not_in_what_is_served(self):
-        whole = (Path(plotly.__file__).parent / "package_data/plotly.min.js").read_bytes()
-        self.assertEqual(
-            whole.count(server.CLOUD),
-            1,
-            "a Plotly that shares charts in another way: look for it, and change CLOUD in "
-            "workbench/server.py",
-        )
-        self.assertEqual(server.plotly(), whole.replace(server.CLOUD, b""))
-        self.assertNotIn(b"//cloud.", server.plotly())
 
 
 if __name__ == "__main__":

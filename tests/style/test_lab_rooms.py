@@ -60,7 +60,6 @@ OPENED = {
     ): OWN,
     ("report/page.py", "(HERE / 'style.css').read_text(encoding='utf-8')"): OWN,
     ("report/contents.py", "VERSION_HEADER.read_text()"): OWN,
-    ("workbench/server.py", "script.read_bytes()"): OWN,
     ("workbench/plans.py", "zipfile.ZipFile(made, 'w', zipfile.ZIP_DEFLATED)"): "in memory",
     ("workbench/arrivals.py", "open(part, 'xb')"): NEW,
     ("logs/arrays.py", "np.load(path, mmap_mode='r', allow_pickle=False)"): BY_ITS_FORMAT,

@@ -11,7 +11,7 @@ import unittest
 from pathlib import Path
 
 from playwright.sync_api import expect
-from visiting import Visiting, ranked
+from visiting import Visiting, ranked, tab
 
 GOALS = {
     "first curve after the file is there, s": 3.0,
@@ -34,7 +34,7 @@ SLIDE = """async (input) => {
   for (let i = 0; i < 60; i++) {
     await frame();
     const begin = performance.now();
-    input.value = 5 * i;
+    input.value = i / 60;
     input.dispatchEvent(new Event("input", { bubbles: true }));
     spent.push(performance.now() - begin);
   }
@@ -71,15 +71,15 @@ def one_visit(case):
     found, bench = {}, case.open()
     page = case.page(bench)
     page.click("#tutorial")
-    page.wait_for_selector("#error-value")
+    page.wait_for_selector("#headline h1")
     page.click("#close")
     expect(page.locator("#tutorial")).to_be_visible()
     Path(case.folder / "davarlab-files/tutorial_sensor.csv.davarlab.json").unlink()
     found["first curve after the file is there, s"] = spent(
-        lambda: (page.click("#tutorial"), page.wait_for_selector("#error-value"))
+        lambda: (page.click("#tutorial"), page.wait_for_selector("#deviation path.model"))
     )
     found["first candidates, s"] = spent(
-        lambda: expect(page.locator(".candidate").first).to_be_visible()
+        lambda: expect(page.locator("#next .early, .candidate").first).to_be_visible()
     )
     found["all candidates, s"] = found["first candidates, s"] + spent(lambda: ranked(page))
     page.wait_for_timeout(REST_MS)
@@ -90,7 +90,7 @@ def one_visit(case):
     def by_hand():
         box.fill("0.4")
         box.blur()
-        expect(page.locator("#candidates")).to_contain_text("fit first")
+        expect(page.locator("#back")).to_be_visible()
 
     page.wait_for_timeout(REST_MS)
     found["value set by hand to verdict, ms"] = 1000 * spent(by_hand)
@@ -98,23 +98,24 @@ def one_visit(case):
     found["refit, ms"] = 1000 * spent(
         lambda: (
             page.click("#refit"),
-            expect(page.locator("#candidates")).not_to_contain_text("fit first"),
+            expect(page.locator("#back")).to_have_count(0),
         )
     )
     ranked(page)
     page.wait_for_timeout(REST_MS)
     found["a candidate added, s"] = spent(
-        lambda: (page.keyboard.press("1"), expect(page.locator(".card")).to_have_count(3))
+        lambda: (page.keyboard.press("1"), expect(page.locator(".effect")).to_have_count(3))
     )
     ranked(page)
     page.wait_for_timeout(REST_MS)
+    tab(page, "where")
     found["cell to its samples, ms"] = 1000 * spent(
         lambda: (
             page.keyboard.press("w"),
-            expect(page.locator("#cell-spectrum .main-svg").first).to_be_visible(),
+            expect(page.locator("#cell-spectrum svg")).to_be_visible(),
         )
     )
-    page.click("#view-plan")
+    page.click("#tab-plan")
     expect(page.locator("#plan")).to_have_attribute("aria-busy", "false")
     page.wait_for_timeout(REST_MS)
     found["slider to plan, ms"] = statistics.median(

@@ -7,7 +7,7 @@ import math
 import unittest
 
 from playwright.sync_api import expect
-from visiting import FIRST, Visiting, error, ranked, run
+from visiting import FIRST, Visiting, error, ranked, run, tab, unfold
 
 
 def made(folder, effects="", seconds=900, seed=8):
@@ -45,6 +45,20 @@ def pointer(page, x, y, finger):
             getattr(page.mouse, what)(**at if what == "move" else {})
 
     return point
+
+
+# A point of a curve in the window, a fifth of the way along it.
+WHERE = """(path) => {
+  const at = path.getPointAtLength(path.getTotalLength() / 5).matrixTransform(path.getScreenCTM());
+  return [at.x, at.y]; }"""
+# The marks of the vertical axis: value, height in the window.
+MARKS = """(all) => all.filter((one) => one.getAttribute("text-anchor") === "end")
+  .map((one) => [Number(one.textContent), one.getBoundingClientRect().y])
+  .filter(([value]) => value > 0)"""
+# The highest of the points whose text names a frequency near f.
+HIGHEST = """(all, f) => all
+  .map((one, i) => [i, parseFloat(one.textContent), Number(one.getAttribute("cy"))])
+  .filter(([, hz]) => Math.abs(hz - f) < 0.1 * f).reduce((a, b) => (b[2] <= a[2] ? b : a))[0]"""
 
 
 class Sights(Visiting):
@@ -166,27 +180,25 @@ class Looks(Visiting):
             ranked(page)
             page.locator("#deviation").scroll_into_view_if_needed()
             number, before = (bench.ask("step")[1][name] for name in ("number", "cards"))
-            plot = page.locator("#deviation")
-            x, y, decade, ranges = plot.evaluate("""(plot) => {
-                const one = plot.data.find((trace) => trace.name === "angle random walk");
-                const { xaxis, yaxis } = plot._fullLayout;
-                return [xaxis._offset + xaxis.d2p(one.x[2]), yaxis._offset + yaxis.d2p(one.y[2]),
-                  yaxis._length / (yaxis.range[1] - yaxis.range[0]), [...xaxis.range]]; }""")
-            box = plot.bounding_box()
-            point = pointer(page, box["x"] + x, box["y"] + y, finger)
+            curve = page.locator(".part-hit[data-kind=angle_random_walk]")
+            x, y = curve.evaluate(WHERE)
+            # a decade of the axis, from two of its marks
+            marks = page.locator("#deviation svg > g:first-child text").evaluate_all(MARKS)
+            (low, far), (high, near) = marks[0], marks[1]
+            decade = abs(near - far) / abs(math.log10(high / low))
+            still = page.locator("#deviation path.model").get_attribute("d")
+            point = pointer(page, x, y, finger)
             point("down", 0, 0)
             point("move", decade / 6)
             point("move", decade / 3)
-            expect(page.locator("#deviation path.moving")).to_have_count(1)
+            expect(page.locator("#deviation path.model")).not_to_have_attribute("d", still)
+            expect(page.locator("#gauge")).to_contain_text("≈")
             point("up", decade / 3)
-            expect(page.locator("#candidates")).to_contain_text("fit first")
+            expect(page.locator("#back")).to_be_visible()
             after = bench.ask("step")[1]
             self.assertGreater(after["number"], number)
             size = after["cards"][0]["parameters"][0]["value"] / before[0]["parameters"][0]["value"]
             self.assertAlmostEqual(size / 10 ** (1 / 3), 1, delta=0.03, msg=finger)
-            self.assertEqual(
-                plot.evaluate("(plot) => [...plot._fullLayout.xaxis.range]"), ranges
-            )  # nothing was zoomed
             bench.act("go", number=number)
             page.close()
             bench.stop()
@@ -204,22 +216,12 @@ class Looks(Visiting):
         page = self.page(bench)
         for kind, f_hz, number in (("sinusoid", 0.7, 0), ("narrow_band", 5.0, 1)):
             ranked(page)
-            plot = page.locator("#spectrum")
-            plot.scroll_into_view_if_needed()
-            place = plot.evaluate(
-                """(plot, f) => {
-                const d = plot.data[0], near = (x) => Math.abs(x - f) < 0.1 * f;
-                const i = d.x.reduce(
-                  (a, x, k) => (near(x) && (a < 0 || d.y[k] > d.y[a]) ? k : a), -1);
-                const { xaxis, yaxis } = plot._fullLayout;
-                return [xaxis._offset + xaxis.d2p(d.x[i]), yaxis._offset + yaxis.d2p(d.y[i])]; }""",
-                f_hz,
-            )
-            plot.hover(position={"x": place[0], "y": place[1]})
-            page.mouse.down()
-            page.mouse.up()
+            tab(page, "spectrum")
+            # the highest point near the line
+            point = page.locator("#spectrum circle").evaluate_all(HIGHEST, f_hz)
+            page.locator("#spectrum circle").nth(point).click()
             page.locator("#peak button").nth(number).click()
-            card = page.locator(f".card[data-kind={kind}]")
+            card = page.locator(f".effect[data-kind={kind}]")
             expect(card).to_be_visible()
             found = {
                 p["name"]: p
@@ -310,30 +312,41 @@ class Looks(Visiting):
         page = self.page(bench)
         ranked(page)
         page.keyboard.press("1")
-        expect(page.locator(".card")).to_have_count(3)
+        expect(page.locator(".effect")).to_have_count(3)
+        ranked(page)
         after = error(page)
         page.keyboard.press("u")
-        expect(page.locator(".card")).to_have_count(2)
+        expect(page.locator(".effect")).to_have_count(2)
+        ranked(page)
         page.keyboard.press("r")
-        expect(page.locator(".card")).to_have_count(3)
+        expect(page.locator(".effect")).to_have_count(3)
+        ranked(page)
         self.assertEqual(error(page), after)
+        page.locator("#deviation svg").focus()  # a cell, and its neighbours
+        page.keyboard.press("w")
+        chosen = page.locator("#deviation svg rect[stroke-width='2.5']")
+        place = chosen.get_attribute("x")
+        page.keyboard.press("ArrowLeft")
+        expect(chosen).not_to_have_attribute("x", place)
         page.keyboard.press("?")
         expect(page.locator("#help")).to_be_visible()
         page.keyboard.press("Escape")
+        unfold(page, "sinusoid")
         reached = set()
-        for _ in range(80):
-            page.keyboard.press("Tab")
-            reached.add(
-                page.evaluate(
-                    "document.activeElement.id || document.activeElement.type || "
-                    "document.activeElement.className"
+        for name in ("where", "columns"):
+            page.locator("[role=tab][aria-selected=true]").focus()
+            while page.get_attribute(f"#tab-{name}", "aria-selected") == "false":
+                page.keyboard.press("ArrowRight")
+            for _ in range(80):  # once around, with the list of other effects unfolded
+                page.keyboard.press("Tab")
+                reached.add(
+                    page.evaluate("document.activeElement.id || document.activeElement.type")
                 )
-            )
         self.assertLessEqual(
             {
                 "undo",
                 "refit",
-                "save",
+                "export",
                 "axis",
                 "range",
                 "number",

@@ -12,7 +12,7 @@ import struct
 import unittest
 
 from playwright.sync_api import expect
-from visiting import FIRST, Visiting, run, until
+from visiting import FIRST, Visiting, run, tab, until
 
 
 def log(path, names, rows=2000):
@@ -92,7 +92,7 @@ class Logs(Visiting):
         page.fill("input[data-index='2'][data-key=factor]", "0.05")
         page.locator("input[data-index='2'][data-key=factor]").blur()
         page.click("#read")
-        page.wait_for_selector("#error-value")
+        page.wait_for_selector("#headline h1")
         expect(page.locator("#recording")).to_contain_text("200 Hz")
         self.assertEqual(
             [option.inner_text() for option in page.locator("#axis option").all()],
@@ -106,10 +106,11 @@ class Logs(Visiting):
         self.assertAlmostEqual(
             float(arw.input_value()), math.degrees(0.0017) / math.sqrt(200) * 60, delta=0.03
         )
+        tab(page, "columns")
         page.select_option("#against-column", "<b>vbat</b>")
         expect(page.locator("#against .xtitle")).to_have_text("<b>vbat</b>")
         page.reload()
-        page.wait_for_selector("#error-value")
+        page.wait_for_selector("#headline h1")
         self.assertEqual(page.locator("#axis").input_value(), "gyro_x_dps")
         self.assert_quiet()
 
@@ -133,12 +134,12 @@ class Logs(Visiting):
         page.fill("input[data-index='2'][data-key=factor]", "0.05")
         page.locator("input[data-index='2'][data-key=factor]").blur()
         page.click("#read")
-        page.wait_for_selector("#error-value")
+        page.wait_for_selector("#headline h1")
         expect(page.locator("#recording")).to_contain_text("200 Hz")
         typed = bench.ask("all")[1]["commands"]
         self.assertIn(f"--names {','.join(names)}", typed[0])
         page.reload()
-        page.wait_for_selector("#error-value")
+        page.wait_for_selector("#headline h1")
         self.assert_quiet()
 
     def test_of_a_log_with_two_gyros_one_is_chosen_and_each_keeps_its_session(self):
@@ -148,7 +149,7 @@ class Logs(Visiting):
         arw = page.locator("[data-kind=angle_random_walk] input[type=number]").first
         for name, sigma in (("IMU:1", 0.4), ("IMU:0", 0.1)):
             page.click(f"[data-sensor='{name}']")
-            page.wait_for_selector("#error-value")
+            page.wait_for_selector("#headline h1")
             self.assertAlmostEqual(
                 float(arw.input_value()),
                 sigma / math.sqrt(200) * 60,
@@ -196,21 +197,19 @@ class Logs(Visiting):
         )
         page = self.page(self.open())
         late, over = [], []
-        page.route(re.compile("/api/(candidates|stretch)"), lambda route: late.append(route))
+        page.route(re.compile("/api/candidates"), lambda route: late.append(route))
         for ended in ("requestfinished", "requestfailed"):
             page.on(
                 ended,
-                lambda request: (
-                    re.search("/api/(candidates|stretch)", request.url) and over.append(request)
-                ),
+                lambda request: "/api/candidates" in request.url and over.append(request),
             )
 
         page.set_input_files("#file", str(self.folder / "flight.csv"))
         page.click("#read")
         page.click("#confirm")  # counts that are called rad/s are doubted
         for asked, leave in (
-            (2, lambda: page.select_option("#axis", index=1)),
-            (4, lambda: page.click("#close")),
+            (1, lambda: page.select_option("#axis", index=1)),
+            (2, lambda: page.click("#close")),
         ):
             # they are under way, and the page waits
             until(page, lambda asked=asked: len(late) == asked)
@@ -234,9 +233,10 @@ class Logs(Visiting):
         page = self.page(self.open())
         refused = []
         page.on("response", lambda answer: answer.status >= 400 and refused.append(answer.url))
-        for what in ("stretch", "against", "spectrogram"):
+        for what, name in (("stretch", "where"), ("against", "columns"), ("axes", "sheet")):
             held = held_back(page, f"**/api/{what}*")
             page.set_input_files("#file", str(self.folder / "flight.csv"))
+            page.click(f"#tab-{name}")
             until(page, lambda held=held: held)
             page.click("#close")
             expect(page.locator("#file")).to_be_visible()
@@ -358,6 +358,9 @@ class Door(Visiting):
             )
         self.assertEqual([name for name, _ in names], ["rec.csv", "rec-2.csv", "rec.csv"])
         self.assertEqual(names[0], names[2])
+        recent = bench.act("close")[1]["recent"]  # the first page lists them, the newest first
+        self.assertEqual([one["name"] for one in recent], ["rec.csv", "rec-2.csv"])
+        self.assertAlmostEqual(recent[0]["error"], names[0][1], places=6)
         first.write_bytes(second.read_bytes())
         (self.folder / "davarlab-files/rec.csv").write_bytes(second.read_bytes())
         done = run("open", "--no-browser", self.folder / "davarlab-files/rec.csv")

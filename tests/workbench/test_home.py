@@ -8,7 +8,7 @@ import re
 import unittest
 
 from playwright.sync_api import expect
-from visiting import FIRST, Visiting, run, until
+from visiting import FIRST, Visiting, export, run, tab, unfold, until
 
 RAMP = '[[effect]]\nkind = "rate_ramp"\ncoefficient_deg_per_h2 = 2000.0\n'
 KALIBR = (
@@ -41,12 +41,14 @@ class Home(Visiting):
         page.set_input_files("#held-file", two)
         expect(page.locator("#held-name")).to_have_text("two.csv")
         expect(page.locator("#held-out-error")).to_contain_text("floor")
+        tab(page, "held")
+        expect(page.locator("#held-steps tbody tr")).to_have_count(1)
         told = json.loads(
             run("improve", one, "-m", self.saved(bench), "--held-out", two, "--json").stdout
         )["steps"][0]
         shown = bench.ask("held_out")[1]
         self.assertAlmostEqual(shown["error"] / told["error_held_out"], 1, places=9)
-        self.assertIn(str(float(f"{shown['error']:.3g}")), page.inner_text("#held-out-error"))
+        self.assertIn(f"{shown['error']:.3f}", page.inner_text("#held-out-error"))
         self.shot(page, "held-out")
         self.assert_quiet()
         page.close()
@@ -56,6 +58,7 @@ class Home(Visiting):
         page.route(re.compile("/api/(held_out|sight)"), lambda route: late.append(route))
         page.reload()
         until(page, lambda: late)
+        tab(page, "where")
         page.fill("#from", "0")
         page.fill("#to", "300")
         page.click("#alone")
@@ -73,6 +76,8 @@ class Home(Visiting):
         page.set_input_files("#held-file", wrong)
         expect(page.locator("#error")).to_contain_text("gyro_z_dps")
         expect(page.locator("#held-name")).to_have_text("two.csv")
+        page.click("#error-close")
+        tab(page, "held")
         page.click("#let-go")
         expect(page.locator("#held-name")).to_have_text("")
         self.complaints = [
@@ -97,7 +102,9 @@ class Home(Visiting):
         expect(page.locator("#held-out-error")).to_contain_text("floor")
         page.select_option("#axis", "gyro_x_dps")
         expect(page.locator("#held-out-error")).to_contain_text("no column gyro_x_dps")
-        expect(page.locator("#axes .main-svg").first).to_be_visible()  # the last of the charts
+        for name in ("where", "spectrum", "columns", "sheet", "held"):  # every chart
+            tab(page, name)
+        expect(page.locator("#axes svg")).to_be_attached()
         expect(page.locator("#let-go")).to_be_visible()
         two.unlink()
         (self.folder / "davarlab-files/two.csv").unlink()
@@ -137,11 +144,10 @@ class Home(Visiting):
             bench.act("set", place=place, parameters={name: factor * best[place]})
             by_hand = bench.ask("step")[1]
             page = self.page(bench)
+            unfold(page, by_hand["cards"][place]["kind"])
             page.get_by_label(f"hold {by_hand['cards'][place]['name']}").check()
             page.click("#refit")
-            expect(page.locator(".steps button[aria-current=step]")).to_contain_text(
-                "fitted around"
-            )
+            expect(page.locator(".tread title").last).to_contain_text("Fitted around")
             around = bench.ask("step")[1]
             values = [card["parameters"][0]["value"] for card in around["cards"]]
             self.assertEqual(values[place], by_hand["cards"][place]["parameters"][0]["value"])
@@ -171,7 +177,7 @@ class Home(Visiting):
         bench = self.open(recording)
         page = self.page(bench)
         with page.expect_download() as saved:
-            page.click("#report")
+            export(page, "report")
         mine, theirs = saved.value.path().read_text(), self.folder / "theirs.html"
         self.assertIn(
             run("compare", recording, "-m", self.saved(bench), "--report", theirs).returncode,
@@ -187,11 +193,23 @@ class Home(Visiting):
             self.assertTrue(
                 math.isclose(float(shown), float(told), rel_tol=1e-5), (key, shown, told)
             )
+        tab(page, "where")
         page.fill("#from", "100")
         page.fill("#to", "500")
         page.click("#alone")
         expect(page.locator("#sights option")).to_have_count(2)
         self.assertEqual(bench.ask("report")[0], 400)
+
+    def test_the_files_for_other_programs_are_those_of_the_terminal(self):
+        bench = self.open(self.made("one", 30, effects=""))
+        model = self.saved(bench)
+        for what in ("kalibr", "px4", "ardupilot", "ros", "plan"):
+            theirs = self.folder / f"{what}.h"
+            done = run("export", model, "--to", what, "-o", theirs)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            status, mine = bench.request(f"/api/save?what={what}")
+            self.assertEqual(status, 200, mine)
+            self.assertEqual(mine, theirs.read_text().replace(str(model), "model.toml"), what)
 
     def test_a_kalibr_file_is_a_data_sheet(self):
         page, late = self.page(self.open(self.made("one", 25))), []
@@ -199,6 +217,7 @@ class Home(Visiting):
             re.compile("/api/axes"), lambda route: route.continue_() if late else late.append(route)
         )
         page.reload()
+        page.click("#tab-sheet")
         sheet, hostile = self.folder / "imu.yaml", self.folder / "hostile.yaml"
         sheet.write_text(KALIBR)
         page.set_input_files("#kalibr", sheet)
@@ -211,8 +230,10 @@ class Home(Visiting):
         )
         until(page, lambda: late)  # who is quick has a data sheet before the axes have come
         late[0].continue_()
-        expect(page.locator("#axes .main-svg").first).to_be_visible()
+        expect(page.locator("#axes")).to_contain_text("data sheet")
         expect(page.locator("#error")).to_be_hidden(timeout=2000)
+        tab(page, "fit")
+        expect(page.locator("#deviation")).to_contain_text("data sheet")
         for text, words in (
             ("!!python/object/apply:os.system ['touch hacked']", "not YAML"),
             ("a: [", "not YAML"),

@@ -4,6 +4,7 @@ to a file; stopping, ending and wrong sources.
 
 import csv
 import io
+import json
 import random
 import re
 import signal
@@ -62,12 +63,12 @@ class Live(Visiting):
             1,
             delta=1e-3,
         )
-        expect(page.locator("#live-surface .heatmaplayer image")).to_have_count(1)
+        expect(page.locator("#live-surface image")).to_have_count(1)
         self.shot(page, "live")
         shown = bench.ask("live")[1]["rows"]
         self.assertEqual([row["epoch"] for row in shown], sorted(truth)[-len(shown) :])
         self.assertEqual(
-            page.evaluate("document.getElementById('live-chart').data[2].y"),
+            json.loads(page.get_attribute("#live-chart", "data-arw")),
             [row["arw_deg_per_sqrt_h"] for row in shown],
         )
         for row in shown:
@@ -140,20 +141,24 @@ class Live(Visiting):
                         found[name][t] / float(last[f"{column}_{m}"]), 1, delta=2e-3, msg=(name, m)
                     )
         # What is drawn is that, on an axis with all sizes, in units of time.
-        drawn = page.evaluate(
-            """() => { const {data, layout} = document.getElementById('live-curve');
-            return {x: data[1].x, y: data[1].y, up: data[1].error_y.array, fitted: data[0].y,
-                    marks: layout.xaxis.ticktext, range: layout.xaxis.range}; }"""
-        )
-        self.assertEqual((drawn["x"], drawn["y"]), (found["tau_s"], found["adev"]))
-        self.assertEqual(drawn["fitted"], found["fitted"])
-        for adev, high, up in zip(found["adev"], found["high"], drawn["up"]):
-            self.assertAlmostEqual(up, 0 if high is None else high - adev)
-        self.assertEqual(drawn["marks"], ["1 s", "10 s", "1 min", "10 min", "1 h", "6 h"])
-        self.assertLess(10 ** drawn["range"][0], found["tau_s"][0])
-        self.assertGreater(10 ** drawn["range"][1], found["tau_s"][-1])
+        there = [i for i, value in enumerate(found["adev"]) if value is not None]
+        points = page.locator("#live-curve circle")
+        expect(points).to_have_count(len(there))
+        for place, i in enumerate(there):
+            expect(points.nth(place).locator("title")).to_contain_text(
+                "no interval" if found["low"][i] is None else "95 %"
+            )
+        height = [float(points.nth(place).get_attribute("cy")) for place in range(len(there))]
+        for a, b in zip(there, there[1:]):  # a logarithmic axis, upwards
+            moved = height[there.index(b)] - height[there.index(a)]
+            self.assertEqual(found["adev"][a] > found["adev"][b], moved > 0)
+        marks = page.locator("#live-curve .mark").all_text_contents()
+        self.assertEqual(marks, ["1 s", "10 s", "1 min", "10 min", "1 h", "6 h"])
+        ends = json.loads(page.get_attribute("#live-curve", "data-range"))
+        self.assertLess(ends[0], found["tau_s"][0])
+        self.assertGreater(ends[1], found["tau_s"][-1])
         expect(page.locator("#live-terms")).to_contain_text("RRW")
-        chart = page.locator("#live-chart .main-svg").first.bounding_box()
+        chart = page.locator("#live-chart svg").bounding_box()
         self.assertLessEqual(chart["x"] + chart["width"], 1280)
         for seconds, words in (
             (2e-6, "2 µs"),
@@ -214,9 +219,7 @@ class Live(Visiting):
                     row[name] / float(wanted[name]), 1, delta=1e-5, msg=(name, row["epoch"])
                 )
             self.assertAlmostEqual(row["dispersion"], float(wanted["dispersion"]), delta=0.006)
-        self.assertEqual(
-            len(page.evaluate("document.getElementById('live-chart').data[3].x")), len(told)
-        )
+        self.assertEqual(int(page.get_attribute("#live-chart", "data-alarms")), len(told))
 
     def test_why_there_is_no_angle_random_walk(self):
         recording, source, smooth = self.folder / "smooth.csv", random.Random(1), 0.0
@@ -265,7 +268,8 @@ class Live(Visiting):
         page.click("#freeze")
         expect(page.locator("#live-epoch")).not_to_have_text(frozen)
         page.click("#tutorial")  # a recording beside it
-        expect(page.locator("#error-value")).to_be_visible()
+        expect(page.locator("#headline h1")).to_be_visible()
+        page.click("#tab-live")
         expect(page.locator("#live")).to_be_visible()
         self.assertEqual(
             bench.act("listen", source="elsewhere")[0], 400
@@ -315,8 +319,9 @@ class Live(Visiting):
             before = page.get_attribute("#live", "data-count") or ""
             expect(page.locator("#live")).not_to_have_attribute("data-count", before)
         page.click("#diagnose")
-        expect(page.locator("#error-value")).to_be_visible()
+        expect(page.locator("#headline h1")).to_be_visible()
         ranked(page)  # a diagnosis
+        page.click("#tab-live")
         expect(page.locator("#live")).to_be_visible()
         self.shot(page, "frozen")
         frozen = self.folder / "davarlab-files/frozen.csv"

@@ -243,7 +243,7 @@ class Plan(Visiting):
         page.click("#tutorial")  # a fit
         ranked(page)
         self.assertEqual(bench.ask("all")[0], 200)
-        page.click("#view-plan")
+        page.click("#tab-plan")
         hold.unlink()
         self.settled(page)
         self.assert_as_printed(page)
@@ -301,7 +301,7 @@ class Plan(Visiting):
         self.assertEqual(len(bench.ask("all")[1]["steps"]), 1)
         page.click("#view-model")
         ranked(page)
-        width = "document.querySelector('#deviation .main-svg').getBoundingClientRect().width"
+        width = "document.querySelector('#deviation svg').getBoundingClientRect().width"
         room = "document.querySelector('#deviation').getBoundingClientRect().width"
         until(page, lambda: abs(page.evaluate(width) - page.evaluate(room)) < 2)
         self.assert_quiet()

@@ -174,15 +174,40 @@ class Visiting(unittest.TestCase):
 
 
 def ranked(page, kind=None):
-    """Waits until the candidates are there; the button of one of them."""
-    expect(
-        page.locator(f"button.candidate{f'[data-kind={kind}]' if kind else ''}").first
-    ).to_be_visible()
-    return page.locator(f"button.candidate{f'[data-kind={kind}]' if kind else ''}").first
+    """Waits until the candidates are there; the button of one of them, of the best one without a
+    kind.
+    """
+    button = page.locator(f"#next button.candidate{f'[data-kind={kind}]' if kind else ''}").first
+    expect(button).to_be_attached()
+    if not button.is_visible():  # among those that explain less
+        page.locator("#more summary").click()
+    expect(button).to_be_visible()
+    return button
+
+
+def tab(page, name):
+    """Shows one of the tabs over the chart, and waits until it is drawn."""
+    page.click(f"#tab-{name}")
+    expect(page.locator(f"#panel-{name}")).to_have_attribute("aria-busy", "false")
+
+
+def export(page, what):
+    """Chooses an entry of the menu of exports."""
+    page.click("#export")
+    page.click(f"#{what}")
 
 
 def error(page):
-    return float(page.inner_text("#error-value"))
+    """The error of a step at rest: while one is animated, its number is marked as approximate."""
+    expect(page.locator("#gauge")).not_to_contain_text("≈")
+    return float(page.text_content("#error-value"))
+
+
+def unfold(page, kind):
+    """Shows the other values of an effect, and what can be done with it."""
+    fold = page.locator(f".effect[data-kind={kind}] .fold")
+    if fold.get_attribute("aria-expanded") == "false":
+        fold.click()
 
 
 def until(page, happened):

@@ -88,13 +88,12 @@ def main() -> None:
             text=True,
             stdout=subprocess.PIPE,
         )
-        page = browser.new_page(viewport={"width": 1400, "height": 1560})
+        page = browser.new_page(viewport={"width": 1280, "height": 720})
         page.set_default_timeout(120_000)
         assert server.stdout
         page.goto(server.stdout.readline().strip())
         page.click("#tutorial")
-        page.wait_for_selector("button.candidate")
-        page.wait_for_selector("#axes .main-svg")  # the last chart
+        page.wait_for_selector(".card:nth-of-type(3) .to:has-text('→')")  # the last error foreseen
         page.mouse.move(0, 0)
         (ROOT / "docs/workbench.png").write_bytes(packed(page.screenshot()))
         browser.close()

@@ -152,6 +152,8 @@ class Bench:
         self.squares: dict[Key, float] = {}  # their mean squares
         # Size of noise that is there and is not fitted.
         self.held: list[tuple[Part, float]] = []
+        # Called before each fit that is not known yet; may raise, to give it up.
+        self.between: Callable[[], None] = lambda: None
         # What was last worked out of a fit, and of which: as long as the record each.
         self.latest: dict[str, tuple[Fit, Floats]] = {}
 
@@ -165,6 +167,12 @@ class Bench:
         """The same with another gyro record; what is known of the columns is kept."""
         other = self.on(y, self.data.with_gyro(y))
         other.decoded, other.squares = dict(self.decoded), dict(self.squares)
+        return other
+
+    def asking(self, between: Callable[[], None]) -> "Bench":
+        """The same, with `between` called before each fit."""
+        other = copy.copy(self)
+        other.between = between
         return other
 
     def resolving(self, parts: Sequence[Part]) -> "Bench":
@@ -284,6 +292,7 @@ class Bench:
         from."""
         asked = tuple(part.key for part in parts), restricted
         if asked not in self.data.fits:
+            self.between()
             self.data.work.fits += 1
             self.data.fits[asked] = maximise(
                 self.data,

@@ -97,6 +97,31 @@ def adequacy(judgement: Judgement) -> str:
     return error
 
 
+def headline(
+    judgement: Judgement, duration_s: float, first: bool, known: bool = True
+) -> tuple[str, str, str]:
+    """The verdict in one line: (words, the words that it stresses, words). first: is this the
+    model before any step. A refit can widen the largest deviation while the error falls, so a later
+    step names only its place. known: does any known effect explain what is left."""
+    if judgement.spoiled_by == plausible.KIND:
+        return "The recording is", "implausible", ""
+    if judgement.spoiled_by:
+        return "The samples are", "not what the sensor measures", ""
+    worst = judgement.largest or judgement.farthest
+    if not judgement.testable or worst is None:
+        return "The recording is", "too short", "to test a model"
+    if judgement.adequate:
+        return "The model", "fits", "" if judgement.adequacy == "statistical" else "within 5 %"
+    if not known:
+        return "Something is missing that", "no known effect", "explains"
+    start, stop, tau = worst["start_s"], worst["stop_s"], words.brief(worst["tau_s"])
+    part = f", from {words.brief(start)} to {words.brief(stop)}"
+    where = part if stop - start < 0.99 * duration_s else ""
+    if not first:
+        return "The remaining misfit is at", tau, where
+    return "The model is off by", words.away(worst["ratio"]), f"at {tau}{where}"
+
+
 def confirmed(judgement: Judgement) -> str:
     """Up to which averaging time a fit is shown (7.3)."""
     return (

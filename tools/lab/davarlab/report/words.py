@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from .. import axes
@@ -29,6 +29,20 @@ UNITS = ("dps", "s", "hz", "hour", "per")
 
 def name(kind: str) -> str:
     return NAMES.get(kind, kind.replace("_", " "))
+
+
+def title(kind: str, parameters: Mapping[str, Any]) -> str:
+    """The name of one effect, with the number or the column that tells it from others of its
+    kind."""
+    if kind == "sinusoid":
+        return f"line at {number(parameters['frequency_hz'], 3)} Hz"
+    if kind == "narrow_band":
+        return f"narrow band at {number(parameters['frequency_hz'], 3)} Hz"
+    if kind == "temperature":
+        return "follows temp_degC"
+    if kind == "follows":
+        return f"follows {parameters['column']}"
+    return name(kind)
 
 
 def listed(kinds: Iterable[Any], shown: Callable[[Any], str] = name, joint: str = " and ") -> str:
@@ -164,8 +178,20 @@ def seconds(value: float) -> str:
     )
 
 
+def brief(value: float) -> str:
+    """A time of two digits, in s, min or h."""
+    size, unit = (1, "s") if value < 120 else (60, "min") if value < 7200 else (3600, "h")
+    return f"{number(value / size, 2)} {unit}"
+
+
 def factor(ratio: float) -> str:
     return f"{max(ratio, 1 / max(ratio, 1e-9)):.3g}"
+
+
+def away(ratio: float) -> str:
+    """How far a ratio is from 1, up or down alike."""
+    far = max(ratio, 1 / max(ratio, 1e-9))
+    return f"{far:.1f}\N{MULTIPLICATION SIGN}" if far >= 1.1 else f"{100 * (far - 1):.2g} %"
 
 
 def times(ratio: float) -> str:

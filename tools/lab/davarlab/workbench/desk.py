@@ -33,6 +33,7 @@ KEPT = 6  # outcomes in memory
 SET = "as set"  # of an outcome whose values stand as somebody set them
 HELD = ("spectrum", "mean", "filter")  # what can be held while the rest is fitted
 ROWS = 5  # of a log, to look at
+PICTURE = 500  # points of a column of it
 
 Errors = tuple[float, float] | tuple[None, None]  # an error and its floor, where there is one
 
@@ -88,6 +89,19 @@ def preview(
             [float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))
         ],
         "units": guess.UNITS,
+        "plot": [picture(column) for column in columns.values()],
+    }
+
+
+def picture(column: Floats) -> Json:
+    """A column as it is logged, thinned so that no extreme is lost, and the standard deviation of
+    its white noise, from differences of neighbours."""
+    edges = np.linspace(0, len(column), min(PICTURE, len(column)), endpoint=False).astype(int)
+    steps = np.diff(column)
+    return {
+        "low": np.minimum.reduceat(column, edges).tolist(),
+        "high": np.maximum.reduceat(column, edges).tolist(),
+        "noise": float(np.sqrt(np.mean(steps**2) / 2)) if len(steps) else 0.0,
     }
 
 
@@ -279,13 +293,16 @@ class Desk:
         )
         return Candidate(part.kind, part, 0.0, 0.0)
 
-    def with_candidate(self, text: str, candidate: Candidate, progress: Progress) -> Outcome:
-        """The model with a candidate, all refitted."""
-        state = state_of.judged(
-            state_of.joined(
-                self.of(text, True, progress).fitted, candidate.part, candidate.replaces
-            )
-        )
+    def with_candidate(
+        self, text: str, candidate: Candidate, progress: Progress, between: Callable[[], None]
+    ) -> Outcome:
+        """The model with a candidate, all refitted; `between` is called before each fit, and may
+        raise."""
+        fitted = self.of(text, True, progress).fitted
+        asking = replace(fitted, bench=fitted.bench.asking(between))
+        state = state_of.joined(asking, candidate.part, candidate.replaces)
+        between()
+        state = state_of.judged(replace(state, bench=state.bench.asking(lambda: None)))
         model, entries = improve.fitted_model(
             state, models.Model(self.recording.rate_hz, self.column)
         )

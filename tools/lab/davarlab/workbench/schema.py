@@ -22,8 +22,9 @@ Positive = Annotated[float, Field(allow_inf_nan=False, gt=0, le=1e100)]
 Place = Annotated[int, Field(ge=0, lt=1 << 31)]  # in a list: of an effect, a candidate, a step
 Text = Annotated[str, Field(max_length=4096), AfterValidator(without_nul)]
 FilePath = Annotated[str, Field(min_length=1, max_length=4096), AfterValidator(without_nul)]
+MARKUP = "<>&%{}"
 Words = Annotated[
-    str, Field(max_length=4096, pattern=r"^[^<>&%{}\x00-\x1f\x7f]*$")
+    str, Field(max_length=4096, pattern=rf"^[^{MARKUP}\x00-\x1f\x7f]*$")
 ]  # of a step, which a page shows: no markup
 Stretch = tuple[Number, Number]
 Values = Annotated[
@@ -144,12 +145,13 @@ class Report(OfStep):
 
 
 class Save(Report):
-    what: Literal["toml", "h"]
+    what: Literal["toml", "h", "plan", "kalibr", "px4", "ardupilot", "ros"]
 
 
 class StretchRequest(Given):
     start_s: Number
     stop_s: Number
+    every: bool = False
 
 
 class Spectrogram(Given):

@@ -4,7 +4,6 @@ computes, every change told to all tabs."""
 import argparse
 import asyncio
 import contextlib
-import importlib.util
 import os
 import secrets
 import signal
@@ -15,7 +14,7 @@ import threading
 import webbrowser
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +41,12 @@ SERVED = {
 HOST = "127.0.0.1"
 LARGEST_DROP, LARGEST_REQUEST = 1 << 31, 4 << 20
 PLANS = 2  # at once: the newest does not wait for the one before it
-TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
+TYPES = {
+    ".html": "text/html",
+    ".css": "text/css",
+    ".js": "text/javascript",
+    ".json": "application/json",
+}
 POLICY = (
     "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
     "data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
@@ -50,22 +54,11 @@ POLICY = (
 )
 # The sandbox leaves out allow-popups. Without allow-forms no form of the page would hear that it
 # was submitted, and its dialogs would not close; none may be sent anywhere: form-action.
-CLOUD = b"https://cloud.plotly.com/newchart"  # where Plotly's "Share chart" would send the data
 HEADERS = {
     "Content-Security-Policy": POLICY,
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
-
-
-@cache
-def plotly() -> bytes:
-    """The charts' JavaScript out of the wheel of plotly, without the address to which "Share chart"
-    would send the data."""
-    found = importlib.util.find_spec("plotly")
-    assert found and found.origin
-    script = Path(found.origin).resolve().parent / "package_data/plotly.min.js"
-    return script.read_bytes().replace(CLOUD, b"")
 
 
 Work = Callable[[], Any]
@@ -119,12 +112,6 @@ class Server:
 
     async def page(self, request: Request) -> Response:
         name = request.path_params["name"]
-        if name == "plotly.min.js":
-            return Response(
-                plotly(),
-                media_type=TYPES[".js"],
-                headers=HEADERS | {"Cache-Control": "max-age=3600"},
-            )
         if name not in SERVED:
             return PlainTextResponse("no such file", 404)
         return self.file(SERVED[name])

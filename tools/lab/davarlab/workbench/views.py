@@ -7,6 +7,7 @@ import numpy as np
 from scipy import signal, stats
 
 from ..arrays import Floats
+from ..candidates import identifiable
 from ..candidates.candidate import Candidate
 from ..data.recording import Recording
 from ..diagnosis import (
@@ -31,9 +32,16 @@ from .desk import Desk, Outcome
 
 LINES = 400  # points of a spectrum
 ENVELOPE = 1200  # of a record
+COLUMNS = 5  # beside the gyro
 PIECES, ROWS = 64, 60  # of a spectrogram
 HANN = 0.375  # mean square of its window
 CLOUD = 800  # of a column against another
+# Kinds of the same physics, which stand on one card of the page.
+FAMILY = {
+    **dict.fromkeys(identifiable.HEAT, "heat"),
+    **dict.fromkeys(("sinusoid", "narrow_band", "intermittent_line", "drifting_line"), "line"),
+    **dict.fromkeys(("gauss_markov", "telegraph_noise"), "slow noise"),
+}
 SHEET = ("angle_random_walk", "bias_instability", "rate_random_walk")  # what a data sheet gives
 
 
@@ -102,7 +110,9 @@ def failure_map(state: State) -> list[Json]:
 
 def spectrum(state: State) -> Json:
     """Density of the record beside the model's, deg/s/sqrt(Hz), and the largest ordinate of each
-    group of frequencies, with its own frequency."""
+    group of frequencies, with its own frequency. Ratios of measured to model: of each group, with
+    the 95 % range of a true model, and of each largest ordinate, with the ratio that a true model
+    exceeds anywhere in one record out of a hundred."""
     data, fit = state.bench.data, state.fit
     energy = data.without(np.zeros(0), []) ** 2
     level = data.at_ordinates(fit.level)
@@ -117,12 +127,20 @@ def spectrum(state: State) -> Json:
     peaks = np.array(
         [start + int(np.argmax(energy[start:stop])) for start, stop in zip(starts, edges[1:])]
     )
+    over = energy / level
+    low, high = (np.sqrt(stats.chi2.ppf(p, counts) / counts) for p in (0.025, 0.975))
+    chance = stats.chi2.isf(CHANCE.family_wise / len(energy), 1)
     return {
         "f_hz": mean(data.f).tolist(),
         "measured": np.sqrt(mean(energy) / rate).tolist(),
         "peak_hz": data.f[peaks].tolist(),
         "peak": np.sqrt(energy[peaks] / rate).tolist(),
         "model": np.sqrt(mean(level) / rate).tolist(),
+        "ratio": np.sqrt(mean(over)).tolist(),
+        "low": low.tolist(),
+        "high": high.tolist(),
+        "peak_ratio": np.sqrt(over[peaks]).tolist(),
+        "peak_chance": float(np.sqrt(chance)),
     }
 
 
@@ -147,6 +165,7 @@ def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Jso
         "place": place,
         "kind": term.kind,
         "name": words.name(term.kind),
+        "title": words.title(term.kind, term.parameters),
         "physics": effect.physics,
         "parameters": rows,
         "loss": taken and taken[0],
@@ -172,10 +191,19 @@ def losses(outcome: Outcome) -> list[tuple[float, float] | None]:
     return found
 
 
-def model(outcome: Outcome, recording: Recording) -> Json:
-    """A step as the page shows it."""
+def headline(outcome: Outcome, first: bool, known: bool = True) -> Json:
+    """The verdict in one line, in three pieces, the second of which is stressed."""
+    data = outcome.state.bench.recording
+    judgement, duration_s = outcome.state.judgement, data.samples / data.rate_hz
+    return {"headline": verdict.headline(judgement, duration_s, first, known)}
+
+
+def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
+    """A step as the page shows it. first: does it have no step before it."""
     judgement = outcome.state.judgement
     return {
+        **headline(outcome, first),
+        "worst": judgement.largest or judgement.farthest,
         "cards": [card(outcome, place, taken) for place, taken in enumerate(losses(outcome))],
         "deviation": deviation(outcome, recording),
         "map": failure_map(outcome.state),
@@ -189,6 +217,11 @@ def model(outcome: Outcome, recording: Recording) -> Json:
             one.plain() | {"said": verdict.observation(one)} for one in outcome.state.seen
         ],
         "notes": evidence.notes(recording, outcome.model),
+        "not_noise": [
+            words.title(term.kind, term.parameters)
+            for term in outcome.model.terms
+            if part_of(term).role != "spectrum"
+        ],
     }
 
 
@@ -210,23 +243,28 @@ def nothing_found(outcome: Outcome, recording: Recording, ranked: Sequence[Candi
 
 def candidates(ranked: Sequence[Candidate]) -> list[Json]:
     """The ranking as a list to choose from; `note`: how to confirm the first one, or how to tell
-    another one from it."""
+    another one from it; `leader`: the place of the best one that this recording hardly tells from
+    it, or that is of the same physics."""
     alike = {one.kind: one.confirm for one in search.close_ones(ranked)}
     notes = {}
     if search.significant(ranked):
         first = ranked[0].kind
         notes = {**alike, first: f"To confirm: {table.find(first).confirm}"}
+    leaders: dict[str, int] = {}
     return [
         {
             "place": place,
             "kind": c.kind,
             "name": words.name(c.kind),
+            "title": words.title(c.kind, c.part.shape),
+            "leader": leaders.setdefault(FAMILY.get(c.kind, c.kind), place),
             "gain": c.gain,
             "log_p": c.log_p,
             "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)),
             "alike": c.kind in alike,
             "note": notes.get(c.kind),
             "why": evidence.why(c, None),
+            "physics": c.part.effect.physics,
             "confirm": table.find(c.kind).confirm,
         }
         for place, c in enumerate(ranked)
@@ -255,11 +293,14 @@ def densities(
     )
 
 
-def stretch(desk: Desk, start_s: float, stop_s: float) -> Json:
-    """What is in a stretch of the record: the gyro, the temperature, the spectrum."""
+def stretch(desk: Desk, start_s: float, stop_s: float, every: bool = False) -> Json:
+    """What is in a stretch of the record: the gyro, the temperature or every column, the
+    spectrum."""
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
     f, density = densities(gyro[None, int(start_s * rate) : int(stop_s * rate)], rate, 1, LINES)
-    columns = [desk.column] + [name for name in ("temp_degC",) if name in desk.recording.columns]
+    others = [name for name in desk.recording.columns if name not in ("time_s", desk.column)]
+    shown = others[:COLUMNS] if every else [name for name in others if name == "temp_degC"]
+    columns = [desk.column, *shown]
     return {
         "start_s": start_s,
         "stop_s": stop_s,

@@ -1,155 +1,190 @@
 // The page draws the server's results and sends the user's actions. It computes no result that the terminal prints.
-import { ask, download, drop, listen, recall } from "/page/api.js";
-import { add, partly, rank } from "/page/parts/candidates.js";
-import { draggable } from "/page/drag.js";
-import * as charts from "/page/charts.js";
-import { closer, look, record, sights, worst } from "/page/parts/closer.js";
+import { ask, drop, listen, recall } from "/page/api.js";
+import * as curve from "/page/curve.js";
+import * as head from "/page/parts/head.js";
+import * as intake from "/page/parts/intake.js";
 import * as landing from "/page/parts/landing.js";
-import { heard, live } from "/page/parts/live.js";
-import { planning } from "/page/parts/plan.js";
-import { acting, at, change, changed, dead, doing, leaving, newest, now, say, shownBy, stale } from "/page/now.js";
-import * as stack from "/page/parts/stack.js";
-import { falling, timeline } from "/page/parts/timeline.js";
-import { element, fill, number } from "/page/words.js";
+import * as menu from "/page/parts/menu.js";
+import * as model from "/page/parts/model.js";
+import { add, partly, rank } from "/page/parts/next.js";
+import * as steps from "/page/parts/steps.js";
+import * as columns from "/page/tabs/columns.js";
+import * as fit from "/page/tabs/fit.js";
+import * as held from "/page/tabs/held.js";
+import * as live from "/page/tabs/live.js";
+import { planning, view as plan } from "/page/tabs/plan.js";
+import * as sheet from "/page/tabs/sheet.js";
+import * as spectrum from "/page/tabs/spectrum.js";
+import * as tabs from "/page/tabs/tabs.js";
+import * as where from "/page/tabs/where.js";
+import { other } from "/page/theme.js";
+import { at, change, changed, doing, leaving, now, say, shownBy, stale } from "/page/now.js";
+import { duration, element, fill, number } from "/page/words.js";
 
-const OF_A_STEP = ["refit", "save", "save-h", "report"]; // buttons
-const LATER = ["falling", "residual", "map", "spectrum", "record", "against", "spectrogram"]; // charts drawn after the others
+const STEP_MS = 900; // of the animation of a step
+const stills = matchMedia("(prefers-reduced-motion: reduce)");
+
+tabs.build([{ id: "fit", title: "Fit", build: fit.build, draw: fit.draw, zoom: fit.zoom }, { id: "where", title: "Where", build: where.build, draw: where.draw, zoom: () => {} },
+  { id: "spectrum", title: "Spectrum", build: spectrum.build, draw: spectrum.draw, zoom: spectrum.zoom }, { id: "columns", title: "Columns", build: columns.build, draw: columns.draw, zoom: () => {} },
+  { id: "sheet", title: "Data sheet", build: sheet.build, draw: sheet.draw, zoom: () => {} }, { id: "held", title: "Hold-out", build: held.build, draw: held.draw },
+  { id: "live", title: "Live", build: live.build, draw: live.draw }, { id: "plan", title: "Plan", leaves: () => plan(true) }]);
+
+const opened = { drop: (file) => doing(`Reading ${file.name}`, async () => { try { await drop(file); } finally { await refresh(); } }),
+  open: ({ path, sensor }) => change("Opening the session", "open", sensor ? { path, sensor } : { path }),
+  listen: (source) => change(`Listening to ${source}`, "listen", { source }), tutorial: () => change("Opening the tutorial", "tutorial"), close: () => leaving("", "close"),
+  names: (names) => change("Reading the columns by these names", "names", { names }),
+  sensor: (name) => change(`Reading ${name} and fitting a first model`, "sensor", { name }),
+  read: (columns, rate_hz, as_recorded) => change("Reading the recording and fitting a first model", "read", { columns, rate_hz, as_recorded }) };
 
 async function refresh() {
   const turn = ++now.turn;
   recall();
   now.all = await ask("all");
-  live(now.all).catch(() => {});
-  if (now.all.recording && now.all.state !== now.view?.state) stale(true);
-  at("landing").hidden = Boolean(now.all.recording);
-  at("bench").hidden = !now.all.recording || !now.view; // show nothing of a closed recording
-  at("close").hidden = !now.all.recording;
-  at("axis-label").hidden = !now.all.recording;
-  if (!now.all.recording) for (const id of [...OF_A_STEP, "undo", "redo"]) at(id).disabled = true;
-  at("recording").textContent = now.all.recording ? `${now.all.recording.split("/").at(-1)}: ${now.all.samples} samples${now.all.missing ? ` (${now.all.missing} missing in ${now.all.gaps} gaps)` : ""}, ${number(now.all.rate_hz, 6)} Hz` : "";
-  if (!now.all.recording) {
-    now.view = now.found = null;
-    const actions = { drop: (file) => doing(`reading ${file.name}`, async () => { await drop(file); await refresh(); }),
-      listen: (source) => change(`listening to ${source}`, "listen", { source }), tutorial: () => change("opening the tutorial recording", "tutorial"), close: () => leaving("", "close"),
-      names: (names) => change("reading the columns by these names", "names", { names }),
-      sensor: (name) => change(`reading ${name} and fitting a first model`, "sensor", { name }),
-      read: (columns, rate_hz, as_recorded) => change("reading the recording and fitting a first model", "read", { columns, rate_hz, as_recorded }) };
-    landing[now.all.log?.sensors ? "sensors" : now.all.log ? "columns" : "first"](now.all, actions);
+  const open = Boolean(now.all.recording);
+  if (open && now.all.state !== now.view?.state) stale(true);
+  screen(open);
+  if (!open) {
+    now.view = now.found = now.before = now.cell = now.sheet = null;
+    welcome();
+    live.place();
+    live.live(now.all).catch(() => {});
     stale(false);
     return;
   }
+  live.place();
+  live.live(now.all).catch(() => {});
   fill("axis", ...now.all.gyros.map((name) => element("option", { value: name, selected: name === now.all.column }, name)));
   const next = await ask("step", { number: now.all.current });
   if (turn !== now.turn || next.state !== now.all.state) return; // the server reports the change in the meantime with an event
-  if (next.state !== now.view?.state) fill("cell");
-  now.view = next;
+  const before = now.view && now.of === identity() && next.state !== now.view.state ? now.drawn : null;
+  if (now.of !== identity()) now.cell = null;
+  now.of = identity();
+  [now.view, now.drawn] = [next, curve.atRest(next)];
   at("bench").hidden = false;
-  now.found = null;
-  await show(turn);
+  await draw(turn, before);
 }
 
-// Draws the charts that the user waits for first. rest() draws the others and stops if another step is selected.
-async function show(turn) {
-  for (const id of OF_A_STEP) at(id).disabled = false;
-  for (const id of LATER) if (at(id)) dead(id, true);
-  fill("peak");
-  verdict();
-  stack.draw(now.view, cards);
-  timeline();
-  charts.stopMoving();
-  draggable(await charts.deviation(now.view), now.view, cards);
-  if (turn !== now.turn) return;
-  heldOut();
-  rank(turn);
+const identity = () => JSON.stringify([now.all.recording, now.all.column, now.all.alone, now.all.cut]);
+
+function welcome() {
+  live.away();
+  if (now.all.log?.sensors) landing.sensors(now.all, opened);
+  else if (now.all.log) intake.columns(now.all, opened);
+  else landing.first(now.all, opened);
+}
+
+// What is on the screen: the bench of a recording, or the first page.
+function screen(open) {
+  document.body.classList.toggle("open", open);
+  at("landing").hidden = open;
+  at("bench").hidden = !open || !now.view; // show nothing of a closed recording
+  at("close").hidden = at("axis-label").hidden = !open;
+  if (!open) for (const id of ["undo", "redo", "export"]) at(id).disabled = true;
+  const { all } = now, missing = all.missing ? ` (${all.missing} missing in ${all.gaps} gaps)` : "";
+  at("close").title = open ? `${all.samples} samples${missing}, ${number(all.rate_hz, 6)} Hz. Open another recording` : "";
+  fill("recording", ...(open ? [all.recording.split("/").at(-1), element("span", { class: "soft" }, ` ${duration(all.duration_s)}, ${number(all.rate_hz, 6)} Hz${all.missing ? `, ${all.missing} missing` : ""}`)] : []));
+}
+
+// Draws a step. From the step before, what changed moves there.
+async function draw(turn, before) {
+  const target = now.drawn;
+  [now.found, now.answer, now.before, now.next] = [null, null, before, null];
+  at("export").disabled = false;
+  model.draw();
+  steps.undoing();
+  where.sights();
+  held.names();
+  head.headline();
+  await tabs.draw();
   stale(false);
-  rest(turn);
+  refocus();
+  held.error();
+  rank(turn);
+  if (before && !stills.matches) await moveTo(before, target, turn);
+  if (turn === now.turn) settle(target);
 }
 
-async function rest(turn) {
-  const { view } = now;
-  const drawn = [["falling", falling], [null, sights], ["residual", () => charts.residual(view)], ["map", () => charts.map(view, look)],
-    ["spectrum", () => charts.spectrum(view, (point) => peak(view, point))], ["record", record], [null, closer]];
-  for (const [id, draw] of drawn) {
-    await new Promise((done) => setTimeout(done));
-    if (turn !== now.turn) return;
-    try { await draw(); } catch { continue; } // an old chart stays dimmed
-    if (id && turn === now.turn) dead(id, false);
-  }
+function settle(target) {
+  now.animated = false;
+  now.drawn = target;
+  head.error();
+  fit.update(target);
+  steps.stairs();
 }
 
-function peak(view, point) {
-  const f_hz = view.spectrum.peak_hz[point.pointIndex], at_hz = `at ${number(f_hz, 6)} Hz`; // the peak of the clicked group of frequencies
-  const offer = (text, wide) => element("button", { onclick: () => acting(`adding a line ${at_hz}`, "line", { f_hz, wide }) }, text);
-  fill("peak", offer(`Add a sharp line ${at_hz}`, false), offer(`Add a line with a width ${at_hz}`, true));
+// A step moves curve, band, cells, bar, number and tread together.
+function moveTo(from, to, turn) {
+  now.animated = true;
+  return new Promise((done) => {
+    let started = null;
+    const tick = (time) => {
+      started ??= time;
+      const t = Math.min(1, (time - started) / STEP_MS), eased = t < 0.5 ? 4 * t ** 3 : 1 - (2 - 2 * t) ** 3 / 2;
+      if (turn !== now.turn || t >= 1) { done(); return; }
+      now.drawn = curve.between(from, to, eased);
+      head.error();
+      fit.update(now.drawn);
+      steps.stairs();
+      requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  });
 }
 
-function verdict() {
-  const place = fill("verdict",
-    element("div", { class: "figure" }, "error ", element("b", { id: "error-value" }, number(now.view.error)), ` (floor ${number(now.view.floor)})`),
-    element("div", { class: "said", id: "said" }, now.view.said),
-    element("div", { class: "figure" }, now.view.p_value === null ? "" : now.view.p_value < 1e-6 ? "p < 1e-6" : `p ${number(now.view.p_value, 2)}`),
-    element("div", { class: "figure", id: "held-out-error" }),
-    ...now.view.observations.map((one) => element("div", { class: "observation" }, one.said)), ...now.view.notes.map((note) => element("div", {}, note)));
-  place.className = now.view.adequacy;
+// The focus goes back to the control of the model that had it; that of a card goes on to the next step.
+function refocus() {
+  const label = now.left;
+  now.left = null;
+  if (label && document.activeElement === at("page")) document.querySelector(`#model [aria-label="${CSS.escape(label)}"]`)?.focus({ preventScroll: true });
 }
 
-// The error on the held-out recording, which is never used for fitting.
-async function heldOut() {
-  if (!now.all.held_out) return;
-  at("held-out-error").textContent = "held out …";
-  const { turn } = now;
-  let said;
-  try {
-    const { error, floor } = await ask("held_out", { number: now.view.number });
-    said = `held out ${number(error)} (floor ${number(floor)})`;
-  } catch (why) {
-    said = `held out: ${why.message}`;
-  }
-  if (turn === now.turn) at("held-out-error").textContent = said;
-}
-
-// The curve of a changed shape cannot be computed here by adding variances: the server sends it.
-const follow = newest(async (given, still) => {
-  const answer = await ask("preview", given);
-  if (still() && document.activeElement?.type === "range") charts.moving(answer.tau_s, answer.model);
+// A value that moves.
+let frame = 0;
+model.whenMoved((state) => {
+  now.drawn = state;
+  if (frame) return;
+  frame = requestAnimationFrame(() => {
+    frame = 0;
+    head.error();
+    fit.update(now.drawn);
+    steps.stairs();
+  });
 });
+steps.whenUncut(leaving);
 
-const cards = {
-  moved: (card, parameter, value) => {
-    const model = stack.withSize(now.view, card, parameter, value);
-    if (model) charts.moving(now.view.deviation.tau_s, model); else follow({ place: card.place, kind: card.kind, name: parameter.name, value, state: now.view.state });
-  },
-  released: (card, parameter, value) => acting(`testing ${parameter.name} = ${value}`, "set", { place: card.place, kind: card.kind, parameters: { [parameter.name]: value } }),
-  off: (card) => acting(`fitting without ${card.name}`, "remove", { place: card.place, kind: card.kind }),
-  on: (one, place) => acting(`fitting with ${one.kind.replaceAll("_", " ")} again`, "restore", { place, kind: one.kind }),
-};
-
-const keys = { u: () => at("undo").click(), r: () => at("redo").click(), f: () => at("refit").click(), s: () => at("save").click(),
-  w: () => now.view && !now.stale && worst(), "?": () => at("help").showModal() };
+const keys = { u: () => at("undo").click(), r: () => at("redo").click(), f: () => at("refit")?.click(), s: menu.saveModel, w: () => now.view && !now.stale && fit.worst(), "?": () => at("help").showModal() };
 
 document.addEventListener("keydown", (event) => {
-  if (event.target.matches("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (event.target.matches("input:not([type=range]), select, textarea") || event.altKey) return;
+  if (event.ctrlKey || event.metaKey) { if (event.key === "z" && now.view) { at("undo").click(); event.preventDefault(); } return; }
   if (planning() && event.key !== "?") return; // the other keys act on the model
   if (keys[event.key]) keys[event.key]();
   else if (/^[1-9]$/.test(event.key)) add(event.key - 1);
   else return;
   event.preventDefault();
 });
-at("axis").onchange = () => leaving(`analysing ${at("axis").value}`, "sight", { column: at("axis").value });
-at("refit").onclick = () => acting("fitting all values", "refit", { held: stack.held(now.view) });
-const home = (id, what, given, name) => { at(id).onclick = () => doing("writing the file", () => download(what, { ...given, state: now.view.state }, name)); };
-home("save", "save", { what: "toml" }, "model.toml");
-home("save-h", "save", { what: "h" }, "model.h");
-home("report", "report", {}, "report.html");
-at("close").onclick = () => leaving("", "close");
+
+// A file may be dropped anywhere.
+document.addEventListener("dragover", (event) => { event.preventDefault(); document.body.classList.add("over"); });
+document.addEventListener("dragleave", (event) => event.relatedTarget || document.body.classList.remove("over"));
+document.addEventListener("drop", (event) => {
+  event.preventDefault();
+  document.body.classList.remove("over");
+  if (event.dataTransfer.files[0]) opened.drop(event.dataTransfer.files[0]);
+});
+
+at("axis").onchange = () => leaving(`Analysing ${at("axis").value}`, "sight", { column: at("axis").value });
+at("close").onclick = opened.close;
 at("help-button").onclick = () => at("help").showModal();
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => now.view && show(now.turn));
+at("theme").onclick = other;
+at("error-close").onclick = () => { at("error").hidden = true; at("page").focus(); };
+new ResizeObserver(() => now.drawn && now.view && !at("bench").hidden && (head.error(), steps.stairs())).observe(at("staircase"));
 
 // Shown if the server does not answer: which steps are saved, and how to continue.
 function gone() {
   say("");
   stale(true);
-  const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s" : ""} listed below are saved in ${now.all.session}. An unfinished computation is lost. ` : "";
+  const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s are" : " is"} saved in ${now.all.session}. An unfinished computation is lost. ` : "";
   fill("gone", element("b", {}, "The workbench server does not answer. "), kept, "The page reconnects when the server answers. If the server has stopped, run ",
     element("code", {}, now.all?.again || "tools/davarlab open"), " and open the address that it prints.");
   at("gone").hidden = false;
@@ -159,6 +194,7 @@ shownBy(refresh);
 listen((event) => {
   if (event.progress) say(event.progress);
   if (event.candidates) partly(event);
-  if (event.live) heard(event.live);
+  if (event.live) live.heard(event.live);
   if (event.changed) changed(event.changed);
 }, gone, () => { at("gone").hidden = true; });
+if (location.hash.startsWith("#plan")) plan(true);

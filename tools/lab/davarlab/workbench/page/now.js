@@ -2,18 +2,25 @@
 import { act, forget } from "/page/api.js";
 
 // all: the open recording and its steps. view: the displayed step. found: its candidates. turn: counts how often a step was drawn. stale: whether the page shows outdated results.
-export const now = { all: null, view: null, found: null, turn: 0, stale: false };
+// drawn: the curves and the error as they are shown, which differ from the step's while a value moves. before: the step before, as a ghost. cell: the selected one. length: of the windows of the map. left: the label of the control that had the focus.
+export const now = { all: null, view: null, found: null, answer: null, turn: 0, stale: false, drawn: null, before: null, next: null, cell: null, length: 0, left: null };
 export const at = (id) => document.getElementById(id);
 let busy = 0, missed = 0, refresh = null; // missed: the revision that arrived during an action
 
 export function shownBy(show) { refresh = show; }
 
-const OF_A_STEP = ["undo", "redo", "refit", "save", "save-h", "report"]; // buttons above the bench
+const OF_A_STEP = ["undo", "redo", "export"]; // buttons above the bench
 
-// Dims an outdated part of the page. It can be read, but not used.
+// Dims an outdated part of the page. It can be read, but not used. A focus inside moves to the page, not to nowhere.
 export function dead(id, yes) {
-  at(id).inert = yes;
-  at(id).classList.toggle("stale", yes);
+  const part = at(id);
+  if (!part) return;
+  if (yes && part.contains(document.activeElement)) {
+    now.left = document.activeElement.getAttribute("aria-label");
+    at("page").focus({ preventScroll: true });
+  }
+  part.inert = yes;
+  part.classList.toggle("stale", yes);
 }
 
 // Marks the whole bench, or the first page, as outdated until the current results are drawn. Drawing them also enables the buttons.
@@ -25,11 +32,14 @@ export function stale(yes) {
   if (yes) for (const id of OF_A_STEP) at(id).disabled = true;
 }
 
-export function say(text) { at("status").textContent = text; }
+export function say(text) {
+  at("status").textContent = text;
+  at("toast").hidden = !text;
+}
 
 export function refused(why) {
   if (["AbortError", "Gone"].includes(why.name)) return; // a superseded request; a stopped server, which has its own message
-  at("error").textContent = why.message;
+  at("error-said").textContent = why.message;
   at("error").hidden = false;
 }
 
@@ -87,4 +97,12 @@ export function newest(work) {
     }
     running = false;
   };
+}
+
+// Tells the parts of the page that something shared has changed: "cell", "next".
+const heard = { cell: [], next: [] };
+export const hear = (what, work) => heard[what].push(work);
+export function show(what, value) {
+  now[what] = value;
+  for (const work of heard[what]) work(value);
 }

@@ -1,4 +1,6 @@
 // Elements and numbers. Text is only ever inserted as text, never as HTML.
+const given = (child) => child !== null && child !== undefined && child !== false;
+
 export function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
@@ -6,29 +8,43 @@ export function element(name, attributes = {}, ...children) {
     else if (value === true) made.setAttribute(key, "");
     else if (value !== false && value !== null && value !== undefined) made.setAttribute(key, value);
   }
-  made.append(...children.filter((child) => child !== null && child !== undefined));
+  made.append(...children.filter(given));
   return made;
 }
 
 export function number(value, digits = 3) {
-  return value === null || value === undefined ? "–" : String(Number(Number(value).toPrecision(digits)));
+  if (value === null || value === undefined) return "–";
+  const text = String(Number(Number(value).toPrecision(digits)));
+  return text.replace(/^(-?)(.*?)e([-+]\d+)$/, (_, sign, mantissa, power) => `${sign}${mantissa}e${Number(power)}`);
 }
+
+// An error as every place of the page shows it.
+export const errorText = (value) => (value === null || value === undefined ? "–" : value < 0.9995 ? Number(value).toFixed(3) : number(value));
 
 const UNITS = [[86400, "d"], [3600, "h"], [60, "min"], [1, "s"], [1e-3, "ms"], [0, "µs"]];
 
 // A time in the largest unit of which it is at least one.
-export function duration(s) {
+export function duration(s, digits = 3) {
   const [size, unit] = UNITS.find(([size]) => s >= size * 0.9995);
-  return `${number(s / (size || 1e-6))} ${unit}`;
+  return `${number(s / (size || 1e-6), digits)} ${unit}`;
 }
 
+// An averaging time as verdicts name it.
+export const brief = (s) => (s === 0 ? "0" : s < 0.01 ? duration(s, 2) : s < 120 && s !== 60 ? `${number(s, 2)} s` : duration(s, 2));
+
 export function fill(id, ...children) {
-  const place = document.getElementById(id);
-  place.replaceChildren(...children.filter((child) => child !== null && child !== undefined));
+  const place = typeof id === "string" ? document.getElementById(id) : id;
+  place.replaceChildren(...children.filter(given));
   return place;
 }
 
-export function range(parameter) {
-  if (parameter.undetermined) return "not determined by this recording";
-  return parameter.low === null || parameter.low === undefined ? "as set" : `95 %: ${number(parameter.low)} to ${number(parameter.high)}`;
-}
+export const capital = (text) => text[0].toUpperCase() + text.slice(1);
+
+// "deg/sqrt(h)" as engineers write it.
+export const unitText = (unit) => unit.replace("sqrt(h)", "√h").replace("sqrt(Hz)", "√Hz").replace("degC", "°C").replace("^2", "²");
+
+// How far measured and model are apart, up or down alike.
+export const timesText = (ratio) => {
+  const far = Math.max(ratio, 1 / ratio);
+  return far >= 1.1 ? `${far.toFixed(1)}×` : `${number(100 * (far - 1), 2)} %`;
+};

@@ -5,12 +5,15 @@ from typing import TYPE_CHECKING
 from ... import kalibr
 from ... import model as models
 from ...errors import BadInput
-from ...report import export
+from ...report import declared, export, parameters
 from ...report.values import Json
 from .. import typed, views
 
 if TYPE_CHECKING:
     from .visit import Visit
+
+
+WINDOW = 6000  # samples of the device's window, as davarlab export has it
 
 
 class Closer:
@@ -46,13 +49,19 @@ class Closer:
         )
 
     def save(self, what: str, number: int | None = None, state: str | None = None) -> bytes:
-        """The model to take home: toml, or the table for the device."""
+        """The model to take home: toml, the table for the device (h), its filter (plan), or the
+        parameters of another program."""
         step = self.visit.stepping.shown(number, state)
         if what == "toml":
             return step.text.encode()
-        return export.text(
-            export.table_of(models.of_text(step.text, "model"), 6000, 0.02), "model.h"
-        ).encode()
+        model = models.of_text(step.text, "model")
+        if what == "plan":
+            found = declared.of(model, typed.MODEL_NAME, WINDOW)
+            notes = declared.notes(found, model, typed.MODEL_NAME, None)
+            return declared.text(found, notes).encode()
+        if what == "h":
+            return export.text(export.table_of(model, WINDOW, 0.02), "model.h").encode()
+        return parameters.text(what, [(typed.MODEL_NAME, model)]).encode()
 
     def kalibr(self, text: str) -> Json:
         """The numbers of a kalibr file, as a data sheet's."""

@@ -19,12 +19,12 @@ class Looks:
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit
 
-    def stretch(self, start_s: float, stop_s: float) -> Json:
+    def stretch(self, start_s: float, stop_s: float, every: bool = False) -> Json:
         start, stop, desk = start_s, stop_s, self.there()
         span = desk.recording.samples / desk.recording.rate_hz
         if not 0 <= start < stop <= span * 1.001 or (stop - start) * desk.recording.rate_hz < 16:
             raise BadInput(f"{start:g} to {stop:g} s: not a part of this recording")
-        return views.stretch(desk, start, min(stop, span))
+        return views.stretch(desk, start, min(stop, span), every)
 
     def there(self) -> Desk:
         """The desk, for what only looks: it may be cleared meanwhile."""

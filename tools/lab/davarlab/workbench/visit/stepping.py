@@ -1,16 +1,17 @@
 """The steps of a visit: which one is current, what is beside it, and what leads to another one."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ... import model as models
 from ...candidates.candidate import Candidate
+from ...diagnosis import search
 from ...errors import BadInput
 from ...model import Model
 from ...report import words
 from ...report.values import Json
-from .. import views
+from .. import schema, views
 from ..desk import Desk, Outcome
 from ..steps import Step, Steps
 
@@ -105,19 +106,18 @@ class Stepping:
             "did": step.did,
             "fitted": step.fitted,
             "off": step.off,
-            **views.model(outcome, self.visit.open_desk.recording),
+            **views.model(outcome, self.visit.open_desk.recording, step.parent is None),
             "text": models.text_of(outcome.model),
         }
 
     def candidates(self, number: int | None = None) -> Json:
-        """The ranking beside a step; given up, and said so, when somebody does something or holds a
-        slider."""
+        """The ranking beside a step, or beside the fit that its values by hand came from; given up,
+        and said so, when somebody does something or holds a slider."""
         step = self.here(number)
-        state = self.state(step)
+        state, text = self.state(step), self.fitted_step(step).text
 
         def partly(kind: str, found: Sequence[Candidate | None]) -> None:
-            if self.visit.hurried():
-                raise Superseded
+            self.give_way()
             so_far = sorted(filter(None, found), key=lambda candidate: candidate.log_p)
             self.visit.tell(
                 ranking=state, trying=words.name(kind), candidates=views.candidates(so_far)
@@ -125,9 +125,11 @@ class Stepping:
 
         desk = self.visit.open_desk
         try:
-            ranked = desk.ranked(step.text, self.visit.progress, partly)
-            outcome = desk.of(step.text, True, self.visit.progress)
+            ranked = desk.ranked(text, self.visit.progress, partly)
+            outcome = desk.of(text, True, self.visit.progress)
+            unknown = not outcome.state.judgement.adequate and not search.significant(ranked)
             return {
+                **(views.headline(outcome, False, known=False) if unknown else {}),
                 "number": step.number,
                 "state": state,
                 "candidates": views.candidates(ranked),
@@ -137,7 +139,8 @@ class Stepping:
             return {"number": step.number, "state": state, "superseded": True}
 
     def candidate(self, step: Step, place: int, kind: str) -> Candidate:
-        ranked = self.visit.open_desk.ranked(step.text, self.visit.progress)
+        text = self.fitted_step(step).text
+        ranked = self.visit.open_desk.ranked(text, self.visit.progress)
         if place >= len(ranked):
             raise BadInput(f"there is no candidate {place}")
         return self.of_kind(ranked[place], kind)
@@ -152,10 +155,19 @@ class Stepping:
             )
         return found
 
+    def give_way(self) -> None:
+        """Raises Superseded when somebody does something or holds a slider."""
+        if self.visit.hurried():
+            raise Superseded
+
     def ghost(self, place: int, kind: str, state: str) -> Json:
-        """The curve and the error with a candidate, before it is added."""
+        """The curve and the error with a candidate, before it is added; given up as the ranking
+        is."""
         step = self.current(state)
-        found = self.joined(step, self.candidate(step, place, kind))
+        try:
+            found = self.joined(step, self.candidate(step, place, kind), self.give_way)
+        except Superseded:
+            return {"superseded": True}
         judgement = found.state.judgement
         return {
             "deviation": views.deviation(found, self.visit.open_desk.recording),
@@ -181,11 +193,16 @@ class Stepping:
         models.check_lines(model.terms, model.rate_hz, term.kind)
         return model
 
-    def joined(self, step: Step, candidate: Candidate) -> Outcome:
-        key = (step.text, candidate.kind, str(candidate.part.key))
+    def joined(
+        self, step: Step, candidate: Candidate, between: Callable[[], None] = lambda: None
+    ) -> Outcome:
+        text = self.fitted_step(step).text
+        key = (text, candidate.kind, str(candidate.part.key))
         return self.visit.open_desk.remembered(
             key,
-            lambda: self.visit.open_desk.with_candidate(step.text, candidate, self.visit.progress),
+            lambda: self.visit.open_desk.with_candidate(
+                text, candidate, self.visit.progress, between
+            ),
         )
 
     def add(self, place: int, kind: str, state: str) -> Json:
@@ -197,12 +214,15 @@ class Stepping:
         """A line where somebody saw a peak; the fit moves a sharp one by less than one over the
         record's length."""
         step = self.current(state)
-        return self.join(step, self.visit.open_desk.line_at(step.text, f_hz, wide))
+        text = self.fitted_step(step).text
+        return self.join(step, self.visit.open_desk.line_at(text, f_hz, wide))
 
     def join(self, step: Step, candidate: Candidate) -> Json:
         found = self.joined(step, candidate)
         self.visit.open_steps.go(step.number)
-        return self.grow(f"added {words.name(candidate.kind)}", found, off=step.off)
+        title = words.title(candidate.kind, candidate.part.shape)
+        title = "".join(one for one in title if one not in schema.MARKUP)
+        return self.grow(f"added {title}", found, off=step.off)
 
     def set(self, place: int, kind: str, parameters: Mapping[str, float | str], state: str) -> Json:
         """Values of an effect by hand; they are judged as they stand."""
@@ -215,11 +235,16 @@ class Stepping:
             off=step.off,
         )
 
-    def best(self, step: Step) -> Outcome:
-        """The fit that a step came from; of a model as given, the fit of its effects."""
+    def fitted_step(self, step: Step) -> Step:
+        """The step of the fit that a step came from; a model as given stands for its own fit."""
         while not step.fitted and step.parent is not None:
             step = self.visit.open_steps.steps[step.parent]
-        return self.visit.open_desk.of(step.text, True, self.visit.progress)
+        return step
+
+    def best(self, step: Step) -> Outcome:
+        """The fit that a step came from; of a model as given, the fit of its effects."""
+        text = self.fitted_step(step).text
+        return self.visit.open_desk.of(text, True, self.visit.progress)
 
     def term(self, model: models.Model, place: int) -> models.Term:
         if place >= len(model.terms):

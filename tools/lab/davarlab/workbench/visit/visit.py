@@ -16,6 +16,7 @@ from ..desk import Desk
 from ..ears import Ears
 from ..listening import Tell
 from ..steps import Steps
+from . import welcome
 from .closer import Closer
 from .hold_out import HoldOut
 from .intake import Intake, Waiting
@@ -130,6 +131,8 @@ class Visit:
                 "live": live,
                 "log": log and log.shown,
                 "folder": str(self.arrivals.folder),
+                "recent": welcome.recent([self.arrivals.folder, self.arrivals.folder.parent]),
+                "sources": welcome.sources(),
             }
         recording = desk.recording
         return {
@@ -159,6 +162,7 @@ class Visit:
                     "number": s.number,
                     "parent": s.parent,
                     "did": s.did,
+                    "fitted": s.fitted,
                     "error": s.error,
                     "floor": s.floor,
                 }

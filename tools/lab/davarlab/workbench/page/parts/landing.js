@@ -1,82 +1,73 @@
-// The first page: the tutorial recording, a drop zone for a recording, and the form for its columns.
-import { element, fill, number } from "/page/words.js";
+// The first page: the tutorial moving by itself, a drop zone, the last sessions, and the sensors that can be listened to.
+import { AllanChart } from "/page/chart/allan.js";
+import { bar } from "/page/parts/bar.js";
+import { between } from "/page/curve.js";
+import { at } from "/page/now.js";
+import { element, errorText, fill } from "/page/words.js";
 
-const QUANTITIES = { time: "time", gyro: "gyro", accel: "accelerometer", temp: "temperature", other: "something else" };
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+const HOLD_S = 2.2, MOVE_S = 1, CYCLE_S = 10;
+
+// A place for a file, which may also be dropped anywhere on it.
+function zone(actions) {
+  const input = element("input", { type: "file", id: "file", class: "hidden-file", tabindex: -1, "aria-label": "a recording", onchange: () => input.files[0] && actions.drop(input.files[0]) });
+  return element("div", { class: "drop" }, element("b", {}, "Drop a log here"), element("span", { class: "soft" }, "CSV, ULog, DataFlash, bag, MCAP, MAT, Parquet"), input,
+    element("button", { id: "choose", onclick: () => input.click() }, "Choose a file"), element("span", { class: "soft small" }, "It stays on this machine."));
+}
+
+function recent(all, actions) {
+  if (!all.recent?.length) return null;
+  const most = Math.max(...all.recent.map((one) => one.error));
+  return element("section", {}, element("h2", {}, "Recent"), element("div", { class: "list" }, ...all.recent.map((one) => element("button", { class: "recent", onclick: () => actions.open(one), title: one.path },
+    element("span", {}, one.name), bar(one.error, one.error, one.floor, most), element("span", { class: "soft" }, errorText(one.error))))));
+}
+
+function sources(all, actions) {
+  const source = element("input", { id: "source", placeholder: "can:can0 or slcan:/dev/ttyUSB0", required: true, "aria-label": "a live sensor" });
+  return element("section", {}, element("h2", {}, "Listen to a sensor"), element("div", { class: "list" }, ...(all.sources || []).map((one) => element("button", { onclick: () => actions.listen(one) },
+    element("span", {}, one.split(":")[1]), element("span", { class: "soft" }, one.startsWith("can:") ? "CAN" : "serial"), element("span", {}, "Listen")))),
+  element("form", { class: "row", onsubmit: (event) => { event.preventDefault(); actions.listen(source.value); } }, source, element("button", { id: "listen" }, "Listen")));
+}
 
 export function first(all, actions) {
-  const input = element("input", { type: "file", id: "file", "aria-label": "a recording", onchange: () => input.files[0] && actions.drop(input.files[0]) });
-  const zone = element("div", { class: "drop", ondragover: (e) => { e.preventDefault(); zone.classList.add("over"); },
-    ondragleave: () => zone.classList.remove("over"),
-    ondrop: (e) => { e.preventDefault(); zone.classList.remove("over"); if (e.dataTransfer.files[0]) actions.drop(e.dataTransfer.files[0]); } },
-    element("p", {}, "Drop a recording of your gyro here: CSV, ULog, DataFlash, ROS, MATLAB, NumPy, Parquet."), input);
-  const source = element("input", { id: "source", placeholder: "can:can0 or slcan:/dev/ttyUSB0", required: true, size: 28 });
-  fill("landing", element("h2", {}, "Where does your gyro model fail, and what is missing?"),
-    element("p", {}, "All data stays on this machine."), zone,
-    element("p", { class: "hint" }, `A dropped file and its session are saved in ${all.folder}.`),
-    element("form", { class: "row", onsubmit: (event) => { event.preventDefault(); actions.listen(source.value); } },
-      element("label", {}, "Or watch a live sensor: ", source), element("button", { id: "listen" }, "Listen")),
-    element("p", {}, "No recording? ", element("button", { class: "main", id: "tutorial", onclick: actions.tutorial }, "Open the tutorial's sensor")));
+  fill("landing", element("div", { class: "land" }, element("div", { class: "hero" }, element("h1", {}, "Find what your gyro model is missing")),
+    element("section", { class: "demo panel", "aria-label": "Tutorial" }, element("div", { class: "plot", id: "demo", "aria-hidden": true, hidden: Boolean(all.live) }), element("div", { id: "demo-live" }),
+      element("footer", {}, element("span", { id: "demo-said" }), element("span", { class: "grow", id: "demo-bar" }), element("button", { class: "go big", id: "tutorial", onclick: actions.tutorial }, "Open the tutorial"))),
+    element("div", { class: "side" }, zone(actions), recent(all, actions), sources(all, actions))));
+  demo();
+}
+
+let tutorial = null, running = 0;
+
+async function demo() {
+  const turn = ++running;
+  tutorial ??= await (await fetch("/page/tutorial.json")).json();
+  if (turn !== running || !at("demo")) return;
+  const { steps, said } = tutorial, last = steps.length - 1, place = at("demo"), range = [Math.min(...steps[0].measured, ...steps[last].model) / 1.6, Math.max(...steps[0].measured) * 1.5];
+  let chart = null, started = null;
+  const build = () => { chart = new AllanChart(place, steps[last], { range, span: 1, small: true }); };
+  build();
+  const observer = new ResizeObserver(build);
+  observer.observe(place);
+  const tick = (time) => {
+    if (turn !== running || !at("demo")) { observer.disconnect(); return; }
+    started ??= time;
+    const at_s = still.matches ? CYCLE_S : ((time - started) / 1000) % CYCLE_S, one = Math.min(last, Math.floor(at_s / (HOLD_S + MOVE_S))), moved = Math.max(0, at_s - one * (HOLD_S + MOVE_S) - HOLD_S) / MOVE_S;
+    const eased = moved * moved * (3 - 2 * moved), state = one < last ? between(steps[one], steps[one + 1], Math.min(1, eased)) : steps[last], number = Math.min(last, one + (eased > 0.5));
+    chart.update(state);
+    if (at("demo-said").dataset.number !== String(number) || eased) {
+      at("demo-said").dataset.number = number;
+      fill("demo-said", element("span", { class: "soft" }, said[number]), element("br"), element("b", { class: number === last ? "good" : null }, `error ${errorText(state.error)}`));
+      fill("demo-bar", bar(steps[0].error, state.error, state.floor, steps[0].error));
+    }
+    if (!still.matches) requestAnimationFrame(tick);
+  };
+  requestAnimationFrame(tick);
 }
 
 // Selects one of several gyros in a log.
 export function sensors(all, actions) {
-  fill("landing", element("h2", {}, "Which sensor?"), element("p", {}, `${all.log.path} contains ${all.log.sensors.length} gyros.`),
-    element("ul", { class: "choices" }, ...all.log.sensors.map((one) => element("li", {},
-      element("button", { "data-sensor": one.name, onclick: () => actions.sensor(one.name) }, one.said)))),
-    element("p", {}, element("button", { onclick: actions.close }, "Another file")));
-}
-
-function row(one, index, all) {
-  const quantity = element("select", { "data-index": index, "data-key": "quantity", "aria-label": `${one.name}: quantity` },
-    ...Object.entries(QUANTITIES).map(([key, name]) => element("option", { value: key, selected: key === one.quantity }, name)));
-  const axis = element("select", { "data-index": index, "data-key": "axis", "aria-label": `${one.name}: axis` },
-    ...["", "x", "y", "z"].map((name) => element("option", { value: name, selected: name === one.axis }, name)));
-  const units = Object.keys(all.log.units[one.quantity] || {}).concat(["gyro", "accel"].includes(one.quantity) ? ["counts"] : []);
-  const unit = element("select", { "data-index": index, "data-key": "unit", "aria-label": `${one.name}: unit` },
-    ...(units.length ? units : [""]).map((name) => element("option", { value: name, selected: name === one.unit }, name)));
-  const factor = element("input", { type: "number", step: "any", value: Number(one.factor.toPrecision(9)), "data-index": index, "data-key": "factor",
-    "aria-label": `${one.name}: factor` });
-  const name = all.log.named ? one.name : element("input", { class: "name", placeholder: one.name, size: 14, "aria-label": `${one.name}: name` });
-  return element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, quantity), element("td", {}, axis), element("td", {}, unit),
-    element("td", {}, factor), element("td", { class: one.sure ? "" : "unsure" }, one.sure ? "" : "a guess"),
-    ...all.log.head.map((values) => element("td", { class: "number" }, number(values[index], 6))));
-}
-
-export function columns(all, actions) {
-  const guesses = all.log.columns.map((one) => ({ ...one }));
-  const titles = ["column", "quantity", "axis", "unit", "factor", "", "first rows"];
-  const heads = titles.map((title, i) => element("th", i === titles.length - 1 ? { colspan: all.log.head.length } : {}, title));
-  const table = element("table", {}, element("thead", {}, element("tr", {}, ...heads)),
-    element("tbody", {}, ...guesses.map((one, index) => row(one, index, all))));
-  table.addEventListener("change", (event) => {
-    const { index, key } = event.target.dataset, one = guesses[index];
-    if (!one) return; // a name
-    one[key] = key === "factor" ? Number(event.target.value) : event.target.value;
-    if (key === "quantity") one.unit = one.would[one.quantity] ?? "";
-    if (key !== "factor") one.factor = (all.log.units[one.quantity] || {})[one.unit] ?? 1;
-    one.sure = true;
-    table.tBodies[0].rows[index].replaceWith(row(one, Number(index), all));
-    readable();
-  });
-  const rate = element("input", { type: "number", step: "any", min: 0, id: "rate", placeholder: "from the time column" });
-  const clock = all.log.rate_hz ? `${number(all.log.rate_hz, 6)} Hz, ${all.log.missing} samples missing` : "no time column";
-  const read = element("button", { class: "main", id: "read", onclick: () => actions.read(guesses, Number(rate.value) || null, false) }, "Read the recording");
-  const doubts = !all.log.doubts ? null : element("div", { id: "doubts", role: "alert" }, element("b", {}, "This recording is implausible. Nothing was fitted."),
-    element("ul", {}, ...all.log.doubts.map((one) => element("li", {}, one))),
-    element("p", {}, "Correct the unit or the factor in the table and read it again. If the recording is correct: ",
-      element("button", { id: "confirm", onclick: () => actions.read(guesses, Number(rate.value) || null, true) }, "Read it unchanged")));
-  const none = element("p", { id: "no-gyro" }, "No column is a gyro with an axis yet. Select one in the table. The workbench works with gyros only. For the noise of an accelerometer, use ",
-    element("code", {}, "tools/davarlab fit REC --axes accel"), ".");
-  const readable = () => { read.disabled = !guesses.some((one) => one.quantity === "gyro" && one.axis); none.hidden = !read.disabled; };
-  readable();
-  const names = () => [...table.querySelectorAll("input.name")].map((one) => one.value.trim());
-  const unnamed = all.log.named ? null : element("p", { id: "unnamed" }, "The file has no names for its columns. Type them into the table, for example time_us and gyro_x_dps, then ",
-    element("button", { id: "names", onclick: () => actions.names(names()) }, "use these names"), ". Or select the quantities.");
-  fill("landing", element("h2", {}, "Columns of the recording"), element("p", {}, `${all.log.path}: ${all.log.rows} rows, ${clock}. `
-      + "You can change the guesses."), all.log.said ? element("p", { class: "hint" }, `How it was read: ${all.log.said}.`) : null, unnamed, doubts,
-    element("div", { class: "scroll" }, table),
-    element("p", { class: "hint" }, "The factor converts the numbers of the file to s, deg/s, g or degC. For counts, take it from the data sheet."),
-    element("p", {}, element("label", { for: "rate" }, "Samples per second, if there is no time column: "), rate),
-    none, element("p", {}, read, " ",
-      element("button", { onclick: actions.close }, "Another file")));
+  fill("landing", element("div", { class: "choose" }, element("h1", {}, "Which sensor?"), element("p", { class: "soft" }, `${all.log.path} contains ${all.log.sensors.length} gyros.`),
+    element("div", { class: "list panel" }, ...all.log.sensors.map((one) => element("button", { "data-sensor": one.name, onclick: () => actions.sensor(one.name) }, element("b", {}, one.name), element("span", { class: "grow soft" }, one.said)))),
+    element("div", { class: "row" }, element("button", { class: "bare", onclick: actions.close }, "Another file"))));
 }

@@ -30,16 +30,12 @@ export const planning = () => document.body.classList.contains("planning");
 // The address keeps the wishes, so that a reloaded page shows the same plan.
 const written = () => history.replaceState(null, "", `#plan?${new URLSearchParams(wishes)}`);
 
-function view(plan) {
+export function view(plan) {
   document.body.classList.toggle("planning", plan);
   at("plan").hidden = !plan;
-  at("view-plan")[plan ? "setAttribute" : "removeAttribute"]("aria-current", "page");
-  at("view-model")[plan ? "removeAttribute" : "setAttribute"]("aria-current", "page");
+  at("view-model").hidden = !plan;
   if (plan) open();
-  else {
-    history.replaceState(null, "", location.pathname + location.search);
-    window.dispatchEvent(new Event("resize")); // charts that were drawn while they were hidden
-  }
+  else history.replaceState(null, "", location.pathname + location.search);
 }
 
 // Repeats a request until a server answers; the page reports that none does.
@@ -62,7 +58,7 @@ const open = () => doing("", async () => {
   }
   const options = Object.fromEntries(new URLSearchParams(location.hash.split("?")[1] || ""));
   wishes ??= Object.keys(options).length ? options : { ...FIRST, core: known.cores.includes(FIRST.core) ? FIRST.core : known.cores[0] };
-  fill("plan", element("h2", {}, "A setup of davar for your gyro and chip"), element("form", { id: "plan-wishes", onsubmit: (event) => event.preventDefault() }),
+  fill("plan", element("h1", {}, "A setup of davar for your gyro and chip"), element("form", { id: "plan-wishes", onsubmit: (event) => event.preventDefault() }),
     costs(), element("section", { id: "plan-found", "aria-label": "The plan" }));
   form();
   find();
@@ -200,7 +196,7 @@ function possible(found) {
     element("details", {}, element("summary", {}, "How, and all costs"), element("ul", {}, ...[...found.how, ...found.costs].map((line) => element("li", {}, line)))),
     command(found),
     element("div", { class: "row" }, element("button", { id: "plan-copy", onclick: copy }, "Copy the command"),
-      element("button", { id: "plan-files", class: "main", onclick: () => doing("writing the files", () => download("setup", wishes, "davar_setup.zip")) }, "Download the C files"))];
+      element("button", { id: "plan-files", class: "go", onclick: () => doing("writing the files", () => download("setup", wishes, "davar_setup.zip")) }, "Download the C files"))];
 }
 
 const POSSIBLE = ["The planner found no wish to relax.", "Possible with:", "Possible with one of:"];
@@ -265,4 +261,4 @@ function cell(key, value, most) {
 
 at("view-model").onclick = () => view(false);
 at("view-plan").onclick = () => view(true);
-if (location.hash.startsWith("#plan")) view(true);
+
