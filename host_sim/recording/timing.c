@@ -53,8 +53,8 @@ static double missing_in(const timing_t *timing, double step_s)
     return fmin(fmax(round(step_s / timing->period_s) - 1.0, 1.0), UINT32_MAX);
 }
 
-/* Counts the gaps, and stores the missing samples of each row unless `missing` is null. The first row
- * has no time stamp before it. */
+/* Counts the gaps, and stores the missing samples of each row unless `missing` is null. The first
+ * row has no time stamp before it. */
 static bool walk_steps(uint64_t *gaps, spool_t *missing, const timing_t *timing,
                        const recording_t *recording, sim_error_t *error)
 {

@@ -47,7 +47,8 @@ class Torn(SimCase):
             for row in self.results(path, *FIXED, "--stride", 600, *options)
             if row["arw_deg_per_sqrt_h"]
         ]
-        self.assertGreater(len(found), 0.5 * ROWS / 600 * 0.5)
+        # Of ROWS / 600 windows: a fit of 600 samples withholds some, but never most of them.
+        self.assertGreater(len(found), ROWS / 600 / 2)
         return math.sqrt(sum(value**2 for value in found) / len(found))
 
     def test_arw_is_that_of_the_sensor(self):
@@ -59,6 +60,7 @@ class Torn(SimCase):
             with self.subTest(seed=seed):
                 self.assertGreater(self.arw(path), 1.1 * TRUE_ARW)
                 skipped = self.arw(path, "--skip-torn-reads")
+                # The mean of 200 windows scatters by 0.2 %, and rounding adds 1/12 count^2: 0.5 %.
                 self.assertAlmostEqual(right, skipped, delta=0.01 * right)
                 self.assertAlmostEqual(TRUE_ARW, skipped, delta=0.01 * TRUE_ARW)
                 done = self.sim(path, *FIXED, "--stride", 600, "--skip-torn-reads")
@@ -136,12 +138,13 @@ class Torn(SimCase):
         self.assertIn(SKIPPED.format(0), done.stderr)
 
     def test_auto_learns_from_the_other_samples(self):
-        torn, _ = tear(counts(40_000, 10), 10, apart=400)
+        torn, places = tear(counts(80_000, 10), 10, apart=4000)
         path = self.counted("torn.csv", torn)
         options = ("--lsb", LSB, "--stride", 600, "--bandwidth", "auto", "--skip-torn-reads")
         done = self.sim(path, *options)
         self.assertEqual(0, done.returncode, done.stderr)
-        self.assertIn("torn register reads skipped", done.stderr)
+        self.assertIn(SKIPPED.format(len(places)), done.stderr)
+        self.assertIn("white up to half the sample rate, no filter", done.stderr)
 
     def test_it_needs_counts(self):
         path = self.recording()

@@ -5,9 +5,9 @@
  * sample is off by a power of two in counts. This filter belongs between the sensor and davar. It
  * delivers each sample when the next one arrives. In the place of a torn read it reports a gap.
  *
- * The filter cannot distinguish a torn read from a shock of one sample that happens to be a power of
- * two (DESIGN 12). Use it if your bus tears reads, and fix the driver: read in one burst, or latch the
- * registers (block data update).
+ * The filter cannot distinguish a torn read from a shock of one sample that happens to be a power
+ * of two (DESIGN 12). Use it if your bus tears reads, and fix the driver: read in one burst, or
+ * latch the registers (block data update).
  *
  * Threads: one davar_torn_t belongs to one thread or interrupt. */
 #ifndef DAVAR_TORN_H
