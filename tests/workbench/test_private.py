@@ -138,7 +138,7 @@ class Private(Visiting):
                 if path:
                     bench.act("open", path=str(self.folder / path))
                 page = self.live_page(bench)
-                expect(page.locator("#landing button").first).to_be_visible()
+                expect(page.locator("#landing button:visible").first).to_be_visible()
                 return page
 
             return arrive
