@@ -149,6 +149,13 @@ def wire() -> Python:
     }
 
 
+def dialects() -> Python:
+    """The decoders of MAVLink, DroneCAN and Cyphal that others wrote."""
+    return [environment("dialects")], {
+        "DAVAR_TELEMETRY_PROBE": program("tests/telemetry_probe", "release")
+    }
+
+
 @once
 def package() -> Python:
     """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python
