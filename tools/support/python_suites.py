@@ -152,7 +152,9 @@ def wire() -> Python:
 def dialects() -> Python:
     """The decoders of MAVLink, DroneCAN and Cyphal that others wrote."""
     return [environment("dialects")], {
-        "DAVAR_TELEMETRY_PROBE": program("tests/telemetry_probe", "release")
+        "DAVAR_TELEMETRY_PROBE": program("tests/telemetry_probe", "release"),
+        "DAVAR_NODE": program("gateway/davar-node", "release"),
+        **simulator("release")[1],
     }
 
 
