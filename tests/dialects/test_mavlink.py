@@ -84,7 +84,8 @@ class Mavlink(unittest.TestCase):
         self.assertEqual(0, mismatches(quantities(made), data[:, :13]))
         self.assertEqual(0, mismatches(made["window_samples"].astype("f4"), data[:, 13]))
         self.assertTrue((data[:, 14] == state(made)).all())
-        self.assertFalse(data[:, 15:].any())
+        self.assertTrue((data[:, 15] == made["epoch"] % 2**24).all())
+        self.assertFalse(data[:, 16:].any())
 
     def check_gyro_noise(self, seed, count):
         made = results(seed, count)

@@ -18,7 +18,6 @@ from linters import clang_format, clang_tidy, cppcheck, mypy, ruff, shell
 from python_suites import (
     board,
     commands,
-    dialects,
     environment,
     guest,
     hypothesis,
@@ -176,7 +175,7 @@ PARTS = {
     ),
     "dialects": Part(
         "a million messages of MAVLink, DroneCAN and Cyphal, read by the decoders of others",
-        suite("dialects", setting=dialects),
+        suite("dialects", setting=wire),
         packages=VENV,
         quick=("test_cyphal.py:few", "test_dronecan.py:few", "test_mavlink.py:few"),
     ),

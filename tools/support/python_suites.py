@@ -144,14 +144,6 @@ def wire() -> Python:
     return [environment("wire")], {
         **DAVARLAB,
         "DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
-        "DAVAR_NODE": program("gateway/davar-node", "release"),
-        **simulator("release")[1],
-    }
-
-
-def dialects() -> Python:
-    """The decoders of MAVLink, DroneCAN and Cyphal that others wrote."""
-    return [environment("dialects")], {
         "DAVAR_TELEMETRY_PROBE": program("tests/telemetry_probe", "release"),
         "DAVAR_NODE": program("gateway/davar-node", "release"),
         **simulator("release")[1],

@@ -21,7 +21,7 @@
 extern "C" {
 #endif
 
-#define DAVAR_PACKET_BYTES 92U          /**< longest packet */
+#define DAVAR_PACKET_BYTES 96U          /**< longest packet */
 #define DAVAR_TELEMETRY_CHANNEL_LAST 9U /**< channels 0 to 9; 0, 1 and 2 are named X, Y and Z */
 #define DAVAR_COVARIANCE_BYTES 12U      /**< of davar_dronecan_covariance */
 

@@ -4,6 +4,7 @@
 
 #define MAVLINK_START 0xFDU
 #define MAVLINK_HEADER_BYTES 10U
+#define EPOCH_MASK 0xFFFFFFU
 
 /* The number of a message, and the byte of its definition that the checksum covers. */
 #define NAMED_VALUE_FLOAT 251U
@@ -58,7 +59,8 @@ static void fill_named(const davar_telemetry_t *telemetry, const char *name, qua
     mavlink_close(NAMED_VALUE_FLOAT_EXTRA, packet);
 }
 
-/* time_usec, array_id, name (10 bytes), data: the quantities, window_samples, state */
+/* time_usec, array_id, name (10 bytes), data: the quantities, window_samples, state, epoch modulo
+ * 2^24, which a float32 holds */
 static void fill_array(const davar_telemetry_t *telemetry, davar_packet_t *packet)
 {
     const davar_result_t *result = telemetry->result;
@@ -70,6 +72,7 @@ static void fill_array(const davar_telemetry_t *telemetry, davar_packet_t *packe
     davar_packet_put_quantities(packet, telemetry);
     davar_packet_put(packet, davar_single_bits((double)result->window_samples), 4U);
     davar_packet_put(packet, davar_single_bits((double)davar_quantity_state(result)), 4U);
+    davar_packet_put(packet, davar_single_bits((double)(result->epoch & EPOCH_MASK)), 4U);
     mavlink_close(DEBUG_FLOAT_ARRAY_EXTRA, packet);
 }
 
