@@ -6,10 +6,10 @@
  * ```
  *
  * A dialect is a constant, as a window law is. A program links only the dialects that it names.
- * docs/DIALECTS.md shows what a receiver sees. No heap, no I/O.
+ * docs/DIALECTS.md describes the messages. No heap, no I/O.
  *
- * A coefficient that is absent is sent as NaN, never left out, so that a receiver does not keep an
- * old value. The limits on the magnitude of a float are those of davar/wire.h.
+ * An absent coefficient is sent as NaN, so that a receiver does not keep an old value. Magnitudes
+ * have the same limits as in davar/wire.h.
  *
  * Threads: one object belongs to one thread. No function allocates memory or blocks. */
 #ifndef DAVAR_TELEMETRY_H
@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 #define DAVAR_PACKET_BYTES 96U          /**< longest packet */
-#define DAVAR_TELEMETRY_CHANNEL_LAST 9U /**< channels 0 to 9; 0, 1 and 2 are named X, Y and Z */
+#define DAVAR_TELEMETRY_CHANNEL_LAST 9U /**< 0 to 9; in names 0, 1 and 2 are X, Y and Z */
 #define DAVAR_COVARIANCE_BYTES 12U      /**< of davar_dronecan_covariance */
 
 /** A packet of MAVLink, or a CAN frame of DroneCAN or Cyphal. */
@@ -92,8 +92,8 @@ void davar_telemetry_begin(davar_telemetry_t *telemetry, const davar_result_t *r
                            uint64_t time_us);
 
 /** Writes the next packet.
- * @return False if there is none; *packet is then unchanged. A packet counts as sent: if the caller
- *         drops it, the receiver sees a hole in its sequence.
+ * @return False after the last packet; *packet is then unchanged. A packet counts as sent: if the
+ *         caller drops it, the receiver detects a hole in the sequence.
  *
  * Cost: O(length). */
 bool davar_telemetry_next(davar_telemetry_t *telemetry, davar_packet_t *packet);
