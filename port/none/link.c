@@ -14,7 +14,8 @@ const davar_dialect_t *davar_link_dialect(const char *where, uint8_t channel,
 
 davar_link_t *davar_link_open(const davar_link_options_t *options, char *why, size_t size)
 {
-    (void)snprintf(why, size, "%s: output to a CAN bus, a serial line or UDP needs Linux", options->where);
+    (void)snprintf(why, size, "%s: output to a CAN bus, a serial line or UDP needs Linux",
+                   options->where);
     return NULL;
 }
 
