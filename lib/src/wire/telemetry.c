@@ -30,28 +30,13 @@ static double of_coefficient(const davar_result_t *result, uint32_t quantity)
 static double quantity_of(const davar_telemetry_t *telemetry, quantity_t quantity)
 {
     const davar_result_t *result = telemetry->result;
-    switch (quantity) {
-    case QUANTITY_RR:
-        return davar_single_magnitude(result->coefficient[DAVAR_RATE_RAMP].value);
-    case QUANTITY_QN:
-        return davar_single_magnitude(result->coefficient[DAVAR_QUANTIZATION].value);
-    case QUANTITY_KURTOSIS:
-        return davar_single_magnitude(result->kurtosis);
-    case QUANTITY_RATE:
-        return davar_single_magnitude(telemetry->rate_hz);
-    case QUANTITY_ARW:
-    case QUANTITY_ARW_LOW:
-    case QUANTITY_ARW_HIGH:
-    case QUANTITY_BI:
-    case QUANTITY_BI_LOW:
-    case QUANTITY_BI_HIGH:
-    case QUANTITY_RRW:
-    case QUANTITY_RRW_LOW:
-    case QUANTITY_RRW_HIGH:
-    case QUANTITY_COUNT:
-    default:
+    if (quantity < QUANTITY_RR) {
         return of_coefficient(result, (uint32_t)quantity);
     }
+    const double others[] = {result->coefficient[DAVAR_RATE_RAMP].value,
+                             result->coefficient[DAVAR_QUANTIZATION].value, result->kurtosis,
+                             telemetry->rate_hz};
+    return davar_single_magnitude(others[(uint32_t)quantity - (uint32_t)QUANTITY_RR]);
 }
 
 uint32_t davar_quantity(const davar_telemetry_t *telemetry, quantity_t quantity)
