@@ -88,8 +88,8 @@ class Visit:
         self.log: Waiting | None = None  # one that waits to be read
         self.tell: Tell = lambda **event: None
         self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
-        self.hurried: Callable[[], bool] = lambda: (
-            False
+        self.hurried: Callable[[], bool] = (
+            lambda: False
         )  # is somebody waiting for what is being computed
         self.intake, self.hold, self.stepping = Intake(self), HoldOut(self), Stepping(self)
         self.looks, self.closer, self.plans = Looks(self), Closer(self), plans
