@@ -27,11 +27,11 @@ extern "C" {
 #endif
 
 /** Most gyros and axes of one selection. */
-#define DAVAR_SELECT_GYROS 4
-#define DAVAR_SELECT_AXES 3
+#define DAVAR_SELECT_GYROS 4U
+#define DAVAR_SELECT_AXES 3U
 
 /** Number of pairs of `gyros` gyros. */
-#define DAVAR_SELECT_PAIRS(gyros) ((gyros) * ((gyros)-1) / 2)
+#define DAVAR_SELECT_PAIRS(gyros) ((gyros) * ((gyros)-1U) / 2U)
 
 /** Settings. They may be const in flash and must outlive the selection. Start from
  * DAVAR_SELECT_DEFAULTS. */

@@ -132,6 +132,15 @@ static void name(const select_step_t *step)
     }
 }
 
+static bool has_named(const select_step_t *step)
+{
+    uint32_t faults = 0U;
+    for (uint32_t i = 0U; i < step->select->config->gyros; i++) {
+        faults |= step->select->gyro[i].fault;
+    }
+    return (faults & DAVAR_SELECT_MEAN) != 0U;
+}
+
 bool davar_select_compare_means(const select_step_t *step, const davar_select_block_t *block)
 {
     const davar_select_t *const select = step->select;
@@ -145,6 +154,8 @@ bool davar_select_compare_means(const select_step_t *step, const davar_select_bl
             }
         }
     }
-    name(step);
+    if (disagree || has_named(step)) {
+        name(step);
+    }
     return disagree;
 }

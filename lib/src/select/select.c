@@ -110,17 +110,14 @@ static void take_gyro(select_step_t *step, const davar_select_block_t *block, ui
     if ((gyro->fault & (DAVAR_SELECT_ABSENT | DAVAR_SELECT_STUCK)) == 0U) {
         step->live |= 1U << i;
     }
-    if (missing) {
-        return;
-    }
     step->now.square[i] = block->square[i];
-    step->recent.square[i] = follow(&gyro->recent, block->square[i]);
+    step->recent.square[i] = missing ? gyro->recent : follow(&gyro->recent, block->square[i]);
     for (uint32_t j = 0U; j < i; j++) {
-        if (!davar_select_has(block->missing, j)) {
-            const uint32_t p = davar_select_pair(j, i);
-            step->now.apart[p] = block->apart[p];
-            step->recent.apart[p] = follow(&select->pair[p].recent, block->apart[p]);
-        }
+        const uint32_t p = davar_select_pair(j, i);
+        float *const recent = &select->pair[p].recent;
+        const bool both = !missing && !davar_select_has(block->missing, j);
+        step->now.apart[p] = block->apart[p];
+        step->recent.apart[p] = both ? follow(recent, block->apart[p]) : *recent;
     }
 }
 
@@ -242,15 +239,21 @@ static void choose(const select_step_t *step, davar_select_verdict_t *verdict)
     verdict->chosen = select->chosen;
 }
 
-/* Keeps the last samples. */
-static void empty(davar_select_block_t *block)
+/* Keeps the last samples. Loops, because the memset of a small C library takes 4 instructions a
+ * byte. */
+static void empty(const davar_select_config_t *config, davar_select_block_t *block)
 {
-    const davar_select_block_t full = *block;
-    *block = (davar_select_block_t){.held = full.held};
-    for (uint32_t i = 0U; i < DAVAR_SELECT_GYROS; i++) {
-        for (uint32_t a = 0U; a < DAVAR_SELECT_AXES; a++) {
-            block->last[i][a] = full.last[i][a];
-            block->first[i][a] = full.last[i][a];
+    block->moved = 0U;
+    block->count = 0U;
+    block->missing = 0U;
+    for (uint32_t i = 0U; i < config->gyros; i++) {
+        block->square[i] = 0.0F;
+        for (uint32_t a = 0U; a < config->axes; a++) {
+            block->sum[i][a] = 0.0F;
+            block->first[i][a] = block->last[i][a];
+        }
+        for (uint32_t j = 0U; j < i; j++) {
+            block->apart[davar_select_pair(j, i)] = 0.0F;
         }
     }
 }
@@ -260,8 +263,14 @@ void davar_select_update(davar_select_t *select, davar_select_block_t *block,
 {
     DAVAR_ASSERT((select != NULL) && (block != NULL) && (verdict != NULL));
     DAVAR_ASSERT(block->count == select->config->block);
-    select_step_t step = {.select = select};
-    *verdict = (davar_select_verdict_t){.chosen = select->chosen};
+    select_step_t step;
+    step.select = select;
+    step.live = 0U;
+    step.usable = 0U;
+    for (uint32_t i = 0U; i < DAVAR_SELECT_GYROS; i++) {
+        verdict->weight[i] = 0.0F;
+        verdict->fault[i] = 0U;
+    }
     select->blocks =
         (uint16_t)((select->blocks < SELECT_BLOCKS) ? (select->blocks + 1U) : SELECT_BLOCKS);
     take_block(&step, block);
@@ -277,5 +286,5 @@ void davar_select_update(davar_select_t *select, davar_select_block_t *block,
     choose(&step, verdict);
     verdict->usable = (step.usable != 0U);
     verdict->hidden = step.hidden;
-    empty(block);
+    empty(select->config, block);
 }
