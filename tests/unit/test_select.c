@@ -1,6 +1,7 @@
 /* davar tests - the selection of a gyro: settings, samples, and each kind of fault (DESIGN 13). */
 #include "davar/select.h"
 #include "random.h"
+#include "select/select_parts.h"
 #include "unity.h"
 
 #include <math.h>
@@ -250,6 +251,55 @@ static void test_a_mean_that_jumps_is_reported_and_named_if_two_others_agree(voi
     }
 }
 
+static void test_a_named_gyro_stays_named_while_the_others_come_and_go(void)
+{
+    config.gyros = 4U;
+    TEST_ASSERT_TRUE(starts());
+    fly(200U, 0xFU, 0xFU);
+    bias[0] = 1.0;
+    fly(20U, 0xFU, 0xFU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_MEAN, verdict.fault[0]);
+    fly(30U, 0xDU, 0xFU); /* without one, then another, then two */
+    fly(150U, 0x7U, 0xFU);
+    fly(150U, 0x3U, 0xFU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_MEAN, verdict.fault[0]);
+    TEST_ASSERT_EQUAL(1U, verdict.chosen);
+    TEST_ASSERT_EQUAL_FLOAT(1.0F, verdict.weight[1]);
+}
+
+static void test_any_axis_that_is_no_number_makes_the_sample_missing(void)
+{
+    config.axes = 3U;
+    for (uint32_t bad = 0U; bad < 9U; bad++) {
+        float rates[9] = {0.0F};
+        TEST_ASSERT_TRUE(starts());
+        rates[bad] = NAN;
+        (void)davar_select_add(&config, &block, rates, 0xFU);
+        TEST_ASSERT_EQUAL(1U << (bad / 3U), block.missing);
+    }
+}
+
+/* Large noise of the others can leave less than nothing for a gyro. */
+static void test_an_own_noise_below_0_becomes_0_and_takes_a_bounded_weight(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    select_step_t step = {.select = &selection, .live = 7U, .usable = 7U};
+    for (uint32_t i = 0U; i < 3U; i++) {
+        gyro[i].own = 1.0F;
+        step.recent.square[i] = 60.0F;
+    }
+    step.recent.apart[0] = 10.0F; /* of 0 and 1 */
+    step.recent.apart[1] = 10.0F; /* of 0 and 2 */
+    step.recent.apart[2] = 80.0F; /* of 1 and 2 */
+    selection.blocks = 1U;
+    davar_select_measure_noise(&step);
+    TEST_ASSERT_EQUAL_FLOAT(0.0F, gyro[0].own);
+    TEST_ASSERT_EQUAL_FLOAT(40.0F, gyro[1].own);
+    float weight[DAVAR_SELECT_GYROS] = {0.0F};
+    davar_select_weigh(&step, weight);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5F, 1.0F / (1.0F + (2.0F * 0.4F / 40.0F)), weight[0]);
+}
+
 static void test_two_means_of_four_that_jump_are_reported_but_not_named(void)
 {
     config.gyros = 4U;
@@ -298,6 +348,9 @@ int main(void)
     RUN_TEST(test_a_stuck_gyro_is_left_after_3_blocks);
     RUN_TEST(test_gyros_that_all_repeat_one_value_are_stuck_without_a_nan);
     RUN_TEST(test_a_mean_that_jumps_is_reported_and_named_if_two_others_agree);
+    RUN_TEST(test_a_named_gyro_stays_named_while_the_others_come_and_go);
+    RUN_TEST(test_any_axis_that_is_no_number_makes_the_sample_missing);
+    RUN_TEST(test_an_own_noise_below_0_becomes_0_and_takes_a_bounded_weight);
     RUN_TEST(test_two_means_of_four_that_jump_are_reported_but_not_named);
     RUN_TEST(test_noise_far_beyond_the_past_is_a_warning_until_it_ends);
     return UNITY_END();

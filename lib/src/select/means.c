@@ -52,12 +52,12 @@ static difference_t difference_of(const davar_select_t *select, const davar_sele
 /* Offset and noise follow as far as the rate permits. */
 static void learn(davar_select_pair_t *pair, const difference_t *found, uint32_t axes)
 {
-    const float quiet =
-        (found->tolerance > 0.0F) ? (found->sigma / (found->sigma + found->tolerance)) : 1.0F;
+    const float sigma = found->sigma + SELECT_LEAST;
+    const float quiet = sigma / (sigma + found->tolerance);
     const float worth = (pair->known > 1.0F) ? (quiet * quiet) : 1.0F;
     pair->known = lesser(pair->known + worth, SELECT_MEMORY);
     const float gain = worth / pair->known;
-    const float sigmas = found->largest / (found->sigma + SELECT_LEAST);
+    const float sigmas = found->largest / sigma;
     const float most = (pair->known > OFFSET_KNOWN) ? (4.0F * pair->noise) : sigmas;
     for (uint32_t a = 0U; a < axes; a++) {
         pair->offset[a] += gain * found->deviation[a];

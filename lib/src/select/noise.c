@@ -128,7 +128,9 @@ static void measure(const select_step_t *step, uint32_t i, bool common)
               has_hat ? variance_of_hat(step, usual, &others) : (2.0F * usual * usual / freedom),
               select->threshold + SELECT_ALARM_MORE);
     }
-    gyro->usual += (gyro->own - gyro->usual) / (float)select->blocks;
+    gyro->usual = (gyro->usual > 0.0F)
+                      ? (gyro->usual + ((gyro->own - gyro->usual) / (float)select->blocks))
+                      : gyro->own; /* the first block that is not hidden */
 }
 
 void davar_select_measure_noise(const select_step_t *step)
