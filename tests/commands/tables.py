@@ -66,7 +66,7 @@ NOT_RUN = {
     'pip install ".[lab]"': (
         "installs a hundred packages; tests/package runs the wheel beside the same pins"
     ),
-    "tests/lab/benchmark_awkward.py 20 1": HOURS,
+    "tests/lab/benchmark_awkward.py 41 1": HOURS,
     "tests/lab/benchmark_elsewhere.py 40 1": HOURS,
     "build/venv-browser/bin/python tests/workbench/benchmark_page.py 3": (
         "times a browser, which needs a machine that does nothing else"
