@@ -93,7 +93,7 @@ static void send_raw(gateway_t *gateway)
     gateway->index++;
 }
 
-static davar_port_read_t hand_out(gateway_t *gateway, int32_t *count, uint32_t missing,
+static davar_port_read_t hand_out(gateway_t *gateway, const int32_t *count, uint32_t missing,
                                   davar_port_block_t *block)
 {
     gateway->samples.q31 = count;
