@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
 from functools import partial
 from pathlib import Path
@@ -227,6 +228,26 @@ class Parts(unittest.TestCase):
                 [6, 3, 4],
                 [len(Path(root, f"{name}.runs").read_text()) // 2 for name in ("a", "b", "fails")],
             )
+
+    def test_a_job_that_resumes_goes_before_new_ones(self):
+        slots, order = runner.Slots(1), []
+
+        def work(name, resumes):
+            slots.take(resumes)
+            order.append(name)
+            slots.give()
+
+        slots.take()
+        threads = []
+        for name, resumes in (("first", False), ("second", False), ("resumed", True)):
+            threads.append(threading.Thread(target=work, args=(name, resumes)))
+            threads[-1].start()
+            while len(slots.waiting) < len(threads):
+                time.sleep(0.001)
+        slots.give()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(["resumed", "first", "second"], order)
 
     def test_a_shared_requirement_is_made_once_and_its_failure_fails_both_parts(self):
         made = []

@@ -291,7 +291,7 @@ PARTS = {
 # Seconds of the long jobs on an idle core, for a tree without measured times. The longest jobs
 # start first, and the short ones fill the rest.
 TYPICAL = {
-    "commands": 250,
+    "commands": 700,
     "coverage": 150,
     "sanitize": 130,
     "release": 120,

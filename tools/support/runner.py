@@ -2,6 +2,8 @@
 Standard library only.
 """
 
+import heapq
+import itertools
 import json
 import os
 import shutil
@@ -19,10 +21,35 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
 LOGS = BUILD / "log"
 JOBS = str(os.cpu_count() or 2)
-SLOTS = threading.Semaphore(
-    int(JOBS) + 2
-)  # two more than cores: some jobs wait for a browser or the clock of a device
 STOPPED = threading.Event()  # set by Ctrl-C: no further job starts
+
+
+class Slots:
+    """So many jobs run at once: those that resume first, then new ones in the order of asking."""
+
+    def __init__(self, count: int) -> None:
+        self.free = count
+        self.waiting: list[tuple[bool, int]] = []  # a heap
+        self.numbers = itertools.count()
+        self.changed = threading.Condition()
+
+    def take(self, resumes: bool = False) -> None:
+        with self.changed:
+            place = (not resumes, next(self.numbers))
+            heapq.heappush(self.waiting, place)
+            self.changed.wait_for(lambda: self.free > 0 and self.waiting[0] == place)
+            heapq.heappop(self.waiting)
+            self.free -= 1
+            self.changed.notify_all()
+
+    def give(self) -> None:
+        with self.changed:
+            self.free += 1
+            self.changed.notify_all()
+
+
+# two more than cores: some jobs wait for a browser or the clock of a device
+SLOTS = Slots(int(JOBS) + 2)
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -102,11 +129,11 @@ def once(work: Callable[P, T]) -> Callable[P, T]:
             except BaseException as why:
                 future.set_exception(why)
         elif not future.done():
-            SLOTS.release()
+            SLOTS.give()
             try:
                 wait([future])
             finally:
-                SLOTS.acquire()
+                SLOTS.take(resumes=True)
         return future.result()
 
     return result
@@ -145,7 +172,8 @@ def named(part: str, job: Job) -> str:
 
 def attempt(job: Job) -> tuple[Tally, float]:
     """(tally, seconds) of one job; a job that breaks is one failure."""
-    with SLOTS:
+    SLOTS.take()
+    try:
         if STOPPED.is_set():
             return Tally(), 0.0
         start = time.monotonic()
@@ -156,6 +184,8 @@ def attempt(job: Job) -> tuple[Tally, float]:
                 failed=1, lines=[str(why) if isinstance(why, Broken) else traceback.format_exc()]
             )
         return tally, time.monotonic() - start
+    finally:
+        SLOTS.give()
 
 
 def show(name: str, results: Sequence[tuple[Tally, float]]) -> Tally:
