@@ -193,7 +193,8 @@ void report_filtered(uint64_t filtered, uint64_t rows, bool declared)
             stderr, "davar-sim: note: %" PRIu64 " of %" PRIu64 " results withheld: %s\n", filtered,
             rows,
             declared ? "the short cluster sizes contradict the filter of --bandwidth. To learn it "
-                       "from a recording at rest, give --bandwidth auto"
+                       "from a recording at rest, give --bandwidth auto. A vibration tone has the "
+                       "same effect"
                      : "the short cluster sizes read low, as after a low-pass. Give the filter "
                        "of the data sheet (--bandwidth HZ[:ORDER]); or auto, to learn it from a "
                        "recording at rest; or none");

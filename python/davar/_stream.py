@@ -342,7 +342,8 @@ def dynamic(
         warnings.warn(
             f"{withheld} of {fitted} results withheld: the short cluster sizes "
             + ("contradict the filter. Check" if known else "read low, as after a low-pass. Give")
-            + ' bandwidth (data sheet: LPF, -3 dB; or "auto" for a record at rest; or "none")',
+            + ' bandwidth (data sheet: LPF, -3 dB; or "auto" for a record at rest; or "none"). '
+            "A vibration tone has the same effect",
             stacklevel=2,
         )
     return found

@@ -28,18 +28,26 @@ static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t
     }
 }
 
+/* A term of three standard errors has so many degrees of freedom. A misfit in which it disappears
+ * hides it (5.9). */
+#define LOST_EDF (2.0 * DAVAR_FIT_THRESHOLD * DAVAR_FIT_THRESHOLD)
+
 static davar_coefficient_t coefficient_of(const davar_mixture_t *model, int term,
                                           const double unit[])
 {
     davar_coefficient_t coefficient;
     if (((model->terms >> (unsigned)term) & 1U) != 0U) {
         const double a = model->a[term];
+        const double edf = 2.0 * a * a / model->variance[term];
         double low;
         double high;
-        davar_chi_square_interval(2.0 * a * a / model->variance[term], &low, &high);
+        davar_chi_square_interval(edf, &low, &high);
         const double value = davar_root(a * unit[term]);
         coefficient = (davar_coefficient_t){
             true, value, davar_root(model->least[term] * unit[term]), value * davar_root(high)};
+        if ((model->grow > 1.0) && !(edf > LOST_EDF)) {
+            write_absent(&coefficient, coefficient.high);
+        }
     } else {
         write_absent(&coefficient, davar_root(davar_mixture_most(model, term) * unit[term]));
     }
