@@ -152,7 +152,7 @@ def wire() -> Python:
 @once
 def package() -> Python:
     """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python
-    outside the checkout, together with AllanTools and Hypothesis.
+    outside the checkout, together with AllanTools, Hypothesis and the filter of an example.
     """
     set_up("build tools davar-sim", "package-sim.log")
     maker = environment("package")
@@ -170,6 +170,8 @@ def package() -> Python:
             "tools/requirements-bench.txt",
             "-r",
             "tools/support/requirements-hypothesis.txt",
+            "-r",
+            "examples/ahrs_flight/requirements.txt",
         ],
     }.items():
         tool(*command, log=f"package-{log}.log").must()
