@@ -173,6 +173,12 @@ PARTS = {
             "test_record.py",
         ),
     ),
+    "dialects": Part(
+        "a million messages of MAVLink, DroneCAN and Cyphal, read by the decoders of others",
+        suite("dialects", setting=wire),
+        packages=VENV,
+        quick=("test_cyphal.py:few", "test_dronecan.py:few", "test_mavlink.py:few"),
+    ),
     "kernel": Part(
         "CAN, serial lines and gpio, with faults, on a User-Mode Linux kernel "
         "(built once, in minutes)",
@@ -304,6 +310,7 @@ TYPICAL = {
     "consumer tests/consumer test_options.py": 90,
     "consumer tests/consumer test_amalgamate.py": 80,
     "lab tests/lab test_lab.py": 150,
+    "dialects": 150,
     "kernel tests/kernel test_ten_hours.py": 130,
     "kernel tests/kernel test_can.py": 130,
     "kernel tests/kernel test_readme.py": 90,
