@@ -1,8 +1,10 @@
 """Random results, the packets that telemetry_probe makes of them, and what a receiver must find.
 
 The expected values are computed from the results with numpy, not with code of davar.
+DAVAR_DIALECTS=N in the environment: N messages of each type instead of 20 000.
 """
 
+import math
 import os
 import struct
 import subprocess
@@ -11,7 +13,8 @@ import numpy as np
 
 PROBE = os.environ.get("DAVAR_TELEMETRY_PROBE", "telemetry_probe")
 RATE_HZ = 99.3
-MILLION, FEW = 1_000_000, 20_000
+MESSAGES = int(os.environ.get("DAVAR_DIALECTS", "20000"))  # of each type
+BATCH = 10_000
 RECORD = np.dtype(
     [
         ("coefficient", "f8", (5, 3)),  # QN, ARW, BI, RRW, RR: value, low, high
@@ -56,6 +59,13 @@ def results(seed, count):
     for name in ("unstable", "young", "alarm"):
         made[name] = source.integers(0, 2, count)
     return made
+
+
+def batches(count):
+    """(results, channel) that make `count` results at least, with every channel."""
+    number = 10 * math.ceil(count / 10 / BATCH)
+    for seed in range(number):
+        yield results(seed, math.ceil(count / number)), seed % 10
 
 
 def packets(dialect, made, channel=0, node=42, system=7, subject=3700):
