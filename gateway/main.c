@@ -320,6 +320,18 @@ static bool start(gateway_t *gateway, char *why)
     return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
 }
 
+/* Sends what is due, and keeps the link alive. */
+static void tend(gateway_t *gateway)
+{
+    davar_packet_t heartbeat;
+    if ((gateway->settings.dialect != NULL) &&
+        davar_telemetry_heartbeat(&gateway->telemetry, now_us(), &heartbeat)) {
+        outbox_put_packet(&gateway->outbox, &heartbeat);
+    }
+    outbox_flush(&gateway->outbox);
+    davar_link_poll(gateway->outbox.link);
+}
+
 /* Sleeps until an edge or a line is available, or a short time has passed. */
 static void rest(gateway_t *gateway)
 {
@@ -327,8 +339,7 @@ static void rest(gateway_t *gateway)
     if (gateway->edges != NULL) {
         one.fd = gpio_edges_descriptor(gateway->edges);
     }
-    outbox_flush(&gateway->outbox);
-    davar_link_poll(gateway->outbox.link);
+    tend(gateway);
     (void)poll(&one, 1, (gateway->outbox.count > 0U) ? 1 : POLL_MS);
 }
 
@@ -367,7 +378,7 @@ static void run(gateway_t *gateway)
         }
         steps++;
         if (steps % 64U == 0U) {
-            davar_link_poll(gateway->outbox.link);
+            tend(gateway);
         }
     }
     farewell(gateway);

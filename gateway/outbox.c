@@ -1,7 +1,7 @@
 /* davar-node - outbox. */
 #include "outbox.h"
 
-static void put(outbox_t *outbox, const davar_packet_t *packet)
+void outbox_put_packet(outbox_t *outbox, const davar_packet_t *packet)
 {
     if (outbox->count == OUTBOX_PACKETS) {
         davar_link_dropped(outbox->link);
@@ -14,7 +14,7 @@ static void put(outbox_t *outbox, const davar_packet_t *packet)
 void outbox_put(outbox_t *outbox, const davar_frame_t *frame)
 {
     const davar_packet_t packet = davar_link_packet(frame);
-    put(outbox, &packet);
+    outbox_put_packet(outbox, &packet);
 }
 
 void outbox_put_all(outbox_t *outbox, davar_encoder_t *encoder)
@@ -29,7 +29,7 @@ void outbox_put_telemetry(outbox_t *outbox, davar_telemetry_t *telemetry)
 {
     davar_packet_t packet;
     while (davar_telemetry_next(telemetry, &packet)) {
-        put(outbox, &packet);
+        outbox_put_packet(outbox, &packet);
     }
 }
 

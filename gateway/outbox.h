@@ -13,7 +13,10 @@ typedef struct {
     davar_packet_t packet[OUTBOX_PACKETS];
 } outbox_t;
 
-/* Queues a frame. If there is no room, the frame is dropped and counted. */
+/* Queues a packet. If there is no room, the packet is dropped and counted. */
+void outbox_put_packet(outbox_t *outbox, const davar_packet_t *packet);
+
+/* Queues a frame in the same way. */
 void outbox_put(outbox_t *outbox, const davar_frame_t *frame);
 
 /* Queues the frames of the result that the encoder has begun. */

@@ -150,6 +150,10 @@ static bool send_telemetry(wire_out_t *wire, size_t channel, const davar_result_
     davar_telemetry_t *telemetry = &wire->telemetry[channel];
     davar_packet_t packet;
     const double time_us = 1e6 * (double)result->epoch / wire->engine->config.rate_hz;
+    if (davar_telemetry_heartbeat(telemetry, (uint64_t)time_us, &packet) &&
+        !send_packet(wire, &packet, error)) {
+        return false;
+    }
     davar_telemetry_begin(telemetry, result, (uint64_t)time_us);
     while (davar_telemetry_next(telemetry, &packet)) {
         if (!send_packet(wire, &packet, error)) {

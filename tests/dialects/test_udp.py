@@ -36,7 +36,7 @@ def counts(number):
 
 class Mavlink(unittest.TestCase):
     def setUp(self):
-        self.parser = common.MAVLink(None)
+        self.parser, self.heartbeats = common.MAVLink(None), []
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", 0))
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
@@ -44,13 +44,14 @@ class Mavlink(unittest.TestCase):
         self.where = f"mavlink:udp:127.0.0.1:{self.socket.getsockname()[1]}"
 
     def received(self):
-        """Messages that are there. Each datagram is one message."""
+        """Messages that are there, without heartbeats. Each datagram is one message."""
         found = []
         while select.select([self.socket], [], [], 0.2)[0]:
             messages = self.parser.parse_buffer(self.socket.recv(2048))
             self.assertEqual(1, len(messages))
             found += messages
-        return found
+        self.heartbeats += [one for one in found if one.get_type() == "HEARTBEAT"]
+        return [one for one in found if one.get_type() != "HEARTBEAT"]
 
     def rows(self, text):
         """The rows of davar-sim for these counts."""
@@ -101,6 +102,7 @@ class Mavlink(unittest.TestCase):
             with contextlib.closing(mavutil.mavlink_connection(name, dialect="common")) as line:
                 node.stdin.write(counts(400))
                 node.stdin.close()
+                self.assertIsNotNone(line.wait_heartbeat(timeout=20))
                 found = [line.recv_match(type="NAMED_VALUE_FLOAT", blocking=True, timeout=20)]
                 found.append(line.recv_match(type="DEBUG_FLOAT_ARRAY", blocking=True, timeout=20))
                 self.assertEqual(["ARW_X", "davar"], [one.name for one in found])
@@ -144,6 +146,26 @@ class Mavlink(unittest.TestCase):
         self.assertGreaterEqual(dropped, 5)
         self.assertLessEqual(dropped, 15)
 
+    def test_a_heartbeat_comes_every_second_without_a_result(self):
+        words = [NODE, "--source", "-", *SETUP, "--out", self.where, "--system-id", "9"]
+        with subprocess.Popen(words, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL) as node:
+            self.socket.settimeout(20)
+            times = []
+            for _ in range(3):
+                self.heartbeats += self.parser.parse_buffer(self.socket.recv(2048))
+                times.append(time.monotonic())
+            node.stdin.close()
+        self.assertGreater(times[2] - times[0], 1.5)
+        for number, one in enumerate(self.heartbeats):
+            self.assertEqual(
+                (9, 191, number), (one.get_srcSystem(), one.get_srcComponent(), one.get_seq())
+            )
+            self.assertEqual(
+                (common.MAV_TYPE_ONBOARD_CONTROLLER, common.MAV_AUTOPILOT_INVALID),
+                (one.type, one.autopilot),
+            )
+            self.assertEqual((common.MAV_STATE_ACTIVE, 3), (one.system_status, one.mavlink_version))
+
     def test_nobody_there_is_no_error(self):
         self.socket.close()
         words = [NODE, "--source", "-", *SETUP, "--out", self.where]
@@ -164,6 +186,7 @@ class Mavlink(unittest.TestCase):
         names = {one.name for one in found}
         self.assertEqual({"ARW_X", "BI_X", "ARW_Y", "BI_Y", "davar"}, names)
         self.assertEqual({191, 192}, {one.get_srcComponent() for one in found})
+        self.assertEqual([191, 192] * 4, [one.get_srcComponent() for one in self.heartbeats])
 
 
 if __name__ == "__main__":

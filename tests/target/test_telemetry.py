@@ -29,6 +29,7 @@ void _start(void)
     davar_telemetry_begin(&telemetry, &result, 1U);
     while (davar_telemetry_next(&telemetry, &packet)) {
     }
+    (void)davar_telemetry_heartbeat(&telemetry, 1U, &packet);
 }
 """
 

@@ -165,6 +165,66 @@ static void test_the_transfer_number_counts_modulo_32(void)
     }
 }
 
+/* The heartbeat at a time; NULL: none is due. */
+static const davar_packet_t *heartbeat_at(uint64_t time_us)
+{
+    return davar_telemetry_heartbeat(&telemetry, time_us, &packet) ? &packet : NULL;
+}
+
+static void test_a_heartbeat_comes_once_a_second(void)
+{
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_cyphal, &home, 100.0));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(0U));
+    const davar_packet_t before = packet;
+    TEST_ASSERT_NULL(heartbeat_at(999999U));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &packet, sizeof packet);
+    TEST_ASSERT_NOT_NULL(heartbeat_at(1000000U));
+    TEST_ASSERT_NULL(heartbeat_at(1999999U));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(7000000U));
+    TEST_ASSERT_NULL(heartbeat_at(7999999U));
+}
+
+static void check_heartbeat(const davar_dialect_t *dialect, uint32_t identifier,
+                            const uint8_t *wanted, uint8_t length)
+{
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, dialect, &home, 100.0));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(0U));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(UINT64_C(0x04030201) * 1000000U));
+    TEST_ASSERT_EQUAL_HEX32(identifier, packet.identifier);
+    TEST_ASSERT_EQUAL(length, packet.length);
+    TEST_ASSERT_EQUAL_MEMORY(wanted, packet.data, length);
+}
+
+static void test_the_heartbeat_of_each_dialect_byte_by_byte(void)
+{
+    uint8_t mavlink[21] = {0xFD, 9, 0, 0, 1, 7, 42, 0, 0, 0, 0, 0, 0, 0, 18, 8, 0, 4, 3};
+    const uint16_t crc = crc_of(mavlink + 1, 18U, 50U);
+    mavlink[19] = (uint8_t)(crc & 0xFFU);
+    mavlink[20] = (uint8_t)(crc >> 8U);
+    check_heartbeat(&davar_mavlink, 0U, mavlink, sizeof mavlink);
+    check_heartbeat(&davar_mavlink_gyro_noise, 0U, mavlink, sizeof mavlink);
+    static const uint8_t status[] = {1, 2, 3, 4, 0, 0, 0, 0xC1};
+    check_heartbeat(&davar_dronecan, 0x1801552AU, status, sizeof status); /* 24, 341, 42 */
+    static const uint8_t beat[] = {1, 2, 3, 4, 0, 0, 0, 0xE1};
+    check_heartbeat(&davar_cyphal, 0x147D552AU, beat, sizeof beat); /* 5, 7509, 42 */
+}
+
+/* MAVLink counts all packets of a sender, DroneCAN and Cyphal those of each type. */
+static void test_heartbeats_count_in_the_sequence_of_mavlink_only(void)
+{
+    begin(&davar_mavlink);
+    TEST_ASSERT_NOT_NULL(heartbeat_at(0U));
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL(1, packet.data[4]);
+    begin(&davar_dronecan);
+    for (uint32_t i = 0U; i < 40U; i++) {
+        TEST_ASSERT_NOT_NULL(heartbeat_at((uint64_t)i * 1000000U));
+        TEST_ASSERT_EQUAL_HEX8(0xC0U | (i % 32U), packet.data[7]);
+    }
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL_HEX8(0xC0U, packet.data[7]);
+}
+
 static void test_the_axes_have_names(void)
 {
     static const char letters[] = "XYZ3456789";
@@ -262,6 +322,9 @@ int main(void)
     RUN_TEST(test_a_dronecan_frame_byte_by_byte);
     RUN_TEST(test_a_cyphal_frame_fills_64_bytes);
     RUN_TEST(test_the_transfer_number_counts_modulo_32);
+    RUN_TEST(test_a_heartbeat_comes_once_a_second);
+    RUN_TEST(test_the_heartbeat_of_each_dialect_byte_by_byte);
+    RUN_TEST(test_heartbeats_count_in_the_sequence_of_mavlink_only);
     RUN_TEST(test_the_axes_have_names);
     RUN_TEST(test_each_flag_is_one_bit_of_state);
     RUN_TEST(test_what_is_no_magnitude_is_absent_and_no_upper_limit_is_infinite);

@@ -3,6 +3,7 @@
  *
  * ```
  * result -> davar_telemetry_begin -> davar_telemetry_next (until false) -> packets
+ * clock  -> davar_telemetry_heartbeat (true once a second) -> packet
  * ```
  *
  * A dialect is a constant, as a window law is. A program links only the dialects that it names.
@@ -43,16 +44,18 @@ typedef struct {
 /** A dialect: one of the constants below. */
 typedef struct davar_dialect davar_dialect_t;
 
-/** An encoder of one channel, about 40 bytes. The caller owns it. Fields are private. */
+/** An encoder of one channel, about 56 bytes. The caller owns it. Fields are private. */
 typedef struct {
     /** @privatesection */
     const davar_dialect_t *dialect;
     const davar_result_t *result;
     uint64_t time_us;
+    uint64_t heartbeat_us; /* when the next heartbeat is due */
     double rate_hz;
     davar_telemetry_address_t from;
-    uint8_t index;    /* of the next packet of the result */
-    uint8_t sequence; /* of the next packet */
+    uint8_t index;      /* of the next packet of the result */
+    uint8_t sequence;   /* packets so far, without heartbeats, modulo 256 */
+    uint8_t heartbeats; /* the same of these */
 } davar_telemetry_t;
 
 /** Fields are private. */
@@ -61,6 +64,8 @@ struct davar_dialect {
     uint8_t packets; /* of a result */
     bool (*accepts)(const davar_telemetry_address_t *from);
     void (*fill)(const davar_telemetry_t *telemetry, davar_packet_t *packet);
+    void (*fill_heartbeat)(const davar_telemetry_t *telemetry, uint32_t uptime_s,
+                           davar_packet_t *packet);
 };
 
 /** MAVLink 2: NAMED_VALUE_FLOAT ARW_X (deg/sqrt(h)) and BI_X (deg/h), then DEBUG_FLOAT_ARRAY
@@ -97,6 +102,16 @@ void davar_telemetry_begin(davar_telemetry_t *telemetry, const davar_result_t *r
  *
  * Cost: O(length). */
 bool davar_telemetry_next(davar_telemetry_t *telemetry, davar_packet_t *packet);
+
+/** Writes a heartbeat once a second: MAVLink HEARTBEAT, DroneCAN uavcan.protocol.NodeStatus or
+ * Cyphal uavcan.node.Heartbeat. Receivers list a sender only if it sends them. Call it several times
+ * a second if the address belongs to this encoder alone. Do not call it if other code sends the
+ * heartbeat of this address. `time_us` is the time since boot.
+ * @return False if none is due; *packet is then unchanged.
+ *
+ * Cost: O(1). */
+bool davar_telemetry_heartbeat(davar_telemetry_t *telemetry, uint64_t time_us,
+                               davar_packet_t *packet);
 
 /** Returns the variance of one sample of white noise, (rad/s)^2, from the angle random walk: the
  * entry of a covariance matrix. `rate_hz` is the rate at which the receiver uses samples that each

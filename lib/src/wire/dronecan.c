@@ -4,6 +4,7 @@
 #include "wire/single.h"
 
 #define KEY_VALUE 16370U            /* uavcan.protocol.debug.KeyValue */
+#define NODE_STATUS 341U            /* uavcan.protocol.NodeStatus */
 #define DRONECAN_PRIORITY 24U       /* of 31, the lowest */
 #define DRONECAN_SINGLE_FRAME 0xC0U /* start and end of the transfer; the rest is its number */
 
@@ -18,18 +19,32 @@ static bool dronecan_accepts(const davar_telemetry_address_t *from)
     return from->node <= CAN_NODE_LAST;
 }
 
+static uint32_t identifier_of(const davar_telemetry_t *telemetry, uint32_t type)
+{
+    return (DRONECAN_PRIORITY << 24U) | (type << 8U) | telemetry->from.node;
+}
+
 /* value, key; the length of a last array is not sent */
 static void dronecan_fill(const davar_telemetry_t *telemetry, davar_packet_t *packet)
 {
     static const char *const dronecan_keys[] = {"AR", "AL", "AH", "BI", "BL", "BH"};
-    packet->identifier = (DRONECAN_PRIORITY << 24U) | (KEY_VALUE << 8U) | telemetry->from.node;
+    packet->identifier = identifier_of(telemetry, KEY_VALUE);
     davar_packet_put(packet, davar_quantity(telemetry, (quantity_t)telemetry->index), 4U);
     davar_packet_put_text(packet, dronecan_keys[telemetry->index]);
     davar_packet_put(packet, davar_axis_letter(telemetry->from.channel), 1U);
     davar_packet_put(packet, DRONECAN_SINGLE_FRAME | (telemetry->sequence & CAN_TRANSFER_MASK), 1U);
 }
 
-const davar_dialect_t davar_dronecan = {6U, dronecan_accepts, dronecan_fill};
+static void dronecan_fill_heartbeat(const davar_telemetry_t *telemetry, uint32_t uptime_s,
+                                    davar_packet_t *packet)
+{
+    packet->identifier = identifier_of(telemetry, NODE_STATUS);
+    davar_packet_put_status(packet, uptime_s,
+                            DRONECAN_SINGLE_FRAME | (telemetry->heartbeats & CAN_TRANSFER_MASK));
+}
+
+const davar_dialect_t davar_dronecan = {6U, dronecan_accepts, dronecan_fill,
+                                        dronecan_fill_heartbeat};
 
 /* A variance as float16, to the nearest, ties to even, and never 0 unless it is 0. */
 static uint32_t half_of(double variance)
@@ -51,7 +66,7 @@ void davar_dronecan_covariance(const double gyro[3], const double accel[3],
                                uint8_t bytes[DAVAR_COVARIANCE_BYTES])
 {
     DAVAR_ASSERT((gyro != NULL) && (accel != NULL) && (bytes != NULL));
-    for (uint32_t i = 0U; i < 6U; i++) {
+    for (size_t i = 0U; i < 6U; i++) {
         const uint32_t found = half_of((i < 3U) ? gyro[i] : accel[i - 3U]);
         bytes[2U * i] = (uint8_t)found;
         bytes[2U * i + 1U] = (uint8_t)(found >> 8U);

@@ -7,12 +7,19 @@
 #define EPOCH_MASK 0xFFFFFFU
 
 /* The number of a message, and the byte of its definition that the checksum covers. */
+#define HEARTBEAT 0U
+#define HEARTBEAT_EXTRA 50U
 #define NAMED_VALUE_FLOAT 251U
 #define NAMED_VALUE_FLOAT_EXTRA 170U
 #define DEBUG_FLOAT_ARRAY 350U
 #define DEBUG_FLOAT_ARRAY_EXTRA 232U
 #define GYRO_NOISE 58800U
 #define GYRO_NOISE_EXTRA 4U
+
+#define MAV_TYPE_ONBOARD_CONTROLLER 18U
+#define MAV_AUTOPILOT_INVALID 8U /* not an autopilot */
+#define MAV_STATE_ACTIVE 4U
+#define MAVLINK_VERSION 3U
 
 /* CRC-16/MCRF4XX of one more byte. */
 static uint32_t crc_of_byte(uint32_t crc, uint32_t byte)
@@ -26,7 +33,7 @@ static void mavlink_open(const davar_telemetry_t *telemetry, uint32_t message,
                          davar_packet_t *packet)
 {
     davar_packet_put(packet, MAVLINK_START, 4U); /* length and flags: 0 so far */
-    davar_packet_put(packet, telemetry->sequence, 1U);
+    davar_packet_put(packet, (uint32_t)telemetry->sequence + telemetry->heartbeats, 1U);
     davar_packet_put(packet, telemetry->from.system, 1U);
     davar_packet_put(packet, telemetry->from.node, 1U);
     davar_packet_put(packet, message, 3U);
@@ -101,5 +108,21 @@ static bool mavlink_accepts(const davar_telemetry_address_t *from)
     return from->system > 0U;
 }
 
-const davar_dialect_t davar_mavlink = {3U, mavlink_accepts, mavlink_fill};
-const davar_dialect_t davar_mavlink_gyro_noise = {1U, mavlink_accepts, fill_gyro_noise};
+/* custom_mode, type, autopilot, base_mode, system_status, mavlink_version */
+static void mavlink_fill_heartbeat(const davar_telemetry_t *telemetry, uint32_t uptime_s,
+                                   davar_packet_t *packet)
+{
+    (void)uptime_s;
+    mavlink_open(telemetry, HEARTBEAT, packet);
+    davar_packet_put(packet, 0U, 4U);
+    davar_packet_put(packet, MAV_TYPE_ONBOARD_CONTROLLER, 1U);
+    davar_packet_put(packet, MAV_AUTOPILOT_INVALID, 1U);
+    davar_packet_put(packet, 0U, 1U);
+    davar_packet_put(packet, MAV_STATE_ACTIVE, 1U);
+    davar_packet_put(packet, MAVLINK_VERSION, 1U);
+    mavlink_close(HEARTBEAT_EXTRA, packet);
+}
+
+const davar_dialect_t davar_mavlink = {3U, mavlink_accepts, mavlink_fill, mavlink_fill_heartbeat};
+const davar_dialect_t davar_mavlink_gyro_noise = {1U, mavlink_accepts, fill_gyro_noise,
+                                                  mavlink_fill_heartbeat};

@@ -44,6 +44,10 @@ void davar_packet_put_text(davar_packet_t *packet, const char *text);
 /* Appends every quantity. */
 void davar_packet_put_quantities(davar_packet_t *packet, const davar_telemetry_t *telemetry);
 
+/* Appends a status of a node without faults, as NodeStatus of DroneCAN and Heartbeat of Cyphal have
+ * it, and the last byte of its frame. */
+void davar_packet_put_status(davar_packet_t *packet, uint32_t uptime_s, uint32_t last);
+
 /* Appends the fields that davar.Noise.1.0 and GYRO_NOISE have in common: epoch, window_samples,
  * every quantity, channel, state. */
 void davar_packet_put_result(davar_packet_t *packet, const davar_telemetry_t *telemetry);

@@ -6,6 +6,7 @@
 
 /* 1 deg/sqrt(h) in rad/sqrt(s): pi / 180 / 60. */
 #define RAD_PER_SQRT_S 2.9088820866572159e-4
+#define SECOND_US 1000000U
 
 uint8_t davar_axis_letter(uint8_t channel)
 {
@@ -82,6 +83,13 @@ void davar_packet_put_result(davar_packet_t *packet, const davar_telemetry_t *te
     davar_packet_put(packet, davar_quantity_state(result), 1U);
 }
 
+void davar_packet_put_status(davar_packet_t *packet, uint32_t uptime_s, uint32_t last)
+{
+    davar_packet_put(packet, uptime_s, 4U);
+    davar_packet_put(packet, 0U, 3U); /* health: good; mode: operational; nothing of a vendor */
+    davar_packet_put(packet, last, 1U);
+}
+
 bool davar_telemetry_init(davar_telemetry_t *telemetry, const davar_dialect_t *dialect,
                           const davar_telemetry_address_t *from, double rate_hz)
 {
@@ -114,6 +122,20 @@ bool davar_telemetry_next(davar_telemetry_t *telemetry, davar_packet_t *packet)
     telemetry->dialect->fill(telemetry, packet);
     telemetry->index++;
     telemetry->sequence++;
+    return true;
+}
+
+bool davar_telemetry_heartbeat(davar_telemetry_t *telemetry, uint64_t time_us,
+                               davar_packet_t *packet)
+{
+    DAVAR_ASSERT((telemetry != NULL) && (packet != NULL));
+    if (time_us < telemetry->heartbeat_us) {
+        return false;
+    }
+    *packet = (davar_packet_t){0};
+    telemetry->dialect->fill_heartbeat(telemetry, (uint32_t)(time_us / SECOND_US), packet);
+    telemetry->heartbeat_us = time_us + SECOND_US;
+    telemetry->heartbeats++;
     return true;
 }
 
