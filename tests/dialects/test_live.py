@@ -18,7 +18,9 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from davarlab.wire import dialects
+from davarlab.errors import BadInput
+from davarlab.wire import dialects, record
+from pymavlink.dialects.v20 import common
 from random_results import ARW, BI, QN, RR, RRW, packets, results, sent
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -130,12 +132,71 @@ class Receiver(unittest.TestCase):
             self.assertEqual(damaged, receiver.faults.total() > 0)
             self.assertGreater(len(found), 120)
 
-    def test_messages_of_others_are_foreign_or_ignored(self):
-        for dialect in ("dronecan", "cyphal"):
-            receiver = dialects.DialectReceiver(dialect)
-            self.assertIsNone(receiver.push(0x18015501, bytes(7) + b"\xc0"))
-            self.assertIsNone(receiver.push(0x0, b""))
-            self.assertEqual([], receiver.finish())
+    def test_a_message_of_another_type_is_no_result(self):
+        zeros = bytes(63)
+        others = [
+            ("dronecan", 0x1801552A, b"\x01\x02\x03\x04\x00\x00\x00\xc0"),  # NodeStatus
+            ("dronecan", 0x183FF22A, b"\x00\x00\x80\x3fAR\x00\xc0"),  # a key without an axis
+            ("dronecan", 0x0, b""),
+            ("cyphal", 0x147D552A, b"\x01\x02\x03\x04\x00\x00\x00\xe0"),  # Heartbeat
+            ("cyphal", 0x146E742A, b"\x01\x02\x03\x04\x00\x00\x00\xe0"),  # too short
+            ("cyphal", 0x146E732A, zeros + b"\xe0"),  # another subject
+            ("cyphal", 0x0, b""),
+        ]
+        for dialect, identifier, data in others:
+            with self.subTest(dialect=dialect, identifier=hex(identifier), data=data.hex()):
+                found = received(dialects.DialectReceiver(dialect), [(identifier, data)])
+                self.assertEqual([], found)
+
+    def test_cyphal_takes_the_subject_of_the_source(self):
+        frames = packets("cyphal", consecutive(8), channel=4, subject=5000)
+        self.assertEqual(COUNT, len(received(dialects.receiver("cyphal:can0@5000"), frames)))
+        self.assertEqual([], received(dialects.receiver("cyphal:can0"), frames))
+        for wrong in ("8192", "-1", "x", ""):
+            with self.assertRaisesRegex(BadInput, "subject 0 to 8191 expected"):
+                dialects.receiver(f"cyphal:can0@{wrong}")
+
+    def test_a_second_sender_of_a_channel_is_foreign(self):
+        for dialect in ("mavlink", "dronecan", "cyphal"):
+            made, receiver = consecutive(9), dialects.DialectReceiver(dialect)
+            mine = packets(dialect, made, channel=4)
+            others = packets(dialect, consecutive(10), channel=4, node=43)
+            each = len(mine) // COUNT
+            rows = [range(each * row, each * row + each) for row in range(COUNT)]
+            frames = [side[at] for row in rows for side in (mine, others) for at in row]
+            self.check(made, received(receiver, frames), has_all=dialect != "dronecan")
+            self.assertEqual((COUNT, 0), (receiver.faults.foreign, receiver.faults.total()))
+
+    def test_no_message_breaks_the_receiver(self):
+        """Intact messages with any content, as somebody else may send them."""
+        source, sender = np.random.default_rng(11), common.MAVLink(None)
+        for dialect in ("mavlink", "dronecan", "cyphal"):
+            receiver, shown = dialects.DialectReceiver(dialect), 0
+            for number in range(2000):
+                data = source.integers(0, 256, 63, dtype="u1").tobytes()
+                if number % 3 == 0:
+                    data = bytes(63)
+                if dialect == "mavlink":
+                    floats = np.frombuffer(data[:60] * 4, "f4")[:58].tolist()
+                    if number % 2:
+                        floats[13:16] = [float(one) for one in data[:3]]
+                    message = common.MAVLink_debug_float_array_message(
+                        0, b"davar", data[0] % 12, floats
+                    )
+                    frame = 0, message.pack(sender)
+                elif dialect == "dronecan":
+                    key = dialects.KEYS[number % 6].encode() + b"X"
+                    key = data[4:7] if 0 < data[7] < 25 else key
+                    frame = 0x183FF22A, data[:4] + key + b"\xc0"
+                else:
+                    last = bytes([data[60] % 12, data[61], data[62], 0xE0 + number % 32])
+                    frame = 0x146E742A, data[:60] + last
+                result = receiver.push(*frame)
+                if result:
+                    json.dumps(record.row(result, result.sender), allow_nan=False)
+                    self.assertLess(result.channel, 10)
+                    shown += 1
+            self.assertGreater(shown, 100, (dialect, receiver.faults))
 
 
 class Live(unittest.TestCase):

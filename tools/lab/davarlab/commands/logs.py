@@ -135,7 +135,7 @@ COMMANDS: dict[str, Command] = {
             argument(
                 "source",
                 help="can:IFACE, slcan:PATH[@BAUD], mavlink:udp:HOST:PORT (of this computer), "
-                "mavlink:serial:PATH[@BAUD], dronecan:IFACE or cyphal:IFACE",
+                "mavlink:serial:PATH[@BAUD], dronecan:IFACE or cyphal:IFACE[@SUBJECT]",
             ),
             argument(
                 "--record",

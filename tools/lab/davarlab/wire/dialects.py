@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from .. import places
+from ..errors import BadInput
 from .frames import BASE, Channel, Faults, Receiver, Result
 from .raw import Sample
 from .withheld import REASONS
@@ -39,12 +40,14 @@ AXES = "XYZ3456789"
 KEYS = ("AR", "AL", "AH", "BI", "BL", "BH")  # of DroneCAN, for the first quantities
 KEY_VALUE, KEY_VALUE_BYTES = 16370, 8
 NOISE_BYTES = 62
+SUBJECT, SUBJECT_LAST = 3700, 8191  # of Cyphal
 
 
 @dataclass
 class Message:
     """One result as a message has it. epoch: modulo `modulus`; None: the message has none."""
 
+    sender: Hashable
     channel: int
     quantities: tuple[float, ...]
     values: dict[str, Any] = field(default_factory=dict)
@@ -96,12 +99,16 @@ class Mavlink:
             if one.get_type() == "BAD_DATA":
                 self.faults.corrupted += 1
                 continue
-            self.numbers.take((one.get_srcSystem(), one.get_srcComponent()), one.get_seq())
-            if one.get_type() == "DEBUG_FLOAT_ARRAY" and one.name == "davar":
-                values = {"window_samples": int(one.data[13]), **flags(int(one.data[14]))}
-                yield Message(
-                    one.array_id, tuple(one.data[:13]), values, int(one.data[15]), modulus=2**24
-                )
+            sender = one.get_srcSystem(), one.get_srcComponent()
+            self.numbers.take(sender, one.get_seq())
+            if one.get_type() != "DEBUG_FLOAT_ARRAY" or one.name != "davar":
+                continue
+            if not all(0 <= number < 2**32 and number % 1 == 0 for number in one.data[13:16]):
+                self.faults.impossible += 1
+                continue
+            samples, state, epoch = map(int, one.data[13:16])
+            values = {"window_samples": samples, **flags(state)}
+            yield Message(sender, one.array_id, tuple(one.data[:13]), values, epoch, modulus=2**24)
 
 
 class Dronecan:
@@ -126,7 +133,7 @@ class Dronecan:
 
     def _join(self, node: int, key: str, value: float) -> Iterator[Message]:
         name, axis = key[:2], key[2:]
-        if name not in KEYS or axis not in AXES:
+        if name not in KEYS or len(axis) != 1 or axis not in AXES:
             return
         place = node, axis
         if name == KEYS[0]:
@@ -138,22 +145,22 @@ class Dronecan:
         if name == KEYS[-1]:
             found = self.parts.pop(place)
             if len(found) == len(KEYS):
-                yield Message(AXES.index(axis), tuple(found[one] for one in KEYS))
+                yield Message(node, AXES.index(axis), tuple(found[one] for one in KEYS))
             else:
                 self.faults.incomplete_results += 1
 
 
 class Cyphal:
-    """davar.Noise.1.0 on any subject."""
+    """davar.Noise.1.0. A message does not name its type, so only its subject tells what it is."""
 
-    def __init__(self, faults: Faults) -> None:
+    def __init__(self, faults: Faults, subject: int = SUBJECT) -> None:
         import pycyphal.dsdl
-        from pycyphal.transport import can
+        from pycyphal.transport import MessageDataSpecifier, can
 
         self.can, self.dsdl, self.faults = can, pycyphal.dsdl, faults
         self.tracer = can.CANTransport.make_tracer()
         self.numbers = Numbers(32, faults)
-        self.noise = self._generated()
+        self.noise, self.subject = self._generated(), MessageDataSpecifier(subject)
 
     def _generated(self) -> Any:
         """The class that nunavut generates from our definition. The namespace has another name
@@ -170,7 +177,7 @@ class Cyphal:
                 sys.path.remove(folder)
 
     def messages(self, identifier: int, data: bytes) -> Iterator[Message]:
-        from pycyphal.transport import MessageDataSpecifier, Timestamp, TransferTrace
+        from pycyphal.transport import Timestamp, TransferTrace
 
         media = self.can.media
         frame = media.DataFrame(media.FrameFormat.EXTENDED, identifier, bytearray(data))
@@ -179,33 +186,34 @@ class Cyphal:
             self.faults.foreign += 1
             return
         metadata = trace.transfer.metadata
-        session = metadata.session_specifier
-        payload = trace.transfer.fragmented_payload
+        session, payload = metadata.session_specifier, trace.transfer.fragmented_payload
         one = self.dsdl.deserialize(self.noise, payload)
-        if one is None or not isinstance(session.data_specifier, MessageDataSpecifier):
+        is_short = sum(map(len, payload)) < NOISE_BYTES  # what is missing would read as 0
+        if session.data_specifier != self.subject or one is None or is_short:
             self.faults.foreign += 1
             return
-        self.numbers.take((session.source_node_id, session.data_specifier), metadata.transfer_id)
-        yield self._message(one)
+        self.numbers.take(session.source_node_id, metadata.transfer_id)
+        yield self._message(session.source_node_id, one)
 
     @staticmethod
-    def _message(one: Any) -> Message:
+    def _message(sender: Hashable, one: Any) -> Message:
         kinds = ("angle_random_walk", "bias_instability", "rate_random_walk")
         names = [kind + limit for kind in kinds for limit in ("", "_low", "_high")]
         names += ["rate_ramp", "quantization", "kurtosis", "rate_hz"]
         state = one.noise + 8 * one.unstable + 16 * one.young + 32 * one.alarm
         values = {"window_samples": one.window_samples, **flags(state)}
         quantities = tuple(float(getattr(one, name)) for name in names)
-        return Message(one.channel, quantities, values, one.epoch)
+        return Message(sender, one.channel, quantities, values, one.epoch)
 
 
 class DialectReceiver:
     """A frames.Receiver of a dialect: the same methods and fields."""
 
-    def __init__(self, dialect: str) -> None:
+    def __init__(self, dialect: str, **options: Any) -> None:
         self.faults = Faults()
-        self.decoder: Decoder = DIALECTS[dialect](self.faults)
+        self.decoder: Decoder = DIALECTS[dialect](self.faults, **options)
         self.channels: dict[int, Channel] = {}
+        self.senders: dict[int, Hashable] = {}  # of a channel: the first that sent it
         self.ready: deque[Result] = deque()
         self.count = itertools.count()
         self.wants_raw = True  # none ever comes
@@ -223,12 +231,19 @@ class DialectReceiver:
         return left
 
     def _result(self, message: Message) -> Result | None:
+        if message.channel >= len(AXES):
+            self.faults.impossible += 1
+            return None
+        if message.sender != self.senders.setdefault(message.channel, message.sender):
+            self.faults.foreign += 1
+            return None
         channel = self._channel(message)
         if channel is None:
             return None
         values = {name: one for name, one in zip(QUANTITIES, message.quantities) if name}
-        if "rate_hz" in values:
-            channel.setup["rate_hz"] = values.pop("rate_hz")
+        rate_hz = values.pop("rate_hz", math.nan)
+        if 0 < rate_hz < math.inf:
+            channel.setup["rate_hz"] = rate_hz
         noise = message.values.pop("noise", None)
         arw, low, high = message.quantities[:3]
         if math.isnan(arw) and noise in REASONS:
@@ -263,7 +278,7 @@ class DialectReceiver:
         return channel
 
 
-DIALECTS: dict[str, Callable[[Faults], Decoder]] = {
+DIALECTS: dict[str, Callable[..., Decoder]] = {
     "mavlink": Mavlink,
     "dronecan": Dronecan,
     "cyphal": Cyphal,
@@ -273,4 +288,9 @@ DIALECTS: dict[str, Callable[[Faults], Decoder]] = {
 def receiver(source: str, base: int = BASE) -> Receiver | DialectReceiver:
     """The receiver for a source: of a dialect, or of davar's own frames."""
     kind = source.partition(":")[0]
-    return DialectReceiver(kind) if kind in DIALECTS else Receiver(base)
+    if kind not in DIALECTS:
+        return Receiver(base)
+    _, at, digits = source.partition("@") if kind == "cyphal" else ("", "", "")
+    if at and not (digits.isdecimal() and int(digits) <= SUBJECT_LAST):
+        raise BadInput(f"{source}: subject 0 to {SUBJECT_LAST} expected, found '{digits}'")
+    return DialectReceiver(kind, **({"subject": int(digits)} if at else {}))

@@ -84,9 +84,16 @@ class CanPort:
 
 
 class ExtendedPort(CanPort):
-    """The same for DroneCAN and Cyphal."""
+    """The same for DroneCAN."""
 
     extended = True
+
+
+class CyphalPort(ExtendedPort):
+    """IFACE or IFACE@SUBJECT; the receiver knows the subject."""
+
+    def __init__(self, name: str, faults: Faults) -> None:
+        super().__init__(name.partition("@")[0], faults)
 
 
 class Line(serial.Serial):  # type: ignore[misc]  # pyserial ships no types
@@ -192,11 +199,11 @@ PORTS: dict[str, Callable[[str, Faults], Port]] = {
     "mavlink:udp:": UdpPort,
     "mavlink:serial:": MavlinkLine,
     "dronecan:": ExtendedPort,
-    "cyphal:": ExtendedPort,
+    "cyphal:": CyphalPort,
 }
 FORMS = (
     "can:IFACE, slcan:PATH[@BAUD], mavlink:udp:HOST:PORT, mavlink:serial:PATH[@BAUD], "
-    "dronecan:IFACE or cyphal:IFACE"
+    "dronecan:IFACE or cyphal:IFACE[@SUBJECT]"
 )
 
 
