@@ -4,6 +4,7 @@ and every fault of a bus is counted and survived.
 
 import csv
 import json
+import socket
 import subprocess
 import sys
 import unittest
@@ -12,6 +13,7 @@ from collections import Counter
 import can
 import dronecan
 import numpy as np
+from davarlab.wire.source import RECEIVE_BYTES, SO_RCVBUFFORCE
 from dronecan.transport import Frame, Transfer
 from kernel_case import NODE, REPLAY, ROOT, SIM, KernelCase, near, settle, shell, sim_csv, wait_for
 from test_live import LIVE
@@ -22,6 +24,7 @@ class Dialects(KernelCase):
     def collected(self, interface, act):
         """[(identifier, data, is_fd)] of extended frames that act() brings onto the bus."""
         with can.Bus(interface="socketcan", channel=interface, fd=True) as bus:
+            bus.socket.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BYTES)
             act()
             settle()
             found = []
@@ -101,7 +104,7 @@ class Dialects(KernelCase):
         settle()
         live.terminate()
         shown, told = live.communicate(timeout=20)
-        rows, found = sim_csv(), list(csv.DictReader(path.open(encoding="utf-8")))
+        rows, found = sim_csv(), list(csv.DictReader(path.read_text().splitlines()))
         self.assertEqual(2 * len(rows), len(found), told)
         self.assertEqual(2 * len(rows), len(shown.splitlines()))
         self.assertIn("1 link lost, 1 link restored", told)
