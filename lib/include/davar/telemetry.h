@@ -55,7 +55,7 @@ typedef struct {
     davar_telemetry_address_t from;
     uint8_t index;      /* of the next packet of the result */
     uint8_t sequence;   /* packets so far, without heartbeats, modulo 256 */
-    uint8_t heartbeats; /* the same of these */
+    uint8_t heartbeats; /* heartbeats so far, modulo 256 */
 } davar_telemetry_t;
 
 /** Fields are private. */

@@ -13,14 +13,14 @@ static bool cyphal_accepts(const davar_telemetry_address_t *from)
     return (from->node <= CAN_NODE_LAST) && (from->subject <= CYPHAL_SUBJECT_LAST);
 }
 
-static uint32_t identifier_of(const davar_telemetry_t *telemetry, uint32_t subject)
+static uint32_t cyphal_identifier(const davar_telemetry_t *telemetry, uint32_t subject)
 {
     return (CYPHAL_PRIORITY << 26U) | CYPHAL_MESSAGE | (subject << 8U) | telemetry->from.node;
 }
 
 static void cyphal_fill(const davar_telemetry_t *telemetry, davar_packet_t *packet)
 {
-    packet->identifier = identifier_of(telemetry, telemetry->from.subject);
+    packet->identifier = cyphal_identifier(telemetry, telemetry->from.subject);
     davar_packet_put_result(packet, telemetry);
     packet->length = CYPHAL_FRAME_BYTES - 1U; /* one byte of padding */
     davar_packet_put(packet, CYPHAL_SINGLE_FRAME | (telemetry->sequence & CAN_TRANSFER_MASK), 1U);
@@ -29,7 +29,7 @@ static void cyphal_fill(const davar_telemetry_t *telemetry, davar_packet_t *pack
 static void cyphal_fill_heartbeat(const davar_telemetry_t *telemetry, uint32_t uptime_s,
                                   davar_packet_t *packet)
 {
-    packet->identifier = identifier_of(telemetry, CYPHAL_HEARTBEAT);
+    packet->identifier = cyphal_identifier(telemetry, CYPHAL_HEARTBEAT);
     davar_packet_put_status(packet, uptime_s,
                             CYPHAL_SINGLE_FRAME | (telemetry->heartbeats & CAN_TRANSFER_MASK));
 }

@@ -19,7 +19,7 @@ static bool dronecan_accepts(const davar_telemetry_address_t *from)
     return from->node <= CAN_NODE_LAST;
 }
 
-static uint32_t identifier_of(const davar_telemetry_t *telemetry, uint32_t type)
+static uint32_t dronecan_identifier(const davar_telemetry_t *telemetry, uint32_t type)
 {
     return (DRONECAN_PRIORITY << 24U) | (type << 8U) | telemetry->from.node;
 }
@@ -28,7 +28,7 @@ static uint32_t identifier_of(const davar_telemetry_t *telemetry, uint32_t type)
 static void dronecan_fill(const davar_telemetry_t *telemetry, davar_packet_t *packet)
 {
     static const char *const dronecan_keys[] = {"AR", "AL", "AH", "BI", "BL", "BH"};
-    packet->identifier = identifier_of(telemetry, KEY_VALUE);
+    packet->identifier = dronecan_identifier(telemetry, KEY_VALUE);
     davar_packet_put(packet, davar_quantity(telemetry, (quantity_t)telemetry->index), 4U);
     davar_packet_put_text(packet, dronecan_keys[telemetry->index]);
     davar_packet_put(packet, davar_axis_letter(telemetry->from.channel), 1U);
@@ -38,7 +38,7 @@ static void dronecan_fill(const davar_telemetry_t *telemetry, davar_packet_t *pa
 static void dronecan_fill_heartbeat(const davar_telemetry_t *telemetry, uint32_t uptime_s,
                                     davar_packet_t *packet)
 {
-    packet->identifier = identifier_of(telemetry, NODE_STATUS);
+    packet->identifier = dronecan_identifier(telemetry, NODE_STATUS);
     davar_packet_put_status(packet, uptime_s,
                             DRONECAN_SINGLE_FRAME | (telemetry->heartbeats & CAN_TRANSFER_MASK));
 }
