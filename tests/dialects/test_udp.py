@@ -100,9 +100,10 @@ class Mavlink(unittest.TestCase):
         ) as node:
             name = re.search(r"mavlink:serial on (\S+)", node.stderr.readline())[1]
             with contextlib.closing(mavutil.mavlink_connection(name, dialect="common")) as line:
+                # pyserial discards what arrives while it opens the line
+                self.assertIsNotNone(line.wait_heartbeat(timeout=20))
                 node.stdin.write(counts(400))
                 node.stdin.close()
-                self.assertIsNotNone(line.wait_heartbeat(timeout=20))
                 found = [line.recv_match(type="NAMED_VALUE_FLOAT", blocking=True, timeout=20)]
                 found.append(line.recv_match(type="DEBUG_FLOAT_ARRAY", blocking=True, timeout=20))
                 self.assertEqual(["ARW_X", "davar"], [one.name for one in found])
