@@ -1,5 +1,5 @@
-/* davar-node - the Linux gateway: data-ready edge -> count -> library -> frames -> CAN or serial
- * line, and an alarm pin. */
+/* davar-node - the Linux gateway: data-ready edge -> count -> library -> packets -> CAN, serial
+ * line or UDP, and an alarm pin. */
 #include "alarm.h"
 #include "davar/torn.h"
 #include "davar_node.h"
@@ -27,7 +27,8 @@ typedef struct {
     gpio_output_t *pin;
     alarm_level_t alarm;
     outbox_t outbox;
-    davar_encoder_t encoder;
+    davar_encoder_t encoder;     /* of davar's own frames */
+    davar_telemetry_t telemetry; /* or of a dialect */
     davar_t davar;
     davar_cascade_t cascade;
     davar_plan_t plan;
@@ -190,14 +191,27 @@ static void update_alarm(gateway_t *gateway, const davar_result_t *result)
     }
 }
 
+/* Time since boot. */
+static uint64_t now_us(void)
+{
+    struct timespec now = {0};
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000U + (uint64_t)now.tv_nsec / 1000U;
+}
+
 static davar_port_send_t send_result(void *context, size_t channel, const davar_result_t *result)
 {
     gateway_t *gateway = context;
     (void)channel;
     update_alarm(gateway, result);
     take_health(gateway);
-    davar_encoder_begin(&gateway->encoder, result, &gateway->health);
-    outbox_put_all(&gateway->outbox, &gateway->encoder);
+    if (gateway->settings.dialect != NULL) {
+        davar_telemetry_begin(&gateway->telemetry, result, now_us());
+        outbox_put_telemetry(&gateway->outbox, &gateway->telemetry);
+    } else {
+        davar_encoder_begin(&gateway->encoder, result, &gateway->health);
+        outbox_put_all(&gateway->outbox, &gateway->encoder);
+    }
     outbox_flush(&gateway->outbox);
     return DAVAR_PORT_SEND_DONE;
 }
@@ -231,13 +245,13 @@ static bool open_pins(gateway_t *gateway, char *why)
     return (settings->alarm == NULL) || (gateway->pin != NULL) || fail_option("--alarm", why);
 }
 
-static bool open_link(gateway_t *gateway, char *why)
+static bool start_encoder(gateway_t *gateway, char *why)
 {
     const node_settings_t *settings = &gateway->settings;
-    const davar_link_options_t wanted = {.where = settings->out,
-                                         .fd = (settings->content & DAVAR_SEND_FD) != 0U,
-                                         .baud = settings->baud,
-                                         .wait = settings->wait};
+    if (settings->dialect != NULL) { /* settings_parse has checked the address */
+        return davar_telemetry_init(&gateway->telemetry, settings->dialect, &settings->address,
+                                    settings->config.rate_hz);
+    }
     if (!davar_encoder_init(&gateway->encoder, &settings->config, (uint16_t)settings->base,
                             (uint8_t)settings->channel,
                             (uint8_t)(settings->content | (settings->raw ? DAVAR_SEND_RAW : 0U)))) {
@@ -246,9 +260,24 @@ static bool open_link(gateway_t *gateway, char *why)
         return false;
     }
     davar_encoder_session(&gateway->encoder, davar_link_session());
+    return true;
+}
+
+static bool open_link(gateway_t *gateway, char *why)
+{
+    const node_settings_t *settings = &gateway->settings;
+    const davar_link_options_t wanted = {.where = settings->out,
+                                         .fd = (settings->content & DAVAR_SEND_FD) != 0U,
+                                         .baud = settings->baud,
+                                         .wait = settings->wait};
+    if (!start_encoder(gateway, why)) {
+        return false;
+    }
     gateway->outbox.link = davar_link_open(&wanted, why, WHY_BYTES);
-    if ((gateway->outbox.link != NULL) && (strcmp(settings->out, "slcan:pty") == 0)) {
-        (void)fprintf(stderr, "davar-node: slcan on %s\n", davar_link_name(gateway->outbox.link));
+    const char *const pty = strstr(settings->out, ":pty");
+    if ((gateway->outbox.link != NULL) && (pty != NULL)) {
+        (void)fprintf(stderr, "davar-node: %.*s on %s\n", (int)(pty - settings->out), settings->out,
+                      davar_link_name(gateway->outbox.link));
     }
     return (gateway->outbox.link != NULL) || fail_option("--out", why);
 }
@@ -291,6 +320,18 @@ static bool start(gateway_t *gateway, char *why)
     return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
 }
 
+/* Sends what is due, and keeps the link alive. */
+static void tend(gateway_t *gateway)
+{
+    davar_packet_t heartbeat;
+    if ((gateway->settings.dialect != NULL) &&
+        davar_telemetry_heartbeat(&gateway->telemetry, now_us(), &heartbeat)) {
+        outbox_put_packet(&gateway->outbox, &heartbeat);
+    }
+    outbox_flush(&gateway->outbox);
+    davar_link_poll(gateway->outbox.link);
+}
+
 /* Sleeps until an edge or a line is available, or a short time has passed. */
 static void rest(gateway_t *gateway)
 {
@@ -298,8 +339,7 @@ static void rest(gateway_t *gateway)
     if (gateway->edges != NULL) {
         one.fd = gpio_edges_descriptor(gateway->edges);
     }
-    outbox_flush(&gateway->outbox);
-    davar_link_poll(gateway->outbox.link);
+    tend(gateway);
     (void)poll(&one, 1, (gateway->outbox.count > 0U) ? 1 : POLL_MS);
 }
 
@@ -308,11 +348,13 @@ static void farewell(gateway_t *gateway)
 {
     davar_frame_t rest;
     take_health(gateway);
-    if (davar_encoder_raw_rest(&gateway->encoder, &rest)) {
-        outbox_put(&gateway->outbox, &rest);
+    if (gateway->settings.dialect == NULL) {
+        if (davar_encoder_raw_rest(&gateway->encoder, &rest)) {
+            outbox_put(&gateway->outbox, &rest);
+        }
+        davar_encoder_finish(&gateway->encoder, &gateway->health);
+        outbox_put_all(&gateway->outbox, &gateway->encoder);
     }
-    davar_encoder_finish(&gateway->encoder, &gateway->health);
-    outbox_put_all(&gateway->outbox, &gateway->encoder);
     for (uint32_t ms = 0; (gateway->outbox.count > 0U) && (ms < FAREWELL_MS); ms++) {
         outbox_flush(&gateway->outbox);
         davar_link_wait(gateway->outbox.link, 1U);
@@ -336,7 +378,7 @@ static void run(gateway_t *gateway)
         }
         steps++;
         if (steps % 64U == 0U) {
-            davar_link_poll(gateway->outbox.link);
+            tend(gateway);
         }
     }
     farewell(gateway);

@@ -16,8 +16,9 @@ static const char *const HELP[] = {
     "usage: davar-node --source SRC --rate HZ --lsb DPS --out LINK [options]\n"
     "\n"
     "Reads the counts of one gyro axis, computes their dynamic Allan variance and sends the\n"
-    "results to a CAN bus or a serial line (lib/WIRE.md). One process handles one channel. For\n"
-    "more axes start one davar-node each, with --channel 0, 1, 2.\n"
+    "results to a CAN bus, a serial line or an autopilot (lib/WIRE.md, docs/DIALECTS.md).\n"
+    "One process handles one channel. For more axes start one davar-node each, with\n"
+    "--channel 0, 1, 2.\n"
     "\n"
     "Source\n"
     "  --source SRC      '-', a file or a FIFO with one count per line, or value:PATH, a file\n"
@@ -55,24 +56,35 @@ static const char *const HELP[] = {
     "\n",
 
     "Output\n"
-    "  --out LINK        can:IFACE, slcan:PATH (a tty), or slcan:pty, which creates a pty and\n"
-    "                    prints its name\n"
+    "  --out LINK        can:IFACE or slcan:PATH (a tty): davar's own frames\n"
+    "                    mavlink:udp:HOST:PORT or mavlink:serial:PATH (a tty): MAVLink 2\n"
+    "                    dronecan:IFACE: DroneCAN\n"
+    "                    cyphal:IFACE: Cyphal, on an interface with CAN FD\n"
+    "                    With the PATH pty it creates a pty and prints its name\n"
+    "  --node-id N       component in MAVLink (default 191 + channel), node in DroneCAN and\n"
+    "                    Cyphal (default 100 + channel). Each process needs its own\n"
+    "  --system-id N     system in MAVLink (default 1)\n"
+    "  --subject-id N    subject in Cyphal (default 3700)\n"
+    "  --baud N          baud rate of the serial line (default: unchanged)\n"
+    "  --channel N       channel of this process (default 0)\n"
+    "  --wait            start even if the interface or tty does not exist yet\n"
+    "\n"
+    "Only for can: and slcan:\n"
     "  --content WHAT    frames of a result: summary, full (default), intervals or fd\n"
     "  --raw             also send frames of the counts, for davarlab live --raw (bus load:\n"
     "                    lib/WIRE.md)\n"
     "  --base HEX        CAN identifier of channel 0 (default 5D0)\n"
-    "  --channel N       channel of this process (default 0)\n"
-    "  --baud N          baud rate of the serial line (default: unchanged)\n"
-    "  --wait            start even if the interface or tty does not exist yet\n"
+    "\n"
+    "Alarm\n"
     "  --alarm CHIP:LINE  output line that is high while the noise is unstable; glr: for\n"
     "                    --alarm-off seconds after a change\n"
     "  --alarm-on S      seconds of unstable noise before the line rises (default 0)\n"
     "  --alarm-off S     seconds of stable noise before the line falls (default 1)\n"
     "  --help\n"
     "\n"
-    "If the link is lost, davar-node waits for it to return. DAVAR_Health counts frames that\n"
-    "could not be sent. The program ends at the end of the source or on SIGINT or SIGTERM.\n"
-    "Before it exits, it sends every counter once more.\n"
+    "If the link is lost, davar-node waits for it to return. DAVAR_Health and the last line on\n"
+    "standard error count frames that could not be sent. The program ends at the end of the\n"
+    "source or on SIGINT or SIGTERM. On can: and slcan: it then sends every counter once more.\n"
     "Exit status: 0 done, 2 bad option or source.\n",
 };
 
@@ -117,6 +129,9 @@ static const entry_t TABLE[] = {
     {"baud", WHOLE, AT(baud)},
     {"base", HEX, AT(base)},
     {"content", CONTENT, AT(content)},
+    {"node-id", WHOLE, AT(node_id)},
+    {"system-id", WHOLE, AT(system_id)},
+    {"subject-id", WHOLE, AT(subject_id)},
     {"bits", WHOLE, 0},
     {"raw", FLAG, AT(raw)},
     {"skip-torn-reads", FLAG, AT(skips_torn)},
@@ -256,7 +271,86 @@ static void fill_window(davar_config_t *config)
     }
 }
 
-static bool check(const node_settings_t *settings, char *why, size_t size)
+/* An option that only davar's own frames have, or only a dialect. */
+static bool check_kind(const node_settings_t *settings, char *why, size_t size)
+{
+    const struct {
+        const char *option;
+        bool given;
+        bool of_dialect;
+    } options[] = {{"raw", settings->raw, false},
+                   {"base", settings->base != NOT_GIVEN, false},
+                   {"content", settings->content != NOT_GIVEN, false},
+                   {"node-id", settings->node_id != NOT_GIVEN, true},
+                   {"system-id", settings->system_id != NOT_GIVEN, true},
+                   {"subject-id", settings->subject_id != NOT_GIVEN, true}};
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        if (options[i].given && (options[i].of_dialect != (settings->dialect != NULL))) {
+            (void)snprintf(why, size, "--%s: needs --out %s", options[i].option,
+                           options[i].of_dialect ? "mavlink:.., dronecan:IFACE or cyphal:IFACE"
+                                                 : "can:IFACE or slcan:PATH");
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Sets what was not given, and checks what was. */
+static bool fill_address(node_settings_t *settings, char *why, size_t size)
+{
+    davar_telemetry_address_t *address = &settings->address;
+    const uint32_t channel = settings->channel;
+    const struct {
+        const char *option;
+        uint32_t *value;
+        uint32_t usual;
+        uint32_t least;
+        uint32_t most;
+    } options[] = {{"channel", &settings->channel, channel, 0U, DAVAR_TELEMETRY_CHANNEL_LAST},
+                   {"node-id", &settings->node_id, address->node, 1U,
+                    (settings->dialect == &davar_mavlink) ? 255U : 127U},
+                   {"system-id", &settings->system_id, address->system, 1U, 255U},
+                   {"subject-id", &settings->subject_id, address->subject, 0U, 8191U}};
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        uint32_t *value = options[i].value;
+        *value = (*value == NOT_GIVEN) ? options[i].usual : *value;
+        if ((*value < options[i].least) || (*value > options[i].most)) {
+            (void)snprintf(why, size, "--%s: %u to %u expected, found %u", options[i].option,
+                           options[i].least, options[i].most, *value);
+            return false;
+        }
+    }
+    address->node = (uint8_t)settings->node_id;
+    address->system = (uint8_t)settings->system_id;
+    address->subject = (uint16_t)settings->subject_id;
+    return true;
+}
+
+/* Chooses between davar's own frames and a dialect. */
+static bool fill_output(node_settings_t *settings, char *why, size_t size)
+{
+    settings->dialect =
+        davar_link_dialect(settings->out, (uint8_t)settings->channel, &settings->address);
+    if (!check_kind(settings, why, size)) {
+        return false;
+    }
+    if (settings->dialect != NULL) {
+        settings->content = 0U;
+        return fill_address(settings, why, size);
+    }
+    settings->base = (settings->base == NOT_GIVEN) ? DAVAR_WIRE_BASE : settings->base;
+    settings->content = (settings->content == NOT_GIVEN)
+                            ? (DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS)
+                            : settings->content;
+    if ((settings->base > DAVAR_WIRE_LAST_ID) || (settings->channel > 34U)) {
+        (void)snprintf(why, size, "--%s: exceeds the 11-bit identifiers",
+                       (settings->channel > 34U) ? "channel" : "base");
+        return false;
+    }
+    return true;
+}
+
+static bool check(node_settings_t *settings, char *why, size_t size)
 {
     const char *missing =
         (settings->source == NULL) ? "source" : ((settings->out == NULL) ? "out" : NULL);
@@ -267,11 +361,6 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
     if ((strncmp(settings->source, "value:", 6) == 0) && (settings->edges == NULL)) {
         (void)snprintf(why, size,
                        "--source: value:PATH needs --edges, which sets the sample times");
-        return false;
-    }
-    if ((settings->base > DAVAR_WIRE_LAST_ID) || (settings->channel > 34U)) {
-        (void)snprintf(why, size, "--%s: exceeds the 11-bit identifiers",
-                       (settings->channel > 34U) ? "channel" : "base");
         return false;
     }
     if ((settings->alarm_on_s > 0.0) && (settings->config.law == &davar_law_glr_q31)) {
@@ -285,7 +374,7 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
         (void)snprintf(why, size, "--alarm-%s: more than %g s", on ? "on" : "off", ALARM_S_MAX);
         return false;
     }
-    return true;
+    return fill_output(settings, why, size);
 }
 
 /* Extends the cluster sizes to --longest-tau. */
@@ -342,10 +431,13 @@ static const char *option_of(davar_status_t status)
 
 bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why, size_t size)
 {
-    *settings = (node_settings_t){.base = DAVAR_WIRE_BASE,
+    *settings = (node_settings_t){.base = NOT_GIVEN,
                                   .alarm_off_s = 1.0,
                                   .longest_tau_s = -1.0,
-                                  .content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
+                                  .content = NOT_GIVEN,
+                                  .node_id = NOT_GIVEN,
+                                  .system_id = NOT_GIVEN,
+                                  .subject_id = NOT_GIVEN,
                                   .config = davar_default_config};
     settings->config.window.mode = DAVAR_MODE_TRAILING;
     settings->config.window.grow = 1U;

@@ -5,6 +5,7 @@
 #include "davar/davar.h"
 #include "davar_bandwidth.h"
 #include "davar_curve.h"
+#include "davar_link.h"
 
 typedef struct {
     const char *source;
@@ -16,6 +17,11 @@ typedef struct {
     uint32_t base;
     uint32_t channel;
     uint32_t content;
+    const davar_dialect_t *dialect; /* of --out; null: davar's own frames */
+    uint32_t node_id;
+    uint32_t system_id;
+    uint32_t subject_id;
+    davar_telemetry_address_t address; /* these three, for a dialect */
     uint32_t baud;
     bool raw;
     bool wait;

@@ -248,10 +248,13 @@ static bool apply_longest_tau(options_t *options, const char *text, sim_error_t 
 static bool apply_out(options_t *options, const char *text, sim_error_t *error)
 {
     static const char *const WORDS[] = {"csv", "jsonl"};
-    if ((strncmp(text, "can:", 4) == 0) || (strncmp(text, "slcan:", 6) == 0)) {
-        options->out = OUT_LINK;
-        options->link = text;
-        return true;
+    static const char *const LINKS[] = {"can:", "slcan:", "mavlink:", "dronecan:", "cyphal:"};
+    for (size_t i = 0; i < sizeof LINKS / sizeof LINKS[0]; i++) {
+        if (strncmp(text, LINKS[i], strlen(LINKS[i])) == 0) {
+            options->out = OUT_LINK;
+            options->link = text;
+            return true;
+        }
     }
     for (size_t i = 0; i < 2U; i++) {
         if (strcmp(text, WORDS[i]) == 0) {
@@ -259,7 +262,9 @@ static bool apply_out(options_t *options, const char *text, sim_error_t *error)
             return true;
         }
     }
-    return sim_fail(error, "--out: one of csv, jsonl, can:IFACE, slcan:PATH expected, found '%s'",
+    return sim_fail(error,
+                    "--out: one of csv, jsonl, can:IFACE, slcan:PATH, mavlink:.., dronecan:IFACE, "
+                    "cyphal:IFACE expected, found '%s'",
                     text);
 }
 

@@ -143,7 +143,10 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
             "--raw: cannot be used with --device, which reads all samples before its first result");
         status = OPTIONS_BAD;
     }
-    if ((status == OPTIONS_RUN) && options->raw && (options->out != OUT_LINK)) {
+    const bool is_dialect = (options->out == OUT_LINK) &&
+                            (strncmp(options->link, "can:", 4) != 0) &&
+                            (strncmp(options->link, "slcan:", 6) != 0);
+    if ((status == OPTIONS_RUN) && options->raw && ((options->out != OUT_LINK) || is_dialect)) {
         (void)sim_fail(error, "--raw: needs --out can:IFACE or slcan:PATH");
         status = OPTIONS_BAD;
     }

@@ -24,7 +24,7 @@ typedef enum {
 typedef enum {
     OUT_CSV = 0,
     OUT_JSONL,
-    OUT_LINK, /* can: or slcan: */
+    OUT_LINK, /* can:, slcan: or a dialect */
 } out_t;
 
 typedef enum {
@@ -84,7 +84,7 @@ typedef struct {
     size_t tau_count;
     double longest_tau_s; /* 0: not given */
     out_t out;
-    const char *link;        /* for OUT_LINK: can:IFACE or slcan:PATH */
+    const char *link;        /* for OUT_LINK: as in davar_link.h */
     uint32_t can_base;       /* identifier of channel 0 */
     uint32_t can_content;    /* DAVAR_SEND_* */
     bool raw;                /* send frames of the samples too */

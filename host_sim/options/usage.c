@@ -87,6 +87,8 @@ static const char *const TEXT[] = {
     "  --engine auto|grid      algorithm for strides: equal results, different cost\n"
     "  --out csv|jsonl|can:IFACE|slcan:PATH  format (default csv), or a CAN interface or tty\n"
     "                          for frames; slcan:pty creates a pty and prints its name\n"
+    "  --out mavlink:udp:HOST:PORT|mavlink:serial:PATH|dronecan:IFACE|cyphal:IFACE\n"
+    "                          messages of an autopilot (docs/DIALECTS.md)\n"
     "  --can-base HEX          CAN identifier of the first channel (default 5D0); each further\n"
     "                          channel adds hexadecimal 10\n"
     "  --can-content summary|full|intervals|fd\n"

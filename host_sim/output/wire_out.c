@@ -34,6 +34,26 @@ static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_
     return true;
 }
 
+/* Encoders of the link's dialect. */
+static bool make_telemetry(wire_out_t *wire, const options_t *options, sim_error_t *error)
+{
+    wire->telemetry = calloc(wire->engine->count, sizeof *wire->telemetry);
+    if (wire->telemetry == NULL) {
+        return sim_fail(error, "out of memory");
+    }
+    for (size_t c = 0; c < wire->engine->count; c++) {
+        davar_telemetry_address_t address;
+        const uint8_t channel = (uint8_t)((c <= UINT8_MAX) ? c : UINT8_MAX);
+        const davar_dialect_t *dialect = davar_link_dialect(options->link, channel, &address);
+        if (!davar_telemetry_init(&wire->telemetry[c], dialect, &address,
+                                  wire->engine->config.rate_hz)) {
+            return sim_fail(error, "--out: %s: more than %u columns", options->link,
+                            DAVAR_TELEMETRY_CHANNEL_LAST + 1U);
+        }
+    }
+    return true;
+}
+
 bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine,
                    sim_error_t *error)
 {
@@ -42,7 +62,10 @@ bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *e
                                          .fd = (options->can_content & DAVAR_SEND_FD) != 0U,
                                          .baud = options->baud};
     *wire = (wire_out_t){.engine = engine};
-    if (!make_encoders(wire, options, error)) {
+    davar_telemetry_address_t address;
+    const bool is_dialect = (davar_link_dialect(options->link, 0U, &address) != NULL);
+    if (!(is_dialect ? make_telemetry(wire, options, error)
+                     : make_encoders(wire, options, error))) {
         return false;
     }
     wire->link = davar_link_open(&wanted, why, sizeof why);
@@ -50,8 +73,8 @@ bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *e
         return sim_fail(error, "--out: %s", why);
     }
     if (!davar_link_is_up(wire->link)) {
-        (void)fprintf(stderr, "davar-sim: slcan on %s: waiting for a reader\n",
-                      davar_link_name(wire->link));
+        (void)fprintf(stderr, "davar-sim: %s on %s: waiting for a reader\n",
+                      is_dialect ? "mavlink" : "slcan", davar_link_name(wire->link));
     }
     return true;
 }
@@ -64,11 +87,11 @@ static bool wait_for_room(const wire_out_t *wire, double since_s)
     return no_reader_yet || (sim_clock_s() - since_s < STUCK_S);
 }
 
-static bool send_frame(const wire_out_t *wire, const davar_frame_t *frame, sim_error_t *error)
+static bool send_packet(const wire_out_t *wire, const davar_packet_t *packet, sim_error_t *error)
 {
     double since_s = sim_clock_s();
     for (;;) {
-        const davar_port_send_t answer = davar_link_send(wire->link, frame);
+        const davar_port_send_t answer = davar_link_send(wire->link, packet);
         if (answer == DAVAR_PORT_SEND_DONE) {
             return true;
         }
@@ -85,6 +108,12 @@ static bool send_frame(const wire_out_t *wire, const davar_frame_t *frame, sim_e
                 davar_link_name(wire->link), STUCK_S);
         }
     }
+}
+
+static bool send_frame(const wire_out_t *wire, const davar_frame_t *frame, sim_error_t *error)
+{
+    const davar_packet_t packet = davar_link_packet(frame);
+    return send_packet(wire, &packet, error);
 }
 
 static void take_health(wire_out_t *wire, size_t channel)
@@ -114,9 +143,32 @@ static bool send_all(wire_out_t *wire, size_t channel, sim_error_t *error)
     return true;
 }
 
+/* Their time is that of the recording. */
+static bool send_telemetry(wire_out_t *wire, size_t channel, const davar_result_t *result,
+                           sim_error_t *error)
+{
+    davar_telemetry_t *telemetry = &wire->telemetry[channel];
+    davar_packet_t packet;
+    const double time_us = 1e6 * (double)result->epoch / wire->engine->config.rate_hz;
+    if (davar_telemetry_heartbeat(telemetry, (uint64_t)time_us, &packet) &&
+        !send_packet(wire, &packet, error)) {
+        return false;
+    }
+    davar_telemetry_begin(telemetry, result, (uint64_t)time_us);
+    while (davar_telemetry_next(telemetry, &packet)) {
+        if (!send_packet(wire, &packet, error)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool wire_out_result(wire_out_t *wire, size_t channel, const epoch_row_t *row, sim_error_t *error)
 {
     take_health(wire, channel);
+    if (wire->telemetry != NULL) {
+        return send_telemetry(wire, channel, row->result, error);
+    }
     davar_encoder_monitor(&wire->encoder[channel], row->misfit);
     davar_encoder_begin(&wire->encoder[channel], row->result, &wire->health);
     return send_all(wire, channel, error);
@@ -151,7 +203,7 @@ bool wire_out_raw(wire_out_t *wire, const raw_run_t *run, sim_error_t *error)
 
 bool wire_out_finish(wire_out_t *wire, sim_error_t *error)
 {
-    for (size_t c = 0; c < wire->engine->count; c++) {
+    for (size_t c = 0; (c < wire->engine->count) && (wire->telemetry == NULL); c++) {
         davar_frame_t rest;
         take_health(wire, c);
         if (davar_encoder_raw_rest(&wire->encoder[c], &rest) && !send_frame(wire, &rest, error)) {
@@ -169,5 +221,6 @@ void wire_out_close(wire_out_t *wire)
 {
     davar_link_close(wire->link);
     free(wire->encoder);
+    free(wire->telemetry);
     *wire = (wire_out_t){0};
 }

@@ -1,5 +1,5 @@
-/* davar-sim - sends results as frames on a CAN bus or a serial line (lib/WIRE.md), through the link
- * contract. */
+/* davar-sim - sends results as frames (lib/WIRE.md), or in a dialect (docs/DIALECTS.md), through
+ * the link contract. */
 #ifndef WIRE_OUT_H
 #define WIRE_OUT_H
 
@@ -11,7 +11,8 @@
 typedef struct {
     davar_link_t *link;
     const engine_t *engine;
-    davar_encoder_t *encoder; /* one per channel */
+    davar_encoder_t *encoder;     /* one per channel, of davar's own frames */
+    davar_telemetry_t *telemetry; /* or of a dialect; otherwise null */
     davar_wire_health_t health;
 } wire_out_t;
 
@@ -24,7 +25,7 @@ typedef struct {
     size_t count;
 } raw_run_t;
 
-/* Opens the link of --out. With slcan:pty it prints the name of the pty on standard error. */
+/* Opens the link of --out. With a pty it prints the name of the pty on standard error. */
 bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine,
                    sim_error_t *error);
 

@@ -1,7 +1,8 @@
 /** @file
- * davar - the link contract: how frames leave a computer.
+ * davar - the link contract: how packets leave a computer. A packet is a CAN frame or a packet of
+ * MAVLink.
  *
- * port/linux implements it with SocketCAN and serial lines. In port/none, davar_link_open always
+ * port/linux implements it with SocketCAN, serial lines and UDP. In port/none, davar_link_open always
  * fails with an explanation.
  *
  * Only davar_link_wait and davar_link_close wait. After a successful open, a link counts its faults
@@ -9,6 +10,7 @@
 #ifndef DAVAR_LINK_H
 #define DAVAR_LINK_H
 
+#include "davar/telemetry.h"
 #include "davar/wire.h"
 #include "davar_port.h"
 
@@ -19,11 +21,32 @@ extern "C" {
 /** An open link. Fields are private. */
 typedef struct davar_link davar_link_t;
 
+/** Where packets can go. */
+#define DAVAR_LINK_FORMS                                                                           \
+    "can:IFACE, slcan:PATH, mavlink:udp:HOST:PORT, mavlink:serial:PATH, dronecan:IFACE or "        \
+    "cyphal:IFACE"
+
+/** Returns the dialect of a link, and the usual address of a sender on it: MAVLink system 1 and
+ * component 191 + channel, node 100 + channel, subject 3700. Null: the link has davar's own
+ * frames. */
+const davar_dialect_t *davar_link_dialect(const char *where, uint8_t channel,
+                                          davar_telemetry_address_t *address);
+
+/** Returns a frame as a packet. */
+static inline davar_packet_t davar_link_packet(const davar_frame_t *frame)
+{
+    davar_packet_t packet = {.identifier = frame->identifier, .length = frame->length};
+    for (size_t i = 0; i < frame->length; i++) {
+        packet.data[i] = frame->data[i];
+    }
+    return packet;
+}
+
 /** What to open, and how. */
 typedef struct {
-    /** can:IFACE, slcan:PATH (a tty), or slcan:pty, which creates a pty: see davar_link_name */
+    /** One of DAVAR_LINK_FORMS. PATH is a tty, or pty, which creates a pty: see davar_link_name */
     const char *where;
-    bool fd;       /**< send CAN FD frames too; not on a serial line */
+    bool fd;       /**< can: send CAN FD frames too */
     uint32_t baud; /**< of a serial line; 0: unchanged */
     bool wait;     /**< open even if the interface, the file or the peer does not exist yet */
 } davar_link_options_t;
@@ -35,13 +58,14 @@ davar_link_t *davar_link_open(const davar_link_options_t *options, char *why, si
 /** Returns the interface, or the path that a peer must open. The link owns the string. */
 const char *davar_link_name(const davar_link_t *link);
 
-/** Sends a frame. Never waits.
- * @return DAVAR_PORT_SEND_DONE: the link accepted it. DAVAR_PORT_SEND_AGAIN: no room, the bus is
- *         off, or no peer has opened the pty yet; send the same frame again later (counted as a
- *         retry). DAVAR_PORT_SEND_FAULT: the link is down and the frame is lost (counted). */
-davar_port_send_t davar_link_send(davar_link_t *link, const davar_frame_t *frame);
+/** Sends a packet. Never waits.
+ * @return DAVAR_PORT_SEND_DONE: the link accepted it (UDP: a packet that no peer receives is counted
+ *         as dropped if the peer's computer reports it). DAVAR_PORT_SEND_AGAIN: no room, the bus is
+ *         off, or no peer has opened the pty yet; send the same packet again later (counted as a
+ *         retry). DAVAR_PORT_SEND_FAULT: the link is down and the packet is lost (counted). */
+davar_port_send_t davar_link_send(davar_link_t *link, const davar_packet_t *packet);
 
-/** Counts a frame that the caller dropped before davar_link_send accepted it. */
+/** Counts a packet that the caller dropped before davar_link_send accepted it. */
 void davar_link_dropped(davar_link_t *link);
 
 /** Reads bus errors and unexpected bytes, detects a lost peer, and tries to reopen a lost link.

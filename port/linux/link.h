@@ -5,14 +5,14 @@
 #include "davar_link.h"
 
 #define LINK_NAME_BYTES 256U
-#define LINK_TEXT_BYTES 64U
+#define LINK_TEXT_BYTES 128U
 #define LINK_RETRY_MS 100U /* between attempts to reopen */
 
 /* Functions of one kind of link. */
 typedef struct {
     bool (*open)(davar_link_t *link, char *why,
                  size_t size); /* false: not available (yet); nothing stays open */
-    davar_port_send_t (*send)(davar_link_t *link, const davar_frame_t *frame);
+    davar_port_send_t (*send)(davar_link_t *link, const davar_packet_t *packet);
     void (*poll)(davar_link_t *link);
     void (*drain)(davar_link_t *link);
 } link_kind_t;
@@ -20,15 +20,17 @@ typedef struct {
 struct davar_link {
     const link_kind_t *kind;
     davar_link_options_t options;
-    char name[LINK_NAME_BYTES]; /* interface or path */
-    int descriptor;             /* -1: lost */
-    bool peer;                  /* pty: a peer has opened it */
+    const char *prefix;             /* what stands before the name */
+    const davar_dialect_t *dialect; /* null: davar's own frames */
+    char name[LINK_NAME_BYTES];     /* interface, path or HOST:PORT */
+    int descriptor;                 /* -1: lost */
+    bool peer;                      /* pty: a peer has opened it; UDP: none has refused a packet */
     bool make_pty;
-    bool passive;    /* CAN: error passive now */
-    bool off;        /* CAN: bus off now */
-    bool recovering; /* CAN: the bus was off, and a later state was reported */
-    uint64_t retry_ms;
-    size_t pending; /* tty: characters that a short write did not send */
+    bool passive;      /* CAN: error passive now */
+    bool off;          /* CAN: bus off now */
+    bool recovering;   /* CAN: the bus was off, and a later state was reported */
+    uint64_t retry_ms; /* UDP: time of the first packet after the last refused one, or 0 */
+    size_t pending;    /* tty: characters that a short write did not send */
     char text[LINK_TEXT_BYTES];
     size_t received; /* tty: characters of the line being received */
     bool odd;        /* tty: the line is not SLCAN */
@@ -37,6 +39,7 @@ struct davar_link {
 
 extern const link_kind_t link_can;
 extern const link_kind_t link_tty;
+extern const link_kind_t link_udp;
 
 void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by);
 

@@ -48,7 +48,8 @@ static bool bind_interface(int descriptor, const davar_link_t *link)
 static bool open_can(davar_link_t *link, char *why, size_t size)
 {
     if (strlen(link->name) >= IFNAMSIZ) {
-        (void)snprintf(why, size, "can:%s: no interface has such a long name", link->name);
+        (void)snprintf(why, size, "%s%s: no interface has such a long name", link->prefix,
+                       link->name);
         return false;
     }
     const int descriptor = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
@@ -56,7 +57,7 @@ static bool open_can(davar_link_t *link, char *why, size_t size)
         !bind_interface(descriptor, link)) {
         const char *cause =
             (errno == EMSGSIZE) ? "the interface is not set to CAN FD (mtu 72)" : strerror(errno);
-        (void)snprintf(why, size, "can:%s: %s", link->name, cause);
+        (void)snprintf(why, size, "%s%s: %s", link->prefix, link->name, cause);
         (void)((descriptor >= 0) && (close(descriptor) == 0));
         return false;
     }
@@ -66,16 +67,17 @@ static bool open_can(davar_link_t *link, char *why, size_t size)
 
 /* While the bus is off, the kernel accepts frames and discards them. This therefore sends no frames
  * then. */
-static davar_port_send_t send_can(davar_link_t *link, const davar_frame_t *frame)
+static davar_port_send_t send_can(davar_link_t *link, const davar_packet_t *packet)
 {
     if (link->off) {
         return DAVAR_PORT_SEND_AGAIN;
     }
-    const bool fd = frame->length > 8U;
-    struct canfd_frame out = {.can_id = frame->identifier,
-                              .len = frame->length,
+    const bool fd = packet->length > 8U;
+    const uint32_t extended = (link->dialect != NULL) ? CAN_EFF_FLAG : 0U;
+    struct canfd_frame out = {.can_id = packet->identifier | extended,
+                              .len = packet->length,
                               .flags = fd ? CANFD_BRS : 0U}; /* data at the fast rate */
-    memcpy(out.data, frame->data, frame->length);
+    memcpy(out.data, packet->data, packet->length);
     const size_t size = fd ? CANFD_MTU : CAN_MTU;
     if (write(link->descriptor, &out, size) == (ssize_t)size) {
         return DAVAR_PORT_SEND_DONE;

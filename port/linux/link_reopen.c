@@ -49,25 +49,54 @@ void link_lost(davar_link_t *link)
     link_count(link, DAVAR_HEALTH_LINK_LOST, 1U);
 }
 
-/* Splits can:IFACE and slcan:PATH. Null: neither. */
-static const char *parse(const char *where, const link_kind_t **kind)
+typedef struct {
+    const char *prefix;
+    const link_kind_t *kind;
+    const davar_dialect_t *dialect; /* null: davar's own frames */
+    uint8_t node;                   /* of channel 0 */
+} scheme_t;
+
+static const scheme_t SCHEMES[] = {{"can:", &link_can, NULL, 0U},
+                                   {"slcan:", &link_tty, NULL, 0U},
+                                   {"mavlink:udp:", &link_udp, &davar_mavlink, 191U},
+                                   {"mavlink:serial:", &link_tty, &davar_mavlink, 191U},
+                                   {"dronecan:", &link_can, &davar_dronecan, 100U},
+                                   {"cyphal:", &link_can, &davar_cyphal, 100U}};
+
+/* Null: none of them, or nothing after the prefix. */
+static const scheme_t *scheme_of(const char *where)
 {
-    if (strncmp(where, "can:", 4) == 0) {
-        *kind = &link_can;
-        return where + 4;
+    for (size_t i = 0; i < sizeof SCHEMES / sizeof SCHEMES[0]; i++) {
+        const size_t length = strlen(SCHEMES[i].prefix);
+        if ((strncmp(where, SCHEMES[i].prefix, length) == 0) && (where[length] != '\0')) {
+            return &SCHEMES[i];
+        }
     }
-    *kind = &link_tty;
-    return (strncmp(where, "slcan:", 6) == 0) ? where + 6 : NULL;
+    return NULL;
 }
 
-static bool check(const davar_link_options_t *options, const char *name, const link_kind_t *kind,
-                  char *why, size_t size)
+const davar_dialect_t *davar_link_dialect(const char *where, uint8_t channel,
+                                          davar_telemetry_address_t *address)
 {
-    if ((name == NULL) || (*name == '\0') || (strlen(name) >= LINK_NAME_BYTES)) {
-        (void)snprintf(why, size, "can:IFACE or slcan:PATH expected, found '%s'", options->where);
+    const scheme_t *scheme = scheme_of(where);
+    if ((scheme == NULL) || (scheme->dialect == NULL)) {
+        return NULL;
+    }
+    *address = (davar_telemetry_address_t){.channel = channel,
+                                           .node = (uint8_t)(scheme->node + channel),
+                                           .system = 1U,
+                                           .subject = 3700U};
+    return scheme->dialect;
+}
+
+static bool check(const davar_link_options_t *options, const scheme_t *scheme, char *why,
+                  size_t size)
+{
+    if ((scheme == NULL) || (strlen(options->where) >= LINK_NAME_BYTES)) {
+        (void)snprintf(why, size, DAVAR_LINK_FORMS " expected, found '%s'", options->where);
         return false;
     }
-    if (options->fd && (kind == &link_tty)) {
+    if (options->fd && (scheme->kind == &link_tty)) {
         (void)snprintf(why, size, "%s: a serial line carries no CAN FD frames", options->where);
         return false;
     }
@@ -76,22 +105,25 @@ static bool check(const davar_link_options_t *options, const char *name, const l
 
 davar_link_t *davar_link_open(const davar_link_options_t *options, char *why, size_t size)
 {
-    const link_kind_t *kind = NULL;
-    const char *name = parse(options->where, &kind);
-    if (!check(options, name, kind, why, size)) {
+    const scheme_t *scheme = scheme_of(options->where);
+    if (!check(options, scheme, why, size)) {
         return NULL;
     }
+    const char *name = options->where + strlen(scheme->prefix);
     davar_link_t *link = calloc(1U, sizeof *link);
     if (link == NULL) {
         (void)snprintf(why, size, "%s: %s", options->where, strerror(ENOMEM));
         return NULL;
     }
-    link->kind = kind;
+    link->kind = scheme->kind;
+    link->prefix = scheme->prefix;
+    link->dialect = scheme->dialect;
     link->options = *options;
+    link->options.fd = options->fd || (scheme->dialect == &davar_cyphal);
     link->descriptor = -1;
-    link->make_pty = (kind == &link_tty) && (strcmp(name, "pty") == 0);
+    link->make_pty = (scheme->kind == &link_tty) && (strcmp(name, "pty") == 0);
     (void)snprintf(link->name, sizeof link->name, "%s", name);
-    if (kind->open(link, why, size) || (options->wait && !link->make_pty)) {
+    if (link->kind->open(link, why, size) || (options->wait && !link->make_pty)) {
         return link;
     }
     free(link);
@@ -103,10 +135,10 @@ const char *davar_link_name(const davar_link_t *link)
     return link->name;
 }
 
-davar_port_send_t davar_link_send(davar_link_t *link, const davar_frame_t *frame)
+davar_port_send_t davar_link_send(davar_link_t *link, const davar_packet_t *packet)
 {
     const davar_port_send_t answer =
-        (link->descriptor < 0) ? DAVAR_PORT_SEND_FAULT : link->kind->send(link, frame);
+        (link->descriptor < 0) ? DAVAR_PORT_SEND_FAULT : link->kind->send(link, packet);
     if (answer == DAVAR_PORT_SEND_AGAIN) {
         link_count(link, DAVAR_HEALTH_SEND_RETRIES, 1U);
     } else if (answer == DAVAR_PORT_SEND_FAULT) {

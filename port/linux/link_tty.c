@@ -1,5 +1,5 @@
-/* davar for Linux - SLCAN text on a tty, or on a pty that we create. We act as the adapter; slcand
- * or python-can is the host. */
+/* davar for Linux - SLCAN text or MAVLink on a tty, or on a pty that we create. With SLCAN, we act
+ * as the adapter; slcand or python-can is the host. */
 #include "link.h"
 
 #include "davar_slcan.h"
@@ -56,6 +56,13 @@ static bool make_raw(int descriptor, uint32_t baud)
     return set_speed(&line, baud) && (tcsetattr(descriptor, TCSANOW, &line) == 0);
 }
 
+/* SLCAN: ends an incomplete line of a lost frame. A receiver of MAVLink finds the next packet. */
+static void begin_text(davar_link_t *link)
+{
+    link->text[0] = '\r';
+    link->pending = (link->dialect == NULL) ? 1U : 0U;
+}
+
 /* After the other side was opened and closed once, the kernel reports "hung up" until a peer opens
  * it. */
 static bool open_pty(davar_link_t *link)
@@ -79,13 +86,12 @@ static bool open_file(davar_link_t *link)
 static bool open_tty(davar_link_t *link, char *why, size_t size)
 {
     if (!(link->make_pty ? open_pty(link) : open_file(link))) {
-        (void)snprintf(why, size, "slcan:%s: %s", link->name, strerror(errno));
+        (void)snprintf(why, size, "%s%s: %s", link->prefix, link->name, strerror(errno));
         (void)((link->descriptor >= 0) && (close(link->descriptor) == 0));
         link->descriptor = -1;
         return false;
     }
-    link->text[0] = '\r'; /* ends an incomplete line of a lost frame */
-    link->pending = 1U;
+    begin_text(link);
     return true;
 }
 
@@ -119,8 +125,7 @@ static void watch_peer(davar_link_t *link)
     if (link->peer && !there) {
         (void)tcflush(link->descriptor, TCIOFLUSH);
         link_give_up(link);
-        link->text[0] = '\r';
-        link->pending = 1U;
+        begin_text(link);
         link_count(link, DAVAR_HEALTH_LINK_LOST, 1U);
     } else if (!link->peer && there && (link->count[DAVAR_HEALTH_LINK_LOST] > 0U)) {
         link_count(link, DAVAR_HEALTH_LINK_BACK, 1U);
@@ -128,7 +133,18 @@ static void watch_peer(davar_link_t *link)
     link->peer = there;
 }
 
-static davar_port_send_t send_tty(davar_link_t *link, const davar_frame_t *frame)
+static size_t encode(const davar_link_t *link, const davar_packet_t *packet, char *text)
+{
+    if (link->dialect != NULL) {
+        memcpy(text, packet->data, packet->length);
+        return packet->length;
+    }
+    davar_frame_t frame = {.identifier = (uint16_t)packet->identifier, .length = packet->length};
+    memcpy(frame.data, packet->data, packet->length);
+    return davar_slcan_encode(&frame, text);
+}
+
+static davar_port_send_t send_tty(davar_link_t *link, const davar_packet_t *packet)
 {
     if (link->make_pty) {
         watch_peer(link);
@@ -140,7 +156,7 @@ static davar_port_send_t send_tty(davar_link_t *link, const davar_frame_t *frame
     if (!push_pending(link)) {
         return (link->descriptor < 0) ? DAVAR_PORT_SEND_FAULT : DAVAR_PORT_SEND_AGAIN;
     }
-    link->pending = davar_slcan_encode(frame, link->text);
+    link->pending = encode(link, packet, link->text);
     (void)push_pending(link);
     return DAVAR_PORT_SEND_DONE; /* otherwise the frame is dropped and counted */
 }
@@ -167,7 +183,7 @@ static void poll_tty(davar_link_t *link)
         watch_peer(link);
     }
     while ((got = read(link->descriptor, bytes, sizeof bytes)) > 0) {
-        for (ssize_t i = 0; i < got; i++) {
+        for (ssize_t i = 0; (i < got) && (link->dialect == NULL); i++) {
             receive(link, bytes[i]);
         }
     }

@@ -3,9 +3,19 @@
 
 #include <stdio.h>
 
+const davar_dialect_t *davar_link_dialect(const char *where, uint8_t channel,
+                                          davar_telemetry_address_t *address)
+{
+    (void)where;
+    (void)channel;
+    (void)address;
+    return NULL;
+}
+
 davar_link_t *davar_link_open(const davar_link_options_t *options, char *why, size_t size)
 {
-    (void)snprintf(why, size, "%s: CAN and serial output need Linux", options->where);
+    (void)snprintf(why, size, "%s: output to a CAN bus, a serial line or UDP needs Linux",
+                   options->where);
     return NULL;
 }
 
@@ -15,10 +25,10 @@ const char *davar_link_name(const davar_link_t *link)
     return "";
 }
 
-davar_port_send_t davar_link_send(davar_link_t *link, const davar_frame_t *frame)
+davar_port_send_t davar_link_send(davar_link_t *link, const davar_packet_t *packet)
 {
     (void)link;
-    (void)frame;
+    (void)packet;
     return DAVAR_PORT_SEND_FAULT;
 }
 

@@ -2,6 +2,7 @@
  * and assertions on, in every build. */
 #include "davar/cascade.h"
 #include "davar/davar.h"
+#include "davar/telemetry.h"
 #include "unity.h"
 
 #include <math.h>
@@ -133,6 +134,28 @@ static void test_moving_averages_outside_their_ranges(void)
         is_refused((davar_filter_t){.length = 5000U})); /* without averages: not used */
 }
 
+static void test_telemetry_without_an_object(void)
+{
+    static const davar_telemetry_address_t from = {.node = 1U};
+    const davar_result_t result = {0};
+    const double variances[3] = {0};
+    uint8_t bytes[DAVAR_COVARIANCE_BYTES];
+    davar_telemetry_t telemetry;
+    davar_packet_t packet;
+    TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_init(NULL, &davar_cyphal, &from, 1.0)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_init(&telemetry, NULL, &from, 1.0)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_init(&telemetry, &davar_cyphal, NULL, 1.0)));
+    TEST_ASSERT_FALSE(ASSERTS(davar_telemetry_init(&telemetry, &davar_cyphal, &from, 1.0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_telemetry_begin(&telemetry, NULL, 0U), 0)));
+    TEST_ASSERT_FALSE(ASSERTS((davar_telemetry_begin(&telemetry, &result, 0U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_next(&telemetry, NULL)));
+    TEST_ASSERT_FALSE(ASSERTS(davar_telemetry_next(&telemetry, &packet)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_heartbeat(&telemetry, 0U, NULL)));
+    TEST_ASSERT_FALSE(ASSERTS(davar_telemetry_heartbeat(&telemetry, 0U, &packet)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_rate_variance(NULL, 1.0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_dronecan_covariance(variances, NULL, bytes), 0)));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -143,5 +166,6 @@ int main(void)
     RUN_TEST(test_a_filter_outside_its_ranges);
     RUN_TEST(test_an_uncertainty_outside_its_range);
     RUN_TEST(test_moving_averages_outside_their_ranges);
+    RUN_TEST(test_telemetry_without_an_object);
     return UNITY_END();
 }

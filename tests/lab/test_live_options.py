@@ -11,7 +11,13 @@ from pathlib import Path
 from asking import typed as run
 
 REFUSED = {
-    ("live", "lin:0"): "can:IFACE or slcan:PATH expected, found 'lin:0'",
+    ("live", "lin:0"): "dronecan:IFACE or cyphal:IFACE[@SUBJECT] expected, found 'lin:0'",
+    ("live", "mavlink:lin:0"): "expected, found 'mavlink:lin:0'",
+    ("live", "mavlink:udp:127.0.0.1"): "mavlink:udp:127.0.0.1: ",
+    ("live", "mavlink:udp:127.0.0.1:70000"): "mavlink:udp:127.0.0.1:70000: ",
+    ("live", "mavlink:serial:/nonexistent"): "No such file or directory",
+    ("live", "cyphal:nope"): "cyphal:nope: ",
+    ("live", "cyphal:nope@8192"): "subject 0 to 8191 expected, found '8192'",
     ("live", "slcan:/nonexistent"): "slcan:/nonexistent: No such file or directory",
     ("live", "slcan:/dev/null"): "slcan:/dev/null: not a serial line",
     ("live", "can:nope"): "can:nope: ",

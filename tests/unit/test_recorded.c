@@ -4,6 +4,7 @@
  * CHANGELOG.md. */
 #include "davar/davar.h"
 #include "davar/monitor.h"
+#include "davar/telemetry.h"
 #include "davar_decode.h"
 #include "davar_policy.h"
 #include "detector/glr.h"
@@ -679,6 +680,54 @@ static void test_frames(void)
     expect(UINT64_C(0x81CD36A43E7EF1C7));
 }
 
+static void add_packet(const davar_packet_t *packet)
+{
+    add(packet->identifier + ((uint64_t)packet->length << 32U));
+    for (uint32_t i = 0U; i < packet->length; i++) {
+        add(packet->data[i]);
+    }
+}
+
+static void send_telemetry(const davar_dialect_t *dialect)
+{
+    static const davar_telemetry_address_t from = {
+        .channel = 1U, .node = 42U, .system = 7U, .subject = 3700U};
+    davar_telemetry_t telemetry;
+    davar_packet_t packet;
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, dialect, &from, 99.3));
+    for (uint32_t turn = 0U; turn < 300U; turn++) {
+        const uint64_t time_us = (uint64_t)turn * 300000U;
+        make_result(turn);
+        add_double(davar_rate_variance(&result, 99.3));
+        if (davar_telemetry_heartbeat(&telemetry, time_us, &packet)) {
+            add_packet(&packet);
+        }
+        davar_telemetry_begin(&telemetry, &result, time_us);
+        while (davar_telemetry_next(&telemetry, &packet)) {
+            add_packet(&packet);
+        }
+    }
+}
+
+static void test_packets_of_dialects(void)
+{
+    send_telemetry(&davar_mavlink);
+    send_telemetry(&davar_mavlink_gyro_noise);
+    send_telemetry(&davar_dronecan);
+    send_telemetry(&davar_cyphal);
+    for (uint32_t i = 0U; i < 1000U; i++) {
+        const double part = random_part();
+        const double gyro[3] = {part, 1e-5 * part, 1e-7 * part};
+        const double accel[3] = {1e5 * part, (double)NAN, -part};
+        uint8_t bytes[DAVAR_COVARIANCE_BYTES];
+        davar_dronecan_covariance(gyro, accel, bytes);
+        for (uint32_t k = 0U; k < DAVAR_COVARIANCE_BYTES; k++) {
+            add(bytes[k]);
+        }
+    }
+    expect(UINT64_C(0x54154C765C3906C4));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -695,6 +744,7 @@ int main(void)
     RUN_TEST(test_results_of_policy_glr);
     RUN_TEST(test_results_of_policy_glr_q31);
     RUN_TEST(test_frames);
+    RUN_TEST(test_packets_of_dialects);
 #if FLT_EVAL_METHOD == 0
     RUN_TEST(test_fits_of_mixtures);
     RUN_TEST(test_fits_of_unlikely_deviations);

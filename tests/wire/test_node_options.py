@@ -8,6 +8,7 @@ import unittest
 
 NODE = os.environ.get("DAVAR_NODE", "davar-node")
 GOOD = ("--source", "-", "--rate", "100", "--lsb", "0.01", "--out", "slcan:pty")
+MAVLINK = ("--out", "mavlink:udp:127.0.0.1:9")
 REFUSED = {
     "--rate": ["0", "-5", "nan", "inf", "1e400", "100x", "", "x"],
     "--lsb": ["0", "-1", "nan", "x"],
@@ -26,9 +27,21 @@ REFUSED = {
     "--alarm-off": ["-1", "1e7"],
     "--source": ["/nonexistent", "/", "", "value:/etc/hostname"],
 }
+FORMS = (
+    "can:IFACE, slcan:PATH, mavlink:udp:HOST:PORT, mavlink:serial:PATH, dronecan:IFACE or "
+    "cyphal:IFACE"
+)
 LINKS = {
-    "can:": "--out: can:IFACE or slcan:PATH expected, found 'can:'",
-    "lin:0": "--out: can:IFACE or slcan:PATH expected",
+    "can:": "--out: " + FORMS + " expected, found 'can:'",
+    "lin:0": "--out: " + FORMS + " expected, found 'lin:0'",
+    "mavlink:": "expected, found 'mavlink:'",
+    "mavlink:udp:": "expected, found 'mavlink:udp:'",
+    "mavlink:udp:127.0.0.1": "--out: mavlink:udp:127.0.0.1: HOST:PORT expected",
+    "mavlink:udp:127.0.0.1:": "--out: mavlink:udp:127.0.0.1:: HOST:PORT expected",
+    "mavlink:udp::14550": "--out: mavlink:udp::14550: HOST:PORT expected",
+    "mavlink:udp:127.0.0.1:http": "--out: mavlink:udp:127.0.0.1:http: ",
+    "mavlink:serial:/nonexistent": "--out: mavlink:serial:/nonexistent: No such file or directory",
+    "dronecan:a_name_that_is_too_long": "no interface has such a long name",
     "slcan:/nonexistent": "--out: slcan:/nonexistent: No such file or directory",
     "slcan:/dev/null": "--out: slcan:/dev/null: ",
     "can:a_name_that_is_too_long": "no interface has such a long name",
@@ -88,6 +101,31 @@ class BadOptions(unittest.TestCase):
             "--channel",
             "1",
         )
+
+    def test_an_option_of_another_kind_of_output(self):
+        for option in ("--node-id", "--system-id", "--subject-id"):
+            self.refused(
+                f"{option}: needs --out mavlink:.., dronecan:IFACE or cyphal:IFACE",
+                *GOOD,
+                option,
+                "5",
+            )
+        for option in (("--raw",), ("--base", "5D0"), ("--content", "full")):
+            self.refused(
+                f"{option[0]}: needs --out can:IFACE or slcan:PATH", *GOOD, *MAVLINK, *option
+            )
+
+    def test_an_address_that_a_dialect_does_not_have(self):
+        for out, option, values in (
+            ("mavlink:udp:127.0.0.1:9", "--node-id", ("0", "256", "x")),
+            ("mavlink:udp:127.0.0.1:9", "--system-id", ("0", "256", "-1")),
+            ("mavlink:udp:127.0.0.1:9", "--channel", ("10", "34", "4294967295")),
+            ("dronecan:can0", "--node-id", ("0", "128")),
+            ("cyphal:can0", "--node-id", ("0", "128")),
+            ("cyphal:can0", "--subject-id", ("8192", "x")),
+        ):
+            for value in values:
+                self.refused(f"{option}: ", *GOOD, "--out", out, option, value)
 
     def test_a_bad_pin(self):
         for option in ("--edges", "--alarm"):

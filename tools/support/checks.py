@@ -173,6 +173,12 @@ PARTS = {
             "test_record.py",
         ),
     ),
+    "dialects": Part(
+        "messages of MAVLink, DroneCAN and Cyphal, read by the decoders of others",
+        suite("dialects", setting=wire),
+        packages=VENV,
+        quick=("test_cyphal.py", "test_dronecan.py", "test_mavlink.py"),
+    ),
     "kernel": Part(
         "CAN, serial lines and gpio, with faults, on a User-Mode Linux kernel "
         "(built once, in minutes)",

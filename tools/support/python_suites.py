@@ -144,6 +144,7 @@ def wire() -> Python:
     return [environment("wire")], {
         **DAVARLAB,
         "DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
+        "DAVAR_TELEMETRY_PROBE": program("tests/telemetry_probe", "release"),
         "DAVAR_NODE": program("gateway/davar-node", "release"),
         **simulator("release")[1],
     }

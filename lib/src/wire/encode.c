@@ -3,9 +3,9 @@
 #include "davar/wire.h"
 
 #include "wire/frame_layout.h"
+#include "wire/single.h"
 
 #include <math.h>
-#include <string.h>
 
 #define COUNTER_MASK 15U
 #define STATE_WINDOW_MAX 0x7FFFFU
@@ -50,25 +50,18 @@ static void put(davar_frame_t *frame, davar_signal_t at, uint32_t raw)
 
 static void put_float(davar_frame_t *frame, davar_signal_t at, double value)
 {
-    const float single = (float)value;
-    uint32_t raw = 0U;
-    memcpy(&raw, &single, sizeof raw);
-    put(frame, at, isnan(value) ? 0x7FC00000U : raw); /* one NaN on every machine */
+    put(frame, at, davar_single_bits(value));
 }
 
-/* davar_decode accepts 0, and magnitudes from DAVAR_WIRE_LEAST to DAVAR_WIRE_MOST. Smaller values
- * are sent as 0, larger ones and NaN as absent. */
+/* davar_decode accepts only these values. */
 static void put_signed(davar_frame_t *frame, davar_signal_t at, double value)
 {
-    const double size = fabs(value);
-    const double shown = (size < (double)DAVAR_WIRE_LEAST) ? 0.0 : value;
-    put_float(frame, at, (size <= (double)DAVAR_WIRE_MOST) ? shown : (double)NAN);
+    put_float(frame, at, davar_single_signed(value));
 }
 
-/* The same, with negative values absent. */
 static void put_magnitude(davar_frame_t *frame, davar_signal_t at, double value)
 {
-    put_signed(frame, at, (value >= 0.0) ? value : (double)NAN);
+    put_float(frame, at, davar_single_magnitude(value));
 }
 
 static void put_scaled(davar_frame_t *frame, const davar_scaled_t *scaled, double value)
@@ -169,8 +162,8 @@ static void fill_coefficient(davar_encoder_t *encoder, davar_frame_t *frame)
     const double shown[3] = {coefficient->value, coefficient->low, coefficient->high};
     const double value = shown[index / DAVAR_COEFFICIENT_COUNT];
     put(frame, signal_kind, index);
-    if ((index >= 2U * DAVAR_COEFFICIENT_COUNT) && (value > (double)DAVAR_WIRE_MOST)) {
-        put_float(frame, signal_value, (double)INFINITY); /* no upper limit */
+    if (index >= 2U * DAVAR_COEFFICIENT_COUNT) {
+        put_float(frame, signal_value, davar_single_limit(value));
     } else {
         put_magnitude(frame, signal_value, value);
     }

@@ -129,10 +129,14 @@ COMMANDS: dict[str, Command] = {
     ),
     "live": (
         run_live,
-        "checks, shows and records the stream of a CAN or serial source, and reconnects to a lost "
-        "one",
+        "checks, shows and records the stream of a sensor (docs/STREAMS.md, docs/DIALECTS.md), and "
+        "reconnects to a lost source",
         [
-            argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
+            argument(
+                "source",
+                help="can:IFACE, slcan:PATH[@BAUD], mavlink:udp:HOST:PORT (of this computer), "
+                "mavlink:serial:PATH[@BAUD], dronecan:IFACE or cyphal:IFACE[@SUBJECT]",
+            ),
             argument(
                 "--record",
                 metavar="FILE.csv",

@@ -1,4 +1,5 @@
-"""Live view of a CAN or serial source: checks, prints and records the stream (lib/WIRE.md)."""
+"""Live view of a sensor on a wire: checks, prints and records the stream (lib/WIRE.md,
+docs/DIALECTS.md)."""
 
 import argparse
 import contextlib
@@ -12,10 +13,14 @@ from typing import IO
 
 from ..errors import forget_output, shown
 from . import frames as wire
+from .dialects import DialectReceiver
+from .dialects import receiver as receiver_of
 from .raw_record import RawRecorder
 from .record import Recorder, Row, row
 from .source import Source
 from .withheld import Explained
+
+AnyReceiver = wire.Receiver | DialectReceiver
 
 
 def say(text: str) -> None:
@@ -67,7 +72,7 @@ def line(values: Row) -> str:
     )
 
 
-def summary(receiver: wire.Receiver) -> str:
+def summary(receiver: AnyReceiver) -> str:
     """What the receiver met, then what each device says it met."""
     faults = ", ".join(
         f"{count} {name.replace('_', ' ')}" for name, count in asdict(receiver.faults).items()
@@ -118,7 +123,7 @@ class Viewer:
 
     def __init__(
         self,
-        receiver: wire.Receiver,
+        receiver: AnyReceiver,
         recorder: Recorder | None,
         raw: RawRecorder | None,
         as_json: bool,
@@ -161,7 +166,7 @@ class Viewer:
 
 
 def follow(
-    source: Source, receiver: wire.Receiver, viewer: Viewer, options: argparse.Namespace
+    source: Source, receiver: AnyReceiver, viewer: Viewer, options: argparse.Namespace
 ) -> None:
     """Shows the stream to its end, to --count or to a signal; the last result is complete when
     nothing more comes."""
@@ -181,7 +186,7 @@ def run(options: argparse.Namespace) -> int:
     """The command: until --count, --idle, the end of a pty, SIGINT, SIGTERM or SIGHUP. Returns the
     exit status."""
     stop = Stop()
-    receiver = wire.Receiver(options.base)
+    receiver = receiver_of(options.source, options.base)
     receiver.wants_raw = bool(options.raw)
     with (
         contextlib.closing(Source(options.source, receiver.faults, say)) as source,
@@ -207,7 +212,10 @@ def run(options: argparse.Namespace) -> int:
     if recorder and recorder.unrecorded:
         say(f"{recorder.path}: {recorder.unrecorded} results not recorded")
     if raw and not raw.outputs:
-        say(f"{raw.given}: no raw samples received (davar-sim and davar-node send them with --raw)")
+        say(
+            f"{raw.given}: no raw samples received (davar-sim and davar-node send them with --raw "
+            "on can: and slcan:)"
+        )
     if raw and raw.unrecorded:
         say(f"{raw.given}: {raw.unrecorded} raw samples not recorded")
     return 0

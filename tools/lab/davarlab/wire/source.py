@@ -1,5 +1,5 @@
-"""Frames from can:IFACE or slcan:PATH[@BAUD], whatever becomes of interface or peer: a loss is
-counted and waited out."""
+"""Frames from a CAN interface or a serial line, or pieces of a MAVLink stream from either or from
+UDP, whatever becomes of interface or peer: a loss is counted and waited out."""
 
 import contextlib
 import errno
@@ -11,6 +11,7 @@ import struct
 import termios
 import time
 from collections.abc import Callable, Iterator
+from typing import Protocol
 
 import can
 import serial
@@ -21,6 +22,7 @@ from .frames import Faults
 
 POLL_S = 0.05
 BAUD = 115200
+DATAGRAM_BYTES = 1 << 16
 LINE_BYTES_MAX = 64  # of SLCAN text; what is longer is noise
 RECEIVE_BYTES = 1 << 22  # room in the kernel for a burst
 SIOCGIFFLAGS, IFF_UP = 0x8913, 1
@@ -33,7 +35,7 @@ PLAIN = {
 }
 FRAME = re.compile(rb"t([0-7][0-9A-Fa-f]{2})([0-8])([0-9A-Fa-f]*)")
 
-Frame = tuple[int, bytes]  # identifier, data
+Frame = tuple[int, bytes]  # identifier, data; MAVLink: 0, a piece of the stream
 Say = Callable[[str], None]  # receives a line for people
 
 
@@ -53,6 +55,8 @@ def reason(why: BaseException) -> str:
 class CanPort:
     """A SocketCAN interface, by python-can."""
 
+    extended = False  # identifiers of 29 bits
+
     def __init__(self, name: str, faults: Faults) -> None:
         with socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as probe:
             answer = fcntl.ioctl(probe, SIOCGIFFLAGS, struct.pack("16sH14x", name.encode()[:15], 0))
@@ -70,13 +74,26 @@ class CanPort:
             message is None
             or message.is_error_frame
             or message.is_remote_frame
-            or message.is_extended_id
+            or message.is_extended_id != self.extended
         ):
             return []
         return [(message.arbitration_id, bytes(message.data))]
 
     def close(self) -> None:
         self.bus.shutdown()
+
+
+class ExtendedPort(CanPort):
+    """The same for DroneCAN."""
+
+    extended = True
+
+
+class CyphalPort(ExtendedPort):
+    """IFACE or IFACE@SUBJECT; the receiver knows the subject."""
+
+    def __init__(self, name: str, faults: Faults) -> None:
+        super().__init__(name.partition("@")[0], faults)
 
 
 class Line(serial.Serial):  # type: ignore[misc]  # pyserial ships no types
@@ -87,17 +104,57 @@ class Line(serial.Serial):  # type: ignore[misc]  # pyserial ships no types
         pass
 
 
+def opened_line(name: str) -> Line:
+    """The tty of PATH or PATH@BAUD."""
+    path, at, digits = name.rpartition("@")
+    path, baud = (path, int(digits)) if at and digits.isdigit() else (name, BAUD)
+    return Line(path, baud, timeout=POLL_S, write_timeout=1)
+
+
+class MavlinkLine:
+    """A tty with MAVLink, by pyserial."""
+
+    def __init__(self, name: str, faults: Faults) -> None:
+        self.port = opened_line(name)
+
+    def read(self) -> list[Frame]:
+        data = self.port.read(max(1, self.port.in_waiting))
+        return [(0, data)] if data else []
+
+    def close(self) -> None:
+        self.port.close()
+
+
+class UdpPort:
+    """Datagrams that arrive at HOST:PORT of this computer."""
+
+    def __init__(self, name: str, faults: Faults) -> None:
+        host, _, port = name.rpartition(":")
+        self.socket = socket.socket(
+            socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM
+        )
+        try:
+            self.socket.settimeout(POLL_S)
+            self.socket.bind((host.strip("[]"), int(port)))
+        except BaseException:
+            self.socket.close()
+            raise
+
+    def read(self) -> list[Frame]:
+        try:
+            return [(0, self.socket.recv(DATAGRAM_BYTES))]
+        except TimeoutError:
+            return []
+
+    def close(self) -> None:
+        self.socket.close()
+
+
 class SerialPort:
     """A tty with SLCAN text, by pyserial. We are the host: O opens the adapter's channel."""
 
     def __init__(self, name: str, faults: Faults) -> None:
-        path, at, digits = name.rpartition("@")
-        path, baud = (path, int(digits)) if at and digits.isdigit() else (name, BAUD)
-        self.port, self.faults, self.text = (
-            Line(path, baud, timeout=POLL_S, write_timeout=1),
-            faults,
-            b"",
-        )
+        self.port, self.faults, self.text = opened_line(name), faults, b""
         self.too_long = False  # is what comes the rest of a line that was given up
         self.port.write(b"\rO\r")
 
@@ -129,25 +186,45 @@ class SerialPort:
         self.port.close()
 
 
+class Port(Protocol):
+    """An open source."""
+
+    def read(self) -> list[Frame]: ...
+    def close(self) -> None: ...
+
+
+PORTS: dict[str, Callable[[str, Faults], Port]] = {
+    "can:": CanPort,
+    "slcan:": SerialPort,
+    "mavlink:udp:": UdpPort,
+    "mavlink:serial:": MavlinkLine,
+    "dronecan:": ExtendedPort,
+    "cyphal:": CyphalPort,
+}
+FORMS = (
+    "can:IFACE, slcan:PATH[@BAUD], mavlink:udp:HOST:PORT, mavlink:serial:PATH[@BAUD], "
+    "dronecan:IFACE or cyphal:IFACE[@SUBJECT]"
+)
+
+
 class Source:
     """An open source. faults (wire.Faults) counts its noise, link_lost and link_restored; say:
     reports them in a line."""
 
     def __init__(self, name: str, faults: Faults, say: Say) -> None:
-        self.kind, _, self.where = name.partition(":")
-        if self.kind not in ("can", "slcan") or not self.where:
-            raise BadInput(f"can:IFACE or slcan:PATH expected, found '{name}'")
+        self.kind = next((one for one in PORTS if name.startswith(one)), "")
+        self.where = name.removeprefix(self.kind)
+        if not self.kind or not self.where:
+            raise BadInput(f"{FORMS} expected, found '{name}'")
         self.name, self.faults, self.say = name, faults, say
-        self.port: CanPort | SerialPort | None = None
+        self.port: Port | None = None
         try:
             self.port = self._open()
-        except (*FAILURES, ValueError) as why:
+        except (*FAILURES, ValueError, OverflowError) as why:
             raise BadInput(f"{name}: {reason(why)}") from None
 
-    def _open(self) -> CanPort | SerialPort:
-        if self.kind == "can":
-            return CanPort(self.where, self.faults)
-        return SerialPort(self.where, self.faults)
+    def _open(self) -> Port:
+        return PORTS[self.kind](self.where, self.faults)
 
     @property
     def may_come(self) -> bool:

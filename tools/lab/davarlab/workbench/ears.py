@@ -22,7 +22,7 @@ class Ears:
         return {"source": live.source.name, "number": self.heard} if live else None
 
     def listen(self, source: str) -> None:
-        """Another source: can:IFACE or slcan:PATH. What was listened to goes on until this one is
+        """Another source of `davarlab live`. What was listened to goes on until this one is
         open."""
         source = str(source).strip()
         if self.live and self.live.source.name == source:

@@ -13,7 +13,7 @@ from typing import BinaryIO
 from .. import files
 from ..errors import BadInput, internal_error
 from ..report.values import Json
-from ..wire import frames, record
+from ..wire import dialects, record
 from ..wire.frames import Result
 from ..wire.raw_record import RawRecorder
 from ..wire.source import Source
@@ -46,7 +46,7 @@ class Listening:
     "count", ...}: `count` with the last of these."""
 
     def __init__(self, source: str, path: Path, raw_path: Path, tell: Tell) -> None:
-        self.receiver, self.tell, self.said = frames.Receiver(), tell, ""
+        self.receiver, self.tell, self.said = dialects.receiver(source), tell, ""
         self.source = Source(source, self.receiver.faults, self.say)
         try:
             self.recorder, self.raw = (

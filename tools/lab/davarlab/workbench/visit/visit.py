@@ -176,7 +176,7 @@ class Visit:
         return self.changed()
 
     def listen(self, source: str) -> Json:
-        """Shows and records what a sensor sends: can:IFACE or slcan:PATH."""
+        """Shows and records what a sensor sends, from a source of `davarlab live`."""
         self.ears.listen(source)
         return self.changed()
 

@@ -1,0 +1,334 @@
+/* davar tests - telemetry: addresses, the limits of values, and packets byte by byte. tests/dialects
+ * decodes a million of them with other decoders. */
+#include "davar/telemetry.h"
+#include "unity.h"
+#include "wire/packet.h"
+
+#include <math.h>
+#include <string.h>
+
+static const davar_telemetry_address_t home = {
+    .channel = 1U, .node = 42U, .system = 7U, .subject = 3700U};
+static davar_result_t result;
+static davar_telemetry_t telemetry;
+static davar_packet_t packet;
+
+void setUp(void)
+{
+    memset(&packet, 0, sizeof packet);
+    result = (davar_result_t){.epoch = 0x1234567890U, .window_samples = 600U, .kurtosis = 3.0};
+    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        result.coefficient[k] =
+            (davar_coefficient_t){.present = true, .value = 1.0, .low = 0.5, .high = 2.0};
+    }
+}
+
+void tearDown(void) {}
+
+static void begin(const davar_dialect_t *dialect)
+{
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, dialect, &home, 100.0));
+    davar_telemetry_begin(&telemetry, &result, 5000000U);
+}
+
+static uint32_t count_packets(const davar_dialect_t *dialect)
+{
+    uint32_t count = 0U;
+    begin(dialect);
+    while (davar_telemetry_next(&telemetry, &packet)) {
+        count++;
+    }
+    return count;
+}
+
+static void test_each_dialect_has_its_number_of_packets(void)
+{
+    TEST_ASSERT_EQUAL(3, count_packets(&davar_mavlink));
+    TEST_ASSERT_EQUAL(1, count_packets(&davar_mavlink_gyro_noise));
+    TEST_ASSERT_EQUAL(6, count_packets(&davar_dronecan));
+    TEST_ASSERT_EQUAL(1, count_packets(&davar_cyphal));
+}
+
+static void test_there_is_no_packet_before_the_first_result_and_after_the_last_packet(void)
+{
+    const davar_packet_t before = packet;
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_cyphal, &home, 100.0));
+    TEST_ASSERT_FALSE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &packet, sizeof packet);
+    davar_telemetry_begin(&telemetry, &result, 0U);
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_FALSE(davar_telemetry_next(&telemetry, &packet));
+}
+
+static bool is_accepted(const davar_dialect_t *dialect, davar_telemetry_address_t from)
+{
+    const davar_telemetry_t before = telemetry;
+    const bool accepted = davar_telemetry_init(&telemetry, dialect, &from, 100.0);
+    if (!accepted) {
+        TEST_ASSERT_EQUAL_MEMORY(&before, &telemetry, sizeof telemetry);
+    }
+    return accepted;
+}
+
+static void test_an_address_outside_a_dialect_is_refused(void)
+{
+    memset(&telemetry, 0x5A, sizeof telemetry);
+    const davar_dialect_t *const dialects[] = {&davar_mavlink, &davar_mavlink_gyro_noise,
+                                               &davar_dronecan, &davar_cyphal};
+    for (size_t i = 0; i < 4U; i++) {
+        const bool is_can = (i >= 2U);
+        TEST_ASSERT_TRUE(
+            is_accepted(dialects[i], (davar_telemetry_address_t){9U, 127U, 1U, 8191U}));
+        TEST_ASSERT_FALSE(is_accepted(dialects[i], (davar_telemetry_address_t){10U, 1U, 1U, 1U}));
+        TEST_ASSERT_FALSE(is_accepted(dialects[i], (davar_telemetry_address_t){0U, 0U, 1U, 1U}));
+        TEST_ASSERT_EQUAL(!is_can,
+                          is_accepted(dialects[i], (davar_telemetry_address_t){0U, 128U, 1U, 1U}));
+        TEST_ASSERT_EQUAL(is_can,
+                          is_accepted(dialects[i], (davar_telemetry_address_t){0U, 1U, 0U, 1U}));
+        TEST_ASSERT_EQUAL(dialects[i] != &davar_cyphal,
+                          is_accepted(dialects[i], (davar_telemetry_address_t){0U, 1U, 1U, 8192U}));
+    }
+}
+
+/* Checksum of the header and payload by the definition of CRC-16/MCRF4XX, bit by bit. */
+static uint16_t crc_of(const uint8_t *bytes, size_t count, uint8_t extra)
+{
+    uint32_t crc = 0xFFFFU;
+    for (size_t i = 0; i <= count; i++) {
+        crc ^= (i < count) ? bytes[i] : extra;
+        for (int bit = 0; bit < 8; bit++) {
+            crc = ((crc & 1U) != 0U) ? (crc >> 1U) ^ 0x8408U : crc >> 1U;
+        }
+    }
+    return (uint16_t)crc;
+}
+
+static void test_a_mavlink_packet_byte_by_byte(void)
+{
+    static const uint8_t wanted[] = {0xFD, 13, 0, 0, 0,    7,    42,  251, 0,   0,   0x88, 0x13,
+                                     0,    0,  0, 0, 0x80, 0x3F, 'A', 'R', 'W', '_', 'Y'};
+    const uint16_t crc = crc_of(wanted + 1, sizeof wanted - 1U, 170U);
+    begin(&davar_mavlink);
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL(sizeof wanted + 2U, packet.length);
+    TEST_ASSERT_EQUAL_MEMORY(wanted, packet.data, sizeof wanted);
+    TEST_ASSERT_EQUAL(crc & 0xFFU, packet.data[sizeof wanted]);
+    TEST_ASSERT_EQUAL(crc >> 8U, packet.data[sizeof wanted + 1U]);
+}
+
+static void test_a_payload_loses_its_zeros_at_the_end_but_for_the_first_byte(void)
+{
+    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        result.coefficient[k] = (davar_coefficient_t){0};
+    }
+    result.kurtosis = 0.0;
+    result.epoch = 0U;
+    result.window_samples = 0U;
+    const davar_telemetry_address_t first = {.channel = 0U, .node = 1U, .system = 1U};
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_mavlink_gyro_noise, &first, 0.0));
+    davar_telemetry_begin(&telemetry, &result, 0U);
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL(1, packet.data[1]);
+    TEST_ASSERT_EQUAL(10 + 1 + 2, packet.length);
+}
+
+static void test_a_dronecan_frame_byte_by_byte(void)
+{
+    static const uint8_t wanted[] = {0, 0, 0x80, 0x3F, 'A', 'R', 'Y', 0xC0};
+    begin(&davar_dronecan);
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL_HEX32(0x183FF22AU, packet.identifier); /* priority 24, 16370, 42 */
+    TEST_ASSERT_EQUAL(8, packet.length);
+    TEST_ASSERT_EQUAL_MEMORY(wanted, packet.data, 8U);
+}
+
+static void test_a_cyphal_frame_fills_64_bytes(void)
+{
+    static const uint8_t start[] = {0x90, 0x78, 0x56, 0x34, 0x58, 0x02, 0, 0, 0, 0, 0x80, 0x3F};
+    begin(&davar_cyphal);
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL_HEX32(0x146E742AU, packet.identifier); /* priority 5, subject 3700, 42 */
+    TEST_ASSERT_EQUAL(64, packet.length);
+    TEST_ASSERT_EQUAL_MEMORY(start, packet.data, sizeof start);
+    TEST_ASSERT_EQUAL(1, packet.data[60]); /* channel */
+    TEST_ASSERT_EQUAL_HEX8(0U, packet.data[62]);
+    TEST_ASSERT_EQUAL_HEX8(0xE0U, packet.data[63]);
+}
+
+static void test_the_transfer_number_counts_modulo_32(void)
+{
+    begin(&davar_cyphal);
+    for (uint32_t i = 0U; i < 70U; i++) {
+        davar_telemetry_begin(&telemetry, &result, 0U);
+        TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+        TEST_ASSERT_EQUAL_HEX8(0xE0U | (i % 32U), packet.data[63]);
+    }
+}
+
+/* The heartbeat at a time; NULL: none is due. */
+static const davar_packet_t *heartbeat_at(uint64_t time_us)
+{
+    return davar_telemetry_heartbeat(&telemetry, time_us, &packet) ? &packet : NULL;
+}
+
+static void test_a_heartbeat_comes_once_a_second(void)
+{
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_cyphal, &home, 100.0));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(0U));
+    const davar_packet_t before = packet;
+    TEST_ASSERT_NULL(heartbeat_at(999999U));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &packet, sizeof packet);
+    TEST_ASSERT_NOT_NULL(heartbeat_at(1000000U));
+    TEST_ASSERT_NULL(heartbeat_at(1999999U));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(7000000U));
+    TEST_ASSERT_NULL(heartbeat_at(7999999U));
+}
+
+static void check_heartbeat(const davar_dialect_t *dialect, uint32_t identifier,
+                            const uint8_t *wanted, uint8_t length)
+{
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, dialect, &home, 100.0));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(0U));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(UINT64_C(0x04030201) * 1000000U));
+    TEST_ASSERT_EQUAL_HEX32(identifier, packet.identifier);
+    TEST_ASSERT_EQUAL(length, packet.length);
+    TEST_ASSERT_EQUAL_MEMORY(wanted, packet.data, length);
+}
+
+static void test_the_heartbeat_of_each_dialect_byte_by_byte(void)
+{
+    uint8_t mavlink[21] = {0xFD, 9, 0, 0, 1, 7, 42, 0, 0, 0, 0, 0, 0, 0, 18, 8, 0, 4, 3};
+    const uint16_t crc = crc_of(mavlink + 1, 18U, 50U);
+    mavlink[19] = (uint8_t)(crc & 0xFFU);
+    mavlink[20] = (uint8_t)(crc >> 8U);
+    check_heartbeat(&davar_mavlink, 0U, mavlink, sizeof mavlink);
+    check_heartbeat(&davar_mavlink_gyro_noise, 0U, mavlink, sizeof mavlink);
+    static const uint8_t status[] = {1, 2, 3, 4, 0, 0, 0, 0xC1};
+    check_heartbeat(&davar_dronecan, 0x1801552AU, status, sizeof status); /* 24, 341, 42 */
+    static const uint8_t beat[] = {1, 2, 3, 4, 0, 0, 0, 0xE1};
+    check_heartbeat(&davar_cyphal, 0x147D552AU, beat, sizeof beat); /* 5, 7509, 42 */
+}
+
+/* MAVLink counts all packets of a sender, DroneCAN and Cyphal those of each type. */
+static void test_heartbeats_count_in_the_sequence_of_mavlink_only(void)
+{
+    begin(&davar_mavlink);
+    TEST_ASSERT_NOT_NULL(heartbeat_at(0U));
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL(1, packet.data[4]);
+    begin(&davar_dronecan);
+    for (uint32_t i = 0U; i < 40U; i++) {
+        TEST_ASSERT_NOT_NULL(heartbeat_at((uint64_t)i * 1000000U));
+        TEST_ASSERT_EQUAL_HEX8(0xC0U | (i % 32U), packet.data[7]);
+    }
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL_HEX8(0xC0U, packet.data[7]);
+}
+
+static void test_the_axes_have_names(void)
+{
+    static const char letters[] = "XYZ3456789";
+    for (uint8_t channel = 0U; channel <= DAVAR_TELEMETRY_CHANNEL_LAST; channel++) {
+        TEST_ASSERT_EQUAL(letters[channel], davar_axis_letter(channel));
+    }
+}
+
+static void test_each_flag_is_one_bit_of_state(void)
+{
+    result.noise = DAVAR_NOISE_FILTERED;
+    TEST_ASSERT_EQUAL(5, davar_quantity_state(&result));
+    result.unstable = true;
+    TEST_ASSERT_EQUAL(5 + 8, davar_quantity_state(&result));
+    result.young = true;
+    TEST_ASSERT_EQUAL(5 + 8 + 16, davar_quantity_state(&result));
+    result.alarm = true;
+    TEST_ASSERT_EQUAL(5 + 8 + 16 + 32, davar_quantity_state(&result));
+}
+
+static void check_arw(double value, uint32_t value_bits, uint32_t high_bits)
+{
+    result.coefficient[DAVAR_ANGLE_RANDOM_WALK] =
+        (davar_coefficient_t){.value = value, .low = value, .high = value};
+    begin(&davar_cyphal);
+    TEST_ASSERT_EQUAL_HEX32(value_bits, davar_quantity(&telemetry, QUANTITY_ARW));
+    TEST_ASSERT_EQUAL_HEX32(value_bits, davar_quantity(&telemetry, QUANTITY_ARW_LOW));
+    TEST_ASSERT_EQUAL_HEX32(high_bits, davar_quantity(&telemetry, QUANTITY_ARW_HIGH));
+}
+
+static void test_what_is_no_magnitude_is_absent_and_no_upper_limit_is_infinite(void)
+{
+    const uint32_t nan_bits = 0x7FC00000U;
+    check_arw(0.25, 0x3E800000U, 0x3E800000U);
+    check_arw(0.0, 0U, 0U);
+    check_arw(1e-31, 0U, 0U);
+    check_arw(1e31, nan_bits, 0x7F800000U);
+    check_arw((double)INFINITY, nan_bits, 0x7F800000U);
+    check_arw(-(double)INFINITY, nan_bits, nan_bits);
+    check_arw(-1.0, nan_bits, nan_bits);
+    check_arw(-(double)NAN, nan_bits, nan_bits);
+}
+
+static void test_a_variance_is_the_density_of_the_noise_times_the_rate(void)
+{
+    const double degree = 3.14159265358979323846 / 180.0;
+    davar_coefficient_t *arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    arw->value = 0.3; /* 0.3 deg after an hour: 0.005 deg after a second */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-18, 0.005 * degree * 0.005 * degree * 400.0,
+                              davar_rate_variance(&result, 400.0));
+    TEST_ASSERT_TRUE(isnan(davar_rate_variance(&result, 0.0)));
+    TEST_ASSERT_TRUE(isnan(davar_rate_variance(&result, (double)NAN)));
+    arw->value = (double)NAN;
+    TEST_ASSERT_TRUE(isnan(davar_rate_variance(&result, 400.0)));
+}
+
+static uint32_t half_of(double variance)
+{
+    const double gyro[3] = {variance, 1.0, (double)NAN};
+    const double accel[3] = {-1.0, 0.0, variance};
+    uint8_t bytes[DAVAR_COVARIANCE_BYTES];
+    static const uint8_t middle[8] = {0x00, 0x3C, 0x00, 0x7E, 0x00, 0x7E, 0x00, 0x00};
+    davar_dronecan_covariance(gyro, accel, bytes);
+    TEST_ASSERT_EQUAL_MEMORY(middle, bytes + 2, sizeof middle);
+    TEST_ASSERT_EQUAL_MEMORY(bytes, bytes + 10, 2U);
+    return (uint32_t)bytes[0] | ((uint32_t)bytes[1] << 8U);
+}
+
+static void test_a_variance_is_the_nearest_float16_and_never_rounds_to_no_noise(void)
+{
+    TEST_ASSERT_EQUAL_HEX16(0x3C00, half_of(1.0));
+    TEST_ASSERT_EQUAL_HEX16(0x0001, half_of(1e-12));
+    TEST_ASSERT_EQUAL_HEX16(0x0001, half_of(1e-40));
+    TEST_ASSERT_EQUAL_HEX16(0x0002, half_of(1.5 * 5.9604644775390625e-08)); /* a tie, to even */
+    TEST_ASSERT_EQUAL_HEX16(0x0002, half_of(2.5 * 5.9604644775390625e-08));
+    TEST_ASSERT_EQUAL_HEX16(0x0400, half_of(6.103515625e-05));
+    TEST_ASSERT_EQUAL_HEX16(0x0400, half_of(6.1035e-05)); /* rounds up to a normal number */
+    TEST_ASSERT_EQUAL_HEX16(0x3C01, half_of(1.0 + 1.0 / 1024.0));
+    TEST_ASSERT_EQUAL_HEX16(0x3C00, half_of(1.0 + 1.0 / 2048.0));
+    TEST_ASSERT_EQUAL_HEX16(0x3C02, half_of(1.0 + 3.0 / 2048.0));
+    TEST_ASSERT_EQUAL_HEX16(0x7BFF, half_of(65504.0));
+    TEST_ASSERT_EQUAL_HEX16(0x7C00, half_of(65520.0));
+    TEST_ASSERT_EQUAL_HEX16(0x7C00, half_of(1e20));
+    TEST_ASSERT_EQUAL_HEX16(0x7E00, half_of(1e31));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_each_dialect_has_its_number_of_packets);
+    RUN_TEST(test_there_is_no_packet_before_the_first_result_and_after_the_last_packet);
+    RUN_TEST(test_an_address_outside_a_dialect_is_refused);
+    RUN_TEST(test_a_mavlink_packet_byte_by_byte);
+    RUN_TEST(test_a_payload_loses_its_zeros_at_the_end_but_for_the_first_byte);
+    RUN_TEST(test_a_dronecan_frame_byte_by_byte);
+    RUN_TEST(test_a_cyphal_frame_fills_64_bytes);
+    RUN_TEST(test_the_transfer_number_counts_modulo_32);
+    RUN_TEST(test_a_heartbeat_comes_once_a_second);
+    RUN_TEST(test_the_heartbeat_of_each_dialect_byte_by_byte);
+    RUN_TEST(test_heartbeats_count_in_the_sequence_of_mavlink_only);
+    RUN_TEST(test_the_axes_have_names);
+    RUN_TEST(test_each_flag_is_one_bit_of_state);
+    RUN_TEST(test_what_is_no_magnitude_is_absent_and_no_upper_limit_is_infinite);
+    RUN_TEST(test_a_variance_is_the_density_of_the_noise_times_the_rate);
+    RUN_TEST(test_a_variance_is_the_nearest_float16_and_never_rounds_to_no_noise);
+    return UNITY_END();
+}
