@@ -11,7 +11,6 @@
 static davar_select_gyro_t gyro[DAVAR_SELECT_GYROS];
 static davar_select_pair_t pair[DAVAR_SELECT_PAIRS(DAVAR_SELECT_GYROS)];
 static davar_select_t selection;
-static davar_select_block_t block;
 static davar_select_verdict_t verdict;
 static uint32_t state = 1U;
 static uint32_t checksum;
@@ -53,7 +52,7 @@ static void measure(const davar_select_config_t *config, const char *add, const 
     uint32_t added = 0U;
     uint32_t total = 0U;
     uint32_t most = 0U;
-    (void)davar_select_init(&selection, config, gyro, pair, &block);
+    (void)davar_select_init(&selection, config, gyro, pair);
     for (uint32_t t = 0U; t < BLOCKS; t++) {
         for (uint32_t k = 0U; k < config->block; k++) {
             for (uint32_t i = 0U; i < values; i++) {
@@ -61,11 +60,11 @@ static void measure(const davar_select_config_t *config, const char *add, const 
                            (((i == 0U) && (t >= (BLOCKS - 50U))) ? 1.0F : 0.0F);
             }
             const uint32_t mark = board_mark();
-            (void)davar_select_add(config, &block, rates, 0xFU);
+            (void)davar_select_add(&selection, rates);
             added += board_instructions_since(mark) - nothing;
         }
         const uint32_t mark = board_mark();
-        davar_select_update(&selection, &block, &verdict);
+        davar_select_update(&selection, &verdict);
         const uint32_t spent = board_instructions_since(mark) - nothing;
         total += spent;
         most = (spent > most) ? spent : most;
@@ -89,7 +88,6 @@ int main(void)
     measure(&two, "select2_add", "select2_update", "select2_worst", "select2_bytes");
     measure(&three, "select3_add", "select3_update", "select3_worst", "select3_bytes");
     measure(&four, "select4_add", "select4_update", "select4_worst", "select4_bytes");
-    board_figure("select_block_bytes", (uint32_t)sizeof block);
     board_figure("select_checksum", checksum);
     return 0;
 }

@@ -11,8 +11,7 @@
  * Arithmetic: IEEE float with + - * / and sqrt only, so every target computes the same bits. No function
  * allocates memory, blocks or reads a clock.
  *
- * Threads: davar_select_add belongs to the thread or interrupt that owns the block, and
- * davar_select_update to the one that owns the selection. */
+ * Threads: a selection belongs to one thread or interrupt. */
 #ifndef DAVAR_SELECT_H
 #define DAVAR_SELECT_H
 
@@ -69,7 +68,7 @@ typedef struct {
 #define DAVAR_SELECT_NOISE 8U  /**< its own noise is above 2.2 times its past; a warning only */
 /** @} */
 
-/** The verdict after a block. Gyros are counted from 0. */
+/** The verdict after a block. Gyros are counted from 0; elements of others are not written. */
 typedef struct {
     /** weights of the fusion with the least noise; their sum is 1. Absent, stuck and disagreeing
      * gyros have 0. All are 0 if no gyro is left */
@@ -86,29 +85,19 @@ typedef struct {
     bool hidden;
 } davar_select_verdict_t;
 
-/** A block of samples. The caller owns it. Fields are private. */
-typedef struct {
-    /** @privatesection */
-    float square[DAVAR_SELECT_GYROS]; /* sum of the squared steps from sample to sample */
-    float apart[DAVAR_SELECT_PAIRS(DAVAR_SELECT_GYROS)]; /* the same of the difference of a pair */
-    float sum[DAVAR_SELECT_GYROS][DAVAR_SELECT_AXES];
-    float last[DAVAR_SELECT_GYROS][DAVAR_SELECT_AXES];
-    float first[DAVAR_SELECT_GYROS][DAVAR_SELECT_AXES]; /* the last before the block */
-    uint16_t moved;                                     /* a bit for an axis with a step */
-    uint16_t count;                                     /* samples */
-    uint8_t held;                                       /* gyros with a last sample */
-    uint8_t missing;                                    /* gyros without a sample in this block */
-} davar_select_block_t;
-
 /** One gyro. The caller owns it. Fields are private. */
 typedef struct {
     /** @privatesection */
-    float evidence; /* that it is quieter than the chosen one (13.2) */
-    float spread;   /* variance of the contrast with the chosen one (13.3) */
-    float recent;   /* mean of square over the last blocks */
-    float own;      /* variance of its own noise, same unit (13.5) */
-    float known;    /* blocks that `own` is worth */
-    float usual;    /* long-term mean of own */
+    float square[DAVAR_SELECT_AXES]; /* sum of the squared steps of the block (13.1) */
+    float sum[DAVAR_SELECT_AXES];    /* of its rates */
+    float last[DAVAR_SELECT_AXES];   /* rate */
+    float first[DAVAR_SELECT_AXES];  /* the last rate before the block */
+    float evidence;                  /* that it is quieter than the chosen one (13.2) */
+    float spread;                    /* variance of the contrast with the chosen one (13.3) */
+    float recent;                    /* mean of square, over axes, of the last blocks */
+    float own;                       /* variance of its own noise, same unit (13.5) */
+    float known;                     /* blocks that `own` is worth */
+    float usual;                     /* long-term mean of own */
     uint8_t fault;
     uint8_t wait;  /* blocks until the fault is over */
     uint8_t still; /* blocks in which an axis did not move */
@@ -118,12 +107,13 @@ typedef struct {
 /** One pair of gyros. The caller owns it. Fields are private. */
 typedef struct {
     /** @privatesection */
+    float apart;                     /* sum of the squared steps of the difference, of the block */
     float recent;                    /* mean of apart over the last blocks */
-    float offset[DAVAR_SELECT_AXES]; /* difference of the biases, deg/s */
-    float noise;    /* mean of the largest deviation from it, in sigmas of white noise (13.7) */
-    float known;    /* blocks that they are worth */
-    float age;      /* blocks since they were last seen well */
-    float evidence; /* of a jump */
+    float offset[DAVAR_SELECT_AXES]; /* difference of the biases, times the samples of a block */
+    float noise;                     /* mean deviation from it, over the root of `recent` (13.7) */
+    float known;                     /* blocks that they are worth */
+    float age;                       /* blocks since they were last seen well */
+    float evidence;                  /* of a jump */
 } davar_select_pair_t;
 
 /** A selection. The caller owns it. Fields are private. */
@@ -133,33 +123,35 @@ typedef struct {
     davar_select_gyro_t *gyro;
     davar_select_pair_t *pair;
     float threshold; /* of evidence (13.4) */
+    float freedom;   /* of a block of white noise (13.1) */
+    float drift;     /* tolerance of a block, times its samples */
+    uint16_t count;  /* samples of the block */
     uint16_t blocks; /* since the start, at most 4096 */
     uint8_t chosen;
+    bool hidden;
 } davar_select_t;
 
 /** Starts a selection with gyro 0 as the chosen one.
  * `gyro` has config->gyros elements and `pair` DAVAR_SELECT_PAIRS(config->gyros); they and the
- * configuration must outlive the selection. *block becomes empty.
+ * configuration must outlive the selection.
  * @return False, with nothing changed, if a setting is out of range or not a number.
  *
  * Cost: O(gyros^2). */
 bool davar_select_init(davar_select_t *select, const davar_select_config_t *config,
-                       davar_select_gyro_t *gyro, davar_select_pair_t *pair,
-                       davar_select_block_t *block);
+                       davar_select_gyro_t *gyro, davar_select_pair_t *pair);
 
-/** Adds one sample of every gyro to a block.
- * rates_dps[gyro * axes + axis] are in deg/s. `present` has bit i set if gyro i delivered a sample;
- * a rate that is not finite or above 1e6 deg/s counts as missing.
- * @return True if it completes the block: call davar_select_update before the next sample.
+/** Adds one sample of every gyro: rates_dps[gyro * axes + axis] in deg/s, at most 1e4 without sign.
+ * A rate that is not finite, or beyond about 1e6, marks a missing sample: pass NAN for a gyro that
+ * delivered none. If no gyro delivered a sample, do not call it.
+ * @return True if it completes a block: call davar_select_update before the next sample.
  *
- * Cost: O(axes gyros^2). */
-bool davar_select_add(const davar_select_config_t *config, davar_select_block_t *block,
-                      const float *rates_dps, uint8_t present);
+ * Cost: O(axes gyros^2), without a division. */
+bool davar_select_add(davar_select_t *select, const float *rates_dps);
 
-/** Evaluates a complete block, fills *verdict, and empties the block.
- * Cost: O(gyros^2 axes), without a loop that depends on the data. Formulas (13.1) to (13.8). */
-void davar_select_update(davar_select_t *select, davar_select_block_t *block,
-                         davar_select_verdict_t *verdict);
+/** Evaluates a complete block and fills *verdict.
+ * Cost: O(gyros^2 (gyros + axes)), without a loop that depends on the data. Formulas (13.1) to
+ * (13.8). */
+void davar_select_update(davar_select_t *select, davar_select_verdict_t *verdict);
 
 #ifdef __cplusplus
 }

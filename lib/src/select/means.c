@@ -1,4 +1,5 @@
-/* davar - select: means that disagree by more than noise and tolerances (13.7). */
+/* davar - select: recent means, and means that disagree by more than noise and tolerances
+ * (13.7). */
 #include "select/select_parts.h"
 
 #include <math.h>
@@ -6,156 +7,125 @@
 #define OFFSET_KNOWN 30.0F /* blocks before a pair is tested */
 #define JUMP 6.0F          /* evidence above which offset and noise stand still */
 #define AGREES 100U        /* blocks until a named gyro is trusted again */
+#define SIGNS 0.6931472F   /* ln 2: an axis can deviate in two directions */
+#define NOISE_MOST 64.0F   /* of gyros that are filtered to 1/64 of their bandwidth */
 
-/* Of the largest of 1, 2, 3 normal numbers, without signs: the mean; and ln of the number of
- * directions. */
-static const float mean_of_largest[DAVAR_SELECT_AXES] = {0.798F, 1.128F, 1.326F};
-static const float directions[DAVAR_SELECT_AXES] = {0.693F, 1.386F, 1.792F};
+/* Of the sum of the magnitudes of 1, 2, 3 normal numbers: the mean over the deviation of a sum */
+static const float mean_of_sum[DAVAR_SELECT_AXES] = {0.798F, 1.128F, 1.382F};
 
+static const uint8_t pairs_of[DAVAR_SELECT_GYROS] = {0x0BU, 0x15U, 0x26U, 0x38U};
+
+/* Masks with a bit for each pair of live gyros. */
 typedef struct {
-    float deviation[DAVAR_SELECT_AXES]; /* from the offset */
-    float largest;
-    float sigma;     /* of the deviation, for white noise */
-    float tolerance; /* for the rate of this block, without drift */
-} difference_t;
+    uint32_t live;
+    uint32_t jumps; /* its offset stands still */
+    uint32_t half;  /* has half of the evidence of an alarm */
+    uint32_t over;
+} pairs_t;
 
-static float lesser(float a, float b)
+/* Offset and noise follow as far as the rate permits. In the first deviation, all is offset. */
+static void learn_pair(davar_select_pair_t *pair, const float *deviation, uint32_t axes,
+                       float apart, float tolerance)
 {
-    return (a < b) ? a : b;
-}
-
-static float larger(float a, float b)
-{
-    return (a > b) ? a : b;
-}
-
-static difference_t difference_of(const davar_select_t *select, const davar_select_block_t *block,
-                                  uint32_t i, uint32_t j)
-{
-    const davar_select_config_t *const config = select->config;
-    const davar_select_pair_t *const pair = &select->pair[davar_select_pair(i, j)];
-    const float scale = 1.0F / (float)config->block;
-    const float rate = config->scale_tolerance * scale;
-    const float change = config->time_tolerance_s * config->rate_hz * scale;
-    difference_t found = {
-        {0.0F, 0.0F, 0.0F}, 0.0F, scale * sqrtf(pair->recent / (float)(2U * config->axes)), 0.0F};
-    for (uint32_t a = 0U; a < config->axes; a++) {
-        found.deviation[a] = ((block->sum[i][a] - block->sum[j][a]) * scale) - pair->offset[a];
-        found.largest = larger(found.largest, fabsf(found.deviation[a]));
-        found.tolerance += rate * lesser(fabsf(block->sum[i][a]), fabsf(block->sum[j][a]));
-        found.tolerance += change * lesser(fabsf(block->last[i][a] - block->first[i][a]),
-                                           fabsf(block->last[j][a] - block->first[j][a]));
-    }
-    return found;
-}
-
-/* Offset and noise follow as far as the rate permits. */
-static void learn(davar_select_pair_t *pair, const difference_t *found, uint32_t axes)
-{
-    const float sigma = found->sigma + SELECT_LEAST;
-    const float quiet = sigma / (sigma + found->tolerance);
-    const float worth = (pair->known > 1.0F) ? (quiet * quiet) : 1.0F;
-    pair->known = lesser(pair->known + worth, SELECT_MEMORY);
+    const float variance = pair->recent + SELECT_LEAST;
+    const float worth = variance / (variance + (tolerance * tolerance));
+    pair->known = davar_select_lesser(pair->known + worth, SELECT_MEMORY);
     const float gain = worth / pair->known;
-    const float sigmas = found->largest / sigma;
-    const float most = (pair->known > OFFSET_KNOWN) ? (4.0F * pair->noise) : sigmas;
+    const float most = davar_select_lesser(4.0F * pair->noise, NOISE_MOST);
+    const float noise = davar_select_lesser(apart / sqrtf(variance), most);
     for (uint32_t a = 0U; a < axes; a++) {
-        pair->offset[a] += gain * found->deviation[a];
+        pair->offset[a] += gain * deviation[a];
     }
-    pair->noise += gain * (lesser(sigmas, most) - pair->noise);
+    pair->noise += gain * (1.0F - gain) * (noise - pair->noise);
     pair->age = (pair->age + 1.0F) * (1.0F - gain);
 }
 
-static void compare(const davar_select_t *select, const davar_select_block_t *block, uint32_t i,
-                    uint32_t j)
-{
-    const davar_select_config_t *const config = select->config;
-    davar_select_pair_t *const pair = &select->pair[davar_select_pair(i, j)];
-    const difference_t found = difference_of(select, block, i, j);
-    if (pair->known > OFFSET_KNOWN) {
-        const float drift = config->drift_tolerance_dps_per_s * pair->age *
-                            ((float)config->block / config->rate_hz);
-        const float beyond =
-            (found.largest - found.tolerance - drift) * mean_of_largest[config->axes - 1U];
-        const float noise = found.sigma * pair->noise;
-        const float sigmas = (beyond < (4.0F * noise)) ? (beyond / (noise + SELECT_LEAST)) : 4.0F;
-        const float sum = pair->evidence + (2.0F * (sigmas - 1.0F)) - directions[config->axes - 1U];
-        const float most = 2.0F * (select->threshold + SELECT_ALARM_MORE);
-        pair->evidence = (sum > 0.0F) ? lesser(sum, most) : 0.0F;
-    }
-    if (pair->evidence < JUMP) {
-        learn(pair, &found, config->axes);
-    }
-}
-
-typedef struct {
-    bool alone;  /* all its pairs disagree, and no other pair even half */
-    bool agrees; /* none of its pairs stands still because of a jump */
-} standing_t;
-
-static standing_t standing_of(const select_step_t *step, uint32_t i)
+static void compare_means(const select_step_t *step, davar_select_pair_t *pair, uint32_t i,
+                          uint32_t j)
 {
     const davar_select_t *const select = step->select;
-    const float alarm = select->threshold + SELECT_ALARM_MORE;
-    uint32_t mine = 0U;
-    standing_t found = {true, true};
-    for (uint32_t j = 1U; j < select->config->gyros; j++) {
-        for (uint32_t k = 0U; k < j; k++) {
-            const float evidence = select->pair[davar_select_pair(k, j)].evidence;
-            if (!davar_select_has(step->live, j) || !davar_select_has(step->live, k)) {
-                continue;
-            }
-            if ((j == i) || (k == i)) {
-                mine++;
-                found.alone = found.alone && (evidence > alarm);
-                found.agrees = found.agrees && (evidence < JUMP);
-            } else {
-                found.alone = found.alone && (evidence < (0.5F * alarm));
-            }
-        }
+    const davar_select_gyro_t *const gyro = select->gyro;
+    const uint32_t axes = select->config->axes;
+    const float tolerance = davar_select_lesser(step->tolerance[i], step->tolerance[j]);
+    float deviation[DAVAR_SELECT_AXES];
+    float apart = 0.0F;
+    for (uint32_t a = 0U; a < axes; a++) {
+        deviation[a] = gyro[i].sum[a] - gyro[j].sum[a] - pair->offset[a];
+        apart += fabsf(deviation[a]);
     }
-    found.alone = found.alone && (mine >= 2U);
-    return found;
+    if (pair->known > OFFSET_KNOWN) {
+        const float beyond = apart - tolerance - (select->drift * pair->age);
+        const float noise = (pair->noise * sqrtf(pair->recent)) + SELECT_LEAST;
+        const float sigmas = davar_select_lesser(beyond * mean_of_sum[axes - 1U] / noise, 4.0F);
+        const float sum = pair->evidence + (2.0F * (sigmas - 1.0F)) - (SIGNS * (float)axes);
+        const float most = 2.0F * (select->threshold + SELECT_ALARM_MORE);
+        pair->evidence = (sum > 0.0F) ? davar_select_lesser(sum, most) : 0.0F;
+    }
+    if (pair->evidence < JUMP) {
+        learn_pair(pair, deviation, axes, apart, tolerance);
+    }
 }
 
-static void name(const select_step_t *step)
+/* Names a gyro all of whose pairs disagree, if no other pair does even half. */
+static void name_culprit(select_step_t *step, const pairs_t *pairs)
 {
     for (uint32_t i = 0U; i < step->select->config->gyros; i++) {
         davar_select_gyro_t *const gyro = &step->select->gyro[i];
-        const standing_t standing = standing_of(step, i);
-        if (standing.alone) {
+        const uint32_t mine = pairs->live & pairs_of[i];
+        const uint32_t others = pairs->live & ~mine;
+        if ((mine != 0U) && (others != 0U) && ((mine & ~pairs->over) == 0U) &&
+            ((others & pairs->half) == 0U)) {
             gyro->fault |= DAVAR_SELECT_MEAN;
+            step->usable &= ~(1U << i);
         }
-        if (((gyro->fault & DAVAR_SELECT_MEAN) != 0U) && !standing.agrees) {
+        if (((gyro->fault & DAVAR_SELECT_MEAN) != 0U) && ((mine & pairs->jumps) != 0U)) {
             gyro->wait = AGREES;
         }
     }
 }
 
-static bool has_named(const select_step_t *step)
+static void compare_live(select_step_t *step, pairs_t *pairs, uint32_t i, uint32_t j,
+                         davar_select_pair_t *pair)
 {
-    uint32_t faults = 0U;
-    for (uint32_t i = 0U; i < step->select->config->gyros; i++) {
-        faults |= step->select->gyro[i].fault;
-    }
-    return (faults & DAVAR_SELECT_MEAN) != 0U;
+    davar_select_t *const select = step->select;
+    const float alarm = select->threshold + SELECT_ALARM_MORE;
+    const uint32_t bit = 1U << davar_select_pair_of[i][j];
+    const float one = select->gyro[i].recent;
+    const float other = select->gyro[j].recent;
+    const float weight = 1.0F / ((one * other) + SELECT_LEAST);
+    const float shared = one + other - pair->recent;
+    compare_means(step, pair, i, j);
+    pairs->live |= bit;
+    pairs->jumps |= (pair->evidence < JUMP) ? 0U : bit;
+    pairs->half |= (pair->evidence < (0.5F * alarm)) ? 0U : bit;
+    pairs->over |= (pair->evidence > alarm) ? bit : 0U;
+    select->hidden = (step->live == ((1U << i) | (1U << j))) && (shared > pair->recent);
+    step->shared += weight * shared;
+    step->shared_weight += weight;
 }
 
-bool davar_select_compare_means(const select_step_t *step, const davar_select_block_t *block)
+bool davar_select_compare_pairs(select_step_t *step)
 {
-    const davar_select_t *const select = step->select;
-    bool disagree = false;
-    for (uint32_t j = 1U; j < select->config->gyros; j++) {
+    davar_select_t *const select = step->select;
+    davar_select_pair_t *pair = select->pair;
+    pairs_t pairs = {0U, 0U, 0U, 0U};
+    const float start = 1.0F / (float)select->blocks;
+    const float gain = (start > SELECT_FOLLOW) ? start : SELECT_FOLLOW;
+    select->hidden = false;
+    for (uint32_t j = 0U; j < select->config->gyros; j++) {
+        if (davar_select_has(step->complete, j)) {
+            select->gyro[j].recent += gain * (step->square[j] - select->gyro[j].recent);
+        }
         for (uint32_t i = 0U; i < j; i++) {
-            if (davar_select_has(step->live, i) && davar_select_has(step->live, j)) {
-                compare(select, block, i, j);
-                disagree = disagree || (select->pair[davar_select_pair(i, j)].evidence >
-                                        (select->threshold + SELECT_ALARM_MORE));
+            if (davar_select_has(step->complete & (step->complete >> (j - i)), i)) {
+                pair->recent += gain * (pair->apart - pair->recent);
             }
+            if (davar_select_has(step->live & (step->live >> (j - i)), i)) {
+                compare_live(step, &pairs, i, j, pair);
+            }
+            pair++;
         }
     }
-    if (disagree || has_named(step)) {
-        name(step);
-    }
-    return disagree;
+    name_culprit(step, &pairs);
+    return pairs.over != 0U;
 }
