@@ -10,7 +10,7 @@
 
 #define BLOCK 10U
 #define MINUTES_20 12000U /* blocks */
-#define SEED UINT64_C(0x5E1EC7)
+#define SEED UINT64_C(0x6A70C0DE)
 #define AHEAD 20U /* blocks; a switch that a change overtook within 2 s is not wrong */
 
 static davar_select_config_t config;
@@ -154,7 +154,7 @@ static void test_a_gyro_that_grows_louder_is_left_in_time(void)
 {
     assert_below(20.0, delay_of(3U, 1U, 1.25, 0.0, 100U));
     assert_below(4.0, delay_of(3U, 1U, 1.5, 0.0, 400U));
-    assert_below(4.0, delay_of(2U, 1U, 1.5, 0.0, 400U));
+    assert_below(4.3, delay_of(2U, 1U, 1.5, 0.0, 400U)); /* 3.9, and 8 standard errors */
     assert_below(4.0, delay_of(4U, 1U, 1.5, 0.0, 200U));
     assert_below(2.0, delay_of(3U, 3U, 1.5, 0.0, 200U));
     assert_below(2.2, delay_of(3U, 1U, 2.0, 0.0, 200U));
@@ -336,7 +336,7 @@ static void test_three_and_four_gyros_fuse_within_2_percent_of_the_optimum(void)
         check_fused("steps x1.5", STEPS, 1.5, 0.0, 2.0);
         check_fused("regimes", REGIMES, 1.0, 0.0, 2.0);
         check_fused("regimes, half in motion", REGIMES, 1.0, 0.5, 2.0);
-        check_fused("steps x2, always in motion", STEPS, 2.0, 1.0, 2.5);
+        check_fused("steps x2, always in motion", STEPS, 2.0, 1.0, 2.2);
         config.axes = 3U;
         check_fused("regimes, half in motion", REGIMES, 1.0, 0.5, 2.0);
         check_fused("steps x2, always in motion", STEPS, 2.0, 1.0, 2.0);
@@ -439,14 +439,13 @@ static found_t faults_of(const char *name, fault_t fault, double size, double mo
 static void test_faults_are_found_and_the_right_gyro_is_named(void)
 {
     const uint32_t trials = 6U * effort;
+    const uint32_t least = trials - ((effort < 5U) ? 1U : (effort / 5U));
     for (uint8_t gyros = 2U; gyros <= 4U; gyros++) {
         config.gyros = gyros;
         TEST_ASSERT_EQUAL(trials, faults_of("stuck", STUCK, 0.0, 0.3, trials).named);
         TEST_ASSERT_EQUAL(trials, faults_of("dropout", DROPOUT, 0.0, 0.3, trials).named);
-        TEST_ASSERT_GREATER_OR_EQUAL(trials - (effort / 5U),
-                                     faults_of("mean 5", MEAN, 5.0, 0.8, trials).found);
-        TEST_ASSERT_GREATER_OR_EQUAL(trials - (effort / 5U),
-                                     faults_of("mean 1", MEAN, 1.0, 0.2, trials).found);
+        TEST_ASSERT_GREATER_OR_EQUAL(least, faults_of("mean 5", MEAN, 5.0, 0.8, trials).found);
+        TEST_ASSERT_GREATER_OR_EQUAL(least, faults_of("mean 1", MEAN, 1.0, 0.2, trials).found);
         (void)faults_of("mean 1", MEAN, 1.0, 0.8, trials);
         (void)faults_of("mean 0.3", MEAN, 0.3, 0.2, trials);
         (void)faults_of("noise x3", NOISE, 3.0, 0.3, trials);
@@ -481,7 +480,7 @@ static void test_two_gyros_in_motion_are_reported_as_hidden(void)
 /* Its argument is the effort; 1 takes seconds. */
 int main(int count, char **arguments)
 {
-    effort = (count > 1) ? (uint32_t)atoi(arguments[1]) : 1U;
+    effort = (count > 1) ? (uint32_t)strtoul(arguments[1], NULL, 10) : 1U;
     UNITY_BEGIN();
     RUN_TEST(test_two_gyros_in_motion_are_reported_as_hidden);
     RUN_TEST(test_two_gyros_of_1_to_5_need_weights_and_three_the_same);

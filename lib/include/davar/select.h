@@ -2,14 +2,14 @@
  * davar - select: which of two to four redundant gyros to trust.
  *
  * It reports the weights that fuse the gyros with the least noise, the one gyro to use if only one
- * can be used, and the gyros that are faulty. The error rates are those of the configuration,
- * whatever the distribution of the noise. Formulas: lib/src/select/DESIGN.md (section 13).
+ * can be used, and the gyros that are faulty. The configuration sets the error rates, whatever the
+ * distribution of the noise. docs/GYROS.md shows how to use it; formulas: lib/src/select/DESIGN.md.
  *
  * The gyros must be sampled together, at a common rate: common motion cancels in differences of
  * simultaneous samples only.
  *
- * Arithmetic: IEEE float with + - * / and sqrt only, so every target computes the same bits. No function
- * allocates memory, blocks or reads a clock.
+ * Arithmetic: IEEE float with + - * / and sqrt only, so every target computes the same bits. No
+ * function allocates memory, blocks or reads a clock.
  *
  * Threads: a selection belongs to one thread or interrupt. */
 #ifndef DAVAR_SELECT_H
@@ -81,7 +81,7 @@ typedef struct {
      * wrong */
     bool disagree;
     /** common motion or vibration hides the noise of two gyros: nothing shows which is quieter.
-     * chosen and weight rest on the time before. Three gyros always have false */
+     * chosen and weight rest on the time before. False while three gyros are left */
     bool hidden;
 } davar_select_verdict_t;
 
@@ -141,7 +141,7 @@ bool davar_select_init(davar_select_t *select, const davar_select_config_t *conf
                        davar_select_gyro_t *gyro, davar_select_pair_t *pair);
 
 /** Adds one sample of every gyro: rates_dps[gyro * axes + axis] in deg/s, at most 1e4 without sign.
- * A rate that is not finite, or beyond about 1e6, marks a missing sample: pass NAN for a gyro that
+ * A rate that is not finite, or above about 1e6, marks a missing sample: pass NAN for a gyro that
  * delivered none. If no gyro delivered a sample, do not call it.
  * @return True if it completes a block: call davar_select_update before the next sample.
  *

@@ -8,10 +8,8 @@
 #define JUMP 6.0F          /* evidence above which offset and noise stand still */
 #define AGREES 100U        /* blocks until a named gyro is trusted again */
 #define SIGNS 0.6931472F   /* ln 2: an axis can deviate in two directions */
+#define MEAN_SIZE 0.798F   /* of a normal number of variance 1 */
 #define NOISE_MOST 64.0F   /* of gyros that are filtered to 1/64 of their bandwidth */
-
-/* Of the sum of the magnitudes of 1, 2, 3 normal numbers: the mean over the deviation of a sum */
-static const float mean_of_sum[DAVAR_SELECT_AXES] = {0.798F, 1.128F, 1.382F};
 
 static const uint8_t pairs_of[DAVAR_SELECT_GYROS] = {0x0BU, 0x15U, 0x26U, 0x38U};
 
@@ -55,8 +53,8 @@ static void compare_means(const select_step_t *step, davar_select_pair_t *pair, 
     }
     if (pair->known > OFFSET_KNOWN) {
         const float beyond = apart - tolerance - (select->drift * pair->age);
-        const float noise = (pair->noise * sqrtf(pair->recent)) + SELECT_LEAST;
-        const float sigmas = davar_select_lesser(beyond * mean_of_sum[axes - 1U] / noise, 4.0F);
+        const float noise = (pair->noise * sqrtf(pair->recent / (float)axes)) + SELECT_LEAST;
+        const float sigmas = davar_select_lesser(MEAN_SIZE * beyond / noise, 4.0F);
         const float sum = pair->evidence + (2.0F * (sigmas - 1.0F)) - (SIGNS * (float)axes);
         const float most = 2.0F * (select->threshold + SELECT_ALARM_MORE);
         pair->evidence = (sum > 0.0F) ? davar_select_lesser(sum, most) : 0.0F;

@@ -11,7 +11,7 @@
 #define SELECT_LEAST 1e-30F  /* keeps quotients finite where a sum of squares is 0 */
 
 /* An alarm needs more evidence than a switch: up to twice as many pairs as candidates, and no part
- * of the threshold is left out (13.4). */
+ * of the threshold is omitted (13.4). */
 #define SELECT_ALARM_MORE 2.7F
 
 /* The evaluation of one block. Masks have a bit for each gyro. */
