@@ -1,5 +1,5 @@
-/* davar - select: recent means, and means that disagree by more than noise and tolerances
- * (13.7). */
+/* davar - select: the pairs of gyros: recent means, and rates that disagree by more than noise and
+ * tolerances (13.7). */
 #include "select/select_parts.h"
 
 #include <math.h>
@@ -82,6 +82,7 @@ static void name_culprit(select_step_t *step, const pairs_t *pairs)
     }
 }
 
+/* One pair of live gyros: its means, and what they share (13.5). */
 static void compare_live(select_step_t *step, pairs_t *pairs, uint32_t i, uint32_t j,
                          davar_select_pair_t *pair)
 {
