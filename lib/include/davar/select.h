@@ -51,11 +51,8 @@ typedef struct {
     /** @} */
 } davar_select_config_t;
 
-/** Part of an initialiser of davar_select_config_t:
- * ```c
- * static const davar_select_config_t config = {
- *     .gyros = 3, .axes = 3, .block = 10, .rate_hz = 100.0F, DAVAR_SELECT_DEFAULTS};
- * ``` */
+/** The last part of an initialiser of davar_select_config_t, after the fields without a default
+ * (docs/GYROS.md has an example). */
 #define DAVAR_SELECT_DEFAULTS                                                                      \
     .errors_per_1000_h = 1.0F, .scale_tolerance = 0.02F, .time_tolerance_s = 0.004F,               \
     .drift_tolerance_dps_per_s = 0.002F
