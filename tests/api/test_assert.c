@@ -2,6 +2,7 @@
  * and assertions on, in every build. */
 #include "davar/cascade.h"
 #include "davar/davar.h"
+#include "davar/select.h"
 #include "davar/telemetry.h"
 #include "unity.h"
 
@@ -156,6 +157,25 @@ static void test_telemetry_without_an_object(void)
     TEST_ASSERT_TRUE(ASSERTS((davar_dronecan_covariance(variances, NULL, bytes), 0)));
 }
 
+static void test_a_sample_beyond_a_block_of_a_selection_and_an_update_within_it(void)
+{
+    static const davar_select_config_t settings = {
+        .gyros = 2U, .axes = 1U, .block = 4U, .rate_hz = 40.0F, DAVAR_SELECT_DEFAULTS};
+    const float rates[2] = {1.0F, 2.0F};
+    static davar_select_t selection;
+    static davar_select_gyro_t gyro[2];
+    static davar_select_pair_t pair[1];
+    davar_select_verdict_t verdict;
+    TEST_ASSERT_TRUE(ASSERTS(davar_select_init(&selection, &settings, NULL, pair)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_select_init(&selection, &settings, gyro, NULL)));
+    TEST_ASSERT_TRUE(davar_select_init(&selection, &settings, gyro, pair));
+    while (!davar_select_add(&selection, rates)) {
+        TEST_ASSERT_TRUE(ASSERTS((davar_select_update(&selection, &verdict), 0)));
+    }
+    TEST_ASSERT_TRUE(ASSERTS(davar_select_add(&selection, rates)));
+    TEST_ASSERT_FALSE(ASSERTS((davar_select_update(&selection, &verdict), 0)));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -167,5 +187,6 @@ int main(void)
     RUN_TEST(test_an_uncertainty_outside_its_range);
     RUN_TEST(test_moving_averages_outside_their_ranges);
     RUN_TEST(test_telemetry_without_an_object);
+    RUN_TEST(test_a_sample_beyond_a_block_of_a_selection_and_an_update_within_it);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
-"""filter, fit, cascade, monitor, state and wire each build without the rest of the library: they
-need only public headers, number/ and their own files; fit also the header of filter.
+"""filter, fit, cascade, monitor, select, state and wire each build without the rest of the library:
+they need only public headers, number/ and their own files; fit also the header of filter.
 """
 
 import shutil
@@ -10,7 +10,7 @@ from pathlib import Path
 from compiling import objects
 
 LIB = Path(__file__).resolve().parents[2] / "lib"
-ALONE = ("filter", "fit", "cascade", "monitor", "state", "wire")
+ALONE = ("filter", "fit", "cascade", "monitor", "select", "state", "wire")
 ALSO = {"state": ("core/instance.h",), "fit": ("filter/spectrum.h",)}  # lib/DESIGN.md
 
 

@@ -25,7 +25,8 @@ STREAM = tuple(
     for source in MANIFEST
     if not source.startswith(
         tuple(
-            f"lib/src/{room}/" for room in ("filter", "fit", "cascade", "monitor", "state", "wire")
+            f"lib/src/{room}/"
+            for room in ("filter", "fit", "cascade", "monitor", "select", "state", "wire")
         )
     )
 )

@@ -194,7 +194,7 @@ def functions(text):
 
 
 # The rooms: which others each may include, besides itself. The entry functions lie beside them. Of
-# lib/src, filter, fit, cascade, monitor, state and wire include the public headers and number
+# lib/src, filter, fit, cascade, monitor, select, state and wire include public headers and number
 # alone, and fit also filter (tests/consumer/test_rooms.py builds each of them without the rest).
 ROOMS = {
     "lib/src": {
@@ -206,6 +206,7 @@ ROOMS = {
         "fit": {"number", "filter"},
         "cascade": {"number"},
         "monitor": {"number"},
+        "select": {"number"},
         "state": {"number"},
         "wire": {"number"},
     },

@@ -199,5 +199,29 @@ class TornCost(unittest.TestCase):
                 self.assertEqual(20, figures["torn_t_bytes"])
 
 
+# Instructions of a sample and of a block on a Cortex-M4F, and bytes, by the number of gyros:
+# lib/src/select/DESIGN.md.
+SELECT_BUDGET = {2: (97, 1128, 220), 3: (347, 2218, 368), 4: (500, 3531, 552)}
+
+
+class SelectCost(unittest.TestCase):
+    """tests/target/select.c on every bare board."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.figures = figures_of("select_cost")
+
+    def test_a_sample_and_a_block_keep_their_budget(self):
+        figures = self.figures["cortex-m4f"]
+        for gyros, (add, update, size) in SELECT_BUDGET.items():
+            with self.subTest(gyros=gyros):
+                self.assertLessEqual(figures[f"select{gyros}_add"], WORSE * add)
+                self.assertLessEqual(figures[f"select{gyros}_update"], WORSE * update)
+                self.assertEqual(figures[f"select{gyros}_bytes"], size)
+
+    def test_every_core_computes_the_same_bits(self):
+        self.assertEqual(1, len({figures["select_checksum"] for figures in self.figures.values()}))
+
+
 if __name__ == "__main__":
     unittest.main()

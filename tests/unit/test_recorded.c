@@ -4,6 +4,7 @@
  * CHANGELOG.md. */
 #include "davar/davar.h"
 #include "davar/monitor.h"
+#include "davar/select.h"
 #include "davar/telemetry.h"
 #include "davar_decode.h"
 #include "davar_policy.h"
@@ -663,6 +664,80 @@ static void send_results(const davar_config_t *config, uint8_t content,
     }
 }
 
+/* ---- which of several gyros ---- */
+
+static void add_verdict(const davar_select_verdict_t *verdict, uint32_t gyros)
+{
+    for (uint32_t i = 0U; i < gyros; i++) {
+        add_float(verdict->weight[i]);
+        add(verdict->fault[i]);
+    }
+    add(verdict->chosen);
+    add((verdict->switched ? 1U : 0U) + (verdict->usable ? 2U : 0U) +
+        (verdict->disagree ? 4U : 0U) + (verdict->hidden ? 8U : 0U));
+}
+
+/* Block t of a flight: common motion at times, one gyro louder than the others, a mean that jumps,
+ * missing samples, a stuck gyro, a very loud one. */
+static void add_rates(float *rates, const davar_select_config_t *config, uint32_t t)
+{
+    const double motion = (((t / 50U) % 2U) == 1U) ? random_uniform(&rng) : 0.0;
+    for (uint32_t i = 0U; i < config->gyros; i++) {
+        const bool last = ((i + 1U) == config->gyros);
+        const double noise = ((t / 100U) % config->gyros == i) ? 3.0 : 1.0;
+        const double size = (last && (t >= 500U) && (t < 560U)) ? 20.0 : noise;
+        for (uint32_t a = 0U; a < config->axes; a++) {
+            float *const rate = &rates[(i * config->axes) + a];
+            const double sample = random_uniform(&rng) + random_uniform(&rng) - 1.0;
+            const double mean = ((i == 0U) && (t >= 300U) && (t < 380U)) ? 6.0 : 0.1 * i;
+            if (last && (t >= 450U) && (t < 460U)) {
+                continue;
+            }
+            *rate = (float)(mean + (9.0 * motion) + (size * sample));
+            if ((i == 1U) && (t >= 400U) && (t < 404U)) {
+                *rate = NAN;
+            }
+        }
+    }
+}
+
+static void test_selection_of_gyros(void)
+{
+    for (uint32_t k = 0U; k < 9U; k++) {
+        const davar_select_config_t config = {.gyros = (uint8_t)(2U + (k % 3U)),
+                                              .axes = (uint8_t)(1U + (k / 3U)),
+                                              .block = 8U,
+                                              .rate_hz = 70.0F,
+                                              DAVAR_SELECT_DEFAULTS};
+        davar_select_t select;
+        davar_select_gyro_t gyro[DAVAR_SELECT_GYROS];
+        davar_select_pair_t pair[DAVAR_SELECT_PAIRS(DAVAR_SELECT_GYROS)];
+        davar_select_verdict_t verdict;
+        float rates[DAVAR_SELECT_GYROS * DAVAR_SELECT_AXES] = {0.0F};
+        TEST_ASSERT_TRUE(davar_select_init(&select, &config, gyro, pair));
+        add_float(select.threshold);
+        for (uint32_t t = 0U; t < 700U; t++) {
+            do {
+                add_rates(rates, &config, t);
+            } while (!davar_select_add(&select, rates));
+            davar_select_update(&select, &verdict);
+            add_verdict(&verdict, config.gyros);
+            add(gyro[config.gyros - 1U].loud);
+        }
+        for (uint32_t i = 0U; i < config.gyros; i++) {
+            add_float(gyro[i].evidence);
+            add_float(gyro[i].spread);
+            add_float(gyro[i].usual);
+        }
+        for (uint32_t p = 0U; p < DAVAR_SELECT_PAIRS((uint32_t)config.gyros); p++) {
+            add_float(pair[p].evidence);
+            add_float(pair[p].noise);
+            add_float(pair[p].age);
+        }
+    }
+    expect(UINT64_C(0xBC44F425F7DF5B9F));
+}
+
 static void test_frames(void)
 {
     davar_misfit_t misfit = {.health = 0.7, .worst = 2U, .tau_count = 10U};
@@ -743,6 +818,7 @@ int main(void)
     RUN_TEST(test_results_of_q31_on_a_grid);
     RUN_TEST(test_results_of_policy_glr);
     RUN_TEST(test_results_of_policy_glr_q31);
+    RUN_TEST(test_selection_of_gyros);
     RUN_TEST(test_frames);
     RUN_TEST(test_packets_of_dialects);
 #if FLT_EVAL_METHOD == 0

@@ -1,0 +1,479 @@
+/* davar tests - the selection of a gyro: settings, samples, and each kind of fault (DESIGN 13). */
+#include "davar/select.h"
+#include "random.h"
+#include "select/select_parts.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#define GYROS DAVAR_SELECT_GYROS
+#define SIGMA 0.05
+
+static davar_select_config_t config;
+static davar_select_t selection;
+static davar_select_gyro_t gyro[GYROS];
+static davar_select_pair_t pair[DAVAR_SELECT_PAIRS(GYROS)];
+static davar_select_verdict_t verdict;
+static random_t source;
+static double own[GYROS];
+static double bias[GYROS];
+static double motion;
+
+void setUp(void)
+{
+    config = (davar_select_config_t){
+        .gyros = 3U, .axes = 1U, .block = 10U, .rate_hz = 100.0F, DAVAR_SELECT_DEFAULTS};
+    source = random_seeded(41U);
+    motion = 0.0;
+    for (uint32_t i = 0U; i < GYROS; i++) {
+        own[i] = 1.0;
+        bias[i] = 0.0;
+    }
+}
+void tearDown(void) {}
+
+static bool starts(void)
+{
+    return davar_select_init(&selection, &config, gyro, pair);
+}
+
+/* Blocks of noise. The bits of `present` and `moving` are gyros. */
+static void fly(uint32_t blocks, uint8_t present, uint8_t moving)
+{
+    for (uint32_t t = 0U; t < blocks; t++) {
+        for (uint32_t k = 0U; k < config.block; k++) {
+            float rates[GYROS * DAVAR_SELECT_AXES];
+            for (uint32_t a = 0U; a < config.axes; a++) {
+                const double common = motion * random_gauss(&source);
+                for (uint32_t i = 0U; i < config.gyros; i++) {
+                    const double noise = own[i] * SIGMA * random_gauss(&source);
+                    const bool moves = ((moving >> i) & 1U) != 0U;
+                    const float rate = moves ? (float)(common + bias[i] + noise) : 0.25F;
+                    rates[(i * config.axes) + a] = ((present >> i) & 1U) != 0U ? rate : NAN;
+                }
+            }
+            TEST_ASSERT_EQUAL(k + 1U == config.block, davar_select_add(&selection, rates));
+        }
+        davar_select_update(&selection, &verdict);
+    }
+}
+
+static void check_refused(float *setting, float low, float high)
+{
+    const float good = *setting;
+    const float bad[] = {low, high, NAN};
+    for (uint32_t i = 0U; i < 3U; i++) {
+        *setting = bad[i];
+        TEST_ASSERT_FALSE(starts());
+    }
+    *setting = good;
+    TEST_ASSERT_TRUE(starts());
+}
+
+static void test_settings_out_of_range_are_refused(void)
+{
+    check_refused(&config.rate_hz, 39.0F, 251.0F);
+    check_refused(&config.errors_per_1000_h, 0.0009F, 1.1e6F);
+    check_refused(&config.scale_tolerance, 0.0F, 1.1F);
+    check_refused(&config.time_tolerance_s, 0.0F, 1.1F);
+    check_refused(&config.drift_tolerance_dps_per_s, 0.0F, 1.1F);
+    memset(&selection, 0x5A, sizeof selection);
+    const davar_select_t before = selection;
+    for (uint32_t bad = 0U; bad < 6U; bad++) {
+        setUp();
+        config.gyros = (uint8_t)((bad == 0U) ? 1U : ((bad == 1U) ? 5U : 2U));
+        config.axes = (uint8_t)((bad == 2U) ? 0U : ((bad == 3U) ? 4U : 1U));
+        config.block = (uint16_t)((bad == 4U) ? 3U : ((bad == 5U) ? 1001U : 10U));
+        config.rate_hz = 10.0F * (float)config.block;
+        TEST_ASSERT_FALSE(starts());
+        TEST_ASSERT_EQUAL_MEMORY(&before, &selection, sizeof before);
+    }
+}
+
+static void test_the_threshold_follows_the_stated_rate(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    TEST_ASSERT_FLOAT_WITHIN(0.005F, (float)log(3.6e7 * 2.0) - 2.0F, selection.threshold);
+    config.errors_per_1000_h = 1e6F;
+    config.gyros = 2U;
+    TEST_ASSERT_TRUE(starts());
+    TEST_ASSERT_FLOAT_WITHIN(0.005F, (float)log(36.0) - 2.0F, selection.threshold);
+}
+
+static void test_the_state_is_small(void)
+{
+    TEST_ASSERT_EQUAL(76U, sizeof gyro[0]);
+    TEST_ASSERT_EQUAL(36U, sizeof pair[0]);
+    TEST_ASSERT_LESS_OR_EQUAL((3U * sizeof(void *)) + 24U, sizeof selection);
+}
+
+static void test_the_quieter_gyro_is_chosen_and_weighs_more(void)
+{
+    for (uint8_t gyros = 2U; gyros <= GYROS; gyros++) {
+        setUp();
+        config.gyros = gyros;
+        TEST_ASSERT_TRUE(starts());
+        own[0] = 2.0;
+        fly(300U, 0xFU, 0xFU);
+        TEST_ASSERT_NOT_EQUAL(0U, verdict.chosen);
+        TEST_ASSERT_TRUE(verdict.usable);
+        const double expected = 0.25 / (gyros - 0.75);
+        TEST_ASSERT_FLOAT_WITHIN(0.1F * (float)expected + 0.01F, (float)expected,
+                                 verdict.weight[0]);
+        const uint8_t chosen = verdict.chosen;
+        own[0] = 1.0;
+        own[chosen] = 5.0;
+        fly(20U, 0xFU, 0xFU);
+        TEST_ASSERT_NOT_EQUAL(chosen, verdict.chosen);
+    }
+}
+
+static void test_common_motion_cancels_with_three_gyros_and_hides_the_noise_of_two(void)
+{
+    for (uint8_t gyros = 2U; gyros <= GYROS; gyros++) {
+        setUp();
+        config.gyros = gyros;
+        config.axes = 3U;
+        TEST_ASSERT_TRUE(starts());
+        motion = 1.0;
+        own[0] = 2.0;
+        fly(300U, 0xFU, 0xFU);
+        TEST_ASSERT_EQUAL(gyros == 2U, verdict.hidden);
+        TEST_ASSERT_EQUAL(gyros == 2U, verdict.chosen == 0U);
+        const float expected = (gyros == 2U) ? 0.5F : (0.25F / ((float)gyros - 0.75F));
+        TEST_ASSERT_FLOAT_WITHIN(0.03F, expected, verdict.weight[0]);
+        fly(100U, 0x3U, 0xFU); /* two are left */
+        TEST_ASSERT_TRUE(verdict.hidden);
+        fly(100U, 0x1U, 0xFU);
+        TEST_ASSERT_FALSE(verdict.hidden);
+        TEST_ASSERT_EQUAL_FLOAT(1.0F, verdict.weight[0]);
+    }
+}
+
+static void test_an_absent_gyro_is_left_at_once_and_returns_after_2_s(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    fly(100U, 0xFU, 0xFU);
+    TEST_ASSERT_EQUAL(0U, verdict.chosen);
+    fly(1U, 0x6U, 0xFU);
+    TEST_ASSERT_TRUE(verdict.switched);
+    TEST_ASSERT_NOT_EQUAL(0U, verdict.chosen);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_ABSENT, verdict.fault[0]);
+    TEST_ASSERT_EQUAL_FLOAT(0.0F, verdict.weight[0]);
+    fly(21U, 0xFU, 0xFU); /* the first sample of these has no step */
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_ABSENT, verdict.fault[0]);
+    fly(1U, 0xFU, 0xFU);
+    TEST_ASSERT_EQUAL(0U, verdict.fault[0]);
+    TEST_ASSERT_TRUE(verdict.weight[0] > 0.2F);
+    fly(1U, 0x0U, 0xFU);
+    TEST_ASSERT_FALSE(verdict.usable);
+    TEST_ASSERT_FALSE(verdict.switched);
+    for (uint32_t i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL_FLOAT(0.0F, verdict.weight[i]);
+    }
+}
+
+static void test_rates_that_are_no_numbers_count_as_missing(void)
+{
+    const float bad[] = {NAN, INFINITY, -INFINITY, 1.1e6F, -1.1e6F};
+    for (uint32_t b = 0U; b < 5U; b++) {
+        TEST_ASSERT_TRUE(starts());
+        fly(50U, 0xFU, 0xFU);
+        for (uint32_t k = 0U; k < 10U; k++) {
+            const float rates[] = {0.01F * (float)k, (k == 4U) ? bad[b] : 0.02F * (float)k,
+                                   -0.01F * (float)k};
+            (void)davar_select_add(&selection, rates);
+        }
+        davar_select_update(&selection, &verdict);
+        TEST_ASSERT_EQUAL(DAVAR_SELECT_ABSENT, verdict.fault[1]);
+        fly(30U, 0xFU, 0xFU);
+        TEST_ASSERT_EQUAL(0U, verdict.fault[1]);
+        TEST_ASSERT_FLOAT_WITHIN(0.1F, 0.333F, verdict.weight[1]);
+    }
+}
+
+static void test_a_stuck_gyro_is_left_after_3_blocks(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    fly(100U, 0xFU, 0xFU);
+    fly(3U, 0xFU, 0xEU); /* the first of these still has a step */
+    TEST_ASSERT_EQUAL(0U, verdict.fault[0]);
+    fly(1U, 0xFU, 0xEU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_STUCK, verdict.fault[0]);
+    TEST_ASSERT_NOT_EQUAL(0U, verdict.chosen);
+    fly(50U, 0xFU, 0xEU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_STUCK, verdict.fault[0]);
+    fly(1U, 0xFU, 0xDU); /* the others are not chosen because they are silent */
+    TEST_ASSERT_NOT_EQUAL(0U, verdict.chosen);
+}
+
+static void test_gyros_that_all_repeat_one_value_are_stuck_without_a_nan(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    fly(2U, 0xFU, 0x0U);
+    for (uint32_t i = 0U; i < 3U; i++) {
+        TEST_ASSERT_FLOAT_WITHIN(1e-6F, 1.0F / 3.0F, verdict.weight[i]);
+    }
+    fly(60U, 0xFU, 0x0U);
+    TEST_ASSERT_FALSE(verdict.usable);
+    fly(300U, 0xFU, 0xFU);
+    TEST_ASSERT_TRUE(verdict.usable);
+    TEST_ASSERT_FLOAT_WITHIN(0.1F, 0.333F, verdict.weight[0]);
+}
+
+static void test_a_mean_that_jumps_is_reported_and_named_if_two_others_agree(void)
+{
+    for (uint8_t gyros = 2U; gyros <= GYROS; gyros++) {
+        for (uint8_t axes = 1U; axes <= 3U; axes++) {
+            setUp();
+            config.gyros = gyros;
+            config.axes = axes;
+            TEST_ASSERT_TRUE(starts());
+            bias[1] = 5.0;
+            fly(200U, 0xFU, 0xFU);
+            TEST_ASSERT_FALSE(verdict.disagree);
+            bias[0] = -1.0;
+            fly(12U, 0xFU, 0xFU);
+            TEST_ASSERT_TRUE(verdict.disagree);
+            TEST_ASSERT_EQUAL((gyros > 2U) ? DAVAR_SELECT_MEAN : 0U, verdict.fault[0]);
+            TEST_ASSERT_EQUAL(0U, verdict.fault[1]);
+            TEST_ASSERT_EQUAL(gyros == 2U, verdict.chosen == 0U);
+            bias[0] = 0.0;
+            fly(60U, 0xFU, 0xFU);
+            TEST_ASSERT_FALSE(verdict.disagree);
+            TEST_ASSERT_EQUAL((gyros > 2U) ? DAVAR_SELECT_MEAN : 0U, verdict.fault[0]);
+            fly(150U, 0xFU, 0xFU);
+            TEST_ASSERT_EQUAL(0U, verdict.fault[0]);
+        }
+    }
+}
+
+static void test_a_named_gyro_stays_named_while_the_others_come_and_go(void)
+{
+    config.gyros = 4U;
+    TEST_ASSERT_TRUE(starts());
+    fly(200U, 0xFU, 0xFU);
+    bias[0] = 1.0;
+    fly(20U, 0xFU, 0xFU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_MEAN, verdict.fault[0]);
+    fly(30U, 0xDU, 0xFU); /* without one, then another, then two */
+    fly(150U, 0x7U, 0xFU);
+    fly(150U, 0x3U, 0xFU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_MEAN, verdict.fault[0]);
+    TEST_ASSERT_EQUAL(1U, verdict.chosen);
+    TEST_ASSERT_EQUAL_FLOAT(1.0F, verdict.weight[1]);
+}
+
+static void test_any_axis_that_is_no_number_makes_the_block_of_its_gyro_missing(void)
+{
+    config.axes = 3U;
+    for (uint32_t bad = 0U; bad < 9U; bad++) {
+        TEST_ASSERT_TRUE(starts());
+        for (uint32_t k = 0U; k < config.block; k++) {
+            float rates[9];
+            for (uint32_t v = 0U; v < 9U; v++) {
+                rates[v] = ((v == bad) && (k == 4U)) ? NAN : (float)((k * k) % (v + 3U));
+            }
+            (void)davar_select_add(&selection, rates);
+        }
+        davar_select_update(&selection, &verdict);
+        for (uint32_t i = 0U; i < 3U; i++) {
+            TEST_ASSERT_EQUAL((i == bad / 3U) ? DAVAR_SELECT_ABSENT : 0U, verdict.fault[i]);
+        }
+    }
+}
+
+/* Large noise of the others can leave less than nothing for a gyro. */
+static void test_an_own_noise_below_0_becomes_0_and_takes_a_bounded_weight(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    const select_step_t step = {.select = &selection, .shared = 1.0F, .live = 7U, .usable = 7U};
+    for (uint32_t i = 0U; i < 3U; i++) {
+        gyro[i].own = 1.0F;
+        gyro[i].recent = 60.0F;
+    }
+    pair[0].recent = 10.0F; /* of 0 and 1 */
+    pair[1].recent = 10.0F; /* of 0 and 2 */
+    pair[2].recent = 80.0F; /* of 1 and 2 */
+    selection.blocks = 1U;
+    float weight[DAVAR_SELECT_GYROS] = {0.0F};
+    davar_select_weigh(&step, weight);
+    TEST_ASSERT_EQUAL_FLOAT(0.0F, gyro[0].own);
+    TEST_ASSERT_EQUAL_FLOAT(40.0F, gyro[1].own);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5F, 1.0F / (1.0F + (2.0F * 0.4F / 40.0F)), weight[0]);
+}
+
+static void test_two_gyros_keep_their_weights_while_motion_hides_their_noise(void)
+{
+    config.gyros = 2U;
+    TEST_ASSERT_TRUE(starts());
+    own[0] = 2.0;
+    fly(300U, 0xFU, 0xFU);
+    TEST_ASSERT_FALSE(verdict.hidden);
+    TEST_ASSERT_EQUAL(1U, verdict.chosen);
+    TEST_ASSERT_FLOAT_WITHIN(0.04F, 0.2F, verdict.weight[0]);
+    motion = 1.0;
+    own[1] = 3.0; /* nobody can see that */
+    fly(300U, 0xFU, 0xFU);
+    TEST_ASSERT_TRUE(verdict.hidden);
+    TEST_ASSERT_EQUAL(1U, verdict.chosen);
+    TEST_ASSERT_FLOAT_WITHIN(0.04F, 0.2F, verdict.weight[0]);
+    motion = 0.0;
+    fly(100U, 0xFU, 0xFU);
+    TEST_ASSERT_EQUAL(0U, verdict.chosen);
+}
+
+static void check_verdict(void)
+{
+    float sum = 0.0F;
+    bool usable = false;
+    for (uint32_t i = 0U; i < config.gyros; i++) {
+        const uint8_t bad = DAVAR_SELECT_ABSENT | DAVAR_SELECT_STUCK | DAVAR_SELECT_MEAN;
+        const bool good = (verdict.fault[i] & bad) == 0U;
+        TEST_ASSERT_TRUE((verdict.weight[i] >= 0.0F) && (verdict.weight[i] <= 1.0F));
+        TEST_ASSERT_EQUAL(good, verdict.weight[i] > 0.0F);
+        sum += verdict.weight[i];
+        usable = usable || good;
+    }
+    TEST_ASSERT_EQUAL(usable, verdict.usable);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5F, usable ? 1.0F : 0.0F, sum);
+    TEST_ASSERT_TRUE(verdict.chosen < config.gyros);
+    TEST_ASSERT_EQUAL(usable, verdict.weight[verdict.chosen] > 0.0F);
+}
+
+/* A value of any kind, at times: no number, too large, tiny, clipped, repeated. */
+static float strange(float rate, uint32_t kind)
+{
+    const float values[] = {NAN,     INFINITY, -INFINITY, 3e38F, -3e38F, 1e7F,
+                            2000.0F, 1e-20F,   1e-44F,    0.0F,  rate};
+    return (kind < 11U) ? values[kind] : rate;
+}
+
+static void test_the_verdict_is_consistent_for_any_input(void)
+{
+    for (uint32_t trial = 0U; trial < 60U; trial++) {
+        config.gyros = (uint8_t)(2U + (trial % 3U));
+        config.axes = (uint8_t)(1U + (trial % 2U));
+        TEST_ASSERT_TRUE(starts());
+        const uint32_t values = (uint32_t)config.gyros * config.axes;
+        uint32_t kind[GYROS * DAVAR_SELECT_AXES] = {0U};
+        for (uint32_t t = 0U; t < 300U; t++) {
+            for (uint32_t v = 0U; v < values; v++) { /* from one block to a few seconds */
+                const double u = random_uniform(&source);
+                kind[v] = (u < 0.02) ? (uint32_t)(u * 600.0) : ((u < 0.1) ? 99U : kind[v]);
+            }
+            for (uint32_t k = 0U; k < config.block; k++) {
+                float rates[GYROS * DAVAR_SELECT_AXES];
+                for (uint32_t v = 0U; v < values; v++) {
+                    rates[v] = strange((float)random_gauss(&source), kind[v]);
+                }
+                (void)davar_select_add(&selection, rates);
+            }
+            davar_select_update(&selection, &verdict);
+            check_verdict();
+        }
+        fly(300U, 0xFU, 0xFU); /* and it recovers, but for means that jumped */
+        for (uint32_t i = 0U; i < config.gyros; i++) {
+            TEST_ASSERT_EQUAL(0U, verdict.fault[i] & (DAVAR_SELECT_ABSENT | DAVAR_SELECT_STUCK));
+        }
+    }
+}
+
+static void test_one_gyro_wired_twice_counts_as_two_equal_ones(void)
+{
+    config.gyros = 2U;
+    TEST_ASSERT_TRUE(starts());
+    for (uint32_t t = 0U; t < 20000U; t++) {
+        for (uint32_t k = 0U; k < config.block; k++) {
+            const float rate = 100.0F + (float)random_gauss(&source);
+            const float rates[2] = {rate, rate};
+            (void)davar_select_add(&selection, rates);
+        }
+        davar_select_update(&selection, &verdict);
+        TEST_ASSERT_TRUE(pair[0].noise <= 64.0F);
+    }
+    check_verdict();
+    TEST_ASSERT_EQUAL(0U, verdict.chosen);
+    TEST_ASSERT_FALSE(verdict.disagree);
+    TEST_ASSERT_TRUE(verdict.hidden); /* all that they show is common */
+    TEST_ASSERT_EQUAL_FLOAT(0.5F, verdict.weight[0]);
+}
+
+/* A gyro that saturates repeats its full scale. */
+static void test_a_saturated_gyro_is_left(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    fly(100U, 0xFU, 0xFU);
+    for (uint32_t t = 0U; t < 10U; t++) {
+        for (uint32_t k = 0U; k < config.block; k++) {
+            const float rate = 250.0F + (float)(10U * t + k);
+            const float rates[3] = {250.0F, rate, rate + (0.05F * (float)random_gauss(&source))};
+            (void)davar_select_add(&selection, rates);
+        }
+        davar_select_update(&selection, &verdict);
+        check_verdict();
+    }
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_STUCK, verdict.fault[0]);
+    TEST_ASSERT_NOT_EQUAL(0U, verdict.chosen);
+}
+
+static void test_two_means_of_four_that_jump_are_reported_but_not_named(void)
+{
+    config.gyros = 4U;
+    TEST_ASSERT_TRUE(starts());
+    fly(200U, 0xFU, 0xFU);
+    bias[0] = 1.0;
+    bias[1] = -1.0;
+    fly(20U, 0xFU, 0xFU);
+    TEST_ASSERT_TRUE(verdict.disagree);
+    for (uint32_t i = 0U; i < 4U; i++) {
+        TEST_ASSERT_EQUAL(0U, verdict.fault[i]);
+    }
+}
+
+static void test_noise_far_beyond_the_past_is_a_warning_until_it_ends(void)
+{
+    for (uint8_t gyros = 2U; gyros <= GYROS; gyros++) {
+        setUp();
+        config.gyros = gyros;
+        TEST_ASSERT_TRUE(starts());
+        fly(600U, 0xFU, 0xFU);
+        TEST_ASSERT_EQUAL(0U, verdict.fault[1]);
+        own[1] = 10.0;
+        fly(60U, 0xFU, 0xFU);
+        TEST_ASSERT_EQUAL(DAVAR_SELECT_NOISE, verdict.fault[1]);
+        TEST_ASSERT_EQUAL(0U, verdict.fault[0]);
+        TEST_ASSERT_TRUE(verdict.weight[1] < 0.1F);
+        fly(20U, 0x1U, 0xFU);
+        TEST_ASSERT_EQUAL(DAVAR_SELECT_NOISE | DAVAR_SELECT_ABSENT, verdict.fault[1]);
+        own[1] = 1.0;
+        fly(200U, 0xFU, 0xFU);
+        TEST_ASSERT_EQUAL(0U, verdict.fault[1]);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_settings_out_of_range_are_refused);
+    RUN_TEST(test_the_threshold_follows_the_stated_rate);
+    RUN_TEST(test_the_state_is_small);
+    RUN_TEST(test_the_quieter_gyro_is_chosen_and_weighs_more);
+    RUN_TEST(test_common_motion_cancels_with_three_gyros_and_hides_the_noise_of_two);
+    RUN_TEST(test_an_absent_gyro_is_left_at_once_and_returns_after_2_s);
+    RUN_TEST(test_rates_that_are_no_numbers_count_as_missing);
+    RUN_TEST(test_a_stuck_gyro_is_left_after_3_blocks);
+    RUN_TEST(test_gyros_that_all_repeat_one_value_are_stuck_without_a_nan);
+    RUN_TEST(test_a_mean_that_jumps_is_reported_and_named_if_two_others_agree);
+    RUN_TEST(test_a_named_gyro_stays_named_while_the_others_come_and_go);
+    RUN_TEST(test_any_axis_that_is_no_number_makes_the_block_of_its_gyro_missing);
+    RUN_TEST(test_two_gyros_keep_their_weights_while_motion_hides_their_noise);
+    RUN_TEST(test_the_verdict_is_consistent_for_any_input);
+    RUN_TEST(test_one_gyro_wired_twice_counts_as_two_equal_ones);
+    RUN_TEST(test_a_saturated_gyro_is_left);
+    RUN_TEST(test_an_own_noise_below_0_becomes_0_and_takes_a_bounded_weight);
+    RUN_TEST(test_two_means_of_four_that_jump_are_reported_but_not_named);
+    RUN_TEST(test_noise_far_beyond_the_past_is_a_warning_until_it_ends);
+    return UNITY_END();
+}
