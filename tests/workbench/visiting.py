@@ -4,6 +4,7 @@ chromium driven by Playwright.
 
 import json
 import os
+import pty
 import signal
 import subprocess
 import tempfile
@@ -47,13 +48,14 @@ OF_A_STEP = (
 
 
 class Workbench:
-    """The command, running in `folder`."""
+    """The command, running in `folder`. stdin: a terminal, if it is one that a person started."""
 
-    def __init__(self, folder, *arguments):
+    def __init__(self, folder, *arguments, stdin=subprocess.DEVNULL):
         self.process = subprocess.Popen(
             [COMMAND, "open", "--no-browser", *map(str, arguments)],
             cwd=folder,
             text=True,
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )
@@ -139,8 +141,13 @@ class Visiting(unittest.TestCase):
         self.folder = Path(os.path.realpath(kept.name))
         self.complaints, self.foreign = [], []
 
-    def open(self, *arguments):
-        bench = Workbench(self.folder, *arguments)
+    def open(self, *arguments, terminal=False):
+        """terminal: started by a person at one."""
+        mine, its = pty.openpty() if terminal else (None, subprocess.DEVNULL)
+        bench = Workbench(self.folder, *arguments, stdin=its)
+        if terminal:
+            os.close(its)
+            self.addCleanup(os.close, mine)
         self.addCleanup(bench.stop)
         return bench
 

@@ -200,6 +200,13 @@ class Desk:
         # (model file, name of a recording) -> its error there, and the floor
         self.judged_elsewhere: dict[tuple[str, str | None], Errors] = {}
 
+    def forget(self, fits: bool) -> None:
+        """Forgets the rankings, which were of another table of effects; the fits too where one of
+        them may have an effect that has changed."""
+        self.rankings.clear()
+        if fits:
+            self.outcomes.clear()
+
     def first_model(self) -> models.Model:
         return models.first(self.recording.rate_hz, self.column)
 

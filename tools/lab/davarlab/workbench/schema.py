@@ -158,6 +158,18 @@ class Spectrogram(Given):
     column: Text = "time_s"
 
 
+class OwnStart(Given):
+    column: Text | None = None
+
+
+class OwnCheck(Given):
+    text: Annotated[str, Field(max_length=1 << 16), AfterValidator(without_nul)]
+
+
+class OwnAdd(Shown, OwnCheck):
+    pass
+
+
 class Sheet(Given):
     """Sizes of a data sheet, in the units of a model file."""
 
@@ -215,6 +227,9 @@ REQUESTS: dict[str, type[Given]] = {
     "freeze": Freeze,
     "kalibr": Kalibr,
     "close": Nothing,
+    "own": OwnStart,
+    "check_own": OwnCheck,
+    "add_own": OwnAdd,
     "step": OfStep,
     "candidates": OfStep,
     "ghost": OfPlace,

@@ -32,7 +32,7 @@ from ..errors import BadInput, internal_error
 from ..report import values
 from . import schema
 from .visit.stepping import Stale
-from .visit.visit import ACTION, LOOK, PLAN, QUESTION, Call, Visit
+from .visit.visit import ACTION, CODE, LOOK, PLAN, QUESTION, Call, Visit
 
 PAGE = Path(__file__).resolve().parent / "page"
 SERVED = {
@@ -59,7 +59,12 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
-
+NO_CODE = (
+    "this server runs no code from a page. It does if you start tools/davarlab open in a terminal "
+    "and open its page on the same machine"
+)
+# Of a request that came through another program on this machine.
+FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-host", "x-real-ip", "via")
 
 Work = Callable[[], Any]
 
@@ -101,6 +106,18 @@ class Server:
             f"http://{request.headers['host']}",
         )
 
+    def runs_code(self, request: Request) -> bool:
+        """May this request run Python: a page of this server sent it, from this machine, without
+        a proxy between, and a person at a terminal has started the server."""
+        return (
+            self.visit.code
+            and self.allowed(request)
+            and request.headers.get("origin") == f"http://{request.headers['host']}"
+            and request.client is not None
+            and request.client.host == HOST
+            and not any(name in request.headers for name in FORWARDED)
+        )
+
     async def index(self, request: Request) -> Response:
         if not self.allowed(request):
             return PlainTextResponse(
@@ -138,7 +155,7 @@ class Server:
                 },
                 400,
             )
-        return await self.answer(request, (ACTION,), text)
+        return await self.answer(request, (ACTION, CODE), text)
 
     @staticmethod
     def query(request: Request) -> dict[str, str]:
@@ -196,6 +213,8 @@ class Server:
         call = self.visit.calls.get(what)
         if call is None or call.kind not in kinds:
             return JSONResponse({"error": f"unknown request {what}"}, 404)
+        if call.kind == CODE and not self.runs_code(request):
+            return JSONResponse({"error": NO_CODE}, 403)
         try:
             given = schema.request(what, text, query)
         except BadInput as why:
@@ -239,7 +258,7 @@ class Server:
             finally:
                 self.computing.discard(work)
 
-        if what in ("preview", "report") or call.kind == ACTION:
+        if what in ("preview", "report") or call.kind in (ACTION, CODE):
             self.waiting.add(work)
         return work
 
@@ -295,7 +314,7 @@ def show(address: str, folder: str | Path) -> None:
 def run(options: argparse.Namespace) -> int:
     """`davarlab open`: until interrupted."""
     token = secrets.token_urlsafe(16)
-    visit = Visit(Path.cwd())
+    visit = Visit(Path.cwd(), code=sys.stdin is not None and sys.stdin.isatty())
     if options.recording:
         visit.intake.open(options.recording, options.model, options.sensor, options.names)
     elif options.model or options.sensor or options.names:
@@ -315,7 +334,11 @@ def run(options: argparse.Namespace) -> int:
         address = f"http://{HOST}:{listener.getsockname()[1]}/?token={token}"
         web = uvicorn.Server(
             uvicorn.Config(
-                server.app(), log_level="critical", access_log=False, timeout_graceful_shutdown=1
+                server.app(),
+                log_level="critical",
+                access_log=False,
+                timeout_graceful_shutdown=1,
+                proxy_headers=False,  # a client is who sent the request
             )
         )
 

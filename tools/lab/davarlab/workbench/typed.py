@@ -3,6 +3,7 @@
 import shlex
 
 from ..data import guess, plausible
+from ..effects import own
 from . import desk as desks
 from .steps import Sight, Steps
 
@@ -25,12 +26,12 @@ def again(steps: Steps) -> str:
     """What opens the recording once more."""
     sensor = steps.log.get("sensor") if steps.log else None
     named = ["--sensor", sensor] if sensor else []
-    return shlex.join(["tools/davarlab", "open", steps.recording, *named])
+    return shlex.join(["tools/davarlab", "open", steps.recording, *named, *own.options()])
 
 
 def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:
-    """(the import that the log needs, if any, the name of the recording behind it, its --rate and
-    --as-recorded): words to type."""
+    """(the import that the log needs, if any, the name of the recording behind it, its --rate,
+    --as-recorded and --effects): words to type."""
     renames, scales = (
         desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
     )
@@ -49,9 +50,10 @@ def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:
         for word in (flag, value)
     ]
     rate = ["--rate", f"{steps.log['rate_hz']:g}"] if steps.log and steps.log["rate_hz"] else []
-    sure = [plausible.CONFIRM] if steps.log and steps.log.get("as_recorded") else []
+    more = [plausible.CONFIRM] if steps.log and steps.log.get("as_recorded") else []
+    more += own.options()
     return (
-        ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, sure)
+        ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, more)
         if given
-        else ([], steps.recording, rate + sure)
+        else ([], steps.recording, rate + more)
     )

@@ -7,6 +7,7 @@ import * as landing from "/page/parts/landing.js";
 import * as menu from "/page/parts/menu.js";
 import * as model from "/page/parts/model.js";
 import { add, partly, rank } from "/page/parts/next.js";
+import { close as closeEditor } from "/page/parts/own.js";
 import * as steps from "/page/parts/steps.js";
 import * as columns from "/page/tabs/columns.js";
 import * as fit from "/page/tabs/fit.js";
@@ -57,7 +58,7 @@ async function refresh() {
   const next = await ask("step", { number: now.all.current });
   if (turn !== now.turn || next.state !== now.all.state) return; // the server reports the change in the meantime with an event
   const before = now.view && now.of === identity() && next.state !== now.view.state ? now.drawn : null;
-  if (now.of !== identity()) now.cell = null;
+  if (now.of !== identity()) { now.cell = null; closeEditor(); }
   now.of = identity();
   [now.view, now.drawn] = [next, curve.atRest(next)];
   at("bench").hidden = false;

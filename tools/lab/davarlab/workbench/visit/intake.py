@@ -51,6 +51,12 @@ class Intake:
     ) -> Json:
         """A recording by its path. Which sensor is meant, and columns that are not called as
         davarlab calls them, are asked about first."""
+        with self.visit.own.of(path):
+            return self.opened(path, model, sensor, names)
+
+    def opened(
+        self, path: str, model: str | None, sensor: str | None, names: list[str] | None
+    ) -> Json:
         steps = Steps.beside(path, sensor)
         if steps.log is None and not sensor:
             gyros = desks.gyros_in(path)

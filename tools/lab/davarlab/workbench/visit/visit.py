@@ -21,11 +21,12 @@ from .closer import Closer
 from .hold_out import HoldOut
 from .intake import Intake, Waiting
 from .looks import Looks
+from .own import Own
 from .stepping import Stepping
 
 # Questions need the bench of a fit, looks only what is there, plans nothing of it; actions change
-# something.
-QUESTION, LOOK, PLAN, ACTION = "question", "look", "plan", "action"
+# something; code is an action that runs what somebody wrote.
+QUESTION, LOOK, PLAN, ACTION, CODE = "question", "look", "plan", "action", "code"
 CALLS = {
     "step": (QUESTION, "stepping.step"),
     "candidates": (QUESTION, "stepping.candidates"),
@@ -63,13 +64,16 @@ CALLS = {
     "deafen": (ACTION, "deafen"),
     "kalibr": (ACTION, "closer.kalibr"),
     "close": (ACTION, "close"),
+    "own": (LOOK, "own.start"),
+    "check_own": (CODE, "own.check"),
+    "add_own": (CODE, "own.add"),
 }
 
 
 @dataclass(frozen=True)
 class Call:
-    """kind: QUESTION, LOOK, PLAN or ACTION; run: a function of plain values that returns plain
-    values."""
+    """kind: QUESTION, LOOK, PLAN, ACTION or CODE; run: a function of plain values that returns
+    plain values."""
 
     kind: str
     run: Callable[..., Any]
@@ -77,9 +81,10 @@ class Call:
 
 class Visit:
     """calls: name -> Call, of CALLS. What lies on the desk is kept here; the parts of the visit
-    work on it."""
+    work on it. code: may a page run effects that somebody writes in it."""
 
-    def __init__(self, folder: str | Path) -> None:
+    def __init__(self, folder: str | Path, code: bool = False) -> None:
+        self.code = code
         self.arrivals = Arrivals(folder)
         self.desk: Desk | None = None
         self.steps: Steps | None = None
@@ -89,11 +94,12 @@ class Visit:
         self.log: Waiting | None = None  # one that waits to be read
         self.tell: Tell = lambda **event: None
         self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
-        self.hurried: Callable[[], bool] = (
-            lambda: False
+        self.hurried: Callable[[], bool] = lambda: (
+            False
         )  # is somebody waiting for what is being computed
         self.intake, self.hold, self.stepping = Intake(self), HoldOut(self), Stepping(self)
         self.looks, self.closer, self.plans = Looks(self), Closer(self), plans
+        self.own = Own(self)
         self.calls = {
             name: Call(kind, attrgetter(path)(self)) for name, (kind, path) in CALLS.items()
         }
@@ -156,6 +162,7 @@ class Visit:
             "not_held": self.not_held,
             "current": steps.current,
             "session": str(steps.path),
+            "code": self.code,
             "commands": typed.commands(steps, desk.sight),
             "steps": [
                 {
