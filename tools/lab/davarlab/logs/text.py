@@ -170,6 +170,7 @@ def log(path: StrPath, options: "Options") -> Own | named.Log:
         path,
         options.names,
         lambda names, where: clocks_named(renamed(names, options.renames, where), clocks, where),
+        options.skip_lines,
     )
     if not found.named and not options.renames:
         first = ", ".join(f"{column[0]:g}" for column in found.columns.values())

@@ -13,7 +13,7 @@ from ..arrays import Bools, Floats
 from ..candidates import lines
 from ..candidates.candidate import Candidate
 from ..candidates.ranking import Trying
-from ..data import clock, guess
+from ..data import clock, guess, plausible
 from ..data import recording as recordings
 from ..data import table as tables
 from ..diagnosis import compare, improve, search
@@ -64,10 +64,11 @@ def preview(
     sensor: str | None = None,
     names: Sequence[str] | None = None,
     said: list[guess.Guess] | None = None,
+    skip: int = 0,
 ) -> tuple[list[guess.Guess], Json]:
     """A log before it is read as a recording: (guesses for its columns, or what was said of them,
-    what a page shows of it). names: for the columns of a text, over its own."""
-    log = looked_at(path, sensor, names)
+    what a page shows of it). names: for the columns of a text, over its own; skip: lines of it."""
+    log = looked_at(path, sensor, names, skip)
     columns = log.columns
     found, rows = said or guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, log.line)
@@ -83,6 +84,9 @@ def preview(
         "count": len(columns) if isinstance(log, Samples) else log.count,
         "said": ", ".join(log.said),
         "rows": rows,
+        "least": recordings.MINIMUM_SAMPLES,
+        "skip": None if isinstance(log, Samples) else skip,
+        "doubts": doubts_of(columns, found, ticks),
         "rate_hz": ticks.rate_hz if ticks else None,
         "missing": missing,
         "head": [
@@ -91,6 +95,17 @@ def preview(
         "units": guess.UNITS,
         "plot": [picture(column) for column in columns.values()],
     }
+
+
+def doubts_of(
+    columns: Mapping[str, Floats], found: Sequence[guess.Guess], ticks: clock.Clock | None
+) -> list[str]:
+    """What is implausible about a log, with the units that are guessed."""
+    if not ticks:
+        return []
+    named = {one.column: columns[one.name] * one.factor for one in found if one.quantity != "other"}
+    gyros = [one.column for one in found if one.quantity == "gyro"]
+    return plausible.doubts(named, ticks.rate_hz, None, gyros)
 
 
 def picture(column: Floats) -> Json:
@@ -106,11 +121,11 @@ def picture(column: Floats) -> Json:
 
 
 def looked_at(
-    path: str | Path, sensor: str | None, names: Sequence[str] | None
+    path: str | Path, sensor: str | None, names: Sequence[str] | None, skip: int
 ) -> tables.Table | Samples:
     """A text as it is, any other log in davarlab's names."""
     if formats.format_of(path)[1] is texts.log:
-        return tables.read(path, names)
+        return tables.read(path, names, skip=skip)
     return formats.samples(path, formats.Options(sensor=sensor))
 
 
@@ -138,13 +153,14 @@ def read(
     sensor: str | None = None,
     as_recorded: bool = False,
     names: list[str] | None = None,
+    skip: int = 0,
 ) -> recordings.Recording:
     """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a
-    log with several; names: of the columns of a text, over its own; as_recorded: its rate, units
-    and levels were confirmed."""
+    log with several; names: of the columns of a text, over its own; skip: lines of it; as_recorded:
+    its rate, units and levels were confirmed."""
     renames, scales = pairs(guesses or [])
     options = formats.Options(
-        rate_hz, sensor, renames=renames, scales=scales, names=names, plain=True
+        rate_hz, sensor, renames=renames, scales=scales, names=names, plain=True, skip_lines=skip
     )
     return replace(
         formats.recording_of(formats.samples(path, options), path, rate_hz),

@@ -60,6 +60,10 @@ class Names(Given):
     names: Annotated[list[Text], Field(min_length=1, max_length=10_000)]
 
 
+class Skip(Given):
+    lines: Place
+
+
 class Column(Given):
     """A column of a log as somebody named it, or a guess of the page about it, which brings more
     along."""
@@ -212,6 +216,7 @@ REQUESTS: dict[str, type[Given]] = {
     "tutorial": Nothing,
     "sensor": Sensor,
     "names": Names,
+    "skip": Skip,
     "read": Read,
     "sight": SightRequest,
     "add": OfPlace,
@@ -281,6 +286,7 @@ class Log(Given):
     sensor: Text | None = None
     as_recorded: bool = False
     names: list[Text] | None = None
+    skip: Place = 0
 
 
 class Session(Given):

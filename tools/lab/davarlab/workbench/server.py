@@ -315,10 +315,15 @@ def run(options: argparse.Namespace) -> int:
     """`davarlab open`: until interrupted."""
     token = secrets.token_urlsafe(16)
     visit = Visit(Path.cwd(), code=sys.stdin is not None and sys.stdin.isatty())
+    given = {
+        "-m": options.model,
+        "--sensor": options.sensor,
+        "--names": options.names,
+        "--skip-lines": options.skip_lines,
+    }
     if options.recording:
-        visit.intake.open(options.recording, options.model, options.sensor, options.names)
-    elif options.model or options.sensor or options.names:
-        flag = "-m" if options.model else "--sensor" if options.sensor else "--names"
+        visit.intake.open(options.recording, *given.values())
+    for flag in (flag for flag, value in given.items() if value and not options.recording):
         raise BadInput(f"{flag} needs a recording")
     server = Server(visit, token)
     # asyncio sets TCP_NODELAY only on a socket whose protocol is named. Without, an answer waits

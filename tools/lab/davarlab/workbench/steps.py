@@ -29,6 +29,7 @@ class Log(TypedDict):
     sensor: str | None
     as_recorded: NotRequired[bool]
     names: NotRequired[list[str] | None]
+    skip: NotRequired[int]
 
 
 @dataclass

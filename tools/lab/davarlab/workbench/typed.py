@@ -43,6 +43,10 @@ def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:
         for flag, values in (
             ("--sensor", sensors),
             ("--names", [",".join(names)] if names else []),
+            (
+                "--skip-lines",
+                [str(steps.log["skip"])] if steps.log and steps.log.get("skip") else [],
+            ),
             ("--rename", renames),
             ("--scale", scales),
         )

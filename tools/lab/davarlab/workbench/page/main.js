@@ -34,6 +34,7 @@ const opened = { drop: (file) => doing(`Reading ${file.name}`, async () => { try
   open: ({ path, sensor }) => change("Opening the session", "open", sensor ? { path, sensor } : { path }),
   listen: (source) => change(`Listening to ${source}`, "listen", { source }), tutorial: () => change("Opening the tutorial", "tutorial"), close: () => leaving("", "close"),
   names: (names) => change("Reading the columns by these names", "names", { names }),
+  skip: (lines) => change(`Skipping ${lines} lines`, "skip", { lines }),
   sensor: (name) => change(`Reading ${name} and fitting a first model`, "sensor", { name }),
   read: (columns, rate_hz, as_recorded) => change("Reading the recording and fitting a first model", "read", { columns, rate_hz, as_recorded }) };
 

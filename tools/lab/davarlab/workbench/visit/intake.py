@@ -29,6 +29,7 @@ class Waiting:
     sensor: str | None = None
     model: str | None = None  # a model file to look at, once the sensor is known
     names: list[str] | None = None  # of the columns, over those of the file
+    skip: int = 0  # lines of the file
 
 
 def named(log: Log | None) -> list[guess.Guess]:
@@ -48,14 +49,15 @@ class Intake:
         model: str | None = None,
         sensor: str | None = None,
         names: list[str] | None = None,
+        skip: int = 0,
     ) -> Json:
         """A recording by its path. Which sensor is meant, and columns that are not called as
         davarlab calls them, are asked about first."""
         with self.visit.own.of(path):
-            return self.opened(path, model, sensor, names)
+            return self.opened(path, model, sensor, names, skip)
 
     def opened(
-        self, path: str, model: str | None, sensor: str | None, names: list[str] | None
+        self, path: str, model: str | None, sensor: str | None, names: list[str] | None, skip: int
     ) -> Json:
         steps = Steps.beside(path, sensor)
         if steps.log is None and not sensor:
@@ -72,12 +74,16 @@ class Intake:
                     )
                 )
         if steps.log is None and not model:
-            guesses, shown = desks.preview(path, sensor, names)
-            if any(one.column != one.name or one.factor != 1 for one in guesses) or not {
-                "gyro",
-                "time",
-            } <= {one.quantity for one in guesses}:
-                return self.ask_about(Waiting(Path(path), shown, guesses, sensor, names=names))
+            guesses, shown = desks.preview(path, sensor, names, skip=skip)
+            if (
+                any(one.column != one.name or one.factor != 1 for one in guesses)
+                or not {"gyro", "time"} <= {one.quantity for one in guesses}
+                or skip
+                or shown["rows"] < shown["least"]
+            ):
+                return self.ask_about(
+                    Waiting(Path(path), shown, guesses, sensor, names=names, skip=skip)
+                )
         if steps.log is None and (sensor or names):
             steps.log = {"columns": [], "rate_hz": None, "sensor": sensor, "names": names}
         return self.begin(path, steps, model)
@@ -105,7 +111,12 @@ class Intake:
         whole = [dialect.SKIP] * waiting.shown["count"]
         for called, name in zip(shown, names):  # column_2 stands in the second place
             whole[int(called.partition("_")[2]) - 1] = name.strip() or called
-        return self.open(str(waiting.path), waiting.model, waiting.sensor, whole)
+        return self.open(str(waiting.path), waiting.model, waiting.sensor, whole, waiting.skip)
+
+    def skip(self, lines: int) -> Json:
+        """The text that waits, without its first lines."""
+        waiting = self.waits()
+        return self.open(str(waiting.path), waiting.model, waiting.sensor, skip=lines)
 
     def begin(self, path: str | Path, steps: Steps, model: str | None = None) -> Json:
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
@@ -142,8 +153,9 @@ class Intake:
         """A recording whose rate, units or levels are implausible waits until somebody corrects or
         confirms them."""
         sensor, names = (steps.log["sensor"], steps.log.get("names")) if steps.log else (None, None)
-        guesses, shown = desks.preview(path, sensor, names, named(steps.log))
-        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model, names)
+        skip = steps.log.get("skip", 0) if steps.log else 0
+        guesses, shown = desks.preview(path, sensor, names, named(steps.log), skip)
+        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model, names, skip)
 
     def look_at(
         self, recording: Recording, steps: Steps, sight: Sight, given: models.Model | None = None
@@ -219,6 +231,7 @@ class Intake:
             "sensor": waiting.sensor,
             "as_recorded": as_recorded,
             "names": waiting.names,
+            "skip": waiting.skip,
         }
         return self.begin(path, steps, waiting.model)
 
@@ -241,4 +254,5 @@ class Intake:
             log["sensor"] if log else None,
             log.get("as_recorded", False) if log else False,
             log.get("names") if log else None,
+            log.get("skip", 0) if log else 0,
         )

@@ -49,6 +49,7 @@ CALLS = {
     "tutorial": (ACTION, "intake.tutorial"),
     "sensor": (ACTION, "intake.sensor"),
     "names": (ACTION, "intake.names"),
+    "skip": (ACTION, "intake.skip"),
     "read": (ACTION, "intake.read"),
     "sight": (ACTION, "intake.sight"),
     "freeze": (ACTION, "intake.freeze"),
