@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import axes
 from .. import model as models
 from ..arrays import Bools, Floats
 from ..candidates import lines
@@ -204,13 +205,17 @@ def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recordin
 
 
 class Desk:
-    """whole: the recording as it was read; recording: what is looked at of it."""
+    """whole: the recording as it was read; recording: what is looked at of it, and column: the gyro
+    or accelerometer there, as the analysis takes them (axes.py). The models in outcomes are of that
+    column, those in texts of the column as it is called."""
 
     def __init__(self, whole: recordings.Recording, sight: "Sight") -> None:
-        whole.rate_dps(sight.column)
-        self.whole, self.sight, self.column = whole, sight, sight.column
-        self.gyros = whole.gyros
-        self.recording = seen(whole, sight)
+        self.whole, self.sight = whole, sight
+        self.axes = axes.of_page(whole)
+        model = models.Model(None, sight.column)
+        self.recording, model = axes.for_analysis(seen(whole, sight), model)
+        self.column = model.column
+        self.recording.rate_dps(self.column)
         self.outcomes: OrderedDict[Hashable, Outcome] = OrderedDict()
         self.rankings: dict[Hashable, list[Candidate]] = {}
         # (model file, name of a recording) -> its error there, and the floor
@@ -226,6 +231,17 @@ class Desk:
     def first_model(self) -> models.Model:
         return models.first(self.recording.rate_hz, self.column)
 
+    def inside(self, model: models.Model) -> models.Model:
+        """A model for the analysis."""
+        return replace(model, column=self.column)
+
+    def text(self, model: models.Model) -> str:
+        """The model file, of the column as it is called."""
+        return models.text_of(self.called(model))
+
+    def called(self, model: models.Model) -> models.Model:
+        return replace(model, column=self.sight.column)
+
     def remembered(self, key: Hashable, make: Callable[[], Outcome]) -> Outcome:
         if key not in self.outcomes:
             self.outcomes[key] = make()
@@ -238,7 +254,7 @@ class Desk:
     def of(self, text: str, fitted: bool, progress: Progress = lambda text: None) -> Outcome:
         """The outcome of a model file: at its best, as `davarlab fit` finds it, or with the values
         as they stand."""
-        model = models.of_text(text, "model")
+        model = self.inside(models.of_text(text, "model"))
         if not model.terms:
             raise BadInput("a model needs an effect")
         if not fitted and (text, SET) in self.outcomes:
@@ -252,7 +268,7 @@ class Desk:
 
     def keep(self, outcome: Outcome) -> Outcome:
         """Remembers an outcome that was reached by another way than a fit from its file."""
-        return self.remembered(models.text_of(outcome.model), lambda: outcome)
+        return self.remembered(self.text(outcome.model), lambda: outcome)
 
     def same_effects(self, best: Outcome, model: models.Model) -> None:
         if [part.kind for part in best.fitted.parts] != model.kinds:
@@ -262,13 +278,14 @@ class Desk:
     def given(self, best: Outcome, model: models.Model) -> Judged:
         """The fit's state with the values of a model of the same effects."""
         self.same_effects(best, model)
-        return compare.as_given(best.fitted, model)
+        return compare.as_given(best.fitted, self.inside(model))
 
     def as_set(self, best: Outcome, model: models.Model) -> Outcome:
         """The values as they stand, judged as `davarlab compare` judges them."""
         self.same_effects(best, model)
+        model = self.inside(model)
         return self.remembered(
-            (models.text_of(model), SET),
+            (self.text(model), SET),
             lambda: Outcome(
                 model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model)
             ),
@@ -278,6 +295,7 @@ class Desk:
         """The effects at the places `held` as they stand, the others at their best beside them;
         judged as it then stands."""
         self.same_effects(best, model)
+        model = self.inside(model)
         roles = [part.role if part.form != "decoded" else "states" for part in best.fitted.parts]
         for place in held:
             if roles[place] not in HELD:
@@ -289,7 +307,7 @@ class Desk:
             raise BadInput("at least one noise must be fitted")
         whole, entries = improve.fit_around(best.fitted, model, held)
         outcome = Outcome(whole, compare.given(best.fitted, whole), best.fitted, entries)
-        return self.remembered((models.text_of(whole), SET), lambda: outcome)
+        return self.remembered((self.text(whole), SET), lambda: outcome)
 
     def ranked(
         self, text: str, progress: Progress, partly: Trying = lambda kind, found: None
@@ -335,6 +353,7 @@ class Desk:
         """(error, floor) of a model on another recording of the sensor, as `--held-out` says them;
         (None, None) without one."""
         if held:
+            held, model = axes.for_analysis(held, self.called(model))
             models.check_fits(model, held, "the model")
         key = text, held.name if held else None
         if key not in self.judged_elsewhere:
@@ -358,7 +377,8 @@ class Desk:
             options,
             called=(recording, model),
         )
-        return page.html(contents.of_comparison(run, found, outcome.fitted)).encode()
+        found_contents = contents.of_comparison(run, found, outcome.fitted)
+        return page.html(found_contents, self.sight.column).encode()
 
     def samples(
         self, start_s: float, stop_s: float, column: str, points: int

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ... import axes
 from ... import model as models
 from ...data import dialect, guess, plausible
 from ...data.recording import Recording
@@ -77,7 +78,8 @@ class Intake:
             guesses, shown = desks.preview(path, sensor, names, skip=skip)
             if (
                 any(one.column != one.name or one.factor != 1 for one in guesses)
-                or not {"gyro", "time"} <= {one.quantity for one in guesses}
+                or {"time"} == {one.quantity for one in guesses} & {"time", "gyro", "accel"}
+                or all(one.quantity != "time" for one in guesses)
                 or skip
                 or shown["rows"] < shown["least"]
             ):
@@ -122,20 +124,22 @@ class Intake:
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
         model file to look at."""
         recording = self.as_named(path, steps)
-        gyros = recording.gyros
-        if not gyros:
+        columns = axes.of_page(recording)
+        if not columns:
             raise BadInput(
-                f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for "
-                "an accelerometer: tools/davarlab fit --axes accel)"
+                f"{path}: no column is a gyro in deg/s or rad/s, or an accelerometer in g or m/s^2"
             )
         doubts = plausible.of(recording)
         if doubts:
             return self.ask_about(self.doubted(path, steps, doubts, model))
         given = models.read(model) if model else None
         if given and model:
-            models.check_fits(given, recording, model)
+            there, asked = axes.for_analysis(recording, given)
+            models.check_fits(asked, there, model)
             models.check_noise(given, model)
-        sight = Sight(given.column) if given else steps.sight or Sight(gyros[-1])
+        sight = (
+            Sight(given.column) if given else steps.sight or Sight((recording.gyros or columns)[-1])
+        )
         held, self.visit.not_held = None, ""
         if steps.held_out:
             try:
@@ -167,7 +171,7 @@ class Intake:
         try:
             if given or not steps.steps:
                 model = given or desk.first_model()
-                outcome = desk.of(models.text_of(model), given is None, self.visit.progress)
+                outcome = desk.of(desk.text(model), given is None, self.visit.progress)
                 took = (
                     "the model as given"
                     if given
@@ -194,10 +198,10 @@ class Intake:
         self.visit.stepping.here()
         span, column = (
             self.visit.open_desk.whole.samples / self.visit.open_desk.whole.rate_hz,
-            column or self.visit.open_desk.column,
+            column or self.visit.open_desk.sight.column,
         )
-        if column not in self.visit.open_desk.gyros:
-            raise BadInput(f"{column}: not a gyro column of this recording")
+        if column not in self.visit.open_desk.axes:
+            raise BadInput(f"{column}: not a gyro or accelerometer of this recording")
         edges: list[Stretch] = [
             (pair[0], pair[1]) for pair in ([alone] if alone else []) + list(cut)
         ]

@@ -86,7 +86,12 @@ class Stepping:
             desk.keep(outcome)
         judgement = outcome.state.judgement
         steps.grow(
-            did, outcome.model, fitted=fitted, error=judgement.error, floor=judgement.floor, **more
+            did,
+            desk.called(outcome.model),
+            fitted=fitted,
+            error=judgement.error,
+            floor=judgement.floor,
+            **more,
         )
 
     def grow(self, did: str, outcome: Outcome, **more: Any) -> Json:
@@ -94,7 +99,8 @@ class Stepping:
         return self.visit.changed()
 
     def fit(self, model: Model) -> Outcome:
-        return self.visit.open_desk.of(models.text_of(model), True, self.visit.progress)
+        desk = self.visit.open_desk
+        return desk.of(desk.text(model), True, self.visit.progress)
 
     def step(self, number: int | None = None) -> Json:
         """A step as the page draws it."""
@@ -106,8 +112,10 @@ class Stepping:
             "did": step.did,
             "fitted": step.fitted,
             "off": step.off,
-            **views.model(outcome, self.visit.open_desk.recording, step.parent is None),
-            "text": models.text_of(outcome.model),
+            **self.visit.spoken(
+                views.model(outcome, self.visit.open_desk.recording, step.parent is None)
+            ),
+            "text": self.visit.open_desk.text(outcome.model),
         }
 
     def candidates(self, number: int | None = None) -> Json:
@@ -119,22 +127,22 @@ class Stepping:
         def partly(kind: str, found: Sequence[Candidate | None]) -> None:
             self.give_way()
             so_far = sorted(filter(None, found), key=lambda candidate: candidate.log_p)
-            self.visit.tell(
-                ranking=state, trying=words.name(kind), candidates=views.candidates(so_far)
-            )
+            said = self.visit.spoken({"candidates": views.candidates(so_far)})
+            self.visit.tell(ranking=state, trying=words.name(kind), **said)
 
         desk = self.visit.open_desk
         try:
             ranked = desk.ranked(text, self.visit.progress, partly)
             outcome = desk.of(text, True, self.visit.progress)
             unknown = not outcome.state.judgement.adequate and not search.significant(ranked)
-            return {
+            found = {
                 **(views.headline(outcome, False, known=False) if unknown else {}),
                 "number": step.number,
                 "state": state,
                 "candidates": views.candidates(ranked),
                 **views.nothing_found(outcome, desk.recording, ranked),
             }
+            return self.visit.spoken(found)
         except Superseded:
             return {"number": step.number, "state": state, "superseded": True}
 

@@ -7,6 +7,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+from ... import axes
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
@@ -119,6 +120,11 @@ class Visit:
             raise BadInput("no recording is open")
         return self.steps
 
+    def spoken(self, found: Json) -> Json:
+        """What a page shows, in the language of a gyro or an accelerometer."""
+        said: Json = axes.spoken(found, self.open_desk.sight.column)
+        return said
+
     def progress(self, text: str) -> None:
         self.tell(progress=text)
 
@@ -153,9 +159,10 @@ class Visit:
             "state": self.stepping.state(),
             "again": typed.again(steps),
             "duration_s": recording.samples / recording.rate_hz,
-            "column": desk.column,
+            "column": desk.sight.column,
+            "unit": axes.rate_unit(desk.sight.column),
             "columns": [name for name in recording.columns if name not in ("time_s", desk.column)],
-            "gyros": desk.gyros,
+            "gyros": desk.axes,
             "alone": desk.sight.alone,
             "cut": desk.sight.cut,
             "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],

@@ -5,6 +5,8 @@ import { at } from "/page/now.js";
 import { duration, element, fill, number } from "/page/words.js";
 
 const QUANTITIES = { time: "time", gyro: "gyro", accel: "accelerometer", temp: "temperature", other: "something else" };
+const WALKS = { gyro: ["ARW", "deg/√h", 1], accel: ["VRW", "m/s/√h", 9.80665] }; // name, unit, factor from deg/s or g
+const WALK_LEAST = 100; // samples
 const SHOWN = 4; // columns in the picture
 
 function row(one, index, log) {
@@ -40,16 +42,16 @@ function picture(log, guesses) {
   for (const [value, text] of rate_hz ? clockMarks(0, span, (width - 130) / 90) : []) svg("text", { x: X(value), y: height - 6, "text-anchor": value ? "middle" : "start" }, drawing, text);
 }
 
-// The angle random walk that a column would have, from the differences of its samples.
+// The angle or velocity random walk that a column would have, from the differences of its samples.
 function walks(log, guesses) {
   const rate_hz = rateOf(log, guesses);
-  return guesses.map((one, i) => [one, log.plot?.[i]]).filter(([one, plot]) => one.quantity === "gyro" && plot?.noise > 0 && rate_hz)
-    .map(([one, plot]) => [one.name, (plot.noise * Math.abs(one.factor) * 60) / Math.sqrt(rate_hz)]);
+  return guesses.map((one, i) => [one, log.plot?.[i]]).filter(([one, plot]) => WALKS[one.quantity] && plot?.noise > 0 && rate_hz && log.rows >= WALK_LEAST)
+    .map(([one, plot]) => { const [walk, unit, size] = WALKS[one.quantity]; return [walk, one.name, `${number((plot.noise * Math.abs(one.factor) * size * 60) / Math.sqrt(rate_hz), 2)} ${unit}`]; });
 }
 
 function facts(log, guesses) {
   const rate_hz = rateOf(log, guesses), span = rate_hz ? (log.rows + log.missing) / rate_hz : null, rows = [["Samples", log.rows.toLocaleString("en").replaceAll(",", " ")], ["Sample rate", rate_hz ? `${number(rate_hz, 6)} Hz` : "no time column"],
-    ["Duration", span ? duration(span) : "–"], ["Missing", log.missing ? `${log.missing} samples` : "none"], ...walks(log, guesses).slice(0, 3).map(([name, value], i, all) => [all.length > 1 ? `ARW of ${name}` : "ARW would be", `${number(value, 2)} deg/√h`])];
+    ["Duration", span ? duration(span) : "–"], ["Missing", log.missing ? `${log.missing} samples` : "none"], ...walks(log, guesses).slice(0, 6).map(([walk, name, value], i, all) => [all.length > 1 ? `${walk} of ${name}` : `${walk} would be`, value])];
   fill("facts", ...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
   fill("reach", span && log.rows >= log.least ? `This record shows noise up to ${duration(span / 9, 2)} of averaging. Slower drift needs a longer one.` : "");
 }
@@ -84,9 +86,9 @@ export function columns(all, actions) {
   const read = element("button", { class: "go big", id: "read", onclick: () => actions.read(guesses, Number(rate.value) || null, false) }, "Read");
   const doubts = !log.doubts.length ? null : element("div", { id: "doubts", class: "doubt", role: "alert" }, element("b", {}, "This recording is implausible. Nothing was fitted."), ...log.doubts.map((one) => element("p", {}, one)),
     element("p", {}, "Correct the unit or the factor and read it again, or: ", element("button", { id: "confirm", onclick: () => actions.read(guesses, Number(rate.value) || null, true) }, "Read it unchanged")));
-  const none = element("p", { id: "no-gyro", class: "doubt" }, "No column is a gyro with an axis yet. Select one in the table. For the noise of an accelerometer, use ", element("code", {}, "tools/davarlab fit REC --axes accel"), ".");
+  const none = element("p", { id: "no-gyro", class: "doubt" }, "No column is a gyro or an accelerometer with an axis yet. Select one in the table.");
   const few = log.rows >= log.least ? null : short(log, guesses);
-  const readable = () => { none.hidden = guesses.some((one) => one.quantity === "gyro" && one.axis); read.disabled = !none.hidden || Boolean(few); };
+  const readable = () => { none.hidden = guesses.some((one) => WALKS[one.quantity] && one.axis); read.disabled = !none.hidden || Boolean(few); };
   readable();
   const names = () => [...table.querySelectorAll("input.name")].map((one) => one.value.trim());
   const unnamed = log.named ? null : element("p", { id: "unnamed", class: "doubt" }, "The file has no names for its columns. Type them into the table, for example time_us and gyro_x_dps, then ",
