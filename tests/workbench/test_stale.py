@@ -3,17 +3,21 @@ server; and what it says when no server answers.
 """
 
 import contextlib
+import http.server
 import json
 import math
 import random
 import re
+import shlex
 import signal
 import socket
 import threading
 import unittest
+from pathlib import Path
 
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
-from visiting import FIRST, Visiting, ranked, run, until
+from visiting import FIRST, STATE, Visiting, ranked, run, until
 
 WARM_X, HUM_Z = 0.05, 0.02  # deg/s per degC on x alone, a line of 1 Hz on z alone
 
@@ -172,7 +176,9 @@ class Stale(Visiting):
         gone = page.locator("#gone")
         expect(gone).to_be_visible()
         expect(gone).to_contain_text("The 2 steps are saved in")
-        expect(gone.locator("code")).to_have_text(f"tools/davarlab open '{self.folder}/my rec.csv'")
+        port = bench.origin.rsplit(":", 1)[1]
+        command = f"tools/davarlab open '{self.folder}/my rec.csv' --port {port}"
+        expect(gone.locator("code")).to_have_text(command)
         self.shot(page, "gone")
         page.keyboard.press("1")
         page.wait_for_timeout(1500)  # it has tried to come back meanwhile
@@ -180,8 +186,61 @@ class Stale(Visiting):
         self.assertNotIn("nothing is lost", page.inner_text("body"))
         self.assertNotIn("Failed to fetch", page.inner_text("body"))
         self.assertTrue(page.evaluate("document.getElementById('bench').inert"))
-        again = self.open(self.folder / "my rec.csv")  # what it says is true
-        self.assertEqual([one["number"] for one in again.ask("all")[1]["steps"]], [0, 1])
+        self.assert_accessible(page)
+        for arguments in (shlex.split(command)[2:], ["--port", port]):
+            again = self.open(*arguments)  # what it says is true, also without the recording
+            expect(gone).to_be_hidden()
+            expect(page.locator("#bench")).to_have_js_property("inert", False)
+            ranked(page)
+            self.assertEqual([one["number"] for one in again.ask("all")[1]["steps"]], [0, 1])
+            again.stop(signal.SIGKILL)
+            expect(gone).to_be_visible()
+        self.complaints.clear()  # that nobody answered
+
+    def assert_accessible(self, page):
+        found = Axe().run(page).response["violations"]
+        self.assertEqual([(one["id"], one["nodes"]) for one in found], [])
+
+    def test_a_tab_gives_its_token_to_no_other_server_on_its_port(self):
+        two_axes(self.folder / "rec.csv")
+        bench = self.open(self.folder / "rec.csv")
+        page = self.page(bench)
+        ranked(page)
+        bench.stop(signal.SIGKILL)
+        expect(page.locator("#gone")).to_be_visible()
+        asked = []
+
+        class Thief(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                asked.append(self.path + str(self.headers))
+                self.send_response(200)
+                self.end_headers()
+                self.wfile.write(b"00" * 32)
+
+            def log_message(self, *_):
+                pass
+
+        port = int(bench.origin.rsplit(":", 1)[1])
+        with http.server.ThreadingHTTPServer(("127.0.0.1", port), Thief) as thief:
+            threading.Thread(target=thief.serve_forever, daemon=True).start()
+            expect(page.locator("#gone")).to_contain_text("Another server uses this address")
+            until(page, lambda: len(asked) > 2)
+            self.shot(page, "gone-other")
+            thief.shutdown()
+        self.assertEqual({one.split("?")[0] for one in asked}, {"/proof"})
+        self.assertNotIn(bench.token, "".join(asked))
+        (kept,) = Path(STATE.name, "davarlab").glob(f"{port}.token")
+        self.assertEqual(kept.parent.stat().st_mode & 0o777, 0o700)
+        kept.write_text("x" * 22)  # of a server with another token
+        other = self.open("--port", port)
+        self.assertNotEqual(other.token, bench.token)
+        expect(page.locator("#gone")).to_contain_text("Another server uses this address")
+        other.stop()
+        kept.write_text(bench.token)
+        kept.parent.chmod(0o755)  # others could read it: not taken up
+        self.addCleanup(kept.parent.chmod, 0o700)
+        self.assertNotEqual(self.open("--port", port).token, bench.token)
+        self.complaints.clear()
 
 
 class Honest(Visiting):

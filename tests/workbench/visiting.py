@@ -27,6 +27,7 @@ FIRST = (
     "coefficient_deg_per_sqrt_h = 0.3\n"
     '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 5.0\n'
 )
+STATE = tempfile.TemporaryDirectory()  # of the tests, not the user's
 
 expect.set_options(timeout=HANG_MS)
 
@@ -56,6 +57,7 @@ class Workbench:
             cwd=folder,
             text=True,
             stdin=stdin,
+            env={**os.environ, "XDG_STATE_HOME": STATE.name},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )

@@ -31,6 +31,7 @@ from .. import files
 from ..errors import BadInput, internal_error
 from ..report import values
 from . import schema
+from .visit import tokens
 from .visit.stepping import Stale
 from .visit.visit import ACTION, CODE, LOOK, PLAN, QUESTION, Call, Visit
 
@@ -73,8 +74,8 @@ class Server:
     """Answers one visit. What computes goes one after the other in the worker; what only looks does
     not wait for it."""
 
-    def __init__(self, visit: Visit, token: str) -> None:
-        self.visit, self.token = visit, token
+    def __init__(self, visit: Visit) -> None:
+        self.visit, self.token = visit, ""  # run() sets it: it goes with the port
         self.tabs: set[WebSocket] = set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
         self.planner = ThreadPoolExecutor(PLANS)
@@ -88,6 +89,7 @@ class Server:
         routes = [
             Route("/", self.index),
             Route("/page/{name:path}", self.page),
+            Route("/proof", self.proof),
             Route("/api/{what}", self.ask, methods=["GET"]),
             Route("/api/{what}", self.do, methods=["POST"]),
             WebSocketRoute("/events", self.events),
@@ -126,6 +128,13 @@ class Server:
                 403,
             )
         return self.file(PAGE / "index.html")
+
+    async def proof(self, request: Request) -> Response:
+        """To a tab that lost its server, before it sends its token again."""
+        nonce = request.query_params.get("nonce", "")
+        if not 16 <= len(nonce) <= 64:
+            return PlainTextResponse("a nonce of 16 to 64 characters expected", 400)
+        return PlainTextResponse(tokens.proof(self.token, nonce), headers=HEADERS)
 
     async def page(self, request: Request) -> Response:
         name = request.path_params["name"]
@@ -313,7 +322,6 @@ def show(address: str, folder: str | Path) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """`davarlab open`: until interrupted."""
-    token = secrets.token_urlsafe(16)
     visit = Visit(Path.cwd(), code=sys.stdin is not None and sys.stdin.isatty())
     given = {
         "-m": options.model,
@@ -325,7 +333,7 @@ def run(options: argparse.Namespace) -> int:
         visit.intake.open(options.recording, *given.values())
     for flag in (flag for flag, value in given.items() if value and not options.recording):
         raise BadInput(f"{flag} needs a recording")
-    server = Server(visit, token)
+    server = Server(visit)
     # asyncio sets TCP_NODELAY only on a socket whose protocol is named. Without, an answer waits
     # for 40 ms.
     tcp = socket.IPPROTO_TCP
@@ -336,7 +344,9 @@ def run(options: argparse.Namespace) -> int:
             listener.listen()
         except OSError as why:
             raise BadInput(f"--port {options.port}: {files.reason(why)}") from None
-        address = f"http://{HOST}:{listener.getsockname()[1]}/?token={token}"
+        visit.port = listener.getsockname()[1]
+        server.token = tokens.of_port(visit.port)
+        address = f"http://{HOST}:{visit.port}/?token={server.token}"
         web = uvicorn.Server(
             uvicorn.Config(
                 server.app(),

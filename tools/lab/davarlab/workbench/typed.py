@@ -22,11 +22,13 @@ def commands(steps: Steps, sight: Sight) -> list[str]:
     return [shlex.join(["tools/davarlab", *row]) for row in rows]
 
 
-def again(steps: Steps) -> str:
-    """What opens the recording once more."""
-    sensor = steps.log.get("sensor") if steps.log else None
-    named = ["--sensor", sensor] if sensor else []
-    return shlex.join(["tools/davarlab", "open", steps.recording, *named, *own.options()])
+def again(steps: Steps | None, port: int) -> str:
+    """What opens the recording once more, on the same port, where its tab finds it."""
+    sensor = steps.log.get("sensor") if steps and steps.log else None
+    words = [steps.recording] if steps else []
+    words += ["--sensor", sensor] if sensor else []
+    words += ["--port", str(port), *own.options()]
+    return shlex.join(["tools/davarlab", "open", *words])
 
 
 def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:

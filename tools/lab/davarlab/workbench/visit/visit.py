@@ -1,6 +1,7 @@
 """A visit to the workbench: what lies on the desk, and the table of everything that a page may ask
 or do."""
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from operator import attrgetter
@@ -86,7 +87,7 @@ class Visit:
     work on it. code: may a page run effects that somebody writes in it."""
 
     def __init__(self, folder: str | Path, code: bool = False) -> None:
-        self.code = code
+        self.code, self.port = code, 0
         self.arrivals = Arrivals(folder)
         self.desk: Desk | None = None
         self.steps: Steps | None = None
@@ -138,7 +139,7 @@ class Visit:
         desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.ears.where()
         if not desk or not steps:
             return {
-                "again": "tools/davarlab open",
+                "again": typed.again(None, self.port),
                 "revision": self.revision,
                 "recording": None,
                 "live": live,
@@ -157,7 +158,9 @@ class Visit:
             "rate_hz": recording.rate_hz,
             "gaps": len(recording.gaps),
             "state": self.stepping.state(),
-            "again": typed.again(steps),
+            "again": typed.again(steps, self.port),
+            "path": os.path.abspath(steps.recording),
+            "sensor": steps.log.get("sensor") if steps.log else None,
             "duration_s": recording.samples / recording.rate_hz,
             "column": desk.sight.column,
             "unit": axes.rate_unit(desk.sight.column),
