@@ -23,14 +23,13 @@ class Preview(Visiting):
         return path
 
     def looked_at(self, page, name):
-        """Pictures at a desk and on a phone, light and dark, in which axe finds nothing."""
-        for width, height in ((1280, 720), (390, 844)):
+        """Pictures at a desk in light and on a phone in dark, in which axe finds nothing."""
+        for width, height, scheme in ((1280, 720, "light"), (390, 844, "dark")):
             page.set_viewport_size({"width": width, "height": height})
-            for scheme in ("light", "dark"):
-                page.emulate_media(color_scheme=scheme)
-                self.shot(page, f"{name}-{width}-{scheme}")
-                found = Axe().run(page).response["violations"]
-                self.assertEqual([(one["id"], one["nodes"]) for one in found], [], name)
+            page.emulate_media(color_scheme=scheme)
+            self.shot(page, f"{name}-{width}-{scheme}")
+            found = Axe().run(page).response["violations"]
+            self.assertEqual([(one["id"], one["nodes"]) for one in found], [], name)
         page.set_viewport_size({"width": 1280, "height": 720})
 
     def test_absurd_values_are_doubted_before_anything_is_read(self):

@@ -12,7 +12,9 @@ import shlex
 import signal
 import socket
 import threading
+import time
 import unittest
+import urllib.parse
 from pathlib import Path
 
 from axe_playwright_python.sync_playwright import Axe
@@ -146,6 +148,28 @@ class Stale(Visiting):
         self.assertEqual(
             bench.ask("step")[1]["state"], state
         )  # who comes back is where the page was
+
+    def test_add_takes_over_the_preview_of_its_card(self):
+        two_axes(self.folder / "rec.csv", rows=40000)
+        bench = self.open(self.folder / "rec.csv")
+        found = bench.ask("candidates")[1]["candidates"]
+        slow = next(one for one in found if one["kind"] == "low_pass")  # several fits, seconds
+        given = {"place": slow["place"], "kind": slow["kind"]}
+        given["state"] = bench.ask("step")[1]["state"]
+        seen = []
+
+        def ghost():
+            query = urllib.parse.urlencode(given)
+            seen.append(json.loads(bench.request(f"/api/ghost?{query}")[1]))
+
+        preview = threading.Thread(target=ghost)
+        preview.start()
+        time.sleep(0.1)  # it runs, or waits for the worker
+        status, _ = bench.request("/api/add", json.dumps(given).encode())
+        preview.join()
+        self.assertEqual(status, 200)
+        self.assertNotIn("superseded", seen[0])
+        self.assertEqual(seen[0]["error"], bench.ask("step")[1]["error"])
 
     def test_a_tab_whose_server_stops_for_a_while_goes_on_by_itself(self):
         two_axes(self.folder / "rec.csv")

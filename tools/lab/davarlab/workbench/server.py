@@ -33,7 +33,7 @@ from ..report import values
 from . import schema
 from .visit import tokens
 from .visit.stepping import Stale
-from .visit.visit import ACTION, CODE, LOOK, PLAN, QUESTION, Call, Visit
+from .visit.visit import ACTION, CODE, LOOK, PLAN, QUESTION, Call, Visit, Wish
 
 PAGE = Path(__file__).resolve().parent / "page"
 SERVED = {
@@ -61,8 +61,8 @@ HEADERS = {
     "Referrer-Policy": "no-referrer",
 }
 NO_CODE = (
-    "this server runs no code from a page. It does if you start tools/davarlab open in a terminal "
-    "and open its page on the same machine"
+    "this server does not run code from the page. Start tools/davarlab open in a terminal, and "
+    "open its page on the same machine"
 )
 # Of a request that came through another program on this machine.
 FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-host", "x-real-ip", "via")
@@ -81,9 +81,13 @@ class Server:
         self.planner = ThreadPoolExecutor(PLANS)
         self.loop: asyncio.AbstractEventLoop | None = None
         # Calls that a person waits for and the worker has not begun.
-        self.waiting: set[Work] = set()
+        self.waiting: dict[Work, Wish] = {}
         self.computing: set[Work] = set()  # calls that have begun and not ended
-        visit.tell, visit.hurried = self.tell, lambda: bool(self.waiting)
+        visit.tell, visit.hurried = self.tell, self.hurried
+
+    def hurried(self, but: Wish | None = None) -> bool:
+        """Does a person wait for something else than this."""
+        return any(wish != but for wish in list(self.waiting.values()))
 
     def app(self) -> Starlette:
         routes = [
@@ -260,7 +264,7 @@ class Server:
         for a ranking gives way to it."""
 
         def work() -> Any:
-            self.waiting.discard(work)
+            self.waiting.pop(work, None)
             self.computing.add(work)
             try:
                 return call.run(**given)
@@ -268,7 +272,7 @@ class Server:
                 self.computing.discard(work)
 
         if what in ("preview", "report") or call.kind in (ACTION, CODE):
-            self.waiting.add(work)
+            self.waiting[work] = what, given
         return work
 
     def fault(self, why: Exception) -> JSONResponse:

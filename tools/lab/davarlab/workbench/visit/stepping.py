@@ -16,7 +16,7 @@ from ..desk import Desk, Outcome
 from ..steps import Step, Steps
 
 if TYPE_CHECKING:
-    from .visit import Visit
+    from .visit import Visit, Wish
 
 OfKind = TypeVar("OfKind", Candidate, models.Term)
 
@@ -163,17 +163,19 @@ class Stepping:
             )
         return found
 
-    def give_way(self) -> None:
-        """Raises Superseded when somebody does something or holds a slider."""
-        if self.visit.hurried():
+    def give_way(self, but: "Wish | None" = None) -> None:
+        """Raises Superseded when somebody does something else than `but`, or holds a slider."""
+        if self.visit.hurried(but):
             raise Superseded
 
     def ghost(self, place: int, kind: str, state: str) -> Json:
         """The curve and the error with a candidate, before it is added; given up as the ranking
-        is."""
+        is, but not for Add, which takes the result."""
         step = self.current(state)
+        same = "add", {"place": place, "kind": kind, "state": state}
         try:
-            found = self.joined(step, self.candidate(step, place, kind), self.give_way)
+            candidate = self.candidate(step, place, kind)
+            found = self.joined(step, candidate, lambda: self.give_way(same))
         except Superseded:
             return {"superseded": True}
         judgement = found.state.judgement

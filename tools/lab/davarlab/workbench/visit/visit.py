@@ -73,6 +73,13 @@ CALLS = {
 }
 
 
+Wish = tuple[str, dict[str, Any]]  # what somebody waits for: a call and what it is given
+
+
+def nobody(but: Wish | None = None) -> bool:
+    return False
+
+
 @dataclass(frozen=True)
 class Call:
     """kind: QUESTION, LOOK, PLAN, ACTION or CODE; run: a function of plain values that returns
@@ -97,9 +104,8 @@ class Visit:
         self.log: Waiting | None = None  # one that waits to be read
         self.tell: Tell = lambda **event: None
         self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
-        self.hurried: Callable[[], bool] = lambda: (
-            False
-        )  # is somebody waiting for what is being computed
+        # Does somebody wait for something else than `but`.
+        self.hurried: Callable[[Wish | None], bool] = nobody
         self.intake, self.hold, self.stepping = Intake(self), HoldOut(self), Stepping(self)
         self.looks, self.closer, self.plans = Looks(self), Closer(self), plans
         self.own = Own(self)

@@ -21,7 +21,7 @@ export async function open(column = null) {
   fill("own", element("h2", {}, "Write an effect"),
     element("textarea", { id: "own-code", "aria-label": "Python code of the effect", spellcheck: "false", autocomplete: "off", oninput: typed }),
     element("p", { id: "own-said", role: "status" }), element("div", { class: "plot", id: "own-plot" }),
-    element("p", { class: "soft small" }, "This Python code runs on this machine, as you, each time you pause. ", element("span", { id: "own-file" })),
+    element("p", { class: "soft small" }, "This Python code runs on this machine, as you, each time you stop typing. ", element("span", { id: "own-file" })),
     element("div", { class: "row" }, element("button", { class: "bare", onclick: close }, "Cancel"), element("span", { class: "grow" }),
       element("button", { class: "go big", id: "own-add", disabled: true, onclick: add }, "Add")));
   code().value = text;
