@@ -4,6 +4,7 @@ and paths of other people: 400, never 500, never a wait.
 
 import json
 import os
+import pty
 import re
 import signal
 import socket
@@ -24,8 +25,14 @@ from davarlab.workbench.visit import visit
 from websockets.sync.client import connect
 
 LIMIT_S = 300  # behind which a server hangs; a busy machine is no fault
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "tools/lab")}
-QUERIES = {name for name, (kind, _) in visit.CALLS.items() if kind != visit.ACTION}
+STATE = tempfile.TemporaryDirectory()  # of the tests, not the user's
+ENVIRONMENT = {
+    **os.environ,
+    "PYTHONPATH": str(ROOT / "tools/lab"),
+    "XDG_STATE_HOME": STATE.name,
+}
+POSTED = (visit.ACTION, visit.CODE)
+QUERIES = {name for name, (kind, _) in visit.CALLS.items() if kind not in POSTED}
 WRONG = (
     None,
     True,
@@ -82,18 +89,21 @@ def recording(path, seconds=60):
 
 
 class Bench:
-    """davarlab open in a folder, and its requests."""
+    """davarlab open in a folder, started by a person in a terminal, and requests of its page."""
 
     def __init__(self, folder, *arguments):
+        self.terminal, its = pty.openpty()
         self.process = subprocess.Popen(
             [sys.executable, "-B", "-m", "davarlab", "open", "--no-browser", *map(str, arguments)],
             cwd=folder,
             env=ENVIRONMENT,
             text=True,
+            stdin=its,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
         )
+        os.close(its)
         place = urllib.parse.urlsplit(self.process.stdout.readline().strip())
         self.origin, self.token = (
             f"http://{place.netloc}",
@@ -104,7 +114,11 @@ class Bench:
         """(status, the answer)."""
         try:
             with urllib.request.urlopen(
-                urllib.request.Request(self.origin + path, data, {"X-Davar-Token": self.token}),
+                urllib.request.Request(
+                    self.origin + path,
+                    data,
+                    {"X-Davar-Token": self.token, "Origin": self.origin},
+                ),
                 timeout=LIMIT_S,
             ) as answer:
                 return answer.status, answer.read()
@@ -125,6 +139,9 @@ class Bench:
         if self.process.poll() is None:
             self.process.send_signal(number)
         said = self.process.communicate(timeout=LIMIT_S)[1]
+        if self.terminal is not None:
+            os.close(self.terminal)
+            self.terminal = None
         return self.process.returncode, said
 
 

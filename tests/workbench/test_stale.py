@@ -3,17 +3,23 @@ server; and what it says when no server answers.
 """
 
 import contextlib
+import http.server
 import json
 import math
 import random
 import re
+import shlex
 import signal
 import socket
 import threading
+import time
 import unittest
+import urllib.parse
+from pathlib import Path
 
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
-from visiting import FIRST, Visiting, ranked, run, until
+from visiting import FIRST, STATE, Visiting, ranked, run, until
 
 WARM_X, HUM_Z = 0.05, 0.02  # deg/s per degC on x alone, a line of 1 Hz on z alone
 
@@ -143,6 +149,28 @@ class Stale(Visiting):
             bench.ask("step")[1]["state"], state
         )  # who comes back is where the page was
 
+    def test_add_takes_over_the_preview_of_its_card(self):
+        two_axes(self.folder / "rec.csv", rows=40000)
+        bench = self.open(self.folder / "rec.csv")
+        found = bench.ask("candidates")[1]["candidates"]
+        slow = next(one for one in found if one["kind"] == "low_pass")  # several fits, seconds
+        given = {"place": slow["place"], "kind": slow["kind"]}
+        given["state"] = bench.ask("step")[1]["state"]
+        seen = []
+
+        def ghost():
+            query = urllib.parse.urlencode(given)
+            seen.append(json.loads(bench.request(f"/api/ghost?{query}")[1]))
+
+        preview = threading.Thread(target=ghost)
+        preview.start()
+        time.sleep(0.1)  # it runs, or waits for the worker
+        status, _ = bench.request("/api/add", json.dumps(given).encode())
+        preview.join()
+        self.assertEqual(status, 200)
+        self.assertNotIn("superseded", seen[0])
+        self.assertEqual(seen[0]["error"], bench.ask("step")[1]["error"])
+
     def test_a_tab_whose_server_stops_for_a_while_goes_on_by_itself(self):
         two_axes(self.folder / "rec.csv")
         bench = self.open(self.folder / "rec.csv")
@@ -172,7 +200,9 @@ class Stale(Visiting):
         gone = page.locator("#gone")
         expect(gone).to_be_visible()
         expect(gone).to_contain_text("The 2 steps are saved in")
-        expect(gone.locator("code")).to_have_text(f"tools/davarlab open '{self.folder}/my rec.csv'")
+        port = bench.origin.rsplit(":", 1)[1]
+        command = f"tools/davarlab open '{self.folder}/my rec.csv' --port {port}"
+        expect(gone.locator("code")).to_have_text(command)
         self.shot(page, "gone")
         page.keyboard.press("1")
         page.wait_for_timeout(1500)  # it has tried to come back meanwhile
@@ -180,8 +210,61 @@ class Stale(Visiting):
         self.assertNotIn("nothing is lost", page.inner_text("body"))
         self.assertNotIn("Failed to fetch", page.inner_text("body"))
         self.assertTrue(page.evaluate("document.getElementById('bench').inert"))
-        again = self.open(self.folder / "my rec.csv")  # what it says is true
-        self.assertEqual([one["number"] for one in again.ask("all")[1]["steps"]], [0, 1])
+        self.assert_accessible(page)
+        for arguments in (shlex.split(command)[2:], ["--port", port]):
+            again = self.open(*arguments)  # what it says is true, also without the recording
+            expect(gone).to_be_hidden()
+            expect(page.locator("#bench")).to_have_js_property("inert", False)
+            ranked(page)
+            self.assertEqual([one["number"] for one in again.ask("all")[1]["steps"]], [0, 1])
+            again.stop(signal.SIGKILL)
+            expect(gone).to_be_visible()
+        self.complaints.clear()  # that nobody answered
+
+    def assert_accessible(self, page):
+        found = Axe().run(page).response["violations"]
+        self.assertEqual([(one["id"], one["nodes"]) for one in found], [])
+
+    def test_a_tab_gives_its_token_to_no_other_server_on_its_port(self):
+        two_axes(self.folder / "rec.csv")
+        bench = self.open(self.folder / "rec.csv")
+        page = self.page(bench)
+        ranked(page)
+        bench.stop(signal.SIGKILL)
+        expect(page.locator("#gone")).to_be_visible()
+        asked = []
+
+        class Thief(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                asked.append(self.path + str(self.headers))
+                self.send_response(200)
+                self.end_headers()
+                self.wfile.write(b"00" * 32)
+
+            def log_message(self, *_):
+                pass
+
+        port = int(bench.origin.rsplit(":", 1)[1])
+        with http.server.ThreadingHTTPServer(("127.0.0.1", port), Thief) as thief:
+            threading.Thread(target=thief.serve_forever, daemon=True).start()
+            expect(page.locator("#gone")).to_contain_text("Another server uses this address")
+            until(page, lambda: len(asked) > 2)
+            self.shot(page, "gone-other")
+            thief.shutdown()
+        self.assertEqual({one.split("?")[0] for one in asked}, {"/proof"})
+        self.assertNotIn(bench.token, "".join(asked))
+        (kept,) = Path(STATE.name, "davarlab").glob(f"{port}.token")
+        self.assertEqual(kept.parent.stat().st_mode & 0o777, 0o700)
+        kept.write_text("x" * 22)  # of a server with another token
+        other = self.open("--port", port)
+        self.assertNotEqual(other.token, bench.token)
+        expect(page.locator("#gone")).to_contain_text("Another server uses this address")
+        other.stop()
+        kept.write_text(bench.token)
+        kept.parent.chmod(0o755)  # others could read it: not taken up
+        self.addCleanup(kept.parent.chmod, 0o700)
+        self.assertNotEqual(self.open("--port", port).token, bench.token)
+        self.complaints.clear()
 
 
 class Honest(Visiting):
@@ -228,23 +311,19 @@ class Honest(Visiting):
         ranked(page)
         self.assert_quiet()
 
-    def test_an_accelerometer_alone_is_not_offered_to_be_read(self):
+    def test_a_log_without_a_sensor_is_not_offered_to_be_read(self):
         rng = random.Random(2)
         (self.folder / "a.csv").write_text(
-            "time_s,accel_x_g,accel_y_g,accel_z_g,w\n"
-            + "".join(
-                f"{i / 50:.2f},{rng.gauss(0, 0.01):.5f},{rng.gauss(0, 0.01):.5f},"
-                f"{rng.gauss(1, 0.01):.5f},{rng.gauss(0, 0.5):.5f}\n"
-                for i in range(2000)
-            )
+            "time_s,w\n" + "".join(f"{i / 50:.2f},{rng.gauss(0, 0.5):.5f}\n" for i in range(2000))
         )
         page = self.page(self.open(self.folder / "a.csv"))
+        page.select_option("select[data-index='1'][data-key=quantity]", "other")
         expect(page.locator("#no-gyro")).to_be_visible()
         expect(page.locator("#read")).to_be_disabled()
         self.shot(page, "no gyro")
-        page.select_option("select[data-index='4'][data-key=quantity]", "gyro")
+        page.select_option("select[data-index='1'][data-key=quantity]", "gyro")
         expect(page.locator("#read")).to_be_disabled()
-        page.select_option("select[data-index='4'][data-key=axis]", "z")
+        page.select_option("select[data-index='1'][data-key=axis]", "z")
         expect(page.locator("#no-gyro")).to_be_hidden()
         page.click("#read")
         ranked(page)

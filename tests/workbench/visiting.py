@@ -4,6 +4,7 @@ chromium driven by Playwright.
 
 import json
 import os
+import pty
 import signal
 import subprocess
 import tempfile
@@ -26,6 +27,7 @@ FIRST = (
     "coefficient_deg_per_sqrt_h = 0.3\n"
     '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 5.0\n'
 )
+STATE = tempfile.TemporaryDirectory()  # of the tests, not the user's
 
 expect.set_options(timeout=HANG_MS)
 
@@ -47,13 +49,15 @@ OF_A_STEP = (
 
 
 class Workbench:
-    """The command, running in `folder`."""
+    """The command, running in `folder`. stdin: a terminal, if it is one that a person started."""
 
-    def __init__(self, folder, *arguments):
+    def __init__(self, folder, *arguments, stdin=subprocess.DEVNULL):
         self.process = subprocess.Popen(
             [COMMAND, "open", "--no-browser", *map(str, arguments)],
             cwd=folder,
             text=True,
+            stdin=stdin,
+            env={**os.environ, "XDG_STATE_HOME": STATE.name},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )
@@ -139,8 +143,13 @@ class Visiting(unittest.TestCase):
         self.folder = Path(os.path.realpath(kept.name))
         self.complaints, self.foreign = [], []
 
-    def open(self, *arguments):
-        bench = Workbench(self.folder, *arguments)
+    def open(self, *arguments, terminal=False):
+        """terminal: started by a person at one."""
+        mine, its = pty.openpty() if terminal else (None, subprocess.DEVNULL)
+        bench = Workbench(self.folder, *arguments, stdin=its)
+        if terminal:
+            os.close(its)
+            self.addCleanup(os.close, mine)
         self.addCleanup(bench.stop)
         return bench
 

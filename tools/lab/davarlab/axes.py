@@ -69,6 +69,13 @@ def columns_of(recording: Recording, words: str) -> list[str]:
     return list(dict.fromkeys(out))
 
 
+def of_page(recording: Recording) -> list[str]:
+    """The columns that a page can analyse: gyros, then accelerometers."""
+    return recording.gyros + [
+        name for name in recording.columns if is_accel(name) and unit_of(name)
+    ]
+
+
 def unit_of(name: str) -> str | None:
     """dps, rad_s, g, ..; None for a column that is neither a gyro's nor an accelerometer's."""
     units = TO_MPS2 if is_accel(name) else recordings.TO_DPS
@@ -152,7 +159,9 @@ def in_units(text: str, column: str) -> str:
         .replace(force_name(column), column)
     )
     for kind in table.TABLE:
-        text = text.replace(kind, kind_said(kind, column))
+        said = kind_said(kind, column)
+        for gyro, accel in ((kind, said), (kind.replace("_", " "), said.replace("_", " "))):
+            text = text.replace(gyro, accel)
     return re.sub(r"\bdeg\b(?=[/ )]|$)", "m/s", text)
 
 
@@ -202,6 +211,18 @@ def plain_in_units(data: Any, column: str) -> Any:
         }
     if isinstance(data, (list, tuple)):
         return [plain_in_units(value, column) for value in data]
+    return in_units(data, column) if isinstance(data, str) else data
+
+
+def spoken(data: Any, column: str) -> Any:
+    """Data of a page with its sentences in the language of the column; kinds, by which a page names
+    effects to the server, stay."""
+    if isinstance(data, dict):
+        return {
+            name: value if name == "kind" else spoken(value, column) for name, value in data.items()
+        }
+    if isinstance(data, (list, tuple)):
+        return [spoken(value, column) for value in data]
     return in_units(data, column) if isinstance(data, str) else data
 
 

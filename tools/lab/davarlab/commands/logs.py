@@ -14,6 +14,7 @@ from .shared import (
     OUT,
     OUT_MAYBE,
     SENSOR,
+    SKIP,
     Command,
     argument,
     emit,
@@ -101,6 +102,7 @@ COMMANDS: dict[str, Command] = {
             argument("-m", "--model", help="model file (TOML)"),
             SENSOR,
             NAMES,
+            SKIP,
             argument(
                 "--port",
                 type=option_types.port,

@@ -44,6 +44,7 @@ def log_options(options: argparse.Namespace) -> formats.Options:
         options.names,
         as_recorded=options.as_recorded,
         clocks=options.clock,
+        skip_lines=options.skip_lines,
     )
 
 
@@ -131,6 +132,13 @@ NAMES = argument(
     help="names for the columns of a text or of a NumPy array, in their order, instead of those of "
     "the file: time_us,gyro_x_dps,gyro_y_dps,_,temp_degC .. (_ skips a column)",
 )
+SKIP = argument(
+    "--skip-lines",
+    type=option_types.natural,
+    default=0,
+    metavar="N",
+    help="lines at the beginning of a text file that are not read",
+)
 LOG = [
     RATE,
     SENSOR,
@@ -166,4 +174,5 @@ LOG = [
         "of them",
     ),
     NAMES,
+    SKIP,
 ]

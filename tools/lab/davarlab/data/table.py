@@ -123,8 +123,9 @@ def is_comment(text: str) -> bool:
     return text.startswith(dialect.COMMENTS)
 
 
-def head(stream: Stream, path: StrPath) -> Head:
-    """Comments of any length, then the first lines; the stream then stands behind them."""
+def head(stream: Stream, path: StrPath, skip: int) -> Head:
+    """Comments of any length, then the first lines, without the first `skip` of the file; the
+    stream then stands behind them."""
     found, rows, size = Head(), 0, 0
     for line, raw in enumerate(iter(lambda: stream.readline(LINE_BYTES + 1), b""), 1):
         check_length(raw, f"{path}:{line}")
@@ -133,6 +134,8 @@ def head(stream: Stream, path: StrPath) -> Head:
                 f"{path}: text in UTF-16. Type iconv -f UTF-16 -t UTF-8 {path} > NEW.csv, and use "
                 "NEW.csv"
             )
+        if line <= skip:
+            continue
         row = text_of(raw, path).removeprefix("\ufeff" if line == 1 else "").lstrip(" ")
         if is_comment(row):
             key, _, value = row.lstrip("#%/").partition(":")
@@ -497,11 +500,12 @@ def read(
     path: StrPath,
     given: Sequence[str] | None = None,
     naming: Callable[[list[str], StrPath], list[str]] = lambda names, where: names,
+    skip: int = 0,
 ) -> Table:
     """The Table in a file, however it is written (dialect.py). given: names for its columns, over
-    those of the file; naming: renames them."""
+    those of the file; naming: renames them; skip: lines at the beginning that are not read."""
     with opened(path) as stream:
-        top = head(stream, path)
+        top = head(stream, path, skip)
         wire = dialect.sentences_in(top.raw)
         texts = top.raw if wire is None else wire.rows(top.raw, top.start, path)
         rows = top.rows(texts, path)
@@ -521,6 +525,7 @@ def read(
         columns, cut = read_columns(rest, form, line - 1, path)
     gone = [f"{names[place]} ({why})" for place, why in out.items() if why]
     said = [
+        *([f"{skip} line{'s' * (skip > 1)} skipped, as chosen"] if skip else []),
         *found.said,
         *with_parts(columns, form.time),
         *([f"skipped: {', '.join(gone)}"] if gone else []),

@@ -23,15 +23,22 @@ from .base import Effect, Grid, Parameter, Spectrum, Values
 Answer = TypeVar("Answer")
 
 
-def executed(path: StrPath) -> types.ModuleType:
-    """The module of a Python file; what it prints goes to standard error. No bytecode is left
-    beside it."""
+LOADED: dict[str, str] = {}  # kind -> the file that defines it
+
+
+def text_of(path: StrPath) -> bytes:
+    """What is in a Python file."""
     if Path(path).suffix != ".py":
         raise BadInput(f"--effects: {path}: a Python file (.py) expected")
     try:
-        text = files.read_whole(path)
+        return files.read_whole(path)
     except BadInput as why:
         raise BadInput(f"--effects: {why}") from None
+
+
+def executed(path: StrPath, text: bytes) -> types.ModuleType:
+    """The module of a Python file; what it prints goes to standard error. No bytecode is left
+    beside it."""
     module = types.ModuleType(Path(path).stem)
     module.__file__ = str(path)
     try:
@@ -190,16 +197,40 @@ def checked(effect: Effect, path: StrPath) -> Effect:
     )
 
 
-def load(path: StrPath) -> None:
-    """Adds every Effect of a Python file to the table. Raises BadInput that names the file and the
-    effect."""
+def read(path: StrPath, text: bytes) -> list[Effect]:
+    """The effects that the text of a Python file defines, checked. Raises BadInput that names the
+    file and the effect."""
     found = {
-        id(value): value for value in vars(executed(path)).values() if isinstance(value, Effect)
+        id(value): value
+        for value in vars(executed(path, text)).values()
+        if isinstance(value, Effect)
     }
     own = [effect for effect in found.values() if table.TABLE.get(effect.kind) is not effect]
     if not own:
         raise BadInput(f"--effects: {path}: no Effect in it")
-    for effect in own:
-        if effect.kind in table.TABLE:
-            raise BadInput(f"--effects: {path}: kind {effect.kind} is taken")
-        table.TABLE[effect.kind] = checked(effect, path)
+    return [checked(effect, path) for effect in own]
+
+
+def install(effect: Effect, path: StrPath) -> None:
+    """Adds an effect of read() to the table."""
+    if effect.kind in table.TABLE:
+        raise BadInput(f"--effects: {path}: kind {effect.kind} is taken")
+    table.TABLE[effect.kind] = effect
+    LOADED[effect.kind] = str(path)
+
+
+def drop(kind: str) -> None:
+    """Takes an effect of install() out of the table."""
+    del table.TABLE[kind], LOADED[kind]
+
+
+def load(path: StrPath) -> None:
+    """Adds every Effect of a Python file to the table. Raises BadInput that names the file and the
+    effect."""
+    for effect in read(path, text_of(path)):
+        install(effect, path)
+
+
+def options() -> list[str]:
+    """What loads the same files in a terminal: words to type."""
+    return [word for path in dict.fromkeys(LOADED.values()) for word in ("--effects", path)]

@@ -31,7 +31,8 @@ class Options:
     """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over
     guesses; renames, scales: OLD=NEW, NAME=FACTOR; types: .msg files; names: of the columns of an
     array without, or of a text, over its own; plain: a CSV as it is, without guesses; as_recorded:
-    rate, units and levels are right, however implausible; clocks: COLUMN=KIND pairs (text.py)."""
+    rate, units and levels are right, however implausible; clocks: COLUMN=KIND pairs (text.py);
+    skip_lines: of a text, at its beginning."""
 
     rate_hz: float | None = None
     sensor: str | None = None
@@ -43,6 +44,7 @@ class Options:
     plain: bool = False
     as_recorded: bool = False
     clocks: list[str] = field(default_factory=list)
+    skip_lines: int = 0
 
 
 Reader = Callable[[StrPath, Options], Log]
@@ -147,6 +149,8 @@ def opened(path: StrPath, options: Options) -> tuple[Log, str]:
     name, reader = format_of(path)
     if options.clocks and reader is not text.log:
         raise BadInput(f"--clock {options.clocks[0]}: {path} is {name}, and --clock reads text")
+    if options.skip_lines and reader is not text.log:
+        raise BadInput(f"--skip-lines: {path} is {name}, which has no lines")
     return guarded(path, name, lambda: reader(path, options)), name
 
 

@@ -3,6 +3,7 @@ others by guesses."""
 
 import contextlib
 import math
+import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -17,6 +18,9 @@ from .sensor import Samples, Sensor
 
 if TYPE_CHECKING:
     from .formats import Options
+
+
+ACCEL = re.compile(r"accel_[xyz]_(g|mg|m_s2|mps2)")
 
 
 def renamed(names: list[str], mapping: Iterable[str], path: StrPath) -> list[str]:
@@ -133,9 +137,14 @@ def read_clocks(columns: dict[str, Floats], clocks: Iterable[Clock], path: StrPa
 
 
 def is_own(names: Collection[str], rate_hz: float | None) -> bool:
-    """Are the columns called as davarlab calls them: then nothing is guessed."""
+    """Are the columns called as davarlab calls them: then nothing is guessed. Those of an
+    accelerometer count where no other column may be a gyro."""
+    gyros = any(guess.quantity_of(name) == "gyro" for name in names)
     return any(
-        name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) or recordings.is_clock(name)
+        name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))
+        or recordings.is_clock(name)
+        or not gyros
+        and ACCEL.fullmatch(name)
         for name in names
     ) and (
         "time_s" in names
@@ -170,6 +179,7 @@ def log(path: StrPath, options: "Options") -> Own | named.Log:
         path,
         options.names,
         lambda names, where: clocks_named(renamed(names, options.renames, where), clocks, where),
+        options.skip_lines,
     )
     if not found.named and not options.renames:
         first = ", ".join(f"{column[0]:g}" for column in found.columns.values())

@@ -11,7 +11,7 @@ from ..arrays import Floats
 from ..errors import BadInput
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
-from ..model import Model
+from ..model import Model, as_said, is_accel, kind_said
 
 DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "sinusoid")
 
@@ -70,16 +70,20 @@ def table_of(model: Model, window: int, tolerance: float, where: str = "the mode
 
 
 def description(table: Table) -> list[str]:
-    lines = [
-        f"{term.kind}: "
-        + ", ".join(
-            f"{k} = {v if isinstance(v, str) else format(v, '.6g')}"
-            for k, v in term.parameters.items()
+    column, lines = table.model.column, []
+    for term in table.model.terms:
+        known = {one.name: one for one in part_of(term).effect.parameters}
+        said = [
+            (as_said(term.kind, known[name], column), value)
+            for name, value in term.parameters.items()
+        ]
+        values = (
+            f"{one.name} = {value if isinstance(value, str) else format(value * factor, '.6g')}"
+            for (one, factor), value in said
         )
-        for term in table.model.terms
-    ]
+        lines.append(f"{kind_said(term.kind, column)}: {', '.join(values)}")
     left_out = [
-        term.kind
+        kind_said(term.kind, column)
         for term in table.model.terms
         if part_of(term).effect.role not in DEVICE_ROLES and term.kind not in DEVICE_KINDS
     ]
@@ -113,7 +117,8 @@ def c_text(table: Table) -> str:
         f"#define DAVAR_MODEL_TAU_COUNT {len(table.taus)}",
         "",
         "static const davar_model_tau_t davar_model_table[DAVAR_MODEL_TAU_COUNT] = {",
-        "    /* m, adev_dps, relative_tolerance */",
+        f"    /* m, adev_{'mps2' if is_accel(table.model.column) else 'dps'}, "
+        "relative_tolerance */",
     ]
     lines += [
         f"    {{ {m}U, {adev:.9e}, {table.tolerance:.6f} }},"

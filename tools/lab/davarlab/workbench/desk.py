@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import axes
 from .. import model as models
 from ..arrays import Bools, Floats
 from ..candidates import lines
 from ..candidates.candidate import Candidate
 from ..candidates.ranking import Trying
-from ..data import clock, guess
+from ..data import clock, guess, plausible
 from ..data import recording as recordings
 from ..data import table as tables
 from ..diagnosis import compare, improve, search
@@ -64,10 +65,11 @@ def preview(
     sensor: str | None = None,
     names: Sequence[str] | None = None,
     said: list[guess.Guess] | None = None,
+    skip: int = 0,
 ) -> tuple[list[guess.Guess], Json]:
     """A log before it is read as a recording: (guesses for its columns, or what was said of them,
-    what a page shows of it). names: for the columns of a text, over its own."""
-    log = looked_at(path, sensor, names)
+    what a page shows of it). names: for the columns of a text, over its own; skip: lines of it."""
+    log = looked_at(path, sensor, names, skip)
     columns = log.columns
     found, rows = said or guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, log.line)
@@ -83,6 +85,9 @@ def preview(
         "count": len(columns) if isinstance(log, Samples) else log.count,
         "said": ", ".join(log.said),
         "rows": rows,
+        "least": recordings.MINIMUM_SAMPLES,
+        "skip": None if isinstance(log, Samples) else skip,
+        "doubts": doubts_of(columns, found, ticks),
         "rate_hz": ticks.rate_hz if ticks else None,
         "missing": missing,
         "head": [
@@ -91,6 +96,17 @@ def preview(
         "units": guess.UNITS,
         "plot": [picture(column) for column in columns.values()],
     }
+
+
+def doubts_of(
+    columns: Mapping[str, Floats], found: Sequence[guess.Guess], ticks: clock.Clock | None
+) -> list[str]:
+    """What is implausible about a log, with the units that are guessed."""
+    if not ticks:
+        return []
+    named = {one.column: columns[one.name] * one.factor for one in found if one.quantity != "other"}
+    gyros = [one.column for one in found if one.quantity == "gyro"]
+    return plausible.doubts(named, ticks.rate_hz, None, gyros)
 
 
 def picture(column: Floats) -> Json:
@@ -106,11 +122,11 @@ def picture(column: Floats) -> Json:
 
 
 def looked_at(
-    path: str | Path, sensor: str | None, names: Sequence[str] | None
+    path: str | Path, sensor: str | None, names: Sequence[str] | None, skip: int
 ) -> tables.Table | Samples:
     """A text as it is, any other log in davarlab's names."""
     if formats.format_of(path)[1] is texts.log:
-        return tables.read(path, names)
+        return tables.read(path, names, skip=skip)
     return formats.samples(path, formats.Options(sensor=sensor))
 
 
@@ -138,13 +154,14 @@ def read(
     sensor: str | None = None,
     as_recorded: bool = False,
     names: list[str] | None = None,
+    skip: int = 0,
 ) -> recordings.Recording:
     """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a
-    log with several; names: of the columns of a text, over its own; as_recorded: its rate, units
-    and levels were confirmed."""
+    log with several; names: of the columns of a text, over its own; skip: lines of it; as_recorded:
+    its rate, units and levels were confirmed."""
     renames, scales = pairs(guesses or [])
     options = formats.Options(
-        rate_hz, sensor, renames=renames, scales=scales, names=names, plain=True
+        rate_hz, sensor, renames=renames, scales=scales, names=names, plain=True, skip_lines=skip
     )
     return replace(
         formats.recording_of(formats.samples(path, options), path, rate_hz),
@@ -188,20 +205,42 @@ def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recordin
 
 
 class Desk:
-    """whole: the recording as it was read; recording: what is looked at of it."""
+    """whole: the recording as it was read; recording: what is looked at of it, and column: the gyro
+    or accelerometer there, as the analysis takes them (axes.py). The models in outcomes are of that
+    column, those in texts of the column as it is called."""
 
     def __init__(self, whole: recordings.Recording, sight: "Sight") -> None:
-        whole.rate_dps(sight.column)
-        self.whole, self.sight, self.column = whole, sight, sight.column
-        self.gyros = whole.gyros
-        self.recording = seen(whole, sight)
+        self.whole, self.sight = whole, sight
+        self.axes = axes.of_page(whole)
+        model = models.Model(None, sight.column)
+        self.recording, model = axes.for_analysis(seen(whole, sight), model)
+        self.column = model.column
+        self.recording.rate_dps(self.column)
         self.outcomes: OrderedDict[Hashable, Outcome] = OrderedDict()
         self.rankings: dict[Hashable, list[Candidate]] = {}
         # (model file, name of a recording) -> its error there, and the floor
         self.judged_elsewhere: dict[tuple[str, str | None], Errors] = {}
 
+    def forget(self, fits: bool) -> None:
+        """Forgets the rankings, which were of another table of effects; the fits too where one of
+        them may have an effect that has changed."""
+        self.rankings.clear()
+        if fits:
+            self.outcomes.clear()
+
     def first_model(self) -> models.Model:
         return models.first(self.recording.rate_hz, self.column)
+
+    def inside(self, model: models.Model) -> models.Model:
+        """A model for the analysis."""
+        return replace(model, column=self.column)
+
+    def text(self, model: models.Model) -> str:
+        """The model file, of the column as it is called."""
+        return models.text_of(self.called(model))
+
+    def called(self, model: models.Model) -> models.Model:
+        return replace(model, column=self.sight.column)
 
     def remembered(self, key: Hashable, make: Callable[[], Outcome]) -> Outcome:
         if key not in self.outcomes:
@@ -215,7 +254,7 @@ class Desk:
     def of(self, text: str, fitted: bool, progress: Progress = lambda text: None) -> Outcome:
         """The outcome of a model file: at its best, as `davarlab fit` finds it, or with the values
         as they stand."""
-        model = models.of_text(text, "model")
+        model = self.inside(models.of_text(text, "model"))
         if not model.terms:
             raise BadInput("a model needs an effect")
         if not fitted and (text, SET) in self.outcomes:
@@ -229,7 +268,7 @@ class Desk:
 
     def keep(self, outcome: Outcome) -> Outcome:
         """Remembers an outcome that was reached by another way than a fit from its file."""
-        return self.remembered(models.text_of(outcome.model), lambda: outcome)
+        return self.remembered(self.text(outcome.model), lambda: outcome)
 
     def same_effects(self, best: Outcome, model: models.Model) -> None:
         if [part.kind for part in best.fitted.parts] != model.kinds:
@@ -239,13 +278,14 @@ class Desk:
     def given(self, best: Outcome, model: models.Model) -> Judged:
         """The fit's state with the values of a model of the same effects."""
         self.same_effects(best, model)
-        return compare.as_given(best.fitted, model)
+        return compare.as_given(best.fitted, self.inside(model))
 
     def as_set(self, best: Outcome, model: models.Model) -> Outcome:
         """The values as they stand, judged as `davarlab compare` judges them."""
         self.same_effects(best, model)
+        model = self.inside(model)
         return self.remembered(
-            (models.text_of(model), SET),
+            (self.text(model), SET),
             lambda: Outcome(
                 model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model)
             ),
@@ -255,6 +295,7 @@ class Desk:
         """The effects at the places `held` as they stand, the others at their best beside them;
         judged as it then stands."""
         self.same_effects(best, model)
+        model = self.inside(model)
         roles = [part.role if part.form != "decoded" else "states" for part in best.fitted.parts]
         for place in held:
             if roles[place] not in HELD:
@@ -266,7 +307,7 @@ class Desk:
             raise BadInput("at least one noise must be fitted")
         whole, entries = improve.fit_around(best.fitted, model, held)
         outcome = Outcome(whole, compare.given(best.fitted, whole), best.fitted, entries)
-        return self.remembered((models.text_of(whole), SET), lambda: outcome)
+        return self.remembered((self.text(whole), SET), lambda: outcome)
 
     def ranked(
         self, text: str, progress: Progress, partly: Trying = lambda kind, found: None
@@ -312,6 +353,7 @@ class Desk:
         """(error, floor) of a model on another recording of the sensor, as `--held-out` says them;
         (None, None) without one."""
         if held:
+            held, model = axes.for_analysis(held, self.called(model))
             models.check_fits(model, held, "the model")
         key = text, held.name if held else None
         if key not in self.judged_elsewhere:
@@ -335,7 +377,8 @@ class Desk:
             options,
             called=(recording, model),
         )
-        return page.html(contents.of_comparison(run, found, outcome.fitted)).encode()
+        found_contents = contents.of_comparison(run, found, outcome.fitted)
+        return page.html(found_contents, self.sight.column).encode()
 
     def samples(
         self, start_s: float, stop_s: float, column: str, points: int

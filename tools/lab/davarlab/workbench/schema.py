@@ -60,6 +60,10 @@ class Names(Given):
     names: Annotated[list[Text], Field(min_length=1, max_length=10_000)]
 
 
+class Skip(Given):
+    lines: Place
+
+
 class Column(Given):
     """A column of a log as somebody named it, or a guess of the page about it, which brings more
     along."""
@@ -158,6 +162,18 @@ class Spectrogram(Given):
     column: Text = "time_s"
 
 
+class OwnStart(Given):
+    column: Text | None = None
+
+
+class OwnCheck(Given):
+    text: Annotated[str, Field(max_length=1 << 16), AfterValidator(without_nul)]
+
+
+class OwnAdd(Shown, OwnCheck):
+    pass
+
+
 class Sheet(Given):
     """Sizes of a data sheet, in the units of a model file."""
 
@@ -200,6 +216,7 @@ REQUESTS: dict[str, type[Given]] = {
     "tutorial": Nothing,
     "sensor": Sensor,
     "names": Names,
+    "skip": Skip,
     "read": Read,
     "sight": SightRequest,
     "add": OfPlace,
@@ -215,6 +232,9 @@ REQUESTS: dict[str, type[Given]] = {
     "freeze": Freeze,
     "kalibr": Kalibr,
     "close": Nothing,
+    "own": OwnStart,
+    "check_own": OwnCheck,
+    "add_own": OwnAdd,
     "step": OfStep,
     "candidates": OfStep,
     "ghost": OfPlace,
@@ -266,6 +286,7 @@ class Log(Given):
     sensor: Text | None = None
     as_recorded: bool = False
     names: list[Text] | None = None
+    skip: Place = 0
 
 
 class Session(Given):

@@ -31,8 +31,9 @@ from .. import files
 from ..errors import BadInput, internal_error
 from ..report import values
 from . import schema
+from .visit import tokens
 from .visit.stepping import Stale
-from .visit.visit import ACTION, LOOK, PLAN, QUESTION, Call, Visit
+from .visit.visit import ACTION, CODE, LOOK, PLAN, QUESTION, Call, Visit, Wish
 
 PAGE = Path(__file__).resolve().parent / "page"
 SERVED = {
@@ -59,7 +60,12 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
-
+NO_CODE = (
+    "this server does not run code from the page. Start tools/davarlab open in a terminal, and "
+    "open its page on the same machine"
+)
+# Of a request that came through another program on this machine.
+FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-host", "x-real-ip", "via")
 
 Work = Callable[[], Any]
 
@@ -68,21 +74,26 @@ class Server:
     """Answers one visit. What computes goes one after the other in the worker; what only looks does
     not wait for it."""
 
-    def __init__(self, visit: Visit, token: str) -> None:
-        self.visit, self.token = visit, token
+    def __init__(self, visit: Visit) -> None:
+        self.visit, self.token = visit, ""  # run() sets it: it goes with the port
         self.tabs: set[WebSocket] = set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
         self.planner = ThreadPoolExecutor(PLANS)
         self.loop: asyncio.AbstractEventLoop | None = None
         # Calls that a person waits for and the worker has not begun.
-        self.waiting: set[Work] = set()
+        self.waiting: dict[Work, Wish] = {}
         self.computing: set[Work] = set()  # calls that have begun and not ended
-        visit.tell, visit.hurried = self.tell, lambda: bool(self.waiting)
+        visit.tell, visit.hurried = self.tell, self.hurried
+
+    def hurried(self, but: Wish | None = None) -> bool:
+        """Does a person wait for something else than this."""
+        return any(wish != but for wish in list(self.waiting.values()))
 
     def app(self) -> Starlette:
         routes = [
             Route("/", self.index),
             Route("/page/{name:path}", self.page),
+            Route("/proof", self.proof),
             Route("/api/{what}", self.ask, methods=["GET"]),
             Route("/api/{what}", self.do, methods=["POST"]),
             WebSocketRoute("/events", self.events),
@@ -101,6 +112,18 @@ class Server:
             f"http://{request.headers['host']}",
         )
 
+    def runs_code(self, request: Request) -> bool:
+        """May this request run Python: a page of this server sent it, from this machine, without
+        a proxy between, and a person at a terminal has started the server."""
+        return (
+            self.visit.code
+            and self.allowed(request)
+            and request.headers.get("origin") == f"http://{request.headers['host']}"
+            and request.client is not None
+            and request.client.host == HOST
+            and not any(name in request.headers for name in FORWARDED)
+        )
+
     async def index(self, request: Request) -> Response:
         if not self.allowed(request):
             return PlainTextResponse(
@@ -109,6 +132,13 @@ class Server:
                 403,
             )
         return self.file(PAGE / "index.html")
+
+    async def proof(self, request: Request) -> Response:
+        """To a tab that lost its server, before it sends its token again."""
+        nonce = request.query_params.get("nonce", "")
+        if not 16 <= len(nonce) <= 64:
+            return PlainTextResponse("a nonce of 16 to 64 characters expected", 400)
+        return PlainTextResponse(tokens.proof(self.token, nonce), headers=HEADERS)
 
     async def page(self, request: Request) -> Response:
         name = request.path_params["name"]
@@ -138,7 +168,7 @@ class Server:
                 },
                 400,
             )
-        return await self.answer(request, (ACTION,), text)
+        return await self.answer(request, (ACTION, CODE), text)
 
     @staticmethod
     def query(request: Request) -> dict[str, str]:
@@ -196,6 +226,8 @@ class Server:
         call = self.visit.calls.get(what)
         if call is None or call.kind not in kinds:
             return JSONResponse({"error": f"unknown request {what}"}, 404)
+        if call.kind == CODE and not self.runs_code(request):
+            return JSONResponse({"error": NO_CODE}, 403)
         try:
             given = schema.request(what, text, query)
         except BadInput as why:
@@ -232,15 +264,15 @@ class Server:
         for a ranking gives way to it."""
 
         def work() -> Any:
-            self.waiting.discard(work)
+            self.waiting.pop(work, None)
             self.computing.add(work)
             try:
                 return call.run(**given)
             finally:
                 self.computing.discard(work)
 
-        if what in ("preview", "report") or call.kind == ACTION:
-            self.waiting.add(work)
+        if what in ("preview", "report") or call.kind in (ACTION, CODE):
+            self.waiting[work] = what, given
         return work
 
     def fault(self, why: Exception) -> JSONResponse:
@@ -294,14 +326,18 @@ def show(address: str, folder: str | Path) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """`davarlab open`: until interrupted."""
-    token = secrets.token_urlsafe(16)
-    visit = Visit(Path.cwd())
+    visit = Visit(Path.cwd(), code=sys.stdin is not None and sys.stdin.isatty())
+    given = {
+        "-m": options.model,
+        "--sensor": options.sensor,
+        "--names": options.names,
+        "--skip-lines": options.skip_lines,
+    }
     if options.recording:
-        visit.intake.open(options.recording, options.model, options.sensor, options.names)
-    elif options.model or options.sensor or options.names:
-        flag = "-m" if options.model else "--sensor" if options.sensor else "--names"
+        visit.intake.open(options.recording, *given.values())
+    for flag in (flag for flag, value in given.items() if value and not options.recording):
         raise BadInput(f"{flag} needs a recording")
-    server = Server(visit, token)
+    server = Server(visit)
     # asyncio sets TCP_NODELAY only on a socket whose protocol is named. Without, an answer waits
     # for 40 ms.
     tcp = socket.IPPROTO_TCP
@@ -312,10 +348,16 @@ def run(options: argparse.Namespace) -> int:
             listener.listen()
         except OSError as why:
             raise BadInput(f"--port {options.port}: {files.reason(why)}") from None
-        address = f"http://{HOST}:{listener.getsockname()[1]}/?token={token}"
+        visit.port = listener.getsockname()[1]
+        server.token = tokens.of_port(visit.port)
+        address = f"http://{HOST}:{visit.port}/?token={server.token}"
         web = uvicorn.Server(
             uvicorn.Config(
-                server.app(), log_level="critical", access_log=False, timeout_graceful_shutdown=1
+                server.app(),
+                log_level="critical",
+                access_log=False,
+                timeout_graceful_shutdown=1,
+                proxy_headers=False,  # a client is who sent the request
             )
         )
 

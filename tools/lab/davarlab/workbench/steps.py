@@ -3,6 +3,8 @@ beside the recording."""
 
 import json
 import os
+import re
+import shlex
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict, cast
@@ -27,6 +29,7 @@ class Log(TypedDict):
     sensor: str | None
     as_recorded: NotRequired[bool]
     names: NotRequired[list[str] | None]
+    skip: NotRequired[int]
 
 
 @dataclass
@@ -114,6 +117,13 @@ class Steps:
                 data = schema.session(found.written)
                 found.take(data)
             except (BadInput, ValueError) as why:
+                own = re.search(r"unknown kind '(\w+)'", str(why))
+                if own:
+                    again = [str(recording_path), "--effects", f"{recording_path}.{own[1]}.py"]
+                    raise BadInput(
+                        f"{found.path}: a step has the effect {own[1]}, which this server has not "
+                        f"loaded. Start it with: {shlex.join(['tools/davarlab', 'open', *again])}"
+                    ) from None
                 raise BadInput(
                     f"{found.path}: not a session of davarlab ({why}). Move it away to start a "
                     "new one"

@@ -3,6 +3,7 @@
 import shlex
 
 from ..data import guess, plausible
+from ..effects import own
 from . import desk as desks
 from .steps import Sight, Steps
 
@@ -21,16 +22,18 @@ def commands(steps: Steps, sight: Sight) -> list[str]:
     return [shlex.join(["tools/davarlab", *row]) for row in rows]
 
 
-def again(steps: Steps) -> str:
-    """What opens the recording once more."""
-    sensor = steps.log.get("sensor") if steps.log else None
-    named = ["--sensor", sensor] if sensor else []
-    return shlex.join(["tools/davarlab", "open", steps.recording, *named])
+def again(steps: Steps | None, port: int) -> str:
+    """What opens the recording once more, on the same port, where its tab finds it."""
+    sensor = steps.log.get("sensor") if steps and steps.log else None
+    words = [steps.recording] if steps else []
+    words += ["--sensor", sensor] if sensor else []
+    words += ["--port", str(port), *own.options()]
+    return shlex.join(["tools/davarlab", "open", *words])
 
 
 def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:
-    """(the import that the log needs, if any, the name of the recording behind it, its --rate and
-    --as-recorded): words to type."""
+    """(the import that the log needs, if any, the name of the recording behind it, its --rate,
+    --as-recorded and --effects): words to type."""
     renames, scales = (
         desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
     )
@@ -42,6 +45,10 @@ def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:
         for flag, values in (
             ("--sensor", sensors),
             ("--names", [",".join(names)] if names else []),
+            (
+                "--skip-lines",
+                [str(steps.log["skip"])] if steps.log and steps.log.get("skip") else [],
+            ),
             ("--rename", renames),
             ("--scale", scales),
         )
@@ -49,9 +56,10 @@ def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:
         for word in (flag, value)
     ]
     rate = ["--rate", f"{steps.log['rate_hz']:g}"] if steps.log and steps.log["rate_hz"] else []
-    sure = [plausible.CONFIRM] if steps.log and steps.log.get("as_recorded") else []
+    more = [plausible.CONFIRM] if steps.log and steps.log.get("as_recorded") else []
+    more += own.options()
     return (
-        ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, sure)
+        ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, more)
         if given
-        else ([], steps.recording, rate + sure)
+        else ([], steps.recording, rate + more)
     )

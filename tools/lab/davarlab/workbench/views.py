@@ -7,9 +7,10 @@ import numpy as np
 from scipy import signal, stats
 
 from ..arrays import Floats
+from ..axes import SHOWN, for_analysis
 from ..candidates import identifiable
 from ..candidates.candidate import Candidate
-from ..data.recording import Recording
+from ..data.recording import FORCE, Recording
 from ..diagnosis import (
     cells,
     compare,
@@ -24,7 +25,7 @@ from ..diagnosis.state import State
 from ..effects import table
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
-from ..model import Term
+from ..model import Model, Term, is_accel
 from ..report import values, verdict, words
 from ..report.values import Json
 from ..thresholds import CHANCE
@@ -148,11 +149,13 @@ def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Jso
     """One effect of the model: its parameters with interval and limits, what the likelihood loses
     without it, and the error then, both of the fit."""
     term, entry = outcome.model.terms[place], outcome.estimates[place]
+    units = SHOWN if outcome.model.column.endswith(tuple(FORCE)) else {}
     effect = table.find(term.kind)
     rows = [
         {
             "name": p.name,
-            "unit": p.unit,
+            "unit": units.get(p.unit, (p.unit, 1.0))[0],
+            "factor": units.get(p.unit, (p.unit, 1.0))[1],  # from the number of the table
             "low_limit": p.low,
             "high_limit": p.high,
             "size": p is effect.size and effect.sized,
@@ -322,11 +325,13 @@ def against(desk: Desk, text: str, column: str, lag_s: float) -> Json:
 
 
 def axes(desk: Desk) -> list[Json]:
-    """The Allan deviation of every gyro column of the recording, as it was read."""
+    """The Allan deviation of every gyro, or accelerometer, of the recording, as it was read."""
     found, window = [], desk.whole.samples // 2 * 2
     taus = allan.octaves(window)
-    for name in desk.gyros:
-        measured = allan.windows(desk.whole.rate_dps(name), window, taus, desk.whole.known)[0][0]
+    alike = [name for name in desk.axes if is_accel(name) == is_accel(desk.sight.column)]
+    for name in alike:
+        whole, model = for_analysis(desk.whole, Model(None, name))
+        measured = allan.windows(whole.rate_dps(model.column), window, taus, whole.known)[0][0]
         found.append(
             {
                 "column": name,

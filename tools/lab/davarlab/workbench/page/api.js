@@ -55,10 +55,28 @@ export async function download(what, given, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
-// Calls `heard` for every event, `lost` when the server stops answering, and `back` when it answers again. Retries every second.
+const RETRY_MS = 1000, bytes = (text) => new TextEncoder().encode(text), hex = (data) => [...data].map((one) => one.toString(16).padStart(2, "0")).join("");
+
+// Does the server that answers have the token of this tab. It is not sent before: another program may have taken the port. null: nobody answers.
+async function ours() {
+  const nonce = hex(crypto.getRandomValues(new Uint8Array(16)));
+  let answer;
+  try { answer = await (await fetch(`/proof?${new URLSearchParams({ nonce })}`)).text(); } catch { return null; }
+  const key = await crypto.subtle.importKey("raw", bytes(token), { name: "HMAC", hash: "SHA-256" }, false, ["sign"]);
+  return answer === hex(new Uint8Array(await crypto.subtle.sign("HMAC", key, bytes(nonce))));
+}
+
+async function again(heard, lost, back) {
+  const found = await ours();
+  if (found) { listen(heard, lost, back); return; }
+  lost(found === false);
+  setTimeout(() => again(heard, lost, back), RETRY_MS);
+}
+
+// Calls `heard` for every event, `lost` when the server stops answering (true: another one answers), and `back` when it answers again. Retries every second.
 export function listen(heard, lost, back) {
   const socket = new WebSocket(`ws://${location.host}/events?${new URLSearchParams({ token })}`);
   socket.onmessage = (message) => heard(JSON.parse(message.data));
-  socket.onclose = () => { lost(); setTimeout(() => listen(heard, lost, back), 1000); };
+  socket.onclose = () => { lost(false); setTimeout(() => again(heard, lost, back), RETRY_MS); };
   socket.onopen = () => { back(); heard({ changed: Infinity }); };
 }

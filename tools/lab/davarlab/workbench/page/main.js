@@ -7,6 +7,7 @@ import * as landing from "/page/parts/landing.js";
 import * as menu from "/page/parts/menu.js";
 import * as model from "/page/parts/model.js";
 import { add, partly, rank } from "/page/parts/next.js";
+import { close as closeEditor } from "/page/parts/own.js";
 import * as steps from "/page/parts/steps.js";
 import * as columns from "/page/tabs/columns.js";
 import * as fit from "/page/tabs/fit.js";
@@ -18,7 +19,7 @@ import * as spectrum from "/page/tabs/spectrum.js";
 import * as tabs from "/page/tabs/tabs.js";
 import * as where from "/page/tabs/where.js";
 import { other } from "/page/theme.js";
-import { at, change, changed, doing, leaving, now, say, shownBy, stale } from "/page/now.js";
+import { at, change, changed, doing, leaving, now, refused, say, shownBy, stale } from "/page/now.js";
 import { duration, element, fill, number } from "/page/words.js";
 
 const STEP_MS = 900; // of the animation of a step
@@ -33,6 +34,7 @@ const opened = { drop: (file) => doing(`Reading ${file.name}`, async () => { try
   open: ({ path, sensor }) => change("Opening the session", "open", sensor ? { path, sensor } : { path }),
   listen: (source) => change(`Listening to ${source}`, "listen", { source }), tutorial: () => change("Opening the tutorial", "tutorial"), close: () => leaving("", "close"),
   names: (names) => change("Reading the columns by these names", "names", { names }),
+  skip: (lines) => change(`Skipping ${lines} lines`, "skip", { lines }),
   sensor: (name) => change(`Reading ${name} and fitting a first model`, "sensor", { name }),
   read: (columns, rate_hz, as_recorded) => change("Reading the recording and fitting a first model", "read", { columns, rate_hz, as_recorded }) };
 
@@ -57,7 +59,7 @@ async function refresh() {
   const next = await ask("step", { number: now.all.current });
   if (turn !== now.turn || next.state !== now.all.state) return; // the server reports the change in the meantime with an event
   const before = now.view && now.of === identity() && next.state !== now.view.state ? now.drawn : null;
-  if (now.of !== identity()) now.cell = null;
+  if (now.of !== identity()) { now.cell = null; closeEditor(); }
   now.of = identity();
   [now.view, now.drawn] = [next, curve.atRest(next)];
   at("bench").hidden = false;
@@ -180,14 +182,28 @@ at("theme").onclick = other;
 at("error-close").onclick = () => { at("error").hidden = true; at("page").focus(); };
 new ResizeObserver(() => now.drawn && now.view && !at("bench").hidden && (head.error(), steps.stairs())).observe(at("staircase"));
 
-// Shown if the server does not answer: which steps are saved, and how to continue.
-function gone() {
+let left = null; // what was open when the server stopped answering
+
+// Shown if the server does not answer: which steps are saved, and how to continue. other: another server answers.
+function gone(other) {
   say("");
   stale(true);
+  left ??= now.all;
   const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s are" : " is"} saved in ${now.all.session}. An unfinished computation is lost. ` : "";
-  fill("gone", element("b", {}, "The workbench server does not answer. "), kept, "The page reconnects when the server answers. If the server has stopped, run ",
-    element("code", {}, now.all?.again || "tools/davarlab open"), " and open the address that it prints.");
+  const again = now.all?.again || "tools/davarlab open", command = element("code", {}, other ? again.replace(/ --port \d+/, "") : again);
+  if (other) fill("gone", element("h1", {}, "Another server uses this address"), kept, "This page cannot reconnect to it. Run ", command, " and open the address that it prints.");
+  else fill("gone", element("h1", {}, "The workbench server does not answer"), kept, "If it has stopped, run ", command, ". This page then reconnects by itself.");
   at("gone").hidden = false;
+}
+
+// Reconnected. A server that was started without the recording opens it.
+async function back() {
+  const { path, sensor } = left || {};
+  left = null;
+  at("gone").hidden = true;
+  if (!path) return;
+  const { recording, log } = await ask("all");
+  if (!recording && !log) opened.open({ path, sensor });
 }
 
 shownBy(refresh);
@@ -196,5 +212,5 @@ listen((event) => {
   if (event.candidates) partly(event);
   if (event.live) live.heard(event.live);
   if (event.changed) changed(event.changed);
-}, gone, () => { at("gone").hidden = true; });
+}, gone, () => back().catch(refused));
 if (location.hash.startsWith("#plan")) plan(true);

@@ -1,11 +1,16 @@
 // The state of the page, and how it runs actions: the status text, the error line, and only the newest request of a kind.
 import { act, forget } from "/page/api.js";
+import { unitText } from "/page/words.js";
 
 // all: the open recording and its steps. view: the displayed step. found: its candidates. turn: counts how often a step was drawn. stale: whether the page shows outdated results.
 // drawn: the curves and the error as they are shown, which differ from the step's while a value moves. before: the step before, as a ghost. cell: the selected one. length: of the windows of the map. left: the label of the control that had the focus.
 export const now = { all: null, view: null, found: null, answer: null, turn: 0, stale: false, drawn: null, before: null, next: null, cell: null, length: 0, left: null };
 export const at = (id) => document.getElementById(id);
 let busy = 0, missed = 0, refresh = null; // missed: the revision that arrived during an action
+
+// The unit of the rate: deg/s of a gyro, m/s² of an accelerometer.
+export const rateUnit = () => unitText(now.all?.unit || "deg/s");
+export const accel = () => now.all?.unit === "m/s^2";
 
 export function shownBy(show) { refresh = show; }
 

@@ -41,7 +41,7 @@ export function fill(id, ...children) {
 export const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
 // "deg/sqrt(h)" as engineers write it.
-export const unitText = (unit) => unit.replace("sqrt(h)", "√h").replace("sqrt(Hz)", "√Hz").replace("degC", "°C").replace("^2", "²");
+export const unitText = (unit) => unit.replace("ug", "µg").replace("sqrt(h)", "√h").replace("sqrt(Hz)", "√Hz").replace("degC", "°C").replace("^2", "²");
 
 // How far measured and model are apart, up or down alike.
 export const timesText = (ratio) => {

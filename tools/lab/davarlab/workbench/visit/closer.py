@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from ... import kalibr
 from ... import model as models
 from ...errors import BadInput
+from ...model import is_accel
 from ...report import declared, export, parameters
 from ...report.values import Json
 from .. import typed, views
@@ -65,4 +66,6 @@ class Closer:
 
     def kalibr(self, text: str) -> Json:
         """The numbers of a kalibr file, as a data sheet's."""
-        return {"sheet": kalibr.sizes(text, "the kalibr file")}
+        accel = self.visit.desk and is_accel(self.visit.desk.sight.column)
+        kinds = kalibr.ACCEL_KINDS if accel else kalibr.KINDS
+        return {"sheet": kalibr.sizes(text, "the kalibr file", kinds)}

@@ -2,9 +2,11 @@
 
 from typing import TYPE_CHECKING
 
+from ... import axes
 from ...data import plausible
 from ...data.recording import Recording
 from ...errors import BadInput
+from ...model import Model
 from ...report.values import Json
 from ..steps import Steps
 
@@ -22,7 +24,7 @@ class HoldOut:
         """A second recording of the same sensor: every step is judged on it too, and fitted on the
         first one only."""
         self.visit.stepping.here()
-        held = self.beside(path, self.visit.open_steps, self.visit.open_desk.column)
+        held = self.beside(path, self.visit.open_steps, self.visit.open_desk.sight.column)
         self.visit.open_steps.hold_out(path)
         self.visit.held, self.visit.not_held = held, ""
         return self.visit.changed()
@@ -30,7 +32,8 @@ class HoldOut:
     def beside(self, path: str, steps: Steps, column: str) -> Recording:
         """A recording to hold out. Raises BadInput where it has not the gyro column."""
         held = self.visit.intake.as_named(path, steps)
-        held.rate_dps(column)
+        there, model = axes.for_analysis(held, Model(None, column))
+        there.rate_dps(model.column)
         doubts = plausible.of(held, [column])
         if doubts:
             raise BadInput(f"{path}: doubtful: {'; '.join(doubts)}")

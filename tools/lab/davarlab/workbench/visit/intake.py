@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ... import axes
 from ... import model as models
 from ...data import dialect, guess, plausible
 from ...data.recording import Recording
@@ -29,6 +30,7 @@ class Waiting:
     sensor: str | None = None
     model: str | None = None  # a model file to look at, once the sensor is known
     names: list[str] | None = None  # of the columns, over those of the file
+    skip: int = 0  # lines of the file
 
 
 def named(log: Log | None) -> list[guess.Guess]:
@@ -48,9 +50,16 @@ class Intake:
         model: str | None = None,
         sensor: str | None = None,
         names: list[str] | None = None,
+        skip: int = 0,
     ) -> Json:
         """A recording by its path. Which sensor is meant, and columns that are not called as
         davarlab calls them, are asked about first."""
+        with self.visit.own.of(path):
+            return self.opened(path, model, sensor, names, skip)
+
+    def opened(
+        self, path: str, model: str | None, sensor: str | None, names: list[str] | None, skip: int
+    ) -> Json:
         steps = Steps.beside(path, sensor)
         if steps.log is None and not sensor:
             gyros = desks.gyros_in(path)
@@ -66,12 +75,17 @@ class Intake:
                     )
                 )
         if steps.log is None and not model:
-            guesses, shown = desks.preview(path, sensor, names)
-            if any(one.column != one.name or one.factor != 1 for one in guesses) or not {
-                "gyro",
-                "time",
-            } <= {one.quantity for one in guesses}:
-                return self.ask_about(Waiting(Path(path), shown, guesses, sensor, names=names))
+            guesses, shown = desks.preview(path, sensor, names, skip=skip)
+            if (
+                any(one.column != one.name or one.factor != 1 for one in guesses)
+                or {"time"} == {one.quantity for one in guesses} & {"time", "gyro", "accel"}
+                or all(one.quantity != "time" for one in guesses)
+                or skip
+                or shown["rows"] < shown["least"]
+            ):
+                return self.ask_about(
+                    Waiting(Path(path), shown, guesses, sensor, names=names, skip=skip)
+                )
         if steps.log is None and (sensor or names):
             steps.log = {"columns": [], "rate_hz": None, "sensor": sensor, "names": names}
         return self.begin(path, steps, model)
@@ -99,26 +113,33 @@ class Intake:
         whole = [dialect.SKIP] * waiting.shown["count"]
         for called, name in zip(shown, names):  # column_2 stands in the second place
             whole[int(called.partition("_")[2]) - 1] = name.strip() or called
-        return self.open(str(waiting.path), waiting.model, waiting.sensor, whole)
+        return self.open(str(waiting.path), waiting.model, waiting.sensor, whole, waiting.skip)
+
+    def skip(self, lines: int) -> Json:
+        """The text that waits, without its first lines."""
+        waiting = self.waits()
+        return self.open(str(waiting.path), waiting.model, waiting.sensor, skip=lines)
 
     def begin(self, path: str | Path, steps: Steps, model: str | None = None) -> Json:
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
         model file to look at."""
         recording = self.as_named(path, steps)
-        gyros = recording.gyros
-        if not gyros:
+        columns = axes.of_page(recording)
+        if not columns:
             raise BadInput(
-                f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for "
-                "an accelerometer: tools/davarlab fit --axes accel)"
+                f"{path}: no column is a gyro in deg/s or rad/s, or an accelerometer in g or m/s^2"
             )
         doubts = plausible.of(recording)
         if doubts:
             return self.ask_about(self.doubted(path, steps, doubts, model))
         given = models.read(model) if model else None
         if given and model:
-            models.check_fits(given, recording, model)
+            there, asked = axes.for_analysis(recording, given)
+            models.check_fits(asked, there, model)
             models.check_noise(given, model)
-        sight = Sight(given.column) if given else steps.sight or Sight(gyros[-1])
+        sight = (
+            Sight(given.column) if given else steps.sight or Sight((recording.gyros or columns)[-1])
+        )
         held, self.visit.not_held = None, ""
         if steps.held_out:
             try:
@@ -136,8 +157,9 @@ class Intake:
         """A recording whose rate, units or levels are implausible waits until somebody corrects or
         confirms them."""
         sensor, names = (steps.log["sensor"], steps.log.get("names")) if steps.log else (None, None)
-        guesses, shown = desks.preview(path, sensor, names, named(steps.log))
-        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model, names)
+        skip = steps.log.get("skip", 0) if steps.log else 0
+        guesses, shown = desks.preview(path, sensor, names, named(steps.log), skip)
+        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model, names, skip)
 
     def look_at(
         self, recording: Recording, steps: Steps, sight: Sight, given: models.Model | None = None
@@ -149,7 +171,7 @@ class Intake:
         try:
             if given or not steps.steps:
                 model = given or desk.first_model()
-                outcome = desk.of(models.text_of(model), given is None, self.visit.progress)
+                outcome = desk.of(desk.text(model), given is None, self.visit.progress)
                 took = (
                     "the model as given"
                     if given
@@ -176,10 +198,10 @@ class Intake:
         self.visit.stepping.here()
         span, column = (
             self.visit.open_desk.whole.samples / self.visit.open_desk.whole.rate_hz,
-            column or self.visit.open_desk.column,
+            column or self.visit.open_desk.sight.column,
         )
-        if column not in self.visit.open_desk.gyros:
-            raise BadInput(f"{column}: not a gyro column of this recording")
+        if column not in self.visit.open_desk.axes:
+            raise BadInput(f"{column}: not a gyro or accelerometer of this recording")
         edges: list[Stretch] = [
             (pair[0], pair[1]) for pair in ([alone] if alone else []) + list(cut)
         ]
@@ -213,6 +235,7 @@ class Intake:
             "sensor": waiting.sensor,
             "as_recorded": as_recorded,
             "names": waiting.names,
+            "skip": waiting.skip,
         }
         return self.begin(path, steps, waiting.model)
 
@@ -235,4 +258,5 @@ class Intake:
             log["sensor"] if log else None,
             log.get("as_recorded", False) if log else False,
             log.get("names") if log else None,
+            log.get("skip", 0) if log else 0,
         )

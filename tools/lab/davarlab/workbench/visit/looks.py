@@ -24,7 +24,7 @@ class Looks:
         span = desk.recording.samples / desk.recording.rate_hz
         if not 0 <= start < stop <= span * 1.001 or (stop - start) * desk.recording.rate_hz < 16:
             raise BadInput(f"{start:g} to {stop:g} s: not a part of this recording")
-        return views.stretch(desk, start, min(stop, span), every)
+        return self.visit.spoken(views.stretch(desk, start, min(stop, span), every))
 
     def there(self) -> Desk:
         """The desk, for what only looks: it may be cleared meanwhile."""

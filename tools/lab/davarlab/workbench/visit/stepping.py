@@ -16,7 +16,7 @@ from ..desk import Desk, Outcome
 from ..steps import Step, Steps
 
 if TYPE_CHECKING:
-    from .visit import Visit
+    from .visit import Visit, Wish
 
 OfKind = TypeVar("OfKind", Candidate, models.Term)
 
@@ -86,7 +86,12 @@ class Stepping:
             desk.keep(outcome)
         judgement = outcome.state.judgement
         steps.grow(
-            did, outcome.model, fitted=fitted, error=judgement.error, floor=judgement.floor, **more
+            did,
+            desk.called(outcome.model),
+            fitted=fitted,
+            error=judgement.error,
+            floor=judgement.floor,
+            **more,
         )
 
     def grow(self, did: str, outcome: Outcome, **more: Any) -> Json:
@@ -94,7 +99,8 @@ class Stepping:
         return self.visit.changed()
 
     def fit(self, model: Model) -> Outcome:
-        return self.visit.open_desk.of(models.text_of(model), True, self.visit.progress)
+        desk = self.visit.open_desk
+        return desk.of(desk.text(model), True, self.visit.progress)
 
     def step(self, number: int | None = None) -> Json:
         """A step as the page draws it."""
@@ -106,8 +112,10 @@ class Stepping:
             "did": step.did,
             "fitted": step.fitted,
             "off": step.off,
-            **views.model(outcome, self.visit.open_desk.recording, step.parent is None),
-            "text": models.text_of(outcome.model),
+            **self.visit.spoken(
+                views.model(outcome, self.visit.open_desk.recording, step.parent is None)
+            ),
+            "text": self.visit.open_desk.text(outcome.model),
         }
 
     def candidates(self, number: int | None = None) -> Json:
@@ -119,22 +127,22 @@ class Stepping:
         def partly(kind: str, found: Sequence[Candidate | None]) -> None:
             self.give_way()
             so_far = sorted(filter(None, found), key=lambda candidate: candidate.log_p)
-            self.visit.tell(
-                ranking=state, trying=words.name(kind), candidates=views.candidates(so_far)
-            )
+            said = self.visit.spoken({"candidates": views.candidates(so_far)})
+            self.visit.tell(ranking=state, trying=words.name(kind), **said)
 
         desk = self.visit.open_desk
         try:
             ranked = desk.ranked(text, self.visit.progress, partly)
             outcome = desk.of(text, True, self.visit.progress)
             unknown = not outcome.state.judgement.adequate and not search.significant(ranked)
-            return {
+            found = {
                 **(views.headline(outcome, False, known=False) if unknown else {}),
                 "number": step.number,
                 "state": state,
                 "candidates": views.candidates(ranked),
                 **views.nothing_found(outcome, desk.recording, ranked),
             }
+            return self.visit.spoken(found)
         except Superseded:
             return {"number": step.number, "state": state, "superseded": True}
 
@@ -155,17 +163,19 @@ class Stepping:
             )
         return found
 
-    def give_way(self) -> None:
-        """Raises Superseded when somebody does something or holds a slider."""
-        if self.visit.hurried():
+    def give_way(self, but: "Wish | None" = None) -> None:
+        """Raises Superseded when somebody does something else than `but`, or holds a slider."""
+        if self.visit.hurried(but):
             raise Superseded
 
     def ghost(self, place: int, kind: str, state: str) -> Json:
         """The curve and the error with a candidate, before it is added; given up as the ranking
-        is."""
+        is, but not for Add, which takes the result."""
         step = self.current(state)
+        same = "add", {"place": place, "kind": kind, "state": state}
         try:
-            found = self.joined(step, self.candidate(step, place, kind), self.give_way)
+            candidate = self.candidate(step, place, kind)
+            found = self.joined(step, candidate, lambda: self.give_way(same))
         except Superseded:
             return {"superseded": True}
         judgement = found.state.judgement

@@ -1,12 +1,14 @@
 """A visit to the workbench: what lies on the desk, and the table of everything that a page may ask
 or do."""
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+from ... import axes
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
@@ -21,11 +23,12 @@ from .closer import Closer
 from .hold_out import HoldOut
 from .intake import Intake, Waiting
 from .looks import Looks
+from .own import Own
 from .stepping import Stepping
 
 # Questions need the bench of a fit, looks only what is there, plans nothing of it; actions change
-# something.
-QUESTION, LOOK, PLAN, ACTION = "question", "look", "plan", "action"
+# something; code is an action that runs what somebody wrote.
+QUESTION, LOOK, PLAN, ACTION, CODE = "question", "look", "plan", "action", "code"
 CALLS = {
     "step": (QUESTION, "stepping.step"),
     "candidates": (QUESTION, "stepping.candidates"),
@@ -48,6 +51,7 @@ CALLS = {
     "tutorial": (ACTION, "intake.tutorial"),
     "sensor": (ACTION, "intake.sensor"),
     "names": (ACTION, "intake.names"),
+    "skip": (ACTION, "intake.skip"),
     "read": (ACTION, "intake.read"),
     "sight": (ACTION, "intake.sight"),
     "freeze": (ACTION, "intake.freeze"),
@@ -63,13 +67,23 @@ CALLS = {
     "deafen": (ACTION, "deafen"),
     "kalibr": (ACTION, "closer.kalibr"),
     "close": (ACTION, "close"),
+    "own": (LOOK, "own.start"),
+    "check_own": (CODE, "own.check"),
+    "add_own": (CODE, "own.add"),
 }
+
+
+Wish = tuple[str, dict[str, Any]]  # what somebody waits for: a call and what it is given
+
+
+def nobody(but: Wish | None = None) -> bool:
+    return False
 
 
 @dataclass(frozen=True)
 class Call:
-    """kind: QUESTION, LOOK, PLAN or ACTION; run: a function of plain values that returns plain
-    values."""
+    """kind: QUESTION, LOOK, PLAN, ACTION or CODE; run: a function of plain values that returns
+    plain values."""
 
     kind: str
     run: Callable[..., Any]
@@ -77,9 +91,10 @@ class Call:
 
 class Visit:
     """calls: name -> Call, of CALLS. What lies on the desk is kept here; the parts of the visit
-    work on it."""
+    work on it. code: may a page run effects that somebody writes in it."""
 
-    def __init__(self, folder: str | Path) -> None:
+    def __init__(self, folder: str | Path, code: bool = False) -> None:
+        self.code, self.port = code, 0
         self.arrivals = Arrivals(folder)
         self.desk: Desk | None = None
         self.steps: Steps | None = None
@@ -89,11 +104,11 @@ class Visit:
         self.log: Waiting | None = None  # one that waits to be read
         self.tell: Tell = lambda **event: None
         self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
-        self.hurried: Callable[[], bool] = (
-            lambda: False
-        )  # is somebody waiting for what is being computed
+        # Does somebody wait for something else than `but`.
+        self.hurried: Callable[[Wish | None], bool] = nobody
         self.intake, self.hold, self.stepping = Intake(self), HoldOut(self), Stepping(self)
         self.looks, self.closer, self.plans = Looks(self), Closer(self), plans
+        self.own = Own(self)
         self.calls = {
             name: Call(kind, attrgetter(path)(self)) for name, (kind, path) in CALLS.items()
         }
@@ -112,6 +127,11 @@ class Visit:
             raise BadInput("no recording is open")
         return self.steps
 
+    def spoken(self, found: Json) -> Json:
+        """What a page shows, in the language of a gyro or an accelerometer."""
+        said: Json = axes.spoken(found, self.open_desk.sight.column)
+        return said
+
     def progress(self, text: str) -> None:
         self.tell(progress=text)
 
@@ -125,7 +145,7 @@ class Visit:
         desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.ears.where()
         if not desk or not steps:
             return {
-                "again": "tools/davarlab open",
+                "again": typed.again(None, self.port),
                 "revision": self.revision,
                 "recording": None,
                 "live": live,
@@ -144,11 +164,14 @@ class Visit:
             "rate_hz": recording.rate_hz,
             "gaps": len(recording.gaps),
             "state": self.stepping.state(),
-            "again": typed.again(steps),
+            "again": typed.again(steps, self.port),
+            "path": os.path.abspath(steps.recording),
+            "sensor": steps.log.get("sensor") if steps.log else None,
             "duration_s": recording.samples / recording.rate_hz,
-            "column": desk.column,
+            "column": desk.sight.column,
+            "unit": axes.rate_unit(desk.sight.column),
             "columns": [name for name in recording.columns if name not in ("time_s", desk.column)],
-            "gyros": desk.gyros,
+            "gyros": desk.axes,
             "alone": desk.sight.alone,
             "cut": desk.sight.cut,
             "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
@@ -156,6 +179,7 @@ class Visit:
             "not_held": self.not_held,
             "current": steps.current,
             "session": str(steps.path),
+            "code": self.code,
             "commands": typed.commands(steps, desk.sight),
             "steps": [
                 {

@@ -2,6 +2,7 @@
 import * as cells from "/page/chart/cells.js";
 import { marks, scale, timeMarks } from "/page/chart/scale.js";
 import { area, canvas, line, svg } from "/page/chart/svg.js";
+import { rateUnit } from "/page/now.js";
 import { brief, number, timesText } from "/page/words.js";
 
 const PHONE = 560, DASHES = ["1 3", "6 3", "8 2 2 2", "3 2"];
@@ -55,9 +56,9 @@ export class AllanChart {
       svg("line", { x1: X(value), x2: X(value), y1: top, y2: small ? bottom : ratioBottom, stroke: "var(--grid)" }, grid);
       svg("text", { x: X(value), y: this.height - 5, "text-anchor": "middle" }, grid, text);
     }
-    if (phone) svg("text", { x: right, y: top + 10, "text-anchor": "end" }, grid, "Allan deviation, deg/s");
-    else if (small) svg("text", { x: right + 10, y: top + 10 }, grid, "deg/s");
-    else ["Allan deviation,", "deg/s"].forEach((text, i) => svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text));
+    if (phone) svg("text", { x: right, y: top + 10, "text-anchor": "end" }, grid, `Allan deviation, ${rateUnit()}`);
+    else if (small) svg("text", { x: right + 10, y: top + 10 }, grid, rateUnit());
+    else ["Allan deviation,", rateUnit()].forEach((text, i) => svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text));
     if (!small) this.ratioGrid(grid);
   }
 

@@ -1,11 +1,11 @@
 // The model: one row per effect, its value with a slider whose scale is its interval, and the values of its shape.
 import { ask } from "/page/api.js";
 import * as curve from "/page/curve.js";
-import { acting, newest, now } from "/page/now.js";
+import { accel, acting, newest, now } from "/page/now.js";
 import { capital, element, fill, number, unitText } from "/page/words.js";
 
 const SHORT = { angle_random_walk: "ARW", bias_instability: "Bias instability", rate_random_walk: "Rate random walk" };
-const titled = (card) => SHORT[card.kind] || capital(card.title);
+const titled = (card) => (accel() && card.kind === "angle_random_walk" ? "VRW" : SHORT[card.kind]) || capital(card.title);
 let moved = () => {}; // draws a moving state
 
 export function whenMoved(work) { moved = work; }
@@ -32,7 +32,7 @@ export const actions = {
     const state = curve.withSize(now.view, card, parameter, value);
     if (state) moved(state); else follow({ place: card.place, kind: card.kind, name: parameter.name, value, state: now.view.state });
   },
-  released: (card, parameter, value) => acting(`Testing ${capital(card.title)} = ${number(value)}`, "set", { place: card.place, kind: card.kind, parameters: { [parameter.name]: value } }),
+  released: (card, parameter, value) => acting(`Testing ${capital(card.title)} = ${number(value * parameter.factor)}`, "set", { place: card.place, kind: card.kind, parameters: { [parameter.name]: value } }),
 };
 
 // Effects whose values stay fixed when the others are fitted. Kind and order identify them across steps.
@@ -45,8 +45,8 @@ const digits = (value) => { const text = value.toPrecision(3); return text.inclu
 
 function row(card, parameter, label) {
   if (typeof parameter.value === "string") return element("div", { class: "par" }, element("span", { class: "soft" }, label), element("b", { class: "word" }, parameter.value));
-  const unit = unitText(parameter.unit), box = element("input", { type: "number", step: "any", value: Number(parameter.value.toPrecision(3)), "aria-label": `${label}, ${unit || parameter.name}`,
-    onchange: () => box.value.trim() && Number.isFinite(Number(box.value)) && actions.released(card, parameter, Number(box.value)) });
+  const unit = unitText(parameter.unit), box = element("input", { type: "number", step: "any", value: Number((parameter.value * parameter.factor).toPrecision(3)), "aria-label": `${label}, ${unit || parameter.name}`,
+    onchange: () => box.value.trim() && Number.isFinite(Number(box.value)) && actions.released(card, parameter, Number(box.value) / parameter.factor) });
   const slider = element("input", { type: "range", min: 0, max: 1, step: "any", value: 0.5, "aria-label": `${card.name}: ${parameter.name}` });
   const at = () => limited(valueAt(Number(slider.value), parameter), parameter);
   slider.addEventListener("keydown", (event) => { // a step of "any" does not move with keys
@@ -58,9 +58,9 @@ function row(card, parameter, label) {
     clearTimeout(slider.settled);
     slider.settled = setTimeout(() => slider.dispatchEvent(new Event("change")), 400);
   });
-  slider.addEventListener("input", () => { box.value = Number(at().toPrecision(4)); actions.moved(card, parameter, at()); });
+  slider.addEventListener("input", () => { box.value = Number((at() * parameter.factor).toPrecision(4)); actions.moved(card, parameter, at()); });
   slider.addEventListener("change", () => actions.released(card, parameter, at()));
-  const interval = parameter.undetermined ? "not determined" : parameter.low === null || parameter.low === undefined ? "as set" : `[${digits(parameter.low)}, ${digits(parameter.high)}]`;
+  const interval = parameter.undetermined ? "not determined" : parameter.low === null || parameter.low === undefined ? "as set" : `[${digits(parameter.low * parameter.factor)}, ${digits(parameter.high * parameter.factor)}]`;
   return element("div", { class: `par${parameter.low > 0 ? "" : " plain"}` }, element("span", {}, label), slider, element("span", { class: "v" }, box, ` ${unit}`, element("br"), element("span", { class: "soft" }, interval)));
 }
 

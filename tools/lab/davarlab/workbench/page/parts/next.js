@@ -2,6 +2,7 @@
 import { ask } from "/page/api.js";
 import { bar } from "/page/parts/bar.js";
 import { headline } from "/page/parts/head.js";
+import { open } from "/page/parts/own.js";
 import { unknown } from "/page/parts/unknown.js";
 import { acting, at, now, refused, say, show } from "/page/now.js";
 import { capital, element, errorText, fill } from "/page/words.js";
@@ -109,7 +110,8 @@ function button(card, style) {
 function rest(found, shown = 0) {
   if (!found.length) return null;
   const title = now.view.adequate || !shown ? `${found.length} tried, ${now.found.some((one) => one.beyond_chance) ? "none needed" : "none beyond chance"}` : `${found.length} more explain less`;
-  return element("details", { class: "more soft", id: "more" }, element("summary", {}, title), element("div", { tabindex: 0, role: "group", "aria-label": "Other effects" }, ...now.answer.nothing.map((said) => element("p", {}, said)),
+  return element("details", { class: "more soft", id: "more" }, element("summary", {}, title), element("div", { tabindex: 0, role: "group", "aria-label": "Other effects" },
+    now.all.code ? element("button", { class: "link write", onclick: () => open() }, "Write an effect") : "", ...now.answer.nothing.map((said) => element("p", {}, said)),
     ...found.map((one) => element("div", { class: "row" }, element("span", { class: "grow", title: one.why }, capital(one.title)), button({ one, others: [] }, "candidate small")))));
 }
 

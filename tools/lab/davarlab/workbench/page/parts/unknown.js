@@ -1,5 +1,6 @@
 // Something is missing that no known effect explains: where, when, what moves with it, what to log next.
 import { at, now } from "/page/now.js";
+import { way } from "/page/parts/own.js";
 import { element, brief, number, timesText } from "/page/words.js";
 
 // When the misfit is, along the recording.
@@ -23,7 +24,7 @@ export function unknown(answer, rest) {
     element("dl", { class: "facts" }, ...facts.flatMap(([name, ...said]) => [element("dt", {}, name), element("dd", {}, ...said)])),
     element("div", { class: "row tail" }, element("button", { onclick: () => at("tab-where").click() }, "Show where"), where.column === null ? null : element("button", { onclick: () => at("tab-columns").click() }, "Show the column"))),
   element("details", { class: "more soft" }, element("summary", {}, "What was excluded, and more to try"), element("div", { tabindex: 0, role: "group", "aria-label": "Excluded" }, ...answer.nothing.slice(1).map((said) => element("p", {}, said)))),
-  element("article", { class: "card panel" }, element("h2", {}, "Write an effect"), element("span"), element("p", { class: "soft" }, "If you know the cause: ten lines of Python. Then, in a terminal:"),
-    diagnosis() && element("pre", { class: "whole", tabindex: 0 }, `${diagnosis()} --effects effect.py`)),
+  element("article", { class: "card panel" }, element("h2", { class: "whole" }, "Do you know the cause?"), element("p", { class: "soft whole" }, "Ten lines of Python add it to the model."),
+    element("div", { class: "whole" }, way(where.column, diagnosis() && `${diagnosis()} --effects effect.py`))),
   rest];
 }

@@ -1,7 +1,7 @@
 // The logged columns over time, and the residual of the gyro against one of them, with a lag.
 import { ask } from "/page/api.js";
 import { xy } from "/page/chart/xy.js";
-import { at, newest, now } from "/page/now.js";
+import { at, newest, now, rateUnit } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
 let found = null, foundOf = null;
@@ -38,5 +38,5 @@ const against = newest(async () => {
   const one = await ask("against", { column, lag_s: lag() });
   if (turn !== now.turn) return;
   const branch = (up, points, colour, name) => { const kept = one.x.map((_, i) => i).filter((i) => one.rising[i] === up); return { x: kept.map((i) => one.x[i]), y: kept.map((i) => one.left[i]), points, colour, name }; };
-  xy(at("against"), [branch(true, "up", "var(--model)"), branch(false, "down", "var(--meas)")], { x: { title: one.column }, y: { title: "Residual, deg/s. ▲ rising ▼ falling" }, right: 8, label: `Residual of the gyro against ${one.column}` });
+  xy(at("against"), [branch(true, "up", "var(--model)"), branch(false, "down", "var(--meas)")], { x: { title: one.column }, y: { title: `Residual, ${rateUnit()}. ▲ rising ▼ falling` }, right: 8, label: `Residual of the gyro against ${one.column}` });
 });

@@ -2,7 +2,7 @@
 import { ask } from "/page/api.js";
 import { heat } from "/page/chart/heat.js";
 import { readout, xy } from "/page/chart/xy.js";
-import { acting, at, now } from "/page/now.js";
+import { acting, at, now, rateUnit } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
 let view = "residual", reach = null, reachOf = null, zoomed = null, over = { column: null, of: null, found: null };
@@ -54,7 +54,7 @@ function density() {
   const s = now.view.spectrum, made = xy(at("spectrum"), [
     { x: s.peak_hz, y: s.peak, points: "dot", radius: 2, colour: "var(--edge)", click: peak, texts: s.peak_hz.map((f) => `${number(f, 4)} Hz: click to add a line`) },
     { x: s.f_hz, y: s.measured, colour: "var(--meas)", name: "measured", ink: "var(--meas-ink)" }, { x: s.f_hz, y: s.model, colour: "var(--model)", width: 2, name: "model" }],
-  { x: { log: true, title: "Hz" }, y: { log: true, title: "deg/s/√Hz" }, zoom: zoomed, label: "Spectral density, measured and model" });
+  { x: { log: true, title: "Hz" }, y: { log: true, title: `${rateUnit()}/√Hz` }, zoom: zoomed, label: "Spectral density, measured and model" });
   readout(made, { x: s.f_hz, y: s.measured }, (i) => `${number(s.f_hz[i])} Hz: measured ${number(s.measured[i], 2)}, model ${number(s.model[i], 2)}`);
 }
 
@@ -72,5 +72,5 @@ async function overTime() {
   if (over.of !== of) over = { of, found: await ask("spectrogram", { column: chosen }) };
   if (turn !== now.turn || view !== "over") return;
   const one = over.found, rows = one.density.map((row) => row.map((value) => Math.log10(Math.max(value, 1e-12))));
-  heat(at("spectrum"), rows, { x: { from: one.x[0], to: one.x.at(-1), title: chosen, clock: chosen === "time_s" }, y: { from: one.f_hz[0], to: one.f_hz.at(-1), log: true, title: "Frequency, Hz" }, unit: "deg/s/√Hz", label: `Spectrum over ${chosen}` });
+  heat(at("spectrum"), rows, { x: { from: one.x[0], to: one.x.at(-1), title: chosen, clock: chosen === "time_s" }, y: { from: one.f_hz[0], to: one.f_hz.at(-1), log: true, title: "Frequency, Hz" }, unit: `${rateUnit()}/√Hz`, label: `Spectrum over ${chosen}` });
 }

@@ -4,7 +4,7 @@ import * as cells from "/page/chart/cells.js";
 import { clockMarks, scale } from "/page/chart/scale.js";
 import { area, canvas, svg } from "/page/chart/svg.js";
 import { xy } from "/page/chart/xy.js";
-import { at, hear, leaving, newest, now, refused, show } from "/page/now.js";
+import { at, hear, leaving, newest, now, rateUnit, refused, show } from "/page/now.js";
 import { showing } from "/page/tabs/tabs.js";
 import { brief, element, fill, number } from "/page/words.js";
 
@@ -92,9 +92,9 @@ const look = newest(async (cell, latest) => {
   if (!latest()) return;
   [at("from").value, at("to").value] = [cell.start_s, cell.stop_s];
   fill("cell", element("b", {}, `${brief(cell.tau_s)}, ${brief(cell.start_s)} to ${brief(cell.stop_s)}`),
-    element("p", { id: "cell-said", class: "small" }, `Measured ${number(cell.measured)}, model ${number(cell.model)} deg/s: ratio ${number(cell.ratio)}, ${number(cell.z, 2)} standard deviations.${cell.proven ? " The misfit is proven (99 % confidence)." : ""}`),
+    element("p", { id: "cell-said", class: "small" }, `Measured ${number(cell.measured)}, model ${number(cell.model)} ${rateUnit()}: ratio ${number(cell.ratio)}, ${number(cell.z, 2)} standard deviations.${cell.proven ? " The misfit is proven (99 % confidence)." : ""}`),
     ...stretch.envelopes.map((_, i) => element("div", { id: `samples-${i}`, class: "mini" })), element("div", { id: "cell-spectrum", class: "mini" }));
   stretch.envelopes.forEach((one, i) => xy(at(`samples-${i}`), [{ x: one.time_s, y: one.low, low: one.low, high: one.high, band: true, strength: 0.8, colour: i ? "var(--model)" : "var(--meas)" }],
     { x: { clock: true }, y: { title: one.column }, right: 8, label: `Samples of ${one.column}` }));
-  xy(at("cell-spectrum"), [{ x: stretch.f_hz, y: stretch.density, colour: "var(--meas)" }], { x: { log: true, title: "Hz" }, y: { log: true, title: "deg/s/√Hz" }, right: 8, label: "Spectrum of this part" });
+  xy(at("cell-spectrum"), [{ x: stretch.f_hz, y: stretch.density, colour: "var(--meas)" }], { x: { log: true, title: "Hz" }, y: { log: true, title: `${rateUnit()}/√Hz` }, right: 8, label: "Spectrum of this part" });
 });

@@ -1,0 +1,220 @@
+"""Effects that a person writes in the page: one file each beside the session, which runs as whoever
+started the server."""
+
+import contextlib
+import ctypes
+import json
+import os
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from ... import files
+from ... import model as models
+from ...data.recording import Recording
+from ...diagnosis import search
+from ...effects import own, table
+from ...effects.base import Effect, Values, needed
+from ...errors import BadInput
+from ...report.values import Json
+from .. import desk as desks
+
+if TYPE_CHECKING:
+    from .visit import Visit
+
+Answer = TypeVar("Answer")
+LONGEST_S = 10.0  # for what a live check runs
+DENSITIES = 200  # points of a spectrum
+TEMPLATE = '''import numpy as np
+from davarlab.effects.base import Effect, Parameter
+
+def bias(recording, shape):
+    """One value per sample. The fit finds its factor."""
+    return {course}
+
+OWN = Effect(
+    kind="own_effect", role="mean", regressor=bias,
+    parameters=(Parameter("coefficient", "deg/s", -1e9, 1e9),),
+    physics="The bias follows {what}.", signature="",
+    confirm="Keep {what} constant.")
+'''
+
+
+def template(column: str | None) -> str:
+    """An effect to start from: of a column of the recording, or of the time alone."""
+    if column is None:
+        course, what = "np.sin(2 * np.pi * recording.time_s / 600)", "a cycle"
+    else:
+        course = f"recording.column({json.dumps(column)})"
+        what = "".join(one for one in column if one.isalnum() or one in "_ ")
+    return TEMPLATE.format(course=course, what=what)
+
+
+def within(seconds: float, work: Callable[[], Answer]) -> Answer:
+    """The answer of somebody's code. Raises BadInput if it takes longer than that: a loop without
+    an end is stopped."""
+    found: list[Answer] = []
+    failed: list[BadInput] = []
+
+    def run() -> None:
+        try:
+            found.append(work())
+        except BadInput as why:
+            failed.append(why)
+        except SystemExit:  # stopped
+            pass
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join(seconds)
+    if found:
+        return found[0]
+    if failed:
+        raise failed[0]
+    if thread.ident is not None and thread.is_alive():
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(
+            ctypes.c_ulong(thread.ident), ctypes.py_object(SystemExit)
+        )
+    raise BadInput(f"the code did not return within {seconds:g} s")
+
+
+def answers(effect: Effect, recording: Recording) -> Json:
+    """What the functions of an effect return on a recording, for a page to draw. Raises BadInput
+    for what is wrong with it."""
+    shape: Values = {
+        one.name: next(iter(effect.grid[one.name](recording)), one.default)
+        for one in effect.parameters
+        if one.name in effect.shape_names
+    }
+    if effect.role == "mean":
+        course = needed(effect.regressor)(recording, shape)
+        if not np.ptp(course):
+            raise BadInput("the regressor is constant, which is the mean of the gyro already")
+        said = f"{len(course)} values from {course.min():.4g} to {course.max():.4g}"
+        return {"said": said, "course": desks.picture(course)}
+    f = np.geomspace(recording.rate_hz / recording.samples, recording.rate_hz / 2, DENSITIES)
+    density = needed(effect.spectrum)(f, recording.rate_hz, shape)
+    said = f"densities from {density.min():.4g} to {density.max():.4g}"
+    return {"said": said, "f_hz": f.tolist(), "density": density.tolist()}
+
+
+class Own:
+    """Of a visit. kept: by recording, kind -> (effect, file), which are in the table while that
+    recording is open."""
+
+    def __init__(self, visit: "Visit") -> None:
+        self.visit = visit
+        self.kept: dict[str, dict[str, tuple[Effect, str]]] = {}
+        self.at = ""  # the recording whose effects are in the table
+
+    @contextlib.contextmanager
+    def of(self, path: str) -> Iterator[None]:
+        """Has the effects of a recording in the table, not those of the one before; those of that
+        one again where the recording cannot be opened."""
+        before = self.at
+        self.go(os.path.realpath(path))
+        try:
+            yield
+        except BaseException:
+            self.go(before)
+            raise
+
+    def go(self, path: str) -> None:
+        for kind in self.kept.get(self.at, {}):
+            own.drop(kind)
+        self.at = path
+        for effect, file in self.kept.get(path, {}).values():
+            own.install(effect, file)
+
+    def start(self, column: str | None = None) -> Json:
+        """What the editor begins with: the effect that was written last, or a template for a column
+        of the recording."""
+        desk = self.visit.open_desk
+        others = [name for name in desk.recording.columns if name not in ("time_s", desk.column)]
+        last = [file for _, file in self.kept.get(self.at, {}).values()][-1:]
+        what = column if column in others else next(iter(others), None)
+        text = own.text_of(last[0]).decode() if last else template(what)
+        return {"text": text, "gyro": desks.picture(desk.recording.rate_dps(desk.column))}
+
+    def made(self, text: str) -> Effect:
+        """The one effect of a text. Raises BadInput."""
+        found = own.read("the editor", text.encode())
+        if len(found) > 1:
+            raise BadInput(f"{len(found)} effects; write one at a time")
+        return found[0]
+
+    def checked(self, text: str) -> tuple[Effect, Json]:
+        """(the effect of a text, its answers on the recording). Raises BadInput that begins with
+        what is wrong."""
+        recording = self.visit.open_desk.recording
+
+        def both() -> tuple[Effect, Json]:
+            effect = self.made(text)
+            return effect, answers(effect, recording)
+
+        try:
+            return within(LONGEST_S, both)
+        except BadInput as why:
+            raise BadInput(str(why).removeprefix("--effects: the editor: ")) from None
+
+    def check(self, text: str) -> Json:
+        """The live check: compiles, defines an effect, returns what it must on this recording."""
+        try:
+            effect, found = self.checked(text)
+        except BadInput as why:
+            return {"error": str(why)}
+        return {"kind": effect.kind, "file": self.file(effect.kind), **found}
+
+    def file(self, kind: str) -> str:
+        return f"{self.visit.open_steps.recording}.{kind}.py"
+
+    def add(self, text: str, state: str) -> Json:
+        """The effect joins the table and the model. Its file is written beside the session."""
+        step = self.visit.stepping.current(state)
+        effect, _ = self.checked(text)
+        self.keep(effect, text)
+        desk = self.visit.open_desk
+        fitted = desk.of(
+            self.visit.stepping.fitted_step(step).text, True, self.visit.progress
+        ).fitted
+        found = search.ranking(fitted, only=[effect.kind])
+        if not found:
+            raise BadInput(
+                f"{effect.kind}: it is in the model already, or it needs a column that this "
+                "recording lacks"
+            )
+        return self.visit.stepping.join(step, found[0])
+
+    def keep(self, effect: Effect, text: str) -> None:
+        """Writes the file of an effect and has it in the table. What a step uses stays as it is."""
+        kind, file = effect.kind, self.file(effect.kind)
+        mine, data = self.kept.setdefault(self.at, {}), text.encode()
+        there = files.read_whole(file) if os.path.lexists(file) else None
+        if kind in mine and there == data:
+            return
+        if there not in (None, data) and (kind not in mine or self.used(kind)):
+            raise BadInput(
+                f"{Path(file).name} exists and has other code"
+                + (", which a step uses" if kind in mine else "")
+                + ". Write another kind"
+            )
+        if kind not in mine and kind in table.TABLE:
+            raise BadInput(f"kind {kind} is taken. Write another kind")
+        files.write_whole(file, data, follow=False)
+        self.visit.open_desk.forget(fits=kind in mine)
+        if kind in mine:
+            own.drop(kind)
+        own.install(effect, file)
+        mine[kind] = effect, file
+
+    def used(self, kind: str) -> bool:
+        """Does a step of the session have an effect of this kind."""
+        steps = [step for tree in self.visit.open_steps.trees.values() for step in tree["steps"]]
+        return any(
+            kind in models.of_text(step.text, "step").kinds
+            or kind in [one["kind"] for one in step.off]
+            for step in steps
+        )
