@@ -200,8 +200,10 @@ class Desk:
         # (model file, name of a recording) -> its error there, and the floor
         self.judged_elsewhere: dict[tuple[str, str | None], Errors] = {}
 
-    def first_model(self) -> models.Model:
-        return models.first(self.recording.rate_hz, self.column)
+    def first(self, progress: Progress) -> Outcome:
+        """The outcome of the first model."""
+        model = models.first(self.recording.rate_hz, self.column)
+        return self.keep(self.of(models.text_of(model), True, progress))
 
     def remembered(self, key: Hashable, make: Callable[[], Outcome]) -> Outcome:
         if key not in self.outcomes:

@@ -44,6 +44,13 @@ class Step:
     floor: float | None = None
 
 
+def fit_of(step: Step, steps: list[Step]) -> Step:
+    """The step of the fit that a step came from; a model as given stands for its own fit."""
+    while not step.fitted and step.parent is not None:
+        step = steps[step.parent]
+    return step
+
+
 @dataclass(frozen=True)
 class Sight:
     """What of a recording is looked at: one gyro column, the whole of it, one stretch alone, or all
@@ -176,6 +183,10 @@ class Steps:
             )
         files.write_whole(self.path, text, follow=False)
         self.trees, self.written = trees, text
+
+    def tree(self, sight: Sight) -> Tree | None:
+        """The steps of a sight; None: it has none yet."""
+        return self.trees.get(sight.text)
 
     @property
     def steps(self) -> list[Step]:

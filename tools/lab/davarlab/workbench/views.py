@@ -225,17 +225,21 @@ def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
     }
 
 
-def nothing_found(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate]) -> Json:
-    """What to say when no candidate is significant: the sentences, and the plain values of what is
-    left unexplained."""
+def ranking(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate]) -> Json:
+    """The candidates beside a fit. When none is significant: the sentences, the plain values of
+    what is left unexplained, and the headline of a model that does not fit."""
+    found = {"candidates": candidates(ranked), "nothing": [], "unknown": None}
     if search.significant(ranked):
-        return {"nothing": [], "unknown": None}
+        return found
     left = unexplained.unexplained_by(
         compare.of_state(outcome.fitted, outcome.model.column),
         recording,
         unexplained.Tried(ranked),
     )
+    fits = outcome.state.judgement.adequate
     return {
+        **({} if fits else headline(outcome, False, known=False)),
+        **found,
         "nothing": verdict.no_candidate(outcome.fitted.judgement, left),
         "unknown": values.unexplained(left),
     }

@@ -8,6 +8,7 @@ import * as menu from "/page/parts/menu.js";
 import * as model from "/page/parts/model.js";
 import { add, partly, rank } from "/page/parts/next.js";
 import * as steps from "/page/parts/steps.js";
+import * as axes from "/page/tabs/axes.js";
 import * as columns from "/page/tabs/columns.js";
 import * as fit from "/page/tabs/fit.js";
 import * as held from "/page/tabs/held.js";
@@ -26,7 +27,7 @@ const stills = matchMedia("(prefers-reduced-motion: reduce)");
 
 tabs.build([{ id: "fit", title: "Fit", build: fit.build, draw: fit.draw, zoom: fit.zoom }, { id: "where", title: "Where", build: where.build, draw: where.draw, zoom: () => {} },
   { id: "spectrum", title: "Spectrum", build: spectrum.build, draw: spectrum.draw, zoom: spectrum.zoom }, { id: "columns", title: "Columns", build: columns.build, draw: columns.draw, zoom: () => {} },
-  { id: "sheet", title: "Data sheet", build: sheet.build, draw: sheet.draw, zoom: () => {} }, { id: "held", title: "Hold-out", build: held.build, draw: held.draw },
+  { id: "axes", title: "Axes", build: axes.build, draw: axes.draw }, { id: "sheet", title: "Data sheet", build: sheet.build, draw: sheet.draw, zoom: () => {} }, { id: "held", title: "Hold-out", build: held.build, draw: held.draw },
   { id: "live", title: "Live", build: live.build, draw: live.draw }, { id: "plan", title: "Plan", leaves: () => plan(true) }]);
 
 const opened = { drop: (file) => doing(`Reading ${file.name}`, async () => { try { await drop(file); } finally { await refresh(); } }),
@@ -99,7 +100,7 @@ async function draw(turn, before) {
   stale(false);
   refocus();
   held.error();
-  rank(turn);
+  rank(turn).then(() => axes.survey(turn));
   if (before && !stills.matches) await moveTo(before, target, turn);
   if (turn === now.turn) settle(target);
 }
@@ -194,6 +195,7 @@ shownBy(refresh);
 listen((event) => {
   if (event.progress) say(event.progress);
   if (event.candidates) partly(event);
+  if (event.axis) axes.trying(event);
   if (event.live) live.heard(event.live);
   if (event.changed) changed(event.changed);
 }, gone, () => { at("gone").hidden = true; });

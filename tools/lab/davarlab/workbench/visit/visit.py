@@ -15,13 +15,14 @@ from ..arrivals import Arrivals
 from ..desk import Desk
 from ..ears import Ears
 from ..listening import Tell
-from ..steps import Steps
+from ..steps import Sight, Steps
 from . import welcome
 from .closer import Closer
 from .hold_out import HoldOut
 from .intake import Intake, Waiting
 from .looks import Looks
 from .stepping import Stepping
+from .survey import Survey
 
 # Questions need the bench of a fit, looks only what is there, plans nothing of it; actions change
 # something.
@@ -29,6 +30,7 @@ QUESTION, LOOK, PLAN, ACTION = "question", "look", "plan", "action"
 CALLS = {
     "step": (QUESTION, "stepping.step"),
     "candidates": (QUESTION, "stepping.candidates"),
+    "axis": (QUESTION, "survey.axis"),
     "ghost": (QUESTION, "stepping.ghost"),
     "preview": (QUESTION, "stepping.preview"),
     "held_out": (QUESTION, "hold.held_out"),
@@ -82,6 +84,7 @@ class Visit:
     def __init__(self, folder: str | Path) -> None:
         self.arrivals = Arrivals(folder)
         self.desk: Desk | None = None
+        self.desks: dict[Sight, Desk] = {}  # of the complete axes of the recording
         self.steps: Steps | None = None
         self.held: Recording | None = None  # the recording that is held out
         self.not_held = ""  # why what was held out in an earlier visit is not now
@@ -89,11 +92,12 @@ class Visit:
         self.log: Waiting | None = None  # one that waits to be read
         self.tell: Tell = lambda **event: None
         self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
-        self.hurried: Callable[[], bool] = (
-            lambda: False
+        self.hurried: Callable[[], bool] = lambda: (
+            False
         )  # is somebody waiting for what is being computed
         self.intake, self.hold, self.stepping = Intake(self), HoldOut(self), Stepping(self)
         self.looks, self.closer, self.plans = Looks(self), Closer(self), plans
+        self.survey = Survey(self)
         self.calls = {
             name: Call(kind, attrgetter(path)(self)) for name, (kind, path) in CALLS.items()
         }
@@ -173,6 +177,7 @@ class Visit:
     def close(self) -> Json:
         """Back to the first page; the session stays beside its recording."""
         self.desk, self.steps, self.log, self.held, self.not_held = None, None, None, None, ""
+        self.desks.clear()
         return self.changed()
 
     def listen(self, source: str) -> Json:
