@@ -1,4 +1,4 @@
-"""All axes of a recording in one table: each row is what a terminal finds on that axis, and opens it."""
+"""All axes of a recording in one table: each row is what a terminal finds on that axis."""
 
 import json
 import unittest

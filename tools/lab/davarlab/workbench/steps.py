@@ -11,6 +11,7 @@ from urllib.parse import quote
 from .. import files
 from .. import model as models
 from ..errors import BadInput
+from ..report.values import Json
 from . import schema
 
 ENDING = ".davarlab.json"
@@ -241,6 +242,11 @@ class Steps:
     @property
     def sights(self) -> list[Sight]:
         return [Sight.of_text(text) for text in self.trees]
+
+    def way(self, step: Step) -> list[Json]:
+        """label, error and floor of the steps to a step, the first one first."""
+        before = [] if step.parent is None else self.way(self.steps[step.parent])
+        return [*before, {"label": step.did, "error": step.error, "floor": step.floor}]
 
     @property
     def here(self) -> Step:

@@ -11,11 +11,11 @@ const called = (kind) => NAMES[kind] || kind.replaceAll("_", " ");
 
 // range: {y: [low, high]} that stands still over the steps, tau: [first, last] of a zoom or null.
 export class AllanChart {
-  constructor(place, state, { range, zoom = null, length, span, small = false, overlay = null }) {
-    const made = canvas(place, small ? "Allan deviation, measured and model" : null);
+  constructor(place, state, { range, zoom = null, length, span, small = false, overlay = null, unit = "deg/s", label = null }) {
+    const made = canvas(place, small ? "Allan deviation, measured and model" : label);
     this.ready = Boolean(made);
     if (!made) return;
-    Object.assign(this, made, { state, small, length, span, overlay, phone: made.width < PHONE });
+    Object.assign(this, made, { state, small, length, span, overlay, unit, phone: made.width < PHONE });
     this.place(range, zoom);
     this.grid();
     this.layers();
@@ -55,9 +55,9 @@ export class AllanChart {
       svg("line", { x1: X(value), x2: X(value), y1: top, y2: small ? bottom : ratioBottom, stroke: "var(--grid)" }, grid);
       svg("text", { x: X(value), y: this.height - 5, "text-anchor": "middle" }, grid, text);
     }
-    if (phone) svg("text", { x: right, y: top + 10, "text-anchor": "end" }, grid, "Allan deviation, deg/s");
-    else if (small) svg("text", { x: right + 10, y: top + 10 }, grid, "deg/s");
-    else ["Allan deviation,", "deg/s"].forEach((text, i) => svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text));
+    if (phone) svg("text", { x: right, y: top + 10, "text-anchor": "end" }, grid, `Allan deviation, ${this.unit}`);
+    else if (small) svg("text", { x: right + 10, y: top + 10 }, grid, this.unit);
+    else ["Allan deviation,", this.unit].forEach((text, i) => svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text));
     if (!small) this.ratioGrid(grid);
   }
 

@@ -1,0 +1,40 @@
+// Where it fails: averaging time over the time of the recording, and the record on the same axis of time.
+import * as cells from "/page/chart/cells.js";
+import { clockMarks, scale } from "/page/chart/scale.js";
+import { area, canvas, svg } from "/page/chart/svg.js";
+import { brief, number } from "/page/words.js";
+
+const PHONE = 560, RECORD = [50, 110]; // pixels of the record
+
+// map: the cells; length: of the windows shown; record: {column, time_s, low, high}, undefined until it is loaded, null for none; marked: stretches of it; pick: called with a cell.
+export function failureMap(place, { map, tau, length, span, record, marked = [], selected = null, pick = null, label }) {
+  const made = canvas(place);
+  if (!made) return;
+  const { drawing, width, height } = made, left = 54, right = width - (width < PHONE ? 10 : 100), top = 18, recordHeight = record === null ? -10 : Math.max(RECORD[0], Math.min(RECORD[1], height * 0.26)), bottom = height - recordHeight - 34;
+  const row = (bottom - top) / tau.length, X = scale(false, 0, span, left, right), strip = svg("g", { class: "strip" }, drawing);
+  drawing.setAttribute("role", "group");
+  drawing.setAttribute("aria-label", label);
+  svg("text", { x: 4, y: 11 }, drawing, "Averaging time");
+  for (const { cell, column } of cells.chosen(map, tau, length)) {
+    const box = { x: X(cell.start_s) + 0.5, y: top + (tau.length - 1 - column) * row + 0.5, width: Math.max(1, X(cell.stop_s) - X(cell.start_s) - 1), height: Math.max(1, row - 1) };
+    cells.paint(svg("rect", box, strip), box, cell.ratio, cell.z);
+    if (!pick) continue;
+    const hit = svg("rect", { ...box, fill: "none", "pointer-events": "all", style: "cursor:pointer", class: "hit", ...(cells.alike(cell, selected) ? { stroke: "var(--ink)", "stroke-width": 2.5 } : {}) }, drawing);
+    hit.addEventListener("click", () => pick(cell));
+  }
+  svg("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: "none", stroke: "var(--edge)" }, drawing);
+  const every = Math.ceil(16 / row);
+  tau.forEach((t, i) => i % every || svg("text", { x: left - 6, y: top + (tau.length - 0.5 - i) * row + 4, "text-anchor": "end" }, drawing, brief(t)));
+  if (width >= PHONE) cells.key(drawing, right + 14, top + 30);
+  if (record) below(drawing, record, { X, y: bottom + 10, height: recordHeight, left, right, marked, selected });
+  for (const [value, text] of clockMarks(0, span, (right - left) / 90)) svg("text", { x: X(value), y: height - 6, "text-anchor": !value ? "start" : X(value) > width - 24 ? "end" : "middle" }, drawing, text);
+}
+
+function below(drawing, record, { X, y, height, left, right, marked, selected }) {
+  const low = Math.min(...record.low), high = Math.max(...record.high), Y = scale(false, low, high, y + height, y);
+  for (const [start, stop] of marked) svg("rect", { x: X(start), y, width: Math.max(1, X(stop) - X(start)), height, fill: "var(--ink)", "fill-opacity": 0.12 }, drawing);
+  svg("path", { d: area(X, Y, record.time_s, record.low, record.high), fill: "var(--meas)", stroke: "var(--meas)", class: "record" }, drawing);
+  for (const value of [low, high]) svg("text", { x: left - 6, y: Y(value) + (value === low ? 0 : 10), "text-anchor": "end" }, drawing, number(value, 2));
+  if (right + 20 < drawing.viewBox.baseVal.width) svg("text", { x: right + 8, y: y + 14 }, drawing, record.column.slice(0, 14));
+  if (selected) svg("rect", { x: X(selected.start_s), y, width: Math.max(2, X(selected.stop_s) - X(selected.start_s)), height, fill: "var(--ink)", "fill-opacity": 0.08, stroke: "var(--ink)", "stroke-width": 2 }, drawing);
+}
