@@ -88,6 +88,12 @@ export class AllanChart {
     this.labels = svg("g", {}, drawing);
   }
 
+  // The place of a cell in the strip.
+  box(cell) {
+    const { X, stripTop, stripBottom, span } = this, x = X(cell.tau_s / Math.SQRT2) + 0.5, each = (stripBottom - stripTop) / span;
+    return { x, y: stripTop + cell.start_s * each + 0.5, width: X(cell.tau_s * Math.SQRT2) - x - 0.5, height: Math.max(1, (cell.stop_s - cell.start_s) * each - 1) };
+  }
+
   // What is below the curve: ratios and cells.
   lower() {
     const { drawing, X, R, state, left, right, top, stripTop, stripBottom, phone } = this;
@@ -96,8 +102,7 @@ export class AllanChart {
     this.ends = state.tau.map((tau) => svg("circle", { cx: X(tau), r: 3, fill: "var(--meas)" }, ratios));
     const strip = svg("g", { "clip-path": `url(#${this.clip}-r)`, class: "strip" }, drawing);
     this.cells = cells.chosen(state.cells, state.tau, this.length).map(({ cell, index, column }) => {
-      const x = X(cell.tau_s / Math.SQRT2) + 0.5, y = stripTop + (cell.start_s / this.span) * (stripBottom - stripTop) + 0.5;
-      const box = { x, y, width: X(cell.tau_s * Math.SQRT2) - x - 0.5, height: Math.max(1, ((cell.stop_s - cell.start_s) / this.span) * (stripBottom - stripTop) - 1) };
+      const box = this.box(cell);
       return { index, column, box, cell, rect: svg("rect", box, strip) };
     });
     svg("rect", { x: left, y: stripTop, width: right - left, height: stripBottom - stripTop, fill: "none", stroke: "var(--edge)" }, drawing);
@@ -194,8 +199,8 @@ export class AllanChart {
 
   showCell(cell) {
     if (!this.ready) return;
-    const found = this.cells.find((one) => cells.alike(one.cell, cell));
-    for (const name of ["x", "y", "width", "height"]) this.selected.setAttribute(name, found ? found.box[name] : 0);
-    if (found) this.showCursor(cell.tau_s);
+    const box = cell ? this.box(cell) : { x: 0, y: 0, width: 0, height: 0 };
+    for (const [name, value] of Object.entries(box)) this.selected.setAttribute(name, value);
+    if (cell) this.showCursor(cell.tau_s);
   }
 }

@@ -23,7 +23,7 @@ const ticks = (axis, X, most) => (axis.time ? timeMarks(X.from, X.to) : axis.clo
 export function xy(place, series, { x: xAxis, y: yAxis, y2 = null, lines = [], spans = [], zoom = null, label, right = null }) {
   const made = canvas(place, label);
   if (!made) return null;
-  const { drawing, width, height } = made, phone = width < PHONE, l = phone ? 44 : 54, r = width - (right ?? (phone ? 10 : 150)), top = yAxis.title ? 20 : 12, bottom = height - (xAxis.hidden ? 6 : 24);
+  const { drawing, width, height } = made, phone = width < PHONE, l = phone ? 44 : 54, r = width - (right ?? (phone ? 10 : 150)), top = yAxis.title ? 23 : 12, bottom = height - (xAxis.hidden ? 6 : 24);
   const kept = series.filter((one) => one.x.length);
   const [x0, x1] = zoom || xAxis.range || extent(kept.map((one) => one.x), xAxis.log, xAxis.log ? 1 : 0);
   const left = kept.filter((one) => !one.right);

@@ -1,5 +1,6 @@
 // Where it fails: averaging time over the time of the recording, the record on the same time axis, and the samples of the selected cell.
 import { ask } from "/page/api.js";
+import * as cells from "/page/chart/cells.js";
 import { failureMap } from "/page/chart/map.js";
 import { xy } from "/page/chart/xy.js";
 import { at, hear, leaving, newest, now, refused, show } from "/page/now.js";
@@ -46,8 +47,19 @@ export async function draw() {
   await look(now.cell);
 }
 
-const map = (envelope) => failureMap(at("map"), { map: now.view.map, tau: now.view.deviation.tau_s, length: now.length, span: now.all.duration_s, record: envelope, marked: now.view.observations.flatMap((one) => one.stretches || []),
-  selected: now.cell, pick: (cell) => show("cell", cell), label: "Averaging time over time: where the model is too low or too high" });
+const MOVES = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
+
+function map(envelope) {
+  const focused = at("map").contains(document.activeElement), label = "Averaging time over time: where the model is too low or too high. The arrow keys move, w goes to the worst cell.";
+  const made = failureMap(at("map"), { map: now.view.map, tau: now.view.deviation.tau_s, length: now.length, span: now.all.duration_s, record: envelope, marked: now.view.observations.flatMap((one) => one.stretches || []),
+    selected: now.cell, pick: (cell) => show("cell", cell), label });
+  if (!made) return;
+  cells.keys(made.drawing, label, MOVES, (by) => {
+    const next = cells.neighbour(made.shown, now.cell, by);
+    if (next) show("cell", next);
+  });
+  if (focused) made.drawing.focus({ preventScroll: true });
+}
 
 hear("cell", () => { if (showing("where")) { map(record); look(now.cell).catch(refused); } });
 
@@ -61,9 +73,9 @@ const look = newest(async (cell, latest) => {
   if (!latest()) return;
   [at("from").value, at("to").value] = [cell.start_s, cell.stop_s];
   fill("cell", element("b", {}, `${brief(cell.tau_s)}, ${brief(cell.start_s)} to ${brief(cell.stop_s)}`),
-    element("p", { id: "cell-said", class: "small" }, `Measured ${number(cell.measured)}, model ${number(cell.model)} deg/s: ratio ${number(cell.ratio)}, ${number(cell.z, 2)} standard deviations.${cell.proven ? " The misfit is proven (99 % confidence)." : ""}`),
+    element("p", { id: "cell-said", class: "small" }, `${cell.measured === undefined ? "Ratio" : `Measured ${number(cell.measured)}, model ${number(cell.model)} deg/s: ${number(cell.z, 2)} standard deviations, ratio`} ${number(cell.ratio)}.${cell.proven ? " The misfit is proven (99 % confidence)." : ""}`),
     ...stretch.envelopes.map((_, i) => element("div", { id: `samples-${i}`, class: "mini" })), element("div", { id: "cell-spectrum", class: "mini" }));
   stretch.envelopes.forEach((one, i) => xy(at(`samples-${i}`), [{ x: one.time_s, y: one.low, low: one.low, high: one.high, band: true, strength: 0.8, colour: i ? "var(--model)" : "var(--meas)" }],
-    { x: { clock: true }, y: { title: one.column }, right: 8, label: `Samples of ${one.column}` }));
+    { x: { clock: true, hidden: i < stretch.envelopes.length - 1 }, y: { title: one.column }, right: 8, label: `Samples of ${one.column}` }));
   xy(at("cell-spectrum"), [{ x: stretch.f_hz, y: stretch.density, colour: "var(--meas)" }], { x: { log: true, title: "Hz" }, y: { log: true, title: "deg/s/√Hz" }, right: 8, label: "Spectrum of this part" });
 });
