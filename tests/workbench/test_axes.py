@@ -38,7 +38,7 @@ class Axes(Visiting):
         expect(page.locator(".effect")).to_have_count(3)
         tab(page, "axes")
         row = page.locator("#all-axes tr", has=page.locator("[data-axis=gyro_x_dps]"))
-        expect(row.locator("td").nth(1)).to_have_text("nothing")
+        expect(row.locator("td").nth(1)).to_have_text("Nothing")
         self.assert_quiet()
 
 

@@ -1,6 +1,4 @@
-"""Where a model fails: the key w, the arrow keys, signs without colour, and titles above charts. The
-first page fits one screen.
-"""
+"""Where a model fails: keys, signs without colour, titles above charts; and the first page fits."""
 
 import unittest
 
@@ -33,7 +31,10 @@ class Where(Visiting):
         expect(page.locator("#cell-said")).to_contain_text("atio")
         self.assertEqual(float(page.input_value("#from")), named["start_s"])
         self.assertEqual(float(page.input_value("#to")), named["stop_s"])
+        said = page.inner_text("#cell b")
         page.locator("#map .hit").nth(40).click()
+        expect(page.locator("#cell b")).not_to_have_text(said)
+        expect(page.locator("#cell-spectrum svg")).to_be_visible()
         page.locator("#map svg").focus()
         at = [float(page.input_value(f"#{end}")) for end in ("from", "to")]
         page.keyboard.press("ArrowRight")
@@ -43,12 +44,10 @@ class Where(Visiting):
         self.assertTrue(
             page.locator("#map svg").evaluate("(one) => one === document.activeElement")
         )
-        expect(page.locator("#cell-spectrum svg")).to_be_visible()
         self.signs_differ_without_colour_and_titles_stand_above_charts(page)
         self.assert_quiet()
 
     def signs_differ_without_colour_and_titles_stand_above_charts(self, page):
-
         heights = {}
         for fill, height in page.locator("#map .strip rect").evaluate_all(
             "(all) => all.map((one) => [one.getAttribute('fill'), one.getAttribute('height')])"

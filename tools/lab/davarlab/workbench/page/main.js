@@ -58,7 +58,7 @@ async function refresh() {
   const next = await ask("step", { number: now.all.current });
   if (turn !== now.turn || next.state !== now.all.state) return; // the server reports the change in the meantime with an event
   const before = now.view && now.of === identity() && next.state !== now.view.state ? now.drawn : null;
-  if (now.of !== identity()) now.cell = null;
+  if (now.of !== identity()) [now.cell, now.length] = [null, 0];
   now.of = identity();
   [now.view, now.drawn] = [next, curve.atRest(next)];
   at("bench").hidden = false;
@@ -186,7 +186,7 @@ function gone() {
   say("");
   stale(true);
   const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s are" : " is"} saved in ${now.all.session}. An unfinished computation is lost. ` : "";
-  fill("gone", element("b", {}, "The workbench server does not answer. "), kept, "The page reconnects when the server answers. If the server has stopped, run ",
+  fill("gone", element("h1", {}, "The workbench server does not answer. "), kept, "The page reconnects when the server answers. If the server has stopped, run ",
     element("code", {}, now.all?.again || "tools/davarlab open"), " and open the address that it prints.");
   at("gone").hidden = false;
 }

@@ -4,7 +4,7 @@ import { marks, scale, timeMarks } from "/page/chart/scale.js";
 import { area, canvas, line, svg } from "/page/chart/svg.js";
 import { brief, number, timesText } from "/page/words.js";
 
-const PHONE = 560, DASHES = ["1 3", "6 3", "8 2 2 2", "3 2"];
+const PHONE = 560, LETTER = 7, DASHES = ["1 3", "6 3", "8 2 2 2", "3 2"];
 const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
 const NAMES = { angle_random_walk: "white noise", rate_random_walk: "random walk", sinusoid: "line" };
 const called = (kind) => NAMES[kind] || kind.replaceAll("_", " ");
@@ -55,7 +55,7 @@ export class AllanChart {
       svg("line", { x1: X(value), x2: X(value), y1: top, y2: small ? bottom : ratioBottom, stroke: "var(--grid)" }, grid);
       svg("text", { x: X(value), y: this.height - 5, "text-anchor": "middle" }, grid, text);
     }
-    if (phone) svg("text", { x: right, y: top + 10, "text-anchor": "end" }, grid, `Allan deviation, ${this.unit}`);
+    if (phone) svg("text", { x: right, y: top + 10, "text-anchor": "end", class: "halo" }, grid, `Allan deviation, ${this.unit}`);
     else if (small) svg("text", { x: right + 10, y: top + 10 }, grid, this.unit);
     else ["Allan deviation,", this.unit].forEach((text, i) => svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text));
     if (!small) this.ratioGrid(grid);
@@ -160,6 +160,7 @@ export class AllanChart {
     if (this.phone && !this.small) return;
     const { state, X, Y, bottom, top } = this, x = this.right + 10, end = state.tau.length - 1;
     this.labels.replaceChildren();
+    this.inside = [];
     const names = [["measured", state.measured[end], "var(--meas-ink)", true], ["model", state.model[end], "var(--model)", true]];
     for (const one of this.overlay || []) names.push([one.name, one.deviation.at(-1), "var(--ink)", false]);
     for (const one of this.small ? [] : state.effects) {
@@ -182,7 +183,10 @@ export class AllanChart {
     if (Y(effect.deviation[i]) > bottom) return;
     while (Y(effect.deviation[i + 1]) < bottom) i += 1;
     const [y0, y1] = [Y(effect.deviation[i]), Y(effect.deviation[i + 1])], share = (bottom - y0) / (y1 - y0);
-    svg("text", { x: X(state.tau[i]) + share * (X(state.tau[i + 1]) - X(state.tau[i])) + 4, y: bottom - 3, class: "halo" }, this.labels, called(effect.kind));
+    const left = X(state.tau[i]) + share * (X(state.tau[i + 1]) - X(state.tau[i])) + 4, text = called(effect.kind);
+    const y = bottom - 3 - 14 * this.inside.filter(([from, to]) => left < to && left + LETTER * text.length > from).length;
+    this.inside.push([left, left + LETTER * text.length]);
+    svg("text", { x: left, y, class: "halo" }, this.labels, text);
   }
 
   showCursor(tau) {

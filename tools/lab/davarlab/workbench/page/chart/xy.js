@@ -54,7 +54,7 @@ export function xy(place, series, { x: xAxis, y: yAxis, y2 = null, lines = [], s
 
 function draw(parent, one, X, Y) {
   const colour = one.colour || "var(--model)";
-  if (one.low && one.high && !one.bars) svg("path", { d: area(X, Y, one.x, one.low, one.high), fill: colour, "fill-opacity": one.strength ?? 0.16 }, parent);
+  if (one.low && one.high && !one.bars) svg("path", { d: area(X, Y, one.x, one.low, one.high), fill: colour, "fill-opacity": one.strength ?? 0.16, stroke: one.strength ? colour : null }, parent);
   if (one.band) return;
   if (one.bars) one.x.forEach((x, i) => one.low[i] !== null && svg("line", { x1: X(x), x2: X(x), y1: Y(one.low[i]), y2: Y(one.high[i]), stroke: colour }, parent));
   if (one.points) one.x.forEach((x, i) => one.y[i] !== null && point(parent, one, X(x), Y(one.y[i]), i));

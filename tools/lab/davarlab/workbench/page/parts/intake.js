@@ -56,7 +56,7 @@ function facts(log, guesses) {
 
 export function columns(all, actions) {
   const { log } = all, guesses = log.columns.map((one) => ({ ...one }));
-  const titles = ["Column", "Is", "Axis", "Unit", "Factor", "", "First values"];
+  const titles = ["Column", "Is", "Axis", "Unit", "Factor", "Note", "First values"];
   const table = element("table", {}, element("thead", {}, element("tr", {}, ...titles.map((title) => element("th", {}, title)))), element("tbody", {}, ...guesses.map((one, index) => row(one, index, log))));
   table.addEventListener("change", (event) => {
     const { index, key } = event.target.dataset, one = guesses[index];

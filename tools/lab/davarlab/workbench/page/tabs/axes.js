@@ -37,7 +37,7 @@ function keep() {
   return rows;
 }
 
-const missing = (row) => (row.adequate ? "nothing" : row.unknown ? "no known effect" : cards(row.candidates).slice(0, 1).map(named).join("") || "not determined");
+const missing = (row) => (row.adequate ? "Nothing" : row.unknown ? "No known effect" : cards(row.candidates).slice(0, 1).map(named).join("") || "Not determined");
 
 function open(column) {
   select("fit");
