@@ -58,7 +58,7 @@ OPENED = {
         "../davarfleet/page.py",
         "(Path(pages.__file__).parent / 'style.css').read_text(encoding='utf-8')",
     ): OWN,
-    ("report/page.py", "(HERE / 'style.css').read_text(encoding='utf-8')"): OWN,
+    ("report/page.py", "path.read_text(encoding='utf-8')"): OWN,
     ("report/contents.py", "VERSION_HEADER.read_text()"): OWN,
     ("workbench/plans.py", "zipfile.ZipFile(made, 'w', zipfile.ZIP_DEFLATED)"): "in memory",
     ("workbench/arrivals.py", "open(part, 'xb')"): NEW,

@@ -1,5 +1,5 @@
-"""How the workbench feels: a real browser on 360 000 samples (one call of tools/test --only
-workbench makes the environment):
+"""How the workbench feels: a real browser on 360 000 and on 1 000 000 samples (one call of
+tools/test --only workbench makes the environment):
 
 build/venv-browser/bin/python tests/workbench/benchmark_page.py [REPEATS]
 """
@@ -11,7 +11,7 @@ import unittest
 from pathlib import Path
 
 from playwright.sync_api import expect
-from visiting import Visiting, ranked, tab
+from visiting import FIRST, Visiting, ranked, run, tab
 
 GOALS = {
     "first curve after the file is there, s": 3.0,
@@ -23,6 +23,9 @@ GOALS = {
     "a candidate added, s": 1.0,
     "cell to its samples, ms": 300.0,
     "slider to plan, ms": 100.0,
+    "10^6 samples: slider to curve, ms": 16.0,
+    "10^6 samples: release to last chart, ms": 300.0,
+    "10^6 samples: record drawn, ms": 300.0,
 }
 SLIDE = """async (input) => {
   const frame = () => new Promise((done) => requestAnimationFrame(() => {
@@ -126,9 +129,35 @@ def one_visit(case):
     return found
 
 
+def long_visit(case):
+    """The charts of a record of 1 000 000 samples."""
+    found, scenario = {}, case.folder / "long.toml"
+    scenario.write_text(
+        FIRST.format(rate=100.0, column="gyro_z_dps") + "[simulate]\nseed = 3\nduration_s = 10000\n"
+    )
+    assert run("simulate", scenario, "-o", case.folder / "long.csv").returncode == 0
+    page = case.page(case.open("long.csv"))
+    expect(page.locator("#to-held-out")).to_be_visible()
+    page.wait_for_timeout(REST_MS)
+    slider = page.locator("[data-kind=angle_random_walk] input[type=range]")
+    found["10^6 samples: slider to curve, ms"] = statistics.median(slider.evaluate(SLIDE))
+
+    def release():
+        slider.dispatch_event("change")
+        expect(page.locator("#back")).to_be_visible()
+        expect(page.locator("#panel-fit")).to_have_attribute("aria-busy", "false")
+
+    found["10^6 samples: release to last chart, ms"] = 1000 * spent(release)
+    page.wait_for_timeout(REST_MS)
+    found["10^6 samples: record drawn, ms"] = 1000 * spent(
+        lambda: (page.click("#tab-where"), expect(page.locator("#map .record")).to_be_visible())
+    )
+    return found
+
+
 class Benchmark(Visiting):
     def runTest(self):
-        self.rows = one_visit(self)
+        self.rows = one_visit(self) | long_visit(self)
 
 
 def main(repeats):

@@ -32,9 +32,9 @@ STATE = tempfile.TemporaryDirectory()  # of the tests, not the user's
 expect.set_options(timeout=HANG_MS)
 
 
-def run(*arguments):
+def run(*arguments, cwd=None):
     """A command of davarlab as a user types it."""
-    return subprocess.run([COMMAND, *map(str, arguments)], text=True, capture_output=True)
+    return subprocess.run([COMMAND, *map(str, arguments)], text=True, capture_output=True, cwd=cwd)
 
 
 OF_A_STEP = (

@@ -81,7 +81,7 @@ def main() -> None:
                 )
             )
         )
-        (ROOT / "docs/lab_map.png").write_bytes(page.locator("#map figure img").first.screenshot())
+        (ROOT / "docs/lab_map.png").write_bytes(packed(page.locator("#map").screenshot()))
         server = subprocess.Popen(
             [ROOT / "tools/davarlab", "open", "--no-browser"],
             cwd=folder,

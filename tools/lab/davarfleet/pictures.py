@@ -1,22 +1,44 @@
 """The pictures of a population, each one SVG file in text."""
 
+import base64
+import io
 from collections.abc import Sequence
 from datetime import UTC, datetime
 
+import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
 from davarlab.effects import table
-from davarlab.report import pictures, words
+from davarlab.report import words
 from matplotlib.figure import Figure
 
 from . import population
 from .limits import Limit
 from .store import Found, Row
 
+matplotlib.use("Agg")
+
+WIDTH = 5.9  # inches; at the 96 pixels of a browser's inch half of a page
+SETTINGS = {
+    "svg.fonttype": "path",
+    "svg.hashsalt": "davarlab",
+    "font.size": 9.5,
+    "axes.titlesize": 9.5,
+}
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#999999")
 BATCHES_MAX = len(COLOURS)
 KINDS_MAX = 12
+
+
+def svg(figure: Figure) -> str:
+    """A data URI; no metadata, so that nothing in it points outside."""
+    text = io.BytesIO()
+    figure.savefig(
+        text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None}
+    )
+    plt.close(figure)
+    return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode()
 
 
 def coefficient(name: str) -> str:
@@ -32,7 +54,7 @@ def coefficient(name: str) -> str:
 
 def framed(rows: int, height: float) -> tuple[Figure, npt.NDArray[np.object_]]:
     return plt.subplots(
-        rows, 1, figsize=(pictures.WIDTH, height * rows + 0.5), layout="constrained", squeeze=False
+        rows, 1, figsize=(WIDTH, height * rows + 0.5), layout="constrained", squeeze=False
     )
 
 
@@ -52,7 +74,7 @@ def batches_of(rows: Sequence[Row]) -> list[tuple[str, list[Row], str]]:
 
 def distributions(rows: Sequence[Row], names: Sequence[str], limits: Sequence[Limit]) -> str:
     """A histogram of each coefficient, the batches above each other."""
-    with plt.rc_context(pictures.SETTINGS):
+    with plt.rc_context(SETTINGS):
         figure, axes = framed(len(names), 2.0)
         for one, name in zip(axes[:, 0], names):
             everything = population.estimates(rows, name)[1]
@@ -82,7 +104,7 @@ def distributions(rows: Sequence[Row], names: Sequence[str], limits: Sequence[Li
             one.set(xlabel=coefficient(name), ylabel="units")
             one.grid(axis="y", alpha=0.3)
         axes[0, 0].legend(fontsize="small")
-        return pictures.svg(figure)
+        return svg(figure)
 
 
 def gains(hidden: Sequence[Found]) -> str:
@@ -90,7 +112,7 @@ def gains(hidden: Sequence[Found]) -> str:
     kinds = list(dict.fromkeys(one["kind"] for one in hidden))[:KINDS_MAX]
     batches = sorted({(one["axis"], one["batch"]) for one in hidden})[:BATCHES_MAX]
     many = len({axis for axis, _ in batches}) > 1
-    with plt.rc_context(pictures.SETTINGS):
+    with plt.rc_context(SETTINGS):
         figure, axes = framed(1, 0.28 * len(kinds) + 0.9)
         one, thick = axes[0, 0], 0.8 / max(len(batches), 1)
         for place, (axis, batch) in enumerate(batches):
@@ -120,7 +142,7 @@ def gains(hidden: Sequence[Found]) -> str:
         one.set_xlim(left, right + 0.2 * (right - left))
         one.grid(axis="x", alpha=0.3)
         one.legend(fontsize="small", loc="lower right")
-        return pictures.svg(figure)
+        return svg(figure)
 
 
 def over(rows: Sequence[Row], names: Sequence[str], key: str) -> str | None:
@@ -128,7 +150,7 @@ def over(rows: Sequence[Row], names: Sequence[str], key: str) -> str | None:
     rows = [row for row in rows if row.get(key) is not None]
     if len(rows) < 2 or np.ptp([row[key] for row in rows]) == 0:
         return None
-    with plt.rc_context(pictures.SETTINGS):
+    with plt.rc_context(SETTINGS):
         figure, axes = framed(len(names), 1.9)
         for one, name in zip(axes[:, 0], names):
             for batch, part, colour in batches_of(rows):
@@ -146,4 +168,4 @@ def over(rows: Sequence[Row], names: Sequence[str], key: str) -> str | None:
         )
         axes[0, 0].legend(fontsize="small")
         figure.autofmt_xdate() if key == "start_s" else None
-        return pictures.svg(figure)
+        return svg(figure)

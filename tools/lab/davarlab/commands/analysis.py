@@ -158,7 +158,7 @@ def report(
     improvement."""
     if not options.report:
         return
-    from ..report import contents, page  # the pictures take a second to load
+    from ..report import contents, page  # they take half a second to load
 
     progress("drawing the report")
     named = {

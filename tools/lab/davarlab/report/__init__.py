@@ -1,1 +1,2 @@
-"""The report: contents (what is said), words (how), pictures, page (HTML, one file). DESIGN 9."""
+"""The report: contents (what is said), words (how), curves (what is drawn), page (one HTML file).
+DESIGN 9."""

@@ -6,10 +6,12 @@ import os
 import platform
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+
+import numpy as np
 
 from .. import axes, files, places
 from .. import model as models
@@ -22,12 +24,13 @@ from ..effects import table
 from ..inference.estimate import Estimate
 from ..model import Model
 from ..thresholds import CHANCE
-from . import pictures, verdict, words
-from .values import Json
+from . import curves, verdict, words
+from .values import Json, plain
 
 VERSION_HEADER = places.shared("lib/include/davar/version.h")
-PACKAGES = ("numpy", "scipy", "matplotlib", "Jinja2")
+PACKAGES = ("numpy", "scipy", "Jinja2")
 WHERE_MAX = 6
+COLUMNS = 5  # beside the gyro
 
 
 @dataclass
@@ -214,13 +217,6 @@ def measured(
 ) -> Json:
     """The part that every report has. better: the comparison of the final model, if it has more
     effects than the initial one. state, model, estimates: the final model on this recording."""
-    effects = contributions.of_state(state, run.recording, run.model) if better else []
-    added = [
-        (words.name(kind), tau, deviation)
-        for kind, tau, deviation in effects
-        if kind not in run.model.kinds
-    ]
-    shocks = state.shocks.times if "shocks" in model.kinds else ()
     return {
         "run": run_facts(run),
         "gap_note": words.gap_note(run.recording),
@@ -236,25 +232,80 @@ def measured(
         "correlations": correlation_rows(comparison, better),
         "parameters": parameter_rows(model, run.model, estimates),
         "model_text": models.text_of(model),
-        "deviation": pictures.deviation(comparison, better, added),
-        "recorded": pictures.recorded(
-            run.recording, run.model.column, zip(model.kinds, estimates), shocks
-        ),
-        "map": pictures.failure_map(comparison, better),
-        "spectrum": pictures.spectrum(comparison, better),
+        "drawn": drawn(run, comparison, better, state, zip(model.kinds, estimates)),
     }
 
 
-def of_comparison(run: Run, comparison: Comparison, state: Judged) -> Json:
-    """`davarlab compare`. state: the model refitted on the recording."""
+def drawn(
+    run: Run,
+    given: Comparison,
+    better: Comparison | None,
+    state: State,
+    effects: Iterable[tuple[str, Estimates]],
+) -> Json:
+    """What drawing.js draws. effects: of the final model, with their estimates."""
+    recording, last = run.recording, better or given
+    compared = {"initial": given} | ({"final": better} if better else {})
+    before = curves.deviation(given.cells, [])
+    parts = contributions.of_state(state, recording, run.model) if better else []
+    found: Json = plain(
+        {
+            "span_s": recording.samples / recording.rate_hz,
+            "unit": given.unit,
+            "deviation": curves.deviation(last.cells, parts),
+            "before": {key: before[key] for key in ("tau_s", "model")} if better else None,
+            "maps": {name: curves.failure_map(one.cells) for name, one in compared.items()},
+            "spectra": {
+                f"{name} model": curves.residual(*one.spectrum) for name, one in compared.items()
+            },
+            "columns": [
+                curves.envelope(name, recording.column(name), recording.rate_hz)
+                for name in columns_drawn(recording, run.model.column)
+            ],
+            "marked": marked(state, effects),
+            "steps": [],
+        }
+    )
+    return found
+
+
+def columns_drawn(recording: Recording, gyro: str) -> list[str]:
+    """The gyro, and the columns beside it that change."""
+    others = [
+        name
+        for name, values in recording.columns.items()
+        if name != "time_s" and not name.startswith("gyro_") and np.ptp(values) > 0
+    ]
+    return [gyro, *[name for name in others if name != gyro][:COLUMNS]]
+
+
+def marked(state: State, effects: Iterable[tuple[str, Estimates]]) -> list[tuple[float, float]]:
+    """Stretches (s) of noise steps, and shocks."""
+    found = []
+    for kind, entry in effects:
+        if kind == "noise_step":
+            found.append((float(entry["start_s"].value), float(entry["stop_s"].value)))
+        if kind == "shocks":
+            rate_hz = state.bench.data.rate_hz
+            found += [(time / rate_hz, time / rate_hz) for time in state.shocks.times]
+    return found
+
+
+def of_comparison(
+    run: Run, comparison: Comparison, state: Judged, way: Sequence[Json] = ()
+) -> Json:
+    """`davarlab compare`. state: the model refitted on the recording. way: label, error and floor
+    of the steps to the model, where they are known."""
     tone, said = verdict.of_comparison(comparison)
-    return {
+    contents = {
         **measured(run, comparison, None, state, *improve.fitted_model(state, run.model)),
         "title": "Model and measurement",
         "tone": tone,
         "verdict": said,
         "next": verdict.after_comparison(comparison, state, run),
     }
+    contents["drawn"]["steps"] = list(way)
+    return contents
 
 
 def of_improvement(run: Run, found: Improvement) -> Json:
@@ -263,7 +314,7 @@ def of_improvement(run: Run, found: Improvement) -> Json:
     better = found.comparisons[-1] if len(found.comparisons) > 1 else None
     tone, said = verdict.of_improvement(found)
     shown, imitators, chance = candidate_rows(found)
-    return {
+    contents = {
         **measured(run, found.comparison, better, found.state, found.model, found.estimates),
         "notes": [verdict.observation(one) for one in found.comparison.observations] + found.notes,
         "title": "Missing effects",
@@ -280,5 +331,13 @@ def of_improvement(run: Run, found: Improvement) -> Json:
         "chance_kinds": chance,
         "added": words.listed(found.added) if found.added else None,
         "steps": found.steps,
-        "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None,
     }
+    contents["drawn"]["steps"] = [
+        {
+            "label": "Initial model" if step.added is None else f"+ {words.name(step.added)}",
+            "error": step.error,
+            "floor": step.error_floor,
+        }
+        for step in found.steps
+    ]
+    return contents

@@ -1,5 +1,9 @@
-"""The page: one HTML file that needs nothing else."""
+"""The report: one HTML file that needs nothing else. Its charts are drawn by the code of the
+workbench, which is packed into it."""
 
+import base64
+import hashlib
+import json
 import re
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -12,8 +16,41 @@ from markupsafe import Markup, escape
 from .. import axes, files
 from . import words
 
-PICTURE = re.compile(r'("data:[^"]*")')
 HERE = Path(__file__).resolve().parent
+WORKBENCH = HERE.parent / "workbench"
+IMPORT = re.compile(r'^import (?:\* as (\w+)|(\{.*\})) from "/(page/.*)";$', re.MULTILINE)
+EXPORT = re.compile(r"^export ((?:async )?(?:const|function|class)) (\w+)", re.MULTILINE)
+STYLES = ("tokens.css", "chart.css")
+
+
+def own(path: Path) -> str:
+    """A file of this package."""
+    return path.read_text(encoding="utf-8")
+
+
+def packed(text: str, done: dict[str, str]) -> str:
+    """A module as the body of a function that returns what it exports. Those that it imports are
+    added to `done`: path -> the same of them, in an order in which they can run."""
+    for _, _, path in IMPORT.findall(text):
+        if path not in done:
+            done[path] = packed(own(WORKBENCH / path), done)
+    names = ", ".join(name for _, name in EXPORT.findall(text))
+    body = EXPORT.sub(r"\1 \2", text)
+
+    def taken(found: re.Match[str]) -> str:
+        return f'const {found[1] or found[2].replace(" as ", ": ")} = modules["{found[3]}"];'
+
+    return f"(() => {{ {IMPORT.sub(taken, body)} return {{ {names} }}; }})()"
+
+
+@cache
+def script() -> tuple[str, str]:
+    """(the code of the charts, its hash for a Content-Security-Policy)."""
+    done: dict[str, str] = {}
+    last = packed(own(HERE / "drawing.js"), done)
+    modules = "".join(f'modules["{path}"] = {text};\n' for path, text in done.items())
+    text = f'"use strict";\nconst modules = {{}};\n{modules}{last};\n'
+    return text, base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
 def quantity(
@@ -48,13 +85,16 @@ def template() -> jinja2.Template:
 
 def html(contents: Mapping[str, Any], column: str = "") -> str:
     """The page, in the language of the column: that of a gyro, an accelerometer, or a clock."""
+    code, digest = script()
+    styles = [own(WORKBENCH / "page/style" / name) for name in STYLES] + [own(HERE / "style.css")]
+    data = json.dumps(contents["drawn"], allow_nan=False).replace("<", "\\u003c")
     text = template().render(
-        contents, style=Markup((HERE / "style.css").read_text(encoding="utf-8"))
+        contents,
+        style=Markup("\n".join(styles)),
+        digest=digest,
+        data=Markup(data),
     )
-    pieces = PICTURE.split(text)  # pictures are at the odd places
-    return "".join(
-        piece if place % 2 else axes.in_units(piece, column) for place, piece in enumerate(pieces)
-    )
+    return axes.in_units(text, column).replace("/* charts */", code)
 
 
 def write(contents: Mapping[str, Any], path: str | Path, column: str = "") -> None:

@@ -1,7 +1,6 @@
-"""Plots of a comparison. Every function draws on the axes or figure that the caller passes."""
+"""The figure of `davarlab plot`, for where there is no browser."""
 
 import io
-from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
@@ -12,7 +11,6 @@ from matplotlib.figure import Figure
 from ..arrays import Floats
 from ..diagnosis.cells import Cell
 from ..diagnosis.compare import Comparison
-from ..diagnosis.contributions import Contribution
 
 matplotlib.use("Agg")
 import matplotlib.pyplot
@@ -21,12 +19,12 @@ from matplotlib.collections import PatchCollection
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
-from scipy import stats
 
 from .. import files
+from . import curves
 
 plt = matplotlib.pyplot
-GIVEN, BETTER, QUIET = "#d55e00", "#0072b2", "0.45"
+MODEL = "#0072b2"
 FADED, FULL, MARKED = (
     2.0,
     4.0,
@@ -38,51 +36,28 @@ def plain_number(value: float, _: int | None = None) -> str:
     return f"{value:g}"
 
 
-def whole_record(comparison: Comparison) -> list[Cell]:
-    stop = max((cell.stop_s for cell in comparison.cells), default=0.0)
-    return [cell for cell in comparison.cells if cell.stop_s - cell.start_s > 0.99 * stop]
-
-
-def draw_model(
-    axes: Axes, comparison: Comparison, colour: str, name: str, band: str | None = None
-) -> None:
-    """The model's deviation over the whole record, with the band that holds 95 % of recordings of a
-    true model."""
-    cells = whole_record(comparison)
-    tau = np.array([cell.tau_s for cell in cells])
-    model = np.array([cell.model_dps for cell in cells])
-    freedom = np.array([cell.freedom for cell in cells])
-    low, high = (model * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
-    axes.fill_between(tau, low, high, color=colour, alpha=0.2, linewidth=0, label=band)
-    axes.plot(tau, model, color=colour, label=name)
-
-
-def draw_deviation(
-    axes: Axes,
-    given: Comparison,
-    better: Comparison | None = None,
-    effects: Sequence[Contribution] = (),
-    name: str = "initial model",
-    band: str | None = None,
-) -> None:
-    """Measured and model Allan deviation. better: the comparison with the added effects. effects:
-    (name, taus in s, deviations) of single effects. band: the name of the initial model's band in
-    the legend."""
-    draw_model(axes, given, GIVEN if better else BETTER, name, band)
-    if better:
-        draw_model(axes, better, BETTER, "model with added effects")
-    for (kind, tau, deviation), line in zip(effects, (":", "--", "-.", (0, (1, 3)))):
-        axes.plot(tau, deviation, color=QUIET, linestyle=line, label=f"{kind} alone")
-    measured = [(cell.tau_s, cell.measured_dps) for cell in whole_record(given)]
-    axes.plot(*zip(*measured), "k.", label="measured")
-    values = [cell.measured_dps for cell in whole_record(given)] + [
-        cell.model_dps for cell in whole_record(better or given)
-    ]
+def draw_deviation(axes: Axes, comparison: Comparison) -> None:
+    """Measured and model Allan deviation over the whole record, with the band that holds 95 % of
+    recordings of a true model."""
+    drawn = curves.deviation(comparison.cells, [])
+    tau = drawn["tau_s"]
+    axes.fill_between(
+        tau,
+        drawn["low"],
+        drawn["high"],
+        color=MODEL,
+        alpha=0.2,
+        linewidth=0,
+        label="95 % of recordings, if true",
+    )
+    axes.plot(tau, drawn["model"], color=MODEL, label="model")
+    axes.plot(tau, drawn["measured"], "k.", label="measured")
+    values = drawn["measured"] + drawn["model"]
     axes.set(
         xscale="log",
         yscale="log",
         xlabel="averaging time tau [s]",
-        ylabel=f"Allan deviation [{given.unit}]",
+        ylabel=f"Allan deviation [{comparison.unit}]",
         ylim=(min(values) / 3, max(values) * 2),
     )
     axes.grid(which="major", alpha=0.3)
@@ -104,13 +79,12 @@ def finest(comparison: Comparison) -> dict[float, list[Cell]]:
     }
 
 
-def ratio_scale(*comparisons: Comparison) -> ScalarMappable:
-    """Colours of measured / model, the same for all of these comparisons. White is 1."""
+def ratio_scale(comparison: Comparison) -> ScalarMappable:
+    """Colours of measured / model. White is 1."""
     worst = max(
         (
             max(cell.ratio, 1 / max(cell.ratio, 1e-9))
-            for c in comparisons
-            for cell in c.cells
+            for cell in comparison.cells
             if abs(cell.z) > FADED
         ),
         default=2.0,
@@ -157,7 +131,7 @@ def draw_map(axes: Axes, comparison: Comparison, colours: ScalarMappable) -> Non
     )
 
 
-def draw_map_scale(figure: Figure, axes: Axes | list[Axes], colours: ScalarMappable) -> None:
+def draw_map_scale(figure: Figure, axes: Axes, colours: ScalarMappable) -> None:
     bar = figure.colorbar(colours, ax=axes, label="measured / model")
     bar.ax.yaxis.set_major_locator(MaxNLocator(1))
     low, high = colours.norm.vmin, colours.norm.vmax
@@ -172,31 +146,21 @@ def draw_map_scale(figure: Figure, axes: Axes | list[Axes], colours: ScalarMappa
     bar.ax.minorticks_off()
 
 
-def draw_spectrum(
-    axes: Axes, given: Comparison, better: Comparison | None = None, name: str = "initial model"
-) -> None:
-    """Spectrum of the residual divided by the model's prediction. A true model gives 1."""
-    f, ratio, counts = given.spectrum
-    least = max(min(ratio.min(), 0.3), 0.03)
-    spread = stats.chi2.ppf([[0.025], [0.975]], counts) / counts
-    axes.fill_between(f, *spread, color="0.85", linewidth=0, label="95 % range of noise")
+def draw_spectrum(axes: Axes, comparison: Comparison) -> None:
+    """Spectrum of the residual over that of the model. A true model gives 1."""
+    drawn = curves.residual(*comparison.spectrum)
+    f, least = drawn["f_hz"], max(min(*drawn["ratio"], 0.5), 0.2)
+    axes.fill_between(
+        f, drawn["low"], drawn["high"], color="0.85", linewidth=0, label="95 % range of noise"
+    )
     axes.axhline(1, color="0.6", linewidth=0.8)
-    axes.plot(f, np.maximum(ratio, least), ".", color=GIVEN if better else BETTER, label=name)
-    if better:
-        axes.plot(
-            better.spectrum[0],
-            np.maximum(better.spectrum[1], least),
-            ".",
-            color=BETTER,
-            label="model with added effects",
-        )
-    top = max(np.max(ratio), np.max(better.spectrum[1]) if better else 0)
+    axes.plot(f, np.maximum(drawn["ratio"], least), ".", color=MODEL, label="model")
     axes.set(
         xscale="log",
         yscale="log",
         xlabel="frequency [Hz]",
-        ylabel="residual power / model",
-        ylim=(least / 1.2, max(2 * top, 4)),
+        ylabel="residual / model",
+        ylim=(least / 1.2, max(1.5 * max(drawn["ratio"]), 2)),
     )
     axes.yaxis.set_major_formatter(FuncFormatter(plain_number))
     axes.grid(which="major", alpha=0.3)
@@ -207,11 +171,11 @@ def draw(comparison: Comparison, path: str | Path) -> None:
     """Allan deviation, failure map and residual spectrum in one figure: PNG, PDF or SVG by the
     name."""
     figure, axes = plt.subplots(3, 1, figsize=(9, 12), layout="constrained")
-    draw_deviation(axes[0], comparison, name="model", band="95 % of recordings, if true")
+    draw_deviation(axes[0], comparison)
     colours = ratio_scale(comparison)
     draw_map(axes[1], comparison, colours)
     draw_map_scale(figure, axes[1], colours)
-    draw_spectrum(axes[2], comparison, name="model")
+    draw_spectrum(axes[2], comparison)
     axes[0].set_title(
         f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor "
         f"{comparison.error_floor:.3f}, p = {comparison.p_value:.2g}"

@@ -228,8 +228,10 @@ class Desk:
         if fits:
             self.outcomes.clear()
 
-    def first_model(self) -> models.Model:
-        return models.first(self.recording.rate_hz, self.column)
+    def first(self, progress: Progress) -> Outcome:
+        """The outcome of the first model."""
+        model = models.first(self.recording.rate_hz, self.column)
+        return self.keep(self.of(self.text(model), True, progress))
 
     def inside(self, model: models.Model) -> models.Model:
         """A model for the analysis."""
@@ -361,11 +363,16 @@ class Desk:
         return self.judged_elsewhere[key]
 
     def report(
-        self, outcome: Outcome, path: str, typed: tuple[str, str, list[str]], progress: Progress
+        self,
+        outcome: Outcome,
+        path: str,
+        typed: tuple[str, str, list[str]],
+        way: Sequence[Json],
+        progress: Progress,
     ) -> bytes:
         """The page that `davarlab compare --report` writes of a model. typed: what a terminal calls
-        recording and model, and further options."""
-        from ..report import contents, page  # the pictures take a second to load
+        recording and model, and further options; way: the steps to it."""
+        from ..report import contents, page
 
         found = compare.compare(self.recording, outcome.model, progress, outcome.fitted)
         recording, model, options = typed
@@ -377,27 +384,8 @@ class Desk:
             options,
             called=(recording, model),
         )
-        found_contents = contents.of_comparison(run, found, outcome.fitted)
+        found_contents = contents.of_comparison(run, found, outcome.fitted, way)
         return page.html(found_contents, self.sight.column).encode()
-
-    def samples(
-        self, start_s: float, stop_s: float, column: str, points: int
-    ) -> tuple[Floats, Floats, Floats]:
-        """A stretch of a column, thinned so that no extreme is lost: (times, lowest, highest)."""
-        values, rate = self.recording.column(column), self.recording.rate_hz
-        first, last = (
-            max(0, int(start_s * rate)),
-            min(len(values), max(int(stop_s * rate), int(start_s * rate) + 2)),
-        )
-        part = values[first:last]
-        edges = np.unique(
-            np.linspace(0, len(part), min(points, len(part)), endpoint=False).astype(int)
-        )
-        return (
-            (first + edges) / rate,
-            np.minimum.reduceat(part, edges),
-            np.maximum.reduceat(part, edges),
-        )
 
     def against(
         self, text: str, column: str, lag_s: float, points: int

@@ -134,6 +134,10 @@ class Kalibr(Given):
     text: Annotated[str, Field(max_length=1 << 20)]
 
 
+class Axis(Given):
+    column: Text
+
+
 class Against(Given):
     column: Text
     lag_s: Number = 0.0
@@ -237,6 +241,7 @@ REQUESTS: dict[str, type[Given]] = {
     "add_own": OwnAdd,
     "step": OfStep,
     "candidates": OfStep,
+    "axis": Axis,
     "ghost": OfPlace,
     "against": Against,
     "preview": Preview,

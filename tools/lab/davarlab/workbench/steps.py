@@ -13,6 +13,7 @@ from urllib.parse import quote
 from .. import files
 from .. import model as models
 from ..errors import BadInput
+from ..report.values import Json
 from . import schema
 
 ENDING = ".davarlab.json"
@@ -45,6 +46,13 @@ class Step:
     off: list[dict[str, float | str]] = field(default_factory=list)
     error: float | None = None
     floor: float | None = None
+
+
+def fit_of(step: Step, steps: list[Step]) -> Step:
+    """The step of the fit that a step came from; a model as given stands for its own fit."""
+    while not step.fitted and step.parent is not None:
+        step = steps[step.parent]
+    return step
 
 
 @dataclass(frozen=True)
@@ -187,6 +195,10 @@ class Steps:
         files.write_whole(self.path, text, follow=False)
         self.trees, self.written = trees, text
 
+    def tree(self, sight: Sight) -> Tree | None:
+        """The steps of a sight; None: it has none yet."""
+        return self.trees.get(sight.text)
+
     @property
     def steps(self) -> list[Step]:
         return (
@@ -240,6 +252,11 @@ class Steps:
     @property
     def sights(self) -> list[Sight]:
         return [Sight.of_text(text) for text in self.trees]
+
+    def way(self, step: Step) -> list[Json]:
+        """label, error and floor of the steps to a step, the first one first."""
+        before = [] if step.parent is None else self.way(self.steps[step.parent])
+        return [*before, {"label": step.did, "error": step.error, "floor": step.floor}]
 
     @property
     def here(self) -> Step:

@@ -1,7 +1,6 @@
 """What the page draws, as plain values: the numbers of the terminal, thinned for a screen."""
 
 from collections.abc import Sequence
-from typing import cast
 
 import numpy as np
 from scipy import signal, stats
@@ -16,7 +15,6 @@ from ..diagnosis import (
     compare,
     contributions,
     evidence,
-    judge,
     search,
     unexplained,
 )
@@ -26,13 +24,12 @@ from ..effects import table
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
 from ..model import Model, Term, is_accel
-from ..report import values, verdict, words
+from ..report import curves, values, verdict, words
 from ..report.values import Json
 from ..thresholds import CHANCE
 from .desk import Desk, Outcome
 
 LINES = 400  # points of a spectrum
-ENVELOPE = 1200  # of a record
 COLUMNS = 5  # beside the gyro
 PIECES, ROWS = 64, 60  # of a spectrogram
 HANN = 0.375  # mean square of its window
@@ -46,31 +43,10 @@ FAMILY = {
 SHEET = ("angle_random_walk", "bias_instability", "rate_random_walk")  # what a data sheet gives
 
 
-def whole_record(found: Sequence[cells.Cell]) -> list[cells.Cell]:
-    """The cells of the longest window."""
-    stop = max(cell.stop_s - cell.start_s for cell in found)
-    return [cell for cell in found if cell.stop_s - cell.start_s == stop]
-
-
 def deviation(outcome: Outcome, recording: Recording) -> Json:
-    """The curve: measured, model, its 95 % band, and each effect's own where it has one (8.1)."""
-    row = whole_record(outcome.state.cells)
-    freedom = np.array([cell.freedom for cell in row])
-    model = np.array([cell.model_dps for cell in row])
-    low, high = (model * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
+    """The curve over the whole record, and that of each effect."""
     parts = contributions.of_state(outcome.state, recording, outcome.model)
-    taus = [cell.tau_s for cell in row]
-    return {
-        "tau_s": taus,
-        "measured": [cell.measured_dps for cell in row],
-        "model": model.tolist(),
-        "low": low.tolist(),
-        "high": high.tolist(),
-        "effects": [
-            {"kind": kind, "deviation": at(taus, own_taus, values_)}
-            for kind, own_taus, values_ in parts
-        ],
-    }
+    return curves.deviation(outcome.state.cells, parts)
 
 
 def preview(state: State) -> Json:
@@ -85,28 +61,6 @@ def preview(state: State) -> Json:
         "tau_s": [m / bench.data.rate_hz for m in taus],
         "model": np.sqrt(noise + steady + known).tolist(),
     }
-
-
-def at(taus: Sequence[float], own_taus: Floats, deviations: Floats) -> list[float]:
-    found = np.interp(np.log(taus), np.log(own_taus), np.log(np.maximum(deviations, 1e-30)))
-    return cast(list[float], np.exp(found).tolist())
-
-
-def failure_map(state: State) -> list[Json]:
-    proven = judge.proven(state.cells)
-    return [
-        {
-            "tau_s": cell.tau_s,
-            "start_s": cell.start_s,
-            "stop_s": cell.stop_s,
-            "measured": cell.measured_dps,
-            "model": cell.model_dps,
-            "ratio": cell.ratio,
-            "z": cell.z,
-            "proven": bool(off),
-        }
-        for cell, off in zip(state.cells, proven)
-    ]
 
 
 def spectrum(state: State) -> Json:
@@ -129,17 +83,13 @@ def spectrum(state: State) -> Json:
         [start + int(np.argmax(energy[start:stop])) for start, stop in zip(starts, edges[1:])]
     )
     over = energy / level
-    low, high = (np.sqrt(stats.chi2.ppf(p, counts) / counts) for p in (0.025, 0.975))
     chance = stats.chi2.isf(CHANCE.family_wise / len(energy), 1)
     return {
-        "f_hz": mean(data.f).tolist(),
+        **curves.residual(mean(data.f), mean(over), counts),
         "measured": np.sqrt(mean(energy) / rate).tolist(),
         "peak_hz": data.f[peaks].tolist(),
         "peak": np.sqrt(energy[peaks] / rate).tolist(),
         "model": np.sqrt(mean(level) / rate).tolist(),
-        "ratio": np.sqrt(mean(over)).tolist(),
-        "low": low.tolist(),
-        "high": high.tolist(),
         "peak_ratio": np.sqrt(over[peaks]).tolist(),
         "peak_chance": float(np.sqrt(chance)),
     }
@@ -209,7 +159,7 @@ def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
         "worst": judgement.largest or judgement.farthest,
         "cards": [card(outcome, place, taken) for place, taken in enumerate(losses(outcome))],
         "deviation": deviation(outcome, recording),
-        "map": failure_map(outcome.state),
+        "map": curves.failure_map(outcome.state.cells),
         "spectrum": spectrum(outcome.state),
         "error": judgement.error,
         "floor": judgement.floor,
@@ -228,17 +178,21 @@ def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
     }
 
 
-def nothing_found(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate]) -> Json:
-    """What to say when no candidate is significant: the sentences, and the plain values of what is
-    left unexplained."""
+def ranking(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate]) -> Json:
+    """The candidates beside a fit. When none is significant: the sentences, the plain values of
+    what is left unexplained, and the headline of a model that does not fit."""
+    found = {"candidates": candidates(ranked), "nothing": [], "unknown": None}
     if search.significant(ranked):
-        return {"nothing": [], "unknown": None}
+        return found
     left = unexplained.unexplained_by(
         compare.of_state(outcome.fitted, outcome.model.column),
         recording,
         unexplained.Tried(ranked),
     )
+    fits = outcome.state.judgement.adequate
     return {
+        **({} if fits else headline(outcome, False, known=False)),
+        **found,
         "nothing": verdict.no_candidate(outcome.fitted.judgement, left),
         "unknown": values.unexplained(left),
     }
@@ -274,11 +228,6 @@ def candidates(ranked: Sequence[Candidate]) -> list[Json]:
     ]
 
 
-def envelope(desk: Desk, start_s: float, stop_s: float, column: str) -> Json:
-    time, low, high = desk.samples(start_s, stop_s, column, ENVELOPE)
-    return {"column": column, "time_s": time.tolist(), "low": low.tolist(), "high": high.tolist()}
-
-
 def densities(
     pieces: Floats, rate_hz: float, lowest: int, groups: int
 ) -> tuple[list[float], Floats]:
@@ -307,7 +256,10 @@ def stretch(desk: Desk, start_s: float, stop_s: float, every: bool = False) -> J
     return {
         "start_s": start_s,
         "stop_s": stop_s,
-        "envelopes": [envelope(desk, start_s, stop_s, name) for name in columns],
+        "envelopes": [
+            curves.envelope(name, desk.recording.column(name), rate, (start_s, stop_s))
+            for name in columns
+        ],
         "f_hz": f,
         "density": density[0].tolist(),
     }

@@ -9,6 +9,7 @@ import * as model from "/page/parts/model.js";
 import { add, partly, rank } from "/page/parts/next.js";
 import { close as closeEditor } from "/page/parts/own.js";
 import * as steps from "/page/parts/steps.js";
+import * as axes from "/page/tabs/axes.js";
 import * as columns from "/page/tabs/columns.js";
 import * as fit from "/page/tabs/fit.js";
 import * as held from "/page/tabs/held.js";
@@ -27,7 +28,7 @@ const stills = matchMedia("(prefers-reduced-motion: reduce)");
 
 tabs.build([{ id: "fit", title: "Fit", build: fit.build, draw: fit.draw, zoom: fit.zoom }, { id: "where", title: "Where", build: where.build, draw: where.draw, zoom: () => {} },
   { id: "spectrum", title: "Spectrum", build: spectrum.build, draw: spectrum.draw, zoom: spectrum.zoom }, { id: "columns", title: "Columns", build: columns.build, draw: columns.draw, zoom: () => {} },
-  { id: "sheet", title: "Data sheet", build: sheet.build, draw: sheet.draw, zoom: () => {} }, { id: "held", title: "Hold-out", build: held.build, draw: held.draw },
+  { id: "axes", title: "Axes", build: axes.build, draw: axes.draw }, { id: "sheet", title: "Data sheet", build: sheet.build, draw: sheet.draw, zoom: () => {} }, { id: "held", title: "Hold-out", build: held.build, draw: held.draw },
   { id: "live", title: "Live", build: live.build, draw: live.draw }, { id: "plan", title: "Plan", leaves: () => plan(true) }]);
 
 const opened = { drop: (file) => doing(`Reading ${file.name}`, async () => { try { await drop(file); } finally { await refresh(); } }),
@@ -59,7 +60,7 @@ async function refresh() {
   const next = await ask("step", { number: now.all.current });
   if (turn !== now.turn || next.state !== now.all.state) return; // the server reports the change in the meantime with an event
   const before = now.view && now.of === identity() && next.state !== now.view.state ? now.drawn : null;
-  if (now.of !== identity()) { now.cell = null; closeEditor(); }
+  if (now.of !== identity()) { [now.cell, now.length] = [null, 0]; closeEditor(); }
   now.of = identity();
   [now.view, now.drawn] = [next, curve.atRest(next)];
   at("bench").hidden = false;
@@ -101,7 +102,7 @@ async function draw(turn, before) {
   stale(false);
   refocus();
   held.error();
-  rank(turn);
+  rank(turn).then(() => axes.survey(turn));
   if (before && !stills.matches) await moveTo(before, target, turn);
   if (turn === now.turn) settle(target);
 }
@@ -210,6 +211,7 @@ shownBy(refresh);
 listen((event) => {
   if (event.progress) say(event.progress);
   if (event.candidates) partly(event);
+  if (event.axis) axes.trying(event);
   if (event.live) live.heard(event.live);
   if (event.changed) changed(event.changed);
 }, gone, () => back().catch(refused));

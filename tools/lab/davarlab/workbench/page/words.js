@@ -48,3 +48,6 @@ export const timesText = (ratio) => {
   const far = Math.max(ratio, 1 / ratio);
   return far >= 1.1 ? `${far.toFixed(1)}×` : `${number(100 * (far - 1), 2)} %`;
 };
+
+// What a step did, as the staircase names it.
+export const labelled = (did) => capital(did.replace(/^added /, "+ ").replace(/^a first model: /, "").replace(" and ", " + "));

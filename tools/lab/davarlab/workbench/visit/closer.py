@@ -46,6 +46,7 @@ class Closer:
             self.visit.stepping.outcome(step),
             self.visit.open_steps.recording,
             (recording, typed.MODEL_NAME, rate),
+            self.visit.open_steps.way(step),
             self.visit.progress,
         )
 

@@ -166,12 +166,15 @@ class Intake:
     ) -> None:
         """A sight of the recording, with a first step where there is none. It is on the desk when
         all of it is there."""
-        desk, before = desks.Desk(recording, sight), steps.sight
+        desk, before = self.desk_at(recording, sight), steps.sight
         steps.sight = sight
         try:
             if given or not steps.steps:
-                model = given or desk.first_model()
-                outcome = desk.of(desk.text(model), given is None, self.visit.progress)
+                outcome = (
+                    desk.of(desk.text(given), False, self.visit.progress)
+                    if given
+                    else desk.first(self.visit.progress)
+                )
                 took = (
                     "the model as given"
                     if given
@@ -186,6 +189,17 @@ class Intake:
             steps.sight = before
             raise
         self.visit.desk, self.visit.steps, self.visit.log = desk, steps, None
+
+    def desk_at(self, recording: Recording, sight: Sight) -> desks.Desk:
+        """The desk of a sight. Those of complete axes stay, with what was computed on them."""
+        kept = self.visit.desks
+        if any(one.whole is not recording for one in kept.values()):
+            kept.clear()
+        if sight.alone or sight.cut:
+            return desks.Desk(recording, sight)
+        if sight not in kept:
+            kept[sight] = desks.Desk(recording, sight)
+        return kept[sight]
 
     def sight(
         self,

@@ -204,7 +204,8 @@ class Own:
         if kind not in mine and kind in table.TABLE:
             raise BadInput(f"kind {kind} is taken. Write another kind")
         files.write_whole(file, data, follow=False)
-        self.visit.open_desk.forget(fits=kind in mine)
+        for desk in (self.visit.open_desk, *self.visit.desks.values()):
+            desk.forget(fits=kind in mine)
         if kind in mine:
             own.drop(kind)
         own.install(effect, file)

@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ... import model as models
 from ...candidates.candidate import Candidate
-from ...diagnosis import search
 from ...errors import BadInput
 from ...model import Model
 from ...report import words
 from ...report.values import Json
 from .. import schema, views
 from ..desk import Desk, Outcome
-from ..steps import Step, Steps
+from ..steps import Step, Steps, fit_of
 
 if TYPE_CHECKING:
     from .visit import Visit, Wish
@@ -134,13 +133,10 @@ class Stepping:
         try:
             ranked = desk.ranked(text, self.visit.progress, partly)
             outcome = desk.of(text, True, self.visit.progress)
-            unknown = not outcome.state.judgement.adequate and not search.significant(ranked)
             found = {
-                **(views.headline(outcome, False, known=False) if unknown else {}),
                 "number": step.number,
                 "state": state,
-                "candidates": views.candidates(ranked),
-                **views.nothing_found(outcome, desk.recording, ranked),
+                **views.ranking(outcome, desk.recording, ranked),
             }
             return self.visit.spoken(found)
         except Superseded:
@@ -246,10 +242,7 @@ class Stepping:
         )
 
     def fitted_step(self, step: Step) -> Step:
-        """The step of the fit that a step came from; a model as given stands for its own fit."""
-        while not step.fitted and step.parent is not None:
-            step = self.visit.open_steps.steps[step.parent]
-        return step
+        return fit_of(step, self.visit.open_steps.steps)
 
     def best(self, step: Step) -> Outcome:
         """The fit that a step came from; of a model as given, the fit of its effects."""

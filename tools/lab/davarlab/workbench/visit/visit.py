@@ -17,7 +17,7 @@ from ..arrivals import Arrivals
 from ..desk import Desk
 from ..ears import Ears
 from ..listening import Tell
-from ..steps import Steps
+from ..steps import Sight, Steps
 from . import welcome
 from .closer import Closer
 from .hold_out import HoldOut
@@ -25,6 +25,7 @@ from .intake import Intake, Waiting
 from .looks import Looks
 from .own import Own
 from .stepping import Stepping
+from .survey import Survey
 
 # Questions need the bench of a fit, looks only what is there, plans nothing of it; actions change
 # something; code is an action that runs what somebody wrote.
@@ -32,6 +33,7 @@ QUESTION, LOOK, PLAN, ACTION, CODE = "question", "look", "plan", "action", "code
 CALLS = {
     "step": (QUESTION, "stepping.step"),
     "candidates": (QUESTION, "stepping.candidates"),
+    "axis": (QUESTION, "survey.axis"),
     "ghost": (QUESTION, "stepping.ghost"),
     "preview": (QUESTION, "stepping.preview"),
     "held_out": (QUESTION, "hold.held_out"),
@@ -97,6 +99,7 @@ class Visit:
         self.code, self.port = code, 0
         self.arrivals = Arrivals(folder)
         self.desk: Desk | None = None
+        self.desks: dict[Sight, Desk] = {}  # of the complete axes of the recording
         self.steps: Steps | None = None
         self.held: Recording | None = None  # the recording that is held out
         self.not_held = ""  # why what was held out in an earlier visit is not now
@@ -108,7 +111,7 @@ class Visit:
         self.hurried: Callable[[Wish | None], bool] = nobody
         self.intake, self.hold, self.stepping = Intake(self), HoldOut(self), Stepping(self)
         self.looks, self.closer, self.plans = Looks(self), Closer(self), plans
-        self.own = Own(self)
+        self.own, self.survey = Own(self), Survey(self)
         self.calls = {
             name: Call(kind, attrgetter(path)(self)) for name, (kind, path) in CALLS.items()
         }
@@ -197,6 +200,7 @@ class Visit:
     def close(self) -> Json:
         """Back to the first page; the session stays beside its recording."""
         self.desk, self.steps, self.log, self.held, self.not_held = None, None, None, None, ""
+        self.desks.clear()
         return self.changed()
 
     def listen(self, source: str) -> Json:

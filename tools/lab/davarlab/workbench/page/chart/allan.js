@@ -2,21 +2,20 @@
 import * as cells from "/page/chart/cells.js";
 import { marks, scale, timeMarks } from "/page/chart/scale.js";
 import { area, canvas, line, svg } from "/page/chart/svg.js";
-import { rateUnit } from "/page/now.js";
 import { brief, number, timesText } from "/page/words.js";
 
-const PHONE = 560, DASHES = ["1 3", "6 3", "8 2 2 2", "3 2"];
+const PHONE = 560, LETTER = 7, DASHES = ["1 3", "6 3", "8 2 2 2", "3 2"];
 const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
 const NAMES = { angle_random_walk: "white noise", rate_random_walk: "random walk", sinusoid: "line" };
 const called = (kind) => NAMES[kind] || kind.replaceAll("_", " ");
 
 // range: {y: [low, high]} that stands still over the steps, tau: [first, last] of a zoom or null.
 export class AllanChart {
-  constructor(place, state, { range, zoom = null, length, span, small = false, overlay = null }) {
-    const made = canvas(place, small ? "Allan deviation, measured and model" : null);
+  constructor(place, state, { range, zoom = null, length, span, small = false, overlay = null, unit = "deg/s", label = null }) {
+    const made = canvas(place, small ? "Allan deviation, measured and model" : label);
     this.ready = Boolean(made);
     if (!made) return;
-    Object.assign(this, made, { state, small, length, span, overlay, phone: made.width < PHONE });
+    Object.assign(this, made, { state, small, length, span, overlay, unit, phone: made.width < PHONE });
     this.place(range, zoom);
     this.grid();
     this.layers();
@@ -56,9 +55,9 @@ export class AllanChart {
       svg("line", { x1: X(value), x2: X(value), y1: top, y2: small ? bottom : ratioBottom, stroke: "var(--grid)" }, grid);
       svg("text", { x: X(value), y: this.height - 5, "text-anchor": "middle" }, grid, text);
     }
-    if (phone) svg("text", { x: right, y: top + 10, "text-anchor": "end" }, grid, `Allan deviation, ${rateUnit()}`);
-    else if (small) svg("text", { x: right + 10, y: top + 10 }, grid, rateUnit());
-    else ["Allan deviation,", rateUnit()].forEach((text, i) => svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text));
+    if (phone) svg("text", { x: right, y: top + 10, "text-anchor": "end", class: "halo" }, grid, `Allan deviation, ${this.unit}`);
+    else if (small) svg("text", { x: right + 10, y: top + 10 }, grid, this.unit);
+    else ["Allan deviation,", this.unit].forEach((text, i) => svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text));
     if (!small) this.ratioGrid(grid);
   }
 
@@ -89,6 +88,12 @@ export class AllanChart {
     this.labels = svg("g", {}, drawing);
   }
 
+  // The place of a cell in the strip.
+  box(cell) {
+    const { X, stripTop, stripBottom, span } = this, x = X(cell.tau_s / Math.SQRT2) + 0.5, each = (stripBottom - stripTop) / span;
+    return { x, y: stripTop + cell.start_s * each + 0.5, width: X(cell.tau_s * Math.SQRT2) - x - 0.5, height: Math.max(1, (cell.stop_s - cell.start_s) * each - 1) };
+  }
+
   // What is below the curve: ratios and cells.
   lower() {
     const { drawing, X, R, state, left, right, top, stripTop, stripBottom, phone } = this;
@@ -97,8 +102,7 @@ export class AllanChart {
     this.ends = state.tau.map((tau) => svg("circle", { cx: X(tau), r: 3, fill: "var(--meas)" }, ratios));
     const strip = svg("g", { "clip-path": `url(#${this.clip}-r)`, class: "strip" }, drawing);
     this.cells = cells.chosen(state.cells, state.tau, this.length).map(({ cell, index, column }) => {
-      const x = X(cell.tau_s / Math.SQRT2) + 0.5, y = stripTop + (cell.start_s / this.span) * (stripBottom - stripTop) + 0.5;
-      const box = { x, y, width: X(cell.tau_s * Math.SQRT2) - x - 0.5, height: Math.max(1, ((cell.stop_s - cell.start_s) / this.span) * (stripBottom - stripTop) - 1) };
+      const box = this.box(cell);
       return { index, column, box, cell, rect: svg("rect", box, strip) };
     });
     svg("rect", { x: left, y: stripTop, width: right - left, height: stripBottom - stripTop, fill: "none", stroke: "var(--edge)" }, drawing);
@@ -156,6 +160,7 @@ export class AllanChart {
     if (this.phone && !this.small) return;
     const { state, X, Y, bottom, top } = this, x = this.right + 10, end = state.tau.length - 1;
     this.labels.replaceChildren();
+    this.inside = [];
     const names = [["measured", state.measured[end], "var(--meas-ink)", true], ["model", state.model[end], "var(--model)", true]];
     for (const one of this.overlay || []) names.push([one.name, one.deviation.at(-1), "var(--ink)", false]);
     for (const one of this.small ? [] : state.effects) {
@@ -178,7 +183,10 @@ export class AllanChart {
     if (Y(effect.deviation[i]) > bottom) return;
     while (Y(effect.deviation[i + 1]) < bottom) i += 1;
     const [y0, y1] = [Y(effect.deviation[i]), Y(effect.deviation[i + 1])], share = (bottom - y0) / (y1 - y0);
-    svg("text", { x: X(state.tau[i]) + share * (X(state.tau[i + 1]) - X(state.tau[i])) + 4, y: bottom - 3, class: "halo" }, this.labels, called(effect.kind));
+    const left = X(state.tau[i]) + share * (X(state.tau[i + 1]) - X(state.tau[i])) + 4, text = called(effect.kind);
+    const y = bottom - 3 - 14 * this.inside.filter(([from, to]) => left < to && left + LETTER * text.length > from).length;
+    this.inside.push([left, left + LETTER * text.length]);
+    svg("text", { x: left, y, class: "halo" }, this.labels, text);
   }
 
   showCursor(tau) {
@@ -195,8 +203,8 @@ export class AllanChart {
 
   showCell(cell) {
     if (!this.ready) return;
-    const found = this.cells.find((one) => cells.alike(one.cell, cell));
-    for (const name of ["x", "y", "width", "height"]) this.selected.setAttribute(name, found ? found.box[name] : 0);
-    if (found) this.showCursor(cell.tau_s);
+    const box = cell ? this.box(cell) : { x: 0, y: 0, width: 0, height: 0 };
+    for (const [name, value] of Object.entries(box)) this.selected.setAttribute(name, value);
+    if (cell) this.showCursor(cell.tau_s);
   }
 }

@@ -1,5 +1,5 @@
-// The failure map: which cells are shown, and how one is painted. Full width: the model is too low. Half width: it is too high, so the
-// sign survives without colour.
+// The failure map: which cells are shown, how one is painted, and the keys that move in it. A cell is full where the model is too low, and
+// half as long along the averaging time where it is too high, so that the sign survives without colour.
 import { svg } from "/page/chart/svg.js";
 
 const span = (cell) => cell.stop_s - cell.start_s;
@@ -18,21 +18,41 @@ export function chosen(cells, tau, length) {
 
 export const alike = (a, b) => Boolean(a && b) && a.tau_s === b.tau_s && a.start_s === b.start_s && a.stop_s === b.stop_s;
 
-// place: {x, width} of the full cell.
+// place: {x, width} or {y, height} of the full cell, along the averaging time.
 export function paint(rect, place, ratio, z) {
   const octaves = Math.log2(Math.max(ratio, 1e-9)), sure = Math.min(1, Math.max(0, (Math.abs(z) - 2) / 2));
   const strength = Math.min(1, Math.abs(octaves)) * sure, low = octaves > 0;
   rect.setAttribute("fill", low ? "var(--meas)" : "var(--model)");
   rect.setAttribute("fill-opacity", strength > 0.02 ? (0.12 + 0.88 * strength).toFixed(2) : 0);
-  rect.setAttribute("x", low ? place.x : place.x + place.width / 4);
-  rect.setAttribute("width", low ? place.width : place.width / 2);
+  const [start, size] = "x" in place ? ["x", "width"] : ["y", "height"];
+  rect.setAttribute(start, low ? place[start] : place[start] + place[size] / 4);
+  rect.setAttribute(size, low ? place[size] : place[size] / 2);
 }
 
-// What the colours mean.
-export function key(drawing, x, y) {
-  svg("text", { x, y: y - 5 }, drawing, "model too");
-  [0.5, 0.71, 1, 1.41, 2].forEach((ratio, i) => paint(svg("rect", { y, height: 9 }, drawing), { x: x + i * 14, width: 14 }, ratio, 9));
-  svg("rect", { x, y, width: 70, height: 9, fill: "none", stroke: "var(--edge)" }, drawing);
-  svg("text", { x, y: y + 22 }, drawing, "high");
-  svg("text", { x: x + 70, y: y + 22, "text-anchor": "end" }, drawing, "low");
+// What the colours mean. flat: cells of the averaging time from bottom to top; line: in one line that ends at x.
+export function key(drawing, x, y, { flat = false, line = false } = {}) {
+  const left = line ? x - 96 : x, size = flat ? 12 : 9;
+  [0.5, 0.71, 1, 1.41, 2].forEach((ratio, i) => (flat ? paint(svg("rect", { x: left + i * 14 + 0.5, width: 13 }, drawing), { y, height: size }, ratio, 9) : paint(svg("rect", { y, height: size }, drawing), { x: left + i * 14, width: 14 }, ratio, 9)));
+  svg("rect", { x: left, y, width: 70, height: size, fill: "none", stroke: "var(--edge)" }, drawing);
+  const texts = line ? [["model too high", left - 5, y + 10, "end"], ["low", x, y + 10, "end"]] : [["model too", left, y - 5, "start"], ["high", left, y + 22 + size - 9, "start"], ["low", left + 70, y + 22 + size - 9, "end"]];
+  for (const [text, at, base, anchor] of texts) svg("text", { x: at, y: base, "text-anchor": anchor }, drawing, text);
+}
+
+// The cell beside a selected one, `across` steps of averaging time and `along` steps of time away. shown: of chosen().
+export function neighbour(shown, selected, [across, along]) {
+  const here = shown.find((one) => alike(one.cell, selected));
+  if (!here) return shown[0]?.cell;
+  if (along) return shown.find((one) => one.column === here.column && (along > 0 ? one.cell.start_s === here.cell.stop_s : one.cell.stop_s === here.cell.start_s))?.cell;
+  const middle = (here.cell.start_s + here.cell.stop_s) / 2;
+  return shown.find((one) => one.column === here.column + across && one.cell.start_s <= middle && one.cell.stop_s > middle)?.cell;
+}
+
+// The arrow keys of a drawing. moves: key -> [across, along].
+export function keys(drawing, label, moves, move) {
+  for (const [name, value] of Object.entries({ tabindex: 0, role: "group", "aria-label": label })) drawing.setAttribute(name, value);
+  drawing.addEventListener("keydown", (event) => {
+    if (!moves[event.key]) return;
+    event.preventDefault();
+    move(moves[event.key]);
+  });
 }

@@ -31,7 +31,7 @@ export function staircase(place, steps, next, top) {
       svg("path", { d: y > before ? `M${x - 6} ${Math.max(before + 4, y - 9)}l5 7 5-7z` : `M${x - 6} ${Math.min(before - 4, y + 9)}l5 -7 5 7z`, fill: colour }, group);
     }
     svg("line", { x1: x, x2: x + tread - 2, y1: y, y2: y, stroke: colour, "stroke-width": current ? 4 : 3 }, group);
-    svg("text", { x: x + 8, y: Math.max(y - 7, 13), class: "ink strong", style: "font-size:15px" }, group, `${colour === "var(--good)" ? "✓ " : ""}${errorText(step.error)}`);
+    svg("text", { x: x + 8, y: Math.max(y - 7, 13), class: "ink strong halo", style: "font-size:15px" }, group, `${colour === "var(--good)" ? "✓ " : ""}${errorText(step.error)}`);
     svg("text", { x: x + 2, y: height - 8, class: current ? "ink" : null }, group, wide(step.label));
     svg("title", {}, group, step.label);
     if (!current && step.go) { group.style.cursor = "pointer"; group.addEventListener("click", step.go); }
@@ -40,7 +40,7 @@ export function staircase(place, steps, next, top) {
   if (next) {
     const x = left + shown.length * tread, y = Y(next.error / next.floor);
     svg("rect", { x, y, width: tread - 2, height: bottom - y, fill: "none", stroke: "var(--edge)", "stroke-dasharray": "4 4" }, drawing);
-    svg("text", { x: x + 8, y: y - 7 }, drawing, `${errorText(next.error)}?`);
+    svg("text", { x: x + 8, y: y - 7, class: "halo" }, drawing, `${errorText(next.error)}?`);
     svg("text", { x: x + 2, y: height - 8 }, drawing, wide(next.label));
   }
   return drawing;

@@ -20,10 +20,10 @@ const ticks = (axis, X, most) => (axis.time ? timeMarks(X.from, X.to) : axis.clo
 
 // series: {x, y, name, colour, width, dash, low, high, points: "ring"|"dot"|"up"|"down"|"cross", bars, band (only the band), right (axis)}.
 // axes: {x: {log, time, clock, title, range}, y: {log, title, range}, y2: {title}, lines: [{y, name}], spans: [{x0, x1}], margin, zoom, label}.
-export function xy(place, series, { x: xAxis, y: yAxis, y2 = null, lines = [], spans = [], zoom = null, label, top = 12, right = null }) {
+export function xy(place, series, { x: xAxis, y: yAxis, y2 = null, lines = [], spans = [], zoom = null, label, right = null }) {
   const made = canvas(place, label);
   if (!made) return null;
-  const { drawing, width, height } = made, phone = width < PHONE, l = phone ? 44 : 54, r = width - (right ?? (phone ? 10 : 150)), bottom = height - (xAxis.hidden ? 6 : 24);
+  const { drawing, width, height } = made, phone = width < PHONE, l = phone ? 44 : 54, r = width - (right ?? (phone ? 10 : 150)), top = yAxis.title ? 23 : 12, bottom = height - (xAxis.hidden ? 6 : 24);
   const kept = series.filter((one) => one.x.length);
   const [x0, x1] = zoom || xAxis.range || extent(kept.map((one) => one.x), xAxis.log, xAxis.log ? 1 : 0);
   const left = kept.filter((one) => !one.right);
@@ -46,7 +46,7 @@ export function xy(place, series, { x: xAxis, y: yAxis, y2 = null, lines = [], s
     const YY = one.right ? scale(false, 0, extent([one.y], false, 1)[1], bottom, top) : Y;
     draw(inside, one, X, YY);
   }
-  if (yAxis.title) svg("text", { x: l + 6, y: top + 10, class: "halo ytitle" }, drawing, yAxis.title);
+  if (yAxis.title) svg("text", { x: phone || l < 60 ? 4 : l, y: 11, class: "ytitle" }, drawing, yAxis.title);
   if (xAxis.title) svg("text", { x: r - 6, y: bottom - 6, "text-anchor": "end", class: "halo xtitle" }, drawing, xAxis.title);
   if (!phone && right === null) names(drawing, [...kept.filter((one) => one.name), ...lines.filter((one) => one.name)], { Y, r, top, bottom });
   return { drawing, X, Y, l, r, top, bottom, width, height, inside };
@@ -54,7 +54,7 @@ export function xy(place, series, { x: xAxis, y: yAxis, y2 = null, lines = [], s
 
 function draw(parent, one, X, Y) {
   const colour = one.colour || "var(--model)";
-  if (one.low && one.high && !one.bars) svg("path", { d: area(X, Y, one.x, one.low, one.high), fill: colour, "fill-opacity": one.strength ?? 0.16 }, parent);
+  if (one.low && one.high && !one.bars) svg("path", { d: area(X, Y, one.x, one.low, one.high), fill: colour, "fill-opacity": one.strength ?? 0.16, stroke: one.strength ? colour : null }, parent);
   if (one.band) return;
   if (one.bars) one.x.forEach((x, i) => one.low[i] !== null && svg("line", { x1: X(x), x2: X(x), y1: Y(one.low[i]), y2: Y(one.high[i]), stroke: colour }, parent));
   if (one.points) one.x.forEach((x, i) => one.y[i] !== null && point(parent, one, X(x), Y(one.y[i]), i));

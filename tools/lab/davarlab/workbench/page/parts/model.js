@@ -1,11 +1,11 @@
 // The model: one row per effect, its value with a slider whose scale is its interval, and the values of its shape.
 import { ask } from "/page/api.js";
 import * as curve from "/page/curve.js";
-import { accel, acting, newest, now } from "/page/now.js";
+import { acting, newest, now } from "/page/now.js";
 import { capital, element, fill, number, unitText } from "/page/words.js";
 
 const SHORT = { angle_random_walk: "ARW", bias_instability: "Bias instability", rate_random_walk: "Rate random walk" };
-const titled = (card) => (accel() && card.kind === "angle_random_walk" ? "VRW" : SHORT[card.kind]) || capital(card.title);
+export const titled = (card) => (card.parameters[0]?.unit === "m/s/sqrt(h)" ? "VRW" : SHORT[card.kind]) || capital(card.title);
 let moved = () => {}; // draws a moving state
 
 export function whenMoved(work) { moved = work; }
@@ -43,6 +43,8 @@ export const held = () => now.view.cards.filter((one) => locked.has(key(one))).m
 // Both ends of an interval with the same digits.
 const digits = (value) => { const text = value.toPrecision(3); return text.includes("e") ? number(value) : text; };
 
+export const interval = (one) => (one.undetermined ? "not determined" : one.low === null || one.low === undefined ? "as set" : `[${digits(one.low * one.factor)}, ${digits(one.high * one.factor)}]`);
+
 function row(card, parameter, label) {
   if (typeof parameter.value === "string") return element("div", { class: "par" }, element("span", { class: "soft" }, label), element("b", { class: "word" }, parameter.value));
   const unit = unitText(parameter.unit), box = element("input", { type: "number", step: "any", value: Number((parameter.value * parameter.factor).toPrecision(3)), "aria-label": `${label}, ${unit || parameter.name}`,
@@ -60,8 +62,7 @@ function row(card, parameter, label) {
   });
   slider.addEventListener("input", () => { box.value = Number((at() * parameter.factor).toPrecision(4)); actions.moved(card, parameter, at()); });
   slider.addEventListener("change", () => actions.released(card, parameter, at()));
-  const interval = parameter.undetermined ? "not determined" : parameter.low === null || parameter.low === undefined ? "as set" : `[${digits(parameter.low * parameter.factor)}, ${digits(parameter.high * parameter.factor)}]`;
-  return element("div", { class: `par${parameter.low > 0 ? "" : " plain"}` }, element("span", {}, label), slider, element("span", { class: "v" }, box, ` ${unit}`, element("br"), element("span", { class: "soft" }, interval)));
+  return element("div", { class: `par${parameter.low > 0 ? "" : " plain"}` }, element("span", {}, label), slider, element("span", { class: "v" }, box, ` ${unit}`, element("br"), element("span", { class: "soft" }, interval(parameter))));
 }
 
 const words = (name) => name.replace(/_(dps|s|hz|Hz|per_.*|degC)$/, "").replaceAll("_", " ");

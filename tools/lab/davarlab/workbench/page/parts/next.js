@@ -18,7 +18,7 @@ export async function rank(turn) {
   try {
     const answer = await ask("candidates", { number: now.view.number });
     if (turn !== now.turn || answer.state !== now.view.state) return;
-    if (answer.superseded) { pause().then(() => turn === now.turn && rank(turn)); return; }
+    if (answer.superseded) { await pause(); return turn === now.turn ? rank(turn) : null; }
     [now.found, now.answer] = [answer.candidates, answer];
     say("");
     draw();
@@ -30,7 +30,7 @@ export async function rank(turn) {
 }
 
 // Is the step still shown. The server refuses questions about another one, which nobody asks any more.
-const wantedStill = (turn) => turn === now.turn && !now.stale;
+export const wantedStill = (turn) => turn === now.turn && !now.stale;
 
 // Shows which effect is being tested, and what was found so far, which cannot be added yet.
 export function partly(event) {
@@ -45,12 +45,12 @@ function trying(what, found = []) {
 }
 
 // The candidates by cards: those of the same physics together, the best of them in front.
-export function cards() {
-  const beyond = now.found.filter((one) => one.beyond_chance), leaders = [...new Set(beyond.map((one) => one.leader))].map((place) => beyond.find((one) => one.leader === place));
+export function cards(found = now.found) {
+  const beyond = found.filter((one) => one.beyond_chance), leaders = [...new Set(beyond.map((one) => one.leader))].map((place) => beyond.find((one) => one.leader === place));
   return leaders.slice(0, CARDS).map((one) => ({ one, others: beyond.filter((other) => other !== one && other.leader === one.leader && other.log_p - one.log_p < ALIKE) }));
 }
 
-const titled = ({ one, others }) => capital([one, ...others].map((other) => other.title).join(" or "));
+export const titled = ({ one, others }) => capital([one, ...others].map((other) => other.title).join(" or "));
 
 function pips(gain) {
   const most = Math.max(...now.found.map((one) => one.gain)), count = most - gain < ALIKE ? 4 : most - gain < NEAR ? 3 : gain > NEAR ? 2 : 1;
@@ -126,7 +126,7 @@ function fits() {
 }
 
 const RETRY_MS = 500; // until a question is asked again that gave way to an action
-const pause = () => new Promise((done) => setTimeout(done, RETRY_MS));
+export const pause = () => new Promise((done) => setTimeout(done, RETRY_MS));
 
 // Loads the error and the curve with the candidate of a card. false: nobody wants it any more.
 async function ghost({ one }, turn) {

@@ -4,7 +4,7 @@ import { staircase } from "/page/chart/stairs.js";
 import { save } from "/page/chart/svg.js";
 import { expected } from "/page/parts/next.js";
 import { acting, at, hear, now } from "/page/now.js";
-import { capital } from "/page/words.js";
+import { labelled } from "/page/words.js";
 
 const undone = {}; // step -> the child that undo left, for redo
 
@@ -34,8 +34,6 @@ export function way() {
   for (let step = steps[current]; step; step = step.parent === null ? null : steps[step.parent]) found.unshift(step);
   return found.filter((step, i) => step.fitted || step.parent === null || found[i + 1]?.fitted !== false);
 }
-
-const labelled = (did) => capital(did.replace(/^added /, "+ ").replace(/^a first model: /, "").replace(" and ", " + "));
 
 export function stairs() {
   if (!now.view) return;

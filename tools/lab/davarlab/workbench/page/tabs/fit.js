@@ -4,7 +4,7 @@ import * as cells from "/page/chart/cells.js";
 import { svg } from "/page/chart/svg.js";
 import { card as cardOf } from "/page/curve.js";
 import { actions } from "/page/parts/model.js";
-import { at, hear, now, show } from "/page/now.js";
+import { at, hear, now, rateUnit, show } from "/page/now.js";
 import { brief, element, fill } from "/page/words.js";
 
 let chart = null, zoomed = null, range = null, rangeOf = null;
@@ -21,7 +21,7 @@ function ranged() {
 
 export function build(panel) {
   panel.append(element("div", { id: "legend", class: "legend", "aria-hidden": true },
-    ...[["measured", "dot"], ["model", "line"], ["95 %", "band"]].map(([name, kind]) => element("span", {}, element("i", { class: kind }), name))),
+    ...[["measured", "dot"], ["model", "line"], ["95 %", "band"], ["model too low", "low"], ["too high", "high"]].map(([name, kind]) => element("span", {}, element("i", { class: kind }), name))),
   element("div", { class: "plot", id: "deviation" }), element("div", { class: "seg", id: "windows", role: "group", "aria-label": "Window length" }));
 }
 
@@ -29,7 +29,7 @@ export function draw() {
   const all = cells.lengths(now.view.map);
   if (!all.includes(now.length)) now.length = all[0] ?? 0;
   const focused = at("deviation").contains(document.activeElement);
-  chart = new AllanChart(at("deviation"), now.drawn, { range: ranged(), zoom: zoomed, length: now.length, span: now.all.duration_s, overlay: now.sheet ? [{ ...now.sheet, name: "data sheet" }] : null });
+  chart = new AllanChart(at("deviation"), now.drawn, { range: ranged(), zoom: zoomed, length: now.length, span: now.all.duration_s, unit: rateUnit(), overlay: now.sheet ? [{ ...now.sheet, name: "data sheet" }] : null });
   if (!chart.ready) return;
   if (!chart.phone) windows(all);
   at("windows").hidden = chart.phone || all.length < 2;
@@ -107,31 +107,21 @@ function grasp() {
 
 // --- keys ---
 
+const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
 function keys(drawing, focused) {
-  for (const [name, value] of Object.entries({ tabindex: 0, role: "group", "aria-label": "Allan deviation and where it fails. The arrow keys move, w goes to the worst cell." })) drawing.setAttribute(name, value);
-  drawing.addEventListener("keydown", (event) => {
-    const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-    if (!by) return;
-    event.preventDefault();
-    const next = neighbour(by);
+  cells.keys(drawing, "Allan deviation and where it fails. The arrow keys move, w goes to the worst cell.", MOVES, (by) => {
+    const next = cells.neighbour(chart.cells, now.cell, by);
     if (next) show("cell", next);
   });
   if (focused) drawing.focus({ preventScroll: true });
 }
 
-function neighbour([across, along]) {
-  const here = chart.cells.find((one) => cells.alike(one.cell, now.cell));
-  if (!here) return chart.cells[0]?.cell;
-  if (along) return chart.cells.find((one) => one.column === here.column && (along > 0 ? one.cell.start_s === here.cell.stop_s : one.cell.stop_s === here.cell.start_s))?.cell;
-  const middle = (here.cell.start_s + here.cell.stop_s) / 2;
-  return chart.cells.find((one) => one.column === here.column + across && one.cell.start_s <= middle && one.cell.stop_s > middle)?.cell;
-}
-
-// The cell that the headline names.
+// Selects the cell that the headline names.
 export function worst() {
   const { worst: named, map } = now.view;
   if (!named) return;
-  const found = map.find((one) => one.tau_s === named.tau_s && one.start_s === named.start_s && one.stop_s === named.stop_s) || map.reduce((a, b) => (Math.abs(b.z) > Math.abs(a.z) ? b : a));
+  const found = map.find((one) => cells.alike(one, named)) || { ...named, proven: named.percent > 0 }; // a short window is not in the map
   now.length = cells.lengths([found])[0];
   show("cell", found);
   if (chart) draw();

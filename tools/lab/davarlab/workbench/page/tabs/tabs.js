@@ -40,6 +40,7 @@ function choose(one) {
     const button = at(`tab-${other.id}`), here = other === one;
     button.setAttribute("aria-selected", String(here));
     button.tabIndex = here ? 0 : -1;
+    if (here) button.scrollIntoView({ block: "nearest", inline: "nearest" });
     if (at(`panel-${other.id}`)) at(`panel-${other.id}`).hidden = !here;
   }
   at("tab-tools").hidden = !one.zoom;
