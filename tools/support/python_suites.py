@@ -153,7 +153,8 @@ def wire() -> Python:
 @once
 def package() -> Python:
     """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python
-    outside the checkout, together with AllanTools, Hypothesis and the filter of an example.
+    outside the checkout, together with AllanTools, pytest for its tests, Hypothesis and the filter
+    of an example.
     """
     set_up("build tools davar-sim", "package-sim.log")
     maker = environment("package")
@@ -173,6 +174,8 @@ def package() -> Python:
             "tools/support/requirements-hypothesis.txt",
             "-r",
             "examples/ahrs_flight/requirements.txt",
+            "-r",
+            "tools/support/requirements-allantools.txt",
         ],
     }.items():
         tool(*command, log=f"package-{log}.log").must()
@@ -181,10 +184,26 @@ def package() -> Python:
     return [python], {
         "DAVAR_DIST": str(dist),
         "DAVAR_MYPY": maker,
+        "DAVAR_ALLANTOOLS_TESTS": tests_of_allantools(python, Path(folder.name)),
         "DAVAR_SIM": str(BUILD / "tools/host_sim/davar-sim"),
         "DAVAR_LAB_PYTHON": lab()[0][0],
         "HOME": str(Path(folder.name, "home")),
     }
+
+
+def tests_of_allantools(python: str, folder: Path) -> str:
+    """Unpacks AllanTools' tests, which only its source distribution contains, in a folder. Returns
+    their path, or "" if pip cannot download them.
+    """
+    pins = (ROOT / "tools/requirements-bench.txt").read_text().splitlines()
+    pin = next(line for line in pins if line.startswith("AllanTools=="))
+    kept = BUILD / pin
+    if not list(kept.glob("*.tar.gz")):
+        pip = [python, "-m", "pip", "download", "--no-deps", "--no-binary", ":all:"]
+        if tool(*pip, "--dest", str(kept), pin, log="package-allantools.log").failed:
+            return ""
+    tool("tar", "-xzf", *map(str, kept.glob("*.tar.gz")), "-C", str(folder)).must()
+    return str(next(folder.glob("allantools-*/tests")))
 
 
 @once
