@@ -27,7 +27,11 @@ GYRO = (
     "--rate 8000 --axes 3 --lsb 0.0609756 --bandwidth none --core cortex-m4f "
     "--respond 1 --arw-percent 3"
 )
-PLANS = {"fixed": GYRO, "alarm": f"{GYRO} --false-alarms-per-hour 0.1"}
+PLANS = {
+    "fixed": GYRO,
+    "alarm": f"{GYRO} --false-alarms-per-hour 0.1",
+    "other-rate": GYRO.replace("8000", "4000"),
+}
 
 HOOKS = ["gyroUpdate", "mspSerialProcess"]
 LOCKSTEP = [

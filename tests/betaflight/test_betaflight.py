@@ -56,7 +56,9 @@ def setUpModule():
         firmware.source()
     except firmware.Missing as why:
         raise unittest.SkipTest(str(why)) from None
-    PROGRAMS.update({plan: firmware.sitl(plan) for plan in ("off", "fixed", "alarm")})
+    if subprocess.run(["unshare", "-rn", "true"], capture_output=True).returncode:
+        raise unittest.SkipTest("unshare -rn is not permitted on this machine")
+    PROGRAMS.update({plan: firmware.sitl(plan) for plan in ("off", *firmware.PLANS)})
     fly("set", "fixed", *SETTINGS)
 
 
@@ -167,6 +169,13 @@ class Doubled(unittest.TestCase):
         for polls in self.ups(msp):
             raised = polls[int(0.5 / POLL_S), ALARMS] - polls[0, ALARMS]
             self.assertEqual(raised, 3)  # one of each axis
+
+
+class OtherRate(unittest.TestCase):
+    def test_a_plan_for_another_sample_rate_gives_no_value(self):
+        msp, mavlink = flight("other-rate", 16, steady(4))
+        self.assertTrue(np.all(msp[:, :6] <= 0) and np.all(msp[:, 6:] == 0))
+        self.assertEqual(list(mavlink), ["ARW_ALARMS"])
 
 
 class Alarms(unittest.TestCase):
