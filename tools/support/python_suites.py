@@ -150,6 +150,11 @@ def wire() -> Python:
     }
 
 
+def betaflight() -> Python:
+    """yamspy and pymavlink, which read the telemetry of a flight controller."""
+    return [environment("betaflight")], {}
+
+
 @once
 def package() -> Python:
     """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python

@@ -77,6 +77,7 @@ extern "C" {{
 #endif
 
 #define DAVAR_SETUP_AXES {axes}
+#define DAVAR_SETUP_RATE_HZ {rate!r}
 
 /* Starts all axes. Call it once, before the interrupt is enabled. Returns DAVAR_OK. */
 davar_status_t davar_setup_start(void);
@@ -147,6 +148,7 @@ def header(design: Design, title: str, about: Sequence[str]) -> str:
         about="\n".join(f" * {line}".rstrip() for line in about),
         conditions=" || \\\n    ".join(lines),
         axes=axes,
+        rate=design.wishes.rate_hz,
         each=each,
         sample=SAMPLE[design.wishes.type],
         last=axes - 1,

@@ -1,0 +1,147 @@
+/* davar in Betaflight, after its filters: the angle random walk of what the PID loop gets.
+ *
+ *   gyro.gyroADCf -> means of 32 -> ring -> taskHandleSerial: push, take -> report
+ *
+ * The low-pass filters of the firmware are declared to the fit, so the result is that of the gyro
+ * before them. What the fit does not know, the notches and the dynamic low-pass while it moves,
+ * matters little at the averaging times used, 16 to 128 ms, and is part of the interval. */
+#ifdef DAVAR_GYRO_FILTERED
+
+#include "davar_filtered.h"
+
+#include <math.h>
+
+#include "platform.h"
+
+#include "common/filter.h"
+#include "common/maths.h"
+#include "sensors/gyro.h"
+
+#define MEAN 32U       /* samples of the gyro in one of davar's */
+#define RING 16U       /* means, a power of two; 64 ms at 8 kHz */
+#define WINDOW 2000U   /* means; 8 s at 8 kHz */
+#define STRIDE 125U    /* means; 0.5 s at 8 kHz */
+#define LONGEST 32U    /* the largest cluster size */
+#define STEP 0.25f     /* of a count of the gyro: means are finer. The range is +-500 deg/s */
+#define UNCERTAIN 0.3f /* of the cutoff: notches and the dynamic low-pass */
+
+static const uint32_t taus[] = {4, 8, 16, LONGEST};
+#define TAUS (sizeof taus / sizeof taus[0])
+
+static uint64_t memory[DAVAR_GYRO_AXES]
+                      [(DAVAR_MEMORY_GRID_Q15(WINDOW, 0, 0, STRIDE, LONGEST, TAUS, 4) + 7U) / 8U];
+static davar_config_t config = {.stride = STRIDE,
+                                .engine = DAVAR_ENGINE_GRID,
+                                DAVAR_FIXED(WINDOW),
+                                .taus = taus,
+                                .tau_count = TAUS};
+static davar_plan_t plan;
+static davar_t signal[DAVAR_GYRO_AXES];
+static bool running;
+
+static struct {
+    float mean[RING][DAVAR_GYRO_AXES];
+    float sum[DAVAR_GYRO_AXES];
+    uint32_t summed;
+    uint32_t put; /* both count means modulo 2^32 */
+    uint32_t got;
+} ring;
+
+/* --- used by the gyro loop --- */
+
+void davar_filtered_sample(void)
+{
+    const bool whole = ++ring.summed == MEAN;
+    for (int axis = 0; axis < DAVAR_GYRO_AXES; axis++) {
+        ring.sum[axis] += gyro.gyroADCf[axis];
+        if (whole) {
+            ring.mean[ring.put % RING][axis] = ring.sum[axis] / (float)MEAN;
+            ring.sum[axis] = 0.0f;
+        }
+    }
+    if (whole) {
+        ring.summed = 0;
+        ring.put++;
+    }
+}
+
+/* --- used by the task --- */
+
+/* Seconds; 0: no filter. */
+static float time_constant(uint16_t cutoff_hz)
+{
+    return (cutoff_hz == 0U) ? 0.0f : 1.0f / (2.0f * M_PIf * (float)cutoff_hz);
+}
+
+/* The time constant of the one filter of first order that takes as much from a long Allan deviation
+ * as two in series: the first moment of the autocorrelation of their output. */
+static float together(float a, float b)
+{
+    return (a + b > 0.0f) ? (a * a + a * b + b * b) / (a + b) : 0.0f;
+}
+
+void davar_filtered_start(void)
+{
+    const gyroConfig_t *set = gyroConfig();
+    if ((set->gyro_lpf1_type != FILTER_PT1) || (set->gyro_lpf2_type != FILTER_PT1)) {
+        return; /* their gain is not the one below */
+    }
+    const bool dynamic = set->gyro_lpf1_dyn_min_hz > 0U;
+    const uint16_t first = dynamic ? set->gyro_lpf1_dyn_min_hz : set->gyro_lpf1_static_hz;
+    const float constant = together(time_constant(first), time_constant(set->gyro_lpf2_static_hz));
+    config.rate_hz = (double)gyro.sampleRateHz / (double)MEAN;
+    config.unit_per_count = (double)(gyro.scale * STEP);
+    davar_filter_t filter = {.averages = 1, .length = MEAN, .decimation = MEAN};
+    if (constant > 0.0f) {
+        filter.poles = 1;
+        filter.cutoff = (double)(1.0f / (2.0f * M_PIf * constant)) / config.rate_hz;
+        filter.uncertainty = (double)UNCERTAIN;
+    }
+    davar_plan_init_filtered(&plan, taus, TAUS, &filter);
+    running = true;
+    for (int axis = 0; axis < DAVAR_GYRO_AXES; axis++) {
+        running = running && (davar_init_q15(&signal[axis], &config, memory[axis],
+                                             sizeof memory[axis]) == DAVAR_OK);
+    }
+    ring.got = ring.put;
+}
+
+/* A mean beyond the range is a gap, because a clamped one has no noise. */
+static void push_mean(davar_t *to, float mean)
+{
+    const float counts = mean / (gyro.scale * STEP);
+    if (fabsf(counts) > 32767.0f) {
+        davar_gap(to, 1);
+    } else {
+        const int16_t count = (int16_t)lrintf(counts);
+        davar_push_q15(to, &count, 1);
+    }
+}
+
+void davar_filtered_push(void)
+{
+    const uint32_t waiting = ring.put - ring.got;
+    if (!running || (waiting > RING)) {
+        ring.got = ring.put;
+    }
+    for (int axis = 0; running && (axis < DAVAR_GYRO_AXES); axis++) {
+        if (waiting > RING) {
+            davar_gap(&signal[axis], waiting);
+        }
+        for (uint32_t at = ring.got; at != ring.put; at++) {
+            push_mean(&signal[axis], ring.mean[at % RING][axis]);
+        }
+    }
+    ring.got = ring.put;
+}
+
+void davar_filtered_take(uint8_t axis, davar_gyro_noise_t *noise)
+{
+    static davar_result_t result;
+    if (running && davar_take(&signal[axis], &result)) {
+        (void)davar_fit_white(&plan, config.rate_hz, &result);
+        *noise = davar_gyro_noise(&result, 1.0f);
+    }
+}
+
+#endif
