@@ -25,8 +25,9 @@
 extern "C" {
 #endif
 
-/** Most gyros and axes of one selection. */
+/** Most gyros of one selection. */
 #define DAVAR_SELECT_GYROS 4U
+/** Most axes of each gyro. */
 #define DAVAR_SELECT_AXES 3U
 
 /** Number of pairs of `gyros` gyros. */
