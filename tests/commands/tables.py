@@ -68,6 +68,12 @@ NOT_RUN = {
     'pip install ".[lab]"': (
         "installs a hundred packages; tests/package runs the wheel beside the same pins"
     ),
+    "python examples/ahrs_flight/flight.py": (
+        "takes half an hour; tests/package/test_ahrs_flight.py flies three of its flights"
+    ),
+    "pip install . -r examples/ahrs_flight/requirements.txt": (
+        "tests/package installs the same packages"
+    ),
     "tests/lab/benchmark_awkward.py 41 1": HOURS,
     "tests/lab/benchmark_elsewhere.py 40 1": HOURS,
     "build/venv-browser/bin/python tests/workbench/benchmark_page.py 3": (
