@@ -48,9 +48,10 @@ static void fly(uint32_t blocks, uint8_t present, uint8_t moving)
                 const double common = motion * random_gauss(&source);
                 for (uint32_t i = 0U; i < config.gyros; i++) {
                     const double noise = own[i] * SIGMA * random_gauss(&source);
-                    const bool moves = ((moving >> i) & 1U) != 0U;
+                    const bool moves = (((unsigned)moving >> i) & 1U) != 0U;
                     const float rate = moves ? (float)(common + bias[i] + noise) : 0.25F;
-                    rates[(i * config.axes) + a] = ((present >> i) & 1U) != 0U ? rate : NAN;
+                    rates[(i * config.axes) + a] =
+                        (((unsigned)present >> i) & 1U) != 0U ? rate : NAN;
                 }
             }
             TEST_ASSERT_EQUAL(k + 1U == config.block, davar_select_add(&selection, rates));
