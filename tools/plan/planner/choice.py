@@ -122,10 +122,10 @@ def candidates(wishes: Wishes) -> Iterator[tuple[float, list[Design]]]:
     if wishes.respond_s is not None or wishes.arw_percent is None:
         yield percent, design.fixed(wishes)
     yield percent, _reaching(design.fixed_of_window, wishes, percent)
-    if wishes.respond_s is not None:
-        yield percent, _reaching(design.glr, wishes, percent)
     if wishes.arw_percent is None:
         yield PERCENT_STILL_USEFUL, design.fixed(wishes)
+    if wishes.respond_s is not None:
+        yield percent, _reaching(design.glr, wishes, percent)
 
 
 # --- what a plan fails ---
