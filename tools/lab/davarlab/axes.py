@@ -158,7 +158,7 @@ def in_units(text: str, column: str) -> str:
         .replace("deg/s", "m/s^2")
         .replace(force_name(column), column)
     )
-    for kind in table.TABLE:
+    for kind in list(table.TABLE):  # effects of one's own may come and go meanwhile
         said = kind_said(kind, column)
         for gyro, accel in ((kind, said), (kind.replace("_", " "), said.replace("_", " "))):
             text = text.replace(gyro, accel)

@@ -50,7 +50,7 @@ class State:
     def spoiled_by(self) -> str:
         """The observation for which no model of the recording is adequate, "" without one: it is
         implausible, or its samples are not what the sensor measures."""
-        return next((one.kind for one in self.seen if one.kind == plausible.KIND or one.spoils), "")
+        return spoiler.kind if (spoiler := spoiler_of(self.seen)) else ""
 
     @property
     def spoiled(self) -> bool:
@@ -76,6 +76,20 @@ class Judged(State):
     judgement: Judgement
 
 
+def spoiler_of(seen: Sequence[Observation]) -> Observation | None:
+    """The first observation for which no model is adequate."""
+    return next((one for one in seen if one.kind == plausible.KIND or one.spoils), None)
+
+
+def observed(recording: Recording, column: str) -> Sequence[Observation]:
+    """The observations on a recording, which are worked out once."""
+    key = ("observations", column)
+    if key not in recording.measured:
+        recording.measured[key] = observations.find(recording, column)
+    found: Sequence[Observation] = recording.measured[key]
+    return found
+
+
 def start(recording: Recording, model: Model, progress: Progress = lambda text: None) -> State:
     """The given model's terms refitted on the recording."""
     if recording.samples < START.least_s * recording.rate_hz:
@@ -84,10 +98,7 @@ def start(recording: Recording, model: Model, progress: Progress = lambda text: 
             f"least {START.least_s} s are needed to estimate slow noise"
         )
     progress("reading the spectrum")
-    key = ("observations", model.column)
-    if key not in recording.measured:
-        recording.measured[key] = observations.find(recording, model.column)
-    seen = recording.measured[key]
+    seen = observed(recording, model.column)
     unused = [
         one
         for one in seen

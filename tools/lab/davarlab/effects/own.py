@@ -3,9 +3,11 @@ said in one line that names file and effect, when it is loaded or when one of it
 asked."""
 
 import contextlib
+import ctypes
 import sys
+import threading
 import types
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,7 +17,7 @@ import numpy as np
 from .. import files
 from ..arrays import Floats
 from ..data.recording import Recording
-from ..errors import BadInput
+from ..errors import BadInput, printable
 from ..files import StrPath
 from . import table
 from .base import Effect, Grid, Parameter, Spectrum, Values
@@ -23,6 +25,7 @@ from .base import Effect, Grid, Parameter, Spectrum, Values
 Answer = TypeVar("Answer")
 
 
+LONGEST_S = 10.0  # that a call of somebody's code takes in a server
 LOADED: dict[str, str] = {}  # kind -> the file that defines it
 
 
@@ -43,7 +46,9 @@ def executed(path: StrPath, text: bytes) -> types.ModuleType:
     module.__file__ = str(path)
     try:
         with contextlib.redirect_stdout(sys.stderr):
-            exec(compile(text, path, "exec"), module.__dict__)
+            within(lambda: exec(compile(text, path, "exec"), module.__dict__))
+    except BadInput as why:
+        raise BadInput(f"--effects: {path}: {why}") from None
     except (
         Exception,
         SystemExit,
@@ -53,17 +58,66 @@ def executed(path: StrPath, text: bytes) -> types.ModuleType:
 
 
 def in_one_line(why: BaseException) -> str:
-    return f"{type(why).__name__}: {' '.join(str(why).split())}"
+    try:
+        said = " ".join(str(why).split())
+    except Exception:  # of a class in that file
+        said = "no message"
+    return f"{type(why).__name__}: {printable(said)}"
+
+
+def within(work: Callable[[], Answer]) -> Answer:
+    """What somebody's code answers. In the main thread Ctrl-C ends a loop without an end; nothing
+    ends it in the worker of a server, so there the code runs in a thread that is stopped after
+    LONGEST_S. Raises BadInput then, and what the code raised."""
+    if threading.current_thread() is threading.main_thread():
+        return work()
+    found: list[Answer] = []
+    failed: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            found.append(work())
+        except BaseException as why:  # of the code, or the SystemExit that stops it
+            failed.append(why)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join(LONGEST_S)
+    if found:
+        return found[0]
+    for why in failed:
+        raise why if isinstance(why, Exception) else BadInput(in_one_line(why))
+    assert thread.ident is not None  # it has started
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(
+        ctypes.c_ulong(thread.ident), ctypes.py_object(SystemExit)
+    )
+    raise BadInput(f"the code did not return within {LONGEST_S:g} s")
+
+
+def unwritable(argument: Any) -> Any:
+    """An argument for somebody's code, which cannot change what the program goes on with."""
+    if isinstance(argument, np.ndarray):
+        view = argument.view()
+        view.flags.writeable = False
+        return view
+    if isinstance(argument, Recording):
+        columns = {name: unwritable(column) for name, column in argument.columns.items()}
+        return replace(argument, columns=columns, known=unwritable(argument.known))
+    return dict(argument) if isinstance(argument, Mapping) else argument
 
 
 def asked(where: str, function: Callable[..., Answer], *arguments: Any) -> Answer:
     """What a function of the file answers."""
-    try:
+
+    def work() -> Answer:
         with np.errstate(all="ignore"):  # the answer is looked at anyway
-            return function(*arguments)
+            return function(*map(unwritable, arguments))
+
+    try:
+        return within(work)
     except BadInput as why:
         raise BadInput(f"{where}: {why}") from None
-    except Exception as why:  # as above
+    except (Exception, SystemExit) as why:  # as above
         raise BadInput(f"{where}: {in_one_line(why)}") from None
 
 
@@ -107,11 +161,14 @@ def checked_spectrum(where: str, function: Callable[..., Any]) -> Spectrum:
 def checked_grid(where: str, parameter: Parameter, function: Grid) -> Grid:
     """The values of a shape parameter that are worth trying, within its bounds."""
 
+    def values(recording: Recording) -> list[Any] | None:
+        found = function(recording)
+        return list(found) if isinstance(found, Iterable) else None
+
     def grid(recording: Recording) -> list[Any]:
-        found = asked(where, function, recording)
-        if not isinstance(found, Iterable):
+        found = asked(where, values, recording)
+        if found is None:
             raise BadInput(f"{where}: not a list of values")
-        found = list(found)
         for value in found:
             if not (
                 value in parameter.values

@@ -285,6 +285,14 @@ DIALECTS: dict[str, Callable[..., Decoder]] = {
 }
 
 
+def results(receiver: Receiver | DialectReceiver, identifier: int, data: bytes) -> list[Result]:
+    """All results that are complete with what a source yields: a piece of a stream may end
+    several."""
+    found = [receiver.push(identifier, data), *receiver.ready]
+    receiver.ready.clear()
+    return [result for result in found if result]
+
+
 def receiver(source: str, base: int = BASE) -> Receiver | DialectReceiver:
     """The receiver for a source: of a dialect, or of davar's own frames."""
     kind = source.partition(":")[0]

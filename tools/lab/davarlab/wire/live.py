@@ -13,7 +13,7 @@ from typing import IO
 
 from ..errors import forget_output, shown
 from . import frames as wire
-from .dialects import DialectReceiver
+from .dialects import DialectReceiver, results
 from .dialects import receiver as receiver_of
 from .raw_record import RawRecorder
 from .record import Recorder, Row, row
@@ -171,12 +171,12 @@ def follow(
     """Shows the stream to its end, to --count or to a signal; the last result is complete when
     nothing more comes."""
     for identifier, data in source.frames(options.idle, lambda: viewer.stop.came):
-        result = receiver.push(identifier, data)
+        found = results(receiver, identifier, data)
         viewer.keep()
-        if result:
+        for result in found:
             viewer.show(result)
-        if viewer.shown == options.count:
-            return
+            if viewer.shown == options.count:
+                return
     for result in receiver.finish():
         viewer.show(result)
     viewer.keep()

@@ -30,7 +30,7 @@ from ..logs.sensor import Samples, Sensor
 from ..report.values import Json
 from .steps import Sight
 
-KEPT = 6  # outcomes in memory
+KEPT = 12  # outcomes in memory, of all axes together
 SET = "as set"  # of an outcome whose values stand as somebody set them
 HELD = ("spectrum", "mean", "filter")  # what can be held while the rest is fitted
 ROWS = 5  # of a log, to look at
@@ -42,12 +42,13 @@ Errors = tuple[float, float] | tuple[None, None]  # an error and its floor, wher
 @dataclass
 class Outcome:
     """A model on the recording. state: judged; fitted: at its best, from which further steps go;
-    estimates: of its parameters."""
+    estimates: of its parameters; ranked: the candidates beside it, once they were asked for."""
 
     model: models.Model
     state: Judged
     fitted: Judged
     estimates: list[Estimates]
+    ranked: list[Candidate] | None = None
 
 
 def gyros_in(path: str | Path) -> list[Sensor]:
@@ -207,24 +208,30 @@ def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recordin
 class Desk:
     """whole: the recording as it was read; recording: what is looked at of it, and column: the gyro
     or accelerometer there, as the analysis takes them (axes.py). The models in outcomes are of that
-    column, those in texts of the column as it is called."""
+    column, those in texts of the column as it is called. outcomes: what was computed last, which
+    the desks of several axes share."""
 
-    def __init__(self, whole: recordings.Recording, sight: "Sight") -> None:
+    def __init__(
+        self,
+        whole: recordings.Recording,
+        sight: "Sight",
+        outcomes: OrderedDict[Hashable, Outcome] | None = None,
+    ) -> None:
         self.whole, self.sight = whole, sight
         self.axes = axes.of_page(whole)
         model = models.Model(None, sight.column)
         self.recording, model = axes.for_analysis(seen(whole, sight), model)
         self.column = model.column
         self.recording.rate_dps(self.column)
-        self.outcomes: OrderedDict[Hashable, Outcome] = OrderedDict()
-        self.rankings: dict[Hashable, list[Candidate]] = {}
+        self.outcomes = OrderedDict() if outcomes is None else outcomes
         # (model file, name of a recording) -> its error there, and the floor
         self.judged_elsewhere: dict[tuple[str, str | None], Errors] = {}
 
     def forget(self, fits: bool) -> None:
         """Forgets the rankings, which were of another table of effects; the fits too where one of
         them may have an effect that has changed."""
-        self.rankings.clear()
+        for outcome in self.outcomes.values():
+            outcome.ranked = None
         if fits:
             self.outcomes.clear()
 
@@ -245,11 +252,12 @@ class Desk:
         return replace(model, column=self.sight.column)
 
     def remembered(self, key: Hashable, make: Callable[[], Outcome]) -> Outcome:
+        """The outcome of a key, computed where it is not in memory. A key has the axis in a model
+        file."""
         if key not in self.outcomes:
             self.outcomes[key] = make()
             while len(self.outcomes) > KEPT:
-                gone, _ = self.outcomes.popitem(last=False)
-                self.rankings.pop(gone, None)
+                self.outcomes.popitem(last=False)
         self.outcomes.move_to_end(key)
         return self.outcomes[key]
 
@@ -317,9 +325,9 @@ class Desk:
         """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them;
         `partly` hears what was found so far, and may raise."""
         outcome = self.of(text, True, progress)
-        if text not in self.rankings:
-            self.rankings[text] = search.ranking(outcome.fitted, progress=partly)
-        return self.rankings[text]
+        if outcome.ranked is None:
+            outcome.ranked = search.ranking(outcome.fitted, progress=partly)
+        return outcome.ranked
 
     def line_at(self, text: str, f_hz: float, wide: bool) -> Candidate:
         """A candidate of one's own: a line at a frequency, sharp or with a width."""

@@ -73,8 +73,7 @@ class Listening:
             with closing(self.source), closing(self.recorder), closing(self.raw):
                 while not self.stopped and self.source.may_come:
                     for identifier, data in self.source.frames(IDLE_S):
-                        result = self.receiver.push(identifier, data)
-                        if result:
+                        for result in dialects.results(self.receiver, identifier, data):
                             self.take(result)
                         self.keep()
                         if self.stopped:

@@ -97,7 +97,8 @@ def spectrum(state: State) -> Json:
 
 def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Json:
     """One effect of the model: its parameters with interval and limits, what the likelihood loses
-    without it, and the error then, both of the fit."""
+    without it, and the error then, both of the fit. Where the recording permits no model, its
+    numbers are withheld."""
     term, entry = outcome.model.terms[place], outcome.estimates[place]
     units = SHOWN if outcome.model.column.endswith(tuple(FORCE)) else {}
     effect = table.find(term.kind)
@@ -120,7 +121,11 @@ def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Jso
         "name": words.name(term.kind),
         "title": words.title(term.kind, term.parameters),
         "physics": effect.physics,
-        "parameters": rows,
+        "parameters": [
+            one | {"value": "withheld", "low": None, "high": None, "size": False} for one in rows
+        ]
+        if outcome.state.judgement.spoiled_by
+        else rows,
         "loss": taken and taken[0],
         "error_without": taken and taken[1],
     }

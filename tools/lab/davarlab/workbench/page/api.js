@@ -12,9 +12,12 @@ async function answered(response) {
 
 let asked = new AbortController();
 
+let away = false; // another program may have taken the port: nothing is sent there until it proves to be the server
+
 // A request that no server answers fails with "Gone", because fetch() does not report the reason.
 async function fetched(path, settings) {
   try {
+    if (away) throw new Error();
     return await fetch(path, settings);
   } catch (why) {
     throw why.name === "AbortError" ? why : Object.assign(new Error("the server does not answer"), { name: "Gone" });
@@ -77,6 +80,6 @@ async function again(heard, lost, back) {
 export function listen(heard, lost, back) {
   const socket = new WebSocket(`ws://${location.host}/events?${new URLSearchParams({ token })}`);
   socket.onmessage = (message) => heard(JSON.parse(message.data));
-  socket.onclose = () => { lost(false); setTimeout(() => again(heard, lost, back), RETRY_MS); };
-  socket.onopen = () => { back(); heard({ changed: Infinity }); };
+  socket.onclose = () => { away = true; lost(false); setTimeout(() => again(heard, lost, back), RETRY_MS); };
+  socket.onopen = () => { away = false; back(); heard({ changed: Infinity }); };
 }

@@ -110,8 +110,13 @@ async function draw(turn, before) {
 function settle(target) {
   now.animated = false;
   now.drawn = target;
+  drawn();
+}
+
+// Draws what moves. A chart that is not shown is of an earlier state, perhaps of another recording.
+function drawn() {
   head.error();
-  fit.update(target);
+  if (tabs.showing("fit")) fit.update(now.drawn);
   steps.stairs();
 }
 
@@ -125,9 +130,7 @@ function moveTo(from, to, turn) {
       const t = Math.min(1, (time - started) / STEP_MS), eased = t < 0.5 ? 4 * t ** 3 : 1 - (2 - 2 * t) ** 3 / 2;
       if (turn !== now.turn || t >= 1) { done(); return; }
       now.drawn = curve.between(from, to, eased);
-      head.error();
-      fit.update(now.drawn);
-      steps.stairs();
+      drawn();
       requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
@@ -148,9 +151,7 @@ model.whenMoved((state) => {
   if (frame) return;
   frame = requestAnimationFrame(() => {
     frame = 0;
-    head.error();
-    fit.update(now.drawn);
-    steps.stairs();
+    drawn();
   });
 });
 steps.whenUncut(leaving);

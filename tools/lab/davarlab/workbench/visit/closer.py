@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING
 
 from ... import kalibr
 from ... import model as models
+from ...diagnosis import state as state_of
 from ...errors import BadInput
 from ...model import is_accel
-from ...report import declared, export, parameters
+from ...report import declared, export, parameters, verdict
 from ...report.values import Json
 from .. import typed, views
 
@@ -53,7 +54,10 @@ class Closer:
     def save(self, what: str, number: int | None = None, state: str | None = None) -> bytes:
         """The model to take home: toml, the table for the device (h), its filter (plan), or the
         parameters of another program."""
-        step = self.visit.stepping.shown(number, state)
+        step, desk = self.visit.stepping.shown(number, state), self.visit.open_desk
+        spoiler = state_of.spoiler_of(state_of.observed(desk.recording, desk.column))
+        if spoiler:
+            raise BadInput(f"no model is exported. {verdict.observation(spoiler)}")
         if what == "toml":
             return step.text.encode()
         model = models.of_text(step.text, "model")

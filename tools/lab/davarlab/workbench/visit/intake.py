@@ -86,12 +86,19 @@ class Intake:
                 return self.ask_about(
                     Waiting(Path(path), shown, guesses, sensor, names=names, skip=skip)
                 )
-        if steps.log is None and (sensor or names):
-            steps.log = {"columns": [], "rate_hz": None, "sensor": sensor, "names": names}
+        if steps.log is None and (sensor or names or skip):
+            steps.log = {
+                "columns": [],
+                "rate_hz": None,
+                "sensor": sensor,
+                "names": names,
+                "skip": skip,
+            }
         return self.begin(path, steps, model)
 
     def ask_about(self, waiting: Waiting) -> Json:
         self.visit.desk, self.visit.steps, self.visit.log = None, None, waiting
+        self.visit.desks.clear()
         return self.visit.changed()
 
     def waits(self) -> Waiting:
@@ -191,14 +198,16 @@ class Intake:
         self.visit.desk, self.visit.steps, self.visit.log = desk, steps, None
 
     def desk_at(self, recording: Recording, sight: Sight) -> desks.Desk:
-        """The desk of a sight. Those of complete axes stay, with what was computed on them."""
+        """The desk of a sight. Those of complete axes stay, with the newest of what was computed on
+        them."""
         kept = self.visit.desks
         if any(one.whole is not recording for one in kept.values()):
             kept.clear()
         if sight.alone or sight.cut:
             return desks.Desk(recording, sight)
         if sight not in kept:
-            kept[sight] = desks.Desk(recording, sight)
+            shared = next((one.outcomes for one in kept.values()), None)
+            kept[sight] = desks.Desk(recording, sight, shared)
         return kept[sight]
 
     def sight(

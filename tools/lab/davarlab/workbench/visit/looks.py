@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from ... import axes
 from ... import model as models
 from ...effects import table
 from ...errors import BadInput
@@ -24,7 +25,9 @@ class Looks:
         span = desk.recording.samples / desk.recording.rate_hz
         if not 0 <= start < stop <= span * 1.001 or (stop - start) * desk.recording.rate_hz < 16:
             raise BadInput(f"{start:g} to {stop:g} s: not a part of this recording")
-        return self.visit.spoken(views.stretch(desk, start, min(stop, span), every))
+        found = views.stretch(desk, start, min(stop, span), every)
+        said: Json = axes.spoken(found, desk.sight.column)
+        return said
 
     def there(self) -> Desk:
         """The desk, for what only looks: it may be cleared meanwhile."""

@@ -2,18 +2,16 @@
 started the server."""
 
 import contextlib
-import ctypes
-import json
+import glob
 import os
-import threading
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ... import files
-from ... import model as models
 from ...data.recording import Recording
 from ...diagnosis import search
 from ...effects import own, table
@@ -21,12 +19,11 @@ from ...effects.base import Effect, Values, needed
 from ...errors import BadInput
 from ...report.values import Json
 from .. import desk as desks
+from ..steps import ENDING
 
 if TYPE_CHECKING:
     from .visit import Visit
 
-Answer = TypeVar("Answer")
-LONGEST_S = 10.0  # for what a live check runs
 DENSITIES = 200  # points of a spectrum
 TEMPLATE = '''import numpy as np
 from davarlab.effects.base import Effect, Parameter
@@ -48,37 +45,9 @@ def template(column: str | None) -> str:
     if column is None:
         course, what = "np.sin(2 * np.pi * recording.time_s / 600)", "a cycle"
     else:
-        course = f"recording.column({json.dumps(column)})"
+        course = f"recording.column({column!r})"
         what = "".join(one for one in column if one.isalnum() or one in "_ ")
     return TEMPLATE.format(course=course, what=what)
-
-
-def within(seconds: float, work: Callable[[], Answer]) -> Answer:
-    """The answer of somebody's code. Raises BadInput if it takes longer than that: a loop without
-    an end is stopped."""
-    found: list[Answer] = []
-    failed: list[BadInput] = []
-
-    def run() -> None:
-        try:
-            found.append(work())
-        except BadInput as why:
-            failed.append(why)
-        except SystemExit:  # stopped
-            pass
-
-    thread = threading.Thread(target=run, daemon=True)
-    thread.start()
-    thread.join(seconds)
-    if found:
-        return found[0]
-    if failed:
-        raise failed[0]
-    if thread.ident is not None and thread.is_alive():
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(
-            ctypes.c_ulong(thread.ident), ctypes.py_object(SystemExit)
-        )
-    raise BadInput(f"the code did not return within {seconds:g} s")
 
 
 def answers(effect: Effect, recording: Recording) -> Json:
@@ -92,7 +61,7 @@ def answers(effect: Effect, recording: Recording) -> Json:
     if effect.role == "mean":
         course = needed(effect.regressor)(recording, shape)
         if not np.ptp(course):
-            raise BadInput("the regressor is constant, which is the mean of the gyro already")
+            raise BadInput("the regressor is constant, which is the mean of the axis already")
         said = f"{len(course)} values from {course.min():.4g} to {course.max():.4g}"
         return {"said": said, "course": desks.picture(course)}
     f = np.geomspace(recording.rate_hz / recording.samples, recording.rate_hz / 2, DENSITIES)
@@ -102,12 +71,12 @@ def answers(effect: Effect, recording: Recording) -> Json:
 
 
 class Own:
-    """Of a visit. kept: by recording, kind -> (effect, file), which are in the table while that
-    recording is open."""
+    """Of a visit. kept: by recording, kind -> (effect, file, text), the one that was written last
+    at the end; they are in the table while that recording is open."""
 
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit
-        self.kept: dict[str, dict[str, tuple[Effect, str]]] = {}
+        self.kept: dict[str, dict[str, tuple[Effect, str, str]]] = {}
         self.at = ""  # the recording whose effects are in the table
 
     @contextlib.contextmanager
@@ -123,25 +92,32 @@ class Own:
             raise
 
     def go(self, path: str) -> None:
+        """Has the effects of another recording in the table, "" for none: those that were written
+        here, and those that --effects loaded from the files that Add writes."""
         for kind in self.kept.get(self.at, {}):
             own.drop(kind)
         self.at = path
-        for effect, file in self.kept.get(path, {}).values():
+        mine = self.kept.setdefault(path, {})
+        for effect, file, _ in mine.values():
             own.install(effect, file)
+        for kind, file in own.LOADED.items():
+            if kind not in mine and os.path.realpath(file) == f"{path}.{kind}.py":
+                with contextlib.suppress(BadInput, UnicodeDecodeError):
+                    mine[kind] = table.find(kind), file, own.text_of(file).decode()
 
     def start(self, column: str | None = None) -> Json:
         """What the editor begins with: the effect that was written last, or a template for a column
         of the recording."""
         desk = self.visit.open_desk
         others = [name for name in desk.recording.columns if name not in ("time_s", desk.column)]
-        last = [file for _, file in self.kept.get(self.at, {}).values()][-1:]
-        what = column if column in others else next(iter(others), None)
-        text = own.text_of(last[0]).decode() if last else template(what)
+        last = [text for _, _, text in self.kept.get(self.at, {}).values()][-1:]
+        free = next((name for name in others if name not in desk.axes), None)
+        text = last[0] if last else template(column if column in others else free)
         return {"text": text, "gyro": desks.picture(desk.recording.rate_dps(desk.column))}
 
     def made(self, text: str) -> Effect:
         """The one effect of a text. Raises BadInput."""
-        found = own.read("the editor", text.encode())
+        found = own.read("the editor", text.encode(errors="replace"))
         if len(found) > 1:
             raise BadInput(f"{len(found)} effects; write one at a time")
         return found[0]
@@ -149,14 +125,9 @@ class Own:
     def checked(self, text: str) -> tuple[Effect, Json]:
         """(the effect of a text, its answers on the recording). Raises BadInput that begins with
         what is wrong."""
-        recording = self.visit.open_desk.recording
-
-        def both() -> tuple[Effect, Json]:
-            effect = self.made(text)
-            return effect, answers(effect, recording)
-
         try:
-            return within(LONGEST_S, both)
+            effect = self.made(text)
+            return effect, answers(effect, self.visit.open_desk.recording)
         except BadInput as why:
             raise BadInput(str(why).removeprefix("--effects: the editor: ")) from None
 
@@ -175,47 +146,64 @@ class Own:
         """The effect joins the table and the model. Its file is written beside the session."""
         step = self.visit.stepping.current(state)
         effect, _ = self.checked(text)
-        self.keep(effect, text)
-        desk = self.visit.open_desk
-        fitted = desk.of(
-            self.visit.stepping.fitted_step(step).text, True, self.visit.progress
-        ).fitted
-        found = search.ranking(fitted, only=[effect.kind])
-        if not found:
-            raise BadInput(
-                f"{effect.kind}: it is in the model already, or it needs a column that this "
-                "recording lacks"
-            )
-        return self.visit.stepping.join(step, found[0])
+        with self.keeping(effect, text):
+            best = self.visit.stepping.best(step)
+            found = search.ranking(best.fitted, only=[effect.kind])
+            if not found:
+                raise BadInput(
+                    f"{effect.kind}: it is in the model already, or it needs a column that this "
+                    "recording lacks"
+                )
+            return self.visit.stepping.join(step, found[0])
 
-    def keep(self, effect: Effect, text: str) -> None:
-        """Writes the file of an effect and has it in the table. What a step uses stays as it is."""
+    @contextlib.contextmanager
+    def keeping(self, effect: Effect, text: str) -> Iterator[None]:
+        """Has an effect in the table and its file written, but neither where what follows fails.
+        What a step uses stays as it is."""
         kind, file = effect.kind, self.file(effect.kind)
-        mine, data = self.kept.setdefault(self.at, {}), text.encode()
+        mine, data = self.kept.setdefault(self.at, {}), text.encode(errors="replace")
         there = files.read_whole(file) if os.path.lexists(file) else None
-        if kind in mine and there == data:
+        before = mine.get(kind)
+        if before and there == data:
+            yield
             return
-        if there not in (None, data) and (kind not in mine or self.used(kind)):
+        if there not in (None, data) and (not before or self.used(kind)):
             raise BadInput(
                 f"{Path(file).name} exists and has other code"
-                + (", which a step uses" if kind in mine else "")
+                + (", which a step uses" if before else "")
                 + ". Write another kind"
             )
-        if kind not in mine and kind in table.TABLE:
+        if not before and kind in table.TABLE:
             raise BadInput(f"kind {kind} is taken. Write another kind")
         files.write_whole(file, data, follow=False)
-        for desk in (self.visit.open_desk, *self.visit.desks.values()):
-            desk.forget(fits=kind in mine)
-        if kind in mine:
+        self.put(kind, (effect, file, text))
+        try:
+            yield
+        except BaseException:
+            self.put(kind, before)
+            if there is None:
+                os.unlink(file)
+            else:
+                files.write_whole(file, there, follow=False)
+            raise
+
+    def put(self, kind: str, entry: tuple[Effect, str, str] | None) -> None:
+        """Has this as the effect of the kind, None: no effect. No desk keeps what it computed with
+        the one before."""
+        mine = self.kept[self.at]
+        gone = mine.pop(kind, None)
+        if gone:
             own.drop(kind)
-        own.install(effect, file)
-        mine[kind] = effect, file
+        for desk in (self.visit.open_desk, *self.visit.desks.values()):
+            desk.forget(fits=gone is not None)
+        if entry:
+            own.install(entry[0], entry[1])
+            mine[kind] = entry
 
     def used(self, kind: str) -> bool:
-        """Does a step of the session have an effect of this kind."""
-        steps = [step for tree in self.visit.open_steps.trees.values() for step in tree["steps"]]
-        return any(
-            kind in models.of_text(step.text, "step").kinds
-            or kind in [one["kind"] for one in step.off]
-            for step in steps
-        )
+        """Does a step of a session of the recording have an effect of this kind: a log has one
+        session for each of its sensors."""
+        recording = Path(self.visit.open_steps.recording)
+        names = f"{glob.escape(recording.name)}*{ENDING}"
+        word = re.compile(rf'"{kind}\\?"'.encode())  # in a model file of the session, or beside it
+        return any(word.search(files.read_whole(one)) for one in recording.parent.glob(names))

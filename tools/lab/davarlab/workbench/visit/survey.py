@@ -30,12 +30,14 @@ class Survey:
         here, sight = self.visit.open_desk, Sight(column)
         if column not in here.axes:
             raise BadInput(f"{column}: not a gyro or accelerometer of this recording")
-        desk = self.visit.intake.desk_at(here.whole, sight)
         try:
+            desk = self.visit.intake.desk_at(here.whole, sight)
             row: Json = axes.spoken(self.row(desk, self.visit.open_steps.tree(sight)), column)
             return {"column": column, **row}
         except Superseded:
             return {"column": column, "superseded": True}
+        except BadInput as why:  # of this axis; the others have their rows
+            return {"column": column, "error": axes.in_units(str(why), column)}
 
     def row(self, desk: Desk, tree: Tree | None) -> Json:
         def trying(text: str) -> None:

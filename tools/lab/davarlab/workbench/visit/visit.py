@@ -201,6 +201,7 @@ class Visit:
         """Back to the first page; the session stays beside its recording."""
         self.desk, self.steps, self.log, self.held, self.not_held = None, None, None, None, ""
         self.desks.clear()
+        self.own.go("")
         return self.changed()
 
     def listen(self, source: str) -> Json:

@@ -50,7 +50,7 @@ const quantity = (card) => `${card.kind} ${card.parameters[0]?.unit}`;
 // The effects of all rows, each once: a column of the table each.
 function effects() {
   const found = new Map();
-  for (const row of rows.values()) for (const card of row.cards) if (card.parameters.length) found.set(quantity(card), [titled(card), unitText(card.parameters[0].unit)]);
+  for (const row of rows.values()) for (const card of row.cards || []) if (card.parameters.length) found.set(quantity(card), [titled(card), unitText(card.parameters[0].unit)]);
   return [...found];
 }
 
@@ -62,6 +62,7 @@ function value(row, column) {
 function line(column, kinds) {
   const row = rows.get(column), button = element("button", { class: "link", "data-axis": column, "aria-current": column === now.all.column ? "true" : null, onclick: () => open(column) }, column);
   const rest = !row ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, tried.axis === column ? `Trying ${tried.trying} …` : "Waiting …")]
+    : row.error ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, row.error)]
     : [element("td", { class: row.adequate ? "good" : null }, row.headline.join(" ").replaceAll(" ,", ",")), element("td", {}, missing(row)), ...kinds.map(([kind]) => value(row, kind))];
   return element("tr", {}, element("th", { scope: "row" }, button), ...rest);
 }
