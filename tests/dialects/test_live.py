@@ -132,6 +132,12 @@ class Receiver(unittest.TestCase):
             self.assertEqual(damaged, receiver.faults.total() > 0)
             self.assertGreater(len(found), 120)
 
+    def test_a_piece_gives_all_its_results(self):
+        stream = b"".join(data for _, data in packets("mavlink", consecutive(7), channel=4))
+        receiver = dialects.DialectReceiver("mavlink")
+        found = dialects.results(receiver, 0, stream)
+        self.assertEqual((COUNT, 0), (len(found), len(receiver.ready)))
+
     def test_a_message_of_another_type_is_no_result(self):
         zeros = bytes(63)
         others = [

@@ -13,7 +13,8 @@ from asking import typed as run
 REFUSED = {
     ("live", "lin:0"): "dronecan:IFACE or cyphal:IFACE[@SUBJECT] expected, found 'lin:0'",
     ("live", "mavlink:lin:0"): "expected, found 'mavlink:lin:0'",
-    ("live", "mavlink:udp:127.0.0.1"): "mavlink:udp:127.0.0.1: ",
+    ("live", "mavlink:udp:127.0.0.1"): "mavlink:udp:127.0.0.1: HOST:PORT expected",
+    ("live", "mavlink:udp::0"): "mavlink:udp::0: HOST:PORT expected",
     ("live", "mavlink:udp:127.0.0.1:70000"): "mavlink:udp:127.0.0.1:70000: ",
     ("live", "mavlink:serial:/nonexistent"): "No such file or directory",
     ("live", "cyphal:nope"): "cyphal:nope: ",

@@ -1,6 +1,9 @@
 """All axes of a recording in one table: each row is what a terminal finds on that axis."""
 
 import json
+import math
+import random
+import re
 import unittest
 
 from playwright.sync_api import expect
@@ -39,6 +42,44 @@ class Axes(Visiting):
         tab(page, "axes")
         row = page.locator("#all-axes tr", has=page.locator("[data-axis=gyro_x_dps]"))
         expect(row.locator("td").nth(1)).to_have_text("Nothing")
+        self.assert_quiet()
+
+    def test_an_axis_that_cannot_be_analysed_says_so_in_its_row(self):
+        rng, path = random.Random(4), self.folder / "rec.csv"
+        rows = [f"{i / 50:.2f},0.25,{rng.gauss(0, 0.05):.6f}" for i in range(2000)]
+        path.write_text("\n".join(["time_s,gyro_x_dps,gyro_y_dps", *rows]) + "\n")
+        page = self.page(self.open(path))
+        tab(page, "axes")
+        row = page.locator("#all-axes tr", has=page.locator("[data-axis=gyro_x_dps]"))
+        expect(row).to_contain_text("hardly changes")
+        expect(page.locator("#error")).to_be_hidden()
+        self.assert_quiet()
+
+    def test_numbers_of_a_recording_that_permits_no_model_are_withheld(self):
+        """Small rates that are all 0, opened while the spectrum of another recording is shown."""
+        two_axes(self.folder / "rec.csv")
+        rng, path = random.Random(5), self.folder / "dead.csv"
+        lines = ["time_s,gyro_z_dps"]
+        for i in range(6000):
+            x = rng.gauss(0, 0.05) + 0.02 * math.sin(i / 900)
+            lines.append(f"{i / 50:.2f},{0.0 if abs(x) < 0.04 else round(x / 0.0002) * 0.0002:.4f}")
+        path.write_text("\n".join(lines) + "\n")
+        bench = self.open("rec.csv")
+        page = self.page(bench, width=1280, height=720)
+        ranked(page)
+        tab(page, "spectrum")
+        bench.act("open", path=str(path))
+        expect(page.locator("#headline")).to_contain_text("not what the sensor measures")
+        expect(page.locator("#model .effect").first).to_have_text(re.compile("withheld"))
+        expect(page.locator("#spectrum")).to_have_attribute("class", re.compile("plot"))
+        expect(page.locator("#error")).to_be_hidden()
+        self.shot(page, "withheld")
+        tab(page, "axes")
+        cell = page.locator("#all-axes tbody td.n").first
+        expect(cell).to_have_text("withheld")
+        for what in ("toml", "h", "kalibr"):
+            status, answer = bench.request(f"/api/save?what={what}")
+            self.assertEqual((status, "dead zone" in answer), (400, True), answer)
         self.assert_quiet()
 
 

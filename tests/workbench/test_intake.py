@@ -10,7 +10,7 @@ import unittest
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
-from visiting import ROOT, Visiting, ranked
+from visiting import FIRST, ROOT, Visiting, ranked
 
 
 class Preview(Visiting):
@@ -76,6 +76,13 @@ class Preview(Visiting):
         bench.stop()
         self.assertEqual(self.open(path).ask("all")[1]["samples"], 2000)  # the session has it
         self.assert_quiet()
+
+    def test_skipped_lines_stay_skipped_beside_a_given_model(self):
+        path = self.log("time_s,gyro_z_dps,temp_degC", top=["# 100 Hz", "a,b,c"], step=0.01)
+        model = self.folder / "model.toml"
+        model.write_text(FIRST.format(rate=100.0, column="gyro_z_dps"))
+        bench = self.open(path, "-m", model, "--skip-lines", 2)
+        self.assertEqual(bench.ask("all")[1]["samples"], 2000)
 
     def test_a_short_log_says_what_it_can_and_cannot_tell(self):
         path = self.log("time_ms,gyro_z_dps,temp_degC", rows=356)

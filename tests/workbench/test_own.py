@@ -19,6 +19,10 @@ WRONG = {
     "x = 1": "no Effect in it",
     "while True: pass": "did not return within",
     "raise SystemExit": "SystemExit",
+    "raise KeyboardInterrupt": "KeyboardInterrupt",
+    "raise type('Mute', (Exception,), {'__str__': lambda self: 1 / 0})": "Mute",
+    "raise ValueError('\\ud800')": "ValueError",
+    "x = '\ud800'": "no Effect in it",
 }
 WHERE = {
     "tau_s": 2.6,
@@ -29,6 +33,23 @@ WHERE = {
     "column": "motor_deg",
     "correlation": 0.3,
 }
+TYPED = """import numpy as np
+from davarlab.effects.base import Effect, Parameter
+
+calls = []
+
+def bias(recording, shape):
+    calls.append(1)
+    motor = recording.column("motor_deg")
+    {body}
+    return np.sin(np.radians(motor))
+
+OWN = Effect(
+    kind="{kind}", role="mean", regressor=bias,
+    parameters=(Parameter("coefficient", "deg/s", -1e9, 1e9),),
+    physics="The bias follows the motor.", signature="",
+    confirm="Keep it constant.", needs={needs})
+"""
 MARK = "open({!r}, 'w').close()"
 
 
@@ -140,6 +161,43 @@ class Own(Visiting):
             self.assertEqual(status, 200, text)
             self.assertIn(words, json.loads(answer)["error"])
         self.assertEqual(bench.ask("step")[0], 200)  # the worker goes on
+
+    def test_code_neither_changes_the_recording_nor_stops_the_worker(self):
+        """Nor does a refused Add leave a file or a kind behind."""
+        bench = self.open(gimbal(self.folder / "rec.csv", 2000), terminal=True)
+        step, files = bench.ask("step")[1], set(self.folder.iterdir())
+        text = TYPED.format(kind="mine", body="motor -= motor.mean()", needs="()")
+        status, answer = self.coded(bench, "check_own", {"text": text})
+        self.assertIn("read-only", json.loads(answer)["error"])
+        for body, needs, words in (
+            ("while len(calls) > 1: pass", "()", "did not return within"),
+            ("", '("supply_V",)', "needs a column"),
+            ("if len(calls) > 2: raise ValueError('late')", "()", "late"),
+        ):
+            text = TYPED.format(kind="mine", body=body, needs=needs)
+            status, answer = self.coded(bench, "add_own", {"text": text, "state": step["state"]})
+            self.assertEqual(status, 400, answer)
+            self.assertIn(words, answer)
+            self.assertEqual(set(self.folder.iterdir()), files)
+            self.assertEqual(bench.ask("step")[1], step)  # the worker goes on, the data are as read
+        text = TYPED.format(kind="mine", body="", needs="()")
+        status, answer = self.coded(bench, "add_own", {"text": text, "state": step["state"]})
+        self.assertEqual(status, 200, answer)
+
+    def test_a_server_started_again_goes_on_with_the_effect(self):
+        recording = gimbal(self.folder / "rec.csv", 2000)
+        bench = self.open(recording, terminal=True)
+        texts = [TYPED.format(kind="mine", body=body, needs="()") for body in ("", "pass")]
+        state = bench.ask("step")[1]["state"]
+        self.assertEqual(self.coded(bench, "add_own", {"text": texts[0], "state": state})[0], 200)
+        bench.act("go", number=0)
+        bench.stop()
+        other = self.open(recording, "--effects", f"{recording}.mine.py", terminal=True)
+        given = {"text": texts[0], "state": other.ask("step")[1]["state"]}
+        self.assertEqual(self.coded(other, "add_own", given)[0], 200)
+        given = {"text": texts[1], "state": other.ask("step")[1]["state"]}
+        status, answer = self.coded(other, "add_own", given)
+        self.assertEqual((status, "which a step uses" in answer), (400, True), answer)
 
     def unknown(self, bench):
         """A page on which no known effect explains the misfit."""

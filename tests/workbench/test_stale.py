@@ -40,6 +40,13 @@ def two_axes(path, rows=3000, first_missing=None):
     return len(lines) - 1
 
 
+DROP = """() => {
+  const given = new DataTransfer();
+  given.items.add(new File(["1,2"], "a.csv"));
+  document.dispatchEvent(new DragEvent("drop", { dataTransfer: given, cancelable: true }));
+}"""
+
+
 class Line:
     """What lies between a browser and a server: it can be cut, and joined again."""
 
@@ -241,6 +248,8 @@ class Stale(Visiting):
                 self.end_headers()
                 self.wfile.write(b"00" * 32)
 
+            do_POST = do_GET
+
             def log_message(self, *_):
                 pass
 
@@ -250,6 +259,9 @@ class Stale(Visiting):
             expect(page.locator("#gone")).to_contain_text("Another server uses this address")
             until(page, lambda: len(asked) > 2)
             self.shot(page, "gone-other")
+            page.click("#close")
+            page.evaluate(DROP)
+            page.wait_for_timeout(300)
             thief.shutdown()
         self.assertEqual({one.split("?")[0] for one in asked}, {"/proof"})
         self.assertNotIn(bench.token, "".join(asked))

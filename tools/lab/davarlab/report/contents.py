@@ -30,7 +30,6 @@ from .values import Json, plain
 VERSION_HEADER = places.shared("lib/include/davar/version.h")
 PACKAGES = ("numpy", "scipy", "Jinja2")
 WHERE_MAX = 6
-COLUMNS = 5  # beside the gyro
 
 
 @dataclass
@@ -276,7 +275,7 @@ def columns_drawn(recording: Recording, gyro: str) -> list[str]:
         for name, values in recording.columns.items()
         if name != "time_s" and not name.startswith("gyro_") and np.ptp(values) > 0
     ]
-    return [gyro, *[name for name in others if name != gyro][:COLUMNS]]
+    return [gyro, *[name for name in others if name != gyro][: curves.COLUMNS]]
 
 
 def marked(state: State, effects: Iterable[tuple[str, Estimates]]) -> list[tuple[float, float]]:

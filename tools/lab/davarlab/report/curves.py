@@ -1,6 +1,7 @@
 """What the page and the report draw, as plain values. Both draw it with the same code
 (workbench/page/chart)."""
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import cast
 
@@ -14,6 +15,8 @@ from ..diagnosis.contributions import Contribution
 from .values import Json
 
 ENVELOPE = 1200  # points of a record
+COLUMNS = 5  # drawn beside the gyro
+FORCE = re.compile(r"^(\w)_force_mps2$")  # an accelerometer's column in the analysis (axes.py)
 BAND = (0.025, 0.975)  # of 95 %
 
 
@@ -73,13 +76,14 @@ def residual(f_hz: Floats, power: Floats, counts: Ints) -> Json:
 def envelope(
     name: str, values: Floats, rate_hz: float, edges_s: tuple[float, float] | None = None
 ) -> Json:
-    """A column, or a stretch of it, thinned so that no extreme is lost."""
+    """A column, or a stretch of it, thinned so that no extreme is lost. That of an accelerometer is
+    in m/s^2 here, whatever the unit in its name."""
     start, stop = (0, len(values)) if edges_s is None else (int(edge * rate_hz) for edge in edges_s)
     start = max(0, start)
     part = values[start : min(len(values), max(stop, start + 2))]
     edges = np.linspace(0, len(part), min(ENVELOPE, len(part)), endpoint=False).astype(int)
     return {
-        "column": name,
+        "column": FORCE.sub(r"accel_\1 (m/s^2)", name),
         "time_s": ((start + edges) / rate_hz).tolist(),
         "low": np.minimum.reduceat(part, edges).tolist(),
         "high": np.maximum.reduceat(part, edges).tolist(),

@@ -130,6 +130,8 @@ class UdpPort:
 
     def __init__(self, name: str, faults: Faults) -> None:
         host, _, port = name.rpartition(":")
+        if not host or not port.isdecimal():
+            raise ValueError("HOST:PORT expected")
         self.socket = socket.socket(
             socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM
         )

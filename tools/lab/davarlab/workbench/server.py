@@ -64,6 +64,7 @@ NO_CODE = (
     "this server does not run code from the page. Start tools/davarlab open in a terminal, and "
     "open its page on the same machine"
 )
+FLAGS = {"model": "-m", "sensor": "--sensor", "names": "--names", "skip": "--skip-lines"}
 # Of a request that came through another program on this machine.
 FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-host", "x-real-ip", "via")
 
@@ -113,8 +114,9 @@ class Server:
         )
 
     def runs_code(self, request: Request) -> bool:
-        """May this request run Python: a page of this server sent it, from this machine, without
-        a proxy between, and a person at a terminal has started the server."""
+        """May this request run Python: it has the token, the origin is this server, it comes from
+        127.0.0.1 and has no header of a proxy, and a person at a terminal has started the server. A
+        tunnel (ssh -L) by which somebody has the token looks the same."""
         return (
             self.visit.code
             and self.allowed(request)
@@ -328,15 +330,15 @@ def run(options: argparse.Namespace) -> int:
     """`davarlab open`: until interrupted."""
     visit = Visit(Path.cwd(), code=sys.stdin is not None and sys.stdin.isatty())
     given = {
-        "-m": options.model,
-        "--sensor": options.sensor,
-        "--names": options.names,
-        "--skip-lines": options.skip_lines,
+        "model": options.model,
+        "sensor": options.sensor,
+        "names": options.names,
+        "skip": options.skip_lines,
     }
     if options.recording:
-        visit.intake.open(options.recording, *given.values())
-    for flag in (flag for flag, value in given.items() if value and not options.recording):
-        raise BadInput(f"{flag} needs a recording")
+        visit.intake.open(options.recording, **given)
+    elif wrong := [name for name, value in given.items() if value]:
+        raise BadInput(f"{FLAGS[wrong[0]]} needs a recording")
     server = Server(visit)
     # asyncio sets TCP_NODELAY only on a socket whose protocol is named. Without, an answer waits
     # for 40 ms.

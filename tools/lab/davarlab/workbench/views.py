@@ -30,7 +30,6 @@ from ..thresholds import CHANCE
 from .desk import Desk, Outcome
 
 LINES = 400  # points of a spectrum
-COLUMNS = 5  # beside the gyro
 PIECES, ROWS = 64, 60  # of a spectrogram
 HANN = 0.375  # mean square of its window
 CLOUD = 800  # of a column against another
@@ -256,7 +255,7 @@ def stretch(desk: Desk, start_s: float, stop_s: float, every: bool = False) -> J
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
     f, density = densities(gyro[None, int(start_s * rate) : int(stop_s * rate)], rate, 1, LINES)
     others = [name for name in desk.recording.columns if name not in ("time_s", desk.column)]
-    shown = others[:COLUMNS] if every else [name for name in others if name == "temp_degC"]
+    shown = others[: curves.COLUMNS] if every else [name for name in others if name == "temp_degC"]
     columns = [desk.column, *shown]
     return {
         "start_s": start_s,

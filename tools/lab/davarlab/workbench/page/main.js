@@ -54,6 +54,7 @@ async function refresh() {
     stale(false);
     return;
   }
+  sheet.follow();
   live.place();
   live.live(now.all).catch(() => {});
   fill("axis", ...now.all.gyros.map((name) => element("option", { value: name, selected: name === now.all.column }, name)));

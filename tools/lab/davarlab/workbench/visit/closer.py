@@ -19,7 +19,7 @@ WINDOW = 6000  # samples of the device's window, as davarlab export has it
 
 
 class Closer:
-    """Of a visit. What needs no fit is in looks.py."""
+    """Answers what needs a fit, and writes files, for a visit. What needs no fit is in looks.py."""
 
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class HoldOut:
-    """Of a visit."""
+    """Keeps the recording that a visit holds out."""
 
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit

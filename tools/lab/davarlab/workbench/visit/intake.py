@@ -39,7 +39,7 @@ def named(log: Log | None) -> list[guess.Guess]:
 
 
 class Intake:
-    """Of a visit."""
+    """Opens recordings for a visit."""
 
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Looks:
-    """Of a visit."""
+    """Answers what needs no fit of the recording that a visit has open."""
 
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit

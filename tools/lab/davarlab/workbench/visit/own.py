@@ -3,6 +3,7 @@ started the server."""
 
 import contextlib
 import glob
+import json
 import os
 import re
 from collections.abc import Iterator
@@ -34,7 +35,7 @@ def bias(recording, shape):
 
 OWN = Effect(
     kind="own_effect", role="mean", regressor=bias,
-    parameters=(Parameter("coefficient", "deg/s", -1e9, 1e9),),
+    parameters=(Parameter("coefficient", "deg/s", -1e9, 1e9),),  # m/s^2 of an accelerometer
     physics="The bias follows {what}.", signature="",
     confirm="Keep {what} constant.")
 '''
@@ -45,7 +46,7 @@ def template(column: str | None) -> str:
     if column is None:
         course, what = "np.sin(2 * np.pi * recording.time_s / 600)", "a cycle"
     else:
-        course = f"recording.column({column!r})"
+        course = f"recording.column({json.dumps(column, ensure_ascii=False)})"
         what = "".join(one for one in column if one.isalnum() or one in "_ ")
     return TEMPLATE.format(course=course, what=what)
 
@@ -71,8 +72,8 @@ def answers(effect: Effect, recording: Recording) -> Json:
 
 
 class Own:
-    """Of a visit. kept: by recording, kind -> (effect, file, text), the one that was written last
-    at the end; they are in the table while that recording is open."""
+    """The effects of a visit. kept: by recording, kind -> (effect, file, text), the one that was
+    written last at the end; they are in the table while that recording is open."""
 
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit

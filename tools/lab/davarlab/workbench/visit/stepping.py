@@ -29,7 +29,7 @@ class Stale(BadInput):
 
 
 class Stepping:
-    """Of a visit."""
+    """Takes the steps of a visit."""
 
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit

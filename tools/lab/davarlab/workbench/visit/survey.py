@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Survey:
-    """Of a visit."""
+    """Computes the rows of all axes for a visit."""
 
     def __init__(self, visit: "Visit") -> None:
         self.visit = visit

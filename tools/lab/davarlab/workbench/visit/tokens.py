@@ -38,6 +38,7 @@ def of_port(port: int) -> str:
         path = folder() / f"{port}.token"
         kept = files.read_whole(path) if path.is_file() else b""
         if FORM.fullmatch(kept):
+            os.utime(path)  # the oldest are deleted
             return kept.decode()
         files.write_whole(path, token.encode(), follow=False)
         for old in sorted(path.parent.glob("*.token"), key=os.path.getmtime)[:-KEPT]:

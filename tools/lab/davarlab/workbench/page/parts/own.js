@@ -68,10 +68,10 @@ function draw() {
     xy(place, [{ x: found.f_hz, y: found.density, colour: "var(--model)" }], { x: { log: true, title: "Hz" }, y: { log: true, title: "density" }, right: 8, label: "The spectrum of the effect" });
     return;
   }
-  const made = canvas(place, found ? "The gyro and the course of the effect" : "The gyro");
+  const made = canvas(place, found ? `${now.all.column} and the course of the effect` : now.all.column);
   if (!made) return;
   const half = found ? made.height / 2 : made.height;
-  for (const [one, colour, name, top] of [[gyro, "--meas", "gyro", 0], ...(found ? [[found.course, "--model", found.kind, half]] : [])]) {
+  for (const [one, colour, name, top] of [[gyro, "--meas", now.all.column, 0], ...(found ? [[found.course, "--model", found.kind, half]] : [])]) {
     const low = Math.min(...one.low), high = Math.max(...one.high), Y = scale(false, low, high > low ? high : low + 1, top + half - 6, top + 6), X = scale(false, 0, one.low.length - 1, 6, made.width - 110);
     svg("path", { d: area(X, Y, one.low.map((_, i) => i), one.low, one.high), fill: `var(${colour})`, stroke: `var(${colour})` }, made.drawing);
     svg("text", { x: made.width - 104, y: top + half / 2 + 4 }, made.drawing, name.slice(0, 16));

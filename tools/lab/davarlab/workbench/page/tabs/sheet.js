@@ -11,7 +11,7 @@ const FIELDS = [["angle_random_walk", "sheet-arw", ["ARW", "deg/√h", 1], ["VRW
 // [name, unit, factor to the unit of the request], of a gyro or an accelerometer.
 const said = (field) => field[accel() ? 3 : 2];
 const STYLES = [["var(--meas)", null], ["var(--model)", "7 4"], ["var(--good)", "2 3"], ["var(--soft)", "8 2 2 2"]];
-let axes = null, axesOf = null;
+let axes = null, axesOf = null, unit = null; // unit: of the axis that the data sheet is for
 
 export function build(panel) {
   const file = element("input", { type: "file", id: "kalibr", class: "hidden-file", tabindex: -1, "aria-label": "a kalibr file", accept: ".yaml,.yml", onchange: () => file.files[0] && kalibr(file) });
@@ -20,6 +20,13 @@ export function build(panel) {
     element("div", { class: "row" }, element("button", { class: "go" }, "Draw it"), file, element("button", { type: "button", onclick: () => file.click() }, "kalibr file")),
     element("p", { class: "soft small" }, "It is drawn here and over the fit.")),
   element("div", { class: "plot", id: "axes" })));
+}
+
+// A data sheet of gyros is none of accelerometers.
+export function follow() {
+  if (unit === now.all.unit) return;
+  [unit, now.sheet] = [now.all.unit, null];
+  for (const one of FIELDS) at(one[1]).value = "";
 }
 
 async function overlay() {
