@@ -80,6 +80,8 @@ class Axes(Visiting):
         for what in ("toml", "h", "kalibr"):
             status, answer = bench.request(f"/api/save?what={what}")
             self.assertEqual((status, "dead zone" in answer), (400, True), answer)
+        page.click("#close")
+        expect(page.locator(".recent", has_text="dead.csv")).to_contain_text("–")
         self.assert_quiet()
 
 

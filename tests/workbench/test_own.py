@@ -22,7 +22,6 @@ WRONG = {
     "raise KeyboardInterrupt": "KeyboardInterrupt",
     "raise type('Mute', (Exception,), {'__str__': lambda self: 1 / 0})": "Mute",
     "raise ValueError('\\ud800')": "ValueError",
-    "x = '\ud800'": "no Effect in it",
 }
 WHERE = {
     "tau_s": 2.6,
@@ -172,7 +171,7 @@ class Own(Visiting):
         for body, needs, words in (
             ("while len(calls) > 1: pass", "()", "did not return within"),
             ("", '("supply_V",)', "needs a column"),
-            ("if len(calls) > 2: raise ValueError('late')", "()", "late"),
+            ("if len(calls) > 1: raise ValueError('late')", "()", "late"),
         ):
             text = TYPED.format(kind="mine", body=body, needs=needs)
             status, answer = self.coded(bench, "add_own", {"text": text, "state": step["state"]})

@@ -272,6 +272,7 @@ class KeptStep(Given):
     off: list[Values] = []
     error: Number | None = None
     floor: Number | None = None
+    rejected: bool = False
 
 
 class Tree(Given):

@@ -36,7 +36,8 @@ class Log(TypedDict):
 @dataclass
 class Step:
     """A model that was reached. text: the model file; off: effects that are switched off, as in a
-    model file; fitted: are the values those of a fit; did: what led here, in words."""
+    model file; fitted: are the values those of a fit; did: what led here, in words; rejected: the
+    recording permits no model."""
 
     number: int
     parent: int | None
@@ -46,6 +47,7 @@ class Step:
     off: list[dict[str, float | str]] = field(default_factory=list)
     error: float | None = None
     floor: float | None = None
+    rejected: bool = False
 
 
 def fit_of(step: Step, steps: list[Step]) -> Step:

@@ -118,7 +118,7 @@ class Own:
 
     def made(self, text: str) -> Effect:
         """The one effect of a text. Raises BadInput."""
-        found = own.read("the editor", text.encode(errors="replace"))
+        found = own.read("the editor", text.encode())
         if len(found) > 1:
             raise BadInput(f"{len(found)} effects; write one at a time")
         return found[0]
@@ -162,7 +162,7 @@ class Own:
         """Has an effect in the table and its file written, but neither where what follows fails.
         What a step uses stays as it is."""
         kind, file = effect.kind, self.file(effect.kind)
-        mine, data = self.kept.setdefault(self.at, {}), text.encode(errors="replace")
+        mine, data = self.kept.setdefault(self.at, {}), text.encode()
         there = files.read_whole(file) if os.path.lexists(file) else None
         before = mine.get(kind)
         if before and there == data:

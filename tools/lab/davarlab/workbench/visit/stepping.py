@@ -90,6 +90,7 @@ class Stepping:
             fitted=fitted,
             error=judgement.error,
             floor=judgement.floor,
+            rejected=bool(judgement.spoiled_by),
             **more,
         )
 

@@ -18,7 +18,7 @@ NETWORK, CAN = Path("/sys/class/net"), b"280"  # the type of a CAN interface, AR
 
 def recent(folders: Iterable[Path]) -> list[Json]:
     """The last sessions in these folders, the newest first: path of the recording, sensor or None,
-    name, and error and floor of the current step."""
+    name, and error and floor of the current step, None where the recording permits no model."""
     paths = [path for folder in folders for path in folder.glob(f"*{ENDING}")]
     paths.sort(key=lambda path: path.stat().st_mtime, reverse=True)
     found = (session(path) for path in paths if path.stat().st_size < LARGEST)
@@ -43,8 +43,8 @@ def session(path: Path) -> Json | None:
         "path": str(recording),
         "sensor": sensor,
         "name": name,
-        "error": step.error,
-        "floor": step.floor,
+        "error": None if step.rejected else step.error,
+        "floor": None if step.rejected else step.floor,
     }
 
 
