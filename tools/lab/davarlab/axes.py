@@ -153,11 +153,8 @@ def in_units(text: str, column: str) -> str:
         return of_clock(text.replace(ppb_name(column), column))
     if not is_accel(column):
         return text
-    text = (
-        text.replace("deg/s^2", "m/s^3")
-        .replace("deg/s", "m/s^2")
-        .replace(force_name(column), column)
-    )
+    text = re.sub(r"deg/s(?!\w)", "m/s^2", text.replace("deg/s^2", "m/s^3"))
+    text = text.replace(force_name(column), column)
     for kind in list(table.TABLE):  # effects of one's own may come and go meanwhile
         said = kind_said(kind, column)
         for gyro, accel in ((kind, said), (kind.replace("_", " "), said.replace("_", " "))):
