@@ -236,7 +236,7 @@ def packages() -> Python:
 
 @once
 def linux() -> str:
-    """The User-Mode Linux kernel of tests/kernel, which all clones share, built if there is none."""
+    """The User-Mode Linux kernel of tests/kernel, shared by all clones; built if there is none."""
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "davar/uml")
     status, output = run(["tools/support/uml/kernel.sh", str(cache)], "uml.log")
     if status:
