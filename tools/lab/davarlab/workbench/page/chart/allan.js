@@ -97,7 +97,7 @@ export class AllanChart {
 
   // What is below the curve: ratios and cells.
   lower() {
-    const { drawing, X, R, state, left, right, top, stripTop, stripBottom, phone } = this, many = cells.lengths(state.cells).length > 1;
+    const { drawing, X, R, state, left, right, top, stripTop, stripBottom, phone } = this, many = this.length > 0 && cells.lengths(state.cells).length > 1; // a report has no choice
     const ratios = svg("g", { "clip-path": `url(#${this.clip}-r)` }, drawing);
     this.stems = state.tau.map((tau) => svg("line", { x1: X(tau), x2: X(tau), y1: R(1), stroke: "var(--meas)", "stroke-width": 2 }, ratios));
     this.ends = state.tau.map(() => svg("path", { fill: "var(--meas)" }, ratios));
