@@ -3,8 +3,10 @@ started the server."""
 
 import contextlib
 import ctypes
+import itertools
 import json
 import os
+import re
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -129,15 +131,30 @@ class Own:
         for effect, file in self.kept.get(path, {}).values():
             own.install(effect, file)
 
-    def start(self, column: str | None = None) -> Json:
-        """What the editor begins with: the effect that was written last, or a template for a column
-        of the recording."""
+    def start(self, column: str | None = None, kind: str | None = None) -> Json:
+        """What the editor begins with: a template for a column of the recording; `kind`: the code
+        of this effect, under a new kind, because steps that have it keep theirs."""
         desk = self.visit.open_desk
         others = [name for name in desk.recording.columns if name not in ("time_s", desk.column)]
-        last = [file for _, file in self.kept.get(self.at, {}).values()][-1:]
         what = column if column in others else next(iter(others), None)
-        text = own.text_of(last[0]).decode() if last else template(what)
+        text = template(what) if kind is None else self.renamed(kind)
         return {"text": text, "gyro": desks.picture(desk.recording.rate_dps(desk.column))}
+
+    def kinds(self) -> list[str]:
+        """Those written in the page for the open recording."""
+        return list(self.kept.get(self.at, {}))
+
+    def renamed(self, kind: str) -> str:
+        """The code of an effect, under the first free kind. Raises BadInput."""
+        if kind not in self.kinds():
+            raise BadInput(f"{kind} was not written in the page for this recording")
+        first = re.sub(r"_\d+$", "", kind)
+        names = (f"{first}_{number}" for number in itertools.count(2))
+        free = next(
+            one for one in names if one not in table.TABLE and not os.path.lexists(self.file(one))
+        )
+        text = own.text_of(self.kept[self.at][kind][1]).decode()
+        return re.sub(rf"(\bkind\s*=\s*)([\"']){kind}\2", rf"\1\g<2>{free}\2", text)
 
     def made(self, text: str) -> Effect:
         """The one effect of a text. Raises BadInput."""
