@@ -1,5 +1,5 @@
-"""Flies an attitude filter that is not ours, the EKF of the package ahrs, with four values of the
-gyro's noise, and prints how large and how consistent its error is.
+"""Flies a third-party attitude filter, the EKF of the package ahrs, with four values of the gyro's
+noise, and prints how large and how consistent its error is.
 
     pip install . -r examples/ahrs_flight/requirements.txt
     python examples/ahrs_flight/flight.py

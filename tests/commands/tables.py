@@ -51,7 +51,7 @@ NOT_RUN = {
     "tests/fuzz/corpus.py add stream build/log/fuzz-stream-crash-SHA1": (
         "needs an input that shows a fault"
     ),
-    "kernel=$(tools/support/uml/kernel.sh build/cache/uml)": (
+    "kernel=$(tools/support/uml/kernel.sh ~/.cache/davar/uml)": (
         "builds a Linux kernel; tests/kernel uses it"
     ),
     'tools/support/uml/run -T -t 5400 "$kernel" env DAVAR_DAY_HZ=1 '

@@ -1,4 +1,4 @@
-"""The flight of examples/ahrs_flight, with a filter that nobody here wrote."""
+"""The flight of examples/ahrs_flight, with a third-party filter."""
 
 import sys
 import unittest

@@ -7,7 +7,7 @@ import math
 import unittest
 
 from playwright.sync_api import expect
-from visiting import FIRST, Visiting, error, ranked, run, tab, unfold
+from visiting import FIRST, Visiting, error, flagged, ranked, run, tab, unfold
 
 
 def made(folder, effects="", seconds=900, seed=8):
@@ -256,6 +256,9 @@ class Looks(Visiting):
             loudest = max(range(len(found["f_hz"])), key=lambda row: sum(found["density"][row]))
             self.assertAlmostEqual(math.log(found["f_hz"][loudest] / 3.0), 0, delta=0.15)
             self.assertEqual(found["x"], sorted(found["x"]))
+        self.assertAlmostEqual(flagged(bench)[0], 3.0, delta=0.01)
+        self.assertEqual(bench.act("line", f_hz=3.0)[0], 200)
+        self.assertEqual(flagged(bench), [])  # what is in the model is not in its residual
 
     def test_every_density_is_that_of_the_noise(self):
         bench = self.open(

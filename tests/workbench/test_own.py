@@ -12,7 +12,7 @@ import unittest
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
-from visiting import ROOT, Visiting, error, ranked
+from visiting import ROOT, Visiting, error, flagged, ranked, unfold
 
 WRONG = {
     "import numpy as": "SyntaxError",
@@ -49,6 +49,17 @@ OWN = Effect(
     physics="The bias follows the motor.", signature="",
     confirm="Keep it constant.", needs={needs})
 """
+PUMP = """import numpy as np
+from davarlab.effects.base import Effect, Parameter
+
+def bias(recording, shape):
+    return (recording.time_s % 11) < {seconds}
+
+OWN = Effect(
+    kind="pump", role="mean", regressor=bias,
+    parameters=(Parameter("coefficient", "deg/s", -1e9, 1e9),),
+    physics="A pump.", signature="", confirm="Stop it.")
+"""
 MARK = "open({!r}, 'w').close()"
 
 
@@ -63,6 +74,16 @@ def gimbal(path, rows=12000):
     return path
 
 
+def pumped(path, rows=15000):
+    """White noise and a pump that shifts the bias for 4 s of every 11."""
+    rng, lines = random.Random(3), ["time_s,gyro_z_dps"]
+    for i in range(rows):
+        bias = 0.05 if (i / 50) % 11 < 4 else 0.0
+        lines.append(f"{i / 50:.2f},{rng.gauss(bias, 0.05):.6f}")
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
 class Own(Visiting):
     def assert_accessible(self, page):
         found = Axe().run(page).response["violations"]
@@ -73,9 +94,7 @@ class Own(Visiting):
         bench = self.open(recording, terminal=True)
         page = self.page(bench, 1280, 720)
         button = page.locator("#next button.write")
-        expect(button).to_be_attached()
-        if not button.is_visible():
-            page.locator("#more summary").click()
+        expect(button).to_be_visible()
         self.shot(page, "own-way")
         button.click()
         said, add = page.locator("#own-said"), page.locator("#own-add")
@@ -147,6 +166,61 @@ class Own(Visiting):
         fresh = self.open(*shlex.split(again)[2:])
         self.assertEqual(len(fresh.ask("step")[1]["cards"]), 3)
         self.assert_quiet()
+
+    def test_a_pump_is_written_edited_and_gone_from_the_residual(self):
+        bench = self.open(pumped(self.folder / "rec.csv"), terminal=True)
+        page = self.page(bench, 1280, 577)
+        ranked(page)
+        self.why_closes(page)
+        at = flagged(bench)
+        self.assertTrue(any(abs(f * 11 - 1) < 0.1 for f in at), at)
+        page.click("#next button.write")  # without unfolding anything
+        said, add = page.locator("#own-said"), page.locator("#own-add")
+        expect(add).to_be_enabled()
+        template = page.input_value("#own-code")
+        page.fill("#own-code", "junk")
+        page.get_by_role("button", name="Cancel").click()
+        page.click("#next button.write")
+        self.assertEqual(page.input_value("#own-code"), template)
+        tops = "['own', 'own-code'].map((id) => document.getElementById(id).scrollTop)"
+        self.assertEqual(page.evaluate(tops), [0, 0])
+        page.fill("#own-code", PUMP.format(seconds=3))
+        expect(said).to_contain_text("✓ pump returns 15000 values from 0 to 1")
+        add.click()
+        expect(page.locator(".effect[data-kind=pump]")).to_be_visible()
+        self.assertNotEqual(flagged(bench), [])  # of a second that it lacks
+        self.edited(page)
+        self.assertEqual(flagged(bench), [])
+        page.click("#home")
+        expect(page.locator("#tutorial")).to_be_visible()
+        page.click("#view-plan")
+        page.click("#home")
+        expect(page.locator("#tutorial")).to_be_visible()
+        self.assert_quiet()
+
+    def why_closes(self, page):
+        why = page.locator("#why")
+        for leave in (
+            lambda: page.keyboard.press("Escape"),
+            lambda: page.click("#headline h1"),
+        ):
+            page.click("#why summary")
+            expect(why).to_have_attribute("open", "")
+            leave()
+            expect(why).not_to_have_attribute("open", "")
+
+    def edited(self, page):
+        """Another shape for the effect that was added; it replaces the first."""
+        unfold(page, "pump")
+        page.get_by_role("button", name="Edit").click()
+        expect(page.locator("#own-add")).to_be_enabled()
+        text = page.input_value("#own-code")
+        self.assertEqual(text, PUMP.format(seconds=3).replace('"pump"', '"pump_2"'))
+        page.fill("#own-code", text.replace("< 3", "< 4"))
+        expect(page.locator("#own-add")).to_be_enabled()
+        page.click("#own-add")
+        expect(page.locator(".effect[data-kind=pump_2]")).to_be_visible()
+        expect(page.locator(".effect[data-kind=pump]")).to_have_count(0)
 
     def coded(self, bench, what, given, **headers):
         """(status, text) of what runs code, as the page of this server sends it."""

@@ -212,6 +212,13 @@ def error(page):
     return float(page.text_content("#error-value"))
 
 
+def flagged(bench):
+    """The frequencies at which the page offers a line, of the current step."""
+    found = bench.ask("step")[1]["spectrum"]
+    peaks = zip(found["peak_hz"], found["peak_ratio"])
+    return [f for f, ratio in peaks if ratio > found["peak_chance"]]
+
+
 def unfold(page, kind):
     """Shows the other values of an effect, and what can be done with it."""
     fold = page.locator(f".effect[data-kind={kind}] .fold")

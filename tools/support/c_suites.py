@@ -8,7 +8,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import threading
 import xml.etree.ElementTree
 from collections import defaultdict
@@ -42,18 +41,11 @@ FUZZ = {
 
 
 def use_ccache(variables: MutableMapping[str, str]) -> None:
-    """Lets every build by CMake share its objects through ccache, also those in temporary copies of
-    the tree.
-    """
-    if not shutil.which("ccache"):
-        return
-    variables.setdefault("CMAKE_C_COMPILER_LAUNCHER", "ccache")
-    variables.setdefault("CCACHE_DIR", str(BUILD / "cache/ccache"))
-    variables.setdefault("CCACHE_MAXSIZE", "1G")
-    if not ROOT.is_relative_to(
-        tempfile.gettempdir()
-    ):  # temporary copies differ only in the names of their folders
-        variables.setdefault("CCACHE_BASEDIR", os.path.realpath(tempfile.gettempdir()))
+    """Lets every build by CMake share its objects through ccache, also with other clones."""
+    if shutil.which("ccache"):
+        variables.setdefault("CMAKE_C_COMPILER_LAUNCHER", "ccache")
+        variables.setdefault("CCACHE_BASEDIR", str(ROOT))  # paths below it do not count
+        variables.setdefault("CCACHE_NOHASHDIR", "1")  # nor does the folder of the build
 
 
 def must_run(what: str, log: str, command: Sequence[str]) -> None:

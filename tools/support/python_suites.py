@@ -236,8 +236,9 @@ def packages() -> Python:
 
 @once
 def linux() -> str:
-    """The User-Mode Linux kernel of tests/kernel, built if the cache has none."""
-    status, output = run(["tools/support/uml/kernel.sh", "build/cache/uml"], "uml.log")
+    """The User-Mode Linux kernel of tests/kernel, shared by all clones; built if there is none."""
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "davar/uml")
+    status, output = run(["tools/support/uml/kernel.sh", str(cache)], "uml.log")
     if status:
         raise Broken(output)
     return output.splitlines()[-1]

@@ -168,6 +168,7 @@ class Spectrogram(Given):
 
 class OwnStart(Given):
     column: Text | None = None
+    kind: Text | None = None
 
 
 class OwnCheck(Given):

@@ -64,12 +64,14 @@ def preview(state: State) -> Json:
 
 def spectrum(state: State) -> Json:
     """Density of the record beside the model's, deg/s/sqrt(Hz), and the largest ordinate of each
-    group of frequencies, with its own frequency. Ratios of measured to model: of each group, with
-    the 95 % range of a true model, and of each largest ordinate, with the ratio that a true model
-    exceeds anywhere in one record out of a hundred."""
+    group of frequencies, with its own frequency. Ratios of the residual, without the model's
+    courses, to the model's noise: of each group, with the 95 % range of a true model, and of each
+    largest ordinate, with the ratio that a true model exceeds anywhere in one record out of a
+    hundred."""
     data, fit = state.bench.data, state.fit
-    energy = data.without(np.zeros(0), []) ** 2
-    level = data.at_ordinates(fit.level)
+    gyro = data.columns["gyro"][0]
+    left = data.without(fit.coefficients, state.bench.all_keys(state.parts))
+    energy, level = gyro**2, data.at_ordinates(fit.level)
     edges = np.unique(np.round(np.geomspace(1, len(energy), LINES)).astype(int)) - 1
     starts, counts = edges[:-1], np.diff(edges)
     rate = data.rate_hz
@@ -78,17 +80,17 @@ def spectrum(state: State) -> Json:
         means: Floats = np.add.reduceat(x[: edges[-1]], starts, dtype=np.float64) / counts
         return means
 
+    over = left**2 / level
     peaks = np.array(
-        [start + int(np.argmax(energy[start:stop])) for start, stop in zip(starts, edges[1:])]
+        [start + int(np.argmax(over[start:stop])) for start, stop in zip(starts, edges[1:])]
     )
-    over = energy / level
     chance = stats.chi2.isf(CHANCE.family_wise / len(energy), 1)
     return {
         **curves.residual(mean(data.f), mean(over), counts),
         "measured": np.sqrt(mean(energy) / rate).tolist(),
         "peak_hz": data.f[peaks].tolist(),
         "peak": np.sqrt(energy[peaks] / rate).tolist(),
-        "model": np.sqrt(mean(level) / rate).tolist(),
+        "model": np.sqrt(mean(level + (gyro - left) ** 2) / rate).tolist(),
         "peak_ratio": np.sqrt(over[peaks]).tolist(),
         "peak_chance": float(np.sqrt(chance)),
     }

@@ -80,6 +80,7 @@ function welcome() {
 // What is on the screen: the bench of a recording, or the first page.
 function screen(open) {
   document.body.classList.toggle("open", open);
+  at("view-model").textContent = open ? "Back to the model" : "Back to the first page";
   at("landing").hidden = open;
   at("bench").hidden = !open || !now.view; // show nothing of a closed recording
   at("close").hidden = at("axis-label").hidden = !open;
@@ -180,6 +181,7 @@ document.addEventListener("drop", (event) => {
 
 at("axis").onchange = () => leaving(`Analysing ${at("axis").value}`, "sight", { column: at("axis").value });
 at("close").onclick = opened.close;
+at("home").onclick = () => { plan(false); if (now.all?.recording || now.all?.log) opened.close(); };
 at("help-button").onclick = () => at("help").showModal();
 at("theme").onclick = other;
 at("error-close").onclick = () => { at("error").hidden = true; at("page").focus(); };

@@ -6,6 +6,7 @@ import { unitText } from "/page/words.js";
 // drawn: the curves and the error as they are shown, which differ from the step's while a value moves. before: the step before, as a ghost. cell: the selected one. length: of the windows of the map. left: the label of the control that had the focus.
 export const now = { all: null, view: null, found: null, answer: null, turn: 0, stale: false, drawn: null, before: null, next: null, cell: null, length: 0, left: null };
 export const at = (id) => document.getElementById(id);
+const DONE_MS = 4000; // of a message
 let busy = 0, missed = 0, refresh = null; // missed: the revision that arrived during an action
 
 // The unit of the rate: deg/s of a gyro, m/s² of an accelerometer.
@@ -37,8 +38,11 @@ export function stale(yes) {
   if (yes) for (const id of OF_A_STEP) at(id).disabled = true;
 }
 
-export function say(text) {
+// done: what was done, which goes by itself; else what is being done.
+export function say(text, done = false) {
   at("status").textContent = text;
+  at("working").hidden = done;
+  if (done) setTimeout(() => at("status").textContent === text && say(""), DONE_MS);
   at("toast").hidden = !text;
 }
 
@@ -48,17 +52,18 @@ export function refused(why) {
   at("error").hidden = false;
 }
 
-// Runs an action of the user and shows an error in one line. A change from another tab in the meantime is handled afterwards.
-export async function doing(text, work) {
+// Runs an action of the user and shows an error in one line, or what was done. A change from another tab in the meantime is handled afterwards.
+export async function doing(text, work, done = "") {
   say(text);
   at("error").hidden = true;
   busy += 1;
   try {
     await work();
+    say(done, Boolean(done));
   } catch (why) {
+    say("");
     refused(why);
   }
-  say("");
   busy -= 1;
   if (missed && !busy) {
     const revision = missed;

@@ -3,6 +3,7 @@ started the server."""
 
 import contextlib
 import glob
+import itertools
 import json
 import os
 import re
@@ -106,15 +107,31 @@ class Own:
                 with contextlib.suppress(BadInput, UnicodeDecodeError):
                     mine[kind] = table.find(kind), file, own.text_of(file).decode()
 
-    def start(self, column: str | None = None) -> Json:
-        """What the editor begins with: the effect that was written last, or a template for a column
-        of the recording."""
+    def start(self, column: str | None = None, kind: str | None = None) -> Json:
+        """What the editor begins with: a template for a column of the recording; `kind`: the code
+        of this effect, under a new kind, because steps that have it keep theirs."""
         desk = self.visit.open_desk
         others = [name for name in desk.recording.columns if name not in ("time_s", desk.column)]
-        last = [text for _, _, text in self.kept.get(self.at, {}).values()][-1:]
         free = next((name for name in others if name not in desk.axes), None)
-        text = last[0] if last else template(column if column in others else free)
+        what = column if column in others else free
+        text = template(what) if kind is None else self.renamed(kind)
         return {"text": text, "gyro": desks.picture(desk.recording.rate_dps(desk.column))}
+
+    def kinds(self) -> list[str]:
+        """Those written in the page for the open recording."""
+        return list(self.kept.get(self.at, {}))
+
+    def renamed(self, kind: str) -> str:
+        """The code of an effect, under the first free kind. Raises BadInput."""
+        if kind not in self.kinds():
+            raise BadInput(f"{kind} was not written in the page for this recording")
+        first = re.sub(r"_\d+$", "", kind)
+        names = (f"{first}_{number}" for number in itertools.count(2))
+        free = next(
+            one for one in names if one not in table.TABLE and not os.path.lexists(self.file(one))
+        )
+        text = self.kept[self.at][kind][2]
+        return re.sub(rf"(\bkind\s*=\s*)([\"']){kind}\2", rf"\1\g<2>{free}\2", text)
 
     def made(self, text: str) -> Effect:
         """The one effect of a text. Raises BadInput."""

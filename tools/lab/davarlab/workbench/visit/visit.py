@@ -183,6 +183,7 @@ class Visit:
             "current": steps.current,
             "session": str(steps.path),
             "code": self.code,
+            "own": self.own.kinds(),
             "commands": typed.commands(steps, desk.sight),
             "steps": [
                 {

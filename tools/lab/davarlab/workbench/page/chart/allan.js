@@ -5,6 +5,7 @@ import { area, canvas, line, svg } from "/page/chart/svg.js";
 import { brief, number, timesText } from "/page/words.js";
 
 const PHONE = 560, LETTER = 7, DASHES = ["1 3", "6 3", "8 2 2 2", "3 2"];
+const RATIOS = [0.4, 6]; // that have a place; an arrow points to one beyond
 const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
 const NAMES = { angle_random_walk: "white noise", rate_random_walk: "random walk", sinusoid: "line" };
 const called = (kind) => NAMES[kind] || kind.replaceAll("_", " ");
@@ -37,8 +38,8 @@ export class AllanChart {
     const [from, to] = zoom || [tau[0] / 1.5, tau.at(-1) * 1.5];
     this.X = scale(true, from, to, this.left, this.right);
     this.Y = scale(true, range[0], range[1], this.bottom, this.top);
-    const R = scale(true, 0.4, 6, this.ratioBottom, this.ratioTop);
-    this.R = (value) => R(clamp(value, 0.4, 6));
+    const R = scale(true, ...RATIOS, this.ratioBottom, this.ratioTop);
+    this.R = (value) => R(clamp(value, ...RATIOS));
   }
 
   grid() {
@@ -55,17 +56,17 @@ export class AllanChart {
       svg("line", { x1: X(value), x2: X(value), y1: top, y2: small ? bottom : ratioBottom, stroke: "var(--grid)" }, grid);
       svg("text", { x: X(value), y: this.height - 5, "text-anchor": "middle" }, grid, text);
     }
-    if (phone) svg("text", { x: right, y: top + 10, "text-anchor": "end", class: "halo" }, grid, `Allan deviation, ${this.unit}`);
-    else if (small) svg("text", { x: right + 10, y: top + 10 }, grid, this.unit);
+    if (phone || small) svg("text", { x: right, y: top + 10, "text-anchor": "end", class: "halo" }, grid, `Allan deviation, ${this.unit}`);
     else ["Allan deviation,", this.unit].forEach((text, i) => svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text));
-    if (!small) this.ratioGrid(grid);
+    if (small) svg("text", { x: right, y: bottom - 6, "text-anchor": "end", class: "halo" }, grid, "averaging time");
+    else this.ratioGrid(grid);
   }
 
   ratioGrid(grid) {
     const { R, left, right, ratioTop, ratioBottom, phone } = this;
     for (const [value, text] of [[0.5, "½×"], [1, "1"], [2, "2×"], [4, "4×"]]) {
       svg("line", { x1: left, x2: right, y1: R(value), y2: R(value), stroke: value === 1 ? "var(--edge)" : "var(--grid)" }, grid);
-      if (ratioBottom - ratioTop > 50 || value !== 0.5) svg("text", { x: left - 6, y: R(value) + 4, "text-anchor": "end" }, grid, text);
+      if (ratioBottom - ratioTop > 60 || [1, 4].includes(value)) svg("text", { x: left - 6, y: R(value) + 4, "text-anchor": "end" }, grid, text);
     }
     if (!phone) ["measured", "over model"].forEach((text, i) => svg("text", { x: right + 10, y: ratioTop + 12 + 14 * i }, grid, text));
   }
@@ -74,6 +75,7 @@ export class AllanChart {
     const { drawing, X, small, state } = this, inside = `url(#${this.clip})`;
     const path = (attributes) => svg("path", { fill: "none", "clip-path": inside, ...attributes }, drawing);
     const band = { fill: "var(--model)", "fill-opacity": 0.14 };
+    this.labels = svg("g", {}, drawing); // below the curves: a halo must not hide a point
     this.band = path(band);
     if (!small) this.ratioBand = path({ ...band, "clip-path": `url(#${this.clip}-r)` });
     this.overlays = (this.overlay || []).map((_, i) => path({ stroke: "var(--ink)", "stroke-width": 1.5, "stroke-dasharray": ["2 3", "7 4", "1 2"][i % 3] }));
@@ -82,10 +84,9 @@ export class AllanChart {
     this.model = path({ stroke: "var(--model)", "stroke-width": 2.5, "stroke-linejoin": "round", class: "model" });
     this.next = path({ stroke: "var(--model)", "stroke-width": 2, "stroke-dasharray": "8 5", class: "next" });
     this.flag = svg("g", { class: "flag" }, drawing);
-    const dots = svg("g", { "clip-path": inside, class: "measured" }, drawing);
+    const dots = svg("g", { "clip-path": inside, class: "measured", "pointer-events": "none" }, drawing);
     this.dots = state.tau.map((tau) => svg("circle", { cx: X(tau), r: small ? 3 : 4, fill: "var(--panel)", stroke: "var(--meas)", "stroke-width": 2 }, dots));
     if (!small) this.lower();
-    this.labels = svg("g", {}, drawing);
   }
 
   // The place of a cell in the strip.
@@ -96,10 +97,10 @@ export class AllanChart {
 
   // What is below the curve: ratios and cells.
   lower() {
-    const { drawing, X, R, state, left, right, top, stripTop, stripBottom, phone } = this;
+    const { drawing, X, R, state, left, right, top, stripTop, stripBottom, phone } = this, many = this.length > 0 && cells.lengths(state.cells).length > 1; // a report has no choice
     const ratios = svg("g", { "clip-path": `url(#${this.clip}-r)` }, drawing);
     this.stems = state.tau.map((tau) => svg("line", { x1: X(tau), x2: X(tau), y1: R(1), stroke: "var(--meas)", "stroke-width": 2 }, ratios));
-    this.ends = state.tau.map((tau) => svg("circle", { cx: X(tau), r: 3, fill: "var(--meas)" }, ratios));
+    this.ends = state.tau.map(() => svg("path", { fill: "var(--meas)" }, ratios));
     const strip = svg("g", { "clip-path": `url(#${this.clip}-r)`, class: "strip" }, drawing);
     this.cells = cells.chosen(state.cells, state.tau, this.length).map(({ cell, index, column }) => {
       const box = this.box(cell);
@@ -108,7 +109,10 @@ export class AllanChart {
     svg("rect", { x: left, y: stripTop, width: right - left, height: stripBottom - stripTop, fill: "none", stroke: "var(--edge)" }, drawing);
     svg("text", { x: left - 6, y: stripTop + 11, "text-anchor": "end" }, drawing, "0");
     svg("text", { x: left - 6, y: stripBottom - 1, "text-anchor": "end" }, drawing, brief(this.span));
-    if (!phone) cells.key(drawing, right + 10, stripBottom - 26);
+    if (!phone) {
+      svg("text", { x: right + 10, y: stripTop - 1 }, drawing, many ? "Model, in windows of" : "Model");
+      cells.key(drawing, right + 10, stripTop + (many ? 30 : 8));
+    }
     this.selected = svg("rect", { fill: "none", stroke: "var(--ink)", "stroke-width": 2.5, "pointer-events": "none", width: 0, height: 0 }, drawing);
     this.cursor = svg("line", { y1: top, y2: stripBottom, stroke: "var(--ink)", opacity: 0, "pointer-events": "none" }, drawing);
     this.readout = svg("text", { x: right - 6, y: top + (phone ? 24 : 10), "text-anchor": "end", class: "ink halo" }, drawing);
@@ -128,9 +132,10 @@ export class AllanChart {
       const over = (side) => side.map((value, i) => value / state.model[i]);
       this.ratioBand.setAttribute("d", area(X, R, tau, over(state.low), over(state.high)));
       tau.forEach((_, i) => {
-        const y = R(state.measured[i] / state.model[i]);
+        const ratio = state.measured[i] / state.model[i], y = R(ratio);
         this.stems[i].setAttribute("y2", y);
-        this.ends[i].setAttribute("cy", y);
+        this.ends[i].setAttribute("d", ratio > RATIOS[1] ? "M-4 7h8L0 0z" : ratio < RATIOS[0] ? "M-4 -7h8L0 0z" : "M-3 0a3 3 0 0 1 6 0a3 3 0 0 1-6 0z");
+        this.ends[i].setAttribute("transform", `translate(${X(tau[i])} ${y})`);
       });
       for (const { rect, box, index } of this.cells) cells.paint(rect, box, state.cells[index].ratio, state.cells[index].z);
     }
@@ -150,8 +155,8 @@ export class AllanChart {
     const { X, Y, state, phone } = this, [a, b] = [Y(state.measured[i]), Y(state.model[i])], x = X(state.tau[i]);
     svg("line", { x1: x, x2: x, y1: a, y2: b, stroke: "var(--meas)", "stroke-width": 2 }, this.flag);
     if (!named) return;
-    const last = i >= state.tau.length - 2 && !phone, inside = !last && Math.abs(a - b) > 24;
-    svg("text", { x: x + (last ? 9 : -8), y: last ? (a + b) / 2 + 6 : inside && !phone ? clamp((a + b) / 2 + 6, Math.min(a, b) + 18, 1e4) : Math.min(a, b) - 10, "text-anchor": last ? "start" : inside ? "end" : "middle",
+    const end = i === state.tau.length - 1, last = i === state.tau.length - 2 && !phone, inside = !end && !last && Math.abs(a - b) > 24, above = Math.max(Math.min(a, b) - 10, this.top + 14);
+    svg("text", { x: x + (end ? 10 : last ? 9 : -8), y: last ? (a + b) / 2 + 6 : inside && !phone ? clamp((a + b) / 2 + 6, Math.min(a, b) + 18, 1e4) : above, "text-anchor": end || inside ? "end" : last ? "start" : "middle",
       class: "strong halo", style: "font-size:17px;fill:var(--meas-ink)" }, this.flag, timesText(state.measured[i] / state.model[i]));
   }
 

@@ -29,12 +29,12 @@ export function paint(rect, place, ratio, z) {
   rect.setAttribute(size, low ? place[size] : place[size] / 2);
 }
 
-// What the colours mean. flat: cells of the averaging time from bottom to top; line: in one line that ends at x.
+// What the colours mean. flat: cells of the averaging time from bottom to top; line: in one line that ends at x. Without line, the texts of the ends are below.
 export function key(drawing, x, y, { flat = false, line = false } = {}) {
-  const left = line ? x - 96 : x, size = flat ? 12 : 9;
-  [0.5, 0.71, 1, 1.41, 2].forEach((ratio, i) => (flat ? paint(svg("rect", { x: left + i * 14 + 0.5, width: 13 }, drawing), { y, height: size }, ratio, 9) : paint(svg("rect", { y, height: size }, drawing), { x: left + i * 14, width: 14 }, ratio, 9)));
-  svg("rect", { x: left, y, width: 70, height: size, fill: "none", stroke: "var(--edge)" }, drawing);
-  const texts = line ? [["model too high", left - 5, y + 10, "end"], ["low", x, y + 10, "end"]] : [["model too", left, y - 5, "start"], ["high", left, y + 22 + size - 9, "start"], ["low", left + 70, y + 22 + size - 9, "end"]];
+  const left = line ? x - 96 : x, size = flat ? 12 : 9, each = line ? 14 : 20;
+  [0.5, 0.71, 1, 1.41, 2].forEach((ratio, i) => (flat ? paint(svg("rect", { x: left + i * each + 0.5, width: each - 1 }, drawing), { y, height: size }, ratio, 9) : paint(svg("rect", { y, height: size }, drawing), { x: left + i * each, width: each }, ratio, 9)));
+  svg("rect", { x: left, y, width: 5 * each, height: size, fill: "none", stroke: "var(--edge)" }, drawing);
+  const texts = line ? [["model too high", left - 5, y + 10, "end"], ["low", x, y + 10, "end"]] : [["too high", left, y + 13 + size, "start"], ["too low", left + 5 * each, y + 13 + size, "end"]];
   for (const [text, at, base, anchor] of texts) svg("text", { x: at, y: base, "text-anchor": anchor }, drawing, text);
 }
 

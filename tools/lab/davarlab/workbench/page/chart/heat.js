@@ -28,7 +28,7 @@ function picture(rows, low, high) {
 export function heat(place, rows, { x, y, unit, label }) {
   const made = canvas(place, label), all = rows.flat().filter((value) => value !== null);
   if (!made || !all.length) return null;
-  const { drawing, width, height } = made, phone = width < 560, l = y.names ? 66 : 54, r = width - (phone ? 10 : 150), top = 12, bottom = height - 24;
+  const { drawing, width, height } = made, phone = width < 560, l = y.names ? 66 : 54, r = width - (phone ? 10 : 150), top = 23, bottom = height - 24;
   const low = all.reduce((a, b) => Math.min(a, b)), high = all.reduce((a, b) => Math.max(a, b));
   svg("image", { href: picture(rows, low, high), x: l, y: top, width: r - l, height: bottom - top, preserveAspectRatio: "none", style: "image-rendering:pixelated" }, drawing);
   const X = scale(false, x.from, x.to, l, r);
@@ -41,12 +41,12 @@ export function heat(place, rows, { x, y, unit, label }) {
     for (const [value, text] of marks(Boolean(y.log), y.from, y.to, (bottom - top) / 40)) svg("text", { x: l - 6, y: Y(value) + 4, "text-anchor": "end" }, drawing, text);
   }
   if (!phone) {
-    svg("text", { x: r + 10, y: top + 10 }, drawing, y.title);
+    svg("text", { x: r + 10, y: top + 14 }, drawing, unit);
     for (let i = 0; i < 20; i++) svg("rect", { x: r + 10 + i * 5, y: top + 24, width: 5.5, height: 9, fill: `rgb(${colour(i / 19)})` }, drawing);
     svg("text", { x: r + 10, y: top + 48 }, drawing, number(10 ** low, 2));
     svg("text", { x: r + 110, y: top + 48, "text-anchor": "end" }, drawing, number(10 ** high, 2));
-    svg("text", { x: r + 10, y: top + 64 }, drawing, unit);
   }
-  if (x.title) svg("text", { x: r - 6, y: bottom - 6, "text-anchor": "end", class: "halo ink xtitle" }, drawing, x.title);
+  if (y.title) svg("text", { x: 4, y: 11 }, drawing, y.title);
+  if (x.title) svg("text", phone ? { x: r, y: 11, "text-anchor": "end", class: "xtitle" } : { x: r + 10, y: height - 6, class: "xtitle" }, drawing, x.title);
   return made;
 }

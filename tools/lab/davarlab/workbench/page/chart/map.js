@@ -10,7 +10,7 @@ const PHONE = 560, RECORD = [50, 110]; // pixels of the record
 export function failureMap(place, { map, tau, length, span, record, marked = [], selected = null, pick = null, label }) {
   const made = canvas(place);
   if (!made) return null;
-  const { drawing, width, height } = made, left = 54, right = width - (width < PHONE ? 10 : 100), top = 20, recordHeight = record === null ? -10 : Math.max(RECORD[0], Math.min(RECORD[1], height * 0.26)), bottom = height - recordHeight - 34;
+  const { drawing, width, height } = made, left = 54, right = width - (width < PHONE ? 10 : 128), top = 20, recordHeight = record === null ? -10 : Math.max(RECORD[0], Math.min(RECORD[1], height * 0.26)), bottom = height - recordHeight - 34;
   const row = (bottom - top) / tau.length, X = scale(false, 0, span, left, right), strip = svg("g", { class: "strip" }, drawing);
   drawing.setAttribute("role", pick ? "group" : "img");
   drawing.setAttribute("aria-label", label);
@@ -26,7 +26,10 @@ export function failureMap(place, { map, tau, length, span, record, marked = [],
   svg("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: "none", stroke: "var(--edge)" }, drawing);
   const every = Math.ceil(16 / row);
   tau.forEach((t, i) => i % every || svg("text", { x: left - 6, y: top + (tau.length - 0.5 - i) * row + 4, "text-anchor": "end" }, drawing, brief(t)));
-  if (width >= PHONE) cells.key(drawing, right + 14, top + 30, { flat: true });
+  if (width >= PHONE) {
+    svg("text", { x: right + 14, y: top + 14 }, drawing, "Model");
+    cells.key(drawing, right + 14, top + 24, { flat: true });
+  }
   else cells.key(drawing, right, 3, { flat: true, line: true });
   if (record) below(drawing, record, { X, y: bottom + 10, height: recordHeight, left, right, marked, selected });
   for (const [value, text] of clockMarks(0, span, (right - left) / 90)) svg("text", { x: X(value), y: height - 6, "text-anchor": !value ? "start" : X(value) > width - 24 ? "end" : "middle" }, drawing, text);

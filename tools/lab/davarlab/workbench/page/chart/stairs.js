@@ -11,7 +11,7 @@ export function staircase(place, steps, next, top) {
   if (!made) return null;
   const { drawing, width, height } = made, phone = width < PHONE, left = phone ? 42 : 48, bottom = height - (phone ? 22 : 26), right = phone ? 12 : 70;
   const Y = (ratio) => bottom - (Math.min(ratio, top) / top) * (bottom - 16), shown = steps.slice(-(phone ? 3 : 6));
-  const slots = Math.max(phone ? 3 : 4, shown.length + 1), tread = (width - left - 12 - (phone ? 0 : 70)) / slots;
+  const slots = Math.max(3, shown.length + 1), tread = (width - left - 12 - (phone ? 0 : 70)) / slots;
   drawing.setAttribute("role", "group");
   drawing.setAttribute("aria-label", "Error over its floor, step by step");
   if (!phone) svg("text", { x: width - 92, y: 22, "text-anchor": "end" }, drawing, "Error over floor");

@@ -4,7 +4,7 @@ import { at, now } from "/page/now.js";
 import { element, errorText, fill, timesText } from "/page/words.js";
 
 const adequate = () => now.view.adequate;
-const MEANS = "The error is the rms of log10(measured / model) over every window and averaging time. The floor is the error of a true model.";
+const MEANS = "The error is the rms of log10(measured / model) over every window and averaging time. The error of a true model scatters around the floor: below it, nothing is left to explain.";
 
 export function headline() {
   const [before, strong, after] = now.answer?.headline || now.view.headline;
@@ -13,18 +13,22 @@ export function headline() {
   const p = now.view.p_value;
   fill("headline", element("h1", {}, `${before} `, element("em", { id: "headline-strong" }, strong), after && `${after.startsWith(",") ? "" : " "}${after}`),
     element("div", { class: "under" }, element("details", { id: "why", class: "why", open }, element("summary", {}, "Why?"),
-      element("div", { class: "panel", tabindex: 0, role: "group", "aria-label": "Why" }, element("p", { id: "said" }, now.view.said), p === null ? null : element("p", {}, p < 1e-6 ? "p < 1e-6" : `p = ${p.toFixed(2)}`),
+      element("div", { class: "panel", tabindex: 0, role: "group", "aria-label": "Why" }, element("p", { id: "said" }, now.view.said), p === null || now.view.said.includes("(p ") ? null : element("p", {}, p < 1e-6 ? "p < 1e-6" : `p = ${p.toFixed(2)}`),
         ...[...now.view.observations.map((one) => one.said), ...now.view.notes].map((note) => element("p", {}, note)), element("p", {}, MEANS))),
     element("span", { id: "held-out-error", class: "soft" }, held)),
     ...now.view.observations.map((one) => element("p", { class: "observation", title: one.said }, one.said)));
   error();
 }
 
+document.addEventListener("click", (event) => { if (at("why")?.open && !at("why").contains(event.target)) at("why").open = false; });
+document.addEventListener("keydown", (event) => { if (event.key === "Escape" && at("why")?.open) { at("why").open = false; at("why").firstChild.focus(); } });
+
 // The bar alone: while a value moves, while a step is animated.
 export function error() {
   const { drawn } = now;
   at("error-value").textContent = errorText(drawn.error);
   at("floor-value").textContent = errorText(drawn.floor);
+  at("gauge").title = MEANS;
   gauge(at("gauge"), drawn, now.before, reach(now.all.steps), drawn.moving ? false : adequate());
   if (drawn.moving && !now.animated) follow();
 }

@@ -1,6 +1,7 @@
 // The menu of everything that is taken home of a step.
 import { download } from "/page/api.js";
 import { at, doing, now } from "/page/now.js";
+import { copyButton } from "/page/parts/copy.js";
 import { element, fill } from "/page/words.js";
 
 // id, name, file, request, what it gives
@@ -8,6 +9,11 @@ const FILES = [["save", "Model", "model.toml", "save", { what: "toml" }], ["save
   ["save-plan", "Filter for the planner", "gyro_filter.h", "save", { what: "plan" }], ["save-kalibr", "kalibr", "imu.yaml", "save", { what: "kalibr" }],
   ["save-px4", "PX4", "gyro.params", "save", { what: "px4" }], ["save-ardupilot", "ArduPilot", "gyro.parm", "save", { what: "ardupilot" }],
   ["save-ros", "ROS", "gyro.yaml", "save", { what: "ros" }], ["report", "Report", "report.html", "report", {}]];
+
+const DOES = { import: "Convert the log", compare: "Test the model", fit: "Fit it again", diagnose: "Find what it lacks" };
+
+// What to type, each command below what it does.
+const typed = (commands) => ["# First save Model (above) in the folder where you type this.", ...commands.map((one) => `# ${DOES[one.split(" ")[1]]}:\n${one}`)].join("\n");
 
 const panel = () => at("export-menu");
 
@@ -21,11 +27,11 @@ function draw() {
   fill("export-menu", ...FILES.map(([id, name, file, what, given]) => element("button", { id, onclick: () => { open(false); at("export").focus(); home(what, given, file); } },
     element("span", {}, name), element("span", { class: "soft" }, file))),
   missing.length ? element("p", { class: "small soft", id: "not-carried" }, `kalibr, PX4, ArduPilot and ROS files carry noise only, without: ${missing.join(", ")}.`) : null,
-  commands.length ? element("details", {}, element("summary", {}, "The same steps in a terminal"), element("pre", { id: "commands", tabindex: 0 }, commands.join("\n"))) : null,
+  commands.length ? element("details", {}, element("summary", {}, "The same steps in a terminal"), copyButton("copy-commands", "Copy", () => typed(commands), () => at("commands")), element("pre", { id: "commands", tabindex: 0 }, typed(commands))) : null,
   element("p", { class: "small soft" }, `Saved in ${session}.`));
 }
 
-const home = (what, given, file) => doing(`Writing ${file}`, () => download(what, { ...given, state: now.view.state }, file));
+const home = (what, given, file) => doing(`Writing ${file}`, () => download(what, { ...given, state: now.view.state }, file), `Downloaded ${file}`);
 
 // Writes the model, as the key s does.
 export const saveModel = () => now.view && !now.stale && home("save", { what: "toml" }, "model.toml");

@@ -2,6 +2,7 @@
 import { ask } from "/page/api.js";
 import * as curve from "/page/curve.js";
 import { acting, newest, now } from "/page/now.js";
+import { open as edit } from "/page/parts/own.js";
 import { capital, element, fill, number, unitText } from "/page/words.js";
 
 const SHORT = { angle_random_walk: "ARW", bias_instability: "Bias instability", rate_random_walk: "Rate random walk" };
@@ -74,6 +75,7 @@ function more(card) {
   return element("div", { class: "detail" }, element("p", { class: "soft" }, card.physics,
     card.loss === null || card.loss === undefined ? null : ` Without it, the log-likelihood falls by ${number(card.loss)}, and the error is ${number(card.error_without)}.`), ...shape,
   element("div", { class: "row" }, element("label", { title: "Keep these values while the others are fitted" }, hold, " hold"), element("span", { class: "grow" }),
+    now.all.code && now.all.own.includes(card.kind) && element("button", { class: "link", "aria-label": `Edit ${card.name}`, onclick: () => edit(null, card) }, "Edit"),
     element("button", { class: "link", "aria-label": `Remove ${card.name}`, onclick: () => acting(`Fitting without ${card.name}`, "remove", { place: card.place, kind: card.kind }) }, "Remove")));
 }
 

@@ -108,11 +108,11 @@ function button(card, style) {
 }
 
 function rest(found, shown = 0) {
-  if (!found.length) return null;
   const title = now.view.adequate || !shown ? `${found.length} tried, ${now.found.some((one) => one.beyond_chance) ? "none needed" : "none beyond chance"}` : `${found.length} more explain less`;
-  return element("details", { class: "more soft", id: "more" }, element("summary", {}, title), element("div", { tabindex: 0, role: "group", "aria-label": "Other effects" },
-    now.all.code ? element("button", { class: "link write", onclick: () => open() }, "Write an effect") : "", ...now.answer.nothing.map((said) => element("p", {}, said)),
-    ...found.map((one) => element("div", { class: "row" }, element("span", { class: "grow", title: one.why }, capital(one.title)), button({ one, others: [] }, "candidate small")))));
+  return element("div", { class: "more soft" }, found.length ? element("details", { id: "more", ontoggle: (event) => event.target.open && event.target.scrollIntoView({ block: "start" }) }, element("summary", {}, title), element("div", { role: "group", "aria-label": "Other effects" },
+    ...now.answer.nothing.map((said) => element("p", {}, said)),
+    ...found.map((one) => element("div", { class: "row" }, element("span", { class: "grow", title: one.why }, capital(one.title)), button({ one, others: [] }, "candidate small"))))) : null,
+  now.all.code && !now.answer.unknown ? element("button", { class: "link write", onclick: () => open() }, "Write an effect") : null);
 }
 
 function fits() {

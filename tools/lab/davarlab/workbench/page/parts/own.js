@@ -7,29 +7,29 @@ import { acting, at, newest, now, refused } from "/page/now.js";
 import { element, fill } from "/page/words.js";
 
 const PAUSE_MS = 800; // in the typing, before the code runs
-let text = "", gyro = null, timer = 0, found = null, of = ""; // of: the recording that the text was written for
+let text = "", gyro = null, timer = 0, found = null, edited = null; // edited: the effect of the model that it replaces
 
 const code = () => at("own-code");
 
-// Shows the editor in place of the next step and the model. column: what the effect may follow.
-export async function open(column = null) {
+// Shows the editor in place of the next step and the model. column: what the effect may follow; card: an effect of the model to edit.
+export async function open(column = null, card = null) {
   try {
-    const start = await ask("own", column ? { column } : {});
-    [gyro, found] = [start.gyro, null];
-    if (of !== now.all.recording || !text) [text, of] = [start.text, now.all.recording];
+    const start = await ask("own", card ? { kind: card.kind } : column ? { column } : {});
+    [text, gyro, found, edited] = [start.text, start.gyro, null, card];
   } catch (why) { refused(why); return; }
-  fill("own", element("h2", {}, "Write an effect"),
+  fill("own", element("h2", {}, card ? `Replace ${card.title}` : "Write an effect"),
     element("textarea", { id: "own-code", "aria-label": "Python code of the effect", spellcheck: "false", autocomplete: "off", oninput: typed }),
     element("p", { id: "own-said", role: "status" }), element("div", { class: "plot", id: "own-plot" }),
     element("p", { class: "soft small" }, "This Python code runs on this machine, as you, each time you stop typing. ", element("span", { id: "own-file" })),
     element("div", { class: "row" }, element("button", { class: "bare", onclick: close }, "Cancel"), element("span", { class: "grow" }),
-      element("button", { class: "go big", id: "own-add", disabled: true, onclick: add }, "Add")));
+      element("button", { class: "go big", id: "own-add", disabled: true, onclick: add }, card ? "Replace" : "Add")));
   code().value = text;
   at("own").hidden = false;
   at("bench").classList.add("editing");
   new ResizeObserver(draw).observe(at("own-plot"));
-  code().focus();
   code().setSelectionRange(0, 0);
+  code().focus({ preventScroll: true });
+  at("own").scrollTop = code().scrollTop = 0;
   check({ text });
 }
 
@@ -79,8 +79,10 @@ function draw() {
 }
 
 async function add() {
-  const before = now.all.steps.length;
-  await acting("Fitting with your effect", "add_own", { text });
+  const before = now.all.steps.length, added = text;
+  if (edited) await acting(`Fitting without ${edited.name}`, "remove", { place: edited.place, kind: edited.kind });
+  edited = null;
+  await acting("Fitting with your effect", "add_own", { text: added });
   if (now.all.steps.length > before || at("error").hidden) close();
 }
 

@@ -22,7 +22,7 @@ function ranged() {
 export function build(panel) {
   panel.append(element("div", { id: "legend", class: "legend", "aria-hidden": true },
     ...[["measured", "dot"], ["model", "line"], ["95 %", "band"], ["model too low", "low"], ["too high", "high"]].map(([name, kind]) => element("span", {}, element("i", { class: kind }), name))),
-  element("div", { class: "plot", id: "deviation" }), element("div", { class: "seg", id: "windows", role: "group", "aria-label": "Window length" }));
+  element("div", { class: "plot", id: "deviation" }), element("div", { class: "seg", id: "windows", role: "group", "aria-label": "Window length", title: "Each cell compares one window of this length with the model" }));
 }
 
 export function draw() {
@@ -47,7 +47,7 @@ function windows(all) {
       const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key], next = event.target.parentNode.children[[...event.target.parentNode.children].indexOf(event.target) + by];
       if (by && next) next.click();
     } }, brief(one))));
-  at("windows").style.top = `${at("deviation").offsetTop + chart.stripTop - 4}px`;
+  at("windows").style.top = `${at("deviation").offsetTop + chart.stripTop + 3}px`;
 }
 
 function ghosts() {
@@ -82,7 +82,7 @@ function grasp() {
     const effect = now.view.deviation.effects[i], card = effect && cardOf(now.view, effect), parameter = card?.parameters.find((one) => one.size);
     if (!parameter?.value) return;
     const hit = svg("path", { d: path.getAttribute("d"), class: "part-hit", "clip-path": `url(#${chart.clip})`, "data-kind": effect.kind }, null);
-    chart.labels.before(hit);
+    chart.flag.before(hit);
     const decade = Math.abs(Y(1) - Y(10)), value = (event) => parameter.value * 10 ** ((held.from - event.clientY) / decade);
     hit.addEventListener("pointerdown", (event) => { held.part = hit; held.from = event.clientY; hit.setPointerCapture(event.pointerId); event.preventDefault(); });
     hit.addEventListener("touchstart", (event) => event.preventDefault(), { passive: false }); // touch-action does not keep a path from scrolling

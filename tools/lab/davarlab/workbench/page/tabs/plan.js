@@ -1,6 +1,7 @@
 // The plan of a setup for a chip. The wishes are options of tools/davar-plan, as texts; the planner on the server computes every value.
 import { ask, download } from "/page/api.js";
 import { at, dead, doing } from "/page/now.js";
+import { copyButton } from "/page/parts/copy.js";
 import { duration, element, fill } from "/page/words.js";
 
 const OWN = ""; // a gyro without a name
@@ -195,8 +196,8 @@ function possible(found) {
     ...found.check.map((line) => element("p", { class: "hint" }, `Check: ${line}.`)),
     element("details", {}, element("summary", {}, "How, and all costs"), element("ul", {}, ...[...found.how, ...found.costs].map((line) => element("li", {}, line)))),
     command(found),
-    element("div", { class: "row" }, element("button", { id: "plan-copy", onclick: copy }, "Copy the command"),
-      element("button", { id: "plan-files", class: "go", onclick: () => doing("writing the files", () => download("setup", wishes, "davar_setup.zip")) }, "Download the C files"))];
+    element("div", { class: "row" }, copyButton("plan-copy", "Copy the command", () => answer.command, () => at("plan-command")),
+      element("button", { id: "plan-files", class: "go", onclick: () => doing("Writing the files", () => download("setup", wishes, "davar_setup.zip"), "Downloaded davar_setup.zip") }, "Download the C files"))];
 }
 
 const POSSIBLE = ["The planner found no wish to relax.", "Possible with:", "Possible with one of:"];
@@ -219,16 +220,6 @@ function relaxed(options) {
 function command(found) {
   const [program, ...options] = found.command.split(/ (?=-)/);
   return element("pre", { id: "plan-command" }, program, ...options.flatMap((one) => [" ", element("span", {}, one)]));
-}
-
-async function copy() {
-  try {
-    await navigator.clipboard.writeText(answer.command);
-    at("plan-copy").textContent = "Copied";
-  } catch { // the browser does not allow it
-    getSelection().selectAllChildren(at("plan-command"));
-    at("plan-copy").textContent = "Selected: press Ctrl+C";
-  }
 }
 
 // --- what it costs on each core ---

@@ -17,8 +17,7 @@ export function build(panel) {
   const file = element("input", { type: "file", id: "kalibr", class: "hidden-file", tabindex: -1, "aria-label": "a kalibr file", accept: ".yaml,.yml", onchange: () => file.files[0] && kalibr(file) });
   panel.append(element("div", { class: "two sheet" }, element("form", { id: "sheet", class: "stack", onsubmit: (event) => { event.preventDefault(); overlay(); } },
     ...FIELDS.map(([, id]) => element("label", { class: "f" }, element("span", { id: `${id}-name` }), element("span", { class: "row" }, element("input", { type: "number", id, step: "any", min: 0 }), element("span", { class: "soft", id: `${id}-unit` })))),
-    element("div", { class: "row" }, element("button", { class: "go" }, "Draw it"), file, element("button", { type: "button", onclick: () => file.click() }, "kalibr file")),
-    element("p", { class: "soft small" }, "It is drawn here and over the fit.")),
+    element("div", { class: "row" }, element("button", { class: "go", title: "Here and over the fit" }, "Draw it"), file, element("button", { type: "button", onclick: () => file.click() }, "kalibr file"))),
   element("div", { class: "plot", id: "axes" })));
 }
 

@@ -44,7 +44,7 @@ export async function draw() {
     [record, recordOf] = [found.envelopes[0], of];
   }
   map(record);
-  await look(now.cell);
+  await see(now.cell);
 }
 
 const MOVES = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
@@ -61,14 +61,15 @@ function map(envelope) {
   if (focused) made.drawing.focus({ preventScroll: true });
 }
 
-hear("cell", () => { if (showing("where")) { map(record); look(now.cell).catch(refused); } });
+hear("cell", () => { if (showing("where")) { map(record); see(now.cell).catch(refused); } });
+
+async function see(cell) {
+  if (cell) await look(cell);
+  else fill("cell", element("p", { class: "soft" }, "Select a cell to see its samples. Key w: the cell that the headline names."));
+}
 
 // The samples and the spectrum of a cell.
 const look = newest(async (cell, latest) => {
-  if (!cell) {
-    fill("cell", element("p", { class: "soft" }, "Select a cell to see its samples. Key w: the cell that the headline names."));
-    return;
-  }
   const stretch = await ask("stretch", { start_s: cell.start_s, stop_s: cell.stop_s });
   if (!latest()) return;
   [at("from").value, at("to").value] = [cell.start_s, cell.stop_s];
