@@ -40,7 +40,7 @@ export function fill(id, ...children) {
 
 export const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
-// "deg/sqrt(h)" as engineers write it.
+// A unit as engineers write it.
 export const unitText = (unit) => unit.replace("ug", "µg").replace("sqrt(h)", "√h").replace("sqrt(Hz)", "√Hz").replace("degC", "°C").replace("^2", "²");
 
 // How far measured and model are apart, up or down alike.

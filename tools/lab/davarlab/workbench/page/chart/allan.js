@@ -12,7 +12,7 @@ const called = (kind) => NAMES[kind] || kind.replaceAll("_", " ");
 
 // range: {y: [low, high]} that stands still over the steps, tau: [first, last] of a zoom or null.
 export class AllanChart {
-  constructor(place, state, { range, zoom = null, length, span, small = false, overlay = null, unit = "deg/s", label = null }) {
+  constructor(place, state, { range, zoom = null, length, span, small = false, overlay = null, unit, label = null }) {
     const made = canvas(place, small ? "Allan deviation, measured and model" : label);
     this.ready = Boolean(made);
     if (!made) return;

@@ -45,7 +45,7 @@ async function demo() {
   if (turn !== running || !at("demo")) return;
   const { steps, said } = tutorial, last = steps.length - 1, place = at("demo"), range = [Math.min(...steps[0].measured, ...steps[last].model) / 1.6, Math.max(...steps[0].measured) * 1.5];
   let chart = null, started = null;
-  const build = () => { chart = new AllanChart(place, steps[last], { range, span: 1, small: true }); };
+  const build = () => { chart = new AllanChart(place, steps[last], { range, span: 1, small: true, unit: "deg/s" }); };
   build();
   const observer = new ResizeObserver(build);
   observer.observe(place);
