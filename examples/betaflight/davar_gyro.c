@@ -129,6 +129,6 @@ void davar_gyro_task(void)
         push();
         davar_filtered_push();
         take();
-        show();
     }
+    show(); /* also in REFUSED: 0 would read as a gyro without noise */
 }
