@@ -21,8 +21,8 @@ static struct addrinfo first = {.ai_family = AF_INET6,
 static uint32_t questions;
 
 /* Instead of the C library's: localhost, IPv6 first. */
-int getaddrinfo(const char *host, const char *port, const struct addrinfo *wanted,
-                struct addrinfo **found)
+static int own_getaddrinfo(const char *host, const char *port, const struct addrinfo *wanted,
+                           struct addrinfo **found)
 {
     (void)port;
     (void)wanted;
@@ -31,10 +31,14 @@ int getaddrinfo(const char *host, const char *port, const struct addrinfo *wante
     return (strcmp(host, "localhost") == 0) ? 0 : EAI_NONAME;
 }
 
-void freeaddrinfo(struct addrinfo *found)
+static void own_freeaddrinfo(struct addrinfo *found)
 {
     (void)found;
 }
+
+#define getaddrinfo own_getaddrinfo
+#define freeaddrinfo own_freeaddrinfo
+#include "link_udp.c" /* NOLINT(bugprone-suspicious-include) */
 
 void setUp(void)
 {
