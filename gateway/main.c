@@ -274,12 +274,15 @@ static bool open_link(gateway_t *gateway, char *why)
         return false;
     }
     gateway->outbox.link = davar_link_open(&wanted, why, WHY_BYTES);
-    const char *const pty = strstr(settings->out, ":pty");
-    if ((gateway->outbox.link != NULL) && (pty != NULL)) {
-        (void)fprintf(stderr, "davar-node: %.*s on %s\n", (int)(pty - settings->out), settings->out,
-                      davar_link_name(gateway->outbox.link));
+    if (gateway->outbox.link == NULL) {
+        return fail_option("--out", why);
     }
-    return (gateway->outbox.link != NULL) || fail_option("--out", why);
+    const char *const name = davar_link_name(gateway->outbox.link);
+    if (strstr(settings->out, name) == NULL) { /* a pty, which has got its name now */
+        (void)fprintf(stderr, "davar-node: %.*s on %s\n",
+                      (int)(strlen(settings->out) - strlen(":pty")), settings->out, name);
+    }
+    return true;
 }
 
 static bool start_library(gateway_t *gateway, char *why)

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #define ALARM_S_MAX 1e6
-#define NOT_GIVEN UINT32_MAX
+#define NOT_GIVEN UINT32_MAX /* no option has this value */
 
 static const char *const HELP[] = {
     "usage: davar-node --source SRC --rate HZ --lsb DPS --out LINK [options]\n"
@@ -67,7 +67,8 @@ static const char *const HELP[] = {
     "  --subject-id N    subject in Cyphal (default 3700)\n"
     "  --baud N          baud rate of the serial line (default: unchanged)\n"
     "  --channel N       channel of this process (default 0)\n"
-    "  --wait            start even if the interface or tty does not exist yet\n"
+    "  --wait            start even if the interface or tty does not exist yet, or the network is\n"
+    "                    down. The name of a HOST is resolved once, at the start\n"
     "\n"
     "Only for can: and slcan:\n"
     "  --content WHAT    frames of a result: summary, full (default), intervals or fd\n"
@@ -173,7 +174,7 @@ static bool set_number(node_settings_t *settings, const entry_t *entry, const ch
     }
     const unsigned long long value = strtoull(text, &end, (entry->kind == HEX) ? 16 : 10);
     const uint32_t small = (uint32_t)value;
-    if ((end == text) || (*end != '\0') || (strchr(text, '-') != NULL) || (value > UINT32_MAX)) {
+    if ((end == text) || (*end != '\0') || (strchr(text, '-') != NULL) || (value >= NOT_GIVEN)) {
         return false;
     }
     if (strcmp(entry->name, "bits") == 0) {
@@ -271,24 +272,29 @@ static void fill_window(davar_config_t *config)
     }
 }
 
-/* An option that only davar's own frames have, or only a dialect. */
+/* An option that not every kind of output has. */
 static bool check_kind(const node_settings_t *settings, char *why, size_t size)
 {
+    static const char *const own = "can:IFACE or slcan:PATH";
+    static const char *const any = "mavlink:.., dronecan:IFACE or cyphal:IFACE";
+    const davar_dialect_t *dialect = settings->dialect;
     const struct {
         const char *option;
         bool given;
-        bool of_dialect;
-    } options[] = {{"raw", settings->raw, false},
-                   {"base", settings->base != NOT_GIVEN, false},
-                   {"content", settings->content != NOT_GIVEN, false},
-                   {"node-id", settings->node_id != NOT_GIVEN, true},
-                   {"system-id", settings->system_id != NOT_GIVEN, true},
-                   {"subject-id", settings->subject_id != NOT_GIVEN, true}};
+        bool allowed;
+        const char *outputs;
+    } options[] = {
+        {"raw", settings->raw, dialect == NULL, own},
+        {"base", settings->base != NOT_GIVEN, dialect == NULL, own},
+        {"content", settings->content != NOT_GIVEN, dialect == NULL, own},
+        {"node-id", settings->node_id != NOT_GIVEN, dialect != NULL, any},
+        {"system-id", settings->system_id != NOT_GIVEN, dialect == &davar_mavlink, "mavlink:.."},
+        {"subject-id", settings->subject_id != NOT_GIVEN, dialect == &davar_cyphal,
+         "cyphal:IFACE"}};
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
-        if (options[i].given && (options[i].of_dialect != (settings->dialect != NULL))) {
+        if (options[i].given && !options[i].allowed) {
             (void)snprintf(why, size, "--%s: needs --out %s", options[i].option,
-                           options[i].of_dialect ? "mavlink:.., dronecan:IFACE or cyphal:IFACE"
-                                                 : "can:IFACE or slcan:PATH");
+                           options[i].outputs);
             return false;
         }
     }

@@ -124,6 +124,7 @@ void davar_gyro_task(void)
 {
     if (state == COLD) {
         start();
+        show(); /* -1 also in REFUSED: 0 would read as a gyro without noise */
     }
     if (state == RUNNING) {
         push();

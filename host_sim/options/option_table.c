@@ -279,6 +279,7 @@ static bool apply_can_base(options_t *options, const char *text, sim_error_t *er
             error, "--can-base: a hexadecimal identifier up to 7F0 expected, found '%s'", text);
     }
     options->can_base = (uint32_t)value;
+    options->frames_only = "can-base";
     return true;
 }
 
@@ -291,6 +292,7 @@ static bool apply_can_content(options_t *options, const char *text, sim_error_t 
     size_t choice = 0;
     const bool good = value_choice("can-content", text, WORDS, 4, &choice, error);
     options->can_content = CONTENT[choice];
+    options->frames_only = "can-content";
     return good;
 }
 

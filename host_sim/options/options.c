@@ -1,6 +1,7 @@
 /* davar-sim - reads the command line with getopt_long. */
 #include "options/options.h"
 
+#include "davar_link.h"
 #include "options/option_table.h"
 
 #include <getopt.h>
@@ -34,6 +35,7 @@ static options_status_t apply_flag(options_t *options, const char *name)
     }
     if (strcmp(name, "raw") == 0) {
         options->raw = true;
+        options->frames_only = "raw";
     } else if (strcmp(name, "skip-torn-reads") == 0) {
         options->skips_torn = true;
     } else {
@@ -122,6 +124,13 @@ static options_status_t take_rest(options_t *options, int argc, char **argv, sim
     return OPTIONS_RUN;
 }
 
+/* davar's own frames. */
+static bool sends_frames(const options_t *options)
+{
+    davar_telemetry_address_t unused;
+    return (options->out == OUT_LINK) && (davar_link_dialect(options->link, 0U, &unused) == NULL);
+}
+
 options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error)
 {
     *options = (options_t){.policy = DAVAR_POLICY_OR,
@@ -143,11 +152,8 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
             "--raw: cannot be used with --device, which reads all samples before its first result");
         status = OPTIONS_BAD;
     }
-    const bool is_dialect = (options->out == OUT_LINK) &&
-                            (strncmp(options->link, "can:", 4) != 0) &&
-                            (strncmp(options->link, "slcan:", 6) != 0);
-    if ((status == OPTIONS_RUN) && options->raw && ((options->out != OUT_LINK) || is_dialect)) {
-        (void)sim_fail(error, "--raw: needs --out can:IFACE or slcan:PATH");
+    if ((status == OPTIONS_RUN) && (options->frames_only != NULL) && !sends_frames(options)) {
+        (void)sim_fail(error, "--%s: needs --out can:IFACE or slcan:PATH", options->frames_only);
         status = OPTIONS_BAD;
     }
     return status;

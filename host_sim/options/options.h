@@ -88,6 +88,7 @@ typedef struct {
     uint32_t can_base;       /* identifier of channel 0 */
     uint32_t can_content;    /* DAVAR_SEND_* */
     bool raw;                /* send frames of the samples too */
+    const char *frames_only; /* the last of the three that was given; null: none */
     uint32_t baud;           /* of a serial line; 0: unchanged */
     const char *model_table; /* file with the table of the error model; null: none */
     const char *device;      /* command that runs the job on a device; null: run here */

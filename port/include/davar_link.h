@@ -48,7 +48,8 @@ typedef struct {
     const char *where;
     bool fd;       /**< can: send CAN FD frames too */
     uint32_t baud; /**< of a serial line; 0: unchanged */
-    bool wait;     /**< open even if the interface, the file or the peer does not exist yet */
+    bool wait;     /**< open even if the interface or the file does not exist yet, or the network is
+                      * down. The name of a host is resolved once, in davar_link_open */
 } davar_link_options_t;
 
 /** Opens a link. The caller closes it.

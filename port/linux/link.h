@@ -4,6 +4,8 @@
 
 #include "davar_link.h"
 
+#include <sys/socket.h>
+
 #define LINK_NAME_BYTES 256U
 #define LINK_TEXT_BYTES 128U
 #define LINK_RETRY_MS 100U /* between attempts to reopen */
@@ -20,12 +22,15 @@ typedef struct {
 struct davar_link {
     const link_kind_t *kind;
     davar_link_options_t options;
-    const char *prefix;             /* what stands before the name */
-    const davar_dialect_t *dialect; /* null: davar's own frames */
-    char name[LINK_NAME_BYTES];     /* interface, path or HOST:PORT */
-    int descriptor;                 /* -1: lost */
-    bool peer;                      /* pty: a peer has opened it; UDP: none has refused a packet */
+    const char *prefix;              /* what stands before the name */
+    const davar_dialect_t *dialect;  /* null: davar's own frames */
+    char name[LINK_NAME_BYTES];      /* interface, path or HOST:PORT */
+    int descriptor;                  /* -1: lost */
+    bool peer;                       /* pty: a peer has opened it; UDP: none has refused a packet */
+    struct sockaddr_storage address; /* UDP: of the peer, resolved once */
+    socklen_t address_bytes;         /* UDP: 0 before that */
     bool make_pty;
+    bool may_wait;     /* a link that is not there yet may come */
     bool passive;      /* CAN: error passive now */
     bool off;          /* CAN: bus off now */
     bool recovering;   /* CAN: the bus was off, and a later state was reported */
@@ -43,7 +48,7 @@ extern const link_kind_t link_udp;
 
 void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by);
 
-/* The pending line will never be completed: its frame is counted as dropped. */
+/* The pending line or packet will never be completed: it is counted as dropped. */
 void link_give_up(davar_link_t *link);
 
 /* Closes the descriptor and counts the loss. */

@@ -30,10 +30,12 @@ void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by)
     link->count[item] += (by < room) ? by : room;
 }
 
-/* A frame that lacks only its end is not dropped. The end is written when the link is back. */
+/* A line of SLCAN that lacks only its end is not dropped. The end is written when the link is
+ * back. */
 void link_give_up(davar_link_t *link)
 {
-    link_count(link, DAVAR_HEALTH_FRAMES_DROPPED, (link->pending > 1U) ? 1U : 0U);
+    const size_t end = (link->dialect == NULL) ? 1U : 0U;
+    link_count(link, DAVAR_HEALTH_FRAMES_DROPPED, (link->pending > end) ? 1U : 0U);
     link->pending = 0;
 }
 
@@ -122,8 +124,9 @@ davar_link_t *davar_link_open(const davar_link_options_t *options, char *why, si
     link->options.fd = options->fd || (scheme->dialect == &davar_cyphal);
     link->descriptor = -1;
     link->make_pty = (scheme->kind == &link_tty) && (strcmp(name, "pty") == 0);
+    link->may_wait = options->wait && !link->make_pty;
     (void)snprintf(link->name, sizeof link->name, "%s", name);
-    if (link->kind->open(link, why, size) || (options->wait && !link->make_pty)) {
+    if (link->kind->open(link, why, size) || link->may_wait) {
         return link;
     }
     free(link);

@@ -26,10 +26,10 @@ static bool split(const char *name, char host[LINK_NAME_BYTES], const char **por
     return true;
 }
 
-static int connect_to(const struct addrinfo *address)
+static int connect_to(const struct sockaddr *address, socklen_t bytes)
 {
-    const int descriptor = socket(address->ai_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    if ((descriptor >= 0) && (connect(descriptor, address->ai_addr, address->ai_addrlen) != 0)) {
+    const int descriptor = socket(address->sa_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    if ((descriptor >= 0) && (connect(descriptor, address, bytes) != 0)) {
         const int cause = errno;
         (void)close(descriptor);
         errno = cause;
@@ -38,7 +38,25 @@ static int connect_to(const struct addrinfo *address)
     return descriptor;
 }
 
-static bool open_udp(davar_link_t *link, char *why, size_t size)
+/* Connects to the first address that accepts it, or else keeps the first one for later. */
+static void try_family(davar_link_t *link, const struct addrinfo *found, bool ipv4)
+{
+    for (const struct addrinfo *one = found; (one != NULL) && (link->descriptor < 0);
+         one = one->ai_next) {
+        if ((one->ai_family == AF_INET) != ipv4) {
+            continue;
+        }
+        link->descriptor = connect_to(one->ai_addr, one->ai_addrlen);
+        if ((link->descriptor >= 0) || (link->address_bytes == 0U)) {
+            memcpy(&link->address, one->ai_addr, one->ai_addrlen);
+            link->address_bytes = one->ai_addrlen;
+        }
+    }
+}
+
+/* IPv4 first, because ground stations listen there. A name server may take seconds, so this runs
+ * only before the first packet, and a host that is not known then is an error. */
+static bool resolve(davar_link_t *link, char *why, size_t size)
 {
     const struct addrinfo wanted = {.ai_socktype = SOCK_DGRAM, .ai_flags = AI_NUMERICSERV};
     struct addrinfo *found = NULL;
@@ -49,13 +67,28 @@ static bool open_udp(davar_link_t *link, char *why, size_t size)
         return false;
     }
     const int fault = getaddrinfo(host, port, &wanted, &found);
-    if (fault == 0) {
-        link->descriptor = connect_to(found);
-        freeaddrinfo(found);
+    if (fault != 0) {
+        (void)snprintf(why, size, "%s%s: %s", link->prefix, link->name, gai_strerror(fault));
+        return false;
+    }
+    try_family(link, found, true);
+    try_family(link, found, false);
+    const int cause = errno;
+    freeaddrinfo(found);
+    errno = cause;
+    return true;
+}
+
+static bool open_udp(davar_link_t *link, char *why, size_t size)
+{
+    if (link->address_bytes > 0U) {
+        link->descriptor = connect_to((const struct sockaddr *)&link->address, link->address_bytes);
+    } else if (!resolve(link, why, size)) {
+        link->may_wait = false;
+        return false;
     }
     if (link->descriptor < 0) {
-        (void)snprintf(why, size, "%s%s: %s", link->prefix, link->name,
-                       (fault != 0) ? gai_strerror(fault) : strerror(errno));
+        (void)snprintf(why, size, "%s%s: %s", link->prefix, link->name, strerror(errno));
         return false;
     }
     link->peer = true;

@@ -114,6 +114,15 @@ class BadOption(SimCase):
             self.sim(path, *rate, "--policy", "glr"), "--unstable-rate", "--false-alarms-per-hour"
         )
 
+    def test_an_option_of_frames_needs_frames(self):
+        path = self.recording()
+        for option in (("--can-base", "5D0"), ("--can-content", "fd"), ("--raw",)):
+            for out in ((), ("--out", "jsonl"), ("--out", "mavlink:udp:127.0.0.1:9")):
+                with self.subTest(option=option, out=out):
+                    self.assert_refused(
+                        self.sim(path, *option, *out), option[0], "needs --out can:IFACE"
+                    )
+
     def test_trailing_windows_may_be_odd_and_grow_by_one(self):
         path = self.recording(count=700)
         rows = self.results(

@@ -54,6 +54,7 @@ class Covariance(unittest.TestCase):
         source = np.random.default_rng(1)
         variances = 10.0 ** source.uniform(-12, 6, (2000, 6))
         variances[source.random(variances.shape) < 0.1] = np.nan
+        variances[:6, 0] = np.inf, 1e31, 65519.0, 65520.0, 1e-40, 65504.0
         diagonals = subprocess.run(
             [PROBE, "covariance"], input=variances.tobytes(), stdout=subprocess.PIPE, check=True
         ).stdout

@@ -173,17 +173,28 @@ class Mavlink(unittest.TestCase):
         done = subprocess.run(words, input=counts(1000), text=True, capture_output=True, check=True)
         self.assertIn("1 link lost", done.stderr)
 
-    def test_davar_sim_sends_every_axis(self):
-        lines = ["gyro_x_counts,gyro_y_counts"] + [f"{n},{n}" for n in counts(400).split()]
+    def simulate(self, number, *options):
+        """Two axes, through davar-sim."""
+        lines = ["gyro_x_counts,gyro_y_counts"] + [f"{n},{n}" for n in counts(number).split()]
         done = subprocess.run(
-            [SIM, "-", *SETUP, *TRAILING, "--out", self.where, "--column", lines[0]],
+            [SIM, "-", *SETUP, *TRAILING, *options, "--out", self.where, "--column", lines[0]],
             input="\n".join(lines),
             text=True,
             capture_output=True,
             check=False,
         )
         self.assertEqual((0, ""), (done.returncode, done.stdout), done.stderr)
-        found = self.received()
+        return self.received()
+
+    def test_heartbeats_are_as_many_as_the_seconds_of_the_recording(self):
+        """20 s, and results every 0.3 s from 2 s on: at most a second apart, on average."""
+        self.simulate(2000, "--stride", "30")
+        for component in (191, 192):
+            found = [one for one in self.heartbeats if one.get_srcComponent() == component]
+            self.assertIn(len(found), (18, 19))
+
+    def test_davar_sim_sends_every_axis(self):
+        found = self.simulate(400)
         names = {one.name for one in found}
         self.assertEqual({"ARW_X", "BI_X", "ARW_Y", "BI_Y", "davar"}, names)
         self.assertEqual({191, 192}, {one.get_srcComponent() for one in found})

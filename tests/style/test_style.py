@@ -66,7 +66,14 @@ MAY_INCLUDE = {
     ),
     "tests/proofs": ("lib/include", "lib/src", "port/wire"),
     "tests/target": ("lib/include", "port/bare_metal", "port/include"),
-    "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
+    "tests/port": (
+        "lib/include",
+        "port/include",
+        "port/linux",
+        "port/node",
+        "port/template",
+        "tests/support",
+    ),
     "tests/fuzz": (
         "lib/include",
         "port/include",

@@ -116,7 +116,7 @@ static void test_a_mavlink_packet_byte_by_byte(void)
     TEST_ASSERT_EQUAL(crc >> 8U, packet.data[sizeof wanted + 1U]);
 }
 
-static void test_a_payload_loses_its_zeros_at_the_end_but_for_the_first_byte(void)
+static void test_a_payload_loses_its_trailing_zeros_but_not_its_first_byte(void)
 {
     for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
         result.coefficient[k] = (davar_coefficient_t){0};
@@ -165,6 +165,31 @@ static void test_the_transfer_number_counts_modulo_32(void)
     }
 }
 
+/* A sender of three axes: the receiver must find one sequence without a hole. */
+static void test_the_channels_of_a_sender_share_its_sequence(void)
+{
+    static const davar_dialect_t *const dialects[] = {&davar_mavlink, &davar_dronecan,
+                                                      &davar_cyphal};
+    for (size_t i = 0U; i < 3U; i++) {
+        uint32_t count = 0U;
+        begin(dialects[i]);
+        for (uint32_t number = 0U; number < 12U; number++) {
+            TEST_ASSERT_TRUE(davar_telemetry_set_channel(&telemetry, (uint8_t)(number % 3U)));
+            davar_telemetry_begin(&telemetry, &result, 0U);
+            for (; davar_telemetry_next(&telemetry, &packet); count++) {
+                const uint8_t number_byte = packet.data[(i == 0U) ? 4U : (packet.length - 1U)];
+                TEST_ASSERT_EQUAL(count % 32U, number_byte & 31U);
+            }
+            if (i == 1U) { /* the last frame: BHX, BHY, BHZ */
+                TEST_ASSERT_EQUAL('X' + number % 3U, packet.data[6]);
+            }
+        }
+    }
+    TEST_ASSERT_TRUE(davar_telemetry_set_channel(&telemetry, 9U));
+    TEST_ASSERT_FALSE(davar_telemetry_set_channel(&telemetry, 10U));
+    TEST_ASSERT_EQUAL(9, telemetry.from.channel);
+}
+
 /* The heartbeat at a time; NULL: none is due. */
 static const davar_packet_t *heartbeat_at(uint64_t time_us)
 {
@@ -182,6 +207,29 @@ static void test_a_heartbeat_comes_once_a_second(void)
     TEST_ASSERT_NULL(heartbeat_at(1999999U));
     TEST_ASSERT_NOT_NULL(heartbeat_at(7000000U));
     TEST_ASSERT_NULL(heartbeat_at(7999999U));
+}
+
+/* DroneCAN and Cyphal allow at most a second between two on the average. */
+static void test_a_late_call_does_not_delay_the_heartbeats_that_follow(void)
+{
+    uint32_t count = 0U;
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_cyphal, &home, 100.0));
+    for (uint64_t time_us = 0U; time_us <= 100000000U; time_us += 333000U) {
+        count += (heartbeat_at(time_us) != NULL) ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL(100, count);
+}
+
+static void test_the_heartbeats_go_on_after_a_clock_that_jumps(void)
+{
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_cyphal, &home, 100.0));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(50000000U));
+    TEST_ASSERT_NULL(heartbeat_at(50000000U));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(3000000U));
+    TEST_ASSERT_NULL(heartbeat_at(3999999U));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(4000000U));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(6000000U)); /* a second late: one heartbeat is left out */
+    TEST_ASSERT_NULL(heartbeat_at(6999999U));
 }
 
 static void check_heartbeat(const davar_dialect_t *dialect, uint32_t identifier,
@@ -306,9 +354,13 @@ static void test_a_variance_is_the_nearest_float16_and_never_rounds_to_no_noise(
     TEST_ASSERT_EQUAL_HEX16(0x3C00, half_of(1.0 + 1.0 / 2048.0));
     TEST_ASSERT_EQUAL_HEX16(0x3C02, half_of(1.0 + 3.0 / 2048.0));
     TEST_ASSERT_EQUAL_HEX16(0x7BFF, half_of(65504.0));
+    TEST_ASSERT_EQUAL_HEX16(0x7BFF, half_of(65519.0));
     TEST_ASSERT_EQUAL_HEX16(0x7C00, half_of(65520.0));
     TEST_ASSERT_EQUAL_HEX16(0x7C00, half_of(1e20));
-    TEST_ASSERT_EQUAL_HEX16(0x7E00, half_of(1e31));
+    TEST_ASSERT_EQUAL_HEX16(0x7C00, half_of(1e31));
+    TEST_ASSERT_EQUAL_HEX16(0x7C00, half_of((double)INFINITY));
+    TEST_ASSERT_EQUAL_HEX16(0x7E00, half_of(-(double)INFINITY));
+    TEST_ASSERT_EQUAL_HEX16(0x0000, half_of(0.0));
 }
 
 int main(void)
@@ -318,11 +370,14 @@ int main(void)
     RUN_TEST(test_there_is_no_packet_before_the_first_result_and_after_the_last_packet);
     RUN_TEST(test_an_address_outside_a_dialect_is_refused);
     RUN_TEST(test_a_mavlink_packet_byte_by_byte);
-    RUN_TEST(test_a_payload_loses_its_zeros_at_the_end_but_for_the_first_byte);
+    RUN_TEST(test_a_payload_loses_its_trailing_zeros_but_not_its_first_byte);
     RUN_TEST(test_a_dronecan_frame_byte_by_byte);
     RUN_TEST(test_a_cyphal_frame_fills_64_bytes);
     RUN_TEST(test_the_transfer_number_counts_modulo_32);
+    RUN_TEST(test_the_channels_of_a_sender_share_its_sequence);
     RUN_TEST(test_a_heartbeat_comes_once_a_second);
+    RUN_TEST(test_a_late_call_does_not_delay_the_heartbeats_that_follow);
+    RUN_TEST(test_the_heartbeats_go_on_after_a_clock_that_jumps);
     RUN_TEST(test_the_heartbeat_of_each_dialect_byte_by_byte);
     RUN_TEST(test_heartbeats_count_in_the_sequence_of_mavlink_only);
     RUN_TEST(test_the_axes_have_names);

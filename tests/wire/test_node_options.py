@@ -90,6 +90,8 @@ class BadOptions(unittest.TestCase):
     def test_a_link_that_cannot_be(self):
         for out, why in LINKS.items():
             self.refused(why, *GOOD, "--out", out)
+        for out in ("mavlink:udp:127.0.0.1", "mavlink:udp:127.0.0.1:http"):
+            self.refused(LINKS[out], *GOOD, "--out", out, "--wait")
         self.refused(
             "--out: slcan:pty: a serial line carries no CAN FD frames", *GOOD, "--content", "fd"
         )
@@ -103,13 +105,21 @@ class BadOptions(unittest.TestCase):
         )
 
     def test_an_option_of_another_kind_of_output(self):
-        for option in ("--node-id", "--system-id", "--subject-id"):
-            self.refused(
-                f"{option}: needs --out mavlink:.., dronecan:IFACE or cyphal:IFACE",
-                *GOOD,
-                option,
-                "5",
-            )
+        allowed = {
+            "--node-id": "mavlink:.., dronecan:IFACE or cyphal:IFACE",
+            "--system-id": "mavlink:..",
+            "--subject-id": "cyphal:IFACE",
+        }
+        others = {
+            "--node-id": ("slcan:pty",),
+            "--system-id": ("slcan:pty", "dronecan:can0", "cyphal:can0"),
+            "--subject-id": ("slcan:pty", "dronecan:can0", "mavlink:serial:pty"),
+        }
+        for option, outputs in others.items():
+            for out in outputs:
+                self.refused(
+                    f"{option}: needs --out {allowed[option]}", *GOOD, "--out", out, option, "5"
+                )
         for option in (("--raw",), ("--base", "5D0"), ("--content", "full")):
             self.refused(
                 f"{option[0]}: needs --out can:IFACE or slcan:PATH", *GOOD, *MAVLINK, *option
@@ -117,7 +127,7 @@ class BadOptions(unittest.TestCase):
 
     def test_an_address_that_a_dialect_does_not_have(self):
         for out, option, values in (
-            ("mavlink:udp:127.0.0.1:9", "--node-id", ("0", "256", "x")),
+            ("mavlink:udp:127.0.0.1:9", "--node-id", ("0", "256", "x", "4294967295")),
             ("mavlink:udp:127.0.0.1:9", "--system-id", ("0", "256", "-1")),
             ("mavlink:udp:127.0.0.1:9", "--channel", ("10", "34", "4294967295")),
             ("dronecan:can0", "--node-id", ("0", "128")),

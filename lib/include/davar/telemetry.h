@@ -33,7 +33,9 @@ typedef struct {
     uint8_t data[DAVAR_PACKET_BYTES]; /**< the first `length` bytes count */
 } davar_packet_t;
 
-/** Who sends, and what. Each process on a bus needs its own node number. */
+/** Who sends, and what. A sender is a node (MAVLink: a component of a system). Receivers count its
+ * packets, so it needs one encoder for all its channels: davar_telemetry_set_channel. Two encoders
+ * need two node numbers. */
 typedef struct {
     uint8_t channel;  /**< the axis: 0 to DAVAR_TELEMETRY_CHANNEL_LAST */
     uint8_t node;     /**< MAVLink: component, 1 to 255. DroneCAN, Cyphal: node, 1 to 127 */
@@ -44,14 +46,14 @@ typedef struct {
 /** A dialect: one of the constants below. */
 typedef struct davar_dialect davar_dialect_t;
 
-/** An encoder of one channel, about 56 bytes. The caller owns it. Fields are private. */
+/** An encoder of one sender, about 56 bytes. The caller owns it. Fields are private. */
 typedef struct {
     /** @privatesection */
     const davar_dialect_t *dialect;
     const davar_result_t *result;
     uint64_t time_us;
-    uint64_t heartbeat_us; /* when the next heartbeat is due */
     double rate_hz;
+    uint32_t heartbeat_us; /* when the next heartbeat is due, modulo 2^32 */
     davar_telemetry_address_t from;
     uint8_t index;      /* of the next packet of the result */
     uint8_t sequence;   /* packets so far, without heartbeats, modulo 256 */
@@ -89,6 +91,10 @@ extern const davar_dialect_t davar_cyphal;
 bool davar_telemetry_init(davar_telemetry_t *telemetry, const davar_dialect_t *dialect,
                           const davar_telemetry_address_t *from, double rate_hz);
 
+/** Sets the channel of the results that follow. Call it between two results.
+ * @return False, with *telemetry unchanged, above DAVAR_TELEMETRY_CHANNEL_LAST. Cost: O(1). */
+bool davar_telemetry_set_channel(davar_telemetry_t *telemetry, uint8_t channel);
+
 /** Starts the packets of one result.
  * The encoder reads *result until davar_telemetry_next returns false; do not change it before.
  * `time_us` is the time since boot in microseconds, as the autopilot counts it; only MAVLink sends
@@ -106,7 +112,9 @@ bool davar_telemetry_next(davar_telemetry_t *telemetry, davar_packet_t *packet);
 /** Writes a heartbeat once a second: MAVLink HEARTBEAT, DroneCAN uavcan.protocol.NodeStatus or
  * Cyphal uavcan.node.Heartbeat. Receivers list a sender only if it sends them. Call it several times
  * a second if the address belongs to this encoder alone. Do not call it if other code sends the
- * heartbeat of this address. `time_us` is the time since boot.
+ * heartbeat of this address. `time_us` is the time since boot. A late call does not delay the next
+ * heartbeat. After a call a second late or more, and after a clock that jumped back, the seconds
+ * count from that call.
  * @return False if none is due; *packet is then unchanged.
  *
  * Cost: O(1). */
@@ -119,9 +127,9 @@ bool davar_telemetry_heartbeat(davar_telemetry_t *telemetry, uint64_t time_us,
 double davar_rate_variance(const davar_result_t *result, double rate_hz);
 
 /** Writes the diagonal of uavcan.equipment.ahrs.RawIMU.covariance: six float16, little endian.
- * `gyro` and `accel` are variances of X, Y and Z, (rad/s)^2 and (m/s^2)^2; NaN is unknown. A
- * positive variance below 2^-24, the least of float16, is sent as 2^-24, because 0 would mean no
- * noise. One above 65504 is sent as infinity. Cost: O(1). */
+ * `gyro` and `accel` are variances of X, Y and Z, (rad/s)^2 and (m/s^2)^2. NaN is unknown; a
+ * negative variance is sent as NaN. A positive variance below 2^-24, the least of float16, is sent
+ * as 2^-24, because 0 would mean no noise. 65520 and above is sent as infinity. Cost: O(1). */
 void davar_dronecan_covariance(const double gyro[3], const double accel[3],
                                uint8_t bytes[DAVAR_COVARIANCE_BYTES]);
 

@@ -49,7 +49,7 @@ const davar_dialect_t davar_dronecan = {6U, dronecan_accepts, dronecan_fill,
 /* A variance as float16, to the nearest, ties to even, and never 0 unless it is 0. */
 static uint32_t half_of(double variance)
 {
-    const double magnitude = davar_single_magnitude(variance);
+    const double magnitude = davar_single_limit(variance);
     if (isnan(magnitude)) {
         return HALF_NAN;
     }

@@ -39,7 +39,7 @@ static void mavlink_open(const davar_telemetry_t *telemetry, uint32_t message,
     davar_packet_put(packet, message, 3U);
 }
 
-/* MAVLink 2 leaves out the zeros at the end of a payload, except its first byte. */
+/* MAVLink 2 truncates trailing zero bytes of a payload, but keeps the first byte. */
 static void mavlink_close(uint32_t extra, davar_packet_t *packet)
 {
     uint32_t crc = 0xFFFFU;

@@ -103,6 +103,16 @@ bool davar_telemetry_init(davar_telemetry_t *telemetry, const davar_dialect_t *d
     return true;
 }
 
+bool davar_telemetry_set_channel(davar_telemetry_t *telemetry, uint8_t channel)
+{
+    DAVAR_ASSERT(telemetry != NULL);
+    if (channel > DAVAR_TELEMETRY_CHANNEL_LAST) {
+        return false;
+    }
+    telemetry->from.channel = channel;
+    return true;
+}
+
 void davar_telemetry_begin(davar_telemetry_t *telemetry, const davar_result_t *result,
                            uint64_t time_us)
 {
@@ -129,12 +139,13 @@ bool davar_telemetry_heartbeat(davar_telemetry_t *telemetry, uint64_t time_us,
                                davar_packet_t *packet)
 {
     DAVAR_ASSERT((telemetry != NULL) && (packet != NULL));
-    if (time_us < telemetry->heartbeat_us) {
+    const uint32_t late_us = (uint32_t)time_us - telemetry->heartbeat_us; /* early: about 2^32 */
+    if (late_us >= (0U - SECOND_US)) {
         return false;
     }
     *packet = (davar_packet_t){0};
     telemetry->dialect->fill_heartbeat(telemetry, (uint32_t)(time_us / SECOND_US), packet);
-    telemetry->heartbeat_us = time_us + SECOND_US;
+    telemetry->heartbeat_us += SECOND_US + ((late_us < SECOND_US) ? 0U : late_us);
     telemetry->heartbeats++;
     return true;
 }
