@@ -17,11 +17,10 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from typing import NamedTuple
 
+import davar
 import numpy as np
 from ahrs.filters import EKF
 from numpy.typing import NDArray
-
-import davar
 
 RATE_HZ = 1000  # of the gyro
 STEP = 40  # samples of the gyro per step of the filter

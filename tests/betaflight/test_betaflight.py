@@ -159,10 +159,11 @@ class Doubled(unittest.TestCase):
 
     def test_a_doubling_shows_within_1_1_seconds(self):
         msp, _ = flight("fixed", 12, doublings(self.COUNT))
-        for polls in self.ups(msp):
-            # the poll of index i is i * POLL_S after the doubling
-            shown = polls[int(1.1 / POLL_S), :3] / 1e3
-            self.assertTrue(np.all(shown > 0.9 * 2 * ARW), shown / ARW)
+        # the poll of index i is i * POLL_S after the doubling
+        shown = np.array([polls[int(1.1 / POLL_S), :3] / 1e3 for polls in self.ups(msp)])
+        known = shown > 0  # one window in 60 is reported as mixed, with -1
+        self.assertGreater(known.mean(), 0.8)
+        self.assertTrue(np.all(shown[known] > 0.9 * 2 * ARW), shown / ARW)
 
     def test_an_alarm_within_half_a_second(self):
         msp, _ = flight("alarm", 13, doublings(self.COUNT))

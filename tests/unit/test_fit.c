@@ -298,8 +298,10 @@ static void test_a_tone_hides_the_arw_or_leaves_it(void)
 {
     int hidden = 0;
     int total = 0;
-    for (double f = 0.002; f < 0.5; f *= 1.1) {
-        for (double amplitude = 0.1; amplitude < 100.0; amplitude *= 1.7) {
+    for (int i = 0; i < 58; i++) {
+        for (int k = 0; k < 14; k++) {
+            const double f = 0.002 * pow(1.1, i);
+            const double amplitude = 0.1 * pow(1.7, k);
             set_octaves(6000, 10);
             for (int t = 0; t < 10; t++) {
                 const double m = ldexp(1.0, t);
