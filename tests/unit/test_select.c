@@ -266,6 +266,24 @@ static void test_a_named_gyro_stays_named_while_the_others_come_and_go(void)
     TEST_ASSERT_EQUAL_FLOAT(1.0F, verdict.weight[1]);
 }
 
+/* The biases drift on while a gyro is absent, within the tolerance. */
+static void test_a_gyro_that_returns_within_the_drift_tolerance_is_trusted(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    fly(300U, 0xFU, 0xFU);
+    fly(6000U, 0xEU, 0xFU); /* 600 s */
+    bias[0] = 0.3;          /* a quarter of the tolerance */
+    fly(25U, 0xFU, 0xFU);
+    for (uint32_t t = 0U; t < 1000U; t++) {
+        fly(1U, 0xFU, 0xFU);
+        TEST_ASSERT_EQUAL(0U, verdict.fault[0]);
+        TEST_ASSERT_FALSE(verdict.disagree);
+    }
+    bias[0] = 1.3; /* the tolerance is small again */
+    fly(40U, 0xFU, 0xFU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_MEAN, verdict.fault[0]);
+}
+
 static void test_any_axis_that_is_no_number_makes_the_block_of_its_gyro_missing(void)
 {
     config.axes = 3U;
@@ -468,6 +486,7 @@ int main(void)
     RUN_TEST(test_gyros_that_all_repeat_one_value_are_stuck_without_a_nan);
     RUN_TEST(test_a_mean_that_jumps_is_reported_and_named_if_two_others_agree);
     RUN_TEST(test_a_named_gyro_stays_named_while_the_others_come_and_go);
+    RUN_TEST(test_a_gyro_that_returns_within_the_drift_tolerance_is_trusted);
     RUN_TEST(test_any_axis_that_is_no_number_makes_the_block_of_its_gyro_missing);
     RUN_TEST(test_two_gyros_keep_their_weights_while_motion_hides_their_noise);
     RUN_TEST(test_the_verdict_is_consistent_for_any_input);

@@ -121,6 +121,8 @@ bool davar_select_compare_pairs(select_step_t *step)
             }
             if (davar_select_has(step->live & (step->live >> (j - i)), i)) {
                 compare_live(step, &pairs, i, j, pair);
+            } else {
+                pair->age += 1.0F;
             }
             pair++;
         }
