@@ -146,8 +146,9 @@ bool davar_select_init(davar_select_t *select, const davar_select_config_t *conf
                        davar_select_gyro_t *gyro, davar_select_pair_t *pair);
 
 /** Adds one sample of every gyro: rates_dps[gyro * axes + axis] in deg/s, at most 1e4 without sign.
- * A rate that is not finite marks a missing sample: pass NAN for a gyro that delivered none. So does
- * a jump by more than 1e6, but not a rate that stays that large. If no gyro delivered a sample, do not call it.
+ * A rate that is not finite marks a missing sample: pass NAN for a gyro that delivered none. A jump
+ * by more than 1e6 does so too, but a rate that stays that large does not. If no gyro delivered a
+ * sample, do not call it.
  * @return True if it completes a block: call davar_select_update before the next sample.
  *
  * Cost: O(axes gyros^2), without a division. */

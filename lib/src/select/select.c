@@ -1,4 +1,4 @@
-/* davar - select: sums over a block of samples (13.1), and which gyros deliver. This room uses only
+/* davar - select: sums over a block of samples (13.1), and which gyros deliver. They use only
  * operations that IEEE 754 rounds correctly, so every target computes the same bits. */
 #include "select/select_parts.h"
 

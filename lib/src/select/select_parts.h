@@ -1,4 +1,4 @@
-/* davar - select: what the pages of this room share. */
+/* davar - select: what its source files share. */
 #ifndef DAVAR_SRC_SELECT_PARTS_H
 #define DAVAR_SRC_SELECT_PARTS_H
 
