@@ -38,7 +38,10 @@ typedef struct {
     /* of the vehicle */
     double rate_hz;
     double vibration; /* common, relative standard deviation */
-    double shake;     /* angular acceleration, deg/s^2, standard deviation */
+    double tone;      /* common, amplitude in deg/s */
+    double tone_hz;
+    double shaken[DAVAR_SELECT_AXES]; /* the last vibration */
+    double shake;                     /* angular acceleration, deg/s^2, standard deviation */
     double turn[DAVAR_SELECT_AXES];
     double rate[DAVAR_SELECT_AXES];
     uint64_t samples;
@@ -63,7 +66,8 @@ static inline double flight_bounded(flight_t *flight, double sigma)
     return sigma * ((value > 2.0) ? 2.0 : ((value < -2.0) ? -2.0 : value));
 }
 
-/* A flight of sound gyros of relative noise 1, at rest. */
+/* A flight of healthy gyros of relative noise 1, at rest. Any two of them differ by no more than
+ * the tolerances of the configuration. */
 static inline void flight_start(flight_t *flight, uint64_t seed,
                                 const davar_select_config_t *config, flight_noise_t kind)
 {
@@ -75,8 +79,8 @@ static inline void flight_start(flight_t *flight, uint64_t seed,
     flight->kind = kind;
     for (uint32_t i = 0U; i < flight->gyros; i++) {
         flight->own[i] = 1.0;
-        flight->scale[i] = 1.0 + flight_bounded(flight, 0.005);
-        flight->delay_s[i] = flight_bounded(flight, 0.0003);
+        flight->scale[i] = 1.0 + flight_bounded(flight, 0.25 * (double)config->scale_tolerance);
+        flight->delay_s[i] = flight_bounded(flight, 0.25 * (double)config->time_tolerance_s);
         flight->heat[i] = 0.1 * flight_gauss(flight);
         for (uint32_t a = 0U; a < flight->axes; a++) {
             flight->bias[i][a] = 0.3 * flight_gauss(flight);
@@ -117,6 +121,7 @@ static inline double flight_noise(flight_t *flight, uint32_t i, uint32_t a)
 
 static inline void flight_sample(flight_t *flight, float *rates)
 {
+    const double pi_2 = 6.283185307179586;
     const double dt = 1.0 / flight->rate_hz;
     const double warmth = 1.0 - exp(-(double)flight->samples * dt / 300.0);
     for (uint32_t a = 0U; a < flight->axes; a++) {
@@ -131,8 +136,15 @@ static inline void flight_sample(flight_t *flight, float *rates)
         const double common = (flight->vibration > 0.0)
                                   ? (flight->vibration * FLIGHT_SIGMA * flight_gauss(flight))
                                   : 0.0;
+        const double whip = (common - flight->shaken[a]) / dt;
+        const double phase = (pi_2 * flight->tone_hz * (double)flight->samples * dt) + a;
+        flight->shaken[a] = common;
         for (uint32_t i = 0U; i < flight->gyros; i++) {
-            const double rate = flight->rate[a] + common - (flight->delay_s[i] * turn);
+            const double delay = flight->delay_s[i];
+            const double tone = (flight->tone > 0.0)
+                                    ? (flight->tone * sin(phase - (pi_2 * flight->tone_hz * delay)))
+                                    : 0.0;
+            const double rate = flight->rate[a] + common + tone - (delay * (turn + whip));
             rates[(i * flight->axes) + a] =
                 (float)((flight->scale[i] * rate) + flight->bias[i][a] +
                         (flight->heat[i] * warmth) +

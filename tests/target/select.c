@@ -4,6 +4,7 @@
 
 #include "davar/select.h"
 
+#include <math.h>
 #include <string.h>
 
 #define BLOCKS 400U
@@ -42,7 +43,23 @@ static void add_bits(void)
     checksum = (checksum * 31U) + verdict.chosen;
 }
 
-/* The last gyro becomes louder halfway, then moves its mean, and stops. */
+/* One rate of the last gyro: it becomes louder halfway, then its mean moves, it repeats one value, and
+ * its samples are missing. */
+static float spoilt(float noise, uint32_t t)
+{
+    float rate = noise;
+    if (t >= (BLOCKS - 30U)) {
+        rate = NAN;
+    } else if (t >= (BLOCKS - 60U)) {
+        rate = 1.0F;
+    } else if (t >= (BLOCKS / 2U)) {
+        rate = (3.0F * noise) + ((t >= (BLOCKS - 110U)) ? 1.0F : 0.0F);
+    } else {
+        /* healthy */
+    }
+    return rate;
+}
+
 static void measure(const davar_select_config_t *config, const char *add, const char *update,
                     const char *worst, const char *bytes)
 {
@@ -56,8 +73,8 @@ static void measure(const davar_select_config_t *config, const char *add, const 
     for (uint32_t t = 0U; t < BLOCKS; t++) {
         for (uint32_t k = 0U; k < config->block; k++) {
             for (uint32_t i = 0U; i < values; i++) {
-                rates[i] = next_noise() * ((((i == 0U) && (t >= (BLOCKS / 2U)))) ? 3.0F : 1.0F) +
-                           (((i == 0U) && (t >= (BLOCKS - 50U))) ? 1.0F : 0.0F);
+                const float noise = next_noise();
+                rates[i] = ((i + config->axes) < values) ? noise : spoilt(noise, t);
             }
             const uint32_t mark = board_mark();
             (void)davar_select_add(&selection, rates);

@@ -104,9 +104,9 @@ static void test_the_threshold_follows_the_stated_rate(void)
 
 static void test_the_state_is_small(void)
 {
-    TEST_ASSERT_EQUAL(76U, sizeof gyro[0]);
+    TEST_ASSERT_EQUAL(92U, sizeof gyro[0]);
     TEST_ASSERT_EQUAL(36U, sizeof pair[0]);
-    TEST_ASSERT_LESS_OR_EQUAL((3U * sizeof(void *)) + 24U, sizeof selection);
+    TEST_ASSERT_LESS_OR_EQUAL((3U * sizeof(void *)) + 28U, sizeof selection);
 }
 
 static void test_the_quieter_gyro_is_chosen_and_weighs_more(void)
@@ -137,7 +137,7 @@ static void test_common_motion_cancels_with_three_gyros_and_hides_the_noise_of_t
         config.gyros = gyros;
         config.axes = 3U;
         TEST_ASSERT_TRUE(starts());
-        motion = 1.0;
+        motion = 0.3;
         own[0] = 2.0;
         fly(300U, 0xFU, 0xFU);
         TEST_ASSERT_EQUAL(gyros == 2U, verdict.hidden);
@@ -149,6 +149,34 @@ static void test_common_motion_cancels_with_three_gyros_and_hides_the_noise_of_t
         fly(100U, 0x1U, 0xFU);
         TEST_ASSERT_FALSE(verdict.hidden);
         TEST_ASSERT_EQUAL_FLOAT(1.0F, verdict.weight[0]);
+    }
+}
+
+/* Scale and time mismatch, within the tolerances, could be larger than the noise. */
+static void test_violent_motion_hides_the_noise_of_any_number_of_gyros(void)
+{
+    for (uint8_t gyros = 2U; gyros <= GYROS; gyros++) {
+        setUp();
+        config.gyros = gyros;
+        TEST_ASSERT_TRUE(starts());
+        motion = 5.0;
+        fly(50U, 0xFU, 0xFU); /* nothing was learned yet */
+        TEST_ASSERT_TRUE(verdict.hidden);
+        TEST_ASSERT_FLOAT_WITHIN(0.15F, 1.0F / (float)gyros, verdict.weight[1]);
+        motion = 0.0;
+        own[0] = 2.0;
+        fly(300U, 0xFU, 0xFU);
+        TEST_ASSERT_FALSE(verdict.hidden);
+        const davar_select_verdict_t before = verdict;
+        TEST_ASSERT_NOT_EQUAL(0U, before.chosen);
+        motion = 5.0;
+        own[before.chosen] = 3.0;
+        for (uint32_t t = 0U; t < 300U; t++) {
+            fly(1U, 0xFU, 0xFU);
+            TEST_ASSERT_TRUE(verdict.hidden);
+            TEST_ASSERT_EQUAL(before.chosen, verdict.chosen);
+            TEST_ASSERT_FLOAT_WITHIN(1e-6F, before.weight[0], verdict.weight[0]);
+        }
     }
 }
 
@@ -266,6 +294,24 @@ static void test_a_named_gyro_stays_named_while_the_others_come_and_go(void)
     TEST_ASSERT_EQUAL_FLOAT(1.0F, verdict.weight[1]);
 }
 
+/* The biases drift on while a gyro is absent, within the tolerance. */
+static void test_a_gyro_that_returns_within_the_drift_tolerance_is_trusted(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    fly(300U, 0xFU, 0xFU);
+    fly(6000U, 0xEU, 0xFU); /* 600 s */
+    bias[0] = 0.3;          /* a quarter of the tolerance */
+    fly(25U, 0xFU, 0xFU);
+    for (uint32_t t = 0U; t < 1000U; t++) {
+        fly(1U, 0xFU, 0xFU);
+        TEST_ASSERT_EQUAL(0U, verdict.fault[0]);
+        TEST_ASSERT_FALSE(verdict.disagree);
+    }
+    bias[0] = 1.3; /* the tolerance is small again */
+    fly(40U, 0xFU, 0xFU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_MEAN, verdict.fault[0]);
+}
+
 static void test_any_axis_that_is_no_number_makes_the_block_of_its_gyro_missing(void)
 {
     config.axes = 3U;
@@ -298,11 +344,10 @@ static void test_an_own_noise_below_0_becomes_0_and_takes_a_bounded_weight(void)
     pair[1].recent = 10.0F; /* of 0 and 2 */
     pair[2].recent = 80.0F; /* of 1 and 2 */
     selection.blocks = 1U;
-    float weight[DAVAR_SELECT_GYROS] = {0.0F};
-    davar_select_weigh(&step, weight);
+    davar_select_weigh(&step, &verdict);
     TEST_ASSERT_EQUAL_FLOAT(0.0F, gyro[0].own);
     TEST_ASSERT_EQUAL_FLOAT(40.0F, gyro[1].own);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5F, 1.0F / (1.0F + (2.0F * 0.4F / 40.0F)), weight[0]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5F, 1.0F / (1.0F + (2.0F * 0.4F / 40.0F)), verdict.weight[0]);
 }
 
 static void test_two_gyros_keep_their_weights_while_motion_hides_their_noise(void)
@@ -462,12 +507,14 @@ int main(void)
     RUN_TEST(test_the_state_is_small);
     RUN_TEST(test_the_quieter_gyro_is_chosen_and_weighs_more);
     RUN_TEST(test_common_motion_cancels_with_three_gyros_and_hides_the_noise_of_two);
+    RUN_TEST(test_violent_motion_hides_the_noise_of_any_number_of_gyros);
     RUN_TEST(test_an_absent_gyro_is_left_at_once_and_returns_after_2_s);
     RUN_TEST(test_rates_that_are_no_numbers_count_as_missing);
     RUN_TEST(test_a_stuck_gyro_is_left_after_3_blocks);
     RUN_TEST(test_gyros_that_all_repeat_one_value_are_stuck_without_a_nan);
     RUN_TEST(test_a_mean_that_jumps_is_reported_and_named_if_two_others_agree);
     RUN_TEST(test_a_named_gyro_stays_named_while_the_others_come_and_go);
+    RUN_TEST(test_a_gyro_that_returns_within_the_drift_tolerance_is_trusted);
     RUN_TEST(test_any_axis_that_is_no_number_makes_the_block_of_its_gyro_missing);
     RUN_TEST(test_two_gyros_keep_their_weights_while_motion_hides_their_noise);
     RUN_TEST(test_the_verdict_is_consistent_for_any_input);

@@ -44,8 +44,10 @@ typedef struct {
      * means and of the noise, 0.001 to 1e6. Fewer: later decisions */
     float errors_per_1000_h;
     /** @{ */
-    /** What two sound gyros may differ by: scale factor and misalignment as a part of the rate, time
-     * of a sample in s, and drift of the bias in deg/s per s. Above 0, at most 1 */
+    /** What two healthy gyros may differ by: scale factor and misalignment as a part of the rate,
+     * time of a sample in s, and drift of the bias in deg/s per s. Above 0, at most 1. The stated
+     * rate of errors holds for gyros within these tolerances. Smaller ones: the noise of three
+     * gyros remains visible in more violent motion */
     float scale_tolerance;
     float time_tolerance_s;
     float drift_tolerance_dps_per_s;
@@ -55,7 +57,7 @@ typedef struct {
 /** The last part of an initialiser of davar_select_config_t, after the fields without a default
  * (docs/GYROS.md has an example). */
 #define DAVAR_SELECT_DEFAULTS                                                                      \
-    .errors_per_1000_h = 1.0F, .scale_tolerance = 0.02F, .time_tolerance_s = 0.004F,               \
+    .errors_per_1000_h = 1.0F, .scale_tolerance = 0.02F, .time_tolerance_s = 0.0005F,              \
     .drift_tolerance_dps_per_s = 0.002F
 
 /** @{ */
@@ -73,13 +75,15 @@ typedef struct {
     float weight[DAVAR_SELECT_GYROS];
     uint8_t fault[DAVAR_SELECT_GYROS]; /**< DAVAR_SELECT_* bits of each gyro */
     uint8_t chosen;                    /**< the gyro to use if only one can be used */
-    bool switched;                     /**< chosen is another one than after the previous block */
+    bool switched;                     /**< chosen changed in this block */
     bool usable;                       /**< false: every gyro is absent, stuck or disagrees */
     /** two means differ by more than noise and tolerances. With two gyros, nothing shows which is
      * wrong */
     bool disagree;
-    /** common motion or vibration hides the noise of two gyros: nothing shows which is quieter.
-     * chosen and weight rest on the time before. False while three gyros are left */
+    /** common motion or vibration hides the noise. With two gyros left, nothing shows which is
+     * quieter. With three or more, differences of scale and time within the tolerances could be
+     * half as large as the noise. weight rests on the time before. So does chosen, unless the
+     * noise differs by more than the tolerances explain */
     bool hidden;
 } davar_select_verdict_t;
 
@@ -90,6 +94,8 @@ typedef struct {
     float sum[DAVAR_SELECT_AXES];    /* of its rates */
     float last[DAVAR_SELECT_AXES];   /* rate */
     float first[DAVAR_SELECT_AXES];  /* the last rate before the block */
+    float step[DAVAR_SELECT_AXES];   /* from the last rate but one to the last */
+    float bend;                      /* sum of the squared steps of the steps of the block */
     float evidence;                  /* that it is quieter than the chosen one (13.2) */
     float spread;                    /* variance of the contrast with the chosen one (13.3) */
     float recent;                    /* mean of square, over axes, of the last blocks */
@@ -123,6 +129,7 @@ typedef struct {
     float threshold; /* of evidence (13.4) */
     float freedom;   /* of a block of white noise (13.1) */
     float drift;     /* tolerance of a block, times its samples */
+    float mismatch;  /* of the last blocks (13.2) */
     uint16_t count;  /* samples of the block */
     uint16_t blocks; /* since the start, at most 4096 */
     uint8_t chosen;
@@ -139,8 +146,9 @@ bool davar_select_init(davar_select_t *select, const davar_select_config_t *conf
                        davar_select_gyro_t *gyro, davar_select_pair_t *pair);
 
 /** Adds one sample of every gyro: rates_dps[gyro * axes + axis] in deg/s, at most 1e4 without sign.
- * A rate that is not finite, or above about 1e6, marks a missing sample: pass NAN for a gyro that
- * delivered none. If no gyro delivered a sample, do not call it.
+ * A rate that is not finite marks a missing sample: pass NAN for a gyro that delivered none. A jump
+ * by more than 1e6 does so too, but a rate that stays that large does not. If no gyro delivered a
+ * sample, do not call it.
  * @return True if it completes a block: call davar_select_update before the next sample.
  *
  * Cost: O(axes gyros^2), without a division. */

@@ -10,6 +10,7 @@
 typedef struct {
     float now[2];
     float recent[2];
+    float mismatch; /* that common motion may have added to `now` */
 } rivals_t;
 
 /* -1 .. 1, above 0 where the second one is quieter (13.2) */
@@ -22,14 +23,14 @@ static float contrast_of(const float *noise)
 static rivals_t rivals_of(const select_step_t *step, uint32_t i, uint32_t j)
 {
     const davar_select_t *const select = step->select;
-    rivals_t rivals = {{step->square[i], step->square[j]},
-                       {select->gyro[i].recent, select->gyro[j].recent}};
+    rivals_t rivals = {
+        {step->square[i], step->square[j]}, {select->gyro[i].recent, select->gyro[j].recent}, 0.0F};
     for (uint32_t k = 0U; k < select->config->gyros; k++) {
         if ((k != i) && (k != j) && davar_select_has(step->live, k)) {
             const davar_select_pair_t *const a = davar_select_pair(select, i, k);
             const davar_select_pair_t *const b = davar_select_pair(select, j, k);
             if ((a->recent + b->recent) < (rivals.recent[0] + rivals.recent[1])) {
-                rivals = (rivals_t){{a->apart, b->apart}, {a->recent, b->recent}};
+                rivals = (rivals_t){{a->apart, b->apart}, {a->recent, b->recent}, step->mismatch};
             }
         }
     }
@@ -47,8 +48,10 @@ static void gather_one(const select_step_t *step, uint32_t j)
     const float least = 1.0F / (select->freedom + 1.0F);
     const float spread = (gyro->spread > least) ? gyro->spread : least;
     const float gain = (2.0F * FAINT / SPREAD_MARGIN) / spread;
-    const float sum = gyro->evidence + davar_select_lesser(gain * (contrast - FAINT),
-                                                           select->threshold * (1.0F / STEPS));
+    const float total = rivals.now[0] + rivals.now[1] + SELECT_LEAST;
+    const float clear = contrast - (rivals.mismatch / total) - FAINT;
+    const float sum =
+        gyro->evidence + davar_select_lesser(gain * clear, select->threshold * (1.0F / STEPS));
     gyro->evidence = (sum > 0.0F) ? sum : 0.0F;
 }
 

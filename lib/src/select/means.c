@@ -93,12 +93,14 @@ static void compare_live(select_step_t *step, pairs_t *pairs, uint32_t i, uint32
     const float other = select->gyro[j].recent;
     const float weight = 1.0F / ((one * other) + SELECT_LEAST);
     const float shared = one + other - pair->recent;
+    const bool two = (step->live == ((1U << i) | (1U << j)));
     compare_means(step, pair, i, j);
     pairs->live |= bit;
     pairs->jumps |= (pair->evidence < JUMP) ? 0U : bit;
     pairs->half |= (pair->evidence < (0.5F * alarm)) ? 0U : bit;
     pairs->over |= (pair->evidence > alarm) ? bit : 0U;
-    select->hidden = (step->live == ((1U << i) | (1U << j))) && (shared > pair->recent);
+    select->hidden = two && (shared > pair->recent);
+    step->apart = two ? step->apart : davar_select_lesser(step->apart, pair->recent);
     step->shared += weight * shared;
     step->shared_weight += weight;
 }
@@ -111,6 +113,9 @@ bool davar_select_compare_pairs(select_step_t *step)
     const float start = 1.0F / (float)select->blocks;
     const float gain = (start > SELECT_FOLLOW) ? start : SELECT_FOLLOW;
     select->hidden = false;
+    if (step->live != 0U) {
+        select->mismatch += gain * (step->mismatch - select->mismatch);
+    }
     for (uint32_t j = 0U; j < select->config->gyros; j++) {
         if (davar_select_has(step->complete, j)) {
             select->gyro[j].recent += gain * (step->square[j] - select->gyro[j].recent);
@@ -121,6 +126,8 @@ bool davar_select_compare_pairs(select_step_t *step)
             }
             if (davar_select_has(step->live & (step->live >> (j - i)), i)) {
                 compare_live(step, &pairs, i, j, pair);
+            } else {
+                pair->age += 1.0F;
             }
             pair++;
         }

@@ -4,11 +4,11 @@
 #define RECENT ((2.0F / SELECT_FOLLOW) - 1.0F) /* blocks that a recent mean is worth */
 #define RESTART 9.0F                           /* (3 sigma)^2 */
 #define RESTART_KNOWN 3.0F                     /* blocks that the estimate is worth then */
+#define HIDES 0.25F                            /* mismatch over the least difference (13.5) */
 #define LEARNED 100U                           /* blocks before noise can be too loud */
 #define LOUD 5.0F                              /* variance over its long mean */
 #define LOUD_STEP 1.386F                       /* ln 4 */
 #define LOUD_MOST 64U
-#define NO_PAIR 1e30F
 
 /* One gyro beside the other live ones. */
 typedef struct {
@@ -22,7 +22,7 @@ static neighbours_t neighbours_of(const select_step_t *step, uint32_t i)
 {
     const davar_select_t *const select = step->select;
     const float limit = LOUD * select->gyro[i].usual;
-    neighbours_t found = {{i, i}, {NO_PAIR, NO_PAIR}, 0U, step->square[i] > limit};
+    neighbours_t found = {{i, i}, {SELECT_MOST, SELECT_MOST}, 0U, step->square[i] > limit};
     for (uint32_t j = 0U; j < select->config->gyros; j++) {
         if ((j == i) || !davar_select_has(step->live, j)) {
             continue;
@@ -81,14 +81,22 @@ static bool has_common(const select_step_t *step)
            ((step->shared * step->shared * freedom) > (32.0F * step->shared_weight));
 }
 
+/* Can mismatch explain a good part of what the gyros differ by (13.5)? */
+static bool is_mismatched(const select_step_t *step)
+{
+    const float now = step->mismatch;
+    const float recent = step->select->mismatch;
+    return ((now > recent) ? now : recent) > (HIDES * step->apart);
+}
+
 /* @return The own noise, but not so little that the differences contradict it (13.6). */
-static float measure_own(const select_step_t *step, uint32_t i, bool common)
+static float measure_own(const select_step_t *step, uint32_t i, bool common, bool hidden)
 {
     const davar_select_t *const select = step->select;
     davar_select_gyro_t *const gyro = &select->gyro[i];
     const neighbours_t near = neighbours_of(step, i);
     const float apart = davar_select_pair(select, i, near.other[0])->recent;
-    if (!select->hidden) {
+    if (!hidden) {
         float estimate = gyro->recent;
         float variance = 2.0F * gyro->own * gyro->own;
         if (common && (near.count > 1U)) { /* the three-cornered hat (13.5) */
@@ -103,17 +111,21 @@ static float measure_own(const select_step_t *step, uint32_t i, bool common)
                           ? (gyro->usual + ((gyro->own - gyro->usual) / (float)select->blocks))
                           : gyro->own;
     }
-    const float floor = (near.count > 0U) ? (0.04F * apart) : 0.0F;
+    const float part = (gyro->known > 0.0F) ? 0.04F : 0.5F;
+    const float floor = (near.count > 0U) ? (part * apart) : 0.0F;
     return ((gyro->own > floor) ? gyro->own : floor) + SELECT_LEAST;
 }
 
-void davar_select_weigh(const select_step_t *step, float *weight)
+void davar_select_weigh(const select_step_t *step, davar_select_verdict_t *verdict)
 {
     const uint32_t gyros = step->select->config->gyros;
     const bool common = has_common(step);
+    float *const weight = verdict->weight;
     float sum = SELECT_LEAST;
+    verdict->hidden = step->select->hidden || (common && is_mismatched(step));
     for (uint32_t i = 0U; i < gyros; i++) {
-        const float own = davar_select_has(step->live, i) ? measure_own(step, i, common) : 1.0F;
+        const float own =
+            davar_select_has(step->live, i) ? measure_own(step, i, common, verdict->hidden) : 1.0F;
         weight[i] = davar_select_has(step->usable, i) ? (1.0F / own) : 0.0F;
         sum += weight[i];
     }

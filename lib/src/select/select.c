@@ -1,4 +1,4 @@
-/* davar - select: sums over a block of samples (13.1), and which gyros deliver. This room uses only
+/* davar - select: sums over a block of samples (13.1), and which gyros deliver. They use only
  * operations that IEEE 754 rounds correctly, so every target computes the same bits. */
 #include "select/select_parts.h"
 
@@ -100,6 +100,9 @@ bool davar_select_add(davar_select_t *select, const float *rates_dps)
         for (uint32_t i = 0U; i < gyros; i++) {
             davar_select_gyro_t *const gyro = &select->gyro[i];
             step[i] = *rate - gyro->last[a];
+            const float bend = step[i] - gyro->step[a];
+            gyro->step[a] = step[i];
+            gyro->bend += bend * bend;
             gyro->last[a] = *rate;
             gyro->sum[a] += *rate;
             gyro->square[a] += step[i] * step[i];
@@ -158,6 +161,10 @@ static void inspect(select_step_t *step, uint32_t i)
         (config->scale_tolerance * rate) + (config->time_tolerance_s * config->rate_hz * change);
     step->complete |= complete ? (1U << i) : 0U;
     if ((gyro->fault & (DAVAR_SELECT_ABSENT | DAVAR_SELECT_STUCK)) == 0U) {
+        const float time = config->time_tolerance_s * config->rate_hz;
+        const float mismatch = (config->scale_tolerance * config->scale_tolerance * square) +
+                               (time * time * gyro->bend);
+        step->mismatch = davar_select_lesser(step->mismatch, mismatch);
         step->live |= 1U << i;
         step->usable |= ((gyro->fault & DAVAR_SELECT_MEAN) == 0U) ? (1U << i) : 0U;
     }
@@ -170,6 +177,7 @@ static void empty(davar_select_t *select)
     select->count = 0U;
     for (uint32_t i = 0U; i < select->config->gyros; i++) {
         davar_select_gyro_t *const gyro = &select->gyro[i];
+        gyro->bend = 0.0F;
         for (uint32_t a = 0U; a < DAVAR_SELECT_AXES; a++) {
             gyro->square[a] = 0.0F;
             gyro->sum[a] = 0.0F;
@@ -189,6 +197,8 @@ void davar_select_update(davar_select_t *select, davar_select_verdict_t *verdict
     step.select = select;
     step.shared = 0.0F;
     step.shared_weight = 0.0F;
+    step.mismatch = SELECT_MOST;
+    step.apart = SELECT_MOST;
     step.complete = 0U;
     step.live = 0U;
     step.usable = 0U;
@@ -199,10 +209,9 @@ void davar_select_update(davar_select_t *select, davar_select_verdict_t *verdict
     }
     davar_select_gather(&step);
     verdict->disagree = davar_select_compare_pairs(&step);
-    davar_select_weigh(&step, verdict->weight);
+    davar_select_weigh(&step, verdict);
     davar_select_choose(&step, verdict);
     verdict->usable = (step.usable != 0U);
-    verdict->hidden = select->hidden;
     for (uint32_t i = 0U; i < select->config->gyros; i++) {
         verdict->fault[i] = select->gyro[i].fault;
     }

@@ -1,4 +1,4 @@
-/* davar - select: what the pages of this room share. */
+/* davar - select: what its source files share. */
 #ifndef DAVAR_SRC_SELECT_PARTS_H
 #define DAVAR_SRC_SELECT_PARTS_H
 
@@ -8,6 +8,7 @@
 #define SELECT_FOLLOW 0.15F  /* weight of a block in the recent means */
 #define SELECT_MEMORY 100.0F /* blocks that offsets and own noise are averaged over */
 #define SELECT_BLOCKS 4096U  /* of the long means */
+#define SELECT_MOST 1e30F    /* of a sum of squares, or if there is none */
 #define SELECT_LEAST 1e-30F  /* keeps quotients finite where a sum of squares is 0 */
 
 /* An alarm needs more evidence than a switch: up to twice as many pairs as candidates, and no part
@@ -22,6 +23,8 @@ typedef struct {
     float
         shared; /* sum over pairs of twice the covariance, over the product of their noise (13.5) */
     float shared_weight; /* sum of the inverse products */
+    float mismatch;      /* the most that common motion adds to the difference of a pair (13.2) */
+    float apart;         /* least recent mean of a pair, of three live gyros or more */
     uint32_t complete;   /* no sample was missing */
     uint32_t live;       /* neither absent nor stuck */
     uint32_t usable;     /* of these, without a fault of the mean */
@@ -58,7 +61,7 @@ void davar_select_choose(const select_step_t *step, davar_select_verdict_t *verd
 bool davar_select_compare_pairs(select_step_t *step);
 
 /* Estimates the own noise of each live gyro (13.5), tests it against its past (13.8), and sets the
- * weights (13.6). */
-void davar_select_weigh(const select_step_t *step, float *weight);
+ * weights and `hidden` (13.6). */
+void davar_select_weigh(const select_step_t *step, davar_select_verdict_t *verdict);
 
 #endif
