@@ -31,6 +31,7 @@ BEYOND_16_KB = {
     "results",
     "state",
     "storage",
+    "telemetry",
     "tracking",
 }
 SUITES = {
