@@ -235,8 +235,7 @@ class Recorded(Folder):
             self.assertIn(improved.returncode, (0, 1), improved.stderr)
             fits += improved.returncode == 0
             told = run("diagnose", path, "-m", start, "--json").stdout
-            html = re.sub(r'"data:[^"]*"', "", page.read_text())
-            visible = re.sub(r"<style>.*?</style>", "", html, flags=re.S)
+            visible = re.sub(r"<(style|script)>.*?</\1>", "", page.read_text(), flags=re.S)
             for text in (
                 *(fit.stdout, fit.stderr, improved.stdout, improved.stderr),
                 *(start.read_text(), better.read_text(), told, visible),
