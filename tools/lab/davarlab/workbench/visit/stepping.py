@@ -167,13 +167,13 @@ class Stepping:
 
     def ghost(self, place: int, kind: str, state: str) -> Json:
         """The curve and the error with a candidate, before it is added; given up as the ranking
-        is, but not for Add, which takes the result."""
-        step = self.current(state)
+        is, and when the page shows an older step, but not for Add, which takes the result."""
         same = "add", {"place": place, "kind": kind, "state": state}
         try:
+            step = self.current(state)
             candidate = self.candidate(step, place, kind)
             found = self.joined(step, candidate, lambda: self.give_way(same))
-        except Superseded:
+        except (Superseded, Stale):
             return {"superseded": True}
         judgement = found.state.judgement
         return {
