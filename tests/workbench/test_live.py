@@ -247,7 +247,7 @@ class Live(Visiting):
         bench = self.open()
         for wrong, words in (
             ("can:nosuch0", "can:nosuch0: "),
-            ("elsewhere", "can:IFACE or slcan:PATH"),
+            ("elsewhere", "can:IFACE, slcan:PATH"),
             ("slcan:/etc/passwd", "slcan:/etc/passwd: "),
         ):
             status, answer = bench.act("listen", source=wrong)
