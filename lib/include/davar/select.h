@@ -46,8 +46,8 @@ typedef struct {
     /** @{ */
     /** What two healthy gyros may differ by: scale factor and misalignment as a part of the rate,
      * time of a sample in s, and drift of the bias in deg/s per s. Above 0, at most 1. The stated
-     * rate of errors holds for gyros within these tolerances. Smaller ones: the noise of three
-     * gyros remains visible in more violent motion */
+     * rate of errors holds for gyros well within these tolerances (docs/GYROS.md). Smaller
+     * ones: the noise of three gyros remains visible in more violent motion */
     float scale_tolerance;
     float time_tolerance_s;
     float drift_tolerance_dps_per_s;

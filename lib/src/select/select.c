@@ -7,6 +7,7 @@
 #define LIMIT 1e12F       /* of the sums of a block: no gyro delivers as much */
 #define SPREAD_START 2.0F /* first spread over the least one (13.3) */
 #define RETURN 2.0F       /* part of the threshold that the return to 0 replaces (13.4) */
+#define EDGE 1.05F        /* the measured rate of a gyro has an error of scale itself (13.7) */
 #define STILL 3U          /* blocks without a step until an axis is stuck */
 #define RECOVERY 20U      /* blocks of good samples until a gyro is used again */
 
@@ -157,8 +158,8 @@ static void inspect(select_step_t *step, uint32_t i)
     const bool complete = (square + rate) < LIMIT;
     judge_samples(gyro, !complete, moved);
     step->square[i] = square;
-    step->tolerance[i] =
-        (config->scale_tolerance * rate) + (config->time_tolerance_s * config->rate_hz * change);
+    step->tolerance[i] = EDGE * ((config->scale_tolerance * rate) +
+                                 (config->time_tolerance_s * config->rate_hz * change));
     step->complete |= complete ? (1U << i) : 0U;
     if ((gyro->fault & (DAVAR_SELECT_ABSENT | DAVAR_SELECT_STUCK)) == 0U) {
         const float time = config->time_tolerance_s * config->rate_hz;
