@@ -296,11 +296,11 @@ class Searched(Folder):
         self.assertEqual(again.returncode, 1)  # comments do no harm
 
         desk = Desk(recordings.read(path), Sight("gyro_z_dps"))
-        model = desk.first_model()
-        for text in (models.text_of(model), better.read_text()):
+        first = models.first(desk.recording.rate_hz, desk.column)
+        for text in (models.text_of(first), better.read_text()):
             outcome = desk.of(text, True)
             ranked = desk.ranked(text, lambda said: None)
-            found = views.nothing_found(outcome, desk.recording, ranked)
+            found = views.ranking(outcome, desk.recording, ranked)
             said = "\n".join(found["nothing"])
             self.assertNotRegex(said, NONE_MISSING)
             significant = any(one["beyond_chance"] for one in views.candidates(ranked))
