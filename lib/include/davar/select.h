@@ -99,7 +99,7 @@ typedef struct {
     float evidence;                  /* that it is quieter than the chosen one (13.2) */
     float spread;                    /* variance of the contrast with the chosen one (13.3) */
     float recent;                    /* mean of square, over axes, of the last blocks */
-    float own;                       /* variance of its own noise, same unit (13.5) */
+    float own;                       /* variance of the gyro's noise, same unit (13.5) */
     float known;                     /* blocks that `own` is worth */
     float usual;                     /* long-term mean of own */
     uint8_t fault;

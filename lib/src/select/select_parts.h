@@ -8,7 +8,7 @@
 #define SELECT_FOLLOW 0.15F  /* weight of a block in the recent means */
 #define SELECT_MEMORY 100.0F /* blocks that offsets and own noise are averaged over */
 #define SELECT_BLOCKS 4096U  /* of the long means */
-#define SELECT_MOST 1e30F    /* of a sum of squares, or if there is none */
+#define SELECT_MOST 1e30F    /* of a sum of squares, also if it is absent */
 #define SELECT_LEAST 1e-30F  /* keeps quotients finite where a sum of squares is 0 */
 
 /* An alarm needs more evidence than a switch: up to twice as many pairs as candidates, and no part
