@@ -210,7 +210,8 @@ class Burst:
         if name == "End":
             self.end = signals
             return None
-        place = (name, next((str(signals[one]) for one in PLACES if one in signals), None))
+        numbers = [str(signals[one]) for one in PLACES if one in signals]
+        place = (name, numbers[0] if numbers else None)
         before = self.places.get(place)
         if before and before[0] == data:
             return None
@@ -257,7 +258,10 @@ class Channel:
 
     def burst(self, tag: int) -> Burst | None:
         """The one with this Result, if it is open."""
-        return next((one for one in self.bursts if one.tag == tag), None)
+        for one in self.bursts:  # a generator would report a MemoryError by itself
+            if one.tag == tag:
+                return one
+        return None
 
     def begin(self, tag: int) -> Burst:
         """A new burst, before those whose Result follows."""
