@@ -361,7 +361,7 @@ def main():
     parser = argparse.ArgumentParser(prog="davar-mutants", add_help=False)
     parser.add_argument("--sample", type=int, default=2000)
     parser.add_argument("--all", action="store_true")
-    parser.add_argument("--longest", type=float, default=5)
+    parser.add_argument("--longest", type=float, default=30)
     parser.add_argument("--sanitize", action="store_true")
     parser.add_argument("--only", default="")
     parser.add_argument("--again", metavar="LOG")

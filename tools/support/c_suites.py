@@ -292,7 +292,7 @@ def mutants(python: Callable[[], str]) -> Tally:
     must contain it with a reason. The result is cached until a source, a build file or the compiler
     changes. python() returns the Python for this.
     """
-    command = ["tests/mutation/mutants.py", "--sample", "60", "--longest", "5", "--unlisted"]
+    command = ["tests/mutation/mutants.py", "--sample", "60", "--unlisted"]
     cache = result_cache.ResultCache(BUILD / "cache/mutants")
     compiler = subprocess.run(
         ["cc", "--version"], text=True, stdout=subprocess.PIPE, check=True
