@@ -39,7 +39,7 @@ _Static_assert(sizeof(1.0) == sizeof(double), "davar needs constants of type dou
 #pragma GCC optimize("no-associative-math", "no-reciprocal-math")
 #endif
 /* gcc ignores the standard's pragma; its vectoriser fuses complex products despite fp-contract */
-#if defined(__FP_FAST_FMA)
+#if defined(__FP_FAST_FMA) || defined(__FP_FAST_FMAF)
 #pragma GCC optimize("fp-contract=off", "no-tree-slp-vectorize")
 #endif
 #else
