@@ -13,7 +13,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
 FIRMWARE = ROOT / "docs/FIRMWARE.md"  # each block continues the one before
-ALONE = [ROOT / "docs/GYROS.md", ROOT / "packaging/common/README.md"]
+ALONE = [ROOT / "docs/DIALECTS.md", ROOT / "docs/GYROS.md", ROOT / "packaging/common/README.md"]
 HEADERS = sorted([*ROOT.glob("lib/include/**/*.h"), *ROOT.glob("port/**/*.h")])
 LINES_MAX = 15
 
