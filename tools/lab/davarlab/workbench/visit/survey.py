@@ -12,7 +12,7 @@ from ...report.values import Json
 from .. import views
 from ..desk import Desk
 from ..steps import Sight, Tree, fit_of
-from .stepping import Superseded
+from .stepping import Stale, Superseded
 
 if TYPE_CHECKING:
     from .visit import Visit
@@ -29,7 +29,7 @@ class Survey:
         its last visit ended; given up as a ranking is."""
         here, sight = self.visit.open_desk, Sight(column)
         if column not in here.axes:
-            raise BadInput(f"{column}: not a gyro or accelerometer of this recording")
+            raise Stale(f"{column}: not a gyro or accelerometer of the open recording")
         try:
             desk = self.visit.intake.desk_at(here.whole, sight)
             row: Json = axes.spoken(self.row(desk, self.visit.open_steps.tree(sight)), column)
