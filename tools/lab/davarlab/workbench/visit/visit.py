@@ -10,7 +10,6 @@ from typing import Any
 
 from ... import axes
 from ...data.recording import Recording
-from ...errors import BadInput
 from ...report.values import Json
 from .. import plans, typed
 from ..arrivals import Arrivals
@@ -24,7 +23,7 @@ from .hold_out import HoldOut
 from .intake import Intake, Waiting
 from .looks import Looks
 from .own import Own
-from .stepping import Stepping
+from .stepping import Stale, Stepping
 from .survey import Survey
 
 # Questions need the bench of a fit, looks only what is there, plans nothing of it; actions change
@@ -118,16 +117,16 @@ class Visit:
 
     @property
     def open_desk(self) -> Desk:
-        """The desk with its recording. Raises BadInput while there is none."""
+        """The desk with its recording. Raises Stale while there is none."""
         if not self.desk:
-            raise BadInput("no recording is open")
+            raise Stale("no recording is open")
         return self.desk
 
     @property
     def open_steps(self) -> Steps:
-        """The steps of the recording on the desk. Raises BadInput while there is none."""
+        """The steps of the recording on the desk. Raises Stale while there is none."""
         if not self.steps:
-            raise BadInput("no recording is open")
+            raise Stale("no recording is open")
         return self.steps
 
     def spoken(self, found: Json) -> Json:
