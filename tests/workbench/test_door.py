@@ -368,18 +368,18 @@ class Door(Visiting):
 
     def test_what_is_asked_wrongly_is_refused_in_one_line(self):
         bench = self.open()
-        for what, given in (
-            ("step", {}),
-            ("go", {"number": 3}),
-            ("set", {"place": 0, "parameters": {}}),
-            ("read", {"columns": []}),
-            ("refit", {}),
-            ("open", {"path": "nowhere.csv"}),
-            ("open", {}),
-            ("open", {"path": "x", "more": 1}),
+        for wanted, what, given in (
+            (409, "step", {}),  # of a recording that is not open, or not any more
+            (409, "go", {"number": 3}),
+            (400, "set", {"place": 0, "parameters": {}}),
+            (409, "refit", {}),
+            (400, "read", {"columns": []}),
+            (400, "open", {"path": "nowhere.csv"}),
+            (400, "open", {}),
+            (400, "open", {"path": "x", "more": 1}),
         ):
             status, answer = bench.act(what, **given) if what != "step" else bench.ask(what)
-            self.assertEqual((status, "\n" in answer["error"]), (400, False), (what, answer))
+            self.assertEqual((status, "\n" in answer["error"]), (wanted, False), (what, answer))
         self.assertEqual(bench.act("nothing")[0], 404)
         self.assertEqual(bench.request("/api/open", b"[1]")[0], 400)
         self.assertEqual(bench.request("/api/open", b"[" * 100000)[0], 400)
