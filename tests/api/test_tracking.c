@@ -201,6 +201,9 @@ static void test_block_lengths_do_not_change_results(void)
 }
 
 #define MISSING_MOST 64U
+#ifndef TRIALS
+#define TRIALS 400U
+#endif
 
 /* Noise with steps, shocks and gaps, some of them close together. Returns the number of gaps. */
 static uint32_t make_faults(uint64_t seed, uint32_t gap[MISSING_MOST])
@@ -260,7 +263,7 @@ static void test_block_lengths_change_no_result_near_shocks_and_gaps(void)
 {
     static const uint32_t strides[] = {5U, 10U, 13U, 60U};
     uint32_t gap[MISSING_MOST];
-    for (uint32_t trial = 0U; trial < 400U; trial++) {
+    for (uint32_t trial = 0U; trial < TRIALS; trial++) {
         config.stride = strides[trial % 4U];
         config.glr.block = ((trial % 3U) == 0U) ? 5U : 10U;
         config.window.mode = ((trial % 5U) == 4U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
