@@ -113,6 +113,7 @@ def session(path):
         "sensor": None,
         "as_recorded": False,
         "names": None,
+        "skip": 0,
     }
     steps.held_out = str(path)
     for sight in (sessions.Sight("gyro_z_dps", (), ((1.0, 2.0),)), sessions.Sight("gyro_z_dps")):
