@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -38,17 +39,19 @@ FEATURES = {
 }
 
 
-def load():
+def load(seed):
+    rng = random.Random(seed)
     while True:
         sum(range(10**6))
+        time.sleep(rng.uniform(0, 0.05))
 
 
 @contextlib.contextmanager
 def busy():
-    """Twice as many processes as processors that do nothing but count."""
+    """Twice as many processes as processors that count and sleep in irregular turns."""
     others = [
-        multiprocessing.get_context("fork").Process(target=load, daemon=True)
-        for _ in range(2 * os.cpu_count())
+        multiprocessing.get_context("fork").Process(target=load, args=(seed,), daemon=True)
+        for seed in range(2 * os.cpu_count())
     ]
     for one in others:
         one.start()
