@@ -7,6 +7,7 @@ import re
 import unittest
 
 from playwright.sync_api import expect
+from test_door import flight
 from test_stale import two_axes
 from visiting import Visiting, ranked, run, tab
 
@@ -42,6 +43,31 @@ class Axes(Visiting):
         tab(page, "axes")
         row = page.locator("#all-axes tr", has=page.locator("[data-axis=gyro_x_dps]"))
         expect(row.locator("td").nth(1)).to_have_text("Nothing")
+        self.assert_quiet()
+
+    def test_all_sensors_of_a_log_have_rows_each_and_one_of_another_sensor_opens_it(self):
+        sigmas = {"IMU:0": 0.1, "IMU:1": 0.4}
+        flight(self.folder / "flight.bin", sigmas.values())
+        page = self.page(self.open("flight.bin", "--sensor", "IMU:1"), width=1280, height=720)
+        tab(page, "axes")
+
+        def row(sensor, axis):
+            name = f"[data-of='{sensor}'][data-axis=gyro_{axis}_dps]"
+            return page.locator("#all-axes tr", has=page.locator(name))
+
+        for sensor, sigma in sigmas.items():
+            for axis in "xyz":
+                cell = row(sensor, axis).locator("td.n").first
+                expect(cell).to_be_visible()
+                arw = 60 * sigma / math.sqrt(200)
+                self.assertAlmostEqual(float(cell.inner_text().split()[0]), arw, delta=0.06 * arw)
+        self.shot(page, "sensors-1280")
+        page.locator("[data-of='IMU:0'][data-axis=gyro_x_dps]").click()
+        expect(page.locator("#axis")).to_have_value("gyro_x_dps")
+        box = page.locator("[data-kind=angle_random_walk] input[type=number]").first
+        self.assertAlmostEqual(float(box.input_value()), 60 * 0.1 / math.sqrt(200), delta=0.03)
+        tab(page, "axes")
+        expect(row("IMU:1", "z").locator("td.n").first).to_be_visible()
         self.assert_quiet()
 
     def test_an_axis_that_cannot_be_analysed_says_so_in_its_row(self):

@@ -67,7 +67,7 @@ class Preview(Visiting):
         page.click("#read")
         ranked(page)
         step = bench.ask("step")[1]
-        (self.folder / "model.toml").write_text(step["text"])
+        (self.folder / "model.toml").write_text(self.model(bench))
         for line in bench.ask("all")[1]["commands"][:2]:  # import, compare
             told = self.typed(line, "--json")
             self.assertLess(told.returncode, 2, told.stderr)
@@ -146,8 +146,8 @@ class Preview(Visiting):
         size = bench.ask("step")[1]["cards"][1]["parameters"][0]["value"]
         self.assertAlmostEqual(size, 40 * 9.80665e-6 * 3600, places=6)  # m/s/h
         step = bench.ask("step")[1]
-        (self.folder / "model.toml").write_text(step["text"])
-        self.assertIn('kind = "velocity_random_walk"', step["text"])
+        (self.folder / "model.toml").write_text(self.model(bench))
+        self.assertIn('kind = "velocity_random_walk"', self.model(bench))
         for line in bench.ask("all")[1]["commands"][:2]:  # import, compare
             told = self.typed(line, "--json")
             self.assertLess(told.returncode, 2, told.stderr)

@@ -138,7 +138,7 @@ class Own(Visiting):
         commands = page.text_content("#commands")
         command = next(one for one in commands.splitlines() if " compare " in one)
         self.assertIn("--effects", command)
-        (self.folder / "model.toml").write_text(bench.ask("step")[1]["text"])
+        (self.folder / "model.toml").write_text(self.model(bench))
         program, *words = shlex.split(command)
         told = subprocess.run(
             [ROOT / program, *words, "--json"], cwd=self.folder, capture_output=True, text=True

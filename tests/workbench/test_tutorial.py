@@ -137,12 +137,12 @@ class Tutorial(Visiting):
         self.assertEqual(len(bench.ask("all")[1]["steps"]), steps + 1)
 
         # values by hand are judged as `compare` judges them
-        given = tomllib.loads(step["text"])["effect"][0]["coefficient_deg_per_sqrt_h"] * 1.2
+        given = tomllib.loads(self.model(bench))["effect"][0]["coefficient_deg_per_sqrt_h"] * 1.2
         self.assertEqual(
             bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": given})[0], 200
         )
         step = bench.ask("step")[1]
-        model.write_text(step["text"])
+        model.write_text(self.model(bench))
         compared = json.loads(run("compare", recording, "-m", model, "--json").stdout)
         self.assertAlmostEqual(step["error"], compared["error"], places=9)
         self.assertEqual(step["adequacy"], compared["adequacy"])

@@ -175,6 +175,12 @@ class Visiting(unittest.TestCase):
         page.goto(bench.address)
         return page
 
+    def model(self, bench):
+        """The model file of the current step, as the page saves it."""
+        status, text = bench.request("/api/save?what=toml")
+        self.assertEqual(status, 200, text)
+        return text
+
     def shot(self, page, name):
         page.screenshot(path=str(SHOTS / f"{name}.png"), full_page=True)
 

@@ -136,6 +136,11 @@ class Kalibr(Given):
 
 class Axis(Given):
     column: Text
+    sensor: Text | None = None
+
+
+class SensorAxes(Given):
+    sensor: Text
 
 
 class Against(Given):
@@ -243,6 +248,8 @@ REQUESTS: dict[str, type[Given]] = {
     "step": OfStep,
     "candidates": OfStep,
     "axis": Axis,
+    "sensors": Nothing,
+    "sensor_axes": SensorAxes,
     "ghost": OfPlace,
     "against": Against,
     "preview": Preview,

@@ -87,7 +87,7 @@ function screen(open) {
   if (!open) for (const id of ["undo", "redo", "export"]) at(id).disabled = true;
   const { all } = now, missing = all.missing ? ` (${all.missing} missing in ${all.gaps} gaps)` : "";
   at("close").title = open ? `${all.samples} samples${missing}, ${number(all.rate_hz, 6)} Hz. Open another recording` : "";
-  fill("recording", ...(open ? [all.recording.split("/").at(-1), element("span", { class: "soft" }, ` ${duration(all.duration_s)}, ${number(all.rate_hz, 6)} Hz${all.missing ? `, ${all.missing} missing` : ""}`)] : []));
+  fill("recording", ...(open ? [[all.recording.split("/").at(-1), all.sensor].filter(Boolean).join(" "), element("span", { class: "soft" }, ` ${duration(all.duration_s)}, ${number(all.rate_hz, 6)} Hz${all.missing ? `, ${all.missing} missing` : ""}`)] : []));
 }
 
 // Draws a step. From the step before, what changed moves there.

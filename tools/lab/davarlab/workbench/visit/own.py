@@ -214,6 +214,7 @@ class Own:
             own.drop(kind)
         for desk in (self.visit.open_desk, *self.visit.desks.values()):
             desk.forget(fits=gone is not None)
+        self.visit.survey.beside = None
         if entry:
             own.install(entry[0], entry[1])
             mine[kind] = entry

@@ -115,7 +115,6 @@ class Stepping:
             **self.visit.spoken(
                 views.model(outcome, self.visit.open_desk.recording, step.parent is None)
             ),
-            "text": self.visit.open_desk.text(outcome.model),
         }
 
     def candidates(self, number: int | None = None) -> Json:

@@ -33,6 +33,8 @@ CALLS = {
     "step": (QUESTION, "stepping.step"),
     "candidates": (QUESTION, "stepping.candidates"),
     "axis": (QUESTION, "survey.axis"),
+    "sensors": (QUESTION, "survey.sensors"),
+    "sensor_axes": (QUESTION, "survey.sensor_axes"),
     "ghost": (QUESTION, "stepping.ghost"),
     "preview": (QUESTION, "stepping.preview"),
     "held_out": (QUESTION, "hold.held_out"),
@@ -201,6 +203,7 @@ class Visit:
         """Back to the first page; the session stays beside its recording."""
         self.desk, self.steps, self.log, self.held, self.not_held = None, None, None, None, ""
         self.desks.clear()
+        self.survey.beside = None
         self.own.go("")
         return self.changed()
 

@@ -4,7 +4,7 @@ import { at, now } from "/page/now.js";
 import { element, errorText, fill, timesText } from "/page/words.js";
 
 const adequate = () => now.view.adequate;
-const MEANS = "The error is the rms of log10(measured / model) over every window and averaging time. The error of a true model scatters around the floor: below it, nothing is left to explain.";
+const MEANS = "The error is the rms of log10(measured / model) over every window and averaging time. The error of a true model scatters around the floor: below it, nothing is left to explain. The floor changes a little from step to step, because the scatter of an Allan deviation depends on the noise in the model.";
 
 export function headline() {
   const [before, strong, after] = now.answer?.headline || now.view.headline;

@@ -6,24 +6,41 @@ import { at, leaving, now, refused } from "/page/now.js";
 import { select } from "/page/tabs/tabs.js";
 import { element, fill, number, unitText } from "/page/words.js";
 
-let rows = new Map(), rowsOf = null, tried = {}; // column -> its row; of which session; what is being tried on an axis
+let rows = new Map(), rowsOf = null, tried = {}; // by sensor and column; of which log and effects; what is being tried on an axis
+let sensors = []; // of the log, each {name, axes, error}; the open one has no axes here
 
 export function build(panel) {
   panel.append(element("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "All axes" }, element("table", { id: "all-axes" })));
 }
 
-// Loads the rows, the displayed axis first. This runs after its own candidates are there, so that nothing waits for it.
+// Loads the rows, the displayed axis first, then those of the other sensors. This runs after the candidates of the axis are there, so that nothing waits for it.
 export async function survey(turn) {
-  for (const column of [now.all.column, ...now.all.gyros.filter((one) => one !== now.all.column)]) {
-    let answer = null;
-    while (wantedStill(turn) && (!answer || answer.superseded)) {
-      if (answer) await pause();
-      try { answer = await ask("axis", { column }); } catch (why) { if (wantedStill(turn)) refused(why); return; }
-    }
+  try {
+    const here = now.all.sensor || "";
+    for (const column of [now.all.column, ...now.all.gyros.filter((one) => one !== now.all.column)]) if (!await load(turn, here, column)) return;
+    const answer = await ask("sensors");
     if (!wantedStill(turn)) return;
-    keep().set(column, answer);
-    draw();
+    sensors = answer.sensors.map((name) => sensors.find((one) => one.name === name) || { name });
+    for (const one of sensors) if (one.name !== here) {
+      Object.assign(one, await ask("sensor_axes", { sensor: one.name }));
+      if (!wantedStill(turn)) return;
+      draw();
+      for (const column of one.axes) if (!keep().has(key(one.name, column)) && !await load(turn, one.name, column)) return;
+    }
+  } catch (why) { if (wantedStill(turn)) refused(why); }
+}
+
+// Loads a row, as long as it is wanted. Returns false if it is not.
+async function load(turn, sensor, column) {
+  let answer = null;
+  while (wantedStill(turn) && (!answer || answer.superseded)) {
+    if (answer) await pause();
+    answer = await ask("axis", sensor && sensor !== now.all.sensor ? { column, sensor } : { column });
   }
+  if (!wantedStill(turn)) return false;
+  keep().set(key(sensor, column), answer);
+  draw();
+  return true;
 }
 
 export function trying(event) {
@@ -31,17 +48,21 @@ export function trying(event) {
   draw();
 }
 
-// The rows, which are those of the open recording.
+const key = (sensor, column) => JSON.stringify([sensor, column]);
+
+// The rows, which are those of the open log, with the effects that are there.
 function keep() {
-  if (rowsOf !== now.all.session) [rows, rowsOf] = [new Map(), now.all.session];
+  const of = JSON.stringify([now.all.path, now.all.own]);
+  if (rowsOf !== of) [rows, sensors, rowsOf] = [new Map(), [], of];
   return rows;
 }
 
 const missing = (row) => (row.adequate ? "Nothing" : row.unknown ? "No known effect" : cards(row.candidates).slice(0, 1).map(named).join("") || "Not determined");
 
-function open(column) {
+async function open(sensor, column) {
   select("fit");
-  if (column !== now.all.column) leaving(`Analysing ${column}`, "sight", { column });
+  if (sensor !== (now.all.sensor || "")) await leaving(`Reading ${sensor}`, "open", { path: now.all.path, sensor });
+  if (sensor === (now.all.sensor || "") && column !== now.all.column) await leaving(`Analysing ${column}`, "sight", { column });
 }
 
 // A gyro and an accelerometer have other units of one effect.
@@ -59,19 +80,28 @@ function value(row, column) {
   return element("td", { class: "n" }, ...(!one ? ["–"] : typeof one.value === "string" ? [one.value] : [element("b", {}, number(one.value * one.factor)), element("br"), element("span", { class: "soft small" }, interval(one))]));
 }
 
-function line(column, kinds) {
-  const row = rows.get(column), button = element("button", { class: "link", "data-axis": column, "aria-current": column === now.all.column ? "true" : null, onclick: () => open(column) }, column);
-  const rest = !row ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, tried.axis === column ? `Trying ${tried.trying} …` : "Waiting …")]
+function line(sensor, column, kinds) {
+  const here = sensor === (now.all.sensor || ""), row = rows.get(key(sensor, column));
+  const button = element("button", { class: "link", "data-axis": column, "data-of": sensor, "aria-current": here && column === now.all.column ? "true" : null, onclick: () => open(sensor, column) }, column);
+  const rest = !row ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, tried.axis === column && tried.of === sensor ? `Trying ${tried.trying} …` : "Waiting …")]
     : row.error ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, row.error)]
     : [element("td", { class: row.adequate ? "good" : null }, row.headline.join(" ").replaceAll(" ,", ",")), element("td", {}, missing(row)), ...kinds.map(([kind]) => value(row, kind))];
   return element("tr", {}, element("th", { scope: "row" }, button), ...rest);
 }
 
+// The rows of a sensor, below its name if the log has several.
+function block({ name, axes, error }, kinds) {
+  const columns = name === (now.all.sensor || "") ? now.all.gyros : axes || [], wide = 3 + kinds.length;
+  return element("tbody", {}, ...(name ? [element("tr", {}, element("th", { scope: "rowgroup", colspan: wide }, name))] : []),
+    ...(error ? [element("tr", {}, element("td", { colspan: wide, class: "soft" }, error))] : columns.map((column) => line(name, column, kinds))));
+}
+
 export function draw() {
   if (!now.view) return;
   keep();
-  const kinds = effects(), focused = at("all-axes").contains(document.activeElement) ? document.activeElement.dataset.axis : null;
+  const kinds = effects(), { axis, of } = (at("all-axes").contains(document.activeElement) && document.activeElement.dataset) || {};
+  const blocks = sensors.length ? sensors : [{ name: now.all.sensor || "" }];
   fill("all-axes", element("thead", {}, element("tr", {}, ...["Axis", "Verdict", "Missing"].map((title) => element("th", {}, title)), ...kinds.map(([, [name, unit]]) => element("th", { class: "n" }, `${name}, `, element("span", { class: "soft" }, unit))))),
-    element("tbody", {}, ...now.all.gyros.map((column) => line(column, kinds))));
-  if (focused) document.querySelector(`[data-axis="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
+    ...blocks.map((one) => block(one, kinds)));
+  if (axis) document.querySelector(`[data-axis="${CSS.escape(axis)}"][data-of="${CSS.escape(of)}"]`)?.focus({ preventScroll: true });
 }
