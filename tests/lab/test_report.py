@@ -3,6 +3,8 @@
 import base64
 import hashlib
 import json
+import math
+import random
 import re
 import tempfile
 import unittest
@@ -154,6 +156,27 @@ class Pages(unittest.TestCase):
                 self.assertEqual(
                     value if isinstance(expected, str) else float(value), expected, (name, key)
                 )
+
+    def test_every_number_of_an_accelerometer_is_that_of_the_json(self):
+        noise, path, model = random.Random(2), self.work / "accel.csv", self.work / "accel.toml"
+        lines = [f"{i / 50:.2f},{noise.gauss(1, 0.002):.7f}" for i in range(6000)]
+        path.write_text("\n".join(["time_s,accel_z_g", *lines]) + "\n")
+        model.write_text(
+            '[sensor]\ncolumn = "accel_z_g"\n[[effect]]\nkind = "velocity_random_walk"\n'
+            "coefficient_m_per_s_per_sqrt_h = 0.2\n"
+        )
+        page = self.work / "accel.html"
+        compared = run("compare", path, "-m", model, "--json", "--report", page)
+        fitted = run("fit", path, "-m", model, "--json")
+        data = {**json.loads(compared.stdout), "fitted": json.loads(fitted.stdout)["effects"]}
+        numbers = Reader(page.read_text(encoding="utf-8")).numbers
+        for key, value, _ in numbers:
+            self.assertEqual(float(value), looked_up(data, key), key)
+        walk = "fitted.0.parameters.coefficient_m_per_s_per_sqrt_h"
+        found = {key: float(value) for key, value, _ in numbers}
+        truth = 0.002 * 9.80665 / math.sqrt(50) * 60  # m/s/sqrt(h)
+        self.assertLess(found[f"{walk}.low"], truth)
+        self.assertLess(truth, found[f"{walk}.high"])
 
     def test_what_is_shown_is_the_number_rounded(self):
         for name, page in self.pages.items():

@@ -229,8 +229,15 @@ def key_said(name: Any, column: str) -> Any:
         return name
     if is_clock(column):
         return in_units(name, column)
+    if not is_accel(column):
+        return name
     name = kind_said(name, column)
     return re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2")
+
+
+def dotted_said(key: str, column: str) -> str:
+    """A dotted key of what --json says, for a column."""
+    return ".".join(key_said(name, column) for name in key.split("."))
 
 
 def parameters_said(kind: str, parameters: dict[str, Any], column: str) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from . import words
 HERE = Path(__file__).resolve().parent
 WORKBENCH = HERE.parent / "workbench"
 IMPORT = re.compile(r'^import (?:\* as (\w+)|(\{.*\})) from "/(page/.*)";$', re.MULTILINE)
+KEY = re.compile(r"(?<=data-key=\")[^\"]+")
 EXPORT = re.compile(r"^export ((?:async )?(?:const|function|class)) (\w+)", re.MULTILINE)
 STYLES = ("tokens.css", "chart.css")
 
@@ -94,7 +95,8 @@ def html(contents: Mapping[str, Any], column: str = "") -> str:
         digest=digest,
         data=Markup(data),
     )
-    return axes.in_units(text, column).replace("/* charts */", code)
+    text = KEY.sub(lambda key: axes.dotted_said(key[0], column), axes.in_units(text, column))
+    return text.replace("/* charts */", code)
 
 
 def write(contents: Mapping[str, Any], path: str | Path, column: str = "") -> None:
