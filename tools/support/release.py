@@ -1,5 +1,5 @@
-"""Makes every package of davar from the tree, with one version number, and SHA256SUMS over all of
-them.
+"""Makes every package of davar from the tree, with one version number, the bill of materials of all
+of them, and SHA256SUMS.
 
 A package is a layout: files of packaging/NAME and folders of the tree, packed. Files that end in
 .in have @VERSION@ and similar names replaced. Nothing is downloaded, and the same commit gives the
@@ -10,6 +10,7 @@ import argparse
 import gzip
 import hashlib
 import io
+import json
 import os
 import re
 import shutil
@@ -21,6 +22,8 @@ import tomllib
 import zipfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+
+import materials
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRST_DAY = 315532800  # 1980-01-01, the first date that a zip file supports
@@ -50,16 +53,18 @@ def version() -> str:
 
 
 def project() -> dict[str, str]:
-    """Address, maintainer and licence of every package, from the project table of pyproject.toml,
-    by their names in the manifests.
+    """Address, maintainer, licence and copyright of every package, from the project table of
+    pyproject.toml and from LICENSE, by their names in the manifests.
     """
     table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     author = table["authors"][0]
+    licence = (ROOT / "LICENSE").read_text(encoding="utf-8")
     return {
         "HOMEPAGE": table["urls"]["Homepage"],
         "LICENSE": table["license"],
         "AUTHOR": author["name"],
         "MAINTAINER": f"{author['name']} <{author['email']}>",
+        "COPYRIGHT": re.findall(r"^Copyright .*$", licence, re.MULTILINE)[0],
     }
 
 
@@ -279,7 +284,13 @@ def make(out: Path, number: str, debian: bool) -> list[Path]:
         make_debian(out, out / "layout/debian-build", seconds)
         shutil.rmtree(out / "layout/debian-build")
     packages = sorted(path for path in out.iterdir() if path.is_file())
-    sums = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in packages]
+    bill = out / f"davar-{number}.spdx.json"
+    found = materials.document(packages, number, project(), seconds)
+    bill.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    sums = [
+        f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n"
+        for path in [*packages, bill]
+    ]
     (out / "SHA256SUMS").write_text("".join(sums), encoding="utf-8")
     return packages
 
@@ -288,7 +299,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="tools/release",
         description="Makes every package of davar, with the version number of "
-        "davar/version.h, and SHA256SUMS. Exit status 2: the tree is not ready for a release.",
+        "davar/version.h, their bill of materials (SPDX) and SHA256SUMS. Exit status 2: the tree "
+        "is not ready for a release.",
     )
     parser.add_argument(
         "--out",
@@ -322,7 +334,9 @@ def main() -> int:
         print(f"tools/release: {why}", file=sys.stderr)
         return 2
     print("\n".join(f"{path.stat().st_size:>9} {path.name}" for path in packages))
-    print(f"{len(packages)} packages of davar {number}, with SHA256SUMS: {out}")
+    print(
+        f"{len(packages)} packages of davar {number}, with bill of materials and SHA256SUMS: {out}"
+    )
     return 0
 
 
