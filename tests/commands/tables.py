@@ -26,6 +26,7 @@ NOT_RUN = {
     ),
     "tools/davar-bench --setups": "it measures for 20 minutes",
     "tools/davar-bench --csv 100000000": "it takes ten minutes",
+    "tools/soak": HOURS,
     "tools/davar-mutants --sample 210": HOURS,
     "tools/davar-mutants --all": HOURS,
     "python3 -B tests/proofs/proving.py push -DPUSHES=24U": (

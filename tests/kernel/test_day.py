@@ -21,7 +21,8 @@ from pathlib import Path
 from kernel_case import NODE, ROOT, SIM, KernelCase, near, settle, wait_for
 from test_readme import listeners
 
-HOURS, RUNS = 24, 12  # the sender is restarted every two hours
+HOURS = int(os.environ.get("DAVAR_DAY_HOURS", "24"))
+RUNS = HOURS // 2  # the sender is restarted every two hours
 WARM_H = 2  # from here onward nothing may grow
 BLOCKS = 100  # additional memory blocks that Python may hold: less than one per six results
 RSS_KIB = 512
