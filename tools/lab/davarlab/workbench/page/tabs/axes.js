@@ -7,7 +7,7 @@ import { select } from "/page/tabs/tabs.js";
 import { element, fill, number, unitText } from "/page/words.js";
 
 let rows = new Map(), rowsOf = null, tried = {}; // by sensor and column; of which log and effects; what is being tried on an axis
-let sensors = []; // of the log, each {name, axes, error}; the open one has no axes here
+let sensors = null; // of the log, if it has several: {name, axes, error} each, without axes until they were read
 
 export function build(panel) {
   panel.append(element("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "All axes" }, element("table", { id: "all-axes" })));
@@ -18,12 +18,13 @@ export async function survey(turn) {
   try {
     const here = now.all.sensor || "";
     for (const column of [now.all.column, ...now.all.gyros.filter((one) => one !== now.all.column)]) if (!await load(turn, here, column)) return;
-    const answer = await ask("sensors");
+    const listed = sensors || (await ask("sensors")).sensors.map((name) => ({ name }));
     if (!wantedStill(turn)) return;
-    sensors = answer.sensors.map((name) => sensors.find((one) => one.name === name) || { name });
+    sensors = listed;
     for (const one of sensors) if (one.name !== here) {
-      Object.assign(one, await ask("sensor_axes", { sensor: one.name }));
+      const read = one.axes ? {} : await ask("sensor_axes", { sensor: one.name });
       if (!wantedStill(turn)) return;
+      Object.assign(one, read);
       draw();
       for (const column of one.axes) if (!keep().has(key(one.name, column)) && !await load(turn, one.name, column)) return;
     }
@@ -53,7 +54,7 @@ const key = (sensor, column) => JSON.stringify([sensor, column]);
 // The rows, which are those of the open log, with the effects that are there.
 function keep() {
   const of = JSON.stringify([now.all.path, now.all.own]);
-  if (rowsOf !== of) [rows, sensors, rowsOf] = [new Map(), [], of];
+  if (rowsOf !== of) [rows, sensors, rowsOf] = [new Map(), null, of];
   return rows;
 }
 
@@ -100,7 +101,7 @@ export function draw() {
   if (!now.view) return;
   keep();
   const kinds = effects(), { axis, of } = (at("all-axes").contains(document.activeElement) && document.activeElement.dataset) || {};
-  const blocks = sensors.length ? sensors : [{ name: now.all.sensor || "" }];
+  const blocks = sensors?.length ? sensors : [{ name: now.all.sensor || "" }];
   fill("all-axes", element("thead", {}, element("tr", {}, ...["Axis", "Verdict", "Missing"].map((title) => element("th", {}, title)), ...kinds.map(([, [name, unit]]) => element("th", { class: "n" }, `${name}, `, element("span", { class: "soft" }, unit))))),
     ...blocks.map((one) => block(one, kinds)));
   if (axis) document.querySelector(`[data-axis="${CSS.escape(axis)}"][data-of="${CSS.escape(of)}"]`)?.focus({ preventScroll: true });
