@@ -67,8 +67,8 @@ class Survey:
         return self.beside
 
     def axis(self, column: str, sensor: str | None = None) -> Json:
-        """The row of an axis, computed on the desk on which it is opened later, at the step where
-        its last visit ended; given up as a ranking is. sensor: another one of the log."""
+        """The row of an axis at the step where its last visit ended, of the open sensor on the desk
+        on which it is opened later; given up as a ranking is. sensor: another one of the log."""
         beside, sight = self.read(sensor) if sensor else None, Sight(column)
         if column not in (beside or self.visit.open_desk).axes:
             raise Stale(f"{column}: not a gyro or accelerometer of the open recording")
