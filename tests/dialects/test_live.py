@@ -4,6 +4,7 @@ lost, repeated or cut, and when the sender starts again. tests/kernel/test_diale
 
 import contextlib
 import csv
+import itertools
 import json
 import math
 import os
@@ -13,6 +14,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 import tty
 import unittest
 from pathlib import Path
@@ -40,6 +42,7 @@ COLUMNS = {
 }
 REASONS = (None, None, "mixed", "constant", "coarse", "filtered")
 COUNT = 200
+HANG_S = 600  # however busy the machine is
 
 
 def consecutive(seed, first=0, count=COUNT):
@@ -205,7 +208,23 @@ class Receiver(unittest.TestCase):
             self.assertGreater(shown, 100, (dialect, receiver.faults))
 
 
+def rows_of(path):
+    """The results that are recorded so far."""
+    if not path.exists():
+        return []
+    with open(path, encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
 class Live(unittest.TestCase):
+    def setUp(self):
+        self.hung = time.monotonic() + HANG_S
+
+    def still(self, live):
+        """It runs, and not for too long."""
+        self.assertIsNone(live.poll())
+        self.assertLess(time.monotonic(), self.hung)
+
     def live(self, source, *, record):
         wanted = {"source": source, "base": 0x5D0, "record": record, "raw": None, "count": None}
         command = [
@@ -251,23 +270,24 @@ class Live(unittest.TestCase):
                     def send(data, ours=ours):
                         os.write(ours, data)
 
-                first = frames[:3] * 200  # until it listens; repetitions are dropped
-                for _, data in first:
+                # until it listens; repetitions are dropped
+                for _, data in itertools.cycle(frames[:3]):
                     with contextlib.suppress(ConnectionRefusedError):
                         send(data)
-                    if path.exists() and path.stat().st_size:
+                    if rows_of(path):
                         break
-                    live.poll()
+                    self.still(live)
                     signal.sigtimedwait([], 0.02)
                 for _, data in frames[3:]:
                     send(data)
                     signal.sigtimedwait([], 0.002)
-                signal.sigtimedwait([], 1.0)
+                while len(rows_of(path)) < COUNT:
+                    self.still(live)
+                    signal.sigtimedwait([], 0.02)
                 live.send_signal(signal.SIGINT)
-                shown, told = live.communicate(timeout=20)
+                shown, told = live.communicate(timeout=HANG_S)
                 self.assertEqual(0, live.returncode, told)
-                with open(path, encoding="utf-8") as file:
-                    rows = list(csv.DictReader(file))
+                rows = rows_of(path)
                 self.assertEqual(COUNT, len(rows), told)
                 self.assertEqual(COUNT, len(shown.splitlines()))
                 wanted = sent(made["coefficient"][:, ARW, 0])

@@ -13,6 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FUNCTION_LINES_MAX = 60
+HANG_S = 300
 VERSION_HEADER = "lib/include/davar/version.h"
 # Folders in which an included name is searched, after the includer's own folder.
 INCLUDE_PATH = (
@@ -511,6 +512,17 @@ class Tree(unittest.TestCase):
             if marks.search(line)
         ]
         self.assertEqual(wrong, [])
+
+    def test_no_test_waits_for_a_deadline_that_a_busy_machine_misses(self):
+        """Those of tests/kernel run in virtual time."""
+        found = []
+        for path in sorted((ROOT / "tests").rglob("*.py")):
+            if not path.relative_to(ROOT / "tests").parts[0].startswith("kernel"):
+                for limit in re.findall(r"\btimeout=([1-9][\d_]*)\b", path.read_text("utf-8")):
+                    seconds = int(limit) / (1000 if int(limit) >= 1000 else 1)  # a browser's
+                    if seconds < HANG_S:
+                        found.append((str(path.relative_to(ROOT)), limit))
+        self.assertEqual([], found)
 
     def test_every_test_program_is_built(self):
         built = set(

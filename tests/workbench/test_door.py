@@ -218,7 +218,7 @@ class Logs(Visiting):
         for route in late:
             route.continue_()
         until(page, lambda: len(over) == len(late))
-        expect(page.locator("#error")).to_be_hidden(timeout=2000)
+        expect(page.locator("#error")).to_be_hidden()
         self.assert_quiet()
 
     def test_no_picture_of_a_recording_that_was_left_is_asked_for(self):

@@ -231,7 +231,7 @@ class Home(Visiting):
         until(page, lambda: late)  # who is quick has a data sheet before the axes have come
         late[0].continue_()
         expect(page.locator("#axes")).to_contain_text("data sheet")
-        expect(page.locator("#error")).to_be_hidden(timeout=2000)
+        expect(page.locator("#error")).to_be_hidden()
         tab(page, "fit")
         expect(page.locator("#deviation")).to_contain_text("data sheet")
         for text, words in (
