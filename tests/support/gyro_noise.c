@@ -40,8 +40,8 @@ static double markov_sample_variance(const markov_t *markov)
 static double nearly_normal(random_t *random)
 {
     const uint64_t bits = random_next(random);
-    const uint64_t sum = (bits & 0xFFFFU) + ((bits >> 16U) & 0xFFFFU) + ((bits >> 32U) & 0xFFFFU) +
-                         (bits >> 48U);
+    const uint64_t sum =
+        (bits & 0xFFFFU) + ((bits >> 16U) & 0xFFFFU) + ((bits >> 32U) & 0xFFFFU) + (bits >> 48U);
     return ((double)sum - 131070.0) * (1.7320508075688773 / 65536.0);
 }
 
