@@ -25,7 +25,7 @@ from checks import PARTS
 from python_suites import Python, guest, hypothesis, lab, python_module
 from runner import BUILD, JOBS, LOGS, ROOT, Broken, run
 
-SLICE_S = 300.0
+SLICE_S, NOTICE_S = 300.0, 2.0
 WEEK_H, LEAST_H = 168, 6  # of virtual time
 TIMES = "4"  # as many examples as in tools/test, drawn at random
 
@@ -186,7 +186,8 @@ class Soak:
                 made = check.slice(hours, self.done.get(name, Done()).slices, self.folder)
             except Broken as why:
                 made = Done(found=[f"cannot run: {str(why).strip().splitlines()[-1]}"])
-            if self.stopped.is_set():
+            # Ctrl-C reaches the programs too, perhaps before it is noticed here
+            if self.stopped.wait(NOTICE_S if made.found else 0.0):
                 return  # an interrupted slice does not count
             with self.lock:
                 self.done.setdefault(name, Done()).add(made)
@@ -236,10 +237,11 @@ class Soak:
 
 
 def commit() -> str:
-    """The commit that is checked, or "tree" outside a repository."""
-    done = subprocess.run(
-        ["git", "rev-parse", "--short=12", "HEAD"], cwd=ROOT, text=True, capture_output=True
-    )
+    """The commit that is checked, marked if files have changed since; "tree" outside a
+    repository.
+    """
+    words = ["git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+    done = subprocess.run(words, cwd=ROOT, text=True, capture_output=True)
     return done.stdout.strip() or "tree"
 
 
