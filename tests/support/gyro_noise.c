@@ -35,16 +35,6 @@ static double markov_sample_variance(const markov_t *markov)
     return markov->sigma * markov->sigma * bracket / (a * a);
 }
 
-/* Of variance 1, the sum of four uniform numbers of 16 bits: a tenth of the time of a normal one. A
- * sample adds up dozens of them, and white noise on top. */
-static double nearly_normal(random_t *random)
-{
-    const uint64_t bits = random_next(random);
-    const uint64_t sum =
-        (bits & 0xFFFFU) + ((bits >> 16U) & 0xFFFFU) + ((bits >> 32U) & 0xFFFFU) + (bits >> 48U);
-    return ((double)sum - 131070.0) * (1.7320508075688773 / 65536.0);
-}
-
 /* State and sample advance together: their noise is correlated. */
 static void add_markov(const markov_t *markov, random_t *random, double *rate, size_t count)
 {
@@ -56,8 +46,8 @@ static void add_markov(const markov_t *markov, random_t *random, double *rate, s
     const double own = (rest > 0.0) ? sqrt(rest) : 0.0;
     double state = markov->sigma * random_gauss(random);
     for (size_t i = 0; i < count; i++) {
-        const double drive = nearly_normal(random);
-        rate[i] += markov->mean * state + shared * drive + own * nearly_normal(random);
+        const double drive = random_gauss(random);
+        rate[i] += markov->mean * state + shared * drive + own * random_gauss(random);
         state = markov->memory * state + step * drive;
     }
 }

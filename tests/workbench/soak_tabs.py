@@ -1,6 +1,6 @@
 """100 tabs of one workbench server for a time: each asks, acts and listens as the page does. The
-last line is a JSON object of counts. Exit status 1: a wrong answer, a tab that hears nothing, or memory
-that grows. tools/soak runs this.
+last line is a JSON object of counts. Exit status 1: a wrong answer, a tab that hears nothing, or
+memory that grows. tools/soak runs this.
 """
 
 import argparse
