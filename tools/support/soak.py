@@ -10,6 +10,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -272,6 +273,7 @@ def main() -> int:
         print("\n".join(dict.fromkeys(["cmake", "make", "gcc", *sum(map(list, needed), [])])))
         return 0
     use_ccache(os.environ)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job may ignore it
     LOGS.mkdir(parents=True, exist_ok=True)
     folder = BUILD / "soak" / commit()
     if options.again:
