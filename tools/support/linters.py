@@ -4,14 +4,16 @@ only.
 
 import json
 import os
+import re
 import shutil
 import subprocess
+from collections import Counter
 from pathlib import Path
 
 import result_cache
 from c_suites import build, sources
 from python_suites import environment
-from runner import BUILD, JOBS, ROOT, Broken, Tally, once, tool
+from runner import BUILD, JOBS, ROOT, Broken, Tally, once, run, tool
 
 
 def clang_format() -> Tally:
@@ -79,6 +81,30 @@ def cppcheck() -> Tally:
         "gateway",
         "python",
     )
+
+
+def misra(page: str) -> Tally:
+    """The violations of MISRA C:2012 in lib/ that cppcheck's addon finds are those that a page
+    lists, by number of places for each rule.
+    """
+    made = BUILD / "misra"  # its files would be next to the sources, where other checks read
+    shutil.rmtree(made, ignore_errors=True)
+    made.mkdir(parents=True)
+    words = "--quiet --std=c11 --platform=unix64 --addon=misra --enable=style --max-configs=1"
+    command = ["cppcheck", *words.split(), f"-j{JOBS}", "--template={file}:{line}: {id}"]
+    command.append(f"--cppcheck-build-dir={made}")
+    status, output = run([*command, "-Ilib/include", "-Ilib/src", "lib/src"], "misra.log")
+    places = sorted(line for line in set(output.splitlines()) if "misra-c2012-" in line)
+    found = Counter(line.rsplit("-", 1)[1] for line in places)
+    text = (ROOT / page).read_text(encoding="utf-8")
+    table = re.findall(r"^\| (\d+\.\d+) \| \w+ \| (\d+) \|", text, re.MULTILINE)
+    listed = Counter({rule: int(count) for rule, count in table})
+    lines = [
+        f"MISRA rule {rule}: {found[rule]} places, {listed[rule]} in {page} (misra.log)"
+        for rule in sorted(found.keys() | listed.keys())
+        if found[rule] != listed[rule]
+    ]
+    return Tally(failed=1, lines=lines) if status or lines or not found else Tally(passed=1)
 
 
 def shell() -> Tally:
