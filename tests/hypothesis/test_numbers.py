@@ -13,8 +13,9 @@ from profile import examples
 
 import asked
 import yaml
-from davarlab import kalibr, option_types
+from davarlab import kalibr
 from davarlab import model as models
+from davarlab.commands import option_types
 from davarlab.data import guess
 from davarlab.effects import table
 from davarlab.inference.estimate import Estimate

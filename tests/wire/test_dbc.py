@@ -1,6 +1,7 @@
 """tools/davarlab dbc: the same layout at other identifiers."""
 
 import random
+import re
 import tempfile
 import unittest
 from pathlib import Path
@@ -12,6 +13,20 @@ from davarlab.wire import dbc
 ROOT = Path(__file__).resolve().parents[2]
 
 ORIGINAL = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
+
+NUMBER = r"-?\d+(\.\d+)?(e-\d+)?"
+# SavvyCAN reads a DBC line by line, with one expression for each kind and single spaces. It ignores
+# a line of another form without an error, or reports a faulty entry (dbc/dbchandler.cpp, commit
+# 9267e2b1, and its pull requests 719 and 775).
+SAVVYCAN = {
+    "BO_": r"BO_ \d+ \w+: \d+ \w+",
+    "SG_": rf"SG_ \w+ (M |m\d+ )?: \d+\|\d+@1[+-] \({NUMBER},{NUMBER}\) \[{NUMBER}\|{NUMBER}\]"
+    r' "[^"]*" \w+',
+    "SG_MUL_VAL_": r"SG_MUL_VAL_ \d+ \w+ \w+ \d+-\d+;",
+    "SIG_VALTYPE_": r"SIG_VALTYPE_ \d+ \w+ : [12];",
+    "VAL_": r'VAL_ \d+ \w+ (\d+ "[^"]*" )+;',
+    "CM_": r'CM_ (BO_ \d+ |SG_ \d+ \w+ )?"[^"]*";',
+}
 
 
 def layout(message):
@@ -66,6 +81,15 @@ class Dbc(unittest.TestCase):
             self.assertEqual(
                 f"{message.name}_{channel}", found.get_message_by_frame_id(identifier).name
             )
+
+    def test_every_line_has_the_form_that_savvycan_reads(self):
+        for text in ((ROOT / "tools/davar.dbc").read_text(), dbc.moved(0x600, [0, 2])):
+            _, _, text = text.partition("BU_:")  # before it, the names of the kinds
+            lines = [line.strip() for line in text.splitlines()]
+            for kind, form in SAVVYCAN.items():
+                found = [line for line in lines if line.startswith(f"{kind} ")]
+                self.assertTrue(found, kind)
+                self.assertEqual([], [line for line in found if not re.fullmatch(form, line)])
 
     def test_identifiers_beyond_eleven_bits_are_rejected(self):
         with self.assertRaisesRegex(

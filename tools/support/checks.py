@@ -14,7 +14,7 @@ from functools import partial
 
 import targets
 from c_suites import FUZZ, coverage, ctest, fuzz, mcdc, mutants, use_ccache
-from linters import clang_format, clang_tidy, cppcheck, mypy, ruff, shell
+from linters import clang_format, clang_tidy, cppcheck, misra, mypy, ruff, shell
 from python_suites import (
     betaflight,
     board,
@@ -26,6 +26,7 @@ from python_suites import (
     package,
     packages,
     python_module,
+    readers,
     reference,
     simulator,
     suite,
@@ -220,6 +221,11 @@ PARTS = {
         suite("hypothesis", setting=hypothesis),
         packages=VENV,
     ),
+    "readers": Part(
+        "CSV files in pandas, and MCAP files of the format's own library",
+        suite("readers", setting=readers),
+        packages=VENV,
+    ),
     "workbench": Part(
         "tools/davarlab open in a real browser",
         suite("workbench", setting=workbench),
@@ -287,7 +293,12 @@ PARTS = {
         [partial(clang_tidy, share, 8) for share in range(8)],
         packages=("clang-tidy",),
     ),
-    "cppcheck": Part("cppcheck", [cppcheck], quick=True, packages=("cppcheck",)),
+    "cppcheck": Part(
+        "cppcheck, also of MISRA C:2012",
+        [cppcheck, partial(misra, "docs/MISRA.md")],
+        quick=True,
+        packages=("cppcheck",),
+    ),
     "python": Part(
         "ruff and mypy --strict: layout, common mistakes and types of Python",
         [

@@ -124,14 +124,25 @@ def lab() -> Python:
     }
 
 
-def hypothesis() -> Python:
-    """The lab's Python with Hypothesis added."""
-    extra = environment("hypothesis")
+def lab_with(name: str) -> Python:
+    """The lab's Python with the pins of requirements-NAME.txt added."""
+    extra = environment(name)
     command, variables = lab()
     return command, {
         **variables,
         "PYTHONPATH": str(next(Path(extra).parents[1].glob("lib/python3*/site-packages"))),
+        "DAVAR_SIM": str(BUILD / "tools/host_sim/davar-sim"),
     }
+
+
+def hypothesis() -> Python:
+    """The lab's Python with Hypothesis added."""
+    return lab_with("hypothesis")
+
+
+def readers() -> Python:
+    """The lab's Python with pandas and the library of MCAP added."""
+    return lab_with("readers")
 
 
 def workbench() -> Python:

@@ -37,6 +37,7 @@ OF_OTHERS = (
     "tf",
     "sensor_msgs/",
 )  # no sensor's own; rates in them are somebody's estimate
+UNTYPED = "__schemaless__"  # the name that rosbags gives
 LONGEST = 9  # numbers of an array that is looked into
 
 
@@ -90,6 +91,12 @@ class Log:
         self.sensors: list[Sensor] = []
         self.fields: dict[str, dict[str, list[str]]] = {}
         with self.opened() as bag:
+            typed = any(one.msgtype != UNTYPED for one in bag.connections)
+            if not typed and (bag.connections or bag.message_count):
+                raise BadInput(
+                    f"{path}: no topic with a message type (if the summary of an MCAP file omits "
+                    "topics or types, mcap recover rewrites the file)"
+                )
             for topic in dict.fromkeys(one.topic for one in bag.connections):
                 self.look(bag, topic)
 
