@@ -53,14 +53,13 @@ class ModelTable(SimCase):
         _, rows = self.healths(table(1.1, 0.05), "--details")
         for row in rows:
             adev, high = float(row["adev_1"]), float(row["adev_high_1"])
-            edf = (
-                2 / (math.log(high / adev) * 2 / 1.96) ** 2
-            )  # roughly: the 95 % limit of a chi-square
-            scatter = 2 / (9 * edf)
+            # of the cube root of chi-square over edf, whose 2.5 % limit is adev^2 / high^2
+            root = (math.sqrt(1.96**2 + 4 * (1 - (adev / high) ** (2 / 3))) - 1.96) / 2
+            scatter = root**2
             z = ((adev / (1.1 * WHITE)) ** (2 / 3) - 1 + scatter) / math.sqrt(
                 scatter + (0.1 / 3) ** 2
             )
-            self.assertAlmostEqual(z, float(row["model_deviation_1"]), delta=0.15 + 0.15 * abs(z))
+            self.assertAlmostEqual(z, float(row["model_deviation_1"]), delta=0.02 + 0.02 * abs(z))
 
     def test_json_lines_have_the_same(self):
         rec, model = self.recording(), self.write("model.csv", table())

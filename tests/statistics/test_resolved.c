@@ -87,24 +87,21 @@ static noise_t start_noise(const gyro_t *gyro, uint64_t seed)
     return noise;
 }
 
-/* The slow terms keep their value for a second. White noise is a sum of four uniform variates: its
- * Allan deviations are those of Gaussian noise. */
+/* The slow terms keep their value for a second. The white noise is not quite Gaussian, which B
+ * and K do not notice. */
 static void fill_second(noise_t *noise, int16_t *counts)
 {
     double slow = noise->walk;
     for (int i = 0; i < MARKOV_COUNT; i++) {
         const double rest = sqrt(1.0 - noise->memory[i] * noise->memory[i]);
-        noise->markov[i] = noise->memory[i] * noise->markov[i] +
-                           noise->sigma * rest * random_gauss(&noise->random);
+        noise->markov[i] =
+            noise->memory[i] * noise->markov[i] + noise->sigma * rest * random_bell(&noise->random);
         slow += noise->markov[i];
     }
     noise->walk += noise->step * random_gauss(&noise->random);
-    const double unit = noise->white * sqrt(3.0) / 65536.0;
     for (uint32_t i = 0U; i < SECOND; i++) {
-        const uint64_t bits = random_next(&noise->random);
-        const uint32_t sum = (uint32_t)(bits & 65535U) + (uint32_t)((bits >> 16U) & 65535U) +
-                             (uint32_t)((bits >> 32U) & 65535U) + (uint32_t)(bits >> 48U);
-        counts[i] = (int16_t)floor(slow + unit * ((double)sum - 131070.0) + 0.5);
+        const double above = slow + noise->white * random_bell(&noise->random) + 32768.5;
+        counts[i] = (int16_t)((int32_t)above - 32768);
     }
 }
 
@@ -144,9 +141,10 @@ static void watch(const gyro_t *gyro, davar_coefficient_kind_t kind, uint64_t se
                       davar_cascade_init_q15(&cascade, &long_config, stages, sizeof stages));
     for (unsigned i = 0U; (i < CHECKS) && (check_min[i] <= gyro->most_min); i++) {
         for (; minute < check_min[i]; minute++) {
+            const bool in_window = (minute + 1U == check_min[i]); /* which has only this minute */
             for (uint32_t s = 0U; s < 60U; s++) {
                 fill_second(&noise, counts);
-                davar_push_q15(&davar, counts, SECOND);
+                davar_push_q15(&davar, counts, in_window ? SECOND : 0U);
                 davar_cascade_push_q15(&cascade, counts, SECOND);
             }
         }

@@ -35,28 +35,33 @@ static double markov_sample_variance(const markov_t *markov)
     return markov->sigma * markov->sigma * bracket / (a * a);
 }
 
-/* State and sample advance together: their noise is correlated. */
-static void add_markov(const markov_t *markov, random_t *random, double *rate, size_t count)
+/* State and sample advance together: their noise is correlated. Adds what they share, and returns
+ * the variance of the rest, which is independent from sample to sample. */
+static double add_markov(const markov_t *markov, random_t *random, double *rate, size_t count)
 {
     const double step = markov->sigma * sqrt(1.0 - markov->memory * markov->memory);
     const double covariance =
         markov->sigma * markov->sigma * markov->mean * markov->mean / markov->time;
     const double shared = covariance / step;
-    const double rest = markov_sample_variance(markov) - shared * shared;
-    const double own = (rest > 0.0) ? sqrt(rest) : 0.0;
     double state = markov->sigma * random_gauss(random);
     for (size_t i = 0; i < count; i++) {
-        const double drive = random_gauss(random);
-        rate[i] += markov->mean * state + shared * drive + own * random_gauss(random);
+        const double drive = random_bell(random);
+        rate[i] += markov->mean * state + shared * drive;
         state = markov->memory * state + step * drive;
     }
+    return fmax(0.0, markov_sample_variance(markov) - shared * shared);
 }
 
 static void add_flicker(const gyro_noise_t *noise, random_t *random, double *rate, size_t count)
 {
+    double rest = 0.0;
     for (int k = 0; k < MARKOV_COUNT; k++) {
         const markov_t markov = markov_process(noise, k);
-        add_markov(&markov, random, rate, count);
+        rest += add_markov(&markov, random, rate, count);
+    }
+    const double own = sqrt(rest);
+    for (size_t i = 0; i < count; i++) {
+        rate[i] += own * random_bell(random);
     }
 }
 

@@ -3,14 +3,14 @@
  *
  *   davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK [SEED]]
  *   davar-track-rates both NOISE HOURS PER_HOUR [BLOCK [SEED]]
- *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK [SEED]]
+ *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK [SEED [NOISE]]]
  *
- * NOISE: gauss laplace ar half student; 100 Hz, sigma 20 counts. both: also the second channel
- * (clusters of 8 BLOCK), through davar.h. delay: after two minutes sigma is RATIO times as
- * large. */
+ * NOISE: gauss uniform laplace student5 student3 mixed ar (heavy_noise.h) half; 100 Hz, sigma 20
+ * counts. both: also the second channel (clusters of 8 BLOCK), through davar.h. delay: after two
+ * minutes sigma is RATIO times as large. */
 #include "davar/davar.h"
 #include "detector/glr.h"
-#include "random.h"
+#include "heavy_noise.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,12 +20,6 @@
 #define SIGMA 20.0
 #define QUIET 12000U     /* samples before a step */
 #define PATIENCE 100000U /* samples after it */
-
-typedef struct {
-    random_t random;
-    double spare; /* Box-Muller's second number, NaN when it was used */
-    double state; /* AR(1) */
-} source_t;
 
 typedef double (*noise_t)(source_t *source);
 
@@ -40,57 +34,19 @@ typedef struct {
 
 static uint64_t seed;
 
-static double gauss(source_t *source)
-{
-    if (!isnan(source->spare)) {
-        const double spare = source->spare;
-        source->spare = (double)NAN;
-        return spare;
-    }
-    const double radius = sqrt(-2.0 * log(random_uniform(&source->random)));
-    const double angle = 6.283185307179586 * random_uniform(&source->random);
-    source->spare = radius * sin(angle);
-    return radius * cos(angle);
-}
-
-static double laplace(source_t *source)
-{
-    const double u = random_uniform(&source->random) - 0.5;
-    return ((u < 0.0) ? 1.0 : -1.0) * log(1.0 - (2.0 * fabs(u))) * sqrt(0.5);
-}
-
-static double ar(source_t *source)
-{
-    source->state = (0.5 * source->state) + (sqrt(0.75) * gauss(source));
-    return source->state;
-}
-
 static double half(source_t *source)
 {
-    return gauss(source) * 0.5 / SIGMA;
+    return noise_gauss(source) * 0.5 / SIGMA;
 }
-
-/* Five degrees of freedom, variance 1. */
-static double student(source_t *source)
-{
-    const double z = gauss(source);
-    const double square =
-        (-2.0 * log(random_uniform(&source->random) * random_uniform(&source->random))) +
-        pow(gauss(source), 2.0);
-    return z * sqrt(3.0 / square);
-}
-
-static const struct {
-    const char *name;
-    noise_t noise;
-} noises[] = {
-    {"gauss", gauss}, {"laplace", laplace}, {"ar", ar}, {"half", half}, {"student", student}};
 
 static noise_t noise_of(const char *name)
 {
-    for (size_t i = 0U; i < (sizeof noises / sizeof noises[0]); i++) {
-        if (strcmp(name, noises[i].name) == 0) {
-            return noises[i].noise;
+    if (strcmp(name, "half") == 0) {
+        return half;
+    }
+    for (size_t i = 0U; i < NOISE_KINDS; i++) {
+        if (strcmp(name, noise_kinds[i].name) == 0) {
+            return noise_kinds[i].next;
         }
     }
     fprintf(stderr, "davar-track-rates: no such noise: %s\n", name);
@@ -134,7 +90,7 @@ static bool push(detector_t *detector, double value)
 static void alarms(const char *name, double hours, double per_hour, uint32_t block)
 {
     static detector_t detector;
-    source_t source = {random_seeded(seed), (double)NAN, 0.0};
+    source_t source = source_seeded(seed);
     const noise_t noise = noise_of(name);
     unsigned long count = 0U;
     unsigned long cuts = 0U;
@@ -164,7 +120,7 @@ static void both(const char *name, double hours, double per_hour, uint32_t block
     static davar_t davar;
     davar_config_t config = davar_default_config;
     config.window.mode = DAVAR_MODE_CENTRED;
-    source_t source = {random_seeded(seed), (double)NAN, 0.0};
+    source_t source = source_seeded(seed);
     const noise_t noise = noise_of(name);
     config.law = &davar_law_glr_q15;
     config.window.mode = DAVAR_MODE_TRAILING;
@@ -202,37 +158,40 @@ static int ascending(const void *a, const void *b)
 }
 
 /* Seconds from the step to the alarm, or PATIENCE without an alarm. */
-static double delay_of(source_t *source, double ratio, double per_hour, uint32_t block)
+static double delay_of(source_t *source, noise_t noise, double ratio, double per_hour,
+                       uint32_t block)
 {
     static detector_t detector;
     start(&detector, per_hour, block);
     const uint32_t quiet = QUIET + (uint32_t)(random_next(&source->random) % 5120U);
     for (uint32_t i = 0U; i < quiet; i++) {
-        (void)push(&detector, gauss(source));
+        (void)push(&detector, noise(source));
     }
     for (uint32_t i = 1U; i < PATIENCE; i++) {
-        if (push(&detector, ratio * gauss(source)) && detector.event.is_alarm) {
+        if (push(&detector, ratio * noise(source)) && detector.event.is_alarm) {
             return (double)i / RATE_HZ;
         }
     }
     return (double)PATIENCE / RATE_HZ;
 }
 
-static void delays(double ratio, uint32_t trials, double per_hour, uint32_t block)
+static void delays(const char *name, double ratio, uint32_t trials, double per_hour, uint32_t block)
 {
-    source_t source = {random_seeded(seed + 1U), (double)NAN, 0.0};
+    source_t source = source_seeded(seed + 1U);
     double *const delay = malloc(trials * sizeof *delay);
     if (delay == NULL) {
         exit(1);
     }
+    const noise_t noise = noise_of(name);
     double sum = 0.0;
     for (uint32_t i = 0U; i < trials; i++) {
-        delay[i] = delay_of(&source, ratio, per_hour, block);
+        delay[i] = delay_of(&source, noise, ratio, per_hour, block);
         sum += delay[i];
     }
     qsort(delay, trials, sizeof *delay, ascending);
-    printf("| x%g | %g | %u | %u | %.2f | %.2f | %.2f |\n", ratio, per_hour, (unsigned)block,
-           (unsigned)trials, sum / trials, delay[trials / 2U], delay[(trials * 9U) / 10U]);
+    printf("| %s x%g | %g | %u | %u | %.2f | %.2f | %.2f |\n", name, ratio, per_hour,
+           (unsigned)block, (unsigned)trials, sum / trials, delay[trials / 2U],
+           delay[(trials * 9U) / 10U]);
     free(delay);
 }
 
@@ -241,7 +200,7 @@ int main(int argc, char **argv)
     if (argc < 5) {
         fputs("usage: davar-track-rates alarms|both NOISE HOURS PER_HOUR [BLOCK [SEED]] | delay "
               "RATIO TRIALS "
-              "PER_HOUR [BLOCK [SEED]]\n",
+              "PER_HOUR [BLOCK [SEED [NOISE]]]\n",
               stderr);
         return 2;
     }
@@ -253,7 +212,8 @@ int main(int argc, char **argv)
     } else if (strcmp(argv[1], "both") == 0) {
         both(argv[2], strtod(argv[3], NULL), per_hour, block);
     } else {
-        delays(strtod(argv[2], NULL), (uint32_t)strtoul(argv[3], NULL, 10), per_hour, block);
+        delays((argc > 7) ? argv[7] : "gauss", strtod(argv[2], NULL),
+               (uint32_t)strtoul(argv[3], NULL, 10), per_hour, block);
     }
     return 0;
 }

@@ -42,6 +42,49 @@ static void test_a_used_plan_gives_what_a_fresh_one_gives(void)
     }
 }
 
+/* ---- heavy tails (5.19) ---- */
+
+static double edf_with(double kurtosis, double dispersion)
+{
+    result.kurtosis = kurtosis;
+    result.dispersion = dispersion;
+    (void)davar_fit_white(&plan, 1.0, &result);
+    return result.tau[0].edf;
+}
+
+static void test_tails_reduce_the_degrees_of_freedom(void)
+{
+    static const uint32_t m[] = {1, 2, 4};
+    const double white[] = {0, 1.0, 0, 0, 0};
+    set_taus(600, m, 3);
+    set_model(white);
+    const double edf = edf_with((double)NAN, (double)NAN);
+    const double spread = sqrt(24.0 / 600.0);
+    const struct {
+        double kurtosis;
+        double dispersion;
+        double kappa;
+    } cases[] = {
+        {3.0, 9.0, 0.0},
+        {1.8, 9.0, 0.0},
+        {3.0 + (1.19 * spread), 1.0, 0.0}, /* by chance */
+        {3.0 + (1.21 * spread), 1.0, 1.21 * spread * (1.0 + (5.0 * 1.21 * spread * spread))},
+        {5.0, 1.0, 2.0 * (1.0 + (10.0 * spread))},
+        {40.0, 1.0, 80.0}, /* at most */
+        {(double)NAN, 1.19, 0.0},
+        {(double)NAN, 1.21, 0.42},
+        {(double)NAN, 15.9, 29.8},
+        {(double)NAN, 200.0, 80.0},
+        {(double)INFINITY, (double)NAN, 0.0}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        const double more = cases[i].kappa / (2.0 * (599.0 + 0.5));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * edf, 1.0 / ((1.0 / edf) + more),
+                                  edf_with(cases[i].kurtosis, cases[i].dispersion));
+    }
+    result.kurtosis = 0.0;
+    result.dispersion = 0.0;
+}
+
 /* ---- the variances of the plan compared with brute force ---- */
 
 #define LENGTH 64
@@ -138,6 +181,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
+    RUN_TEST(test_tails_reduce_the_degrees_of_freedom);
     RUN_TEST(test_standard_errors_match_the_full_covariance);
     RUN_TEST(test_the_limit_of_the_misfit_is_five_standard_deviations);
     RUN_TEST(test_aligned_numbers_lose_the_bits_below_the_last_one_of_the_largest);

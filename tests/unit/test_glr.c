@@ -65,7 +65,9 @@ static void law_learn(uint64_t b)
         law.in_eight = 0U;
     }
     const uint32_t phi = ((law.single.phi > law.of_8.phi) ? law.single.phi : law.of_8.phi) >> 12U;
-    law.f = (phi > 4096U) ? (phi + ((phi - 4096U) / 8U)) : 4096U;
+    const uint32_t heavy = (phi > 5120U) ? ((5U * (phi - 5120U)) / 8U) : 0U;
+    law.f = (phi > 4096U) ? (phi + ((phi - 4096U) / 8U) + heavy) : 4096U;
+    law.f = (law.f < 65536U) ? law.f : 65535U;
 }
 
 static bool exceeds(uint64_t b, const davar_spread_t *window, uint32_t factor)

@@ -106,7 +106,7 @@ static void test_the_oldest_cut_that_is_remembered_bounds_the_window(void)
 {
     davar_glr_window_t window;
     for (uint32_t n = 0U; n < 150U; n++) {
-        push_noise((((n / 10U) % 2U) == 0U) ? 20.0 : 200.0);
+        push_noise((((n / 10U) % 2U) == 0U) ? 20.0 : 400.0);
         (void)davar_glr_centred(&state, &config, config.half, &window);
         TEST_ASSERT_LESS_OR_EQUAL_UINT32(60U, window.end - window.begin);
     }

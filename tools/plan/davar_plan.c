@@ -110,10 +110,10 @@ static void write_rows(const davar_plan_t *plan)
 
 static void write_numbers(const davar_plan_t *plan)
 {
-    (void)printf("    .declared = %s,\n    .sample = %aF,\n    .floor = %aF,\n    .hidden = %aF,\n"
-                 "    .rounding_variance = %a,\n",
-                 plan->declared ? "true" : "false", (double)plan->sample, (double)plan->floor,
-                 (double)plan->hidden, plan->rounding_variance);
+    (void)printf("    .declared = %s,\n    .sample = %aF,\n    .spread = %aF,\n    .floor = %aF,\n"
+                 "    .hidden = %aF,\n    .rounding_variance = %a,\n",
+                 plan->declared ? "true" : "false", (double)plan->sample, (double)plan->spread,
+                 (double)plan->floor, (double)plan->hidden, plan->rounding_variance);
     (void)printf(
         "    .passed = %u,\n    .white_bits = %u,\n    .rounding = %aF,\n    .coarse = %" PRIu32
         "U,\n",

@@ -36,6 +36,7 @@ typedef struct davar_plan {
     float offset[DAVAR_TAUS_MAX];  /* relative error of gain by one standard error of the cutoff */
     float covariance[(DAVAR_TAUS_MAX * (DAVAR_TAUS_MAX + 1)) / 2]; /* of m avar / gain, times n */
     float sample;                                                  /* variance of a sample */
+    float spread;             /* samples over which the filter spreads a sample of noise (5.19) */
     float floor;              /* variance of the rounding that covariance includes */
     float hidden;             /* root of white noise, in counts, that rounding hides (5.15) */
     double rounding_variance; /* of a sample, in squared counts */
@@ -60,6 +61,7 @@ typedef struct davar_plan {
     uint64_t misfit_limit;
     /* length without gaps and mirror images that the fields below fit (5.5), or 0 */
     uint32_t window;
+    float tails; /* kappa / 2 that they fit too (5.19) */
     double edf[DAVAR_TAUS_MAX];
     uint32_t root_edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];
@@ -67,6 +69,7 @@ typedef struct davar_plan {
     uint32_t sigma[DAVAR_COEFFICIENT_COUNT];
     float room[DAVAR_COEFFICIENT_COUNT];
     uint32_t doubt[DAVAR_COEFFICIENT_COUNT];
+    uint32_t common; /* what tails add to 1 / edf of white noise */
     uint32_t white_low;
     float white_high;
     double rate_hz; /* sample rate that root fits, or 0 */
@@ -96,8 +99,9 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
 /** Fits white noise alone: the angle random walk with its interval.
  *
  * Reads from *result: tau[], up to the first entry without differences; window_samples;
- * mirrored_samples; unit_per_count (0: rounding to counts is not removed). rate_hz: samples per
- * second, above 0. The cluster sizes must be those of the plan.
+ * mirrored_samples; unit_per_count (0: rounding to counts is not removed); kurtosis and, if it is
+ * NaN, dispersion, which widen the intervals in noise with heavy tails (needs DAVAR_LAWS). rate_hz:
+ * samples per second, above 0. The cluster sizes must be those of the plan.
  * Writes result->noise, the coefficients, and edf, low and high of every tau. By result->noise:
  * - WHITE: the angle random walk has a value and an interval, every tau has an interval, and the
  *   other terms have upper limits.
@@ -114,8 +118,9 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  *
  * @return True if white noise explains the window, so that the angle random walk is present.
  *
- * Cost: O(T); for a new window length O(T) more; if the number of usable taus changes, O(T^3).
- * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.17). */
+ * Cost: O(T); for a new window length or kurtosis O(T) more; if the number of usable taus changes,
+ * O(T^3).
+ * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.17), (5.19). */
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
@@ -140,13 +145,13 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * that each size of the cascade remembers (11.9). result->noise is WHITE only if white noise
  * explains window and cascade.
  * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
- * times without a double FPU. Stack: about 2.4 kB.
- * Formulas (5.3) to (5.11), (5.13) to (5.18). */
+ * times without a double FPU. Stack: up to 2.7 kB.
+ * Formulas (5.3) to (5.11), (5.13) to (5.19). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
 /** Computes the equivalent degrees of freedom of one Allan variance under one pure noise kind.
- * The overlapping Allan variance at cluster size m >= 1 in a window of at least 2 m samples
+ * The overlapping Allan variance at cluster size m >= 1, in a window of at least 2 m samples
  * (asserted) without gaps. The rate ramp counts as rate random walk.
  * @return At least 1. Within 2 % of the exact value for window >= 6 m (5 % for rate random walk at
  *         m = 1), and never too large by more than that.

@@ -468,6 +468,15 @@ _Static_assert((sizeof(cascade_stage_t) + ((size_t)4U * CASCADE_HOPS)) ==
                    DAVAR_CASCADE_STAGE_BYTES_Q31,
                "DAVAR_CASCADE_STAGE_BYTES_Q31");
 
+static davar_status_t check_cascade_memory(const davar_cascade_config_t *config, const void *memory,
+                                           size_t bytes, uint8_t type)
+{
+    if (bytes < (stages_for(config) * cascade_stage_bytes(type))) {
+        return DAVAR_ERR_MEMORY_SIZE;
+    }
+    return (((uintptr_t)memory % 8U) != 0U) ? DAVAR_ERR_MEMORY_ALIGN : DAVAR_OK;
+}
+
 static davar_status_t check_cascade(const davar_cascade_t *cascade,
                                     const davar_cascade_config_t *config, const void *memory,
                                     size_t bytes, uint8_t type)
@@ -480,13 +489,7 @@ static davar_status_t check_cascade(const davar_cascade_t *cascade,
     if (status == DAVAR_OK) {
         status = check_cascade_clusters(config, type);
     }
-    if ((status == DAVAR_OK) && (bytes < (stages_for(config) * cascade_stage_bytes(type)))) {
-        status = DAVAR_ERR_MEMORY_SIZE;
-    }
-    if ((status == DAVAR_OK) && (((uintptr_t)memory % 8U) != 0U)) {
-        status = DAVAR_ERR_MEMORY_ALIGN;
-    }
-    return status;
+    return (status == DAVAR_OK) ? check_cascade_memory(config, memory, bytes, type) : status;
 }
 
 /* The start is hop 0 of every stage, with the running sum 0. */

@@ -140,19 +140,37 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
 }
 
 /* Reads the configuration alone: has_queue() and has_grid() are false if a feature is not built. */
+static bool needs_grid(const davar_config_t *config)
+{
+    const bool queue = (config->law != NULL) && (config->law->push != NULL);
+    const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
+    return ((config->stride > 1U) && (queue || (config->engine == DAVAR_ENGINE_GRID))) ||
+           (centred && queue);
+}
+
 static bool is_built(const davar_config_t *config)
 {
-    const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
-    const bool queue = (config->law != NULL) && (config->law->push != NULL);
     bool built = DAVAR_LAWS || ((config->law == NULL) && (config->moments.segment == 0U));
-    if (centred) {
+    if (config->window.mode == DAVAR_MODE_CENTRED) {
         built = built && DAVAR_CENTRED;
     }
-    if (((config->stride > 1U) && (queue || (config->engine == DAVAR_ENGINE_GRID))) ||
-        (centred && queue)) {
+    if (needs_grid(config)) {
         built = built && DAVAR_GRID;
     }
     return built;
+}
+
+static davar_status_t check_mode(const davar_config_t *config)
+{
+    const bool known =
+        (config->window.mode == DAVAR_MODE_CENTRED) || (config->window.mode == DAVAR_MODE_TRAILING);
+    return known ? DAVAR_OK : DAVAR_ERR_MODE;
+}
+
+static davar_status_t check_law(const davar_config_t *config, const davar_number_t *number)
+{
+    const bool checks = has_law(config) && (config->law->check != NULL);
+    return checks ? config->law->check(config, number) : DAVAR_OK;
 }
 
 DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config,
@@ -165,9 +183,8 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config,
         return DAVAR_ERR_BUILD;
     }
     davar_status_t status = check_scale(config, number, is_float);
-    if ((status == DAVAR_OK) && (config->window.mode != DAVAR_MODE_CENTRED) &&
-        (config->window.mode != DAVAR_MODE_TRAILING)) {
-        status = DAVAR_ERR_MODE;
+    if (status == DAVAR_OK) {
+        status = check_mode(config);
     }
     if (status == DAVAR_OK) {
         status = check_window(config, number);
@@ -179,9 +196,7 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config,
         status = check_motion(config);
     }
     if (status == DAVAR_OK) {
-        status = (has_law(config) && (config->law->check != NULL))
-                     ? config->law->check(config, number)
-                     : DAVAR_OK;
+        status = check_law(config, number);
     }
     return (status == DAVAR_OK) ? check_taus(config, number, is_float) : status;
 }

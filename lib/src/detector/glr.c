@@ -13,11 +13,12 @@
 
 #define ONE (UINT32_C(1) << GAIN_DIGITS)
 #define MOST_F ((16U * ONE) - 1U)
-#define MEMORY 11U     /* the dispersion forgets over 2^11 blocks */
-#define MEMORY_OF_8 8U /* and over 2^8 sums of eight */
-#define ENOUGH 25600U  /* degrees of freedom of a mean that a shock is compared with; 8 digits */
-#define OVER_FLOOR 4U  /* no shocks below this multiple of the variance of rounding */
-#define CALM 543U      /* a shock ends with a block below 2.12 means (widened); 8 digits */
+#define MEMORY 11U              /* the dispersion forgets over 2^11 blocks */
+#define MEMORY_OF_8 8U          /* and over 2^8 sums of eight */
+#define BODY (ONE + (ONE / 4U)) /* f of a larger dispersion grows faster (10.3) */
+#define ENOUGH 25600U /* degrees of freedom of a mean that a shock is compared with; 8 digits */
+#define OVER_FLOOR 4U /* no shocks below this multiple of the variance of rounding */
+#define CALM 543U     /* a shock ends with a block below 2.12 means (widened); 8 digits */
 
 static const davar_spread_t none = {0U, 0U, 0U};
 
@@ -42,7 +43,11 @@ uint32_t davar_glr_dispersion(const davar_glr_t *state, const davar_glr_config_t
     const uint32_t larger =
         (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
     const uint32_t phi = larger >> (24U - GAIN_DIGITS);
-    return (phi > ONE) ? smaller(phi + (((phi - ONE) * config->tails) / 16U), MOST_F) : ONE;
+    if (phi <= ONE) {
+        return ONE;
+    }
+    const uint32_t heavy = (phi > BODY) ? (((phi - BODY) * 5U) / 8U) : 0U;
+    return smaller(phi + (((phi - ONE) * config->tails) / 16U) + heavy, MOST_F);
 }
 
 /* A place that is too old moves to the next record of the coarsest octave. */
@@ -448,27 +453,40 @@ static uint32_t size_of(int32_t share)
     return (uint32_t)((share < 0) ? -share : share);
 }
 
-DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
+static bool has_rates(const davar_config_t *config)
+{
+    return davar_is_between(1e-9, config->glr.false_alarms_per_hour, 1e9) &&
+           davar_is_between(1e-9, config->glr.cut_interval_s, 1e9);
+}
+
+static bool has_whitening(const davar_config_t *config)
+{
+    const uint32_t sizes = size_of(config->glr.whiten_first) + size_of(config->glr.whiten_second);
+    return (sizes == 0U) ||
+           ((sizes <= GLR_WHITEN_MAX) && davar_is_between(1e-9, config->glr.whiten_level, 1e9));
+}
+
+static bool has_windows(const davar_config_t *config)
 {
     const uint32_t block = config->glr.block;
     const uint32_t longest = config->window.longest;
+    return ((longest / 8U) >= block) && (longest <= (GLR_LONGEST * block)) &&
+           fits_between_blocks(config) &&
+           (!is_about(config) || ((longest / 2U) >= (half_in_blocks(block) * block)));
+}
+
+DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
+{
+    const uint32_t block = config->glr.block;
     if ((block < GLR_BLOCK_MIN) || (block > GLR_BLOCK_MAX) ||
         (config->glr.shock_blocks > GLR_SHOCK_MAX)) {
         return DAVAR_ERR_TRACKING;
     }
-    const bool rates = davar_is_between(1e-9, config->glr.false_alarms_per_hour, 1e9) &&
-                       davar_is_between(1e-9, config->glr.cut_interval_s, 1e9);
-    const bool window = ((longest / 8U) >= block) && (longest <= (GLR_LONGEST * block)) &&
-                        fits_between_blocks(config);
     const bool clusters = (config->glr.long_cluster <= GLR_CLUSTER_MAX) &&
                           ((config->glr.long_cluster % (4U * block)) == 0U);
-    const uint32_t first = size_of(config->glr.whiten_first);
-    const uint32_t second = size_of(config->glr.whiten_second);
-    const bool whitening =
-        ((first + second) == 0U) || (((first + second) <= GLR_WHITEN_MAX) &&
-                                     davar_is_between(1e-9, config->glr.whiten_level, 1e9));
-    const bool about = !is_about(config) || ((longest / 2U) >= (half_in_blocks(block) * block));
-    return (rates && clusters && whitening && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
+    return (clusters && has_rates(config) && has_whitening(config) && has_windows(config))
+               ? DAVAR_OK
+               : DAVAR_ERR_TRACKING;
 }
 
 /* Centred windows have half a window of blocks on each side of the epoch (10.15). */

@@ -193,6 +193,18 @@ static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, 
     return (davar_likelihood_gain(&stretch, &older) - ramp_gain(config, &moment)) > limit;
 }
 
+static void store_cut(davar_glr_t *state)
+{
+    if (state->cuts == GLR_CUTS) {
+        drop_oldest(state);
+        state->counts |= 1U; /* a bound: older cuts may be forgotten */
+        state->settled |= 1U;
+    }
+    glr_place_copy(&state->past[state->cuts], &state->cut);
+    state->counts |= UINT32_C(1) << state->cuts;
+    state->cuts++;
+}
+
 void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool is_cut)
 {
     if (config->half == 0U) {
@@ -202,14 +214,7 @@ void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool i
         drop_oldest(state);
     }
     if (is_cut) {
-        if (state->cuts == GLR_CUTS) {
-            drop_oldest(state);
-            state->counts |= 1U; /* a bound: older cuts may be forgotten */
-            state->settled |= 1U;
-        }
-        glr_place_copy(&state->past[state->cuts], &state->cut);
-        state->counts |= UINT32_C(1) << state->cuts;
-        state->cuts++;
+        store_cut(state);
     }
     state->turn++;
     if (state->turn >= state->cuts) {

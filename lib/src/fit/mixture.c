@@ -129,7 +129,8 @@ static double edf_of_term(const davar_mixture_t *model, int t, int term)
     return (edf > 1.0) ? edf : 1.0;
 }
 
-DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
+/* Degrees of freedom of an Allan variance of this mix without heavy tails. */
+static double edf_of(const davar_mixture_t *model, int t)
 {
     double x[TERMS];
     const double avar = avar_of(model, t, x);
@@ -141,6 +142,27 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
     }
     const double edf = avar / inverse * davar_fit_kept(model->data, &model->data->tau[t]);
     return (edf > 1.0) ? edf : 1.0;
+}
+
+/* Half of the relative variance that heavy tails add to white noise at size t; 0 for a cascade,
+ * whose kurtosis is unknown (5.19). */
+static double tails_at(const davar_mixture_t *model, int t)
+{
+    const davar_adev_t *const tau = &model->data->tau[t];
+    const double effective = (double)model->data->window_samples + 1.0 - 1.5 * (double)tau->m;
+    return davar_hops(tau)
+               ? 0.0
+               : ((double)model->plan->tails / (effective * davar_fit_kept(model->data, tau)));
+}
+
+DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
+{
+    double x[TERMS];
+    const double avar = avar_of(model, t, x);
+    const double share = model->a[WHITE] * x[WHITE] / avar;
+    const double edf = edf_of(model, t);
+    const double widened = edf / (1.0 + edf * tails_at(model, t) * square(share));
+    return (widened > 1.0) ? widened : 1.0;
 }
 
 DAVAR_RARE double davar_mixture_most(const davar_mixture_t *model, int term)
@@ -450,7 +472,7 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
         const double avar = avar_of(model, u, x);
         const double weight = weight_of(model, u) / square(avar);
         const double offset = model->a[WHITE] * x[WHITE] * (double)plan->offset[u];
-        const double edf = davar_mixture_edf(model, u);
+        const double edf = edf_of(model, u);
         const double inverse = 1.0 / edf + 0.5 * square(offset / avar);
         misfit += loss(square(model->data->tau[u].adev) / avar) / inverse;
         factor[u] = weight * davar_root(2.0 * avar / edf);
@@ -509,11 +531,17 @@ static double inflation(const davar_mixture_t *model, const normal_t *normal, do
     return real ? misfit / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
 }
 
-DAVAR_APART static double lower_limit(double a, double variance)
+/* `tails`: of the term, see davar_mixture_t. */
+DAVAR_APART static double lower_limit(double a, double variance, double tails)
 {
-    const double s = davar_root(0.5 * variance) / a;
+    const double s = davar_root(0.5 * (variance / square(a) + tails));
     const double one = (double)(1U << NOISE_BITS);
     return a * (double)davar_chi_square_low((uint32_t)(((s < 1.0) ? s : 1.0) * one)) * (1.0 / one);
+}
+
+static double tails_of(const davar_mixture_t *model, int term)
+{
+    return (term == WHITE) ? model->tails : 0.0;
 }
 
 /* An unresolved term that may be present takes its share from the others: their intervals extend
@@ -528,7 +556,7 @@ static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_
             const double a = model->a[k] - larger * taken;
             const double variance = solution_variance(normal, inverse, h, i) * model->grow;
             const bool nothing = davar_root(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
-            const double low = nothing ? 0.0 : lower_limit(a, variance);
+            const double low = nothing ? 0.0 : lower_limit(a, variance, tails_of(model, k));
             model->least[k] = (low < model->least[k]) ? low : model->least[k];
         }
     }
@@ -563,7 +591,7 @@ DAVAR_APART static void judge_present(davar_mixture_t *model, const normal_t *no
     for (int i = 0; i < inverse.size; i++) {
         const int k = inverse.term[i];
         model->variance[k] = solution_variance(normal, &inverse, h, i) * model->grow;
-        model->least[k] = lower_limit(model->a[k], model->variance[k]);
+        model->least[k] = lower_limit(model->a[k], model->variance[k], tails_of(model, k));
     }
 }
 
@@ -676,6 +704,7 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
 DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
     model->rounding = davar_scaled_to_double(davar_rounding(model->plan, model->data));
+    model->tails = 2.0 * tails_at(model, model->first);
     model->terms = term_bit(WHITE);
     model->a[WHITE] = white;
     if (!grow(model, suspects)) {
@@ -684,4 +713,5 @@ DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned
     for (int round = 1; (round < TERMS) && grow(model, missing_terms(model));
          round++) { /* bounded: no cycles */
     }
+    model->variance[WHITE] += model->tails * square(model->a[WHITE]);
 }

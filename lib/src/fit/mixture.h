@@ -13,6 +13,7 @@ typedef struct {
     int first; /* sizes to fit, of a window or a cascade (5.18): first to end - 1 */
     int end;
     double rounding; /* variance of rounding (5.15) */
+    double tails;    /* relative variance that heavy tails add to N^2; not in its tests (5.19) */
 
     unsigned terms;                        /* bit k: term k is in the model */
     double a[DAVAR_COEFFICIENT_COUNT];     /* 0 for an absent term */
@@ -33,7 +34,7 @@ bool davar_mixture_has(const davar_mixture_t *model, int t);
  * remembers (11.9). */
 double davar_mixture_white(const davar_mixture_t *model, int t);
 
-/* Degrees of freedom of an Allan variance of this mix (5.6). */
+/* Degrees of freedom of an Allan variance of this mix (5.6), with heavy tails (5.19). */
 double davar_mixture_edf(const davar_mixture_t *model, int t);
 
 /* Upper limit of an absent term (5.11). */

@@ -346,8 +346,11 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
 DAVAR_RARE void davar_plan_start(davar_plan_t *plan, const uint32_t *m, uint8_t count)
 {
     DAVAR_ASSERT(count >= 1U);
-    *plan = (davar_plan_t){
-        .sizes = count, .sample = 1.0F, .hidden = 0.5F, .rounding_variance = 1.0 / 12.0};
+    *plan = (davar_plan_t){.sizes = count,
+                           .sample = 1.0F,
+                           .spread = 1.0F,
+                           .hidden = 0.5F,
+                           .rounding_variance = 1.0 / 12.0};
     for (int t = 0; t < count; t++) {
         plan->m[t] = (float)m[t];
         plan->gain[t] = 1.0F;

@@ -40,6 +40,15 @@ static davar_filter_t before_counts(const davar_filter_t *filter)
                             .poles = filter->poles};
 }
 
+/* Samples over which the filter spreads a sample of noise: 1 / sum of h^4 for a response of energy
+ * sum of h^2 = 1. The spectrum gives the sum of the squared autocorrelation instead, which is two
+ * thirds as far above 1 for a long average and as far for one pole: the factor errs on the safe
+ * side (5.19). */
+static float spread_of(double sum, double squares, uint32_t points)
+{
+    return (float)(1.0 + 1.5 * (squares * (double)points / squared(sum) - 1.0));
+}
+
 /* Variances of a count and of half the difference of two, which rounding must not hide (5.15). */
 static void plan_sample(davar_plan_t *plan, const davar_filter_t *filter, uint32_t points)
 {
@@ -111,9 +120,13 @@ static void plan_frequencies(davar_plan_t *plan, const band_t *band, int count)
         sums[t].turn = turn_by((double)plan->m[t] * (SPECTRUM_PI / (2.0 * (double)points)));
     }
     const double mean = 1.0 / (zero[0] * (double)points);
+    double sum = 0.0;
+    double squares = 0.0;
     for (uint32_t p = 0U; p < points; p++) {
         double s[3];
         davar_band_spectra(band, half.now, s);
+        sum += s[0];
+        squares += squared(s[0]);
         const double rounded = s[0] / zero[0] + (double)plan->floor;
         const double twice = 2.0 * squared(rounded) / (double)points;
         const double angle = ((double)p + 0.5) * (SPECTRUM_PI / (double)points);
@@ -128,6 +141,7 @@ static void plan_frequencies(davar_plan_t *plan, const band_t *band, int count)
         turn_on(&half);
         turn_on(&whole);
     }
+    plan->spread = spread_of(sum, squares, points);
     for (int u = 0; u < count; u++) {
         plan_size(plan, u, &sums[u], mean, zero, band->filter->uncertainty);
         for (int t = 0; t <= u; t++) {

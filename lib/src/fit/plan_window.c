@@ -118,6 +118,80 @@ scaled_t davar_fit_evidence(const davar_result_t *result)
     return is_chosen(result) ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
 }
 
+/* --- heavy tails (5.19) --- */
+
+#define SLOPE 5U                                 /* kappa is k (1 + 5 k standard errors) */
+#define EXCESS_BITS 24                           /* excess and kappa as 8.24 */
+#define KAPPA_MOST (UINT32_C(80) << EXCESS_BITS) /* tails without a fourth moment have no kappa */
+#define SQUARE_BITS 16                           /* its square, and spread */
+#define GATE_WHITE 23U /* (1.2 standard errors)^2 times L: 24 (2 + spread) / 3 of variance */
+#define GATE_FILTERED 12U
+#define BLOCKS_GATE ((UINT32_C(1) << EXCESS_BITS) / 5U) /* 0.2: above that of Gaussian noise */
+
+#define BITS_OF_1 UINT64_C(0x3FF0000000000000)
+#define BITS_OF_INFINITY UINT64_C(0x7FF0000000000000)
+
+/* value - least, at most KAPPA_MOST; 0: not above it, or unknown. */
+static uint32_t excess_of(double value, uint32_t least)
+{
+    const uint64_t bits = davar_bits_of_double(value);
+    if ((bits <= BITS_OF_1) || (bits >= BITS_OF_INFINITY)) {
+        return 0U;
+    }
+    const uint32_t whole = davar_scaled_to_fixed(scaled_of_double(value), EXCESS_BITS);
+    const uint32_t excess = (whole > (least << EXCESS_BITS)) ? whole - (least << EXCESS_BITS) : 0U;
+    return (excess < KAPPA_MOST) ? excess : KAPPA_MOST;
+}
+
+/* kappa of the noise before the filter, as 8.24, or 0 if the excess may be chance. A window reads
+ * low in heavy tails, because it may hold none of their largest samples, so kappa grows faster than
+ * the excess. */
+static uint32_t kappa_of_window(const davar_plan_t *plan, const davar_result_t *result)
+{
+    const uint32_t excess = excess_of(result->kurtosis, 3U);
+    const scaled_t spread = scaled_of_float(plan->spread);
+    const uint32_t square = davar_upper_product(excess, excess);
+    const uint64_t chance =
+        davar_multiply_u32(GATE_FILTERED, davar_scaled_to_fixed(spread, SQUARE_BITS)) +
+        (GATE_WHITE << SQUARE_BITS);
+    if (davar_multiply_u32(square, result->window_samples) <= chance) {
+        return 0U;
+    }
+    const scaled_t error = davar_scaled_root(scaled_ratio(24U, result->window_samples));
+    const scaled_t k = scaled_times(scaled_of_u32(excess, -EXCESS_BITS), spread);
+    const scaled_t more = scaled_times(scaled_of_u32(SLOPE, 0), scaled_times(k, error));
+    return davar_scaled_to_fixed(scaled_times(k, davar_scaled_plus(half_to_the(0), more)),
+                                 EXCESS_BITS);
+}
+
+/* The same from the scatter of the detector's blocks: the mean square of independent samples
+ * scatters by 1 + kappa / 2. */
+static uint32_t kappa_of_blocks(const davar_result_t *result)
+{
+    const uint32_t excess = excess_of(result->dispersion, 1U);
+    return (excess > BLOCKS_GATE) ? (2U * excess) : 0U;
+}
+
+/* kappa / 2. Without moments the kurtosis is NaN. */
+static float tails_of(const davar_plan_t *plan, const davar_result_t *result)
+{
+    const bool has_moments = davar_bits_of_double(result->kurtosis) < BITS_OF_INFINITY;
+    const uint32_t kappa = has_moments ? kappa_of_window(plan, result) : kappa_of_blocks(result);
+    const uint32_t bounded = (kappa < KAPPA_MOST) ? kappa : KAPPA_MOST;
+    return (kappa == 0U) ? 0.0F : scaled_to_float(scaled_of_u32(bounded, -1 - EXCESS_BITS));
+}
+
+static bool has_tails(const davar_plan_t *plan)
+{
+    return DAVAR_LAWS && (davar_bits_of_float(plan->tails) != 0U);
+}
+
+/* What they add to 1 / edf. `inverse`: 1 / effective differences. */
+static scaled_t tails_at(const davar_plan_t *plan, scaled_t inverse)
+{
+    return scaled_times(scaled_of_float(plan->tails), inverse);
+}
+
 /* Differences + m / 2 (5.3), reduced for gaps and by the share of new evidence. */
 static scaled_t effective(const davar_adev_t *tau, uint32_t window, scaled_t evidence)
 {
@@ -131,14 +205,18 @@ static scaled_t at_least_one(scaled_t value)
     return (value.exponent < -31) ? half_to_the(0) : value;
 }
 
-static void plan_tau(davar_plan_t *plan, int t, scaled_t freedom)
+static void plan_tau(davar_plan_t *plan, int t, scaled_t differences)
 {
-    const scaled_t edf = at_least_one(freedom);
+    scaled_t edf = at_least_one(scaled_times(scaled_of_float(plan->freedom[t]), differences));
+    const scaled_t inverse = scaled_inverse(edf);
     scaled_t low;
     scaled_t high;
+    if (has_tails(plan)) {
+        const scaled_t tails = tails_at(plan, scaled_inverse(differences));
+        edf = at_least_one(scaled_inverse(davar_scaled_plus(inverse, tails)));
+    }
     davar_chi_square(edf, &low, &high);
-    const scaled_t doubt =
-        davar_scaled_plus(scaled_inverse(edf), scaled_of_float(plan->doubtful[t]));
+    const scaled_t doubt = davar_scaled_plus(inverse, scaled_of_float(plan->doubtful[t]));
     plan->edf[t] = davar_scaled_to_double(edf);
     plan->root_edf[t] =
         davar_scaled_to_fixed(davar_scaled_root(scaled_inverse(doubt)), DAVAR_FIT_ROOT_BITS);
@@ -183,6 +261,8 @@ static scaled_t variance_of(const davar_plan_t *plan, int term, const scaled_t i
     return davar_scaled_plus(variance, scaled_of_float(plan->offset_variance[term]));
 }
 
+/* Heavy tails scatter all sizes together, in proportion to white noise. So they change the degrees
+ * of freedom and nothing else (5.19). */
 static void plan_window(davar_plan_t *plan, const davar_result_t *result)
 {
     const scaled_t evidence = davar_fit_evidence(result);
@@ -191,13 +271,20 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
     scaled_t high;
     for (int t = 0; t < plan->count; t++) {
         const scaled_t differences = effective(&result->tau[t], result->window_samples, evidence);
-        plan_tau(plan, t, scaled_times(scaled_of_float(plan->freedom[t]), differences));
         inverse[t] = scaled_inverse(differences);
+        plan_tau(plan, t, differences);
     }
     const int32_t exponent = davar_align(inverse, plan->count);
     const scaled_t of_white = variance_of(plan, WHITE, inverse, exponent);
-    davar_chi_square(at_least_one(scaled_times(half_to_the(-1), scaled_inverse(of_white))), &low,
-                     &high);
+    scaled_t half = scaled_times(half_to_the(1), of_white);
+    plan->common = 0U;
+    if (has_tails(plan)) {
+        const scaled_t first = effective(&result->tau[0], result->window_samples, evidence);
+        const scaled_t common = tails_at(plan, scaled_inverse(first));
+        half = davar_scaled_plus(half, common);
+        plan->common = davar_scaled_to_fixed(common, NOISE_BITS);
+    }
+    davar_chi_square(at_least_one(scaled_inverse(half)), &low, &high);
     for (int k = 0; k < TERMS; k++) {
         plan_term(plan, k, of_white, variance_of(plan, k, inverse, exponent));
     }
@@ -208,7 +295,10 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
 void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
 {
     const bool whole = is_whole(result, plan->count);
-    if ((plan->window != result->window_samples) || !whole) {
+    const float tails = DAVAR_LAWS ? tails_of(plan, result) : 0.0F;
+    if ((plan->window != result->window_samples) || !whole ||
+        (davar_bits_of_float(plan->tails) != davar_bits_of_float(tails))) {
+        plan->tails = tails;
         plan_window(plan, result);
         plan->window = whole ? result->window_samples : 0U;
     }

@@ -232,6 +232,19 @@ DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan,
 
 /* --- the result --- */
 
+/* edf^-1/2 with heavy tails, at most 1 (5.19); both as 2.30. */
+static uint32_t with_tails(const davar_plan_t *plan, uint32_t s)
+{
+    if (plan->common == 0U) {
+        return s;
+    }
+    const uint32_t square = noise_times(s, s);
+    return (plan->common < (CENTRE_ONE - square))
+               ? davar_scaled_to_fixed(root_of_share(square + plan->common, (uint32_t)NOISE_BITS),
+                                       NOISE_BITS)
+               : CENTRE_ONE;
+}
+
 /* Lower limit of N^2 with an unresolved term: the interval must contain the N^2 that the term would
  * leave (5.10). As 2.30. */
 static uint32_t doubted(const davar_plan_t *plan, uint32_t share, int term)
@@ -244,7 +257,8 @@ static uint32_t doubted(const davar_plan_t *plan, uint32_t share, int term)
     if (uncertain >= davar_upper_product(left, (uint32_t)(DAVAR_FIT_NOTHING * FRACTION_32))) {
         return 0U;
     }
-    return noise_times(left, davar_chi_square_low(quotient_of_ones(uncertain, left)));
+    const uint32_t s = quotient_of_ones(uncertain, left);
+    return noise_times(left, davar_chi_square_low(DAVAR_LAWS ? with_tails(plan, s) : s));
 }
 
 /* Lower limit of N^2 as 2.30. */

@@ -184,7 +184,9 @@ static void misfit_judge(davar_misfit_t *misfit)
         3.5062, 3.5293, 3.5504, 3.5699, 3.5879, 3.6047, 3.6204, 3.6352, 3.6491, 3.6623, 3.6747,
         3.6866, 3.6979, 3.7087, 3.7190, 3.7289, 3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
     const double limit = limits[(misfit->compared < LIMITS) ? misfit->compared : LIMITS];
-    misfit->fast = misfit->slow = misfit->health = 0.0;
+    misfit->fast = 0.0;
+    misfit->slow = 0.0;
+    misfit->health = 0.0;
     for (uint8_t t = 0U; t < misfit->tau_count; t++) {
         const davar_misfit_tau_t *tau = &misfit->tau[t];
         if (tau->match == DAVAR_TAU_COMPARED) {

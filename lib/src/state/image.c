@@ -141,6 +141,13 @@ DAVAR_RARE static bool read_payload(const davar_image_t *image, const davar_stor
            (payload_check(header, image) == header->check);
 }
 
+/* An image of this size, version, configuration and machine? */
+static bool is_own(const header_t *header, const davar_image_t *image, size_t bytes)
+{
+    return (header->magic == MAGIC) && ((sizeof *header + header->bytes) == bytes) &&
+           (header->fingerprint == image->fingerprint);
+}
+
 DAVAR_RARE davar_status_t davar_image_restore(const davar_image_t *image,
                                               const davar_storage_t *storage)
 {
@@ -153,9 +160,7 @@ DAVAR_RARE davar_status_t davar_image_restore(const davar_image_t *image,
     for (unsigned i = 0U; i < SLOTS; i++) {
         const unsigned slot = slots.newest ^ i;
         const header_t *const header = &slots.header[slot];
-        if (slots.whole[slot] && (header->magic == MAGIC) &&
-            ((sizeof *header + header->bytes) == bytes) &&
-            (header->fingerprint == image->fingerprint)) {
+        if (slots.whole[slot] && is_own(header, image, bytes)) {
             if (read_payload(image, storage, slot, header)) {
                 return DAVAR_OK;
             }
