@@ -1,5 +1,6 @@
-/* davar tests - links the path of a sample of both number types, with every window law, and the
- * evaluation of a result, for the test that reads the disassembly. It runs and does nothing. */
+/* davar tests - links the start, the path of a sample of both number types, with every window law,
+ * and the evaluation of a result, for the tests that read the disassembly. It runs and does
+ * nothing. */
 #include "board.h"
 
 #include "davar/cascade.h"
@@ -22,6 +23,9 @@ int main(void)
     if (command[0] == '\0') {
         config.law = laws[(unsigned char)command[1] % (sizeof laws / sizeof laws[0])];
         (void)davar_init_q15(&davar, &config, NULL, 0U);
+        (void)davar_init_q31(&davar, &config, NULL, 0U);
+        davar_plan_init(&plan, NULL, 0U);
+        davar_plan_init_filtered(&plan, NULL, 0U, NULL);
         davar_push_q15(&davar, &narrow, 1U);
         davar_push_q31(&davar, &wide, 1U);
         davar_cascade_push_q15(&cascade, &narrow, 1U);

@@ -10,6 +10,7 @@ from pathlib import Path
 from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import call_graph
 import target_cost
 import targets
 
@@ -87,7 +88,7 @@ class Cost(unittest.TestCase):
             where = targets.build(target)
             with self.subTest(target=target):
                 # Law glr passes a gap on with the first sample after it; a restart there divides.
-                self.assertEqual([], target_cost.offences(target, where / "paths.elf", PUSH, GAPS))
+                self.assertEqual([], call_graph.offences(target, where / "paths.elf", PUSH, GAPS))
 
     def test_the_check_of_the_path_finds_existing_calls(self):
         """The evaluation of a result divides in floating point, so the check must fail for it."""
@@ -95,23 +96,23 @@ class Cost(unittest.TestCase):
             where = targets.build(target)
             with self.subTest(target=target):
                 self.assertTrue(
-                    target_cost.offences(target, where / "paths.elf", ("davar_fit_8_taus",))
+                    call_graph.offences(target, where / "paths.elf", ("davar_fit_8_taus",))
                 )
 
     def test_the_check_of_the_path_finds_a_division_in_any_function_of_a_law(self):
         for target in targets.BARE:
             image = targets.build(target) / "paths.elf"
-            code = target_cost.disassembly(target, image)
+            code = call_graph.disassembly(target, image)
             for function in LAW_FUNCTIONS:
-                operations, goals = code[function]
-                worse = code | {function: (operations | {"udiv"}, goals)}
+                found = code[function]
+                worse = code | {function: found._replace(operations=found.operations | {"udiv"})}
                 with (
                     self.subTest(target=target, function=function),
-                    mock.patch.object(target_cost, "disassembly", return_value=worse),
+                    mock.patch.object(call_graph, "disassembly", return_value=worse),
                 ):
                     self.assertEqual(
                         [f"{target}: udiv in {function}"],
-                        target_cost.offences(target, image, PUSH, GAPS),
+                        call_graph.offences(target, image, PUSH, GAPS),
                     )
 
     def test_the_check_of_the_path_follows_a_law_into_the_pipeline(self):
@@ -119,17 +120,51 @@ class Cost(unittest.TestCase):
         for target in targets.BARE:
             image = targets.build(target) / "paths.elf"
             with self.subTest(target=target):
-                self.assertTrue(target_cost.offences(target, image, PUSH))
+                self.assertTrue(call_graph.offences(target, image, PUSH))
+
+    def test_what_an_instruction_takes_of_the_stack(self):
+        literals = {"r4": (1 << 32) - 612, "r3": 612}
+        for line, taken in (
+            ("push {r4, r5, lr}", 12),
+            ("stmdb sp!, {r4-r7, lr}", 20),
+            ("vpush {d8-d9}", 16),
+            ("sub sp, #164 @ 0xa4", 164),
+            ("sub.w sp, sp, #1264", 1264),
+            ("str.w lr, [sp, #-8]!", 8),
+            ("add sp, r4", 612),
+            ("add sp, r3", 0),
+            ("add sp,sp,-48", 48),
+            ("c.addi16sp sp,-320", 320),
+            ("add sp,sp,48", 0),
+            ("sub sp,sp,t0", call_graph.UNBOUNDED),
+            ("sub.w sp, sp, r3", call_graph.UNBOUNDED),
+        ):
+            with self.subTest(line=line):
+                self.assertEqual(taken, call_graph.taken(line, literals))
+
+    def test_no_bound_of_the_stack_without_an_end_or_a_goal(self):
+        target = targets.BARE[0]
+        image = targets.build(target) / "paths.elf"
+        code = call_graph.disassembly(target, image)
+        for goal in ("davar_push_q15", "a pointer"):
+            step = code["push_steps"]
+            worse = code | {"push_steps": step._replace(goals=step.goals | {goal})}
+            with (
+                self.subTest(goal=goal),
+                mock.patch.object(call_graph, "disassembly", return_value=worse),
+                self.assertRaisesRegex(targets.TargetError, f"push_steps > {goal}"),
+            ):
+                call_graph.stack(target, image, ("davar_push_q15",))
 
     def test_the_check_of_the_path_objects_to_other_pointers_and_absent_laws(self):
         target = targets.BARE[0]
         image = targets.build(target) / "paths.elf"
-        laws = target_cost.tables(target, image)
+        laws = call_graph.tables(target, image)
         del laws["davar_law_or"]
         for name in laws:
             laws[name] = {}
-        with mock.patch.object(target_cost, "tables", return_value=laws):
-            found = target_cost.offences(target, image, PUSH, GAPS)
+        with mock.patch.object(call_graph, "tables", return_value=laws):
+            found = call_graph.offences(target, image, PUSH, GAPS)
         self.assertIn(f"{target}: davar_law_or does not exist", found)
         self.assertTrue([line for line in found if "a pointer at offset" in line], found)
 

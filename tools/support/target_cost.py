@@ -10,17 +10,17 @@ Standard library only.
 """
 
 import argparse
-import functools
 import hashlib
 import json
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import call_graph
 import targets
 
 Figures = dict[str, float]  # of one target, by name
@@ -42,15 +42,18 @@ LINKED = {
     "everything": (4, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")),
     "everything_glr": (5, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")),
 }  # tests/target/linked.c
+PUSHES = ("davar_push_q15", "davar_push_q31", "davar_q15_gap", "davar_q31_gap")
+# Figure, functions, window laws left out.
+STACKS = (
+    ("init", ("davar_init_q15", "davar_init_q31"), None),
+    ("plan", ("davar_plan_init_8_taus", "davar_plan_init_filtered_8_taus"), None),
+    ("push", PUSHES, "glr"),
+    ("push_glr", PUSHES, None),
+    ("take", ("davar_take_8_taus", "davar_fit_8_taus"), None),
+)
 STRIDE = 60
 # Engine, stride.
 ENGINES = (("auto", 2), ("auto", 10), ("auto", 60), ("grid", 10), ("grid", 60))
-
-
-def tool(target: str, name: str, *arguments: str | Path) -> str:
-    return targets.run(
-        [targets.MACHINES[target]["toolchain"] + name, *map(str, arguments)], f"{name} for {target}"
-    )
 
 
 def symbols(target: str, path: Path) -> dict[str, int]:
@@ -58,7 +61,7 @@ def symbols(target: str, path: Path) -> dict[str, int]:
     address, the first one.
     """
     found, places = dict[str, int](), set[tuple[str, str] | str]()
-    for line in tool(target, "nm", "-S", "--defined-only", path).splitlines():
+    for line in targets.tool(target, "nm", "-S", "--defined-only", path).splitlines():
         fields = line.split()
         if len(fields) == 4 and fields[2] in "tTrRwW":
             place = (fields[0], fields[1]) if path.suffix == ".elf" else line
@@ -67,21 +70,6 @@ def symbols(target: str, path: Path) -> dict[str, int]:
             )
             places.add(place)
     return found
-
-
-def sources(target: str, where: Path) -> dict[str, str]:
-    """Symbol -> source file of lib/ that defines it."""
-    rooms = where / "davar/lib/CMakeFiles"
-    lines = tool(
-        target, "nm", "-A", "--defined-only", *sorted(rooms.glob("davar_*.dir/src/**/*.obj"))
-    ).splitlines()
-    places = {
-        line.split()[-1]: line.split(":", 1)[0] for line in lines if line.split()[-2] in "tTrRwW"
-    }
-    return {
-        name: Path(*Path(path).relative_to(rooms).parts[2:]).as_posix()[:-4]
-        for name, path in places.items()
-    }
 
 
 def compiled(target: str, where: Path, flags: Sequence[str], files: Iterable[Path]) -> list[Path]:
@@ -155,8 +143,8 @@ def linked_bytes(target: str, where: Path, what: int, options: Sequence[str]) ->
         "-Wl,--gc-sections",
         "-Wl,--defsym=__flash_size=0x100000",  # the linker script of RISC-V has 64 kB
     ]
-    tool(target, "gcc", *cpu, *objects, *link, "-o", image, "-lm")
-    text, data = tool(target, "size", image).splitlines()[1].split()[:2]
+    targets.tool(target, "gcc", *cpu, *objects, *link, "-o", image, "-lm")
+    text, data = targets.tool(target, "size", image).splitlines()[1].split()[:2]
     return int(text) + int(data)
 
 
@@ -173,7 +161,7 @@ def flash(target: str, where: Path) -> dict[str, int]:
     """Bytes that a q15 application links: the path of a sample, the evaluation of a result, the
     compiler's soft float.
     """
-    home = sources(target, where)
+    home = call_graph.sources(target, where)
     own = {
         name
         for path in where.glob("CMakeFiles/*.dir/**/*.obj")
@@ -235,9 +223,12 @@ def measure(target: str) -> Figures:
         "state_bytes": state,
         "plan_bytes": raw["plan_bytes"],
         "result_bytes": raw["result_bytes"],
-        "stack_bytes": raw["stack_push_bytes"],
-        "stack_take_bytes": raw["stack_take_bytes"],
     }
+    paths = where / "paths.elf"
+    for name, roots, without in STACKS:
+        figures[f"stack_{name}_bytes"] = call_graph.stack(target, paths, roots, without)
+        if figures[f"stack_{name}_bytes"] < raw.get(f"stack_{name}_bytes", 0):
+            raise targets.TargetError(f"{target}: more stack than the bound of {name}")
     for engine, stride in ENGINES:
         name = f"{engine}{stride}"
         figures |= {
@@ -253,202 +244,6 @@ def measure(target: str) -> Figures:
 
 def measure_all() -> Costs:
     return {target: measure(target) for target in targets.BARE}
-
-
-# --- instructions in the path of a sample ---
-
-# Moving a double through a floating-point register is not arithmetic: a compiler for a Cortex-M7
-# often does it, and a call on RV64 passes it there. The integer vectors of a Cortex-M55 are not
-# arithmetic of this kind either.
-FORBIDDEN = re.compile(
-    r"^(udiv|sdiv|(div|rem)u?w?|v(?!mov)\S*\.[fF](16|32|64)\S*|f(add|sub|mul|div|sqrt|cvt|n?madd|n?msub)\S*)$"
-)
-
-
-LOAD = re.compile(r"(?:c\.)?l(?:dr|w|d)(?:sp)?(?:\.[wn])?$")
-ADDRESS = re.compile(r"(\w+), ?(?:\[\w+(?:, #(\d+))?\]|(\d+)\(\w+\))(?:\s*@.*)?$")
-WRITES_NOTHING = re.compile(r"(?:c\.)?(?:cm[pn]|ts?t|teq|cb|b|st|s[bhwd](?:sp)?$|push|dmb|j)")
-OUTLIVES_NO_CALL = re.compile(r"r[0-3]|r12|ip|lr|[at]\d+|ra")
-
-
-class Registers:
-    """Which registers hold a word loaded from a known offset of an object: how a function of a
-    table is called.
-    """
-
-    def __init__(self) -> None:
-        self.offset: dict[str, int | None] = {}
-
-    def follow(self, operation: str, operands: str) -> None:
-        """One instruction, in the order of the code."""
-        loaded = ADDRESS.match(operands)
-        first, *others = re.findall(r"[A-Za-z]\w*", operands.split("@")[0]) or [""]
-        if LOAD.match(operation) and loaded:
-            self.offset[first] = int(loaded.group(2) or loaded.group(3) or 0)
-        elif re.match(r"(?:c\.)?mv$|movs?(?:\.[wn])?$", operation) and others:
-            self.offset[first] = self.offset.get(others[0])
-        elif re.match(r"bl|(?:c\.)?jal", operation):
-            self.offset = {
-                name: offset
-                for name, offset in self.offset.items()
-                if not OUTLIVES_NO_CALL.fullmatch(name)
-            }
-        elif re.match(r"ldm|ldrd|pop", operation):
-            self.offset.clear()
-        elif not WRITES_NOTHING.match(operation):
-            self.offset[first] = None
-
-    def goal(self, operands: str) -> str | int:
-        """What a call or jump to the register goes to: the function at an offset of a table, or an
-        unknown one.
-        """
-        offset = self.offset.get(operands.strip())
-        return "a pointer" if offset is None else offset
-
-
-def disassembly(target: str, image: Path) -> dict[str, tuple[set[str], set[str | int]]]:
-    """Function -> (instructions, what it goes to: names, and offsets of pointers in a table)."""
-    code: dict[str, tuple[set[str], set[str | int]]] = {}
-    name, popped = None, None
-    registers = Registers()
-    for line in tool(target, "objdump", "-d", "--no-show-raw-insn", image).splitlines():
-        head = re.match(r"^[0-9a-f]+ <(.+)>:$", line)
-        if head:
-            name = head.group(1)
-            code.setdefault(name, (set(), set()))
-            registers = Registers()
-            continue
-        body = re.match(r"^\s*[0-9a-f]+:\t(\S+)\s*(.*)$", line)
-        if body and name:
-            operation, operands = body.groups()
-            if not operation.startswith(("j", "c.j")):
-                operands = operands.split(" # ")[
-                    0
-                ]  # a constant of RISC-V that happens to be an address
-            code[name][0].add(
-                operation.split(".")[0] if not operation.startswith("v") else operation
-            )
-            alone = re.fullmatch(r"{(r\d+)}", operands.strip())
-            popped = (
-                alone.group(1) if operation == "pop" and alone else popped
-            )  # a return of the Cortex-M0
-            returns = operands.strip() in ("lr", "ra", popped)
-            to_register = not re.search(r"<.+>", operands) and not returns
-            if operation in ("bx", "blx", "jr", "c.jr", "jalr", "c.jalr") and to_register:
-                code[name][1].add(registers.goal(operands))
-            for goal in re.findall(r"<([A-Za-z_][\w.$]*)>", operands):
-                code[name][1].add(goal)
-            registers.follow(operation, operands)
-    return code
-
-
-def tables(target: str, image: Path) -> dict[str, dict[int, str]]:
-    """Name -> {offset: function} of each table: the window laws and the number types."""
-    found, functions, places = (
-        dict[str, dict[int, str]](),
-        dict[int, str](),
-        dict[str, tuple[int, int]](),
-    )
-    thumb = 1 if targets.MACHINES[target]["core"] == "cortex_m" else 0  # bit 0 of a pointer
-    for line in tool(target, "nm", "-S", "--defined-only", image).splitlines():
-        fields = line.split()
-        if len(fields) == 4 and re.match(r"davar_(law|number)_\w+$", fields[3]):
-            places[fields[3]] = (int(fields[0], 16), int(fields[1], 16))
-        elif len(fields) == 4 and fields[2] in "tT":
-            functions[int(fields[0], 16) | thumb] = fields[3]
-    pointer = len(fields[0]) // 2
-    for name, (start, size) in places.items():
-        dump = tool(
-            target,
-            "objdump",
-            "-s",
-            f"--start-address={start}",
-            f"--stop-address={start + size}",
-            image,
-        )
-        words = "".join(
-            "".join(line[: line.index("  ")].split()[1:])
-            for line in dump.splitlines()
-            if re.match(r"^ [0-9a-f]+ ", line)
-        )
-        content = bytes.fromhex(words)
-        found[name] = {
-            offset: functions[address]
-            for offset in range(0, size, pointer)
-            if (address := int.from_bytes(content[offset : offset + pointer], "little"))
-            in functions
-        }
-    return found
-
-
-def laws() -> list[str]:
-    """The names of the window laws that davar has."""
-    header = (targets.ROOT / "lib/include/davar/law.h").read_text(encoding="utf-8")
-    return re.findall(r"^extern const davar_law_t (\w+);", header, re.MULTILINE)
-
-
-@functools.cache
-def called_tables(unit: str) -> frozenset[str]:
-    """The kinds of tables, "law" or "number", that a source file and its .inc files call through.
-    The calls of headers do not count.
-    """
-    text = (targets.ROOT / "lib/src" / unit).read_text(encoding="utf-8")
-    kinds = set(re.findall(r"(law|number)->\w+\(", text))
-    for part in re.findall(r'#include "(\S+\.inc)"', text):
-        kinds |= called_tables(part)
-    return frozenset(kinds)
-
-
-def reached(
-    goals: Iterable[str | int], named: Mapping[str, Mapping[int, str]], unit: str
-) -> Iterator[str]:
-    """The functions of these goals. The pointer at an offset can be that of any table that the
-    source file calls through.
-    """
-    for goal in goals:
-        if isinstance(goal, str):
-            yield goal
-        else:
-            at = [
-                functions[goal]
-                for name, functions in named.items()
-                if goal in functions and name.split("_")[1] in called_tables(unit)
-            ]
-            yield from at or [f"a pointer at offset {goal}"]
-
-
-def offences(target: str, image: Path, roots: Iterable[str], gaps: Sequence[str] = ()) -> list[str]:
-    """Faults in the path of a sample: divisions, floating point, functions that are not davar's.
-    Follows the functions of every window law. gaps: functions that handle a gap, once for each
-    gap; they are not part of the path.
-    """
-    code, home = disassembly(target, image), sources(target, Path(image).parent)
-    named = tables(target, image)
-    seen, found, wanted = (
-        set(gaps),
-        [f"{target}: {name} does not exist" for name in gaps if name not in code]
-        + [f"{target}: {name} does not exist" for name in laws() if name not in named],
-        list(roots),
-    )
-    while wanted:
-        name = wanted.pop()
-        if name in seen:
-            continue
-        seen.add(name)
-        unit = home.get(name) or home.get(
-            re.sub(r"\.(isra|part|constprop|cold)\.\d+|\.cold", "", name)
-        )
-        if unit is None:
-            found.append(f"{target}: {name} is not a function of davar")
-            continue
-        operations, goals = code[name]
-        found += [
-            f"{target}: {operation} in {name}"
-            for operation in operations
-            if FORBIDDEN.match(operation)
-        ]
-        wanted += set(reached(goals, named, unit)) - {name}
-    return found
 
 
 # --- the tables of the pages ---
@@ -533,13 +328,22 @@ TABLES: tuple[Table | Engines, ...] = (
     ),
     Table(
         COSTS,
-        "RAM and stack",
+        "RAM",
         (
             ("fixed", "ram_bytes"),
             ("grid of 60", "ram_grid_bytes"),
             ("`glr`", "ram_glr_bytes"),
-            ("stack of push", "stack_bytes"),
-            ("stack of take and fit", "stack_take_bytes"),
+        ),
+    ),
+    Table(
+        COSTS,
+        "stack",
+        (
+            ("init", "stack_init_bytes"),
+            ("plan", "stack_plan_bytes"),
+            ("push", "stack_push_bytes"),
+            ("push, `glr`", "stack_push_glr_bytes"),
+            ("take and fit", "stack_take_bytes"),
         ),
     ),
     Table(

@@ -75,6 +75,11 @@ def run(command: Sequence[str | Path], what: str) -> str:
     return done.stdout
 
 
+def tool(target: str, name: str, *arguments: str | Path) -> str:
+    """What a tool of the target's tool chain prints."""
+    return run([MACHINES[target]["toolchain"] + name, *map(str, arguments)], f"{name} for {target}")
+
+
 def build(target: str, kind: str = "target", image: str | None = None) -> Path:
     """Configures and builds the images of a target (or one of them): "target" to measure, "job" and
     "long" (job_kind) for davar-mcu, "suites" with Unity (needs DAVAR_UNITY_DIR), "portable" the
