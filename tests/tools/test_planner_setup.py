@@ -34,7 +34,7 @@ SIMULATED = (
         1,
     ),
     (
-        "--rate 100 --lsb 0.05 --bandwidth none --respond 1 --arw-percent 8 --core cortex-m4f",
+        "--rate 100 --lsb 0.05 --bandwidth none --respond 1.1 --arw-percent 8 --core cortex-m4f",
         "{0}",
         20,
     ),
