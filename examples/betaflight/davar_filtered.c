@@ -3,8 +3,8 @@
  *   gyro.gyroADCf -> means of 32 -> ring -> taskHandleSerial: push, take -> report
  *
  * The low-pass filters of the firmware are declared to the fit, so the result is that of the gyro
- * before them. What the fit does not know, the notches and the dynamic low-pass while it moves,
- * matters little at the averaging times used, 16 to 128 ms, and is part of the interval. */
+ * before them. What is not declared, the notches and how the dynamic low-pass moves, matters
+ * little at the averaging times used, 16 to 128 ms, and is part of the interval. */
 #ifdef DAVAR_GYRO_FILTERED
 
 #include "davar_filtered.h"
@@ -23,7 +23,7 @@
 #define STRIDE 125U    /* means; 0.5 s at 8 kHz */
 #define LONGEST 32U    /* the largest cluster size */
 #define STEP 0.25f     /* of a count of the gyro: means are finer. The range is +-500 deg/s */
-#define UNCERTAIN 0.3f /* of the cutoff: notches and the dynamic low-pass */
+#define UNCERTAIN 0.3f /* of the cutoff: notches, and the dynamic low-pass within its range */
 
 static const uint32_t taus[] = {4, 8, 16, LONGEST};
 #define TAUS (sizeof taus / sizeof taus[0])
@@ -68,9 +68,9 @@ void davar_filtered_sample(void)
 /* --- used by the task --- */
 
 /* Seconds; 0: no filter. */
-static float time_constant(uint16_t cutoff_hz)
+static float time_constant(float cutoff_hz)
 {
-    return (cutoff_hz == 0U) ? 0.0f : 1.0f / (2.0f * M_PIf * (float)cutoff_hz);
+    return (cutoff_hz > 0.0f) ? 1.0f / (2.0f * M_PIf * cutoff_hz) : 0.0f;
 }
 
 /* The time constant of the one filter of first order that takes as much from a long Allan deviation
@@ -86,9 +86,11 @@ void davar_filtered_start(void)
     if ((set->gyro_lpf1_type != FILTER_PT1) || (set->gyro_lpf2_type != FILTER_PT1)) {
         return; /* their gain is not the one below */
     }
-    const bool dynamic = set->gyro_lpf1_dyn_min_hz > 0U;
-    const uint16_t first = dynamic ? set->gyro_lpf1_dyn_min_hz : set->gyro_lpf1_static_hz;
-    const float constant = together(time_constant(first), time_constant(set->gyro_lpf2_static_hz));
+    const bool dynamic = set->gyro_lpf1_dyn_min_hz > 0U; /* its cutoff rises with the throttle */
+    const float slow = dynamic ? set->gyro_lpf1_dyn_min_hz : set->gyro_lpf1_static_hz;
+    const float fast = dynamic ? set->gyro_lpf1_dyn_max_hz : set->gyro_lpf1_static_hz;
+    const float first = 0.5f * (time_constant(slow) + time_constant(fast));
+    const float constant = together(first, time_constant(set->gyro_lpf2_static_hz));
     config.rate_hz = (double)gyro.sampleRateHz / (double)MEAN;
     config.unit_per_count = (double)(gyro.scale * STEP);
     davar_filter_t filter = {.averages = 1, .length = MEAN, .decimation = MEAN};

@@ -43,7 +43,9 @@ LOCKSTEP = [
     "dyad_update",
     "mspFcProcessCommand",
     "taskGyroSample",
+    "dynLpfGyroUpdate",
 ]
+SMALL = ["-Os", "-fno-move-loop-invariants", "-fno-schedule-insns2"]
 SECTIONS = ["-ffunction-sections", "-fdata-sections"]
 ARM = ["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]
 
@@ -184,7 +186,7 @@ def sitl(plan: str) -> Path:
 
 
 def board_library(planned: Path) -> Path:
-    flags = [*ARM, "-Os", "-DNDEBUG", "-flto", "-ffat-lto-objects", *SECTIONS]
+    flags = [*ARM, *SMALL, "-DNDEBUG", "-flto", "-ffat-lto-objects", *SECTIONS]
     return library(planned, "board", "arm-none-eabi-gcc", "arm-none-eabi-gcc-ar", flags)
 
 

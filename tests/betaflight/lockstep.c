@@ -22,8 +22,11 @@
 #include "msp/msp.h"
 #include "msp/msp_protocol.h"
 #include "msp/msp_serial.h"
+#include "sensors/gyro.h"
 
-#define SETTLE 16000U /* periods until the craft is armed: the gyro is calibrated by then */
+#define SETTLE 16000U        /* periods until the craft is armed: the gyro is calibrated by then */
+#define THROTTLE_UPDATE 40U  /* periods, as in Betaflight's mixer */
+#define THROTTLE_RISE 16000U /* ... from 0 to full throttle */
 
 static uint64_t now_us = 1000;
 static bool running; /* start-up is over */
@@ -103,6 +106,24 @@ static void wait_for_request(void)
     __real_dyad_update(); /* sends the reply */
 }
 
+/* --- the throttle, as the dynamic low-pass sees it: up and down all the time --- */
+
+void __real_dynLpfGyroUpdate(float throttle);
+void __wrap_dynLpfGyroUpdate(float throttle);
+
+void __wrap_dynLpfGyroUpdate(float throttle)
+{
+    UNUSED(throttle); /* the mixer's: no transmitter moves it */
+}
+
+static void move_throttle(uint32_t periods)
+{
+    if (periods % THROTTLE_UPDATE == 0U) {
+        const float phase = (float)(periods % (2U * THROTTLE_RISE)) / (float)THROTTLE_RISE;
+        __real_dynLpfGyroUpdate((phase < 1.0f) ? phase : (2.0f - phase));
+    }
+}
+
 /* --- a period --- */
 
 void __real_taskGyroSample(timeUs_t us);
@@ -143,6 +164,7 @@ void __wrap_taskGyroSample(timeUs_t us)
             ENABLE_ARMING_FLAG(ARMED);
         }
     }
+    move_throttle(periods);
     periods++;
     virtualGyroSet(virtualGyroDev, xyz[X], xyz[Y], xyz[Z]);
     __real_taskGyroSample(us);
