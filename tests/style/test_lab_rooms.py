@@ -15,11 +15,11 @@ FLEET = LAB.with_name("davarfleet")
 ROOMS = (
     "errors",
     "arrays",
+    "distributions",
     "places",
     "arithmetic",
     "thresholds",
     "files",
-    "option_types",
     "data",
     "logs",
     "effects",

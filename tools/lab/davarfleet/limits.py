@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from davarlab import model as models
+from davarlab.distributions import norm_cdf, norm_isf, norm_ppf
 from davarlab.errors import BadInput
 from davarlab.thresholds import CHANCE
-from scipy import stats
 
 from .store import Found, Row
 
@@ -148,7 +148,7 @@ def outcome(test: Test, row: Row) -> tuple[str, list[str]]:
     """("pass", "fail" or "no result", what it failed). A unit that was not measured has not
     passed.
     """
-    threshold, failed, unknown = stats.norm.isf(test.at_limit), [], []
+    threshold, failed, unknown = norm_isf(test.at_limit), [], []
     for limit in test.limits:
         estimate = row["coefficients"].get(limit.coefficient)
         off = beyond(limit, *estimate) if estimate else None
@@ -166,7 +166,7 @@ def chance_of_fail(
 ) -> float:
     """(F.1): of a unit whose true value is `true`."""
     off = math.log(true / limit.value) if logarithm else true - limit.value
-    return float(stats.norm.cdf(limit.side * off / error - stats.norm.isf(at_limit)))
+    return float(norm_cdf(limit.side * off / error - norm_isf(at_limit)))
 
 
 def stated(test: Test, rows: Sequence[Row]) -> list[Found]:
@@ -188,7 +188,7 @@ def stated(test: Test, rows: Sequence[Row]) -> list[Found]:
             float(np.median([pair[0] for pair in pairs if pair[1] == logarithm])),
             float(np.median([one[0] for one in known])),
         )
-        reach = limit.side * (stats.norm.isf(test.at_limit) + stats.norm.ppf(CAUGHT)) * error
+        reach = limit.side * (norm_isf(test.at_limit) + norm_ppf(CAUGHT)) * error
         typical = (
             None
             if logarithm and median <= 0

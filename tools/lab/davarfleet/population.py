@@ -6,10 +6,11 @@ import functools
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+import scipy
 from davarlab.arrays import Floats
+from davarlab.distributions import norm_isf
 from davarlab.effects import table
 from davarlab.thresholds import CHANCE
-from scipy import stats
 
 from . import limits
 from .store import Found, Row
@@ -56,7 +57,7 @@ def threshold(count: int) -> float:
     exceeds in 1 of 100 groups. By simulation, since the scatter of the MAD itself matters.
     """
     if count > DRAWN_TO:
-        return float(stats.norm.isf(OUTLIER / (2 * count)))
+        return float(norm_isf(OUTLIER / (2 * count)))
     rng, largest = np.random.default_rng(count), []
     for _ in range(DRAWS // 400):
         largest.append(np.max(np.abs(robust(rng.standard_normal((400, count)))), axis=1))
@@ -119,7 +120,7 @@ def compared(rows: Sequence[Row], axis: str, name: str) -> Found | None:
     found = [values[:, 0] for values in found if len(values) >= LEAST]
     if len(found) < 2 or np.ptp(np.concatenate(found)) == 0:
         return None
-    return {"axis": axis, "coefficient": name, "p_value": float(stats.kruskal(*found).pvalue)}
+    return {"axis": axis, "coefficient": name, "p_value": float(scipy.stats.kruskal(*found).pvalue)}
 
 
 def trend(rows: Sequence[Row], axis: str, name: str, against: str) -> Found | None:
@@ -138,13 +139,13 @@ def trend(rows: Sequence[Row], axis: str, name: str, against: str) -> Found | No
     if len(x) < 2 * LEAST or np.ptp(x) == 0 or np.ptp(y) == 0:
         return None
     step = -(-len(x) // SLOPES_MAX)
-    slope = stats.theilslopes(y[::step], x[::step])
+    slope = scipy.stats.theilslopes(y[::step], x[::step])
     return {
         "axis": axis,
         "coefficient": name,
         "against": {"start_s": "date", "temperature_degC": "temperature"}[against],
         "units": len(x),
-        "p_value": float(stats.spearmanr(x, y).pvalue),
+        "p_value": float(scipy.stats.spearmanr(x, y).pvalue),
         "slope": float(slope[0]),
         "low": float(slope[2]),
         "high": float(slope[3]),

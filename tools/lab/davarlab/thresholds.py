@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from scipy import stats
+from .distributions import norm_ppf
 
 
 def of(value: object, unit: str, source: str, meaning: str) -> Any:
@@ -63,7 +63,7 @@ class Chance:
         "the same for parameters that were fitted on another recording",
     )
     normal_95: float = of(
-        float(stats.norm.ppf(0.975)),
+        float(norm_ppf(0.975)),
         "standard errors",
         "95 % of a normal distribution",
         "half width of every interval",

@@ -4,8 +4,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from ..distributions import norm_logsf
 from ..inference.parts import Part
 from ..thresholds import TRIES
 
@@ -23,9 +23,7 @@ class Candidate:
 
 
 def log_tail(gain: float, trials: float) -> float:
-    x = max(2 * gain, 0.0)
-    tail = stats.chi2.logsf(x, 1) if x < 500 else -x / 2 - 0.5 * np.log(np.pi * x / 2)
-    return min(0.0, float(np.log(trials) + tail))
+    return min(0.0, float(np.log(2 * trials) + norm_logsf(np.sqrt(max(2 * gain, 0.0)))))
 
 
 def log_chance(kind: str, gain: float) -> float:

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import fft, interpolate, ndimage
+import scipy
+from scipy import fft, ndimage
 
 from ..arrays import Complexes, Floats
 from ..data import signals
@@ -54,7 +55,7 @@ def ridge(z: Complexes, length: int) -> Floats:
 
 def smooth(time: Floats, values: Floats, knots: Floats, weight: Floats) -> Floats:
     """A cubic spline through knots, at the knots, by least squares."""
-    basis = interpolate.CubicSpline(knots, np.eye(len(knots)))(time)
+    basis = scipy.interpolate.CubicSpline(knots, np.eye(len(knots)))(time)
     rows = np.vstack([basis * weight[:, None], 1e-3 * np.diff(np.eye(len(knots)), 2, axis=0)])
     right = np.concatenate([values * weight, np.zeros(len(knots) - 2)])
     found: Floats = np.linalg.lstsq(rows, right, rcond=None)[0]
@@ -80,7 +81,7 @@ def locked(z: Complexes, time: Floats, last: float, course: Floats) -> tuple[flo
         sums = ndimage.uniform_filter1d(sums, 3, mode="nearest")
         middle = np.add.reduceat(time, starts) / np.diff(np.append(starts, len(z)))
         phase = np.unwrap(np.angle(sums)) / (2 * np.pi)
-        more = interpolate.CubicSpline(knots, smooth(middle, phase, knots, np.abs(sums)))
+        more = scipy.interpolate.CubicSpline(knots, smooth(middle, phase, knots, np.abs(sums)))
         course = course + more(knots, 1)
         now = gathered(z, time, last, course)[0]
         if now <= best[0]:
@@ -116,7 +117,7 @@ def followed(z: Complexes, time: Floats, last: float) -> tuple[float, Floats] | 
             if DRIFT.knots[0] <= count <= min(DRIFT.knots[1], len(z) // DRIFT.per_knot):
                 knots = np.linspace(time[0], last, len(best[1]))
                 more = np.linspace(time[0], last, count)
-                tried(interpolate.CubicSpline(knots, best[1])(more))
+                tried(scipy.interpolate.CubicSpline(knots, best[1])(more))
     return best
 
 

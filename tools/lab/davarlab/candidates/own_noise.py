@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import stats
 
 from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
+from ..distributions import f_sf
 from ..effects.base import needed
 from ..inference import modulation
 from ..inference.parts import Bench, Part
@@ -69,7 +69,7 @@ def louder(x: Floats, own: Floats) -> bool:
     true, noise_of = octaves(x), octaves(own)
     return any(
         one > CAUSE.own_noise_most * other
-        and stats.f.sf(one / max(CAUSE.own_noise_most * other, 1e-300), count, count) * len(true)
+        and f_sf(one / max(CAUSE.own_noise_most * other, 1e-300), count, count) * len(true)
         < CHANCE.family_wise
         for (one, count), (other, _) in zip(true, noise_of)
     )

@@ -4,10 +4,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import fft, stats
+from scipy import fft
 
 from ..arrays import Floats, Ints
 from ..data import signals
+from ..distributions import norm_logsf
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
 from ..thresholds import STEP
@@ -53,7 +54,7 @@ def log_chance(peak: float, same: Floats, n: int) -> float:
     inner = 0.5 * (at(same, np.diff(marks), n) - at(same, marks[1:] + marks[:-1], n))
     apart = np.maximum(1 - inner / np.sqrt(norm[1:] * norm[:-1]), 0)
     tries = 1 + np.sum(np.maximum(np.minimum(1, peak * np.sqrt(apart / np.pi)), apart * peak**2))
-    return min(0.0, float(np.log(2 * tries) + stats.norm.logsf(peak)))
+    return min(0.0, float(np.log(2 * tries) + norm_logsf(peak)))
 
 
 def search(bench: Bench, parts: Sequence[Part], fit: Fit) -> tuple[Part, float, float]:

@@ -65,8 +65,15 @@ def column_of(options: argparse.Namespace) -> str:
 
 def progress_of(options: argparse.Namespace) -> Progress:
     """Progress, in the language of the column."""
-    column = column_of(options)
-    return lambda text: progress(axes.in_units(text, column))
+    column, last = column_of(options), ""
+
+    def told(text: str) -> None:
+        nonlocal last
+        if text != last:
+            progress(axes.in_units(text, column))
+        last = text
+
+    return told
 
 
 def output_of(options: argparse.Namespace) -> str | None:

@@ -2,9 +2,10 @@
 
 import argparse
 
-from .. import files, option_types
+from .. import files
 from ..errors import BadInput
 from ..logs import formats
+from . import option_types
 from .shared import (
     AXES,
     BASE,

@@ -6,7 +6,8 @@ import importlib
 import sys
 from types import ModuleType
 
-from .. import option_types, places
+from .. import places
+from . import option_types
 from .shared import Command, argument, emit, progress
 
 

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from .. import axes, files, kalibr, option_types, simulate
+from .. import axes, files, simulate
 from .. import model as models
 from ..data import recording as recordings
 from ..effects import table
 from ..effects.base import Effect, Parameter
 from ..errors import BadInput
 from ..report import parameters
+from . import option_types
 from .shared import LOG, OUT, RATE, Command, argument, emit, progress, recorded
 
 PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
@@ -193,6 +194,8 @@ def run_export(options: argparse.Namespace) -> int:
 
 
 def run_sheet(options: argparse.Namespace) -> int:
+    from .. import kalibr
+
     if bool(options.kalibr) == bool(options.numbers):
         raise BadInput("sheet: give either numbers with their units, or --kalibr imu.yaml")
     made = (

@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from .. import kalibr, option_types
 from .. import model as models
 from ..data import recording as recordings
 from ..errors import BadInput, printable, shown
 from ..logs import formats
 from ..report import values
+from . import option_types
 
 Argument = tuple[tuple[str, ...], dict[str, Any]]  # names and settings, as of add_argument()
 # What runs a command and returns its exit status, what it does, its arguments.
@@ -55,6 +55,8 @@ def given_model(options: argparse.Namespace, path: str | None = None) -> models.
     if path is None:
         return models.first(None, getattr(options, "axis", None) or last_axis(options))
     if str(path).endswith((".yaml", ".yml")):
+        from .. import kalibr  # YAML is needed here only
+
         return kalibr.of_file(path, getattr(options, "axis", None) or "gyro_z_dps")
     model = models.read(path)
     return replace(model, column=options.axis) if getattr(options, "axis", None) else model

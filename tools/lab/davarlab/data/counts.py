@@ -4,9 +4,11 @@ what the rounding adds (DESIGN 14)."""
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import ndimage, optimize, stats
+import scipy
+from scipy import ndimage
 
 from ..arrays import Floats, Ints
+from ..distributions import norm_cdf
 from . import signals
 
 SAMPLES = 10**6
@@ -166,7 +168,7 @@ def chances(phase: Floats, sigma: float) -> tuple[Ints, Floats]:
     reach = int(np.ceil(0.5 + 6 * sigma)) + 1
     k = np.arange(-reach, reach + 1)
     edges = (np.arange(-reach, reach + 2) - 0.5 - np.asarray(phase)[..., None]) / sigma
-    return k, np.diff(stats.norm.cdf(edges), axis=-1)
+    return k, np.diff(norm_cdf(edges), axis=-1)
 
 
 def rounded(sigma: float, phase: Floats = PHASES) -> tuple[Floats, Floats, Floats]:
@@ -209,14 +211,12 @@ def probit_sigma(k: Floats) -> float:
         phase = phase_of(means, sigma) - whole
         edges = (np.arange(-reach, reach) + 0.5 - phase[:, None]) / sigma
         p = np.diff(
-            stats.norm.cdf(
-                np.pad(edges, ((0, 0), (1, 1)), constant_values=((0, 0), (-np.inf, np.inf)))
-            ),
+            norm_cdf(np.pad(edges, ((0, 0), (1, 1)), constant_values=((0, 0), (-np.inf, np.inf)))),
             axis=1,
         )
         return -float(np.sum(tally * np.log(np.maximum(p, 1e-12))))
 
-    found = optimize.minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         loss, bounds=(np.log(0.05), np.log(1.5)), method="bounded", options={"xatol": 1e-3}
     )
     out: float = float(np.exp(found.x)) * np.sqrt(PROBIT / (PROBIT - 1))
@@ -312,7 +312,7 @@ def misfit(
     fitted = level
     for _ in range(8):
         weight = np.sqrt(count) / fitted
-        sizes = optimize.nnls((rows * weight).T, np.maximum(level - known, 0) * weight)[0]
+        sizes = scipy.optimize.nnls((rows * weight).T, np.maximum(level - known, 0) * weight)[0]
         fitted = np.maximum(sizes @ rows + known, 1e-6 * level)
     return float(np.sum(np.log(level / fitted) ** 2 * count / MEDIAN_SCATTER)), sizes
 

@@ -5,9 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import ndimage
 
 from ..arrays import Bools, Floats, Ints
+from ..distributions import chi2_isf, norm_logpdf, norm_logsf, norm_pdf, norm_sf, poisson_logsf
 from . import counts, signals
 
 THRESHOLD = 5.6
@@ -99,10 +100,10 @@ def find(y: Floats, rate_hz: float, reach_dps: float = 0.0) -> Shocks:
     for group in groups:
         low, high = max(0, group[0] - 30), min(len(y), group[-1] + 31)
         sizes.append(np.abs(y[group] - np.median(clean[low:high])).max())
-    expected = len(y) * 2 * stats.norm.sf(THRESHOLD)
+    expected = len(y) * 2 * norm_sf(THRESHOLD)
     peaks = np.array([score[group].max() for group in groups])
-    log_p = stats.poisson.logsf(len(groups) - 1, expected)
-    log_p = min(log_p, np.log(len(y)) + np.log(2) + stats.norm.logsf(peaks.max()))
+    log_p = poisson_logsf(len(groups) - 1, expected)
+    log_p = min(log_p, np.log(len(y)) + np.log(2) + norm_logsf(peaks.max()))
     gain = float(np.sum(score[wild] ** 2 / 2 - np.log(len(y))))
     return Shocks(
         len(groups),
@@ -213,14 +214,14 @@ def are_torn(jumps: Sequence[Jumps], hits: Sequence[Jumps], power: int, octaves:
         np.concatenate([getattr(one, name) for one in jumps]) for name in ("size", "noise")
     )
     # Densities of a size: of a torn read, and uniform in its logarithm over the octave.
-    ratio = stats.norm.pdf(size, 2**power, noise) * size * np.log(2)
+    ratio = norm_pdf(size, 2**power, noise) * size * np.log(2)
     unrelated = np.log1p(SHARES[:, None] * (ratio - 1)).sum(axis=1)
     off = [(one.size - 2**power) / one.noise for one in hits]
     square = float(sum(np.sum(z**2) for z in off))
     return bool(
         np.logaddexp.reduce(unrelated) - np.log(len(SHARES)) > np.log(UNRELATED * octaves)
         and of_one_size(hits, power) > np.log(ONE_SIZE * octaves)
-        and square < stats.chi2.isf(SCATTERED, sum(len(z) for z in off))
+        and square < chi2_isf(SCATTERED, sum(len(z) for z in off))
     )
 
 
@@ -233,5 +234,5 @@ def of_one_size(hits: Sequence[Jumps], power: int) -> float:
         weight = np.concatenate([one.noise for one in own]) ** -2.0
         mean = float(np.average(np.concatenate([one.size for one in own]), weights=weight))
         error = float(np.hypot(weight.sum() ** -0.5, GRID_COUNTS))
-        total += float(stats.norm.logpdf(mean, 2**power, error) + np.log(mean * np.log(2)))
+        total += float(norm_logpdf(mean, 2**power, error) + np.log(mean * np.log(2)))
     return total

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import ndimage
 
 from ..arrays import Bools, Floats, Ints
+from ..distributions import chi2_isf
 from . import events, signals
 from . import recording as recordings
 from .recording import Recording
@@ -475,7 +476,7 @@ def tilts(rates: Sequence[Floats], accels: Sequence[Floats], good: Bools, rate_h
         i for i in np.flatnonzero(apart > TILT) if apart[i] == apart[max(0, i - 3) : i + 4].max()
     ]
     back = rate[:, 1:-1] - (rate[:, 2:] + rate[:, :-2]) / 2
-    limit = stats.chi2.isf(0.5e-3 / max(len(edges), 1), len(rates))
+    limit = chi2_isf(0.5e-3 / max(len(edges), 1), len(rates))
     size, steady = (
         np.sqrt(robust(back) ** 2 + 1.5 * noisy),
         np.sqrt(robust(back) ** 2 / 1.5 + noisy.max(axis=1, keepdims=True)),

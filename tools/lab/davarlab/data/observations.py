@@ -1,7 +1,7 @@
 """Disturbances in a record that are not errors of the sensor, detected before the fit (DESIGN
 13)."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,8 +51,10 @@ class Observation:
         }
 
 
-def find(recording: Recording, column: str) -> list[Observation]:
-    """Every observation on one gyro column."""
+def find(
+    recording: Recording, column: str, between: Callable[[], None] = lambda: None
+) -> list[Observation]:
+    """Every observation on one gyro column. between: called before each look; may raise."""
     known = np.ones(recording.samples, bool) if recording.known is None else recording.known
     x = recording.column(column)
     found = [
@@ -74,6 +76,7 @@ def find(recording: Recording, column: str) -> list[Observation]:
         lambda recording, good: coarse(recording, x, good),
         lambda recording, good: outliers(recording, x, good),
     ):
+        between()
         entry = look(recording, kept(recording, column, found))
         found += [entry] if entry else []
         if entry and entry.spoils:

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, stats
+import scipy
 
 from ..arrays import Bools, Floats
+from ..distributions import binom_logsf, norm_cdf, norm_pdf
 from . import signals
 
 CHANCE = 1e-6  # of a sensor without repeats, per recording
@@ -18,7 +19,7 @@ FINER = 0.1  # differences of two counts over those of one, from which the noise
 
 @dataclass
 class Repeats:
-    """equal: True where a sample repeats the one before on all axes of the gyro; share: of the
+    """equal: True where a sample repeats the one before on all axes of the sensor; share: of the
     samples; chance: the share that counts explain; clear: counts explain so few that those which
     are equal can be left out."""
 
@@ -32,7 +33,7 @@ def rounded_difference(sigma: float, size: int) -> float:
     """Chance that two counted samples differ by so many counts, up or down, where their difference
     has this standard deviation in counts and the bias lies anywhere in a count."""
     x = (size + np.array([-1, 0, 1])) / sigma
-    each = sigma * (x * stats.norm.cdf(x) + stats.norm.pdf(x)) @ np.array([1, -2, 1])
+    each = sigma * (x * norm_cdf(x) + norm_pdf(x)) @ np.array([1, -2, 1])
     return float(each if size == 0 else 2 * each)
 
 
@@ -52,8 +53,14 @@ def by_counts(x: Floats, known: Bools) -> float | None:
     low, high = 0.3, 30.0
     if two < FINER * one or off(low) * off(high) > 0:
         return None
-    sigma = float(optimize.brentq(off, low, high))
+    sigma = float(scipy.optimize.brentq(off, low, high))
     return one * rounded_difference(sigma, 0) / rounded_difference(sigma, 1)
+
+
+def axes_of(columns: Mapping[str, Floats]) -> list[str]:
+    """The axes of the gyro, or of an accelerometer without one."""
+    gyro = [name for name in columns if name.startswith("gyro_")]
+    return gyro or [name for name in columns if name.startswith("accel_")]
 
 
 def hidden(columns: Mapping[str, Floats], equal: Bools, known: Bools) -> float | None:
@@ -64,7 +71,7 @@ def hidden(columns: Mapping[str, Floats], equal: Bools, known: Bools) -> float |
     chance, because its noise is smaller for a while or near the middle of a count. A sensor that is
     read too often gives a fresh sample after one or a few repeats.
     """
-    found = [by_counts(columns[name], known) for name in columns if name.startswith("gyro_")]
+    found = [by_counts(columns[name], known) for name in axes_of(columns)]
     sure = [one for one in found if one is not None]
     share = float(equal[1:].mean())
     if not sure or not 0 < share < 1 or len(sure) < len(found):
@@ -100,7 +107,7 @@ def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
         return None
     both = known & np.concatenate([[False], known[:-1]])
     equal, chance = both.copy(), 1.0
-    for name in (name for name in columns if name.startswith("gyro_")):
+    for name in axes_of(columns):
         x = columns[name]
         equal &= np.diff(x, prepend=x[0]) == 0
         by_counts = chance_of_equal(x, known)
@@ -114,7 +121,7 @@ def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
         chance > 0.1
         or count < 5
         or count < 1.5 * chance * tries
-        or stats.binom.logsf(count - 1, tries, chance) > np.log(CHANCE)
+        or binom_logsf(count - 1, tries, chance) > np.log(CHANCE)
     ):
         return None
     return Repeats(equal, count / tries, chance)

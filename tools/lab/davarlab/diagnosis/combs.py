@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from ..arrays import Floats, Ints
 from ..candidates.doubts import LINES
+from ..distributions import binom_logsf
 from ..inference.parts import Bench, Part
 from ..thresholds import LINE
 
@@ -88,10 +88,12 @@ def combs(bench: Bench, lines: Sequence[Part]) -> list[Comb]:
     def tried(base_hz: float, base_doubt_hz: float, beat_hz: float = 0.0) -> Ints:
         number, by_chance = teeth(bench, lines, base_hz, base_doubt_hz, beat_hz)
         comb = Comb(base_hz, beat_hz, number)
+        if comb.hits < LINE.comb_lines:
+            return number
         given = 2 if beat_hz else 1  # lines that gave the base and the beat
-        log_p = stats.binom.logsf(comb.hits - given - 1, len(lines) - given, by_chance.mean())
+        log_p = binom_logsf(comb.hits - given - 1, len(lines) - given, by_chance.mean())
         tries = LINE.comb_orders * len(lines) ** given
-        if comb.hits >= LINE.comb_lines and log_p + np.log(tries) < np.log(LINE.comb_chance):
+        if log_p + np.log(tries) < np.log(LINE.comb_chance):
             found.append(comb)
         return number
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from scipy import stats
 
 from .. import axes
 from ..arrays import Floats, Ints
 from ..data import signals
 from ..data.observations import Observation
 from ..data.recording import Recording
+from ..distributions import chi2_sf, norm_sf
 from ..effects.changes import vibration_square
 from ..inference import changes, modulation
 from ..inference.estimate import vector_likelihood
@@ -88,7 +88,7 @@ def correlations(state: State, column: str) -> dict[str, tuple[float, float]]:
             continue
         x = signals.transform(values)[1:] / level
         r = float(w @ x / np.sqrt((w @ w) * (x @ x)))
-        found[name] = (r, float(2 * stats.norm.sf(abs(r) * np.sqrt(len(w) + 1))))
+        found[name] = (r, float(2 * norm_sf(abs(r) * np.sqrt(len(w) + 1))))
     return found
 
 
@@ -224,7 +224,7 @@ def given_p_value(fitted: Judged, state: State) -> float:
     if sizes_agree(fitted, state):
         return fitted.adequacy.p_value
     loss, free = loss_of(fitted, state)
-    p = min(fitted.adequacy.p_value, float(stats.chi2.sf(loss, free)))
+    p = min(fitted.adequacy.p_value, float(chi2_sf(loss, free)))
     return 1 - (1 - p) ** 2
 
 

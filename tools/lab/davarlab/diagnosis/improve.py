@@ -118,8 +118,10 @@ def fit(
     recording: Recording, model: Model, progress: Progress = lambda text: None
 ) -> tuple[Judged, Model, list[Estimates]]:
     """(judged state, fitted model, its estimates) of the model's own effects on this recording."""
-    state = state_of.judged(state_of.start(recording, model, progress))
-    progress("intervals")
+    state = state_of.start(recording, model, progress)
+    progress("comparing model and recording")
+    state = state_of.judged(state)
+    progress("computing the intervals")
     return state, *fitted_model(state, model)
 
 

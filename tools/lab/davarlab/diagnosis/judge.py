@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import TypedDict
 
 import numpy as np
-from scipy import special, stats
+from scipy import special
 
 from ..arrays import Floats
+from ..distributions import chi2_isf, chi2_ppf
 from ..thresholds import CHANCE, JUDGE
 from .cells import Cell, error_of, floor_of
 
@@ -62,8 +63,8 @@ def proven(cells: Sequence[Cell]) -> Floats:
         CHANCE.family_wise / (2 * len(cells)),
     )
     ratio = np.log([max(cell.ratio, 1e-9) for cell in cells])
-    low = ratio - 0.5 * np.log(stats.chi2.isf(tail, freedom) / freedom)
-    high = ratio - 0.5 * np.log(np.maximum(stats.chi2.ppf(tail, freedom), 1e-300) / freedom)
+    low = ratio - 0.5 * np.log(chi2_isf(tail, freedom) / freedom)
+    high = ratio - 0.5 * np.log(np.maximum(chi2_ppf(tail, freedom), 1e-300) / freedom)
     off: Floats = np.maximum(low, 0.0) + np.minimum(high, 0.0)
     return off
 

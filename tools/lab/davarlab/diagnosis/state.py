@@ -81,11 +81,15 @@ def spoiler_of(seen: Sequence[Observation]) -> Observation | None:
     return next((one for one in seen if one.kind == plausible.KIND or one.spoils), None)
 
 
-def observed(recording: Recording, column: str) -> Sequence[Observation]:
+def observed(
+    recording: Recording, column: str, progress: Progress = lambda text: None
+) -> Sequence[Observation]:
     """The observations on a recording, which are worked out once."""
     key = ("observations", column)
     if key not in recording.measured:
-        recording.measured[key] = observations.find(recording, column)
+        recording.measured[key] = observations.find(
+            recording, column, lambda: progress("reading the spectrum")
+        )
     found: Sequence[Observation] = recording.measured[key]
     return found
 
@@ -97,8 +101,8 @@ def start(recording: Recording, model: Model, progress: Progress = lambda text: 
             f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s are too short. At "
             f"least {START.least_s} s are needed to estimate slow noise"
         )
+    seen = observed(recording, model.column, progress)
     progress("reading the spectrum")
-    seen = observed(recording, model.column)
     unused = [
         one
         for one in seen

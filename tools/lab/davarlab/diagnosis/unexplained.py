@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from scipy import stats
 
 from ..candidates.candidate import Candidate
 from ..data.recording import Recording
+from ..distributions import norm_sf
 from ..effects import table
 from ..inference import adequacy
 from ..thresholds import CHANCE, PLACE
@@ -97,7 +97,7 @@ def strongest(found: Comparison) -> tuple[float, float] | tuple[None, None]:
         return None, None
     z = adequacy.normal_score(ratio[there], counts[there])
     worst = int(np.argmax(np.abs(z)))
-    if 2 * stats.norm.sf(abs(z[worst])) * len(z) >= CHANCE.family_wise:
+    if 2 * norm_sf(abs(z[worst])) * len(z) >= CHANCE.family_wise:
         return None, None
     return float(f[there][worst]), float(ratio[there][worst])
 

@@ -4,7 +4,7 @@ noise, and any other column (DESIGN 4)."""
 from functools import partial
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from ..arrays import Floats
 from ..data import signals
@@ -53,7 +53,8 @@ def lagged(x: Floats, rate_hz: float, lag_s: float, moving: bool = False) -> Flo
     if moving:
         reach = int(np.clip(lag_s * rate_hz, 1, len(x) - 1))
         first = x[0] - (x[reach] - x[0]) / reach * lag_s * rate_hz
-    found: Floats = signal.lfilter([share, share], [1, -decay], x, zi=[first - share * x[0]])[0]
+    initial = [first - share * x[0]]
+    found: Floats = scipy.signal.lfilter([share, share], [1, -decay], x, zi=initial)[0]
     return found
 
 

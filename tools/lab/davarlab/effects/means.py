@@ -3,7 +3,7 @@
 from functools import partial
 
 import numpy as np
-from scipy import interpolate
+import scipy
 
 from ..arrays import Floats
 from ..data import signals
@@ -58,7 +58,7 @@ def turns_of(course: Floats, time: Floats, last: float) -> Floats:
     """Turns since the first of these times of a line whose frequency passes through knots at even
     times up to the last one."""
     knots = np.linspace(time[0], last, len(course))
-    found: Floats = interpolate.CubicSpline(knots, course).antiderivative()(time)
+    found: Floats = scipy.interpolate.CubicSpline(knots, course).antiderivative()(time)
     return found
 
 

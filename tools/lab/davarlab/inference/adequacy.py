@@ -5,11 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, ndimage, stats
+from scipy import fft, ndimage
 
 from ..arrays import Floats
 from ..data import signals
 from ..data.counts import Counts
+from ..distributions import chi2_sf, norm_sf
 from ..thresholds import JUDGE
 
 
@@ -36,7 +37,7 @@ def spectrum_score(c: Floats, free: int) -> float:
         np.add.reduceat(c[: edges[-1]] ** 2, edges[:-1], dtype=np.float64)[: len(counts)] / counts,
         counts,
     )
-    return float(stats.chi2.sf(np.sum(z**2), max(len(z) - free, 1)))
+    return float(chi2_sf(np.sum(z**2), max(len(z) - free, 1)))
 
 
 def cells_of(c: Floats, kurtosis: float = 0.0) -> Floats:
@@ -80,7 +81,7 @@ def narrow_p(c: Floats) -> float:
                 1.0,
                 0.8
                 * len(mean)
-                * stats.chi2.sf(JUDGE.narrow_ordinates * mean.max(), JUDGE.narrow_ordinates),
+                * chi2_sf(JUDGE.narrow_ordinates * mean.max(), JUDGE.narrow_ordinates),
             )
         )
         if len(mean)
@@ -106,11 +107,11 @@ def judge(
     )
     if cells.size:  # a short record has none
         tests["time and frequency"] = float(
-            stats.chi2.sf(
+            chi2_sf(
                 np.sum(cells**2) * JUDGE.time_stretches / (JUDGE.time_stretches - 1), cells.size
             )
         )
-        tests["largest cell"] = float(min(1.0, cells.size * 2 * stats.norm.sf(np.abs(cells).max())))
+        tests["largest cell"] = float(min(1.0, cells.size * 2 * norm_sf(np.abs(cells).max())))
     tests.update(extra or {})
     tests = {name: p for name, p in tests.items() if counts is None or name not in counts.suspends}
     return Adequacy(float(1 - (1 - min(tests.values())) ** JUDGE.independent_tests), tests, cells)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from ..arrays import Floats, Ints
 from ..thresholds import CHANGE
@@ -64,7 +64,7 @@ def fit(blocks: Blocks, shapes: Floats) -> tuple[Floats, Floats, float]:
     for _ in range(30):
         design = (shapes / variance).T
         norm = np.maximum(np.linalg.norm(design, axis=0), 1e-30)
-        sizes = optimize.nnls(design / norm, blocks.energy / variance)[0] / norm
+        sizes = scipy.optimize.nnls(design / norm, blocks.energy / variance)[0] / norm
         variance, old = np.maximum(sizes @ shapes, 1e-6 * blocks.energy.mean()), variance
         if np.max(np.abs(variance / old - 1)) < 1e-7:
             break

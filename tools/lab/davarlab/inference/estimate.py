@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from scipy import linalg, stats
+from scipy import linalg
 
 from ..arrays import Floats
 from ..data.events import Shocks
 from ..data.recording import Recording
+from ..distributions import chi2_ppf
 from ..thresholds import CHANCE, FIT
 from . import changes, modulation
 from .changes import Blocks
@@ -401,8 +402,8 @@ def of_levels(estimate: Estimate, course: Floats, square: float) -> Estimate:
 def shock_estimates(shocks: Shocks, recording: Recording) -> Entry:
     hours = recording.samples / recording.rate_hz / 3600
     low, high = (
-        stats.chi2.ppf(0.025, 2 * shocks.count) / 2,
-        stats.chi2.ppf(0.975, 2 * shocks.count + 2) / 2,
+        chi2_ppf(0.025, 2 * shocks.count) / 2,
+        chi2_ppf(0.975, 2 * shocks.count + 2) / 2,
     )
     amplitude = shocks.amplitude_dps
     return {

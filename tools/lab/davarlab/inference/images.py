@@ -4,7 +4,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import fft, ndimage, optimize
+import scipy
+from scipy import fft, ndimage
 
 from ..arrays import Bools, Floats
 from ..thresholds import CHANCE, IMAGE
@@ -63,7 +64,7 @@ def strongest(values: Floats, known: Bools, near: Sequence[float]) -> float:
         return -float(np.abs(part @ np.exp(-2j * np.pi * g * places)))
 
     tried = [
-        optimize.minimize_scalar(
+        scipy.optimize.minimize_scalar(
             lacking, bounds=(f - step, f + step), method="bounded", options={"xatol": step / 100}
         )
         for f in near

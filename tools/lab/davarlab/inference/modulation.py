@@ -4,7 +4,7 @@ whitened residual (DESIGN 5)."""
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from ..arrays import Floats
 from ..data import signals
@@ -85,7 +85,7 @@ def best_growth(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> 
     reach = CHANGE.growth_most / np.ptp(warm)
     tried = np.linspace(-reach, reach, 17)
     best = int(np.argmin([loss(relative) for relative in tried]))
-    found = optimize.minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         loss,
         bounds=(tried[max(best - 1, 0)], tried[min(best + 1, 16)]),
         method="bounded",

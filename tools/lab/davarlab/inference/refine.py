@@ -3,7 +3,7 @@
 from collections.abc import Collection, Sequence
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from ..arrays import Floats
 from ..data import signals
@@ -65,7 +65,7 @@ def on_peak(bench: Bench, part: Part, w: Floats) -> Part:
     time = None if recording.even_time else recording.time_s * recording.rate_hz
     turned, middle = signals.turned_back(w, f_hz / recording.rate_hz, LINE.pieces, time)
     reach = 0.5 / len(w)
-    best = optimize.minimize_scalar(
+    best = scipy.optimize.minimize_scalar(
         lambda off: -(np.abs(turned @ np.exp(-2j * np.pi * off * middle)) ** 2),
         bounds=(-reach, reach),
         method="bounded",
@@ -106,7 +106,7 @@ def refine_one(bench: Bench, parts: list[Part], index: int, name: str) -> list[P
             bench.forget(moved)
         return value
 
-    best = optimize.minimize_scalar(
+    best = scipy.optimize.minimize_scalar(
         loss,
         bounds=(-width, width),
         method="bounded",

@@ -5,9 +5,11 @@ from collections.abc import Iterable, Sequence
 from math import exp, log, pi, sqrt
 
 import numpy as np
-from scipy import optimize, signal, special, stats
+import scipy
+from scipy import special
 
 from ..arrays import Floats, Ints
+from ..distributions import chi2_cdf, chi2_sf
 from ..thresholds import LEVELS
 
 
@@ -85,11 +87,10 @@ def gauss_markov_log_likelihood(values: Floats, std: float, noise: float, decay:
         variance = decay * decay * variance * (1 - gain) + grow
         if abs(variance - before) < 1e-9 * before:
             rest = values[i + 1 :]
-            means = (
-                signal.lfilter([0.0, decay * gain], [1.0, -decay * (1 - gain)], rest, zi=[mean])[0]
-                if len(rest)
-                else rest
-            )
+            means = rest
+            if len(rest):
+                filtering = [0.0, decay * gain], [1.0, -decay * (1 - gain)]
+                means = scipy.signal.lfilter(*filtering, rest, zi=[mean])[0]
             found: float = total - 0.5 * float(
                 len(rest) * log(2 * pi * spread) + np.sum((rest - means) ** 2) / spread
             )
@@ -137,7 +138,7 @@ def fit_levels(
         for size in (-0.4, 0.0, 0.4)
         for off in (0.0, -0.5, 0.5, -1.0, 1.0)
     ]
-    found = optimize.minimize(
+    found = scipy.optimize.minimize(
         loss, min(starts, key=loss), method="Nelder-Mead", options=LEVELS.simplex
     )
     level, _, dwell = bounded(found.x[:3])
@@ -158,7 +159,7 @@ def fit_continuum(x: Floats, rate_hz: float, std: float, dwell_s: float, white: 
         size, spread, dwell = bounded(p)
         return -gauss_markov_log_likelihood(values, size, spread, exp(-2 * period / dwell))
 
-    found: float = -optimize.minimize(
+    found: float = -scipy.optimize.minimize(
         loss,
         [log(std), log(noise * 1.1), log(dwell_s)],
         method="Nelder-Mead",
@@ -266,7 +267,7 @@ def uneven(lengths: Ints) -> bool:
     spread = np.log(lengths.mean()) - np.log(lengths).mean()
     expected = np.log(LEVELS.joined) - special.digamma(LEVELS.joined)
     found = 2 * count * spread * np.euler_gamma / expected / (1 + (count + 1) / (6 * count))
-    return bool(stats.chi2.cdf(found, count - 1) > LEVELS.uneven_chance)
+    return bool(chi2_cdf(found, count - 1) > LEVELS.uneven_chance)
 
 
 def anywhere(at: Ints, levels: int) -> bool:
@@ -278,7 +279,7 @@ def anywhere(at: Ints, levels: int) -> bool:
     there = expected > 0
     off = float(np.sum((moves[there] - expected[there]) ** 2 / expected[there]))
     free = np.count_nonzero(there.any(axis=1)) * (levels - 2)
-    return bool(free == 0 or stats.chi2.sf(off, free) > LEVELS.uneven_chance)
+    return bool(free == 0 or chi2_sf(off, free) > LEVELS.uneven_chance)
 
 
 def like_chance(path: Floats, levels: int = 2) -> bool:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
-from scipy import linalg, optimize
+import scipy
+from scipy import linalg
 
 from ..arrays import Floats, Ints
 from ..data import signals
@@ -224,12 +225,12 @@ def non_negative_step(shapes: Floats, wanted: Floats, weight: Floats) -> Floats:
     right = design @ wanted
     factor = factored(design @ design.T)
     if factor is None:
-        free = optimize.nnls(design.T, wanted)[0]
+        free = scipy.optimize.nnls(design.T, wanted)[0]
     else:
         free = linalg.cho_solve((factor, False), right, check_finite=False)
         if free.min() < 0:  # the same problem with as many rows as there are shapes
             inner = linalg.solve_triangular(factor, right, trans="T", check_finite=False)
-            free = optimize.nnls(factor, inner)[0]
+            free = scipy.optimize.nnls(factor, inner)[0]
     found: Floats = free / norm
     return found
 

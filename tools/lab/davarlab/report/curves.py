@@ -6,12 +6,12 @@ from collections.abc import Iterable, Sequence
 from typing import cast
 
 import numpy as np
-from scipy import stats
 
 from ..arrays import Floats, Ints
 from ..diagnosis import judge
 from ..diagnosis.cells import Cell
 from ..diagnosis.contributions import Contribution
+from ..distributions import chi2_ppf
 from .values import Json
 
 ENVELOPE = 1200  # points of a record
@@ -27,7 +27,7 @@ def deviation(cells: Sequence[Cell], effects: Iterable[Contribution]) -> Json:
     row = [cell for cell in cells if cell.stop_s - cell.start_s == stop]
     freedom = np.array([cell.freedom for cell in row])
     model = np.array([cell.model_dps for cell in row])
-    low, high = (model * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in BAND)
+    low, high = (model * np.sqrt(chi2_ppf(p, freedom) / freedom) for p in BAND)
     taus = [cell.tau_s for cell in row]
     return {
         "tau_s": taus,
@@ -64,7 +64,7 @@ def failure_map(cells: Sequence[Cell]) -> list[Json]:
 
 def residual(f_hz: Floats, power: Floats, counts: Ints) -> Json:
     """Measured over model at groups of frequencies, and the 95 % range of a true model."""
-    low, high = (np.sqrt(stats.chi2.ppf(p, counts) / counts) for p in BAND)
+    low, high = (np.sqrt(chi2_ppf(p, counts) / counts) for p in BAND)
     return {
         "f_hz": f_hz.tolist(),
         "ratio": np.sqrt(power).tolist(),
