@@ -54,6 +54,27 @@ class Axes(Folder):
             )
             self.assertIn(f'column = "accel_{axis}_g"', accel.read_text())
 
+    def test_an_accelerometer_that_is_read_too_often_has_the_numbers_of_a_gyro(self):
+        """deg/s and m/s^2 of the same size differ in their units only, also in the rows of a log
+        that are no samples of their own."""
+        time, found = np.arange(13000) / 108.0, []
+        rate = np.random.default_rng(8).normal(0, 0.1, 13000)[(time * 50).astype(int)]
+        for column in ("gyro_x_dps", "accel_x_m_s2"):
+            log = self.work / f"{column}.csv"
+            np.savetxt(
+                log,
+                np.column_stack([time, rate]),
+                "%.9f",
+                ",",
+                header=f"time_s,{column}",
+                comments="",
+            )
+            done = run("diagnose", log, "--axes", column, "--json")
+            self.assertIn(done.returncode, (0, 1), done.stderr)
+            found.append(json.loads(done.stdout)["axes"][column])
+        for name in ("error", "error_floor", "p_value"):
+            self.assertEqual(*(one[name] for one in found))
+
     def test_diagnose_of_several_names_what_each_lacks(self):
         done = run("diagnose", self.log, "-m", self.model, "--axes", "gyro_x_dps,accel_z_g")
         self.assertEqual(done.returncode, 0, done.stderr)

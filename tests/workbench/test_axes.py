@@ -47,7 +47,7 @@ class Axes(Visiting):
 
     def test_all_sensors_of_a_log_have_rows_each_and_one_of_another_sensor_opens_it(self):
         sigmas = {"IMU:0": 0.1, "IMU:1": 0.4}
-        flight(self.folder / "flight.bin", sigmas.values())
+        flight(self.folder / "flight.bin", [*sigmas.values(), 0.2], short=2)
         page = self.page(self.open("flight.bin", "--sensor", "IMU:1"), width=1280, height=720)
         tab(page, "axes")
 
@@ -61,6 +61,10 @@ class Axes(Visiting):
                 expect(cell).to_be_visible()
                 arw = 60 * sigma / math.sqrt(200)
                 self.assertAlmostEqual(float(cell.inner_text().split()[0]), arw, delta=0.06 * arw)
+        few = page.locator("#all-axes").get_by_text(
+            "6 samples; at least 1000 are needed", exact=True
+        )
+        expect(few).to_have_count(1)
         self.shot(page, "sensors-1280")
         page.locator("[data-of='IMU:0'][data-axis=gyro_x_dps]").click()
         expect(page.locator("#axis")).to_have_value("gyro_x_dps")

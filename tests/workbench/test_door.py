@@ -36,8 +36,9 @@ def held_back(page, requests):
     return held
 
 
-def flight(path, sigmas_dps, rows=2000):
-    """An ArduPilot log of several IMUs at 200 Hz, gyros in rad/s, each as noisy as it is told."""
+def flight(path, sigmas_dps, rows=2000, short=None):
+    """An ArduPilot log of several IMUs at 200 Hz, gyros in rad/s, each as noisy as it is told.
+    short: the IMU that stops after 6 samples."""
 
     def named(kind, length, name, form, columns):
         return struct.pack("<BBBBB4s16s64s", 0xA3, 0x95, 0x80, kind, length, name, form, columns)
@@ -48,6 +49,8 @@ def flight(path, sigmas_dps, rows=2000):
     )
     for i in range(rows):
         for one, sigma in enumerate(sigmas_dps):
+            if one == short and i >= 6:
+                continue
             out += struct.pack(
                 "<BBBQBfff",
                 0xA3,

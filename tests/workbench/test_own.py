@@ -275,14 +275,13 @@ class Own(Visiting):
     def unknown(self, bench):
         """A page on which no known effect explains the misfit."""
 
-        def answer(route):
-            found = route.fetch()
+        def unexplained(_, found):
             more = {"candidates": [], "nothing": ["", "All were tried."]}
             more["unknown"] = {"where": WHERE, "next": ["Log the motor's current."]}
-            route.fulfill(response=found, json={**found.json(), **more})
+            return {**found, **more}
 
         page = self.page(bench, 1280, 720)
-        page.route(re.compile("/api/candidates"), answer)
+        self.altered(page, re.compile("/api/candidates"), unexplained)
         page.reload()
         expect(page.locator("#nothing")).to_contain_text("motor_deg")
         return page

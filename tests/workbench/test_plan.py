@@ -290,6 +290,20 @@ class Plan(Visiting):
         self.complaints = [one for one in self.complaints if "400" not in one]
         self.assert_quiet()
 
+    def test_the_gyro_of_the_open_recording_is_planned_for(self):
+        bench = self.open()
+        page = self.page(bench)
+        page.click("#tutorial")
+        expect(page.locator("#headline h1")).to_be_visible()
+        page.click("#tab-plan")
+        for _ in range(2):
+            expect(page.locator("#plan-rate")).to_have_value("50")
+            arw = float(page.input_value("#plan-noise"))
+            self.assertAlmostEqual(arw, 0.3, delta=0.003)  # deg/sqrt(h), of the simulated sensor
+            page.select_option("#plan-gyro", index=0)  # another gyro, and back
+            page.select_option("#plan-gyro", "")
+        self.assert_quiet()
+
     def test_keys_of_the_model_do_nothing_here_and_its_charts_come_back_whole(self):
         bench = self.open()
         bench.act("tutorial")

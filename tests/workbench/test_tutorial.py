@@ -3,6 +3,7 @@ through every kind of interruption.
 """
 
 import json
+import re
 import signal
 import tomllib
 import unittest
@@ -24,6 +25,19 @@ class Tutorial(Visiting):
                 pairs += zip(shown[name], told["deviation"][other], strict=True)
             for one, other in pairs:
                 self.assertAlmostEqual(one / other, 1, delta=CLOSE, msg=number)
+
+    def test_a_candidate_with_which_the_error_rises_makes_room_for_the_next(self):
+        page = self.page(self.open())
+
+        def rising(route, found):
+            return {**found, "error": 1.0} if "kind=sinusoid" in route.request.url else found
+
+        self.altered(page, re.compile("/api/ghost"), rising)
+        page.click("#tutorial")
+        best = page.locator("#next > .best > .candidate")
+        expect(best).to_have_attribute("data-kind", "temperature")
+        expect(best).to_be_enabled()
+        self.assert_quiet()
 
     def test_a_first_visit_ends_with_an_adequate_model(self):
         bench = self.open()
@@ -53,6 +67,9 @@ class Tutorial(Visiting):
         self.assertLess(after, 1.25 * float(page.text_content("#floor-value")))
         expect(page.locator("#headline h1")).to_have_text("The model fits")
         self.assertEqual(page.locator("button.candidate.go").count(), 0)
+        page.keyboard.press("1")  # no card has an effect: the key adds none that is not needed
+        page.wait_for_timeout(300)
+        self.assertEqual(len(bench.ask("all")[1]["steps"]), 3)
         self.shot(page, "after")
         self.assert_as_on_the_first_page(bench)
 

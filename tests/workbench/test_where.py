@@ -66,17 +66,16 @@ class Where(Visiting):
         bench = self.open()
         page = self.page(bench, width=1280, height=720)
 
-        def full(route):
-            shown = route.fetch().json()
+        def full(_, shown):
             names = [f"recording_{i}.csv" for i in range(4)]
             shown["recent"] = [
                 {"path": one, "sensor": None, "name": one, "error": 0.1, "floor": 0.04}
                 for one in names
             ]
             shown["sources"] = ["can:can0", "slcan:/dev/ttyUSB0", "slcan:/dev/ttyACM1"]
-            route.fulfill(json=shown)
+            return shown
 
-        page.route("**/api/all*", full)
+        self.altered(page, "**/api/all*", full)
         page.reload()
         expect(page.locator(".recent")).to_have_count(4)
         for box in page.locator("#landing button:visible, #landing #source").evaluate_all(BOXES):

@@ -158,6 +158,7 @@ class Visiting(unittest.TestCase):
             viewport={"width": width, "height": height}, accept_downloads=True, **settings
         )
         self.addCleanup(context.close)
+        self.addCleanup(context.unroute_all, behavior="ignoreErrors")  # before it is closed
         page = context.new_page()
         page.set_default_timeout(HANG_MS)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
@@ -174,6 +175,15 @@ class Visiting(unittest.TestCase):
         )
         page.goto(bench.address)
         return page
+
+    def altered(self, page, requests, change):
+        """The page receives what change(route, answer) returns, instead of the server's answer."""
+
+        def answer(route):
+            given = route.fetch(timeout=0)
+            route.fulfill(response=given, json=change(route, given.json()))
+
+        page.context.route(requests, answer)
 
     def model(self, bench):
         """The model file of the current step, as the page saves it."""
@@ -194,9 +204,10 @@ def ranked(page, kind=None):
     """
     button = page.locator(f"#next button.candidate{f'[data-kind={kind}]' if kind else ''}").first
     expect(button).to_be_attached()
-    if not button.is_visible():  # among those that explain less
+    if not button.is_visible():  # below the cards
         page.locator("#more summary").click()
     expect(button).to_be_visible()
+    expect(button).to_be_enabled()  # its result is there
     return button
 
 

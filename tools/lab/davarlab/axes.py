@@ -7,13 +7,14 @@ to the analysis under another name, without the accelerometer beside it, so that
 acceleration is looked for in acceleration itself."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .arrays import Floats
 from .data import recording as recordings
 from .data.recording import Recording, is_clock
 from .effects import clocks, table
@@ -88,13 +89,20 @@ def for_analysis(recording: Recording, model: Model) -> tuple[Recording, Model]:
         return clock_for_analysis(recording, model)
     if not is_accel(model.column):
         return recording, model
-    force = recording.column(model.column) * TO_MPS2[unit_of(model.column) or "g"]
-    columns = {name: column for name, column in recording.columns.items() if not is_accel(name)} | {
-        force_name(model.column): force
-    }
-    return replace(recording, columns=columns, measured={}), replace(
+    recording.column(model.column)  # raises where there is none
+    rows = recording.rows and (recording.rows[0], as_force(recording.rows[1], model.column))
+    columns = as_force(recording.columns, model.column)
+    return replace(recording, columns=columns, rows=rows, measured={}), replace(
         model, column=force_name(model.column)
     )
+
+
+def as_force(columns: Mapping[str, Floats], accel: str) -> dict[str, Floats]:
+    """Columns with an accelerometer in m/s^2 under the name of the analysis, without the others."""
+    force = columns[accel] * TO_MPS2[unit_of(accel) or "g"]
+    return {name: column for name, column in columns.items() if not is_accel(name)} | {
+        force_name(accel): force
+    }
 
 
 def clock_for_analysis(recording: Recording, model: Model) -> tuple[Recording, Model]:

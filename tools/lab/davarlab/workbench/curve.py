@@ -5,9 +5,9 @@ import functools
 import math
 
 import numpy as np
-from scipy import stats
 
 from ..arrays import Floats
+from ..distributions import chi2_ppf
 from ..report.values import Json
 from ..wire.frames import Result
 
@@ -28,7 +28,7 @@ def widths() -> tuple[Floats, Floats, Floats]:
     """(half the 95 % interval, lower limit, upper limit) of a deviation of 1, from many degrees of
     freedom to one."""
     edf = np.geomspace(1e8, 1, 2000)
-    low, high = (np.sqrt(edf / stats.chi2.ppf(p, edf)) for p in (0.975, 0.025))
+    low, high = (np.sqrt(edf / chi2_ppf(p, edf)) for p in (0.975, 0.025))
     return (high - low) / 2, low, high
 
 

@@ -63,14 +63,12 @@ def gyros_in(path: str | Path) -> list[Sensor]:
 
 def preview(
     path: str | Path,
-    sensor: str | None = None,
-    names: Sequence[str] | None = None,
+    log: tables.Table | Samples,
     said: list[guess.Guess] | None = None,
     skip: int = 0,
 ) -> tuple[list[guess.Guess], Json]:
-    """A log before it is read as a recording: (guesses for its columns, or what was said of them,
-    what a page shows of it). names: for the columns of a text, over its own; skip: lines of it."""
-    log = looked_at(path, sensor, names, skip)
+    """What looked_at() found, before it is a recording: (guesses for its columns, or what was said
+    of them, what a page shows of it). skip: lines of a text that were skipped."""
     columns = log.columns
     found, rows = said or guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, log.line)
@@ -125,7 +123,8 @@ def picture(column: Floats) -> Json:
 def looked_at(
     path: str | Path, sensor: str | None, names: Sequence[str] | None, skip: int
 ) -> tables.Table | Samples:
-    """A text as it is, any other log in davarlab's names."""
+    """A text as it is, any other log in davarlab's names. names: for the columns of a text, over
+    its own; skip: lines of it."""
     if formats.format_of(path)[1] is texts.log:
         return tables.read(path, names, skip=skip)
     return formats.samples(path, formats.Options(sensor=sensor))
@@ -168,6 +167,13 @@ def read(
         formats.recording_of(formats.samples(path, options), path, rate_hz),
         as_recorded=as_recorded,
     )
+
+
+def as_it_is(path: str | Path, log: tables.Table | Samples) -> recordings.Recording:
+    """The recording in what looked_at() found, if its columns are called as davarlab calls them."""
+    if isinstance(log, tables.Table):
+        log = formats.checked(texts.Own(log).read(""), "", path, formats.Options())
+    return formats.recording_of(log, path, None)
 
 
 def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recording:
@@ -320,13 +326,20 @@ class Desk:
         return self.remembered((self.text(whole), SET), lambda: outcome)
 
     def ranked(
-        self, text: str, progress: Progress, partly: Trying = lambda kind, found: None
+        self,
+        text: str,
+        progress: Progress,
+        partly: Trying = lambda kind, found: None,
+        between: Callable[[], None] = lambda: None,
     ) -> list[Candidate]:
         """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them;
-        `partly` hears what was found so far, and may raise."""
+        `partly` hears what was found so far; `between` is called before each fit; both may
+        raise."""
         outcome = self.of(text, True, progress)
         if outcome.ranked is None:
-            outcome.ranked = search.ranking(outcome.fitted, progress=partly)
+            fitted = outcome.fitted
+            asking = replace(fitted, bench=fitted.bench.asking(between))
+            outcome.ranked = search.ranking(asking, progress=partly)
         return outcome.ranked
 
     def line_at(self, text: str, f_hz: float, wide: bool) -> Candidate:

@@ -1,11 +1,17 @@
 """Which source is listened to: one at a time, its results and raw samples kept in files."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import BadInput
 from ..report.values import Json
 from .arrivals import FROZEN_NAME, LIVE_NAME, RAW_NAME, Arrivals
-from .listening import Listening, Tell
+
+if TYPE_CHECKING:
+    from .listening import Listening
+
+Tell = Callable[..., None]  # receives what is new, by name
 
 
 class Ears:
@@ -24,6 +30,8 @@ class Ears:
     def listen(self, source: str) -> None:
         """Another source of `davarlab live`. What was listened to goes on until this one is
         open."""
+        from .listening import Listening  # python-can and cantools are needed here only
+
         source = str(source).strip()
         if self.live and self.live.source.name == source:
             self.quiet()
@@ -37,7 +45,7 @@ class Ears:
         if live:
             live.stop()
 
-    def now(self) -> Listening:
+    def now(self) -> "Listening":
         live = self.live
         if not live:
             raise BadInput("no live source is open")

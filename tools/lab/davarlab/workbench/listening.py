@@ -4,7 +4,6 @@ page."""
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
@@ -19,13 +18,12 @@ from ..wire.raw_record import RawRecorder
 from ..wire.source import Source
 from ..wire.withheld import REASONS
 from .curve import curve
+from .ears import Tell
 
 BLOCK = 1 << 20
 KEPT = 1200  # results of a channel
 TOLD_S = 0.25  # between two tellings
 IDLE_S = 0.25  # of silence, after which it is asked whether anybody still watches
-
-Tell = Callable[..., None]  # receives what is new, by name
 
 
 def shown(result: Result) -> record.Row:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import signal, stats
+import scipy
 
 from ..arrays import Floats
 from ..axes import SHOWN, for_analysis
@@ -20,6 +20,7 @@ from ..diagnosis import (
 )
 from ..diagnosis import state as state_of
 from ..diagnosis.state import State
+from ..distributions import chi2_isf
 from ..effects import table
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
@@ -84,7 +85,7 @@ def spectrum(state: State) -> Json:
     peaks = np.array(
         [start + int(np.argmax(over[start:stop])) for start, stop in zip(starts, edges[1:])]
     )
-    chance = stats.chi2.isf(CHANCE.family_wise / len(energy), 1)
+    chance = chi2_isf(CHANCE.family_wise / len(energy), 1)
     return {
         **curves.residual(mean(data.f), mean(over), counts),
         "measured": np.sqrt(mean(energy) / rate).tolist(),
@@ -167,10 +168,11 @@ def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
         "deviation": deviation(outcome, recording),
         "map": curves.failure_map(outcome.state.cells),
         "spectrum": spectrum(outcome.state),
-        "error": judgement.error,
-        "floor": judgement.floor,
-        "p_value": judgement.p_value,
         **values.judgement(judgement),
+        **{
+            name: None if judgement.spoiled_by else getattr(judgement, name)
+            for name in ("error", "floor", "p_value")
+        },
         "said": verdict.adequacy(judgement),
         "observations": [
             one.plain() | {"said": verdict.observation(one)} for one in outcome.state.seen
@@ -241,7 +243,7 @@ def densities(
     as the spectrum of the whole; the trend of each is taken off, the first `lowest` ordinates are
     left out, the others in groups of equal ratios."""
     length = pieces.shape[1]
-    energy = np.abs(np.fft.rfft(signal.detrend(pieces) * np.hanning(length))) ** 2 / (
+    energy = np.abs(np.fft.rfft(scipy.signal.detrend(pieces) * np.hanning(length))) ** 2 / (
         rate_hz * HANN * length
     )
     f = np.fft.rfftfreq(length, 1 / rate_hz)

@@ -6,7 +6,7 @@ import * as intake from "/page/parts/intake.js";
 import * as landing from "/page/parts/landing.js";
 import * as menu from "/page/parts/menu.js";
 import * as model from "/page/parts/model.js";
-import { add, partly, rank } from "/page/parts/next.js";
+import { partly, rank } from "/page/parts/next.js";
 import { close as closeEditor } from "/page/parts/own.js";
 import * as steps from "/page/parts/steps.js";
 import * as axes from "/page/tabs/axes.js";
@@ -61,7 +61,8 @@ async function refresh() {
   const next = await ask("step", { number: now.all.current });
   if (turn !== now.turn || next.state !== now.all.state) return; // the server reports the change in the meantime with an event
   const before = now.view && now.of === identity() && next.state !== now.view.state ? now.drawn : null;
-  if (now.of !== identity()) { [now.cell, now.length] = [null, 0]; closeEditor(); }
+  if (now.of && JSON.parse(now.of)[0] !== now.all.recording) tabs.select("fit");
+  if (now.of !== identity()) { [now.cell, now.length] = [null, 0]; closeEditor(); model.fold(); }
   now.of = identity();
   [now.view, now.drawn] = [next, curve.atRest(next)];
   at("bench").hidden = false;
@@ -165,7 +166,7 @@ document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey) { if (event.key === "z" && now.view) { at("undo").click(); event.preventDefault(); } return; }
   if (planning() && event.key !== "?") return; // the other keys act on the model
   if (keys[event.key]) keys[event.key]();
-  else if (/^[1-9]$/.test(event.key)) add(event.key - 1);
+  else if (/^[1-3]$/.test(event.key)) document.querySelectorAll("#next > .card > .candidate")[event.key - 1]?.click();
   else return;
   event.preventDefault();
 });

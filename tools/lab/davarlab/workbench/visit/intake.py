@@ -74,8 +74,10 @@ class Intake:
                         model=model,
                     )
                 )
+        recording = None
         if steps.log is None and not model:
-            guesses, shown = desks.preview(path, sensor, names, skip=skip)
+            log = desks.looked_at(path, sensor, names, skip)
+            guesses, shown = desks.preview(path, log, skip=skip)
             if (
                 any(one.column != one.name or one.factor != 1 for one in guesses)
                 or {"time"} == {one.quantity for one in guesses} & {"time", "gyro", "accel"}
@@ -86,6 +88,7 @@ class Intake:
                 return self.ask_about(
                     Waiting(Path(path), shown, guesses, sensor, names=names, skip=skip)
                 )
+            recording = desks.as_it_is(path, log)
         if steps.log is None and (sensor or names or skip):
             steps.log = {
                 "columns": [],
@@ -94,7 +97,7 @@ class Intake:
                 "names": names,
                 "skip": skip,
             }
-        return self.begin(path, steps, model)
+        return self.begin(path, steps, recording or self.as_named(path, steps), model)
 
     def ask_about(self, waiting: Waiting) -> Json:
         self.visit.desk, self.visit.steps, self.visit.log = None, None, waiting
@@ -127,10 +130,11 @@ class Intake:
         waiting = self.waits()
         return self.open(str(waiting.path), waiting.model, waiting.sensor, skip=lines)
 
-    def begin(self, path: str | Path, steps: Steps, model: str | None = None) -> Json:
+    def begin(
+        self, path: str | Path, steps: Steps, recording: Recording, model: str | None = None
+    ) -> Json:
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
         model file to look at."""
-        recording = self.as_named(path, steps)
         columns = axes.of_page(recording)
         if not columns:
             raise BadInput(
@@ -165,7 +169,8 @@ class Intake:
         confirms them."""
         sensor, names = (steps.log["sensor"], steps.log.get("names")) if steps.log else (None, None)
         skip = steps.log.get("skip", 0) if steps.log else 0
-        guesses, shown = desks.preview(path, sensor, names, named(steps.log), skip)
+        log = desks.looked_at(path, sensor, names, skip)
+        guesses, shown = desks.preview(path, log, named(steps.log), skip)
         return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model, names, skip)
 
     def look_at(
@@ -260,7 +265,7 @@ class Intake:
             "names": waiting.names,
             "skip": waiting.skip,
         }
-        return self.begin(path, steps, waiting.model)
+        return self.begin(path, steps, self.as_named(path, steps), waiting.model)
 
     def tutorial(self) -> Json:
         """The bundled sensor, opened like any recording."""

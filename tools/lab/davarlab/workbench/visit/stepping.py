@@ -131,7 +131,7 @@ class Stepping:
 
         desk = self.visit.open_desk
         try:
-            ranked = desk.ranked(text, self.visit.progress, partly)
+            ranked = desk.ranked(text, self.visit.progress, partly, self.give_way)
             outcome = desk.of(text, True, self.visit.progress)
             found = {
                 "number": step.number,

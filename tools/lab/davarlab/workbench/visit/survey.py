@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ... import axes
 from ...candidates.candidate import Candidate
 from ...data import plausible
+from ...data.recording import MINIMUM_SAMPLES
 from ...errors import BadInput
 from ...report import words
 from ...report.values import Json
@@ -28,6 +29,10 @@ class Beside:
         self.of, self.session = (path, sensor), Steps.beside(path, sensor)
         self.session.log = self.session.log or Log(columns=[], rate_hz=None, sensor=sensor)
         self.recording = visit.intake.as_named(path, self.session)
+        if self.recording.samples < MINIMUM_SAMPLES:
+            raise BadInput(
+                f"{self.recording.samples} samples; at least {MINIMUM_SAMPLES} are needed"
+            )
         self.axes = axes.of_page(self.recording)
         self.desks: dict[Sight, Desk] = {}
         if doubts := plausible.of(self.recording):
@@ -57,7 +62,11 @@ class Survey:
         try:
             return {"axes": self.read(sensor).axes}
         except BadInput as why:  # of this sensor; the others have their axes
-            return {"axes": [], "error": str(why)}
+            return {"axes": [], "error": self.short(why)}
+
+    def short(self, why: BadInput) -> str:
+        """A message without the name of the log, which the page shows above the table."""
+        return str(why).removeprefix(f"{self.visit.open_steps.recording}: ")
 
     def read(self, sensor: str) -> Beside:
         path = self.visit.open_steps.recording
@@ -84,7 +93,7 @@ class Survey:
         except Superseded:
             return {"column": column, "superseded": True}
         except BadInput as why:  # of this axis; the others have their rows
-            return {"column": column, "error": axes.in_units(str(why), column)}
+            return {"column": column, "error": axes.in_units(self.short(why), column)}
 
     def row(self, desk: Desk, session: Steps, sight: Sight) -> Json:
         sensor = (session.log and session.log["sensor"]) or ""
@@ -94,13 +103,13 @@ class Survey:
             self.visit.tell(axis=sight.column, of=sensor, trying=text)
 
         def partly(kind: str, found: Sequence[Candidate | None]) -> None:
-            trying(words.name(kind))
+            trying(f"trying {words.name(kind)}")
 
         tree = session.tree(sight)
         step = tree["steps"][tree["current"]] if tree else None
         outcome = desk.of(step.text, step.fitted, trying) if step else desk.first(trying)
         fit = fit_of(step, tree["steps"]).text if tree and step else desk.text(outcome.model)
-        ranked = desk.ranked(fit, trying, partly)
+        ranked = desk.ranked(fit, trying, partly, self.visit.stepping.give_way)
         return {
             **views.headline(outcome, step is None or step.parent is None),
             "adequate": outcome.state.judgement.adequate,

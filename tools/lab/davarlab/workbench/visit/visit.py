@@ -14,8 +14,7 @@ from ...report.values import Json
 from .. import plans, typed
 from ..arrivals import Arrivals
 from ..desk import Desk
-from ..ears import Ears
-from ..listening import Tell
+from ..ears import Ears, Tell
 from ..steps import Sight, Steps
 from . import welcome
 from .closer import Closer
@@ -192,8 +191,8 @@ class Visit:
                     "parent": s.parent,
                     "did": s.did,
                     "fitted": s.fitted,
-                    "error": s.error,
-                    "floor": s.floor,
+                    "error": None if s.rejected else s.error,
+                    "floor": None if s.rejected else s.floor,
                 }
                 for s in steps.steps
             ],

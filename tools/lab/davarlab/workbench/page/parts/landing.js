@@ -67,7 +67,7 @@ async function demo() {
 
 // Selects one of several gyros in a log.
 export function sensors(all, actions) {
-  fill("landing", element("div", { class: "choose" }, element("h1", {}, "Which sensor?"), element("p", { class: "soft" }, `${all.log.path} contains ${all.log.sensors.length} gyros.`),
-    element("div", { class: "list panel" }, ...all.log.sensors.map((one) => element("button", { "data-sensor": one.name, onclick: () => actions.sensor(one.name) }, element("b", {}, one.name), element("span", { class: "grow soft" }, one.said)))),
+  fill("landing", element("div", { class: "choose" }, element("h1", {}, "Which sensor?"), element("p", { class: "soft" }, `${all.log.path.split("/").at(-1)} contains ${all.log.sensors.length} gyros.`),
+    element("div", { class: "list panel" }, ...all.log.sensors.map((one) => element("button", { "data-sensor": one.name, onclick: () => actions.sensor(one.name) }, element("span", { class: "grow" }, element("b", {}, one.name), element("span", { class: "soft" }, one.said.slice(one.name.length)))))),
     element("div", { class: "row" }, element("button", { class: "bare", onclick: actions.close }, "Another file"))));
 }

@@ -81,6 +81,9 @@ function more(card) {
 
 const unfolded = new Set();
 
+// Folds what was unfolded for another recording.
+export const fold = () => unfolded.clear();
+
 function effect(card) {
   const open = unfolded.has(key(card)), [first] = card.parameters;
   const detail = more(card), button = element("button", { class: "bare fold", "aria-expanded": String(open), "aria-label": `${titled(card)}: more` }, open ? "▾" : "▸");
@@ -102,7 +105,7 @@ export function draw() {
   let fit = of(now.all.current);
   while (!fit.fitted && fit.parent !== null) fit = of(fit.parent);
   const back = !now.view.fitted && fit.fitted && element("button", { class: "link", id: "back", onclick: () => acting("Going back to the fit", "go", { number: fit.number }) }, "Back to the fit");
-  fill("model", element("div", { class: "row" }, element("h2", {}, "Model"), element("span", { class: "grow" }), back,
+  fill("model", element("div", { class: "row" }, element("h2", {}, "Model"), element("span", { class: "grow soft small" }, now.view.adequate || now.view.error === null ? null : "valid if nothing is missing"), back,
     element("button", { class: `link${now.view.fitted ? " quiet" : ""}`, id: "refit", title: "Fit all values (f)", onclick: () => acting("Fitting all values", "refit", { held: held() }) }, "Fit all")),
   element("div", { class: "effects", tabindex: -1 }, ...now.view.cards.map(effect), ...now.view.off.map(switchedOff)));
 }

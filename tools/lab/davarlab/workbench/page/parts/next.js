@@ -44,10 +44,13 @@ function trying(what, found = []) {
     ...found.slice(0, CARDS).map((one) => element("article", { class: "card panel early" }, element("h2", {}, capital(one.title)))));
 }
 
-// The candidates by cards: those of the same physics together, the best of them in front.
+// Is it known that the error does not fall, or by less than one sees, with a candidate.
+const rises = (one) => foreseen.get(one.place)?.error > 0.99 * now.view.error;
+
+// The candidates by cards: those of the same physics together, the best of them in front. First come those with which the error falls.
 export function cards(found = now.found) {
   const beyond = found.filter((one) => one.beyond_chance), leaders = [...new Set(beyond.map((one) => one.leader))].map((place) => beyond.find((one) => one.leader === place));
-  return leaders.slice(0, CARDS).map((one) => ({ one, others: beyond.filter((other) => other !== one && other.leader === one.leader && other.log_p - one.log_p < ALIKE) }));
+  return [...leaders.filter((one) => !rises(one)), ...leaders.filter(rises)].slice(0, CARDS).map((one) => ({ one, others: beyond.filter((other) => other !== one && other.leader === one.leader && other.log_p - one.log_p < ALIKE) }));
 }
 
 export const titled = ({ one, others }) => capital([one, ...others].map((other) => other.title).join(" or "));
@@ -80,18 +83,21 @@ function article(card, best) {
   return made;
 }
 
-// Writes what is known of the candidates by now around their buttons, which stay: one may be pressed just now.
+// Writes what is known of the candidates by now around their buttons, which stay if their order does: one may be pressed just now.
 function redraw() {
-  for (const [i, card] of cards().entries()) write(at("next").children[i], card, i === 0);
+  const shown = cards(), places = [...document.querySelectorAll("#next > .card > .candidate")].map((one) => Number(one.dataset.place));
+  if (String(places) !== String(shown.map(({ one }) => one.place))) draw();
+  else for (const [i, card] of shown.entries()) write(at("next").children[i], card, i === 0);
 }
 
 function write(made, card, best) {
   const { one, others } = card, later = foreseen.get(one.place), before = now.view.error, add = made.querySelector("button");
   const to = later && element("span", { class: "to" }, best ? element("span", { class: "soft" }, `${errorText(before)} `) : null, `→ ${errorText(later.error)}`);
-  const falls = !later || later.error < before;
+  const falls = !rises(one);
   const say = !falls ? "The error does not fall." : best ? one.physics : "";
   for (const child of [...made.children]) if (child !== add) child.remove();
   add.className = best && falls ? "candidate go big" : "candidate";
+  add.disabled = !later; // nobody adds an effect before its result is shown
   add.before(...[best ? element("div", { class: "kicker" }, element("span", {}, "Next: add"), element("span", { class: "row" }, element("span", { class: "soft small" }, "evidence"), pips(one.gain))) : null,
     element("h2", {}, titled(card)), to || element("span", { class: "to soft" }, "…"),
     later ? bar(before, later.error, later.floor, top()) : element("div", { class: "bar" }),
@@ -108,7 +114,7 @@ function button(card, style) {
 }
 
 function rest(found, shown = 0) {
-  const title = now.view.adequate || !shown ? `${found.length} tried, ${now.found.some((one) => one.beyond_chance) ? "none needed" : "none beyond chance"}` : `${found.length} more explain less`;
+  const title = now.view.adequate || !shown ? `${found.length} tried, ${now.found.some((one) => one.beyond_chance) ? "none needed" : "none beyond chance"}` : `${found.length} more`;
   return element("div", { class: "more soft" }, found.length ? element("details", { id: "more", ontoggle: (event) => event.target.open && event.target.scrollIntoView({ block: "start" }) }, element("summary", {}, title), element("div", { role: "group", "aria-label": "Other effects" },
     ...now.answer.nothing.map((said) => element("p", {}, said)),
     ...found.map((one) => element("div", { class: "row" }, element("span", { class: "grow", title: one.why }, capital(one.title)), button({ one, others: [] }, "candidate small"))))) : null,
@@ -120,7 +126,7 @@ function fits() {
   return [element("article", { class: "card best panel good" }, element("div", { class: "kicker" }, "Next"),
     element("h2", { class: "whole" }, held ? "It is tested on a second recording" : "Check it on a second recording"),
     element("p", { class: "soft" }, "Each step is then tested on data that it was not fitted to."),
-    element("button", { class: "go big", id: "to-held-out", onclick: () => at("tab-held").click() }, held ? "Show" : "Choose")),
+    element("button", { class: "go big", id: "to-held-out", onclick: () => { at("tab-held").click(); if (!held) at("hold").click(); } }, held ? "Show" : "Choose")),
   element("article", { class: "card panel" }, element("h2", {}, "Use the model"), element("span"), element("p", { class: "soft" }, "C table, kalibr, PX4, ROS, report."),
     element("button", { id: "use", onclick: () => { at("export").focus(); at("export").click(); } }, "Export"))];
 }
@@ -139,10 +145,10 @@ async function ghost({ one }, turn) {
   return false;
 }
 
-// The error and the curve with each candidate of a card, one after the other: the best one first.
+// The error and the curve with each candidate of a card, one after the other: the best one first. Those with which the error does not fall make room for the next ones.
 async function foresee(turn) {
   if (now.view.adequate || now.answer.unknown) return;
-  for (const card of cards()) {
+  for (let card; (card = cards().find(({ one }) => !foreseen.has(one.place)));) {
     if (!(await ghost(card, turn))) return;
     redraw();
     if (card.one === cards()[0].one) show("next", now.next || expected());
@@ -172,7 +178,7 @@ async function look(card) {
 }
 
 // Adds the candidate at a place to the model, if there is one.
-export function add(place) {
+function add(place) {
   const one = now.found?.[place];
   return one && !now.stale ? acting(`Fitting with ${one.title}`, "add", { place: one.place, kind: one.kind }) : null;
 }

@@ -4,7 +4,7 @@ import { interval, titled } from "/page/parts/model.js";
 import { cards, pause, titled as named, wantedStill } from "/page/parts/next.js";
 import { at, leaving, now, refused } from "/page/now.js";
 import { select } from "/page/tabs/tabs.js";
-import { element, fill, number, unitText } from "/page/words.js";
+import { capital, element, fill, number, unitText } from "/page/words.js";
 
 let rows = new Map(), rowsOf = null, tried = {}; // by sensor and column; of which log and effects; what is being tried on an axis
 let sensors = null; // of the log, if it has several: {name, axes, error} each, without axes until they were read
@@ -54,7 +54,7 @@ const key = (sensor, column) => JSON.stringify([sensor, column]);
 // The rows, which are those of the open log, with the effects that are there.
 function keep() {
   const of = JSON.stringify([now.all.path, now.all.own]);
-  if (rowsOf !== of) [rows, sensors, rowsOf] = [new Map(), null, of];
+  if (rowsOf !== of) [rows, sensors, rowsOf, tried] = [new Map(), null, of, {}];
   return rows;
 }
 
@@ -84,7 +84,7 @@ function value(row, column) {
 function line(sensor, column, kinds) {
   const here = sensor === (now.all.sensor || ""), row = rows.get(key(sensor, column));
   const button = element("button", { class: "link", "data-axis": column, "data-of": sensor, "aria-current": here && column === now.all.column ? "true" : null, onclick: () => open(sensor, column) }, column);
-  const rest = !row ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, tried.axis === column && tried.of === sensor ? `Trying ${tried.trying} …` : "Waiting …")]
+  const rest = !row ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, tried.axis === column && tried.of === sensor ? `${capital(tried.trying)} …` : "Waiting …")]
     : row.error ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, row.error)]
     : [element("td", { class: row.adequate ? "good" : null }, row.headline.join(" ").replaceAll(" ,", ",")), element("td", {}, missing(row)), ...kinds.map(([kind]) => value(row, kind))];
   return element("tr", {}, element("th", { scope: "row" }, button), ...rest);

@@ -1,6 +1,6 @@
 // The plan of a setup for a chip. The wishes are options of tools/davar-plan, as texts; the planner on the server computes every value.
 import { ask, download } from "/page/api.js";
-import { at, dead, doing } from "/page/now.js";
+import { at, dead, doing, now } from "/page/now.js";
 import { copyButton } from "/page/parts/copy.js";
 import { duration, element, fill } from "/page/words.js";
 
@@ -22,7 +22,7 @@ const WISHES = [
 // Key of a row of costs, and its heading.
 const COSTS = [["flash_bytes", "Flash"], ["ram_bytes", "RAM"], ["stack_bytes", "Stack"], ["mean_instructions", "Mean push"], ["worst_push_instructions", "Worst push"]];
 
-let wishes = null, known = null, answer = null; // answer: the newest one
+let wishes = null, wishesOf = null, known = null, answer = null; // answer: the newest one
 
 export const planning = () => document.body.classList.contains("planning");
 
@@ -58,7 +58,10 @@ const open = () => doing("", async () => {
     return;
   }
   const options = Object.fromEntries(new URLSearchParams(location.hash.split("?")[1] || ""));
-  wishes ??= Object.keys(options).length ? options : { ...FIRST, core: known.cores.includes(FIRST.core) ? FIRST.core : known.cores[0] };
+  const of = JSON.stringify([now.all?.recording, now.all?.column]);
+  if (wishes && !wishes.sensor && of !== wishesOf) wishes = { ...wishes, ...ofRecording() }; // no value of another recording stays
+  wishesOf = of;
+  wishes ??= Object.keys(options).length ? options : { ...FIRST, ...ofRecording(), core: known.cores.includes(FIRST.core) ? FIRST.core : known.cores[0] };
   fill("plan", element("h1", {}, "A setup of davar for your gyro and chip"), element("form", { id: "plan-wishes", onsubmit: (event) => event.preventDefault() }),
     costs(), element("section", { id: "plan-found", "aria-label": "The plan" }));
   form();
@@ -66,6 +69,13 @@ const open = () => doing("", async () => {
 });
 
 // --- what is stated ---
+
+// The gyro of the open recording: its rate, and its ARW in the model. Its samples are in deg/s there.
+function ofRecording() {
+  const { all, view: model } = now, [arw] = model?.cards.find((one) => one.kind === "angle_random_walk")?.parameters || [];
+  if (!all?.recording || all.unit !== "deg/s") return {};
+  return { sensor: OWN, rate: String(Number(all.rate_hz.toPrecision(6))), type: "float", full_scale: "500", ...(arw?.value > 0 ? { noise: String(Number(arw.value.toPrecision(3))) } : {}) };
+}
 
 function wish(options) {
   wishes = Object.fromEntries(Object.entries({ ...wishes, ...options }).filter(([, value]) => value));
@@ -85,7 +95,7 @@ const entry = (option, more = {}) => element("input", { id: `plan-${option}`, va
 
 function gyro() {
   const [name, rate] = (wishes.sensor || "").split("@"), part = known.sensors.find((one) => one.name === name);
-  const named = [...known.sensors.map((one) => [one.name, one.title]), [OWN, "another gyro"]];
+  const named = [...known.sensors.map((one) => [one.name, one.title]), [OWN, ofRecording().rate ? "this recording" : "another gyro"]];
   const rates = part?.rates || [];
   return [field("Gyro", choice("plan-gyro", named, part ? name : OWN, (chosen) => another(chosen, rate || wishes.rate))),
     field("Sample rate, Hz", element("input", { id: "plan-rate", type: "number", min: 0, step: "any", list: "plan-rates", value: rate || wishes.rate || "",
@@ -112,7 +122,7 @@ function another(name, rate) {
   if (part) {
     const near = part.rates.reduce((a, b) => (Math.abs(b - rate) < Math.abs(a - rate) ? b : a));
     wish({ ...none, sensor: `${name}@${near}` });
-  } else wish({ ...(answer?.gyro || { rate, type: "int16" }), sensor: "" });
+  } else wish({ ...none, ...(ofRecording().rate ? ofRecording() : answer?.gyro || { rate, type: "int16" }), sensor: "" });
   form();
 }
 

@@ -18,7 +18,8 @@ export function build(panel) {
 export async function draw() {
   for (const one of document.querySelectorAll("#panel-spectrum [data-view]")) one.setAttribute("aria-pressed", String(one.dataset.view === view));
   at("over-label").hidden = view !== "over";
-  fill("peak", view === "over" ? null : element("span", { class: "soft" }, "Click a peak to add a line there."));
+  const dots = view === "residual" ? `Grey: single frequencies, up to ${number(now.view.spectrum.peak_chance, 2)}× by chance. ` : "Grey: single frequencies. ";
+  fill("peak", view === "over" ? null : element("span", { class: "soft" }, dots, "Click a peak to add a line there."));
   if (view === "over") await overTime();
   else if (view === "density") density();
   else residual();

@@ -42,6 +42,7 @@ export async function draw() {
     const found = await ask("stretch", { start_s: 0, stop_s: all.duration_s });
     if (turn !== now.turn) return;
     [record, recordOf] = [found.envelopes[0], of];
+    at("stretch").reset();
   }
   map(record);
   await see(now.cell);
