@@ -11,6 +11,7 @@ from test_style import bare, c_files, functions, includes, listed, resolve, text
 
 DEPTH_MAX = 6
 FOLLOWED_MAX = 5
+COMPLEXITY_MAX = 10
 # An int16 from davar_push_q15 to the sum of its squared differences: each file, and the function
 # that the previous file calls there.
 FOLLOWED = (
@@ -30,6 +31,19 @@ def depth(name, below, way=()):
         ]
         below[name] = 1 + max((depth(target, below, (*way, name)) for target in own), default=0)
     return below[name]
+
+
+def complexities_of(text):
+    """Yields (name, cyclomatic complexity) of every function; assertions do not count."""
+    code = bare(text).splitlines()
+    for line, name, lines in functions(text):
+        kept = [part for part in code[line - 1 : line + lines - 2] if part.lstrip()[:1] != "#"]
+        body = re.sub(r"DAVAR_ASSERT\([^;]*;", "", "\n".join(kept))
+        yield name, 1 + len(re.findall(r"\b(?:if|for|while|case)\b|&&|\|\||\?", body))
+
+
+def complexities(name):
+    return complexities_of(text_of(name))
 
 
 def comment_share(names):
@@ -102,6 +116,20 @@ class Shape(unittest.TestCase):
 
     def test_no_chain_of_includes_is_long(self):
         self.assertEqual([], [name for name in self.files if depth(name, self.below) > DEPTH_MAX])
+
+    def test_no_function_has_many_branches(self):
+        many = [
+            f"{name}: {function} {branches}"
+            for name in self.files
+            for function, branches in complexities(name)
+            if branches > COMPLEXITY_MAX
+        ]
+        self.assertEqual([], many)
+
+    def test_every_branch_counts(self):
+        text = "int f(int a)\n{\n    while (a && !(a > 3 || a < 1)) {\n"
+        text += "        a = a ? 1 : 0; /* if */\n    }\n    return a;\n}\n"
+        self.assertEqual([("f", 5)], list(complexities_of(text)))
 
     def test_a_sample_is_followed_through_few_files(self):
         self.assertLessEqual(len(FOLLOWED), FOLLOWED_MAX)
