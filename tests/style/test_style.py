@@ -284,6 +284,20 @@ class Manifest(unittest.TestCase):
                 )
 
 
+class Names(unittest.TestCase):
+    def test_a_function_of_one_file_has_a_name_of_its_own(self):
+        """All sources become one file, where the names of *_q15.c and *_q31.c get their type
+        (tools/support/amalgamate.py).
+        """
+        places = {}
+        for name in c_files("lib/src/"):
+            if name.endswith(".c"):
+                for _, function, _ in functions(text_of(name)):
+                    places.setdefault(function, set()).add(re.sub(r"_q(15|31)\.c$", "", name))
+        self.assertGreater(len(places), 500)
+        self.assertEqual([], [where for where in places.items() if len(where[1]) > 1])
+
+
 class Includes(unittest.TestCase):
     def test_everyone_includes_only_what_the_star_allows(self):
         wrong = []

@@ -61,7 +61,7 @@ typedef struct davar_plan {
     uint64_t misfit_limit;
     /* length without gaps and mirror images that the fields below fit (5.5), or 0 */
     uint32_t window;
-    float tails; /* kappa / 2 that they fit too (5.19) */
+    float half_kappa; /* kappa / 2 that they fit too (5.19) */
     double edf[DAVAR_TAUS_MAX];
     uint32_t root_edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];
@@ -69,7 +69,7 @@ typedef struct davar_plan {
     uint32_t sigma[DAVAR_COEFFICIENT_COUNT];
     float room[DAVAR_COEFFICIENT_COUNT];
     uint32_t doubt[DAVAR_COEFFICIENT_COUNT];
-    uint32_t common; /* what tails add to 1 / edf of white noise */
+    uint32_t white_tails; /* what tails add to 1 / edf of white noise */
     uint32_t white_low;
     float white_high;
     double rate_hz; /* sample rate that root fits, or 0 */

@@ -130,7 +130,7 @@ static double edf_of_term(const davar_mixture_t *model, int t, int term)
 }
 
 /* Degrees of freedom of an Allan variance of this mix without heavy tails. */
-static double edf_of(const davar_mixture_t *model, int t)
+static double edf_without_tails(const davar_mixture_t *model, int t)
 {
     double x[TERMS];
     const double avar = avar_of(model, t, x);
@@ -146,13 +146,13 @@ static double edf_of(const davar_mixture_t *model, int t)
 
 /* Half of the relative variance that heavy tails add to white noise at size t; 0 for a cascade,
  * whose kurtosis is unknown (5.19). */
-static double tails_at(const davar_mixture_t *model, int t)
+static double tails_of_size(const davar_mixture_t *model, int t)
 {
     const davar_adev_t *const tau = &model->data->tau[t];
     const double effective = (double)model->data->window_samples + 1.0 - 1.5 * (double)tau->m;
     return davar_hops(tau)
                ? 0.0
-               : ((double)model->plan->tails / (effective * davar_fit_kept(model->data, tau)));
+               : ((double)model->plan->half_kappa / (effective * davar_fit_kept(model->data, tau)));
 }
 
 DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
@@ -160,8 +160,8 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, int t)
     double x[TERMS];
     const double avar = avar_of(model, t, x);
     const double share = model->a[WHITE] * x[WHITE] / avar;
-    const double edf = edf_of(model, t);
-    const double widened = edf / (1.0 + edf * tails_at(model, t) * square(share));
+    const double edf = edf_without_tails(model, t);
+    const double widened = edf / (1.0 + edf * tails_of_size(model, t) * square(share));
     return (widened > 1.0) ? widened : 1.0;
 }
 
@@ -472,7 +472,7 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
         const double avar = avar_of(model, u, x);
         const double weight = weight_of(model, u) / square(avar);
         const double offset = model->a[WHITE] * x[WHITE] * (double)plan->offset[u];
-        const double edf = edf_of(model, u);
+        const double edf = edf_without_tails(model, u);
         const double inverse = 1.0 / edf + 0.5 * square(offset / avar);
         misfit += loss(square(model->data->tau[u].adev) / avar) / inverse;
         factor[u] = weight * davar_root(2.0 * avar / edf);
@@ -539,7 +539,7 @@ DAVAR_APART static double lower_limit(double a, double variance, double tails)
     return a * (double)davar_chi_square_low((uint32_t)(((s < 1.0) ? s : 1.0) * one)) * (1.0 / one);
 }
 
-static double tails_of(const davar_mixture_t *model, int term)
+static double tails_of_term(const davar_mixture_t *model, int term)
 {
     return (term == WHITE) ? model->tails : 0.0;
 }
@@ -556,7 +556,7 @@ static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_
             const double a = model->a[k] - larger * taken;
             const double variance = solution_variance(normal, inverse, h, i) * model->grow;
             const bool nothing = davar_root(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
-            const double low = nothing ? 0.0 : lower_limit(a, variance, tails_of(model, k));
+            const double low = nothing ? 0.0 : lower_limit(a, variance, tails_of_term(model, k));
             model->least[k] = (low < model->least[k]) ? low : model->least[k];
         }
     }
@@ -591,7 +591,7 @@ DAVAR_APART static void judge_present(davar_mixture_t *model, const normal_t *no
     for (int i = 0; i < inverse.size; i++) {
         const int k = inverse.term[i];
         model->variance[k] = solution_variance(normal, &inverse, h, i) * model->grow;
-        model->least[k] = lower_limit(model->a[k], model->variance[k], tails_of(model, k));
+        model->least[k] = lower_limit(model->a[k], model->variance[k], tails_of_term(model, k));
     }
 }
 
@@ -704,7 +704,7 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
 DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
     model->rounding = davar_scaled_to_double(davar_rounding(model->plan, model->data));
-    model->tails = 2.0 * tails_at(model, model->first);
+    model->tails = 2.0 * tails_of_size(model, model->first);
     model->terms = term_bit(WHITE);
     model->a[WHITE] = white;
     if (!grow(model, suspects)) {

@@ -132,7 +132,7 @@ scaled_t davar_fit_evidence(const davar_result_t *result)
 #define BITS_OF_INFINITY UINT64_C(0x7FF0000000000000)
 
 /* value - least, at most KAPPA_MOST; 0: not above it, or unknown. */
-static uint32_t excess_of(double value, uint32_t least)
+static uint32_t above(double value, uint32_t least)
 {
     const uint64_t bits = davar_bits_of_double(value);
     if ((bits <= BITS_OF_1) || (bits >= BITS_OF_INFINITY)) {
@@ -148,7 +148,7 @@ static uint32_t excess_of(double value, uint32_t least)
  * the excess. */
 static uint32_t kappa_of_window(const davar_plan_t *plan, const davar_result_t *result)
 {
-    const uint32_t excess = excess_of(result->kurtosis, 3U);
+    const uint32_t excess = above(result->kurtosis, 3U);
     const scaled_t spread = scaled_of_float(plan->spread);
     const uint32_t square = davar_upper_product(excess, excess);
     const uint64_t chance =
@@ -168,12 +168,12 @@ static uint32_t kappa_of_window(const davar_plan_t *plan, const davar_result_t *
  * scatters by 1 + kappa / 2. */
 static uint32_t kappa_of_blocks(const davar_result_t *result)
 {
-    const uint32_t excess = excess_of(result->dispersion, 1U);
+    const uint32_t excess = above(result->dispersion, 1U);
     return (excess > BLOCKS_GATE) ? (2U * excess) : 0U;
 }
 
 /* kappa / 2. Without moments the kurtosis is NaN. */
-static float tails_of(const davar_plan_t *plan, const davar_result_t *result)
+static float half_kappa_of(const davar_plan_t *plan, const davar_result_t *result)
 {
     const bool has_moments = davar_bits_of_double(result->kurtosis) < BITS_OF_INFINITY;
     const uint32_t kappa = has_moments ? kappa_of_window(plan, result) : kappa_of_blocks(result);
@@ -183,13 +183,13 @@ static float tails_of(const davar_plan_t *plan, const davar_result_t *result)
 
 static bool has_tails(const davar_plan_t *plan)
 {
-    return DAVAR_LAWS && (davar_bits_of_float(plan->tails) != 0U);
+    return DAVAR_LAWS && (davar_bits_of_float(plan->half_kappa) != 0U);
 }
 
 /* What they add to 1 / edf. `inverse`: 1 / effective differences. */
-static scaled_t tails_at(const davar_plan_t *plan, scaled_t inverse)
+static scaled_t added_by_tails(const davar_plan_t *plan, scaled_t inverse)
 {
-    return scaled_times(scaled_of_float(plan->tails), inverse);
+    return scaled_times(scaled_of_float(plan->half_kappa), inverse);
 }
 
 /* Differences + m / 2 (5.3), reduced for gaps and by the share of new evidence. */
@@ -212,7 +212,7 @@ static void plan_tau(davar_plan_t *plan, int t, scaled_t differences)
     scaled_t low;
     scaled_t high;
     if (has_tails(plan)) {
-        const scaled_t tails = tails_at(plan, scaled_inverse(differences));
+        const scaled_t tails = added_by_tails(plan, scaled_inverse(differences));
         edf = at_least_one(scaled_inverse(davar_scaled_plus(inverse, tails)));
     }
     davar_chi_square(edf, &low, &high);
@@ -277,12 +277,12 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
     const int32_t exponent = davar_align(inverse, plan->count);
     const scaled_t of_white = variance_of(plan, WHITE, inverse, exponent);
     scaled_t half = scaled_times(half_to_the(1), of_white);
-    plan->common = 0U;
+    plan->white_tails = 0U;
     if (has_tails(plan)) {
         const scaled_t first = effective(&result->tau[0], result->window_samples, evidence);
-        const scaled_t common = tails_at(plan, scaled_inverse(first));
-        half = davar_scaled_plus(half, common);
-        plan->common = davar_scaled_to_fixed(common, NOISE_BITS);
+        const scaled_t tails = added_by_tails(plan, scaled_inverse(first));
+        half = davar_scaled_plus(half, tails);
+        plan->white_tails = davar_scaled_to_fixed(tails, NOISE_BITS);
     }
     davar_chi_square(at_least_one(scaled_inverse(half)), &low, &high);
     for (int k = 0; k < TERMS; k++) {
@@ -295,10 +295,10 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
 void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
 {
     const bool whole = is_whole(result, plan->count);
-    const float tails = DAVAR_LAWS ? tails_of(plan, result) : 0.0F;
+    const float half_kappa = DAVAR_LAWS ? half_kappa_of(plan, result) : 0.0F;
     if ((plan->window != result->window_samples) || !whole ||
-        (davar_bits_of_float(plan->tails) != davar_bits_of_float(tails))) {
-        plan->tails = tails;
+        (davar_bits_of_float(plan->half_kappa) != davar_bits_of_float(half_kappa))) {
+        plan->half_kappa = half_kappa;
         plan_window(plan, result);
         plan->window = whole ? result->window_samples : 0U;
     }

@@ -235,12 +235,12 @@ DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan,
 /* edf^-1/2 with heavy tails, at most 1 (5.19); both as 2.30. */
 static uint32_t with_tails(const davar_plan_t *plan, uint32_t s)
 {
-    if (plan->common == 0U) {
+    if (plan->white_tails == 0U) {
         return s;
     }
     const uint32_t square = noise_times(s, s);
-    return (plan->common < (CENTRE_ONE - square))
-               ? davar_scaled_to_fixed(root_of_share(square + plan->common, (uint32_t)NOISE_BITS),
+    return (plan->white_tails < (CENTRE_ONE - square))
+               ? davar_scaled_to_fixed(root_of_share(square + plan->white_tails, (uint32_t)NOISE_BITS),
                                        NOISE_BITS)
                : CENTRE_ONE;
 }
