@@ -5,7 +5,7 @@ test_commands.py fails if an entry is no longer in a page.
 import re
 
 # Not run: it would run this test again, or another part of the tests.
-TESTS = re.compile(r"(\w+=\S+ )?(nice )?tools/test\b(?! --(list|help))")
+TESTS = re.compile(r"(\w+=\S+ )?(nice )?tools/test\b(?! --(list|help))|ctest -R \S+( -V)?$")
 
 BUS = "needs a CAN bus; tests/kernel runs such commands on a kernel that has one"
 HOURS = "takes hours"
@@ -71,36 +71,6 @@ NOT_RUN = {
     "build/venv-lab/bin/python tests/lab/benchmark_real.py [--axis NAME] [--out TABLE.md]": (
         "needs recordings that are not in the project"
     ),
-    "ctest -R statistics/coverage -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R statistics/rounding -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R statistics/filtered -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R statistics/learned -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R statistics/unstable -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R tracking/whitened -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R statistics/alarms -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R statistics/curve -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R statistics/cascade_intervals -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R statistics/resolved -V": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
     "build/release/tests/test_closed": "part release of tools/test runs it",
     "build/release/tests/test_closed long": (
         "three minutes; part release of tools/test checks the smaller windows"
@@ -110,12 +80,6 @@ NOT_RUN = {
     ),
     "build/release/tests/davar-track-terms 20": (
         "minutes of statistics; part release of tools/test runs its check"
-    ),
-    "ctest -R long/glr": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
-    ),
-    "ctest -R tracking": (
-        "minutes of statistics, in a build folder; part release of tools/test runs it"
     ),
     "dpkg -i libdavar-dev_V_amd64.deb": (
         "changes this machine's packages; tests/packages/test_debian.py installs it "

@@ -342,6 +342,11 @@ class Commands(unittest.TestCase):
         for text in there:
             for names in re.findall(r"tools/test --only (\S+)", text):
                 self.assertLessEqual(set(names.split(",")), parts, text)
+        listed = (ROOT / "tests/CMakeLists.txt").read_text(encoding="utf-8")
+        built = re.findall(r"\b(?:davar_test\(|NAME )(\w+)[ /](\w+)", listed)
+        for text in there:
+            for name in re.findall(r"ctest -R (\S+)", text):
+                self.assertTrue(any("/".join(one).startswith(name) for one in built), text)
 
     def test_g_the_clone_has_only_the_expected_changes(self):
         named = {
