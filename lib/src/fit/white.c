@@ -240,8 +240,8 @@ static uint32_t with_tails(const davar_plan_t *plan, uint32_t s)
     }
     const uint32_t square = noise_times(s, s);
     return (plan->white_tails < (CENTRE_ONE - square))
-               ? davar_scaled_to_fixed(root_of_share(square + plan->white_tails, (uint32_t)NOISE_BITS),
-                                       NOISE_BITS)
+               ? davar_scaled_to_fixed(
+                     root_of_share(square + plan->white_tails, (uint32_t)NOISE_BITS), NOISE_BITS)
                : CENTRE_ONE;
 }
 
