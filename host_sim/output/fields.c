@@ -108,6 +108,30 @@ static cell_t show_gain(const epoch_row_t *row, uint32_t index)
     return number_cell(row->result->change.gain);
 }
 
+static cell_t show_steady_samples(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->steady.samples);
+}
+
+static cell_t show_steady(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->steady.level);
+}
+
+static cell_t show_steady_low(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->steady.low);
+}
+
+static cell_t show_steady_high(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->steady.high);
+}
+
 static cell_t show_gaps(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
@@ -204,10 +228,18 @@ static const field_t COMMON[] = {
 };
 
 static const field_t TRACKING[] = {
-    {"alarm", show_alarm, 0U, false},           {"cut_age_samples", show_cut_age, 0U, false},
-    {"dispersion", show_dispersion, 0U, false}, {"change_m", show_changed, 0U, false},
-    {"change_older", show_older, 0U, false},    {"change_newer", show_newer, 0U, false},
-    {"change_gain", show_gain, 0U, false},      {"young", show_young, 0U, false},
+    {"alarm", show_alarm, 0U, false},
+    {"cut_age_samples", show_cut_age, 0U, false},
+    {"dispersion", show_dispersion, 0U, false},
+    {"change_m", show_changed, 0U, false},
+    {"change_older", show_older, 0U, false},
+    {"change_newer", show_newer, 0U, false},
+    {"change_gain", show_gain, 0U, false},
+    {"young", show_young, 0U, false},
+    {"steady_samples", show_steady_samples, 0U, false},
+    {"steady", show_steady, 0U, false},
+    {"steady_low", show_steady_low, 0U, false},
+    {"steady_high", show_steady_high, 0U, false},
 };
 
 static const field_t DETAILS[] = {

@@ -129,7 +129,11 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
                                            bits_of(result->change.older),
                                            bits_of(result->change.newer),
                                            bits_of(result->change.gain),
-                                           (uint64_t)result->noise};
+                                           (uint64_t)result->noise,
+                                           result->steady.samples,
+                                           bits_of(result->steady.level),
+                                           bits_of(result->steady.low),
+                                           bits_of(result->steady.high)};
     memcpy(words, head, sizeof head);
     uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
@@ -205,6 +209,8 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result,
     result->change = (davar_change_t){(uint32_t)words[13], double_of(words[14]),
                                       double_of(words[15]), double_of(words[16])};
     result->noise = (davar_noise_t)words[17];
+    result->steady = (davar_steady_t){words[18], double_of(words[19]), double_of(words[20]),
+                                      double_of(words[21])};
     result->unit_per_count = 0.0; /* the result is already fitted */
     const uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {

@@ -20,9 +20,9 @@ extern "C" {
 #endif
 
 #define DAVAR_JOB_TAUS 32U
-#define DAVAR_JOB_SETTINGS 38U
+#define DAVAR_JOB_SETTINGS 39U
 #define DAVAR_JOB_WORDS (DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS)
-#define DAVAR_JOB_HEAD 18U
+#define DAVAR_JOB_HEAD 22U
 #define DAVAR_JOB_RESULT_WORDS                                                                     \
     (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))
 

@@ -15,7 +15,7 @@ from ._model import model_of
 from ._samples import Clock, There
 from ._types import Array, Floats, Pair, Path
 
-WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
+WHOLE = ("epoch", "window_samples", "cut_age_samples", "steady_samples", "gaps_in_window")
 FLAGS = ("unstable", "alarm", "coarse", "filtered")
 SCALES = (1e-40, 1e20)  # range of rates that the library accepts
 FEW = 20  # chance withholds fewer than one result in so many; davar-sim has the same limit
@@ -33,7 +33,9 @@ class Epochs(dict[str, Array]):
     - `filtered` (bool): the short cluster sizes read low, as after a low-pass, so the coefficients
       are withheld; give bandwidth.
     - `adev_M` (deg/s) for each cluster size M.
-    - Policy glr: `alarm` (bool), `cut_age_samples`, `dispersion`.
+    - Policy glr: `alarm` (bool), `cut_age_samples`, `dispersion`, `change_m`, `change_older`,
+      `change_newer`, `change_gain`, `young`, and the level since the last alarm with an interval
+      for every moment: `steady_samples`, `steady`, `steady_low`, `steady_high` (deg/s).
     - details=True: `adev_low_M`, `adev_high_M` (95 %), `differences_M`, `gaps_in_window`, `coarse`
       (bool: the noise is below half a count, so rounding hides the coefficients), `arw_upper_...`
       and similar columns (95 % upper bounds of absent coefficients).

@@ -5,7 +5,7 @@ import unittest
 
 from sim_case import SimCase
 
-RESULT_HEAD, RESULT_REST = 18, 6 + 20
+RESULT_HEAD, RESULT_REST = 22, 6 + 20
 HEALTH = 2**64 - 1
 
 

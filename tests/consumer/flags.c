@@ -102,6 +102,8 @@ static void add_result(void)
     add_double(result.dispersion);
     add_double(result.change.older);
     add_double(result.change.gain);
+    add_double(result.steady.low);
+    add_double(result.steady.high);
     davar_monitor_update(&monitor, &result, &misfit);
     add_double(misfit.health);
     add_double(misfit.slow);

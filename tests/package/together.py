@@ -19,6 +19,7 @@ WHOLE = (
     "unstable",
     "alarm",
     "cut_age_samples",
+    "steady_samples",
     "gaps_in_window",
     "coarse",
     "filtered",

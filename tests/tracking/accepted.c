@@ -19,8 +19,8 @@ void accepted_start(accepted_t *accepted, const davar_config_t *config)
     accepted->second = config->glr.whiten_second;
     accepted->is_q31 = (config->law == &davar_law_glr_q31);
     davar_glr_start(&accepted->config, &wish);
-    davar_glr_start_whitened(&accepted->config, config->glr.whiten_first,
-                             config->glr.whiten_second);
+    accepted->config.floor =
+        davar_glr_floor(config->glr.block, config->glr.whiten_first, config->glr.whiten_second);
     davar_glr_reset(&accepted->detector);
 }
 

@@ -51,7 +51,8 @@ static void start(const davar_filter_t *assumed, double rate_hz, double per_hour
         davar_whiten(&config, assumed);
     }
     davar_glr_start(&detector.config, &wish);
-    davar_glr_start_whitened(&detector.config, config.glr.whiten_first, config.glr.whiten_second);
+    detector.config.floor =
+        davar_glr_floor(detector.config.block, config.glr.whiten_first, config.glr.whiten_second);
     davar_glr_reset(&detector.state);
     detector.first = config.glr.whiten_first;
     detector.second = config.glr.whiten_second;

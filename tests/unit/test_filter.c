@@ -319,6 +319,24 @@ static void test_the_longest_size_of_the_grid_is_resolved(void)
 
 /* ---- the laws of the window ---- */
 
+#define BLOCK 10 /* samples, the default */
+
+/* White noise before the filter over the whitened samples about the mean of their block. */
+static double level_after(const double h[3])
+{
+    double rest = 0.0;
+    for (int k = 0; k < BLOCK; k++) {
+        for (int l = 0; l < BLOCK; l++) {
+            const double weight = ((k == l) ? 1.0 : 0.0) - (1.0 / BLOCK);
+            for (int i = 0; i < 9; i++) {
+                rest +=
+                    weight * h[i / 3] * h[i % 3] * r_at(k - l + (i / 3) - (i % 3)) / (BLOCK - 1.0);
+            }
+        }
+    }
+    return 1.0 / sqrt(rest);
+}
+
 /* Yule-Walker with rounding of a sample that scatters by six counts. */
 static void test_whitening_matches_the_autocovariance(void)
 {
@@ -334,13 +352,30 @@ static void test_whitening_matches_the_autocovariance(void)
         TEST_ASSERT_DOUBLE_WITHIN(0.51, 16384.0 * second, config.glr.whiten_second);
         const double h[3] = {1.0, -config.glr.whiten_first / 16384.0,
                              -config.glr.whiten_second / 16384.0};
-        double rest = 0.0;
+        assert_near(level_after(h), config.glr.whiten_level, 1e-6);
+    }
+}
+
+/* The level after a filter whose cutoff is one standard uncertainty higher. */
+static void test_the_tolerance_is_that_of_the_cutoff(void)
+{
+    static const double cutoffs[] = {0.05, 0.1, 0.25};
+    for (int poles = 1; poles <= 2; poles++) {
         for (int i = 0; i < 3; i++) {
-            for (int j = 0; j < 3; j++) {
-                rest += h[i] * h[j] * r_at(i - j);
+            davar_config_t config = davar_default_config;
+            const davar_filter_t declared = {
+                .cutoff = cutoffs[i], .poles = (uint8_t)poles, .uncertainty = 0.02};
+            davar_whiten(&config, &declared);
+            const double h[3] = {1.0, -config.glr.whiten_first / 16384.0,
+                                 -config.glr.whiten_second / 16384.0};
+            double level[2];
+            for (int k = 0; k < 2; k++) {
+                set_autocovariance(&declared, cutoffs[i] * ((k == 0) ? 0.98 : 1.02));
+                level[k] = level_after(h);
             }
+            assert_near(1.96 * 0.5 * fabs(level[0] - level[1]) / config.glr.whiten_level,
+                        config.glr.whiten_tolerance, 0.01);
         }
-        assert_near(1.0 / sqrt(rest), config.glr.whiten_level, 1e-6);
     }
 }
 
@@ -429,6 +464,7 @@ int main(void)
     RUN_TEST(test_the_inverse_of_a_gain_saturates);
     RUN_TEST(test_the_longest_size_of_the_grid_is_resolved);
     RUN_TEST(test_whitening_matches_the_autocovariance);
+    RUN_TEST(test_the_tolerance_is_that_of_the_cutoff);
     RUN_TEST(test_no_filter_needs_no_whitening);
     RUN_TEST(test_bounds_of_a_stated_rate_match_their_formulas);
     RUN_TEST(test_bounds_behind_a_filter_use_its_autocorrelation);

@@ -340,7 +340,6 @@ static void test_the_factor_of_the_thresholds_is_that_of_the_formula(void)
     static const double of_blocks[] = {0.25, 1.0, 1.2, 1.25, 1.5, 2.4, 9.0, 14.0};
     static const double of_eights[] = {0.25, 1.1, 3.0};
     davar_glr_t scattered = {.now = {.at = 0U}};
-    const davar_glr_config_t not_whitened = {.tails = 2U};
     for (size_t i = 0U; i < sizeof of_blocks / sizeof of_blocks[0]; i++) {
         for (size_t k = 0U; k < sizeof of_eights / sizeof of_eights[0]; k++) {
             const double phi = fmax(1.0, fmax(of_blocks[i], of_eights[k]));
@@ -349,7 +348,7 @@ static void test_the_factor_of_the_thresholds_is_that_of_the_formula(void)
             TEST_ASSERT_DOUBLE_WITHIN(
                 3.0 / 4096.0,
                 fmin(16.0, 1.0 + (1.125 * (phi - 1.0)) + (0.625 * fmax(0.0, phi - 1.25))),
-                davar_glr_dispersion(&scattered, &not_whitened) / 4096.0);
+                davar_glr_dispersion(&scattered) / 4096.0);
         }
     }
 }

@@ -40,6 +40,7 @@ void setUp(void)
     config.glr.whiten_first = 26000;
     config.glr.whiten_second = -11000;
     config.glr.whiten_level = 12.5;
+    config.glr.whiten_tolerance = 0.25;
 }
 
 void tearDown(void) {}
@@ -75,17 +76,22 @@ static uint32_t shocks;
 static davar_spread_t older;
 static int32_t gain;
 static bool has_changed;
+static davar_spread_t since; /* sum at the last alarm */
+static davar_spread_t lost;  /* shocks since then */
 
 static void reference_start(void)
 {
     const davar_glr_wish_t wish = {100.0, 1.0, 300.0, 6000U, BLOCK, 2U, false};
     davar_glr_start(&thresholds, &wish);
-    davar_glr_start_whitened(&thresholds, config.glr.whiten_first, config.glr.whiten_second);
+    thresholds.floor =
+        davar_glr_floor(thresholds.block, config.glr.whiten_first, config.glr.whiten_second);
     davar_glr_reset(&state);
     alarms = 0U;
     cuts = 0U;
     shocks = 0U;
     has_changed = false;
+    memset(&since, 0, sizeof since);
+    memset(&lost, 0, sizeof lost);
 }
 
 /* x[0] is the newest of three samples. */
@@ -103,7 +109,12 @@ static void reference_note(void)
     alarms += event.is_alarm ? 1U : 0U;
     cuts += event.is_cut ? 1U : 0U;
     shocks += (event.dropped > 0U) ? 1U : 0U;
+    if (event.dropped > 0U) {
+        spread_add(&lost, &event.shock);
+    }
     if (event.is_alarm) {
+        since = state.now.sum;
+        memset(&lost, 0, sizeof lost);
         older = event.older;
         gain = event.gain;
         has_changed = true;
@@ -140,6 +151,59 @@ static double level_of(const davar_spread_t *sum)
     return 12.5 * 0.5 * sqrt(square);
 }
 
+/* Variance in counts, and without `rounding`. */
+static double variance_of(const davar_spread_t *sum, double rounding)
+{
+    const double total = ((double)sum->high * 18446744073709551616.0) + (double)sum->low;
+    return fmax(0.0, (total / (12.0 * BLOCK * (BLOCK - 1.0) * sum->blocks)) - rounding);
+}
+
+/* Variance about the mean of a block that independent errors of 1/12 in the samples get, and that
+ * of rounding what they predict. */
+static double rounding_in_blocks(void)
+{
+    const double h[3] = {1.0, -config.glr.whiten_first / 16384.0,
+                         -config.glr.whiten_second / 16384.0};
+    double sum = 1.0;
+    for (int k = 0; k < BLOCK; k++) {
+        for (int l = 0; l < BLOCK; l++) {
+            const double weight = (((k == l) ? 1.0 : 0.0) - (1.0 / BLOCK)) / (BLOCK - 1.0);
+            for (int i = 0; i < 3; i++) {
+                const int j = i + k - l;
+                sum += ((j >= 0) && (j < 3)) ? (weight * h[i] * h[j]) : 0.0;
+            }
+        }
+    }
+    return sum / 12.0;
+}
+
+/* In 40 000 samples, only an alarm begins a section. */
+static void assert_steady(void)
+{
+    const double rounding =
+        (thresholds.floor / (12.0 * BLOCK * (BLOCK - 1.0))) + rounding_in_blocks();
+    davar_spread_t steady = spread_between(&since, &state.now.sum);
+    if (result.steady.samples == 0U) {
+        TEST_ASSERT_TRUE((state.single.count < 256U) || (steady.blocks < 80U) ||
+                         (variance_of(&steady, rounding) < 0.5) || (result.dispersion > 5.0));
+        return;
+    }
+    const double level = 12.5 * 0.5 * sqrt(variance_of(&steady, rounding));
+    TEST_ASSERT_EQUAL_UINT64((uint64_t)steady.blocks * BLOCK, result.steady.samples);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * level, level, result.steady.level);
+    if (!(result.steady.low > 0.0)) {
+        return; /* rounding alone may explain it */
+    }
+    const double low = pow(result.steady.low * 1.25 / (12.5 * 0.5), 2.0); /* whiten_tolerance */
+    const double s =
+        sqrt(variance_of(&steady, 0.0) / (low + rounding + (1.0 / 6.0))) - 1.0; /* 1/4 - 1/12 */
+    spread_add(&steady, &lost);
+    const double high = (variance_of(&steady, 0.0) / pow(1.0 - s, 2.0)) - rounding + (1.0 / 12.0);
+    TEST_ASSERT_TRUE((s > 0.0) && (s < 0.5));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3 * result.steady.high, 1.25 * 12.5 * 0.5 * sqrt(high),
+                              result.steady.high);
+}
+
 static void assert_same(void)
 {
     const davar_health_t health = davar_health(&davar);
@@ -147,7 +211,7 @@ static void assert_same(void)
     TEST_ASSERT_EQUAL_UINT32(cuts, health.cuts);
     TEST_ASSERT_EQUAL_UINT32(shocks, health.shocks);
     if (davar_take(&davar, &result)) {
-        const double f = (double)davar_glr_dispersion(&state, &thresholds) / 4096.0;
+        const double f = (double)davar_glr_dispersion(&state) / 4096.0;
         TEST_ASSERT_EQUAL_DOUBLE(f, result.dispersion);
         TEST_ASSERT_EQUAL_UINT32(has_changed ? 1U : 0U, result.change.m);
         if (has_changed) {
@@ -158,6 +222,7 @@ static void assert_same(void)
             TEST_ASSERT_DOUBLE_WITHIN(1e-8 * level_of(&newer), level_of(&newer),
                                       result.change.newer);
         }
+        assert_steady();
     }
 }
 
@@ -268,6 +333,7 @@ static davar_status_t status_of(int16_t first, int16_t second, double level)
 {
     config.glr.whiten_first = first;
     config.glr.whiten_second = second;
+    config.glr.whiten_second = second;
     config.glr.whiten_level = level;
     return davar_init_q15(&davar, &config, memory, sizeof memory);
 }
@@ -285,6 +351,13 @@ static void test_settings_out_of_range_are_rejected(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(0, 1, -1.0));
     TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(1, 0, 1.1e9));
     TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(1, 0, (double)NAN));
+    config.glr.whiten_tolerance = 100.0;
+    TEST_ASSERT_EQUAL(DAVAR_OK, status_of(1, 0, 1.0));
+    config.glr.whiten_tolerance = 100.1;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(1, 0, 1.0));
+    config.glr.whiten_tolerance = -1e-9;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, status_of(1, 0, 1.0));
+    TEST_ASSERT_EQUAL(DAVAR_OK, status_of(0, 0, 1.0));
 }
 
 /* Without a filter everything is as before: the second channel, too. */

@@ -128,11 +128,11 @@ static void write_whitening(const davar_filter_t *filter)
 {
     davar_config_t config = davar_default_config;
     davar_whiten(&config, filter);
-    (void)printf(
-        "/* Law glr with this filter: .whiten_first = %d, .whiten_second = %d,\n"
-        " * .whiten_level = %.9g in the glr part of the configuration, as davar_whiten sets "
-        "them. */\n",
-        config.glr.whiten_first, config.glr.whiten_second, config.glr.whiten_level);
+    (void)printf("/* Law glr with this filter: .whiten_first = %d, .whiten_second = %d,\n"
+                 " * .whiten_level = %.9g, .whiten_tolerance = %.3g, .block = %u\n"
+                 " * in the glr part of the configuration, as davar_whiten sets them. */\n",
+                 config.glr.whiten_first, config.glr.whiten_second, config.glr.whiten_level,
+                 config.glr.whiten_tolerance, (unsigned)config.glr.block);
 }
 
 static void write_plan(const davar_plan_t *plan, const char *name)

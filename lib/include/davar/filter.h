@@ -50,12 +50,15 @@ typedef struct davar_filter {
 double davar_filter_power(const davar_filter_t *filter, double frequency);
 
 /** Sets the whitening of law glr for a gyro with `filter`, whose fields are in their ranges
- * (asserted): glr.whiten_first, whiten_second and whiten_level. The detector then keeps its rate of
- * false alarms after the filter, and detects a change about as early as without one. With a cutoff
- * that is wrong by 20 %, false alarms are at most a third more. After a narrow filter and with a
- * sigma below five counts, it delays alarms instead: do not use it. Call it before init, or copy its
- * values into a const configuration (tools/davar-plan --bandwidth prints them).
- * Cost: O(P) in doubles, once, with P = 4 / cutoff, 64 to 16384 points. Formula (10.16). */
+ * (asserted): glr.whiten_first, whiten_second, whiten_level and whiten_tolerance. The detector
+ * then keeps its rate of false alarms after the filter, and detects a change about as early as
+ * without one. With a cutoff that is wrong by 20 %, false alarms are at most a third more. After a
+ * narrow filter and with a sigma below five counts, it delays alarms instead: do not use it. Call
+ * it before init, or copy its values into a const configuration (tools/davar-plan --bandwidth
+ * prints them).
+ * Reads glr.block: set it before. Init rejects one out of range.
+ * Cost: O(P (decimation + glr.block)) in doubles, once, with P = 4 / cutoff, 64 to 16384 points.
+ * Formula (10.16). */
 void davar_whiten(davar_config_t *config, const davar_filter_t *filter);
 
 /** Sets the bounds of kurtosis and contribution, moments.kurtosis_low to moments.contribution_high,

@@ -163,8 +163,8 @@ typedef struct davar {
 /** @} */
 
 /** @cond */
-#define DAVAR_GLR_BYTES_Q15 ((size_t)1256U + (2U * sizeof(void *)))
-#define DAVAR_GLR_BYTES_Q31 ((size_t)1280U + (2U * sizeof(void *)))
+#define DAVAR_GLR_BYTES_Q15 ((size_t)1304U + (2U * sizeof(void *)))
+#define DAVAR_GLR_BYTES_Q31 ((size_t)1328U + (2U * sizeof(void *)))
 #define DAVAR_GLR_RECORDS(window_max, stride, block)                                               \
     (((((size_t)(window_max) + (stride)) / (block)) + 2U) + 2U)
 /** @endcond */

@@ -36,7 +36,7 @@ typedef struct {
 
 /** What a law reads while no push is at work, and reports afterwards. */
 typedef struct {
-    uint64_t word[6]; /**< the law's own layout */
+    uint64_t word[10]; /**< the law's own layout */
 } davar_law_words_t;
 
 /** A window law. Every function except judge may be null.

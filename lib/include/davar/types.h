@@ -142,13 +142,16 @@ typedef struct {
         /** @{ */
         /** whitening after a filter: the first channel takes x[i] - (whiten_first x[i-1] +
          * whiten_second x[i-2]) / 2^14. |first| + |second| at most 49152. 0, 0 (default): the
-         * samples. davar_whiten sets all three (10.16) */
+         * samples. davar_whiten sets all four (10.16) */
         int16_t whiten_first;
         int16_t whiten_second;
         /** @} */
-        /** with whitening: white noise before the filter over that of the whitened samples, 1e-9 to
-         * 1e9; the levels of a change are multiplied by it */
+        /** with whitening: white noise before the filter over that of the whitened samples about
+         * the mean of their block, 1e-9 to 1e9; levels are multiplied by it */
         double whiten_level;
+        /** relative 95 % uncertainty of whiten_level, 0 to 100; the interval of the level since the
+         * last alarm includes it */
+        double whiten_tolerance;
     } glr;
 
     uint32_t stride;       /**< samples from one result to the next, 1 to longest; default 1 */
@@ -276,6 +279,21 @@ typedef struct {
     double gain;  /**< logarithm of the likelihood ratio that raised the alarm */
 } davar_change_t;
 
+/** Law glr: the noise since the last alarm, with a confidence sequence: an interval for every
+ * moment (10.18). A 95 % interval of a window misses the truth in one window of twenty. If the
+ * noise does not change, all intervals of a section contain it, with a probability of 95 %. A
+ * section ends at an alarm, or without one if its noise has changed slowly. Between a change and
+ * its alarm, the intervals may miss the new level.
+ * Levels are in deg/s as in davar_change_t with m = 1, but without rounding to counts. */
+typedef struct {
+    /** accepted samples of the section; 0: too few, counts too coarse or dispersion above 5, and
+     * the rest is NaN */
+    uint64_t samples;
+    double level; /**< of the section */
+    double low;   /**< lower limit */
+    double high;  /**< upper limit; it includes shocks, because they may be noise */
+} davar_steady_t;
+
 /** What a fit found in the window. */
 typedef enum {
     /** not fitted yet, or no cluster size of the plan has a difference in this window */
@@ -306,6 +324,7 @@ typedef struct {
     /** law glr: samples since the newest change, at the epoch; otherwise 0 */
     uint32_t cut_age_samples;
     davar_change_t change; /**< law glr: the newest change; otherwise m is 0 */
+    davar_steady_t steady; /**< law glr: the level since the last alarm; otherwise samples is 0 */
     /** the law's flag f. Fixed window: f1 OR f2, for information. glr: cut since the previous
      * epoch */
     bool unstable;

@@ -38,7 +38,7 @@ void davar_glr_begin_anew(davar_glr_t *state)
     glr_place_copy(&state->cut, &state->now);
 }
 
-uint32_t davar_glr_dispersion(const davar_glr_t *state, const davar_glr_config_t *config)
+uint32_t davar_glr_dispersion(const davar_glr_t *state)
 {
     const uint32_t larger =
         (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
@@ -47,7 +47,7 @@ uint32_t davar_glr_dispersion(const davar_glr_t *state, const davar_glr_config_t
         return ONE;
     }
     const uint32_t heavy = (phi > BODY) ? (((phi - BODY) * 5U) / 8U) : 0U;
-    return smaller(phi + (((phi - ONE) * config->tails) / 16U) + heavy, MOST_F);
+    return smaller(phi + ((phi - ONE) / 8U) + heavy, MOST_F);
 }
 
 /* A place that is too old moves to the next record of the coarsest octave. */
@@ -83,9 +83,9 @@ static void advance(davar_glr_t *state, const davar_glr_config_t *config,
 /* ---- shocks ---- */
 
 /* 1 + (factor - 1) sqrt(f), both with 8 digits */
-static uint32_t widened(const davar_glr_t *state, const davar_glr_config_t *config, uint32_t factor)
+static uint32_t widened(const davar_glr_t *state, uint32_t factor)
 {
-    const uint32_t f = davar_glr_dispersion(state, config); /* 1 to below 16 */
+    const uint32_t f = davar_glr_dispersion(state); /* 1 to below 16 */
     const uint32_t half = (f >= (4U * ONE)) ? 1U : 0U;
     const uint32_t root =
         davar_root_of_mantissa_by_integers(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
@@ -109,7 +109,7 @@ static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *con
     return (config->shock != 0U) && ((window->blocks * config->degrees) >= ENOUGH) &&
            ((window->high != 0U) || (window->low > floor)) &&
            is_above(block, window, config->outlier) &&
-           is_above(block, window, widened(state, config, config->outlier));
+           is_above(block, window, widened(state, config->outlier));
 }
 
 /* The waiting blocks pass: as a shock they add time only, otherwise also their sums. */
@@ -118,7 +118,11 @@ static void release(davar_glr_t *state, const davar_glr_config_t *config, bool i
 {
     event->dropped = is_shock ? state->pending : 0U;
     event->resolved += state->pending;
+    spread_copy(&event->shock, &none);
     for (uint32_t i = 0U; i < state->pending; i++) {
+        if (is_shock) {
+            spread_add(&event->shock, &state->waiting[i]);
+        }
         advance(state, config, is_shock ? &none : &state->waiting[i]);
     }
     state->pending = 0U;
@@ -151,7 +155,7 @@ static bool hold(davar_glr_t *state, const davar_glr_config_t *config, const dav
         }
     } else {
         const bool is_calm =
-            is_over(state, block) || !is_above(block, &window, widened(state, config, CALM));
+            is_over(state, block) || !is_above(block, &window, widened(state, CALM));
         if (is_calm || (state->pending == config->shock)) {
             release(state, config, is_calm, event);
             return false;
@@ -338,8 +342,6 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 #define OF_CUT 117965           /* 1.8 */
 #define OF_CLUSTERS 65536       /* 1; fitted together with DEGREES_OF_CLUSTERS */
 #define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
-#define TAILS 2U                /* 1/8, 4 digits: f over the dispersion (10.3) */
-#define TAILS_WHITENED 4U       /* 1/4: what two coefficients leave correlated (10.18) */
 #define MARGIN 65536            /* 1, 16 digits: least h above ln of the longest part */
 
 static int32_t logarithm_of(double value)
@@ -400,7 +402,6 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->near = blocks_of(150U, wish->block);
     config->far = blocks_of(600U, wish->block);
     config->half = wish->is_centred ? half_in_blocks(wish->block) : 0U;
-    config->tails = TAILS;
 }
 
 uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second)
@@ -411,10 +412,17 @@ uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second)
     return nu + (uint32_t)((davar_multiply_u32(squares, 2U * nu) + (UINT32_C(1) << 27U)) >> 28U);
 }
 
-void davar_glr_start_whitened(davar_glr_config_t *config, int16_t first, int16_t second)
+uint32_t davar_glr_rounding(uint32_t block, int16_t first, int16_t second)
 {
-    config->floor = davar_glr_floor(config->block, first, second);
-    config->tails = ((first != 0) || (second != 0)) ? TAILS_WHITENED : TAILS;
+    const int32_t one = 16384;
+    const uint32_t nu = block * (block - 1U);
+    const uint32_t squares = (uint32_t)(first * first) + (uint32_t)(second * second);
+    const uint32_t roundings = ((first != 0) || (second != 0)) ? 2U : 1U;
+    const uint64_t apart =
+        davar_multiply_u32(nu, (roundings << 28U)) + davar_multiply_u32(nu, squares);
+    const uint64_t by_1 = davar_multiply_i32((int32_t)(block - 1U) * first, one - second);
+    const uint64_t by_2 = davar_multiply_i32((int32_t)(block - 2U) * second, one);
+    return (uint32_t)((apart + (2U * (by_1 + by_2)) + (UINT32_C(1) << 27U)) >> 28U);
 }
 
 /* Adjacent blocks share three quarters of their samples, so each has 0.38 degrees of freedom and a
@@ -463,7 +471,8 @@ static bool has_whitening(const davar_config_t *config)
 {
     const uint32_t sizes = size_of(config->glr.whiten_first) + size_of(config->glr.whiten_second);
     return (sizes == 0U) ||
-           ((sizes <= GLR_WHITEN_MAX) && davar_is_between(1e-9, config->glr.whiten_level, 1e9));
+           ((sizes <= GLR_WHITEN_MAX) && davar_is_between(1e-9, config->glr.whiten_level, 1e9) &&
+            davar_is_between(0.0, config->glr.whiten_tolerance, 100.0));
 }
 
 static bool has_windows(const davar_config_t *config)
@@ -494,51 +503,4 @@ void davar_glr_shape(const davar_config_t *config, davar_law_shape_t *shape)
 {
     shape->block = config->glr.block;
     shape->half = is_about(config) ? (half_in_blocks(config->glr.block) * config->glr.block) : 0U;
-}
-
-double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t unit)
-{
-    const davar_spread_t rounding = {davar_multiply_u32(floor, sum->blocks), 0U, 0U};
-    const davar_spread_t rest = spread_between(&rounding, sum);
-    if ((rest.low | rest.high) == 0U) {
-        return 0.0;
-    }
-    const int32_t exponent = spread_exponent(&rest);
-    const scaled_t square = {spread_bits(&rest, exponent), exponent};
-    return davar_root_of_quotient(davar_scaled_to_double(square),
-                                  davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
-}
-
-/* The deviation from a sum of b (10.1) or of 6 D^2 + m (10.13). NaN if all blocks were lost in
- * gaps. */
-static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m,
-                       double unit_per_count)
-{
-    const uint32_t block = config->glr.block;
-    const int16_t first = config->glr.whiten_first;
-    const int16_t second = config->glr.whiten_second;
-    const bool whitened = (m == 1U) && ((first != 0) || (second != 0));
-    const uint32_t rounding = (m == 1U) ? davar_glr_floor(block, first, second) : m;
-    const uint32_t unit = (m == 1U) ? (block * (block - 1U)) : (m * m);
-    const double scale =
-        whitened ? davar_scale(unit_per_count, config->glr.whiten_level) : unit_per_count;
-    if (sum->blocks == 0U) {
-        return (double)NAN;
-    }
-    return davar_scale(davar_spread_level(sum, rounding, 12U * unit), scale);
-}
-
-void davar_glr_report(const davar_config_t *config, double unit_per_count,
-                      const davar_law_words_t *words, davar_result_t *result)
-{
-    davar_glr_words_t read;
-    memcpy(&read, words, sizeof read);
-    result->dispersion = (double)read.dispersion / (double)(1U << GAIN_DIGITS);
-    result->change.m = read.changed;
-    if (read.changed != 0U) {
-        result->change.older = level_of(config, &read.older, read.changed, unit_per_count);
-        result->change.newer = level_of(config, &read.newer, read.changed, unit_per_count);
-        result->change.gain = davar_scale(davar_double_of_u64((uint32_t)read.gain),
-                                          1.0 / (double)(1U << GAIN_DIGITS));
-    }
 }

@@ -67,7 +67,6 @@ typedef struct {
     uint32_t near;      /* least blocks of a trailing window, once its cut is older: 150 samples */
     uint32_t far;       /* a window above this grows by the stricter rule, blocks: 600 samples */
     uint32_t half;      /* blocks of half a centred window: 300 samples; 0: cuts are not stored */
-    uint32_t tails;     /* by which f exceeds the dispersion, 4 digits (10.3), (10.18) */
 } davar_glr_config_t;
 
 /* A place in the stream and the running sum there. */
@@ -114,6 +113,7 @@ typedef struct {
     int32_t gain;         /* G of that split, GAIN_DIGITS; 0 without an alarm */
     uint32_t resolved;    /* blocks by which state->now has moved; 0 while a shock is possible */
     uint32_t dropped;     /* the first blocks of these, which were a shock */
+    davar_spread_t shock; /* their sum; not set if none was dropped */
 } davar_glr_event_t;
 
 /* The settings of a user. */
@@ -135,11 +135,13 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish);
  * alarms; `longest` counts these blocks. */
 void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t *wish);
 
-/* Adapts it to whitened samples. All zeros: changes nothing. */
-void davar_glr_start_whitened(davar_glr_config_t *config, int16_t first, int16_t second);
-
-/* b of rounding alone: K nu, and twice the rounding that whitening adds, rounded (10.17). */
+/* config->floor for whitened samples, b of rounding alone: K nu, and twice the rounding that
+ * whitening adds, rounded (10.17). */
 uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second);
+
+/* b of the rounding that is in the samples, and with whitening in what they predict: exact for
+ * errors of variance 1/12 that are independent (10.18). */
+uint32_t davar_glr_rounding(uint32_t block, int16_t first, int16_t second);
 
 void davar_glr_reset(davar_glr_t *state);
 
@@ -168,7 +170,7 @@ void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
 void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event);
 
 /* The factor f that widens the thresholds, at least 1. GAIN_DIGITS. */
-uint32_t davar_glr_dispersion(const davar_glr_t *state, const davar_glr_config_t *config);
+uint32_t davar_glr_dispersion(const davar_glr_t *state);
 
 /* --- windows: as long as the likelihood ratio finds one variance in them ---------------------- */
 
@@ -199,6 +201,23 @@ uint32_t davar_glr_age_of(const davar_glr_t *state, uint32_t accepted);
 void davar_glr_remember(davar_glr_t *state, const davar_spread_t *block);
 void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool is_cut);
 
+/* --- the level since the last alarm (10.18) --------------------------------------------------- */
+
+typedef struct {
+    davar_spread_t since;  /* running sum at its beginning */
+    davar_spread_t middle; /* and at a place where half of it is compared with the rest */
+    davar_spread_t shocks; /* blocks dropped since, except in gaps */
+    uint32_t turn;         /* of the newest comparison */
+} davar_steady_sums_t;
+
+/* Begins a section here. */
+void davar_steady_restart(davar_steady_sums_t *steady, const davar_glr_t *detector);
+
+/* The detector has taken a block. Begins a new section if the later part
+ * of this one is louder or quieter than the earlier part, or after 2^30 blocks. */
+void davar_steady_push(davar_steady_sums_t *steady, const davar_glr_t *detector,
+                       const davar_glr_config_t *config, const davar_glr_event_t *event);
+
 /* --- the window law, for both number types ---------------------------------------------------- */
 
 /* The detector's words of a result (law.h). */
@@ -207,7 +226,9 @@ typedef struct {
     davar_spread_t newer; /* after it */
     uint32_t changed;     /* cluster that changed, samples; 0: no change */
     int32_t gain;
-    uint32_t dispersion; /* f, GAIN_DIGITS */
+    uint32_t dispersion;   /* f, GAIN_DIGITS */
+    davar_spread_t steady; /* since the last alarm: accepted blocks */
+    davar_spread_t shocks; /* and dropped ones */
 } davar_glr_words_t;
 _Static_assert(sizeof(davar_glr_words_t) <= sizeof(davar_law_words_t), "words are too many");
 

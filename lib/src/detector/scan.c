@@ -150,7 +150,7 @@ void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config,
     }
     scan.state = state;
     scan.config = config;
-    scan.f = davar_glr_dispersion(state, config);
+    scan.f = davar_glr_dispersion(state);
     scan.best = split;
     scan.count = count;
     davar_stretch(&scan.stretch, &begin->sum, &state->now.sum, config, scan.f);

@@ -7,8 +7,11 @@
 #define LAW_AND 3U
 
 #define WHITENING_ONE 16384.0
+#define NORMAL_95 1.96
 
 #define NORMAL_STEP (1.0 / 256.0)
+
+#define BLOCK_MOST 64U /* samples of a block of law glr */
 
 /* Lags at which the autocovariance is read, at most; beyond, every n-th one. */
 #define LAGS_MOST 256U
@@ -34,26 +37,87 @@ static int16_t rounded(double share)
     return (int16_t)((scaled < 0.0) ? (scaled - 0.5) : (scaled + 0.5));
 }
 
+/* Autocovariances from lag 0 on with the cutoff of this spectrum (davar_band_spectra). */
+static void autocovariances(const band_t *band, uint32_t points, int spectrum, double r[],
+                            uint32_t count)
+{
+    turn_t half = turn_by(SPECTRUM_PI / (2.0 * (double)points * band->decimation));
+    turn_t whole = turn_by(SPECTRUM_PI / (double)points);
+    for (uint32_t lag = 0U; lag < count; lag++) {
+        r[lag] = 0.0;
+    }
+    for (uint32_t p = 0U; p < points; p++) {
+        double s[3];
+        davar_band_spectra(band, half.now, s);
+        double cosine = 1.0; /* of lag times the angle */
+        double before = whole.now.re;
+        for (uint32_t lag = 0U; lag < count; lag++) {
+            const double next = 2.0 * whole.now.re * cosine - before;
+            r[lag] += s[spectrum] * cosine / (double)points;
+            before = cosine;
+            cosine = next;
+        }
+        turn_on(&half);
+        turn_on(&whole);
+    }
+}
+
+/* Yule-Walker. */
+static void set_weights(davar_config_t *config, const double r[])
+{
+    const double noisy = r[0] * (1.0 + (1.0 / (12.0 * squared(SPECTRUM_COUNTS))));
+    const double determinant = squared(noisy) - squared(r[1]);
+    config->glr.whiten_first = rounded(r[1] * (noisy - r[2]) / determinant);
+    config->glr.whiten_second = rounded(((noisy * r[2]) - squared(r[1])) / determinant);
+}
+
+/* Autocovariance of whitened samples at `lag`. r: of the samples, up to lag + 2 at least. */
+static double whitened_at(const double r[], uint32_t lag, double first, double second)
+{
+    const double by_1 = r[(lag > 0U) ? (lag - 1U) : 1U] + r[lag + 1U];
+    const double by_2 = r[(lag > 1U) ? (lag - 2U) : (2U - lag)] + r[lag + 2U];
+    const double squares = 1.0 + squared(first) + squared(second);
+    return squares * r[lag] - first * (1.0 - second) * by_1 - second * by_2;
+}
+
+/* White noise before the filter over whitened samples about the mean of their block. Whitened
+ * samples are not quite white, so this is not their variance. */
+static double level_of_filter(const davar_config_t *config, const double r[], uint32_t block,
+                              double density)
+{
+    const double first = (double)config->glr.whiten_first / WHITENING_ONE;
+    const double second = (double)config->glr.whiten_second / WHITENING_ONE;
+    double sum = 0.0;
+    for (uint32_t lag = 1U; lag < block; lag++) {
+        sum += (double)(block - lag) * whitened_at(r, lag, first, second);
+    }
+    const double shared = 2.0 * sum / ((double)block * ((double)block - 1.0));
+    return davar_root(density / (whitened_at(r, 0U, first, second) - shared));
+}
+
 DAVAR_RARE void davar_whiten(davar_config_t *config, const davar_filter_t *filter)
 {
     band_t band;
-    double zero[3];
+    double density[3];
+    double level[3];
+    double r[BLOCK_MOST + 2U];
+    const uint32_t longer = (config->glr.block > 2U) ? config->glr.block : 2U; /* init rejects it */
+    const uint32_t block = (longer < BLOCK_MOST) ? longer : BLOCK_MOST;
     davar_filter_assert(filter);
     davar_band_start(filter, &band);
-    davar_band_spectra(&band, (complex_t){1.0, 0.0}, zero);
+    davar_band_spectra(&band, (complex_t){1.0, 0.0}, density);
     const uint32_t points = davar_band_points(1.0, filter);
-    const double r0 = autocovariance(&band, points, 0U);
-    const double r1 = autocovariance(&band, points, 1U);
-    const double r2 = autocovariance(&band, points, 2U);
-    const double noisy = r0 * (1.0 + (1.0 / (12.0 * squared(SPECTRUM_COUNTS))));
-    const double determinant = squared(noisy) - squared(r1);
-    config->glr.whiten_first = rounded(r1 * (noisy - r2) / determinant);
-    config->glr.whiten_second = rounded(((noisy * r2) - squared(r1)) / determinant);
-    const double first = (double)config->glr.whiten_first / WHITENING_ONE;
-    const double second = (double)config->glr.whiten_second / WHITENING_ONE;
-    const double rest = r0 * (1.0 + squared(first) + squared(second)) -
-                        2.0 * (first * (1.0 - second) * r1 + second * r2);
-    config->glr.whiten_level = davar_root(zero[0] / rest);
+    for (int i = 0; i < 3; i++) {
+        autocovariances(&band, points, i, r, block + 2U);
+        if (i == 0) {
+            set_weights(config, r);
+        }
+        level[i] = level_of_filter(config, r, block, density[i]);
+    }
+    const double slope = (level[1] - level[2]) / (2.0 * SPECTRUM_LOG_STEP * level[0]);
+    config->glr.whiten_level = level[0];
+    config->glr.whiten_tolerance =
+        NORMAL_95 * filter->uncertainty * ((slope < 0.0) ? -slope : slope);
 }
 
 /* Sum of the fourth powers of the autocorrelation over all lags. */

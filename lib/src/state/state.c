@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-#define FORMAT 6U
+#define FORMAT 7U
 
 /* The instance without its pointers. */
 typedef struct {
