@@ -389,6 +389,12 @@ class Sensors(unittest.TestCase):
                     self.assertIn(done.returncode, (0, 1), done.stderr)
                     self.assertNotIn("Traceback", done.stderr)
 
+    def test_the_state_of_law_glr_has_the_size_of_the_header(self):
+        header = (ROOT / "lib/include/davar/instance.h").read_text(encoding="utf-8")
+        sizes = re.findall(r"DAVAR_GLR_BYTES_Q(?:15|31) \(\(size_t\)(\d+)U", header)
+        planned = (ROOT / "tools/plan/planner/costs.py").read_text(encoding="utf-8")
+        self.assertIn(f"({sizes[0]} if narrow else {sizes[1]})", planned)
+
     def test_the_table_of_the_pages_is_that_of_the_planner(self):
         page = (ROOT / "docs/FIRMWARE.md").read_text(encoding="utf-8")
         for row in sensors.ROWS:

@@ -307,10 +307,13 @@ def fitted(designs: Sequence[Design], found: Sequence[Figures], sizes: Any) -> d
 
 
 def other_ram_bytes(designs: Sequence[Design], found: Sequence[Figures], sizes: Any) -> int:
-    """RAM that the C library adds."""
-    return max(
+    """RAM that the C library adds. It is the same for all designs, because the rest is exact."""
+    added = {
         int(f["ram_bytes"]) - costs.ram_bytes(design, sizes, 0) for f, design in zip(found, designs)
-    )
+    }
+    if len(added) != 1:
+        raise SystemExit(f"{designs[0].law}: memory_bytes() contradicts davar/instance.h: {added}")
+    return added.pop()
 
 
 def slow_row(
