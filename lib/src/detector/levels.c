@@ -46,7 +46,7 @@ void davar_steady_push(davar_steady_sums_t *steady, const davar_glr_t *detector,
     if (event->dropped > 0U) {
         spread_add(&steady->shocks, &event->shock);
     }
-    const uint32_t turn = detector->now.at >> CHECK;
+    const uint32_t turn = (detector->now.at + 1U) >> CHECK; /* odd blocks test fewer splits */
     if (turn == steady->turn) {
         return;
     }
