@@ -123,7 +123,7 @@ class Options(unittest.TestCase):
             pairs = taus * (taus + 1) // 2
             self.assertEqual((result, plan), (48 * taus + 288, 100 * taus + 4 * pairs + 264))
         readme, costs = (" ".join(page.split()) for page in (readme, costs))
-        self.assertIn("256 bytes plus 48 bytes per tau", costs)
+        self.assertIn("288 bytes plus 48 bytes per tau", costs)
         self.assertIn("264 bytes plus 100 bytes per tau plus 4 bytes per pair of taus", costs)
         self.assertIn(f"({sum(sizes[8])} bytes with `-DDAVAR_TAUS_MAX=8`)", readme)
 
