@@ -32,8 +32,8 @@ typedef struct davar_filter {
     uint16_t summed;
 } davar_filter_t;
 
-/** A low-pass of 1 or 2 poles with its -3 dB frequency in Hz, known to 10 %. rate_hz: sample rate
- * that davar sees. */
+/** A low-pass of 1 or 2 poles with its -3 dB frequency in Hz, known to 10 %. rate_hz: rate of the
+ * samples that davar gets. */
 #define DAVAR_LOW_PASS(hz, rate_hz, order)                                                         \
     .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)
 

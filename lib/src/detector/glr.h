@@ -213,8 +213,8 @@ typedef struct {
 /* Begins a section here. */
 void davar_steady_restart(davar_steady_sums_t *steady, const davar_glr_t *detector);
 
-/* The detector has taken a block. Begins a new section if the later part
- * of this one is louder or quieter than the earlier part, or after 2^30 blocks. */
+/* The detector has taken a block. Begins a new section if the later part of this one is louder or
+ * quieter than the earlier part, or after 2^30 blocks. */
 void davar_steady_push(davar_steady_sums_t *steady, const davar_glr_t *detector,
                        const davar_glr_config_t *config, const davar_glr_event_t *event);
 
