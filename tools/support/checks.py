@@ -113,9 +113,9 @@ PARTS = {
         packages=("clang-19", "llvm-19", "libclang-rt-19-dev"),
     ),
     "proofs": Part(
-        "proofs for all inputs of the statements in tests/proofs, by Eva of Frama-C",
+        "proofs for all inputs of the statements in tests/proofs, by Frama-C",
         suite("proofs"),
-        packages=("frama-c-base",),
+        packages=("frama-c-base", "why3", "z3", "cvc4", "git"),
     ),
     "cli": Part(
         "davar-sim, through its command line",
@@ -159,7 +159,7 @@ PARTS = {
     "commands": Part(
         "every command in the pages and in --help, as typed, in a fresh clone",
         suite("commands", setting=commands),
-        packages=("git", "dpkg-dev", *VENV, *FUZZER, "frama-c-base", *BOARDS),
+        packages=("git", "dpkg-dev", *VENV, *FUZZER, "frama-c-base", "why3", "z3", "cvc4", *BOARDS),
     ),
     "wire": Part(
         "frames compared with davar.dbc by cantools; the receiver with a million faults",
