@@ -20,7 +20,7 @@
 
 #include "pipeline/allan.inc"
 
-/* --- definitions (DESIGN 1.1) ------------------------------------------------------------------ */
+/* --- definitions (DESIGN 1.1) ----------------------------------------------------------------- */
 
 /* The samples in order of time. The step removes spans that start at the oldest and adds spans that
  * end at the newest. */
@@ -69,7 +69,8 @@ uint32_t head_at;
 
 /* The conversion is exact, which the provers do not see by themselves. */
 #define IS_SMALL(m)                                                                                \
-    1 <= m <= LARGEST && tail_at + 2 * m <= head_at && (uint64_t)m == m && (uint64_t)(2 * m) == 2 * m
+    1 <= m <= LARGEST && tail_at + 2 * m <= head_at && (uint64_t)m == m &&                         \
+        (uint64_t)(2 * m) == 2 * m
 
 /* The two samples that the spans of m and of 2 m share. */
 #define TAPS(m) before == samples[head_at - (m)] && after == samples[tail_at + (m)]

@@ -2,8 +2,8 @@
 in contract_NAME.c; contract_NAME.patch puts assertions into a copy of the library. Standard library
 only.
 
-Manual use: contracts.py NAME [-DBOUND=NUMBER ...], from any folder. It prints the goals that were not
-proved and exits with status 1 if there is one.
+Manual use: contracts.py NAME [-DBOUND=NUMBER ...], from any folder. It prints the goals that were
+not proved and exits with status 1 if there is one.
 """
 
 import os
