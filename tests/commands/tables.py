@@ -10,6 +10,7 @@ TESTS = re.compile(r"(\w+=\S+ )?(nice )?tools/test\b(?! --(list|help))|ctest -R 
 BUS = "needs a CAN bus; tests/kernel runs such commands on a kernel that has one"
 HOURS = "takes hours"
 NETWORK = "fetches from the network"
+PROVED = "takes two minutes; tests/proofs runs it"
 
 # The exact text: the reason.
 NOT_RUN = {
@@ -32,6 +33,8 @@ NOT_RUN = {
     "python3 -B tests/proofs/proving.py push -DPUSHES=24U": (
         "takes many minutes; tests/proofs runs it with narrower bounds"
     ),
+    "python3 -B tests/proofs/contracts.py slide -DWIDE=0": PROVED,
+    "python3 -B tests/proofs/contracts.py slide -DWIDE=1": PROVED,
     "build/fuzz/tests/fuzz/fuzz_stream build/log/fuzz-stream-crash-SHA1": (
         "needs an input that shows a fault"
     ),
