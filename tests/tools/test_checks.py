@@ -20,6 +20,7 @@ from unittest import mock
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import c_suites
 import checks
+import mcdc_report
 import result_cache
 import runner
 from python_suites import shares
@@ -35,6 +36,31 @@ def printed(parts):
 
 def breaks():
     raise runner.Broken("no compiler\nat all")
+
+
+class Mcdc(unittest.TestCase):
+    def missing(self, line, *covered):
+        """What the report lists for one decision, all of `line`, with these conditions."""
+        with tempfile.TemporaryDirectory() as folder:
+            source = Path(folder, "lib/a.c")
+            source.parent.mkdir()
+            source.write_text(line + "\n")
+            record = [1, 1, 1, len(line) + 1, 0, 0, 0, list(covered)]
+            files = [{"filename": str(source), "mcdc_records": [record]}]
+            return mcdc_report.missing(json.dumps({"data": [{"files": files}]}), Path(folder))
+
+    def test_a_condition_that_no_test_turned_is_listed(self):
+        counted, listed = self.missing("(DAVAR_GRID && a) || (b > c)", False, True, False)
+        self.assertEqual(listed, ["lib/a.c: C3 never turned: (DAVAR_GRID && a) || (b > c)"])
+        self.assertIn("1 of 2 conditions", counted)
+
+    def test_only_a_constant_of_the_build_is_left_out(self):
+        self.assertEqual(self.missing("!DAVAR_Q15 || a", False, True)[1], [])
+        self.assertEqual(len(self.missing("davar_is(DAVAR_Q15) || a", False, True)[1]), 1)
+
+    def test_a_report_without_decisions_fails(self):
+        report = json.dumps({"data": [{"files": []}]})
+        self.assertEqual(len(mcdc_report.missing(report, Path("/"))[1]), 1)
 
 
 class Parts(unittest.TestCase):

@@ -240,9 +240,7 @@ def mcdc() -> Tally:
     )
     if report.returncode:
         raise Broken("llvm-cov-19 export failed")
-    return checked(
-        tally, *mcdc_report.missing(report.stdout, ROOT, ROOT / "tests/mcdc_exceptions.txt")
-    )
+    return checked(tally, *mcdc_report.missing(report.stdout, ROOT))
 
 
 def fuzz(name: str) -> Tally:

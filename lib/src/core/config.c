@@ -150,14 +150,17 @@ static bool needs_grid(const davar_config_t *config)
 
 static bool is_built(const davar_config_t *config)
 {
-    bool built = DAVAR_LAWS || ((config->law == NULL) && (config->moments.segment == 0U));
+    uint32_t built = 1U;
+    if ((config->law != NULL) || (config->moments.segment != 0U)) {
+        built &= DAVAR_LAWS;
+    }
     if (config->window.mode == DAVAR_MODE_CENTRED) {
-        built = built && DAVAR_CENTRED;
+        built &= DAVAR_CENTRED;
     }
     if (needs_grid(config)) {
-        built = built && DAVAR_GRID;
+        built &= DAVAR_GRID;
     }
-    return built;
+    return built != 0U;
 }
 
 static davar_status_t check_mode(const davar_config_t *config)
