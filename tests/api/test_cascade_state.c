@@ -121,6 +121,24 @@ static void test_a_restored_cascade_continues_bit_for_bit(void)
     }
 }
 
+static void test_an_image_does_not_depend_on_addresses(void)
+{
+    static unsigned char image[sizeof cells];
+    random_t random = random_seeded(7U);
+    init(Q31, &original, 0U);
+    init(Q31, &restored, 1U);
+    for (uint32_t i = 0U; i < 5000U; i++) {
+        random_t again = random;
+        step(Q31, &original, &random);
+        step(Q31, &restored, &again);
+    }
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+    memcpy(image, cells, sizeof image);
+    memset(cells, 0xFF, sizeof cells);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&restored, &storage));
+    TEST_ASSERT_EQUAL_MEMORY(image, cells, sizeof image);
+}
+
 static void assert_foreign(type_t type)
 {
     init(type, &restored, 1U);
@@ -212,6 +230,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_restored_cascade_continues_bit_for_bit);
+    RUN_TEST(test_an_image_does_not_depend_on_addresses);
     RUN_TEST(test_an_image_of_other_settings_is_foreign);
     RUN_TEST(test_an_image_of_another_wide_type_is_foreign);
     RUN_TEST(test_no_image);
