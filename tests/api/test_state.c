@@ -96,6 +96,30 @@ static void waiting_result_survives(davar_engine_t engine)
     TEST_ASSERT_TRUE(actual.unstable);
 }
 
+/* Leaves bytes on the stack for the variables of the next call. */
+static void dirty_stack(int byte)
+{
+    volatile unsigned char bytes[4096];
+    for (size_t i = 0U; i < sizeof bytes; i++) {
+        bytes[i] = (unsigned char)byte;
+    }
+}
+
+/* The padding of the image has no bytes of an earlier call. */
+static void test_the_same_state_has_the_same_image(void)
+{
+    static unsigned char image[sizeof cells];
+    init(Q15, &original, 0U);
+    feed(0U, 500U);
+    dirty_stack(0x5A);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    memcpy(image, cells, sizeof image);
+    memset(cells, 0xFF, sizeof cells);
+    dirty_stack(0xA5);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    TEST_ASSERT_EQUAL_MEMORY(image, cells, sizeof image);
+}
+
 /* The restored instance can take a result of before: the copy of its sums, or the records of the
  * grid, are in the image. */
 static void test_a_waiting_result_survives(void)
@@ -335,6 +359,7 @@ int main(void)
     RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
     RUN_TEST(test_a_restored_stride_continues_bit_for_bit);
     RUN_TEST(test_a_restored_grid_continues_bit_for_bit);
+    RUN_TEST(test_the_same_state_has_the_same_image);
     RUN_TEST(test_a_waiting_result_survives);
     RUN_TEST(test_a_gap_that_continues_survives);
     RUN_TEST(test_a_finished_record_survives);

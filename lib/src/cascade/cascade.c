@@ -481,7 +481,7 @@ static davar_status_t check_cascade(const davar_cascade_t *cascade,
                                     const davar_cascade_config_t *config, const void *memory,
                                     size_t bytes, uint8_t type)
 {
-    const bool built = is_wide_type(type) ? (DAVAR_Q31 != 0) : (DAVAR_Q15 != 0);
+    const bool built = davar_is_built(is_wide_type(type));
     if ((cascade == NULL) || (config == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }

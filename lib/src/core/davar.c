@@ -14,7 +14,7 @@ DAVAR_RARE static davar_status_t check(const davar_t *davar, const davar_config_
                                        const void *memory, const davar_number_t *number,
                                        bool is_float)
 {
-    const bool built = number->wide ? (DAVAR_Q31 != 0) : (DAVAR_Q15 != 0);
+    const bool built = davar_is_built(number->wide);
     if ((davar == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }
