@@ -481,7 +481,8 @@ static davar_status_t check_cascade(const davar_cascade_t *cascade,
                                     const davar_cascade_config_t *config, const void *memory,
                                     size_t bytes, uint8_t type)
 {
-    const bool built = davar_is_built(is_wide_type(type));
+    const uint32_t types = (uint32_t)DAVAR_Q15 | ((uint32_t)DAVAR_Q31 << 1U);
+    const bool built = ((types >> (is_wide_type(type) ? 1U : 0U)) & 1U) != 0U;
     if ((cascade == NULL) || (config == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }

@@ -14,7 +14,8 @@ DAVAR_RARE static davar_status_t check(const davar_t *davar, const davar_config_
                                        const void *memory, const davar_number_t *number,
                                        bool is_float)
 {
-    const bool built = davar_is_built(number->wide);
+    const uint32_t types = (uint32_t)DAVAR_Q15 | ((uint32_t)DAVAR_Q31 << 1U);
+    const bool built = ((types >> (number->wide ? 1U : 0U)) & 1U) != 0U;
     if ((davar == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }

@@ -3,8 +3,6 @@
 #ifndef DAVAR_SRC_MACHINE_H
 #define DAVAR_SRC_MACHINE_H
 
-#include "davar/options.h"
-
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -66,13 +64,6 @@
 #elif (defined(__arm__) && ((__ARM_FP & 8) == 0)) || (defined(__riscv) && (__riscv_flen < 64))
 #define DAVAR_SOFT_DOUBLE
 #endif
-
-/* Number type q15, or a wide one: q31 and f32. */
-static inline bool davar_is_built(bool wide)
-{
-    const uint32_t types = (uint32_t)DAVAR_Q15 | ((uint32_t)DAVAR_Q31 << 1U);
-    return ((types >> (wide ? 1U : 0U)) & 1U) != 0U;
-}
 
 /* A 128-bit integer modulo 2^128; signed values are two's complement. */
 typedef struct {
