@@ -3,7 +3,6 @@
  * intended change, store the number that the failure prints and describe the change in
  * CHANGELOG.md. */
 #include "davar/davar.h"
-#include "davar/filter.h"
 #include "davar/monitor.h"
 #include "davar/select.h"
 #include "davar/telemetry.h"
@@ -585,32 +584,6 @@ static void test_fits_in_heavy_tails(void)
     }
     expect(UINT64_C(0x3BF63B8D0345A418));
 }
-
-/* ---- what is derived from a filter: whitening, and the bounds of the moments ---- */
-
-static void test_settings_of_filters(void)
-{
-    static const uint16_t block[] = {7U, 10U, 25U};
-    static const davar_law_t *const laws[] = {&davar_law_kurtosis, &davar_law_or, &davar_law_and};
-    for (uint32_t f = 0U; f < (FILTERS * 3U); f++) {
-        davar_config_t config = davar_default_config;
-        config.glr.block = block[f % 3U];
-        config.window.shortest = 20U << (f % 4U);
-        davar_whiten(&config, &filters[f / 3U]);
-        add((uint64_t)(uint16_t)config.glr.whiten_first +
-            ((uint64_t)(uint16_t)config.glr.whiten_second << 16U));
-        add_double(config.glr.whiten_level);
-        add_double(config.glr.whiten_tolerance);
-        config.law = laws[f % 3U];
-        config.moments.segment = config.window.shortest / (2U + (f % 4U));
-        davar_bound_unstable_rate(&config, 0.001 * (double)(1U + f), &filters[f / 3U]);
-        add_double(config.moments.kurtosis_low);
-        add_double(config.moments.kurtosis_high);
-        add_double(config.moments.contribution_low);
-        add_double(config.moments.contribution_high);
-    }
-    expect(UINT64_C(0xC9D7391EA34D0C36));
-}
 #endif
 
 /* ---- frames, and the values that a receiver reads ---- */
@@ -890,7 +863,6 @@ int main(void)
     RUN_TEST(test_plans_of_filters);
     RUN_TEST(test_fits_behind_filters);
     RUN_TEST(test_fits_in_heavy_tails);
-    RUN_TEST(test_settings_of_filters);
 #endif
     return UNITY_END();
 }
