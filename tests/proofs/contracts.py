@@ -17,7 +17,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 CONTRACTS = {"slide": ("sum_slide", "slide_any", "slide_octaves")}
-STEPS = 10_000_000  # of a prover for each goal: the same on a busy machine. 680 000 are enough
+STEPS = 10_000_000  # of a prover for each goal: the same on a busy machine
 OPTIONS = (
     "-c11",
     "-machdep",

@@ -58,6 +58,9 @@ class Mcdc(unittest.TestCase):
         self.assertEqual(self.missing("!DAVAR_Q15 || a", False, True)[1], [])
         self.assertEqual(len(self.missing("davar_is(DAVAR_Q15) || a", False, True)[1]), 1)
 
+    def test_nothing_is_left_out_of_a_decision_that_is_not_understood(self):
+        self.assertEqual(len(self.missing("DAVAR_Q15 || is(a && b)", False, True)[1]), 1)
+
     def test_a_report_without_decisions_fails(self):
         report = json.dumps({"data": [{"files": []}]})
         self.assertEqual(len(mcdc_report.missing(report, Path("/"))[1]), 1)

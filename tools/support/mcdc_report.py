@@ -33,11 +33,13 @@ def text_of(key: Decision, root: Path) -> str:
     return " ".join(" ".join(lines).split())
 
 
-def constants(text: str) -> set[int]:
+def constants(text: str, conditions: int) -> set[int]:
     """The conditions of a decision, from 0, that are a constant of the build or of the target
-    (DAVAR_GRID): no test can turn them.
+    (DAVAR_GRID): no test can turn them. None if the text has another number of conditions.
     """
     parts = [part.strip(" ()") for part in re.split(r"&&|\|\|", text)]
+    if len(parts) != conditions:
+        return set()
     return {i for i, part in enumerate(parts) if re.fullmatch(r"!?DAVAR_[A-Z0-9_]+", part)}
 
 
@@ -46,7 +48,7 @@ def missing(report: str, root: Path) -> tuple[str, list[str]]:
     found, count, wrong = decisions(report, root), 0, []
     for key, conditions in sorted(found.items()):
         text = text_of(key, root)
-        variable = set(range(len(conditions))) - constants(text)
+        variable = set(range(len(conditions))) - constants(text, len(conditions))
         count += len(variable)
         wrong += [f"{key[0]}: C{i + 1} never turned: {text}" for i in variable if not conditions[i]]
     if not found:

@@ -53,7 +53,7 @@ typedef struct davar {
     volatile uint32_t sequence; /* odd while a push is at work */
     volatile uint32_t produced; /* results completed */
     volatile uint32_t seen;     /* the value of `produced` at the last take */
-    bool ready;                 /* the sums are those of the newest result */
+    bool ready;                 /* the sums match the newest result */
     uint32_t alarms_seen;       /* health.alarms at the last take */
     bool unstable;              /* the law's flag for that result */
     bool is_float;              /* f32: samples pass the input conversion of DESIGN 2.3 */

@@ -481,12 +481,10 @@ static davar_status_t check_cascade(const davar_cascade_t *cascade,
                                     const davar_cascade_config_t *config, const void *memory,
                                     size_t bytes, uint8_t type)
 {
-    const uint32_t types = (uint32_t)DAVAR_Q15 | ((uint32_t)DAVAR_Q31 << 1U);
-    const bool built = ((types >> (is_wide_type(type) ? 1U : 0U)) & 1U) != 0U;
     if ((cascade == NULL) || (config == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }
-    davar_status_t status = built ? check_cascade_scale(config, type) : DAVAR_ERR_BUILD;
+    davar_status_t status = check_cascade_scale(config, type);
     if (status == DAVAR_OK) {
         status = check_cascade_clusters(config, type);
     }
@@ -534,21 +532,21 @@ davar_status_t davar_cascade_init_q15(davar_cascade_t *cascade,
                                       const davar_cascade_config_t *config, void *memory,
                                       size_t bytes)
 {
-    return cascade_init(cascade, config, memory, bytes, CASCADE_Q15);
+    return DAVAR_Q15 ? cascade_init(cascade, config, memory, bytes, CASCADE_Q15) : DAVAR_ERR_BUILD;
 }
 
 davar_status_t davar_cascade_init_q31(davar_cascade_t *cascade,
                                       const davar_cascade_config_t *config, void *memory,
                                       size_t bytes)
 {
-    return cascade_init(cascade, config, memory, bytes, CASCADE_Q31);
+    return DAVAR_Q31 ? cascade_init(cascade, config, memory, bytes, CASCADE_Q31) : DAVAR_ERR_BUILD;
 }
 
 davar_status_t davar_cascade_init_f32(davar_cascade_t *cascade,
                                       const davar_cascade_config_t *config, void *memory,
                                       size_t bytes)
 {
-    return cascade_init(cascade, config, memory, bytes, CASCADE_F32);
+    return DAVAR_Q31 ? cascade_init(cascade, config, memory, bytes, CASCADE_F32) : DAVAR_ERR_BUILD;
 }
 
 DAVAR_RARE void davar_cascade_reset(davar_cascade_t *cascade)

@@ -14,12 +14,10 @@ DAVAR_RARE static davar_status_t check(const davar_t *davar, const davar_config_
                                        const void *memory, const davar_number_t *number,
                                        bool is_float)
 {
-    const uint32_t types = (uint32_t)DAVAR_Q15 | ((uint32_t)DAVAR_Q31 << 1U);
-    const bool built = ((types >> (number->wide ? 1U : 0U)) & 1U) != 0U;
     if ((davar == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }
-    return built ? davar_config_check(config, number, is_float) : DAVAR_ERR_BUILD;
+    return davar_config_check(config, number, is_float);
 }
 
 DAVAR_RARE static davar_status_t check_memory(const void *memory, size_t bytes, size_t needed)
@@ -62,7 +60,8 @@ size_t davar_memory_size_f32(const davar_config_t *config)
 davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory,
                               size_t bytes)
 {
-    davar_status_t status = check(davar, config, memory, &davar_number_q15, false);
+    davar_status_t status =
+        DAVAR_Q15 ? check(davar, config, memory, &davar_number_q15, false) : DAVAR_ERR_BUILD;
     if (status == DAVAR_OK) {
         status = check_memory(memory, bytes, davar_q15_memory_size(config));
     }
@@ -76,7 +75,8 @@ davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void
 DAVAR_RARE davar_status_t davar_init_wide(davar_t *davar, const davar_config_t *config,
                                           void *memory, size_t bytes, bool is_float)
 {
-    davar_status_t status = check(davar, config, memory, &davar_number_q31, is_float);
+    davar_status_t status =
+        DAVAR_Q31 ? check(davar, config, memory, &davar_number_q31, is_float) : DAVAR_ERR_BUILD;
     if (status == DAVAR_OK) {
         status = check_memory(memory, bytes, davar_q31_memory_size(config));
     }

@@ -139,8 +139,8 @@ void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t
  * whitening adds, rounded (10.17). */
 uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second);
 
-/* b of the rounding that is in the samples, and with whitening in what they predict: exact for
- * errors of variance 1/12 that are independent (10.18). */
+/* b of the rounding of the samples and, with whitening, of the predicted samples: exact for errors of
+ * variance 1/12 that are independent (10.18). */
 uint32_t davar_glr_rounding(uint32_t block, int16_t first, int16_t second);
 
 void davar_glr_reset(davar_glr_t *state);
