@@ -73,7 +73,10 @@ static void test_tails_reduce_the_degrees_of_freedom(void)
         {40.0, 1.0, 80.0}, /* at most */
         {(double)NAN, 1.19, 0.0},
         {(double)NAN, 1.21, 0.42},
-        {(double)NAN, 15.9, 29.8},
+        {(double)NAN, 2.9, 3.8},
+        {(double)NAN, 3.1, 4.41}, /* the square */
+        {(double)NAN, 9.9, 79.21},
+        {(double)NAN, 15.9, 80.0},
         {(double)NAN, 200.0, 80.0},
         {(double)INFINITY, (double)NAN, 0.0}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -126,6 +126,7 @@ scaled_t davar_fit_evidence(const davar_result_t *result)
 #define SQUARE_BITS 16                           /* its square, and spread */
 #define GATE_WHITE 23U /* (1.2 standard errors)^2 times L: 24 (2 + spread) / 3 of variance */
 #define GATE_FILTERED 12U
+#define BLOCKS_TWO (UINT32_C(2) << EXCESS_BITS)
 #define BLOCKS_GATE ((UINT32_C(1) << EXCESS_BITS) / 5U) /* 0.2: above that of Gaussian noise */
 
 #define BITS_OF_1 UINT64_C(0x3FF0000000000000)
@@ -165,11 +166,15 @@ static uint32_t kappa_of_window(const davar_plan_t *plan, const davar_result_t *
 }
 
 /* The same from the scatter of the detector's blocks: the mean square of independent samples
- * scatters by 1 + kappa / 2. */
+ * scatters by 1 + kappa / 2. It is a scatter of logarithms, to which the largest samples contribute
+ * little, so in heavy tails kappa grows with its square. */
 static uint32_t kappa_of_blocks(const davar_result_t *result)
 {
     const uint32_t excess = above(result->dispersion, 1U);
-    return (excess > BLOCKS_GATE) ? (2U * excess) : 0U;
+    const uint32_t slope = (excess > BLOCKS_TWO) ? excess : BLOCKS_TWO;
+    const uint64_t kappa = davar_multiply_u32(excess, slope) >> (uint32_t)EXCESS_BITS;
+    const uint32_t bounded = (kappa < KAPPA_MOST) ? (uint32_t)kappa : KAPPA_MOST;
+    return (excess > BLOCKS_GATE) ? bounded : 0U;
 }
 
 /* kappa / 2. Without moments the kurtosis is NaN. */
