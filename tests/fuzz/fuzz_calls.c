@@ -1,11 +1,12 @@
 /* davar tests - chains of public calls: push, gap, take, any fit, monitor, encode, decode, save,
  * restore, flush, reset. Every number that reaches a caller is in its range or absent, and every
- * sample and every result is used or counted. */
+ * sample and every result is used or counted. `digest` adds up all that the caller sees. */
 #include "davar/davar.h"
 #include "davar/monitor.h"
 #include "davar/wire.h"
 #include "davar_decode.h"
 #include "davar_policy.h"
+#include "digest.h"
 #include "fuzzing.h"
 #include "random.h"
 
@@ -63,6 +64,43 @@ static bool is_number(double value)
     return isfinite(value) && (value >= 0.0);
 }
 
+static void add_result(void)
+{
+    add(result.epoch);
+    add(result.window_samples + ((uint64_t)result.mirrored_samples << 32U));
+    add(result.gaps_in_window + ((uint64_t)result.cut_age_samples << 32U));
+    add(result.change.m);
+    add_double(result.change.older);
+    add_double(result.change.newer);
+    add_double(result.change.gain);
+    add(result.steady.samples);
+    add_double(result.steady.level);
+    add_double(result.steady.low);
+    add_double(result.steady.high);
+    add((result.unstable ? 1U : 0U) + (result.young ? 2U : 0U) + (result.alarm ? 4U : 0U) +
+        (result.tau_count * 8U) + ((uint32_t)result.noise * 512U));
+    add_double(result.unit_per_count);
+    add_double(result.kurtosis);
+    add_double(result.contribution);
+    add_double(result.dispersion);
+    for (uint32_t t = 0U; t < result.tau_count; t++) {
+        const davar_adev_t *const tau = &result.tau[t];
+        add(tau->m + ((uint64_t)tau->differences << 32U));
+        add_double(tau->adev);
+        add_double(tau->low);
+        add_double(tau->high);
+        add_double(tau->edf);
+        add(tau->hops);
+    }
+    for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
+        const davar_coefficient_t *const coefficient = &result.coefficient[kind];
+        add(coefficient->present ? 1U : 0U);
+        add_double(coefficient->value);
+        add_double(coefficient->low);
+        add_double(coefficient->high);
+    }
+}
+
 static void check_coefficient(const davar_coefficient_t *coefficient)
 {
     if (coefficient->present) {
@@ -76,6 +114,7 @@ static void check_coefficient(const davar_coefficient_t *coefficient)
 
 static void check_result(bool is_fitted)
 {
+    add_result();
     for (uint32_t t = 0U; t < result.tau_count; t++) {
         const davar_adev_t *const tau = &result.tau[t];
         REQUIRE((tau->differences > 0U) ? is_number(tau->adev) : (isnan(tau->adev) != 0));
@@ -104,6 +143,15 @@ static void watch(void)
     REQUIRE((measured > 0U) ? is_number(misfit.health) : (isnan(misfit.health) != 0));
     REQUIRE((measured == 0U) || (is_number(misfit.fast) && is_number(misfit.slow) &&
                                  (misfit.worst < result.tau_count)));
+    add_double(misfit.health);
+    add_double(misfit.fast);
+    add_double(misfit.slow);
+    add(misfit.worst);
+    for (uint32_t t = 0U; t < misfit.tau_count; t++) {
+        add((uint64_t)misfit.tau[t].match);
+        add_double(misfit.tau[t].deviation);
+        add_double(misfit.tau[t].mean_deviation);
+    }
 }
 
 static void send(const davar_t *davar)
@@ -115,6 +163,10 @@ static void send(const davar_t *davar)
     davar_encoder_begin(&encoder, &result, &health);
     for (uint32_t frames = 0U; davar_encoder_next(&encoder, &frame); frames++) {
         REQUIRE(frames < 200U);
+        add(frame.identifier + ((uint64_t)frame.length << 32U));
+        for (uint32_t i = 0U; i < frame.length; i++) {
+            add(frame.data[i]);
+        }
         REQUIRE(davar_decode(&frame, DAVAR_WIRE_BASE, &wire) == DAVAR_DECODED);
         if (wire.message == DAVAR_MESSAGE_ADEV) {
             REQUIRE(isnan(wire.value) == (result.tau[wire.index].differences == 0U));
@@ -240,6 +292,11 @@ static void check_counts(void)
     REQUIRE((users[0].taken + health.missed + waits) == users[1].taken);
     REQUIRE((health.missing == missing) && (health.missing == other.missing));
     REQUIRE((health.gaps == other.gaps) && (health.saturated == other.saturated));
+    add(health.gaps + ((uint64_t)health.missing << 32U));
+    add(health.saturated + ((uint64_t)health.not_finite << 32U));
+    add(health.restarts + ((uint64_t)health.missed << 32U));
+    add(health.cuts + ((uint64_t)health.alarms << 32U));
+    add(health.shocks);
 }
 
 /* Noise of some level, with a walk, a line or nothing added; constant values; or rails. A few bytes
@@ -353,8 +410,25 @@ static void choose(bytes_t *bytes)
     config.glr.whiten_first = (int16_t)(512 * (what >> 2U));
     config.glr.whiten_second = (int16_t)(((what & 2U) != 0U) ? -11000 : 0);
     config.glr.whiten_level = 1.0;
+    config.glr.long_cluster = ((config.law != NULL) && (config.law->push != NULL))
+                                  ? (8U * config.glr.block * (byte(bytes) % 2U))
+                                  : 0U;
     config.taus = taus;
     config.tau_count = (uint8_t)between(bytes, 1U, 5U);
+}
+
+/* Not declared, none, and two low-passes. */
+static void start_plan(bytes_t *bytes)
+{
+    static const davar_filter_t low_pass[] = {{.poles = 0U},
+                                              {.cutoff = 0.2, .poles = 1U},
+                                              {.cutoff = 0.1, .uncertainty = 0.1, .poles = 2U}};
+    const uint32_t which = between(bytes, 0U, 3U);
+    if (which == 3U) {
+        davar_plan_init(&plan, taus, config.tau_count);
+    } else {
+        davar_plan_init_filtered(&plan, taus, config.tau_count, &low_pass[which]);
+    }
 }
 
 static void start(bytes_t *bytes)
@@ -364,7 +438,7 @@ static void start(bytes_t *bytes)
         model[t] = (davar_model_tau_t){taus[t], 0.1 * (double)between(bytes, 1U, 100U),
                                        0.02 * (double)(byte(bytes) % 3U)};
     }
-    davar_plan_init(&plan, taus, config.tau_count);
+    start_plan(bytes);
     REQUIRE(davar_monitor_init(&monitor, model, config.tau_count, DAVAR_MONITOR_MEMORY));
     misfit = (davar_misfit_t){.health = (double)NAN, .fast = (double)NAN, .slow = (double)NAN};
     REQUIRE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U,
