@@ -125,6 +125,12 @@ class Known(Importing):
         self.assertNotEqual(data, LOGS["a5.mat"])
         self.assertEqual(self.imported("a5.mat", data).returncode, 2)
 
+    def test_a_database_whose_last_sample_was_zeros(self):
+        for cut in (1, 303, 4096, len(LOGS["a.db3"]) // 2):
+            done = self.imported("a.db3", LOGS["a.db3"][:-cut])
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("cut short", done.stderr)
+
 
 NAMES = st.one_of(
     st.text(st.characters(blacklist_categories=("Cs",)), min_size=1, max_size=6),

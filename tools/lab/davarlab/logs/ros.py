@@ -85,9 +85,28 @@ def typestore(paths: Sequence[StrPath]) -> Any:
     return store
 
 
+def check_databases(path: StrPath) -> None:
+    """Raises BadInput for a bag whose database was cut off: SQLite reads zeros after its end. The
+    size in its header counts if both change counters agree (https://sqlite.org/fileformat2.html,
+    1.3.8).
+    """
+    for one in sorted(Path(path).glob("*.db3")) if os.path.isdir(path) else [Path(path)]:
+        with files.reading(one) as file:
+            head, size = file.read(96), file.seek(0, os.SEEK_END)
+        if head.startswith(b"SQLite format 3\0") and head[24:28] == head[92:96]:
+            page = int.from_bytes(head[16:18], "big")
+            whole = (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big")
+            if size < whole:
+                raise BadInput(
+                    f"{one}: cut short: {size} of {whole} bytes (SQLite; sqlite3 .recover writes "
+                    "what is left to a new file)"
+                )
+
+
 class Log:
     def __init__(self, path: StrPath, options: "Options") -> None:
         self.path, self.units, self.store = path, options.units, typestore(options.types)
+        check_databases(path)
         self.sensors: list[Sensor] = []
         self.fields: dict[str, dict[str, list[str]]] = {}
         with self.opened() as bag:
