@@ -174,6 +174,29 @@ static void test_a_cascade_alone_gives_all_terms(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value);
 }
 
+/* Gaps have emptied the short sizes, and the noise of the others comes from a part of their time.
+ * White noise is then not significant, but it is all there is. */
+static void test_a_cascade_alone_with_a_few_uneven_sizes(void)
+{
+    static const double adev[] = {3.869, 2.059, 0.649, 1.135, 1.939};
+    static const uint32_t differences[] = {15U, 19U, 51U, 21U, 13U};
+    static const float power[] = {0.494F, 0.976F, 1.314F, 1.0F, 1.0F};
+    static const uint16_t uneven[] = {601U, 360U, 306U, 329U, 329U};
+    set_curve(0U, LONG, white);
+    for (uint8_t t = 0U; t < LONG; t++) {
+        davar_adev_t *const tau = &result.tau[t];
+        const bool has = (t >= 5U);
+        tau->differences = has ? differences[t - 5U] : 0U;
+        tau->adev = has ? adev[t - 5U] : (double)NAN;
+        tau->power = has ? power[t - 5U] : 1.0F;
+        tau->uneven = has ? uneven[t - 5U] : DAVAR_EVEN;
+    }
+    davar_fit(&plan, 1.0, &result);
+    const davar_coefficient_t *const found = term(DAVAR_ANGLE_RANDOM_WALK);
+    TEST_ASSERT_TRUE(!found->present || (found->value > 0.0));
+    TEST_ASSERT_TRUE(found->high > 0.0);
+}
+
 static void test_a_cascade_alone_without_white_noise(void)
 {
     const double walk[] = {0, 0, 0, 1e-3, 0};
@@ -312,6 +335,7 @@ int main(void)
     RUN_TEST(test_few_sizes_of_a_cascade_leave_the_terms_to_the_window);
     RUN_TEST(test_sizes_without_differences_are_left_out);
     RUN_TEST(test_a_cascade_alone_gives_all_terms);
+    RUN_TEST(test_a_cascade_alone_with_a_few_uneven_sizes);
     RUN_TEST(test_a_cascade_alone_without_white_noise);
     RUN_TEST(test_a_cascade_alone_that_is_constant);
     RUN_TEST(test_a_cascade_of_zeros_after_a_window);

@@ -102,6 +102,21 @@ static void test_in_an_exact_mix_absent_terms_are_zero(void)
 
 /* With one term the degrees of freedom are those of its noise, less the lost differences, and at
  * least one. */
+/* A ramp may be a million times as large as the errors of the other terms. They still have a
+ * limit. */
+static void test_limits_beside_a_drift_that_is_a_million_times_as_large(void)
+{
+    for (int k = -12; k <= 12; k++) {
+        const double a[] = {0.0, 1.0, 0.0, 0.0, pow(10.0, k)};
+        set_octaves(UINT32_C(1) << 26U, 22U);
+        set_model(a);
+        davar_fit(&plan, 1.0, &result);
+        for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
+            TEST_ASSERT_TRUE(term((davar_coefficient_kind_t)kind)->high > 0.0);
+        }
+    }
+}
+
 static void test_degrees_of_freedom_of_one_term(void)
 {
     uint32_t clamped = 0U;
@@ -147,6 +162,7 @@ int main(void)
     RUN_TEST(test_an_uncertain_term_that_the_others_cannot_replace_stays);
     RUN_TEST(test_all_five_terms_are_found_from_white_noise_alone);
     RUN_TEST(test_in_an_exact_mix_absent_terms_are_zero);
+    RUN_TEST(test_limits_beside_a_drift_that_is_a_million_times_as_large);
     RUN_TEST(test_degrees_of_freedom_of_one_term);
     RUN_TEST(test_degrees_of_freedom_of_rounding);
     return UNITY_END();

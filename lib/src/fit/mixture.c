@@ -17,6 +17,7 @@
 
 /* Degrees of freedom whose two-sided limit is the one-sided one: (1.96 / 1.645)^2 times as many. */
 #define ONE_SIDED 1.42
+#define GAUSSIAN_MARGIN 1.645 /* standard errors; that of chi-square is wider */
 
 /* Rounds of reweighting: enough to compare models, and to converge to a small fraction of a
  * standard error. */
@@ -179,7 +180,11 @@ DAVAR_RARE double davar_mixture_most(const davar_mixture_t *model, int term)
     const double a = (model->tried[term] > 0.0) ? model->tried[term] : 0.0;
     const double edf = 2.0 * square(room) / model->variance[term];
     davar_chi_square_interval(edf * ONE_SIDED, &low, &high);
-    return (edf > 0.0) ? a * high + room * (high - 1.0) : (double)INFINITY;
+    /* a room of a million standard errors: `high` has too few bits beyond 1 */
+    const double gaussian = GAUSSIAN_MARGIN * davar_root(model->variance[term]);
+    const double margin = room * (high - 1.0);
+    const double most = a * high + ((margin > gaussian) ? margin : gaussian);
+    return (edf > 0.0) ? most : (double)INFINITY;
 }
 
 bool davar_mixture_shows_white(const davar_mixture_t *model)
@@ -673,14 +678,15 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
     return best;
 }
 
-/* Removes `term` if it is not significant in addition to the others. */
+/* Removes `term` if it is not significant in addition to the others. The last one stays. */
 static void reconsider(davar_mixture_t *model, int term)
 {
     davar_mixture_t trial = *model;
-    (void)converge(&trial, model->terms & ~term_bit(term), 0.5, ROUNDS_TRIAL);
-    settle(&trial);
-    if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
-        *model = trial;
+    if (converge(&trial, model->terms & ~term_bit(term), 0.5, ROUNDS_TRIAL)) {
+        settle(&trial);
+        if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
+            *model = trial;
+        }
     }
 }
 
