@@ -550,6 +550,40 @@ class Tree(unittest.TestCase):
             [f"{folder} {name}" for folder, name in there if f"{folder} {name}" not in built], []
         )
 
+    def test_every_public_function_is_called_by_a_fuzz_target(self):
+        """An endless loop was once in the one corner that fuzzing had left out."""
+        headers = [name for name in listed() if name.startswith("lib/include/")]
+        declared = {
+            found
+            for name in headers
+            for found in re.findall(
+                r"^(?!typedef|static|#)\w[\w\s*]*?\b(davar_\w+)\(",
+                bare(text_of(name)),
+                re.MULTILINE,
+            )
+        }
+        targets = [name for name in listed() if re.match(r"tests/fuzz/\w+\.c$", name)]
+        called = set(re.findall(r"\b(davar_\w+)", "".join(bare(text_of(name)) for name in targets)))
+        self.assertGreater(len(declared), 70)
+        self.assertEqual(sorted(declared - called), [])
+
+    def test_no_statement_of_a_fuzz_target_reads_two_values_of_its_input(self):
+        """The order of two reads in one expression is a choice of the compiler, and with it the
+        meaning of an input.
+        """
+        reads = re.compile(r"\b(?:byte|between|word|magnitude|any|number|setting)\(&?bytes\b")
+        found = []
+        for name in listed():
+            if re.match(r"tests/fuzz/\w+\.c$", name):
+                whole = r"=\s*(?:\(\w+\))?\{[^;]*;"  # an initialiser is one statement
+                code = re.sub(whole, lambda row: row[0].replace("{", "("), bare(text_of(name)))
+                found += [
+                    (name, " ".join(statement.split()))
+                    for statement in re.split(r"[;{}]", code)
+                    if len(reads.findall(statement)) > 1
+                ]
+        self.assertEqual(found, [])
+
     def test_the_version_has_one_definition(self):
         numbers = re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", text_of(VERSION_HEADER))
         self.assertEqual(len(numbers), 3)

@@ -1,0 +1,260 @@
+/* davar tests - the fit and its helpers on any filter, cluster sizes, deviations and rate within
+ * their ranges: every number is in its range or absent, and intervals contain their value. */
+#include "davar/davar.h"
+#include "davar/fit.h"
+#include "davar/monitor.h"
+#include "digest.h"
+#include "fuzzing.h"
+
+#include <math.h>
+
+static uint32_t taus[DAVAR_TAUS_MAX];
+static uint8_t sizes;
+static davar_filter_t filter;
+static davar_plan_t plan;
+static davar_result_t result;
+
+static uint32_t word(bytes_t *bytes)
+{
+    uint32_t value = 0U;
+    for (unsigned i = 0U; i < 4U; i++) {
+        value = (value << 8U) | byte(bytes);
+    }
+    return value;
+}
+
+/* 1 to below 2, times 2^low to 2^high. */
+static double number(bytes_t *bytes, int low, int high)
+{
+    const double mantissa = 1.0 + (ldexp((double)word(bytes), -32));
+    return ldexp(mantissa, low + (int)(word(bytes) % (uint32_t)(high - low)));
+}
+
+/* --- what the caller chooses --- */
+
+static void choose_filter(bytes_t *bytes)
+{
+    static const uint16_t decimations[] = {1U, 1U, 2U, 8U};
+    filter = (davar_filter_t){.poles = (uint8_t)between(bytes, 0U, 2U)};
+    filter.averages = (uint8_t)between(bytes, 0U, 8U);
+    const uint32_t longest = (byte(bytes) < 16U) ? 4096U : 32U;
+    filter.length = (uint16_t)(1U + (word(bytes) % longest));
+    filter.decimation = decimations[byte(bytes) % 4U];
+    if (byte(bytes) < 32U) {
+        filter.length = (uint16_t)(1U + (filter.length % 32U)); /* its cost is in the header */
+        filter.averages = 1U;
+        filter.summed = filter.length;
+        filter.decimation = filter.length;
+    }
+    const double factor = fmax(1.0, (double)filter.decimation);
+    filter.cutoff = fmax(0.002, ldexp((double)word(bytes), -31) * factor); /* to 2 */
+    filter.uncertainty = ldexp((double)byte(bytes), -9);
+}
+
+/* Octaves, a geometric row, or any. */
+static void choose_taus(bytes_t *bytes)
+{
+    const uint32_t shift = between(bytes, 8U, 28U);
+    const uint32_t window = 2U + (word(bytes) >> shift);
+    const uint8_t most = (uint8_t)between(bytes, 1U, DAVAR_TAUS_MAX);
+    sizes = 0U;
+    switch (byte(bytes) % 4U) {
+    case 0U:
+        sizes = davar_taus_octave(window, taus, most);
+        break;
+    case 1U:
+        sizes = davar_taus_geometric(window, (uint8_t)between(bytes, 1U, 40U), taus, most);
+        break;
+    default:
+        for (uint32_t m = between(bytes, 1U, 64U); sizes < most; sizes++) {
+            taus[sizes] = m;
+            m += 1U + (word(bytes) % m);
+        }
+        break;
+    }
+    for (uint8_t t = 0U; t < sizes; t++) {
+        REQUIRE((taus[t] >= 1U) && ((t == 0U) || (taus[t] > taus[t - 1U])));
+        add(taus[t]);
+    }
+    REQUIRE(sizes <= most);
+}
+
+static void choose_plan(bytes_t *bytes)
+{
+    switch (byte(bytes) % 3U) {
+    case 0U:
+        davar_plan_init(&plan, taus, sizes);
+        break;
+    case 1U:
+        davar_plan_init_white(&plan, taus, sizes);
+        break;
+    default:
+        davar_plan_init_filtered(&plan, taus, sizes, &filter);
+        break;
+    }
+}
+
+/* m^(quarters / 4), the same on every machine. */
+static double power_of_root(uint32_t m, int quarters)
+{
+    const double root = sqrt(sqrt((double)m));
+    double power = 1.0;
+    for (int i = 0; i < abs(quarters); i++) {
+        power = (quarters > 0) ? (power * root) : (power / root);
+    }
+    return power;
+}
+
+/* White noise, a drift, or anything, within a part of its scatter; counts from fine to coarse. */
+static void choose_result(bytes_t *bytes)
+{
+    const double level = number(bytes, -160, 160);
+    const int quarters = (int)between(bytes, 0U, 8U) - 4; /* of the slope */
+    const uint8_t kind = byte(bytes);
+    result = (davar_result_t){.tau_count = sizes, .unit_per_count = 0.0};
+    result.window_samples = taus[sizes - 1U] * between(bytes, 1U, 40U);
+    result.window_samples += byte(bytes);
+    result.window_samples += (result.window_samples < 2U) ? 2U : 0U;
+    result.mirrored_samples = (result.window_samples / 256U) * (kind % 64U);
+    result.kurtosis = (kind < 64U) ? 1.0 + number(bytes, -8, 8) : (double)NAN;
+    result.dispersion = (kind < 160U) ? 1.0 + number(bytes, -8, 8) : (double)NAN;
+    result.unit_per_count = ((kind % 2U) == 0U) ? level * number(bytes, -12, 4) : 0.0;
+    for (uint8_t t = 0U; t < sizes; t++) {
+        davar_adev_t *const tau = &result.tau[t];
+        const uint32_t m = taus[t];
+        const uint8_t what = byte(bytes);
+        const uint32_t all =
+            (result.window_samples >= (2U * m)) ? result.window_samples + 1U - (2U * m) : 0U;
+        tau->m = m;
+        tau->differences = (what < 240U) ? all : (all / 256U) * (what - 239U);
+        if ((t > 0U) && (tau->differences > result.tau[t - 1U].differences)) {
+            tau->differences = result.tau[t - 1U].differences; /* longer ones have no more */
+        }
+        tau->adev = level * power_of_root(m, quarters) * (1.0 + ((double)what / 1024.0));
+        tau->adev =
+            (what == 255U) ? level * number(bytes, -32, 32) : ((what == 254U) ? 0.0 : tau->adev);
+        tau->adev = (tau->differences > 0U) ? tau->adev : (double)NAN;
+        tau->low = tau->high = tau->edf = (double)NAN;
+    }
+}
+
+/* --- what it must get --- */
+
+static void check_tau(const davar_adev_t *tau)
+{
+    if (tau->differences == 0U) {
+        REQUIRE(isnan(tau->adev) && isnan(tau->low) && isnan(tau->high));
+        return;
+    }
+    add_double(tau->edf);
+    add_double(tau->low);
+    add_double(tau->high);
+    REQUIRE(isnan(tau->edf) || ((tau->edf >= 1.0) && isfinite(tau->edf)));
+    REQUIRE(isnan(tau->low) == isnan(tau->high));
+    REQUIRE(isnan(tau->low) ||
+            ((tau->low >= 0.0) && (tau->low <= tau->adev) && (tau->high >= tau->adev)));
+}
+
+static void check_coefficient(const davar_coefficient_t *coefficient)
+{
+    add(coefficient->present ? 1U : 0U);
+    add_double(coefficient->value);
+    add_double(coefficient->low);
+    add_double(coefficient->high);
+    if (coefficient->present) {
+        REQUIRE(isfinite(coefficient->value) && (coefficient->value >= 0.0));
+        REQUIRE((coefficient->low >= 0.0) && (coefficient->low <= coefficient->value));
+        REQUIRE(coefficient->high >= coefficient->value);
+    } else {
+        REQUIRE(isnan(coefficient->value) && isnan(coefficient->low));
+        REQUIRE(coefficient->high >= 0.0);
+    }
+}
+
+static void check_result(bool is_white)
+{
+    add((uint64_t)result.noise);
+    REQUIRE(is_white == (result.noise == DAVAR_NOISE_WHITE));
+    for (uint8_t t = 0U; t < sizes; t++) {
+        check_tau(&result.tau[t]);
+    }
+    for (unsigned kind = 0U; kind < (unsigned)DAVAR_COEFFICIENT_COUNT; kind++) {
+        check_coefficient(&result.coefficient[kind]);
+    }
+    REQUIRE(!is_white || result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);
+}
+
+/* Both fits agree where white noise explains the window. */
+static void fit(double rate_hz)
+{
+    const davar_result_t given = result;
+    const bool is_white = davar_fit_white(&plan, rate_hz, &result);
+    check_result(is_white);
+    const davar_coefficient_t arw = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    result = given;
+    davar_fit(&plan, rate_hz, &result);
+    check_result(result.noise == DAVAR_NOISE_WHITE);
+    REQUIRE(!is_white || (result.noise == DAVAR_NOISE_WHITE));
+    const double value = result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value;
+    REQUIRE(!is_white || ((arw.value <= value) && (arw.value >= value)));
+    result = given;
+    check_result(davar_fit_white_ready(&plan, rate_hz, &result));
+}
+
+static void check_degrees(bytes_t *bytes)
+{
+    for (uint8_t t = 0U; t < sizes; t++) {
+        if (result.tau[t].differences > 0U) {
+            const double edf = davar_edf_least(&result, t);
+            double low = 0.0;
+            double high = 0.0;
+            davar_chi_square_interval(edf, &low, &high);
+            REQUIRE((edf >= 1.0) && (low > 0.0) && (low < 1.0) && (high > 1.0));
+            const davar_model_tau_t model = {taus[t], number(bytes, -160, 160), 0.0};
+            REQUIRE(!isnan(davar_deviation(result.tau[t].adev, edf, &model)));
+            for (unsigned kind = 0U; kind < (unsigned)DAVAR_COEFFICIENT_COUNT; kind++) {
+                const double pure =
+                    davar_edf((davar_coefficient_kind_t)kind, taus[t], result.window_samples);
+                REQUIRE((pure >= 1.0) && isfinite(pure));
+                add_double(pure);
+            }
+            add_double(edf);
+        }
+    }
+}
+
+static void check_filter(bytes_t *bytes)
+{
+    const double power = davar_filter_power(&filter, ldexp((double)word(bytes), -33));
+    static const davar_law_t *const laws[] = {&davar_law_kurtosis, &davar_law_or, &davar_law_and};
+    davar_config_t config = davar_default_config;
+    REQUIRE((power >= 0.0) && isfinite(power));
+    config.glr.block = between(bytes, 5U, 64U);
+    config.law = laws[byte(bytes) % 3U];
+    config.window.shortest = between(bytes, 8U, 200U);
+    config.moments.segment = between(bytes, 2U, config.window.shortest - 1U);
+    davar_whiten(&config, &filter);
+    davar_bound_unstable_rate(&config, 1e-4 + (0.0999 * ldexp((double)word(bytes), -32)), &filter);
+    REQUIRE(isfinite(config.glr.whiten_level) && (config.glr.whiten_level > 0.0));
+    REQUIRE(config.glr.whiten_tolerance >= 0.0);
+    REQUIRE(config.moments.kurtosis_low <= config.moments.kurtosis_high);
+    REQUIRE(config.moments.contribution_low <= config.moments.contribution_high);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    bytes_t bytes = {data, data + size};
+    choose_filter(&bytes);
+    choose_taus(&bytes);
+    if (sizes == 0U) {
+        return 0;
+    }
+    choose_plan(&bytes);
+    for (unsigned turn = 0U; (turn < 3U) && (bytes.next < bytes.end); turn++) {
+        choose_result(&bytes);
+        check_degrees(&bytes);
+        fit(number(&bytes, -166, 166)); /* 1e-50 to 1e50 */
+    }
+    check_filter(&bytes);
+    return 0;
+}

@@ -1,0 +1,266 @@
+/* davar tests - results of any bits as frames and as the packets of autopilots: each frame decodes
+ * and is within its ranges, each packet fits, and the number of both is limited. */
+#include "davar/davar.h"
+#include "davar/telemetry.h"
+#include "davar/torn.h"
+#include "davar/wire.h"
+#include "davar_decode.h"
+#include "digest.h"
+#include "fuzzing.h"
+
+#include <math.h>
+#include <string.h>
+
+static const uint32_t taus[DAVAR_TAUS_MAX] = {1U};
+static davar_config_t config;
+static davar_result_t result;
+static davar_misfit_t misfit;
+static davar_wire_health_t health;
+static davar_encoder_t encoder;
+static davar_telemetry_t telemetry;
+
+static uint64_t word(bytes_t *bytes)
+{
+    uint64_t value = 0U;
+    for (unsigned i = 0U; i < 8U; i++) {
+        value = (value << 8U) | byte(bytes);
+    }
+    return value;
+}
+
+/* Of any magnitude. */
+static uint64_t magnitude(bytes_t *bytes)
+{
+    const uint32_t shift = byte(bytes) % 64U;
+    return word(bytes) >> shift;
+}
+
+/* Any bits; or a usual number, none, infinity, 0, negative. */
+static double any(bytes_t *bytes)
+{
+    static const double special[] = {0.0, -0.0, -1.0, 1.0};
+    const uint8_t kind = byte(bytes);
+    if (kind < 32U) {
+        const uint64_t bits = word(bytes);
+        double value;
+        memcpy(&value, &bits, sizeof value);
+        return value;
+    }
+    if (kind < 64U) {
+        return (kind < 48U) ? (double)NAN : ((kind < 56U) ? (double)INFINITY : -(double)INFINITY);
+    }
+    return (kind < 96U) ? special[kind % 4U] : ldexp((double)byte(bytes), (int)kind - 170);
+}
+
+static void choose_result(bytes_t *bytes)
+{
+    result = (davar_result_t){.epoch = word(bytes), .tau_count = config.tau_count};
+    result.window_samples = (uint32_t)word(bytes);
+    result.window_samples += (result.window_samples == 0U) ? 1U : 0U;
+    result.cut_age_samples = (uint32_t)word(bytes);
+    result.change = (davar_change_t){.m = (uint32_t)word(bytes) % 5000U};
+    result.change.older = any(bytes);
+    result.change.newer = any(bytes);
+    result.change.gain = any(bytes);
+    const uint8_t flags = byte(bytes);
+    result.unstable = (flags & 1U) != 0U;
+    result.young = (flags & 2U) != 0U;
+    result.alarm = (flags & 4U) != 0U;
+    result.noise = (davar_noise_t)(byte(bytes) % ((unsigned)DAVAR_NOISE_FILTERED + 1U));
+    result.kurtosis = any(bytes);
+    result.contribution = any(bytes);
+    result.dispersion = any(bytes);
+    for (uint8_t t = 0U; t < result.tau_count; t++) {
+        davar_adev_t *const tau = &result.tau[t];
+        tau->m = t + 1U;
+        tau->differences = byte(bytes) % 3U;
+        tau->adev = any(bytes);
+        tau->low = any(bytes);
+        tau->high = any(bytes);
+        tau->edf = any(bytes);
+        misfit.tau[t].deviation = any(bytes);
+    }
+    for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
+        davar_coefficient_t *const coefficient = &result.coefficient[kind];
+        coefficient->present = (byte(bytes) % 2U) != 0U;
+        coefficient->value = any(bytes);
+        coefficient->low = any(bytes);
+        coefficient->high = any(bytes);
+    }
+    misfit.health = any(bytes);
+    misfit.worst = byte(bytes) % (uint8_t)(result.tau_count + 1U);
+    misfit.compared = byte(bytes) % (uint8_t)(result.tau_count + 1U);
+    misfit.tau_count = result.tau_count;
+    for (unsigned i = 0U; i < (unsigned)DAVAR_HEALTH_COUNT; i++) {
+        health.count[i] = (uint32_t)magnitude(bytes);
+    }
+}
+
+/* --- frames --- */
+
+static bool is_magnitude(float value)
+{
+    return isnan(value) || ((value <= 0.0F) && (value >= 0.0F)) ||
+           ((value >= DAVAR_WIRE_LEAST) && (value <= DAVAR_WIRE_MOST));
+}
+
+static void check_frame(const davar_frame_t *frame)
+{
+    davar_wire_t wire;
+    REQUIRE((frame->length == 8U) || (frame->length == 64U));
+    REQUIRE(davar_decode(frame, DAVAR_WIRE_BASE, &wire) == DAVAR_DECODED);
+    if ((wire.message == DAVAR_MESSAGE_ARW) || (wire.message == DAVAR_MESSAGE_ADEV)) {
+        REQUIRE(is_magnitude(wire.value));
+    }
+    add(davar_frame_digest(frame));
+}
+
+static void send(bytes_t *bytes)
+{
+    davar_frame_t frame;
+    uint32_t frames = 0U;
+    davar_encoder_session(&encoder, byte(bytes));
+    davar_encoder_monitor(&encoder, ((byte(bytes) % 4U) == 0U) ? NULL : &misfit);
+    for (davar_encoder_begin(&encoder, &result, &health); davar_encoder_next(&encoder, &frame);) {
+        check_frame(&frame);
+        REQUIRE(++frames < 300U);
+    }
+}
+
+static void send_raw(bytes_t *bytes)
+{
+    davar_frame_t frame;
+    uint64_t index = word(bytes);
+    for (uint32_t left = between(bytes, 1U, 40U); left > 0U; left--) {
+        const bool jumps = (byte(bytes) % 8U) == 0U;
+        index += 1U + (jumps ? word(bytes) : 0U);
+        if ((byte(bytes) % 2U) == 0U) {
+            davar_encoder_raw_f32(&encoder, index, (float)any(bytes), &frame);
+            check_frame(&frame);
+        } else if (davar_encoder_raw(&encoder, index, (int32_t)magnitude(bytes), &frame)) {
+            check_frame(&frame);
+        }
+    }
+    if (davar_encoder_raw_rest(&encoder, &frame)) {
+        check_frame(&frame);
+    }
+}
+
+static void finish(void)
+{
+    davar_frame_t frame;
+    uint32_t frames = 0U;
+    for (davar_encoder_finish(&encoder, &health); davar_encoder_next(&encoder, &frame);) {
+        check_frame(&frame);
+        REQUIRE(++frames < 300U);
+    }
+}
+
+/* --- the dialects of autopilots --- */
+
+static void add_packet(const davar_packet_t *packet)
+{
+    REQUIRE((packet->length > 0U) && (packet->length <= DAVAR_PACKET_BYTES));
+    REQUIRE(packet->identifier < (UINT32_C(1) << 29U));
+    add(packet->identifier);
+    for (uint32_t i = 0U; i < packet->length; i++) {
+        add(packet->data[i]);
+    }
+}
+
+static void send_telemetry(bytes_t *bytes)
+{
+    static const davar_dialect_t *const dialects[] = {&davar_mavlink, &davar_mavlink_gyro_noise,
+                                                      &davar_dronecan, &davar_cyphal};
+    davar_telemetry_address_t from = {.channel = (uint8_t)between(bytes, 0U, 11U)};
+    from.node = byte(bytes);
+    from.system = byte(bytes);
+    from.subject = (uint16_t)(word(bytes) % 9000U);
+    davar_packet_t packet;
+    if (!davar_telemetry_init(&telemetry, dialects[byte(bytes) % 4U], &from, 100.0)) {
+        return;
+    }
+    REQUIRE(from.channel <= DAVAR_TELEMETRY_CHANNEL_LAST);
+    uint64_t now = magnitude(bytes);
+    for (uint32_t left = between(bytes, 1U, 5U); left > 0U; left--) {
+        uint32_t packets = 0U;
+        now += magnitude(bytes);
+        if (davar_telemetry_heartbeat(&telemetry, now, &packet)) {
+            add_packet(&packet);
+            REQUIRE(!davar_telemetry_heartbeat(&telemetry, now, &packet));
+        }
+        davar_telemetry_begin(&telemetry, &result, now);
+        while (davar_telemetry_next(&telemetry, &packet)) {
+            add_packet(&packet);
+            REQUIRE(++packets <= 6U);
+        }
+        const uint8_t channel = byte(bytes) % 16U;
+        REQUIRE(davar_telemetry_set_channel(&telemetry, channel) ==
+                (channel <= DAVAR_TELEMETRY_CHANNEL_LAST));
+    }
+}
+
+static void send_covariance(bytes_t *bytes)
+{
+    uint8_t half[DAVAR_COVARIANCE_BYTES];
+    double gyro[3];
+    double accel[3];
+    for (unsigned i = 0U; i < 3U; i++) {
+        gyro[i] = any(bytes);
+        accel[i] = any(bytes);
+    }
+    davar_dronecan_covariance(gyro, accel, half);
+    for (uint32_t i = 0U; i < DAVAR_COVARIANCE_BYTES; i += 2U) {
+        const double variance = (i < 6U) ? gyro[i / 2U] : accel[(i - 6U) / 2U];
+        const uint32_t bits = half[i] | ((uint32_t)half[i + 1U] << 8U);
+        const bool is_nan = (bits & 0x7FFFU) > 0x7C00U;
+        REQUIRE(is_nan == (isnan(variance) || (variance < 0.0)));
+        REQUIRE(is_nan || ((bits & 0x8000U) == 0U) || !(variance > 0.0));
+        REQUIRE(!(variance > 0.0) || ((bits & 0x7FFFU) > 0U));
+        add(bits);
+    }
+    add_double(davar_rate_variance(&result, 100.0));
+}
+
+/* --- torn reads --- */
+
+static void tear(bytes_t *bytes)
+{
+    davar_torn_t torn;
+    uint32_t delivered = 0U;
+    uint32_t pushed = 0U;
+    davar_torn_init(&torn);
+    for (uint32_t left = between(bytes, 1U, 200U); left > 0U; left--) {
+        int32_t sample = 0;
+        const davar_torn_step_t step = davar_torn_push(&torn, (int32_t)magnitude(bytes), &sample);
+        pushed++;
+        delivered += (step != DAVAR_TORN_NOTHING) ? 1U : 0U;
+        REQUIRE((step != DAVAR_TORN_NOTHING) || (pushed == 1U));
+        REQUIRE(delivered == (pushed - 1U));
+        add((uint64_t)step + ((uint64_t)(uint32_t)sample << 32U));
+    }
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    bytes_t bytes = {data, data + size};
+    config = davar_default_config;
+    config.taus = taus;
+    config.tau_count = (uint8_t)between(&bytes, 1U, DAVAR_TAUS_MAX);
+    config.rate_hz = 100.0;
+    config.unit_per_count = 0.01;
+    const uint8_t channel = byte(&bytes) % 16U;
+    if (!davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, channel, byte(&bytes))) {
+        return 0;
+    }
+    while (bytes.next < bytes.end) {
+        choose_result(&bytes);
+        send(&bytes);
+        send_raw(&bytes);
+        send_telemetry(&bytes);
+        send_covariance(&bytes);
+        tear(&bytes);
+    }
+    finish();
+    return 0;
+}
