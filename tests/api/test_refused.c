@@ -8,6 +8,9 @@
 #include <string.h>
 
 #define SAMPLES 300U
+#define SLOT 8192U
+
+#include "cells.h"
 
 static int16_t narrow[SAMPLES];
 static int32_t wide[SAMPLES];
@@ -153,28 +156,10 @@ static void test_a_push_after_the_end_is_rejected_until_the_reset(void)
     }
 }
 
-/* Two slots in RAM. */
-static unsigned char cells[16384];
-
-static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(data, &cells[offset], bytes);
-    return true;
-}
-
-static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(&cells[offset], data, bytes);
-    return true;
-}
-
 /* A state saved after the end of its record is restored at that end: it accepts neither samples nor
  * gaps. */
 static void test_after_a_restored_end_nothing_is_accepted(void)
 {
-    const davar_storage_t storage = {read_cells, write_cells, NULL, sizeof cells / 2U};
     make_samples();
     config.full_scale = 100.0;
     for (uint32_t type = 0U; type < 3U; type++) {

@@ -15,6 +15,8 @@
 
 #define MEMORY_WORDS 8192
 #define SLOT ((size_t)8 * MEMORY_WORDS)
+
+#include "cells.h"
 #define BLOCK_MAX 256U
 
 typedef enum { Q15 = 0, Q31, F32 } type_t;
@@ -27,7 +29,6 @@ typedef struct {
 
 static const uint32_t taus[5] = {1U, 2U, 3U, 7U, 12U};
 static uint64_t memory[2][MEMORY_WORDS];
-static unsigned char cells[2U * SLOT];
 static davar_config_t config;
 static type_t type;
 static user_t users[2]; /* of the same stream: the second one takes after every result */
@@ -41,22 +42,6 @@ static davar_monitor_t monitor;
 static davar_misfit_t misfit;
 static davar_encoder_t encoder;
 static davar_result_t result;
-
-static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(data, &cells[offset], bytes);
-    return true;
-}
-
-static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(&cells[offset], data, bytes);
-    return true;
-}
-
-static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
 
 /* --- valid results --- */
 

@@ -17,35 +17,20 @@
 #define BLOCK_MAX 4096U
 #define SLOT (BYTES + 200U)
 
+#include "cells.h"
+
 typedef enum { Q15 = 0, Q31, F32 } type_t;
 
 static davar_cascade_config_t config;
 static type_t type;
 static davar_cascade_t cascades[2];
 static uint64_t memory[2][BYTES / 8U];
-static unsigned char cells[2U * SLOT];
 static davar_cascade_health_t expected;
 static bool in_gap; /* floats: the newest sample was not finite */
 static int16_t narrow[BLOCK_MAX];
 static int32_t wide[BLOCK_MAX];
 static float rates[BLOCK_MAX];
 static davar_result_t results[2];
-
-static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(data, &cells[offset], bytes);
-    return true;
-}
-
-static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(&cells[offset], data, bytes);
-    return true;
-}
-
-static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
 
 /* --- settings --- */
 

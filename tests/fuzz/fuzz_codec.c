@@ -23,12 +23,6 @@ static uint8_t crc_of(const davar_frame_t *frame)
     return (uint8_t)~crc;
 }
 
-static bool is_magnitude(float value)
-{
-    return isnan(value) || ((value <= 0.0F) && (value >= 0.0F)) ||
-           ((value >= DAVAR_WIRE_LEAST) && (value <= DAVAR_WIRE_MOST));
-}
-
 static void check_value(const davar_wire_t *wire)
 {
     REQUIRE((wire->message < DAVAR_MESSAGE_COUNT) && (wire->counter <= 15U));

@@ -98,12 +98,6 @@ static void choose_result(bytes_t *bytes)
 
 /* --- frames --- */
 
-static bool is_magnitude(float value)
-{
-    return isnan(value) || ((value <= 0.0F) && (value >= 0.0F)) ||
-           ((value >= DAVAR_WIRE_LEAST) && (value <= DAVAR_WIRE_MOST));
-}
-
 static void check_frame(const davar_frame_t *frame)
 {
     davar_wire_t wire;

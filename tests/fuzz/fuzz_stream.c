@@ -13,6 +13,8 @@
 #define MEMORY_WORDS 8192
 #define SLOT ((size_t)8 * MEMORY_WORDS)
 
+#include "cells.h"
+
 typedef struct {
     davar_config_t config;
     uint32_t taus[5];
@@ -26,26 +28,9 @@ typedef struct {
 enum { ACT_CUT = 1, ACT_LEAVE = 2, ACT_SAVE = 4 };
 
 static uint64_t memory[2][MEMORY_WORDS];
-static unsigned char cells[2U * SLOT];
 static davar_t instances[2];
 static unsigned current;
 static unsigned left; /* pushes without a take since */
-
-static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(data, &cells[offset], bytes);
-    return true;
-}
-
-static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(&cells[offset], data, bytes);
-    return true;
-}
-
-static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
 
 /* Any configuration that brute force supports; kurtosis limits differ from the values that rails
  * hit exactly. */

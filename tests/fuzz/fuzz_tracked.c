@@ -12,6 +12,8 @@
 
 #define MEMORY_WORDS 8192
 #define SLOT ((size_t)8 * MEMORY_WORDS)
+
+#include "cells.h"
 #define TAUS 4U
 
 static const uint32_t taus[4][TAUS] = {
@@ -20,26 +22,9 @@ static davar_config_t config;
 static bool is_q31;
 static accepted_t accepted;
 static uint64_t memory[2][MEMORY_WORDS];
-static unsigned char cells[2U * SLOT];
 static davar_t instances[2];
 static unsigned current;
 static uint32_t random_bits;
-
-static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(data, &cells[offset], bytes);
-    return true;
-}
-
-static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(&cells[offset], data, bytes);
-    return true;
-}
-
-static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
 
 static void choose_config(bytes_t *bytes)
 {

@@ -1,8 +1,11 @@
-/* davar tests - shared by the fuzz targets: reading of input bytes, and a check that stops the
- * fuzzer. */
+/* davar tests - shared by the fuzz targets: reading of input bytes, a check that stops the fuzzer,
+ * and the range of a value in a frame. */
 #ifndef DAVAR_TESTS_FUZZING_H
 #define DAVAR_TESTS_FUZZING_H
 
+#include "davar/wire.h"
+
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -34,6 +37,13 @@ static inline uint8_t byte(bytes_t *bytes)
 static inline uint32_t between(bytes_t *bytes, uint32_t low, uint32_t high)
 {
     return low + ((uint32_t)byte(bytes) % (high - low + 1U));
+}
+
+/* A value of a frame: 0, absent, or of a magnitude that a sender writes. */
+static inline bool is_magnitude(float value)
+{
+    return isnan(value) || ((value <= 0.0F) && (value >= 0.0F)) ||
+           ((value >= DAVAR_WIRE_LEAST) && (value <= DAVAR_WIRE_MOST));
 }
 
 #endif

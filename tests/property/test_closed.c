@@ -14,6 +14,8 @@
 
 #define MEMORY_BYTES 6144U
 #define SLOT (MEMORY_BYTES + 512U)
+
+#include "cells.h"
 #define DEPTH_MAX 150U /* of rows without an end: more means that some state never recurs */
 #define ANY 255U       /* any number of samples that are not 0 */
 
@@ -103,7 +105,6 @@ static size_t bytes;                       /* of the memory in use */
 static uint64_t memory[MEMORY_BYTES / 8U]; /* of the instance: always here, for its pointers */
 static state_t now;
 static bool is_position[MEMORY_BYTES / 4U]; /* words of the memory that count samples */
-static unsigned char cells[2U * SLOT];
 
 void setUp(void) {}
 void tearDown(void) {}
@@ -242,20 +243,6 @@ static void compare(void)
 
 /* --- transitions ------------------------------------------------------------------------------ */
 
-static bool read_cells(void *context, size_t offset, void *data, size_t count)
-{
-    (void)context;
-    memcpy(data, &cells[offset], count);
-    return true;
-}
-
-static bool write_cells(void *context, size_t offset, const void *data, size_t count)
-{
-    (void)context;
-    memcpy(&cells[offset], data, count);
-    return true;
-}
-
 static void start(void)
 {
     memset(memory, 0xA5, sizeof memory);
@@ -283,7 +270,6 @@ static void push(const int16_t *samples, size_t count)
 
 static void save_and_restore(void)
 {
-    const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
     const state_key_t before = key_of();
     memset(cells, 0xFF, sizeof cells);
     same("save", DAVAR_OK, davar_state_save(&now.davar, &storage), 0.0);

@@ -14,6 +14,9 @@
 #define SAMPLES 40000U
 #define STEP 20000U
 #define SIGMA 20.0
+#define SLOT 16384U
+
+#include "cells.h"
 #define UNIT 0.25
 
 static const uint32_t taus[4] = {1U, 2U, 4U, 8U};
@@ -253,25 +256,8 @@ static void test_clusters_exist_on_request(void)
     config.glr.long_cluster = 0U;
 }
 
-static unsigned char cells[2U * 16384U];
-
-static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(data, &cells[offset], bytes);
-    return true;
-}
-
-static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(&cells[offset], data, bytes);
-    return true;
-}
-
 static void test_a_restored_stream_reports_the_same(void)
 {
-    static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
     uint32_t first = 0U;
     make_stream(3U, 1.0, 1.5);
     config.glr.long_cluster = 80U;
@@ -352,7 +338,6 @@ static void test_waiting_samples_continue_at_the_end(void)
 /* ... except for a possible shock. A saved instance that has ended stays ended. */
 static void test_a_shock_at_the_end_is_left(void)
 {
-    static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
     uint32_t first = 0U;
     make_stream(6U, 1.0, 0.0);
     stream[2995] = 900;

@@ -15,28 +15,13 @@
 #define TAUS 5U
 #define SLOT ((size_t)65536)
 
+#include "cells.h"
+
 static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U};
 static uint64_t memory[2][4096];
 static davar_t instances[2];
-static unsigned char cells[2U * SLOT];
 static davar_config_t config;
 static accepted_t accepted;
-
-static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(data, &cells[offset], bytes);
-    return true;
-}
-
-static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
-{
-    (void)context;
-    memcpy(&cells[offset], data, bytes);
-    return true;
-}
-
-static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
 
 void setUp(void)
 {
