@@ -8,6 +8,8 @@
 
 #include <math.h>
 
+#define LONGEST (UINT32_C(1) << 31U) /* cluster size */
+
 static uint32_t taus[DAVAR_TAUS_MAX];
 static uint8_t sizes;
 static davar_filter_t filter;
@@ -37,10 +39,10 @@ static void choose_filter(bytes_t *bytes)
     static const uint16_t decimations[] = {1U, 1U, 2U, 8U};
     filter = (davar_filter_t){.poles = (uint8_t)between(bytes, 0U, 2U)};
     filter.averages = (uint8_t)between(bytes, 0U, 8U);
-    const uint32_t longest = (byte(bytes) < 16U) ? 4096U : 32U;
+    const uint32_t longest = (byte(bytes) >= 240U) ? 4096U : 32U; /* 0 after the end: a quick one */
     filter.length = (uint16_t)(1U + (word(bytes) % longest));
     filter.decimation = decimations[byte(bytes) % 4U];
-    if (byte(bytes) < 32U) {
+    if (byte(bytes) >= 224U) {
         filter.length = (uint16_t)(1U + (filter.length % 32U)); /* its cost is in the header */
         filter.averages = 1U;
         filter.summed = filter.length;
@@ -66,7 +68,7 @@ static void choose_taus(bytes_t *bytes)
         sizes = davar_taus_geometric(window, (uint8_t)between(bytes, 1U, 40U), taus, most);
         break;
     default:
-        for (uint32_t m = between(bytes, 1U, 64U); sizes < most; sizes++) {
+        for (uint32_t m = between(bytes, 1U, 64U); (sizes < most) && (m < LONGEST); sizes++) {
             taus[sizes] = m;
             m += 1U + (word(bytes) % m);
         }
@@ -211,7 +213,9 @@ static void check_degrees(bytes_t *bytes)
             davar_chi_square_interval(edf, &low, &high);
             REQUIRE((edf >= 1.0) && (low > 0.0) && (low < 1.0) && (high > 1.0));
             const davar_model_tau_t model = {taus[t], number(bytes, -160, 160), 0.0};
-            REQUIRE(!isnan(davar_deviation(result.tau[t].adev, edf, &model)));
+            const double deviation = davar_deviation(result.tau[t].adev, edf, &model);
+            REQUIRE(!isnan(deviation));
+            add_double(deviation);
             for (unsigned kind = 0U; kind < (unsigned)DAVAR_COEFFICIENT_COUNT; kind++) {
                 const double pure =
                     davar_edf((davar_coefficient_kind_t)kind, taus[t], result.window_samples);
@@ -239,6 +243,14 @@ static void check_filter(bytes_t *bytes)
     REQUIRE(config.glr.whiten_tolerance >= 0.0);
     REQUIRE(config.moments.kurtosis_low <= config.moments.kurtosis_high);
     REQUIRE(config.moments.contribution_low <= config.moments.contribution_high);
+    add_double(power);
+    add_double(config.glr.whiten_level);
+    add_double(config.glr.whiten_tolerance);
+    add((uint16_t)config.glr.whiten_first + ((uint32_t)(uint16_t)config.glr.whiten_second << 16U));
+    add_double(config.moments.kurtosis_low);
+    add_double(config.moments.kurtosis_high);
+    add_double(config.moments.contribution_low);
+    add_double(config.moments.contribution_high);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

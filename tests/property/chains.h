@@ -14,6 +14,16 @@ void setUp(void) {}
 
 void tearDown(void) {}
 
+/* Any byte, or one that is likely to become a limit or the value next to it. */
+static uint8_t any_byte(random_t *random, bool at_limits)
+{
+    static const uint8_t limits[] = {0U, 1U, 0x7FU, 0x80U, 0xFEU, 0xFFU};
+    const uint64_t drawn = random_next(random);
+    const bool is_limit = at_limits && ((drawn % 4U) == 0U);
+    return is_limit ? limits[(drawn >> 32U) % sizeof limits] : (uint8_t)(drawn >> 56U);
+}
+
+/* Every second input has many bytes at limits. */
 static void run_inputs(uint64_t first, uint32_t inputs)
 {
     static uint8_t bytes[BYTES_MAX];
@@ -21,7 +31,7 @@ static void run_inputs(uint64_t first, uint32_t inputs)
         random_t random = random_seeded(first + i);
         const size_t count = 40U + (size_t)(random_next(&random) % (BYTES_MAX - 40U));
         for (size_t k = 0U; k < count; k++) {
-            bytes[k] = (uint8_t)(random_next(&random) >> 56U);
+            bytes[k] = any_byte(&random, (i % 2U) == 1U);
         }
         (void)LLVMFuzzerTestOneInput(bytes, count);
     }

@@ -13,23 +13,9 @@
 
 #define BLOCK_MOST 64U /* samples of a block of law glr */
 
-/* Lags at which the autocovariance is read, at most; beyond, every n-th one. */
+/* Lags at which the autocovariance is read, at most, and together; beyond, every n-th one. */
 #define LAGS_MOST 256U
-
-static double autocovariance(const band_t *band, uint32_t points, uint32_t lag)
-{
-    turn_t half = turn_by(SPECTRUM_PI / (2.0 * (double)points * band->decimation));
-    turn_t whole = turn_by((double)lag * (SPECTRUM_PI / (double)points));
-    double sum = 0.0;
-    for (uint32_t p = 0U; p < points; p++) {
-        double s[3];
-        davar_band_spectra(band, half.now, s);
-        sum += s[0] * whole.now.re;
-        turn_on(&half);
-        turn_on(&whole);
-    }
-    return sum / (double)points;
-}
+#define LAGS_TOGETHER 64U
 
 static int16_t rounded(double share)
 {
@@ -37,28 +23,32 @@ static int16_t rounded(double share)
     return (int16_t)((scaled < 0.0) ? (scaled - 0.5) : (scaled + 0.5));
 }
 
-/* Autocovariances from lag 0 on with the cutoff of this spectrum (davar_band_spectra). */
-static void autocovariances(const band_t *band, uint32_t points, int spectrum, double r[],
-                            uint32_t count)
+/* Autocovariances with the cutoff of this spectrum (davar_band_spectra), at `count` lags: `first`,
+ * then every `step`-th. */
+static void autocovariances(const band_t *band, uint32_t points, int spectrum, uint32_t first,
+                            uint32_t step, double r[], uint32_t count)
 {
+    const double by_lag = SPECTRUM_PI / (double)points;
     turn_t half = turn_by(SPECTRUM_PI / (2.0 * (double)points * band->decimation));
-    turn_t whole = turn_by(SPECTRUM_PI / (double)points);
-    for (uint32_t lag = 0U; lag < count; lag++) {
-        r[lag] = 0.0;
+    turn_t begin = turn_by((double)first * by_lag);
+    turn_t ahead = turn_by((double)step * by_lag);
+    for (uint32_t i = 0U; i < count; i++) {
+        r[i] = 0.0;
     }
     for (uint32_t p = 0U; p < points; p++) {
         double s[3];
         davar_band_spectra(band, half.now, s);
-        double cosine = 1.0; /* of lag times the angle */
-        double before = whole.now.re;
-        for (uint32_t lag = 0U; lag < count; lag++) {
-            const double next = 2.0 * whole.now.re * cosine - before;
-            r[lag] += s[spectrum] * cosine / (double)points;
+        double cosine = begin.now.re; /* of the lag times the angle */
+        double before = (begin.now.re * ahead.now.re) + (begin.now.im * ahead.now.im);
+        for (uint32_t i = 0U; i < count; i++) {
+            const double next = 2.0 * ahead.now.re * cosine - before;
+            r[i] += s[spectrum] * cosine / (double)points;
             before = cosine;
             cosine = next;
         }
         turn_on(&half);
-        turn_on(&whole);
+        turn_on(&begin);
+        turn_on(&ahead);
     }
 }
 
@@ -108,7 +98,7 @@ DAVAR_RARE void davar_whiten(davar_config_t *config, const davar_filter_t *filte
     davar_band_spectra(&band, (complex_t){1.0, 0.0}, density);
     const uint32_t points = davar_band_points(1.0, filter);
     for (int i = 0; i < 3; i++) {
-        autocovariances(&band, points, i, r, block + 2U);
+        autocovariances(&band, points, i, 0U, 1U, r, block + 2U);
         if (i == 0) {
             set_weights(config, r);
         }
@@ -127,10 +117,17 @@ static double fourth_powers(const davar_filter_t *filter)
     davar_band_start(filter, &band);
     const uint32_t points = davar_band_points(1.0, filter);
     const uint32_t step = ((points / 2U) > LAGS_MOST) ? ((points / 2U) / LAGS_MOST) : 1U;
-    const double r0 = autocovariance(&band, points, 0U);
+    double r[LAGS_TOGETHER];
+    double r0;
     double sum = 1.0;
-    for (uint32_t lag = step; lag < (points / 2U); lag += step) {
-        sum += 2.0 * squared(squared(autocovariance(&band, points, lag) / r0));
+    autocovariances(&band, points, 0, 0U, 1U, &r0, 1U);
+    for (uint32_t lag = step; lag < (points / 2U); lag += LAGS_TOGETHER * step) {
+        const uint32_t rest = ((points / 2U) - lag + step - 1U) / step;
+        const uint32_t count = (rest < LAGS_TOGETHER) ? rest : LAGS_TOGETHER;
+        autocovariances(&band, points, 0, lag, step, r, count);
+        for (uint32_t i = 0U; i < count; i++) {
+            sum += 2.0 * squared(squared(r[i] / r0));
+        }
     }
     return sum * (double)step;
 }
