@@ -21,7 +21,7 @@
 /** The forms above, for an error message. */
 #define DAVAR_BANDWIDTH_FORMS                                                                      \
     "HZ[:ORDER[:PERCENT]] (order 1 or 2, at most 50 percent), average[ORDER]:N, cic[ORDER]:N or "  \
-    "sum:N (N to 4096), HZ+average:N or none"
+    "sum:N (N to 4096; ORDER times N of averages to 2048), HZ+average:N or none"
 
 /** The range of a cutoff, for an error message. */
 #define DAVAR_BANDWIDTH_RANGE                                                                      \
@@ -60,6 +60,7 @@ static inline bool davar_bandwidth_averages(const char **text, davar_filter_t *f
     good = good && (**text == ':');
     *text += good ? 1U : 0U;
     good = good && davar_bandwidth_count(text, 4096U, &length);
+    good = good && (!is_average || ((order * length) <= 2048U));
     filter->averages = (uint8_t)order;
     filter->length = (uint16_t)length;
     filter->decimation = (uint16_t)(is_average ? 1U : length);

@@ -433,7 +433,7 @@ class Declared(Exporting):
             (WHITE + low + high, "high_pass: the device knows low_pass and moving_average only"),
             (WHITE + MEAN.format(2) + MEAN.format(4), "up to 8 of the same length"),
             (WHITE + MEAN.format(2) * 9, "up to 8 of the same length"),
-            (WHITE + MEAN.format(5000), "up to 4096 samples"),
+            (WHITE + MEAN.format(2049), "up to 2048 samples"),
             (WHITE + LOW.format(0.1, "sampled", 2), "cutoff_hz is 0.001 of the sample rate"),
             (WHITE + LOW.format(900, "sampled", 2), "cutoff_hz is 9 of the sample rate"),
             (WHITE + behind, "noise_behind_dps"),

@@ -4,6 +4,9 @@
 #include "davar/davar.h"
 #include "fit/plan.h"
 #include "fit_fixture.h"
+#include "random.h"
+
+#include <stdlib.h>
 
 #define PI AUTOCOVARIANCE_PI
 #define SPAN ((2 * AUTOCOVARIANCE_LAGS) + 512)
@@ -296,10 +299,37 @@ static void test_sizes_beyond_the_filter_are_white(void)
     assert_near(r_at(0), (double)plan.sample, 1e-5);
 }
 
+/* The longest averages, alone and after a narrow low-pass, with many nearly equal sizes. Such plans
+ * were NaN. */
+static void test_plans_of_the_longest_filters_are_finite(void)
+{
+    random_t random = random_seeded(5U);
+    for (uint32_t trial = 0U; trial < 300U; trial++) {
+        uint32_t m[DAVAR_TAUS_MAX];
+        uint8_t count = 0U;
+        for (uint32_t next = 1U + (trial % 64U); (count < DAVAR_TAUS_MAX) && (next < 10000000U);) {
+            m[count] = next;
+            count++;
+            next += 1U + ((trial % 2U == 0U) ? (uint32_t)(random_next(&random) % next) : next);
+        }
+        davar_filter_t filter = {.averages = (uint8_t)(1U + (trial % 8U)), .cutoff = 0.002};
+        filter.length = (uint16_t)(2048U / filter.averages);
+        filter.poles = (uint8_t)((trial / 8U) % 3U);
+        davar_plan_init_filtered(&plan, m, count, &filter);
+        TEST_ASSERT_TRUE(isfinite(plan.rounding) && isfinite(plan.misfit_spread));
+        for (int k = 0; k < TERMS; k++) {
+            TEST_ASSERT_TRUE(isfinite(plan.centre[k]) && isfinite(plan.scale[k]));
+            for (int t = 0; t < count; t++) {
+                TEST_ASSERT_TRUE(abs(plan.functional[k][t]) <= (int32_t)DAVAR_FIT_FUNCTIONAL_ONE);
+            }
+        }
+    }
+}
+
 static void test_the_inverse_of_a_gain_saturates(void)
 {
     static const uint32_t m[] = {1U, 4096U};
-    const davar_filter_t narrow = {.averages = 8U, .length = 4096U};
+    const davar_filter_t narrow = {.averages = 8U, .length = 256U};
     davar_plan_init_filtered(&plan, m, 2U, &narrow);
     TEST_ASSERT_TRUE(plan.gain[0] < 1e-7F);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, plan.inverse_gain[0]);
@@ -461,6 +491,7 @@ int main(void)
     RUN_TEST(test_drifts_pass_the_filter_as_their_spectrum_does);
     RUN_TEST(test_the_power_gain_matches_the_autocovariance);
     RUN_TEST(test_sizes_beyond_the_filter_are_white);
+    RUN_TEST(test_plans_of_the_longest_filters_are_finite);
     RUN_TEST(test_the_inverse_of_a_gain_saturates);
     RUN_TEST(test_the_longest_size_of_the_grid_is_resolved);
     RUN_TEST(test_whitening_matches_the_autocovariance);

@@ -22,10 +22,12 @@ extern "C" {
 typedef struct davar_filter {
     double
         cutoff; /**< -3 dB over the rate of the samples that davar gets, 0.002 to 2 times decimation */
-    double uncertainty;  /**< relative standard uncertainty of cutoff, 0 to 0.5 */
-    uint8_t poles;       /**< 1: first order; 2: second order, Butterworth; 0: no low-pass */
-    uint8_t averages;    /**< moving averages in series, 0 to 8; a CIC of order n has n */
-    uint16_t length;     /**< samples in each of them, before the decimation, 1 to 4096 */
+    double uncertainty; /**< relative standard uncertainty of cutoff, 0 to 0.5 */
+    uint8_t poles;      /**< 1: first order; 2: second order, Butterworth; 0: no low-pass */
+    uint8_t averages;   /**< moving averages in series, 0 to 8; a CIC of order n has n */
+    /** samples in each moving average, before the decimation, 1 to 4096; averages * length is at
+     * most 2048 * decimation */
+    uint16_t length;
     uint16_t decimation; /**< every n-th sample is kept; 0 and 1: every sample */
     /** counts that davar_average adds in a sample; above 1, averages is 1 and the two fields above
      * are the same number. 0 and 1: a sample is one count */

@@ -10,7 +10,8 @@
 /* The window that the weights are made for, in longest sizes. */
 #define WINDOW_IN_SIZES 9.0
 
-/* Sizes that are nearly equal make the covariance singular. This share of its diagonal is added. */
+/* Sizes that are nearly equal make the covariance singular. This share of its diagonal is added, and
+ * a size of which the shorter ones leave less has no weight. */
 #define RIDGE 1e-4
 
 /* Noise is hidden below this share of what rounding could hide. If it were 1, half a count would be
@@ -32,7 +33,8 @@ static double covariance_of(const davar_plan_t *plan, int t, int u)
            (double)plan->offset[t] * (double)plan->offset[u];
 }
 
-/* Cholesky: covariance = L L'. The diagonal of L is stored as its reciprocal. */
+/* Cholesky: covariance = L L'. The diagonal of L is stored as its reciprocal, 0 for a size without
+ * weight: rounding errors over the small rest of such sizes grew from one to the next. */
 static void factorise(const davar_plan_t *plan, float l[])
 {
     for (int u = 0; u < plan->count; u++) {
@@ -43,8 +45,8 @@ static void factorise(const davar_plan_t *plan, float l[])
                 left -= (double)l[plan_pair(s, t)] * (double)l[plan_pair(s, u)];
             }
             if (t == u) {
-                const double least = RIDGE * whole;
-                l[plan_pair(u, u)] = (float)(1.0 / davar_root((left > least) ? left : least));
+                l[plan_pair(u, u)] =
+                    (left > (RIDGE * whole)) ? (float)(1.0 / davar_root(left)) : 0.0F;
             } else {
                 l[plan_pair(t, u)] = (float)(left * (double)l[plan_pair(t, t)]);
             }
