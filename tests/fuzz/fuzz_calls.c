@@ -50,43 +50,6 @@ static bool is_number(double value)
     return isfinite(value) && (value >= 0.0);
 }
 
-static void add_result(void)
-{
-    add(result.epoch);
-    add(result.window_samples + ((uint64_t)result.mirrored_samples << 32U));
-    add(result.gaps_in_window + ((uint64_t)result.cut_age_samples << 32U));
-    add(result.change.m);
-    add_double(result.change.older);
-    add_double(result.change.newer);
-    add_double(result.change.gain);
-    add(result.steady.samples);
-    add_double(result.steady.level);
-    add_double(result.steady.low);
-    add_double(result.steady.high);
-    add((result.unstable ? 1U : 0U) + (result.young ? 2U : 0U) + (result.alarm ? 4U : 0U) +
-        (result.tau_count * 8U) + ((uint32_t)result.noise * 512U));
-    add_double(result.unit_per_count);
-    add_double(result.kurtosis);
-    add_double(result.contribution);
-    add_double(result.dispersion);
-    for (uint32_t t = 0U; t < result.tau_count; t++) {
-        const davar_adev_t *const tau = &result.tau[t];
-        add(tau->m + ((uint64_t)tau->differences << 32U));
-        add_double(tau->adev);
-        add_double(tau->low);
-        add_double(tau->high);
-        add_double(tau->edf);
-        add(tau->hops);
-    }
-    for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
-        const davar_coefficient_t *const coefficient = &result.coefficient[kind];
-        add(coefficient->present ? 1U : 0U);
-        add_double(coefficient->value);
-        add_double(coefficient->low);
-        add_double(coefficient->high);
-    }
-}
-
 static void check_coefficient(const davar_coefficient_t *coefficient)
 {
     if (coefficient->present) {
@@ -100,7 +63,7 @@ static void check_coefficient(const davar_coefficient_t *coefficient)
 
 static void check_result(bool is_fitted)
 {
-    add_result();
+    add_fields(&result);
     for (uint32_t t = 0U; t < result.tau_count; t++) {
         const davar_adev_t *const tau = &result.tau[t];
         REQUIRE((tau->differences > 0U) ? is_number(tau->adev) : (isnan(tau->adev) != 0));

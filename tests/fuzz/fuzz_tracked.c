@@ -5,6 +5,7 @@
  * within its bounds. */
 #include "accepted.h"
 #include "davar/davar.h"
+#include "digest.h"
 #include "fuzzing.h"
 
 #include <math.h>
@@ -133,6 +134,7 @@ static void take(void)
 {
     davar_result_t result;
     if (davar_take(&instances[current], &result)) {
+        add_fields(&result);
         check(&result);
     }
 }

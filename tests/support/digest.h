@@ -3,6 +3,8 @@
 #ifndef DAVAR_TESTS_DIGEST_H
 #define DAVAR_TESTS_DIGEST_H
 
+#include "davar/types.h"
+
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -31,6 +33,44 @@ static inline void add_float(float value)
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
     add(isnan(value) ? 1U : bits);
+}
+
+/* All fields that a caller reads. */
+static inline void add_fields(const davar_result_t *result)
+{
+    add(result->epoch);
+    add(result->window_samples + ((uint64_t)result->mirrored_samples << 32U));
+    add(result->gaps_in_window + ((uint64_t)result->cut_age_samples << 32U));
+    add(result->change.m);
+    add_double(result->change.older);
+    add_double(result->change.newer);
+    add_double(result->change.gain);
+    add(result->steady.samples);
+    add_double(result->steady.level);
+    add_double(result->steady.low);
+    add_double(result->steady.high);
+    add((result->unstable ? 1U : 0U) + (result->young ? 2U : 0U) + (result->alarm ? 4U : 0U) +
+        (result->tau_count * 8U) + ((uint32_t)result->noise * 512U));
+    add_double(result->unit_per_count);
+    add_double(result->kurtosis);
+    add_double(result->contribution);
+    add_double(result->dispersion);
+    for (uint32_t t = 0U; t < result->tau_count; t++) {
+        const davar_adev_t *const tau = &result->tau[t];
+        add(tau->m + ((uint64_t)tau->differences << 32U));
+        add_double(tau->adev);
+        add_double(tau->low);
+        add_double(tau->high);
+        add_double(tau->edf);
+        add(tau->hops);
+    }
+    for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
+        const davar_coefficient_t *const coefficient = &result->coefficient[kind];
+        add(coefficient->present ? 1U : 0U);
+        add_double(coefficient->value);
+        add_double(coefficient->low);
+        add_double(coefficient->high);
+    }
 }
 
 #endif
