@@ -166,6 +166,7 @@ static void change_over(const trial_t *trial)
     REQUIRE(start(trial, 1U - current) == DAVAR_OK);
     current = 1U - current;
     REQUIRE(davar_state_restore(&instances[current], &storage) == DAVAR_OK);
+    memset(memory[1U - current], 0x5A, sizeof memory[0]); /* nothing of it may be read */
 }
 
 static int64_t piece_end(const trial_t *trial, int64_t from)

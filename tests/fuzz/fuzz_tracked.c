@@ -170,6 +170,7 @@ static void change_over(void)
     REQUIRE(start(1U - current) == DAVAR_OK);
     current = 1U - current;
     REQUIRE(davar_state_restore(&instances[current], &storage) == DAVAR_OK);
+    memset(memory[1U - current], 0x5A, sizeof memory[0]); /* nothing of it may be read */
 }
 
 static void gap(uint32_t missing)

@@ -60,10 +60,16 @@ static void fly(uint32_t blocks, uint8_t present, uint8_t moving)
     }
 }
 
-static void check_refused(float *setting, float low, float high)
+/* A range includes its ends, and nothing beyond. */
+static void check_range(float *setting, float low, float high)
 {
     const float good = *setting;
-    const float bad[] = {low, high, NAN};
+    const float ends[] = {low, high};
+    const float bad[] = {nextafterf(low, -INFINITY), nextafterf(high, INFINITY), NAN};
+    for (uint32_t i = 0U; i < 2U; i++) {
+        *setting = ends[i];
+        TEST_ASSERT_TRUE(starts());
+    }
     for (uint32_t i = 0U; i < 3U; i++) {
         *setting = bad[i];
         TEST_ASSERT_FALSE(starts());
@@ -74,11 +80,11 @@ static void check_refused(float *setting, float low, float high)
 
 static void test_settings_out_of_range_are_refused(void)
 {
-    check_refused(&config.rate_hz, 39.0F, 251.0F);
-    check_refused(&config.errors_per_1000_h, 0.0009F, 1.1e6F);
-    check_refused(&config.scale_tolerance, 0.0F, 1.1F);
-    check_refused(&config.time_tolerance_s, 0.0F, 1.1F);
-    check_refused(&config.drift_tolerance_dps_per_s, 0.0F, 1.1F);
+    check_range(&config.rate_hz, 40.0F, 250.00002F); /* of 10 samples, in floats */
+    check_range(&config.errors_per_1000_h, 1e-3F, 1e6F);
+    check_range(&config.scale_tolerance, 1e-9F, 1.0F);
+    check_range(&config.time_tolerance_s, 1e-9F, 1.0F);
+    check_range(&config.drift_tolerance_dps_per_s, 1e-9F, 1.0F);
     memset(&selection, 0x5A, sizeof selection);
     const davar_select_t before = selection;
     for (uint32_t bad = 0U; bad < 6U; bad++) {
