@@ -106,6 +106,9 @@ static void test_the_threshold_follows_the_stated_rate(void)
     config.gyros = 2U;
     TEST_ASSERT_TRUE(starts());
     TEST_ASSERT_FLOAT_WITHIN(0.005F, (float)log(36.0) - 2.0F, selection.threshold);
+    config.errors_per_1000_h = 35156.25F; /* a power of two: its logarithm has no rest */
+    TEST_ASSERT_TRUE(starts());
+    TEST_ASSERT_FLOAT_WITHIN(1e-5F, (float)log(1024.0) - 2.0F, selection.threshold);
 }
 
 static void test_the_state_is_small(void)
