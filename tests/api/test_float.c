@@ -202,7 +202,8 @@ static void test_larger_values_are_full_scale_of_their_sign(void)
 /* At every full scale, the conversion to counts rounds halves away from zero. */
 static void test_rounding_at_the_input(void)
 {
-    static const double scales[] = {1e-20, 1e-11, 0.3, 1.0, 4.0, 2000.0, 1e20};
+    static const double scales[] = {1e-20,  1e-11,        0.3,          1.0, 4.0,
+                                    2000.0, 1073741824.0, 1073741824.5, 1e20};
     static const double expected[] = {0.0, 1.0, 1.0, 2.0};
     static const double quanta[] = {0.4, 0.5, 1.4, 1.5};
     config.window.mode = DAVAR_MODE_TRAILING;

@@ -304,6 +304,27 @@ static void test_bounds_of_no_use_are_left_to_the_exact_way(void)
     TEST_ASSERT_EQUAL(ROUGH_UNSURE, verdict(SONG_OR)); /* S = 0 */
 }
 
+static void test_bounds_of_any_size(void)
+{
+    for (int exponent = -60; exponent < 60; exponent++) {
+        const double bound = ldexp(1.25, exponent);
+        for (uint32_t i = 0U; i < 50U; i++) {
+            choose_moments();
+            const bool upper = (i % 2U) == 0U;
+            config.moments.kurtosis_low = upper ? 0.0 : bound;
+            config.moments.kurtosis_high = upper ? bound : 1e300;
+            const double kurtosis = davar_song_kurtosis(&whole.exact);
+            check(SONG_KURTOSIS, upper ? (kurtosis > bound) : (kurtosis < bound), false);
+            config.moments.kurtosis_low = 0.0;
+            config.moments.kurtosis_high = 1e300;
+            config.moments.contribution_low = upper ? 0.0 : bound;
+            config.moments.contribution_high = upper ? bound : 1e300;
+            const double contribution = davar_song_contribution(&whole.exact, &first.exact);
+            check(SONG_OR, upper ? (contribution > bound) : (contribution < bound), false);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -314,6 +335,7 @@ int main(void)
     RUN_TEST(test_large_windows_and_samples_are_right_or_left_to_the_exact_way);
     RUN_TEST(test_every_short_window_of_few_values);
     RUN_TEST(test_without_variance_no_verdict_is_unstable);
+    RUN_TEST(test_bounds_of_any_size);
     RUN_TEST(test_bounds_of_no_use_are_left_to_the_exact_way);
     return UNITY_END();
 }
