@@ -451,6 +451,46 @@ static void test_a_law_needs_a_function_judge_only(void)
     TEST_ASSERT_EQUAL_UINT32(config.window.shortest, shortest);
 }
 
+static uint32_t placed;
+
+/* Every second epoch is early. */
+static uint32_t place_in_turn(davar_t *instance, void *state, bool *early)
+{
+    TEST_ASSERT_NULL(state);
+    TEST_ASSERT_GREATER_THAN_UINT32(0U, instance->window.next_length);
+    placed++;
+    *early = (placed % 2U) == 0U;
+    return 0U;
+}
+
+static bool judge_grown(davar_t *instance, void *state, const struct davar_rough *moments)
+{
+    TEST_ASSERT_NULL(state);
+    TEST_ASSERT_NULL(moments);
+    const uint32_t length = instance->window.length;
+    instance->window.next_length = length + ((length < config.window.longest) ? 1U : 0U);
+    return false;
+}
+
+/* Also while each sample is pushed alone and completes a window of the same length. */
+static void test_a_law_places_every_epoch(void)
+{
+    static const davar_law_t law = {.id = 9U, .place = place_in_turn, .judge = judge_grown};
+    config.law = &law;
+    config.window.mode = DAVAR_MODE_TRAILING;
+    config.window.shortest = config.window.longest / 2U;
+    config.moments.segment = 0U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+    placed = 0U;
+    for (uint32_t i = 1U; i <= 400U; i++) {
+        const int16_t sample = (int16_t)((i * 7919U) % 1000U);
+        davar_push_q15(&davar, &sample, 1U);
+        TEST_ASSERT_EQUAL_UINT32(i, placed);
+        const bool due = (i >= config.window.shortest) && ((i % 2U) != 0U);
+        TEST_ASSERT_EQUAL(due, davar_take(&davar, &result));
+    }
+}
+
 static void test_the_named_memory_macro_is_enough(void)
 {
     static const uint32_t octaves[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
@@ -486,5 +526,6 @@ int main(void)
     RUN_TEST(test_the_last_cluster_that_cannot_overflow);
     RUN_TEST(test_the_named_memory_macro_is_enough);
     RUN_TEST(test_a_law_needs_a_function_judge_only);
+    RUN_TEST(test_a_law_places_every_epoch);
     return UNITY_END();
 }
