@@ -201,8 +201,7 @@ static void test_an_image_of_another_configuration_is_foreign(void)
     static unsigned char image[sizeof cells];
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
     memcpy(image, cells, sizeof cells);
-    foreign(Q31);
-    memcpy(cells, image, sizeof cells), config.taus = other_taus, foreign(Q15);
+    config.taus = other_taus, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.unit_per_count = 0.02, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.stride = 2U, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.stride = 2U, config.engine = DAVAR_ENGINE_GRID,

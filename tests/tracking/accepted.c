@@ -24,8 +24,8 @@ void accepted_start(accepted_t *accepted, const davar_config_t *config)
     accepted->cluster = config->glr.long_cluster;
     if (accepted->cluster != 0U) {
         wish.block = accepted->cluster / 4U;
-        davar_glr_start_clusters(&accepted->of_clusters, &wish);
-        davar_glr_reset(&accepted->clusters);
+        davar_glr_start_clusters(&accepted->cluster_config, &wish);
+        davar_glr_reset(&accepted->cluster_detector);
     }
 }
 
@@ -36,7 +36,7 @@ static int64_t phase_before(const accepted_t *accepted, uint32_t samples)
 
 /* The second channel takes the difference of two clusters a quarter of a cluster after the last,
  * and none that spans a boundary. */
-static void hear_clusters(accepted_t *accepted)
+static void push_clusters(accepted_t *accepted)
 {
     const uint32_t m = accepted->cluster;
     const uint32_t run = accepted->run[(accepted->count - 1U) % ACCEPTED_RING];
@@ -46,7 +46,8 @@ static void hear_clusters(accepted_t *accepted)
     davar_glr_event_t event;
     const int64_t difference = phase_before(accepted, 0U) - (2 * phase_before(accepted, m)) +
                                phase_before(accepted, 2U * m);
-    davar_glr_push_clusters_q31(&accepted->clusters, &accepted->of_clusters, difference, &event);
+    davar_glr_push_clusters_q31(&accepted->cluster_detector, &accepted->cluster_config, difference,
+                                &event);
     accepted->alarms += event.is_alarm ? 1U : 0U;
 }
 
@@ -59,7 +60,7 @@ static void accept(accepted_t *accepted, int32_t sample, uint64_t moment)
     accepted->moment[n] = moment;
     accepted->is_behind_boundary = false;
     accepted->count++;
-    hear_clusters(accepted);
+    push_clusters(accepted);
 }
 
 /* The waiting samples from `first` onward become part of the record; all before them are
@@ -89,7 +90,7 @@ static void hear_block(accepted_t *accepted)
     accepted->cuts += event.is_cut ? 1U : 0U;
     accepted->alarms += event.is_alarm ? 1U : 0U;
     if (event.is_alarm) {
-        davar_glr_begin_anew(&accepted->clusters);
+        davar_glr_begin_anew(&accepted->cluster_detector);
     }
     accepted->shocks += (event.dropped > 0U) ? 1U : 0U;
     if (event.resolved > 0U) { /* all waiting samples */

@@ -30,8 +30,8 @@ typedef struct {
     uint64_t count;                 /* accepted */
     bool is_behind_boundary;        /* the next one is */
     uint32_t cluster;               /* samples in one of the second channel; 0: there is none */
-    davar_glr_config_t of_clusters;
-    davar_glr_t clusters; /* the detector of that channel */
+    davar_glr_config_t cluster_config;
+    davar_glr_t cluster_detector;
 } accepted_t;
 
 void accepted_start(accepted_t *accepted, const davar_config_t *config);
