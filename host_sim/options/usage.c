@@ -26,7 +26,7 @@ static const char *const TEXT[] = {
     "                          HZ[:ORDER[:PERCENT]]: a low-pass of 1 or 2 poles (default 2),\n"
     "                          -3 dB at HZ, known to PERCENT (default 10)\n"
     "                          average[ORDER]:N: ORDER (default 1) moving averages of N samples,\n"
-    "                          together at most 2048\n"
+    "                          together at most 1024\n"
     "                          cic[ORDER]:N: the same, keeping every N-th sample\n"
     "                          sum:N: sums of N counts (davar_average of the library)\n"
     "                          HZ+average:N: a low-pass, then one of these; none: no filter\n"

@@ -3,7 +3,7 @@
  *
  * - HZ[:ORDER[:PERCENT]]: a low-pass of 1 or 2 poles (2) with its -3 dB frequency, known to so many
  *   percent (10)
- * - average[ORDER]:N: ORDER (1) moving averages of N samples
+ * - average[ORDER]:N: ORDER (1) moving averages of N samples, together at most 1024
  * - cic[ORDER]:N: the same, but every N-th sample is kept
  * - sum:N: the sums of N samples that davar_average makes
  * - FILTER+FILTER: a low-pass and then one of the others
@@ -21,7 +21,7 @@
 /** The forms above, for an error message. */
 #define DAVAR_BANDWIDTH_FORMS                                                                      \
     "HZ[:ORDER[:PERCENT]] (order 1 or 2, at most 50 percent), average[ORDER]:N, cic[ORDER]:N or "  \
-    "sum:N (N to 4096; ORDER times N of averages to 2048), HZ+average:N or none"
+    "sum:N (N to 4096; ORDER times N of averages to 1024), HZ+average:N or none"
 
 /** The range of a cutoff, for an error message. */
 #define DAVAR_BANDWIDTH_RANGE                                                                      \
@@ -60,7 +60,7 @@ static inline bool davar_bandwidth_averages(const char **text, davar_filter_t *f
     good = good && (**text == ':');
     *text += good ? 1U : 0U;
     good = good && davar_bandwidth_count(text, 4096U, &length);
-    good = good && (!is_average || ((order * length) <= 2048U));
+    good = good && (!is_average || ((order * length) <= DAVAR_FILTER_SPAN_MOST));
     filter->averages = (uint8_t)order;
     filter->length = (uint16_t)length;
     filter->decimation = (uint16_t)(is_average ? 1U : length);

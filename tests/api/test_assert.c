@@ -128,14 +128,14 @@ static void test_moving_averages_outside_their_ranges(void)
 {
     TEST_ASSERT_FALSE(is_refused((davar_filter_t){.averages = 8U, .length = 1U}));
     TEST_ASSERT_TRUE(is_refused((davar_filter_t){.averages = 9U, .length = 1U}));
-    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.averages = 1U, .length = 2048U}));
-    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.averages = 1U, .length = 2049U}));
-    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.averages = 8U, .length = 256U}));
-    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.averages = 8U, .length = 257U}));
+    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.averages = 1U, .length = 1024U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.averages = 1U, .length = 1025U}));
+    TEST_ASSERT_FALSE(is_refused((davar_filter_t){.averages = 8U, .length = 128U}));
+    TEST_ASSERT_TRUE(is_refused((davar_filter_t){.averages = 8U, .length = 129U}));
     TEST_ASSERT_FALSE(
-        is_refused((davar_filter_t){.averages = 1U, .length = 4096U, .decimation = 2U}));
+        is_refused((davar_filter_t){.averages = 1U, .length = 4096U, .decimation = 4U}));
     TEST_ASSERT_TRUE(
-        is_refused((davar_filter_t){.averages = 1U, .length = 4097U, .decimation = 3U}));
+        is_refused((davar_filter_t){.averages = 1U, .length = 4097U, .decimation = 5U}));
     TEST_ASSERT_TRUE(is_refused((davar_filter_t){.averages = 1U, .length = 0U}));
     TEST_ASSERT_FALSE(
         is_refused((davar_filter_t){.length = 5000U})); /* without averages: not used */

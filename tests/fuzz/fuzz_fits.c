@@ -40,8 +40,8 @@ static void choose_filter(bytes_t *bytes)
     filter = (davar_filter_t){.poles = (uint8_t)between(bytes, 0U, 2U)};
     filter.averages = (uint8_t)between(bytes, 0U, 8U);
     filter.decimation = decimations[byte(bytes) % 4U];
-    const uint32_t most =
-        (2048U * filter.decimation) / ((filter.averages > 0U) ? filter.averages : 1U);
+    const uint32_t most = (DAVAR_FILTER_SPAN_MOST * filter.decimation) /
+                          ((filter.averages > 0U) ? filter.averages : 1U);
     const uint32_t longest = (most < 4096U) ? most : 4096U;
     const bool is_long = byte(bytes) >= 240U; /* 0 after the end: a quick one */
     filter.length = (uint16_t)(1U + (word(bytes) % (is_long ? longest : 32U)));

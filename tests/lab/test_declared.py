@@ -431,9 +431,9 @@ class Declared(Exporting):
         for model, why in (
             (WHITE + low + low, "two low_pass: the device knows one"),
             (WHITE + low + high, "high_pass: the device knows low_pass and moving_average only"),
-            (WHITE + MEAN.format(2) + MEAN.format(4), "up to 8 of the same length"),
-            (WHITE + MEAN.format(2) * 9, "up to 8 of the same length"),
-            (WHITE + MEAN.format(2049), "up to 2048 samples"),
+            (WHITE + MEAN.format(2) + MEAN.format(4), "2 lengths; the device knows one"),
+            (WHITE + MEAN.format(2) * 9, "9 of 2 samples; the device knows up to 8"),
+            (WHITE + MEAN.format(1025), "1 of 1025 samples; the device knows up to 8, together"),
             (WHITE + LOW.format(0.1, "sampled", 2), "cutoff_hz is 0.001 of the sample rate"),
             (WHITE + LOW.format(900, "sampled", 2), "cutoff_hz is 9 of the sample rate"),
             (WHITE + behind, "noise_behind_dps"),

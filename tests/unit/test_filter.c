@@ -6,7 +6,7 @@
 #include "fit_fixture.h"
 #include "random.h"
 
-#include <stdlib.h>
+#include <math.h>
 
 #define PI AUTOCOVARIANCE_PI
 #define SPAN ((2 * AUTOCOVARIANCE_LAGS) + 512)
@@ -299,12 +299,24 @@ static void test_sizes_beyond_the_filter_are_white(void)
     assert_near(r_at(0), (double)plan.sample, 1e-5);
 }
 
-/* The longest averages, alone and after a narrow low-pass, with many nearly equal sizes. Such plans
- * were NaN. */
-static void test_plans_of_the_longest_filters_are_finite(void)
+/* Sum of a functional over the sizes: 1 for white noise, 0 for each other term. */
+static double sum_of_functional(int term, uint8_t count)
+{
+    double sum = 0.0;
+    for (uint8_t t = 0U; t < count; t++) {
+        const double value = (double)plan.functional[term][t] / DAVAR_FIT_FUNCTIONAL_ONE;
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, 0.0, value);
+        sum += value;
+    }
+    return sum;
+}
+
+/* Above m = 4096, the covariance is that of white samples. After averages twice to four times as
+ * long, it was none, and such plans were NaN. */
+static void test_plans_of_the_longest_averages_are_plans(void)
 {
     random_t random = random_seeded(5U);
-    for (uint32_t trial = 0U; trial < 300U; trial++) {
+    for (uint32_t trial = 0U; trial < 400U; trial++) {
         uint32_t m[DAVAR_TAUS_MAX];
         uint8_t count = 0U;
         for (uint32_t next = 1U + (trial % 64U); (count < DAVAR_TAUS_MAX) && (next < 10000000U);) {
@@ -312,24 +324,33 @@ static void test_plans_of_the_longest_filters_are_finite(void)
             count++;
             next += 1U + ((trial % 2U == 0U) ? (uint32_t)(random_next(&random) % next) : next);
         }
-        davar_filter_t filter = {.averages = (uint8_t)(1U + (trial % 8U)), .cutoff = 0.002};
-        filter.length = (uint16_t)(2048U / filter.averages);
-        filter.poles = (uint8_t)((trial / 8U) % 3U);
+        davar_filter_t filter = {.averages = (uint8_t)(1U + ((trial / 3U) % 2U)), .cutoff = 0.002};
+        filter.length = (uint16_t)(DAVAR_FILTER_SPAN_MOST / filter.averages);
+        filter.poles = (uint8_t)(trial % 3U);
         davar_plan_init_filtered(&plan, m, count, &filter);
-        TEST_ASSERT_TRUE(isfinite(plan.rounding) && isfinite(plan.misfit_spread));
+        TEST_ASSERT_TRUE(isfinite(plan.rounding));
         for (int k = 0; k < TERMS; k++) {
-            TEST_ASSERT_TRUE(isfinite(plan.centre[k]) && isfinite(plan.scale[k]));
-            for (int t = 0; t < count; t++) {
-                TEST_ASSERT_TRUE(abs(plan.functional[k][t]) <= (int32_t)DAVAR_FIT_FUNCTIONAL_ONE);
-            }
+            TEST_ASSERT_TRUE(isfinite(plan.offset_variance[k]));
+            const double unit = (k == WHITE) ? ldexp(1.0, plan.white_bits) : 1.0;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6 * unit, (k == WHITE) ? 1.0 : 0.0,
+                                      unit * sum_of_functional(k, count));
         }
     }
+}
+
+/* The error of the degrees of freedom above m = 4096 that DESIGN states (5.16). */
+static void test_degrees_of_freedom_beyond_the_grid(void)
+{
+    static const uint32_t m[] = {4096U, 4097U};
+    const davar_filter_t longest = {.averages = 1U, .length = DAVAR_FILTER_SPAN_MOST};
+    davar_plan_init_filtered(&plan, m, 2U, &longest);
+    TEST_ASSERT_DOUBLE_WITHIN(0.005, 1.217, (double)plan.freedom[1] / (double)plan.freedom[0]);
 }
 
 static void test_the_inverse_of_a_gain_saturates(void)
 {
     static const uint32_t m[] = {1U, 4096U};
-    const davar_filter_t narrow = {.averages = 8U, .length = 256U};
+    const davar_filter_t narrow = {.averages = 8U, .length = 128U};
     davar_plan_init_filtered(&plan, m, 2U, &narrow);
     TEST_ASSERT_TRUE(plan.gain[0] < 1e-7F);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, plan.inverse_gain[0]);
@@ -491,7 +512,8 @@ int main(void)
     RUN_TEST(test_drifts_pass_the_filter_as_their_spectrum_does);
     RUN_TEST(test_the_power_gain_matches_the_autocovariance);
     RUN_TEST(test_sizes_beyond_the_filter_are_white);
-    RUN_TEST(test_plans_of_the_longest_filters_are_finite);
+    RUN_TEST(test_plans_of_the_longest_averages_are_plans);
+    RUN_TEST(test_degrees_of_freedom_beyond_the_grid);
     RUN_TEST(test_the_inverse_of_a_gain_saturates);
     RUN_TEST(test_the_longest_size_of_the_grid_is_resolved);
     RUN_TEST(test_whitening_matches_the_autocovariance);

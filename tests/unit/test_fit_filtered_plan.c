@@ -203,15 +203,22 @@ static void test_a_plan_solved_for_fewer_sizes_and_back_has_the_same_bits(void)
     }
 }
 
-/* The ridge of (5.4) keeps the pivots of every covariance above this. Here it is none. */
+/* Here the covariance is none, so the second size gets no weight, and no other term is resolved. */
 static void test_a_covariance_that_is_none_gives_finite_weights(void)
 {
     plan_filter(&filters[0]);
     plan.covariance[plan_pair(0, 1)] = 2.0F * plan.covariance[plan_pair(1, 1)];
     davar_plan_solve(&plan, 2U);
     TEST_ASSERT_TRUE(isfinite((double)plan.rounding));
-    TEST_ASSERT_TRUE(isfinite((double)plan.scale[DAVAR_QUANTIZATION]));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, functional(WHITE, 0) + functional(WHITE, 1));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, functional(WHITE, 0));
+    TEST_ASSERT_EQUAL_INT32(0, plan.functional[WHITE][1]);
+    for (int k = 0; k < TERMS; k++) {
+        TEST_ASSERT_TRUE(isfinite((double)plan.offset_variance[k]));
+        for (int t = 0; (k != WHITE) && (t < 2); t++) {
+            TEST_ASSERT_EQUAL_INT32(0, plan.functional[k][t]);
+            TEST_ASSERT_EQUAL_INT32(0, plan.variance[k][t]);
+        }
+    }
 }
 
 /* A short window fits its sizes as a plan for these alone does. */

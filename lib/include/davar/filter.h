@@ -26,13 +26,16 @@ typedef struct davar_filter {
     uint8_t poles;      /**< 1: first order; 2: second order, Butterworth; 0: no low-pass */
     uint8_t averages;   /**< moving averages in series, 0 to 8; a CIC of order n has n */
     /** samples in each moving average, before the decimation, 1 to 4096; averages * length is at
-     * most 2048 * decimation */
+     * most DAVAR_FILTER_SPAN_MOST samples after the decimation */
     uint16_t length;
     uint16_t decimation; /**< every n-th sample is kept; 0 and 1: every sample */
     /** counts that davar_average adds in a sample; above 1, averages is 1 and the two fields above
      * are the same number. 0 and 1: a sample is one count */
     uint16_t summed;
 } davar_filter_t;
+
+/** Samples over which all moving averages of a filter together may spread a sample. */
+#define DAVAR_FILTER_SPAN_MOST 1024U
 
 /** A low-pass of 1 or 2 poles with its -3 dB frequency in Hz, known to 10 %. rate_hz: rate of the
  * samples that davar gets. */
@@ -69,7 +72,7 @@ void davar_whiten(davar_config_t *config, const davar_filter_t *filter);
  * windows of 400 white samples unstable. A stated rate detects small changes later.
  * Reads law, window.shortest and moments.segment, which is below window.shortest (asserted).
  * rate: 1e-4 to 0.1 (asserted). filter: null for white noise.
- * Cost: O(P (decimation + 64)) in doubles, at most five times, with P as for davar_whiten.
+ * Cost: O(P (decimation + 64)) in doubles, at most four times, with P as for davar_whiten.
  * Formula (4.3). */
 void davar_bound_unstable_rate(davar_config_t *config, double rate, const davar_filter_t *filter);
 

@@ -13,8 +13,10 @@
 
 #define BLOCK_MOST 64U /* samples of a block of law glr */
 
-/* Lags at which the autocovariance is read, at most, and together; beyond, every n-th one. */
+/* Lags at which the autocovariance is read, at most; of more lags, every n-th one. */
 #define LAGS_MOST 256U
+
+/* Lags that share the computation of a spectrum. */
 #define LAGS_TOGETHER 64U
 
 static int16_t rounded(double share)
@@ -40,9 +42,10 @@ static void autocovariances(const band_t *band, uint32_t points, int spectrum, u
         davar_band_spectra(band, half.now, s);
         double cosine = begin.now.re; /* of the lag times the angle */
         double before = (begin.now.re * ahead.now.re) + (begin.now.im * ahead.now.im);
+        const double share = s[spectrum] / (double)points;
         for (uint32_t i = 0U; i < count; i++) {
             const double next = 2.0 * ahead.now.re * cosine - before;
-            r[i] += s[spectrum] * cosine / (double)points;
+            r[i] += share * cosine;
             before = cosine;
             cosine = next;
         }
@@ -117,14 +120,15 @@ static double fourth_powers(const davar_filter_t *filter)
     davar_band_start(filter, &band);
     const uint32_t points = davar_band_points(1.0, filter);
     const uint32_t step = ((points / 2U) > LAGS_MOST) ? ((points / 2U) / LAGS_MOST) : 1U;
+    const uint32_t lags = (points / 2U) / step;
     double r[LAGS_TOGETHER];
-    double r0;
-    double sum = 1.0;
-    autocovariances(&band, points, 0, 0U, 1U, &r0, 1U);
-    for (uint32_t lag = step; lag < (points / 2U); lag += LAGS_TOGETHER * step) {
-        const uint32_t rest = ((points / 2U) - lag + step - 1U) / step;
-        const uint32_t count = (rest < LAGS_TOGETHER) ? rest : LAGS_TOGETHER;
-        autocovariances(&band, points, 0, lag, step, r, count);
+    double r0 = 0.0;
+    double sum = -1.0; /* lag 0 counts once */
+    for (uint32_t first = 0U; first < lags; first += LAGS_TOGETHER) {
+        const uint32_t left = lags - first;
+        const uint32_t count = (left < LAGS_TOGETHER) ? left : LAGS_TOGETHER;
+        autocovariances(&band, points, 0, first * step, step, r, count);
+        r0 = (first == 0U) ? r[0] : r0;
         for (uint32_t i = 0U; i < count; i++) {
             sum += 2.0 * squared(squared(r[i] / r0));
         }

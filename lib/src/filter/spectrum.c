@@ -5,10 +5,6 @@
 #define POINTS_LEAST 64U
 #define POINTS_MOST 16384U
 
-/* Samples over which all averages together may spread one: cluster sizes above 4096 are taken to
- * be beyond the filter (5.16). */
-#define SPAN_MOST 2048.0
-
 complex_t davar_exponential(complex_t z)
 {
     const double small = 1.0 / 256.0;
@@ -115,7 +111,7 @@ void davar_filter_assert(const davar_filter_t *filter)
     DAVAR_ASSERT((filter->averages == 0U) || (filter->length <= 4096U));
     DAVAR_ASSERT(filter->averages <= 8U);
     DAVAR_ASSERT(((double)filter->averages * (double)filter->length) <=
-                 (SPAN_MOST * filter_decimation(filter)));
+                 ((double)DAVAR_FILTER_SPAN_MOST * filter_decimation(filter)));
     DAVAR_ASSERT((filter->summed <= 1U) || (filter->averages == 1U));
     DAVAR_ASSERT((filter->summed <= 1U) || (filter->length == filter->summed));
     DAVAR_ASSERT((filter->summed <= 1U) || (filter->decimation == filter->summed));

@@ -10,8 +10,7 @@
 /* The window that the weights are made for, in longest sizes. */
 #define WINDOW_IN_SIZES 9.0
 
-/* Sizes that are nearly equal make the covariance singular. This share of its diagonal is added, and
- * a size of which the shorter ones leave less has no weight. */
+/* Sizes that are nearly equal make the covariance singular. This share of its diagonal is added. */
 #define RIDGE 1e-4
 
 /* Noise is hidden below this share of what rounding could hide. If it were 1, half a count would be
@@ -33,8 +32,8 @@ static double covariance_of(const davar_plan_t *plan, int t, int u)
            (double)plan->offset[t] * (double)plan->offset[u];
 }
 
-/* Cholesky: covariance = L L'. The diagonal of L is stored as its reciprocal, 0 for a size without
- * weight: rounding errors over the small rest of such sizes grew from one to the next. */
+/* Cholesky: covariance = L L'. The diagonal of L is stored as its reciprocal. 0: the covariance is
+ * none, because it is approximate above m = 4096 (5.16), and the size gets no weight. */
 static void factorise(const davar_plan_t *plan, float l[])
 {
     for (int u = 0; u < plan->count; u++) {
@@ -137,7 +136,8 @@ static double functional_of(const davar_plan_t *plan, const float l[], const dou
         functional[t] = x[t] - centre;
     }
     solve_factored(l, count, functional);
-    const double gain = (count > 1) ? 1.0 / product(functional, x, count) : 0.0;
+    const double square = product(functional, x, count);
+    const double gain = (square > 0.0) ? (1.0 / square) : 0.0;
     for (int t = 0; t < count; t++) {
         functional[t] *= gain;
     }

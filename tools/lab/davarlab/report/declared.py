@@ -28,7 +28,7 @@ SHEET_PERCENT = 10.0  # of a cutoff without a recording, as DAVAR_LOW_PASS
 LEAST_PERCENT = 1.0
 MOST_PERCENT = 50.0
 CUTOFFS = 0.002, 2.0  # over the sample rate
-AVERAGES_MOST, SPAN_MOST, SIZES_MOST = 8, 2048, 32
+AVERAGES_MOST, SPAN_MOST, SIZES_MOST = 8, 1024, 32  # as davar/filter.h
 # Standard errors by which the ARW of a window may be off: 92 % of the intervals of 95 % still hold.
 BIAS_MOST = 0.5
 SIZES_LEAST = 3
@@ -415,13 +415,17 @@ def of(
         found.order = int(low.parameters.get("order", 1))
         found.percent = percent_of(entry, where)
     lengths = {round(float(term.parameters["samples"])) for term in means}
-    span = len(means) * max(lengths, default=1)
-    if len(lengths) > 1 or len(means) > AVERAGES_MOST or span > SPAN_MOST:
+    if len(lengths) > 1:
         raise BadInput(
-            f"{where}: moving_average: the device knows up to {AVERAGES_MOST} of the same length, "
-            f"together up to {SPAN_MOST} samples. Fit a model with one length, and check it with compare"
+            f"{where}: moving_average: {len(lengths)} lengths; the device knows one. Fit a model "
+            "with one length, and check it with compare"
         )
     length = next(iter(lengths), 1)
+    if len(means) > AVERAGES_MOST or len(means) * length > SPAN_MOST:
+        raise BadInput(
+            f"{where}: moving_average: {len(means)} of {length} samples; the device knows up to "
+            f"{AVERAGES_MOST}, together up to {SPAN_MOST} samples. Average blocks of samples first"
+        )
     if length > 1:
         found.averages, found.length = len(means), length
     return with_sizes(found, model, where)
