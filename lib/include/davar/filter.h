@@ -72,7 +72,7 @@ void davar_whiten(davar_config_t *config, const davar_filter_t *filter);
  * windows of 400 white samples unstable. A stated rate detects small changes later.
  * Reads law, window.shortest and moments.segment, which is below window.shortest (asserted).
  * rate: 1e-4 to 0.1 (asserted). filter: null for white noise.
- * Cost: O(P (decimation + 64)) in doubles, at most four times, with P as for davar_whiten.
+ * Cost: O(P (decimation + 32)) in doubles, at most eight times, with P as for davar_whiten.
  * Formula (4.3). */
 void davar_bound_unstable_rate(davar_config_t *config, double rate, const davar_filter_t *filter);
 

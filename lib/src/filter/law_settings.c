@@ -17,7 +17,7 @@
 #define LAGS_MOST 256U
 
 /* Lags that share the computation of a spectrum. */
-#define LAGS_TOGETHER 64U
+#define LAGS_TOGETHER 32U
 
 static int16_t rounded(double share)
 {
@@ -44,7 +44,7 @@ static void autocovariances(const band_t *band, uint32_t points, int spectrum, u
         double before = (begin.now.re * ahead.now.re) + (begin.now.im * ahead.now.im);
         const double share = s[spectrum] / (double)points;
         for (uint32_t i = 0U; i < count; i++) {
-            const double next = 2.0 * ahead.now.re * cosine - before;
+            const double next = (2.0 * ahead.now.re * cosine) - before;
             r[i] += share * cosine;
             before = cosine;
             cosine = next;
@@ -119,21 +119,24 @@ static double fourth_powers(const davar_filter_t *filter)
     band_t band;
     davar_band_start(filter, &band);
     const uint32_t points = davar_band_points(1.0, filter);
-    const uint32_t step = ((points / 2U) > LAGS_MOST) ? ((points / 2U) / LAGS_MOST) : 1U;
-    const uint32_t lags = (points / 2U) / step;
+    const uint32_t half = points / 2U; /* a power of two, LAGS_TOGETHER at least */
+    uint32_t step = 1U;
+    while ((half / step) > LAGS_MOST) {
+        step *= 2U;
+    }
     double r[LAGS_TOGETHER];
-    double r0 = 0.0;
-    double sum = -1.0; /* lag 0 counts once */
-    for (uint32_t first = 0U; first < lags; first += LAGS_TOGETHER) {
-        const uint32_t left = lags - first;
-        const uint32_t count = (left < LAGS_TOGETHER) ? left : LAGS_TOGETHER;
-        autocovariances(&band, points, 0, first * step, step, r, count);
-        r0 = (first == 0U) ? r[0] : r0;
-        for (uint32_t i = 0U; i < count; i++) {
-            sum += 2.0 * squared(squared(r[i] / r0));
+    double at_lag_0 = 0.0;
+    double sum = 0.0;
+    for (uint32_t first = 0U; first < half; first += LAGS_TOGETHER * step) {
+        autocovariances(&band, points, 0, first, step, r, LAGS_TOGETHER);
+        for (uint32_t i = 0U; i < LAGS_TOGETHER; i++) {
+            sum += squared(squared(r[i]));
+        }
+        if (first == 0U) {
+            at_lag_0 = squared(squared(r[0]));
         }
     }
-    return sum * (double)step;
+    return ((2.0 * sum / at_lag_0) - 1.0) * (double)step;
 }
 
 /* Probability that a normal variable is from z to z + NORMAL_STEP standard deviations. */
