@@ -1,5 +1,5 @@
 /** @file
- * davar - a filter as a user writes it, for programs that take one as an option.
+ * davar - a filter as a user writes it in an option of a program.
  *
  * - HZ[:ORDER[:PERCENT]]: a low-pass of 1 or 2 poles (2) with its -3 dB frequency, known to so many
  *   percent (10)
