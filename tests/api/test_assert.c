@@ -2,6 +2,7 @@
  * and assertions on, in every build. */
 #include "davar/cascade.h"
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar/select.h"
 #include "davar/telemetry.h"
 #include "unity.h"
@@ -141,6 +142,25 @@ static void test_moving_averages_outside_their_ranges(void)
         is_refused((davar_filter_t){.length = 5000U})); /* without averages: not used */
 }
 
+static void test_windows_above_2_to_the_31_samples(void)
+{
+    static davar_plan_t plan;
+    static davar_result_t result;
+    const uint32_t longest = UINT32_C(1) << 31U;
+    davar_plan_init_white(&plan, taus, 1U);
+    result.tau_count = 1U;
+    result.window_samples = longest;
+    result.tau[0] = (davar_adev_t){.m = 1U, .differences = longest - 1U, .adev = 1.0};
+    TEST_ASSERT_FALSE(ASSERTS(davar_fit_white(&plan, 1.0, &result)));
+    TEST_ASSERT_FALSE(ASSERTS(davar_edf_least(&result, 0U)));
+    result.mirrored_samples = 1U;
+    TEST_ASSERT_TRUE(ASSERTS(davar_fit_white(&plan, 1.0, &result)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_edf_least(&result, 0U)));
+    result.mirrored_samples = 0U;
+    result.window_samples = longest + 1U;
+    TEST_ASSERT_TRUE(ASSERTS(davar_fit_white(&plan, 1.0, &result)));
+}
+
 static void test_telemetry_without_an_object(void)
 {
     static const davar_telemetry_address_t from = {.node = 1U};
@@ -193,6 +213,7 @@ int main(void)
     RUN_TEST(test_a_filter_outside_its_ranges);
     RUN_TEST(test_an_uncertainty_outside_its_range);
     RUN_TEST(test_moving_averages_outside_their_ranges);
+    RUN_TEST(test_windows_above_2_to_the_31_samples);
     RUN_TEST(test_telemetry_without_an_object);
     RUN_TEST(test_a_sample_beyond_a_block_of_a_selection_and_an_update_within_it);
     return UNITY_END();

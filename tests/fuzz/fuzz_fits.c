@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-#define LONGEST (UINT32_C(1) << 31U) /* cluster size */
+#define LONGEST (UINT32_C(1) << 31U) /* cluster size; window and mirrored samples together */
 
 static uint32_t taus[DAVAR_TAUS_MAX];
 static uint8_t sizes;
@@ -117,10 +117,15 @@ static void choose_result(bytes_t *bytes)
     const int quarters = (int)between(bytes, 0U, 8U) - 4; /* of the slope */
     const uint8_t kind = byte(bytes);
     result = (davar_result_t){.tau_count = sizes, .unit_per_count = 0.0};
-    result.window_samples = taus[sizes - 1U] * between(bytes, 1U, 40U);
-    result.window_samples += byte(bytes);
-    result.window_samples += (result.window_samples < 2U) ? 2U : 0U;
-    result.mirrored_samples = (result.window_samples / 256U) * (kind % 64U);
+    const uint64_t samples = (uint64_t)taus[sizes - 1U] * between(bytes, 1U, 40U);
+    const uint32_t window = (uint32_t)((samples < LONGEST) ? samples : LONGEST);
+    const uint32_t more = byte(bytes) + ((window < 2U) ? 2U : 0U);
+    result.window_samples = window + ((more < (LONGEST - window)) ? more : (LONGEST - window));
+    const uint32_t mirrored = (result.window_samples / 256U) * (kind % 64U);
+    const uint32_t room = LONGEST - result.window_samples;
+    result.mirrored_samples = (mirrored < room) ? mirrored : room;
+    result.young = (kind % 8U) == 3U;
+    result.cut_age_samples = ((kind % 4U) == 1U) ? word(bytes) : 0U;
     result.kurtosis = (kind < 64U) ? 1.0 + number(bytes, -8, 8) : (double)NAN;
     result.dispersion = (kind < 160U) ? 1.0 + number(bytes, -8, 8) : (double)NAN;
     result.unit_per_count = ((kind % 2U) == 0U) ? level * number(bytes, -12, 4) : 0.0;

@@ -42,6 +42,20 @@ static void test_a_used_plan_gives_what_a_fresh_one_gives(void)
     }
 }
 
+static void test_the_longest_window_has_the_degrees_of_freedom_of_white_noise(void)
+{
+    static const uint32_t m[] = {1U, 2U, 8U, UINT32_C(1) << 28U};
+    const uint32_t longest = UINT32_C(1) << 31U;
+    const double white[] = {0, 1.0, 0, 0, 0};
+    set_taus(longest, m, 4);
+    set_model(white);
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 1.0, &result));
+    for (int t = 0; t < 4; t++) {
+        const double edf = davar_edf(DAVAR_ANGLE_RANDOM_WALK, m[t], longest);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * edf, edf, result.tau[t].edf);
+    }
+}
+
 /* ---- heavy tails (5.19) ---- */
 
 static double edf_with(double kurtosis, double dispersion)
@@ -184,6 +198,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
+    RUN_TEST(test_the_longest_window_has_the_degrees_of_freedom_of_white_noise);
     RUN_TEST(test_tails_reduce_the_degrees_of_freedom);
     RUN_TEST(test_standard_errors_match_the_full_covariance);
     RUN_TEST(test_the_limit_of_the_misfit_is_five_standard_deviations);

@@ -98,10 +98,11 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
 
 /** Fits white noise alone: the angle random walk with its interval.
  *
- * Reads from *result: tau[], up to the first entry without differences; window_samples;
- * mirrored_samples; unit_per_count (0: rounding to counts is not removed); kurtosis and, if it is
- * NaN, dispersion, which widen the intervals in noise with heavy tails (needs DAVAR_LAWS). rate_hz:
- * samples per second, above 0. The cluster sizes must be those of the plan.
+ * Reads from *result: tau[], up to the first entry without differences; window_samples and
+ * mirrored_samples, whose sum is at most 2^31 (asserted); unit_per_count (0: rounding to counts is
+ * not removed); kurtosis and, if it is NaN, dispersion, which widen the intervals in noise with
+ * heavy tails (needs DAVAR_LAWS). rate_hz: samples per second, above 0. The cluster sizes must be
+ * those of the plan.
  * Writes result->noise, the coefficients, and edf, low and high of every tau. By result->noise:
  * - WHITE: the angle random walk has a value and an interval, every tau has an interval, and the
  *   other terms have upper limits.
@@ -162,7 +163,8 @@ double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window);
 /** Computes degrees of freedom of result->tau[t], of a window or a cascade, that hold for every
  * noise.
  * This is the smallest value of the pure noise kinds, reduced for gaps and mirrored samples; a
- * mixture has no fewer (5.6). Use it for results without a fit. tau[t].differences > 0 (asserted).
+ * mixture has no fewer (5.6). Use it for results without a fit. tau[t].differences > 0, and
+ * window_samples and mirrored_samples together at most 2^31 (asserted).
  * @return At least 1. Cost: O(1). */
 #define davar_edf_least DAVAR_SIZED(davar_edf_least)
 double davar_edf_least(const davar_result_t *result, uint8_t t);

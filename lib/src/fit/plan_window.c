@@ -97,7 +97,8 @@ uint8_t davar_fit_usable(const davar_result_t *result)
  * than half of the samples since the cut, because they were not quite alike. */
 static bool is_chosen(const davar_result_t *result)
 {
-    return result->young || (result->cut_age_samples > (2U * result->window_samples));
+    const uint32_t half = result->cut_age_samples - (result->cut_age_samples / 2U);
+    return result->young || (half > result->window_samples);
 }
 
 /* Does every difference of the first `count` cluster sizes exist once and count fully: no gap, no
@@ -111,8 +112,12 @@ static bool is_whole(const davar_result_t *result, int count)
     return lost == 0U;
 }
 
+#define LONGEST (UINT32_C(1) << 31U) /* twice the differences, plus m, fit 32 bits */
+
 scaled_t davar_fit_evidence(const davar_result_t *result)
 {
+    DAVAR_ASSERT((result->window_samples <= LONGEST) &&
+                 (result->mirrored_samples <= (LONGEST - result->window_samples)));
     const scaled_t share = scaled_ratio(result->window_samples,
                                         result->window_samples + (2U * result->mirrored_samples));
     return is_chosen(result) ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
