@@ -1,5 +1,5 @@
 #include "../fuzz/fuzz_calls.c" /* NOLINT(bugprone-suspicious-include): the same inputs, in ctest */
 
 #define RECORDED_INPUTS 4000U
-#define RECORDED_DIGEST UINT64_C(0x5400F5B34F5A8337)
+#define RECORDED_DIGEST UINT64_C(0x5F7BC51791C6B4AB)
 #include "chains.h"

@@ -104,7 +104,7 @@ static void alarms(const char *name, double hours, double per_hour, uint32_t blo
             count += detector.event.is_alarm ? 1U : 0U;
             cuts += detector.event.is_cut ? 1U : 0U;
             dropped += detector.event.dropped;
-            f += davar_glr_dispersion(&detector.state) / 4096.0;
+            f += davar_glr_dispersion(&detector.state, GLR_TYPICAL) / 4096.0;
             blocks += 1.0;
         }
     }

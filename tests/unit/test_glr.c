@@ -24,7 +24,9 @@ static struct {
     uint32_t cut;
     uint32_t alarm;
     uint32_t pending;
-    uint32_t f;
+    uint32_t of_many;
+    uint32_t heavy;
+    uint32_t f; /* of eight blocks */
     davar_dispersion_t single;
     davar_dispersion_t of_8;
     uint64_t eight;
@@ -54,6 +56,16 @@ static int32_t logarithm_of(uint64_t b)
     return spread_logarithm(&sum);
 }
 
+static uint32_t law_f(uint32_t n)
+{
+    uint32_t octave = 1U; /* the largest power of two up to n */
+    while ((2U * octave) <= n) {
+        octave *= 2U;
+    }
+    const uint32_t f = law.of_many + (4U * law.heavy / octave);
+    return (f < 65536U) ? f : 65535U;
+}
+
 static void law_learn(uint64_t b)
 {
     davar_dispersion_learn(&law.single, logarithm_of(b), config.step, 11U);
@@ -65,9 +77,9 @@ static void law_learn(uint64_t b)
         law.in_eight = 0U;
     }
     const uint32_t phi = ((law.single.phi > law.of_8.phi) ? law.single.phi : law.of_8.phi) >> 12U;
-    const uint32_t heavy = (phi > 5120U) ? ((5U * (phi - 5120U)) / 8U) : 0U;
-    law.f = (phi > 4096U) ? (phi + ((phi - 4096U) / 8U) + heavy) : 4096U;
-    law.f = (law.f < 65536U) ? law.f : 65535U;
+    law.heavy = (phi > 5120U) ? (phi - 5120U) : 0U;
+    law.of_many = (phi > 4096U) ? (phi + ((phi - 4096U + law.heavy) / 8U)) : 4096U;
+    law.f = law_f(8U);
 }
 
 static bool exceeds(uint64_t b, const davar_spread_t *window, uint32_t factor)
@@ -93,7 +105,8 @@ static void law_advance(uint64_t b)
 static int32_t law_threshold(uint32_t h, uint32_t n)
 {
     const uint32_t logarithm = (uint32_t)davar_logarithm_of_count(n) >> 8U;
-    const uint64_t plain = ((uint64_t)law.f * (h - logarithm)) >> 16U;
+    const uint64_t f = law_f(n);
+    const uint64_t plain = (f * (h - logarithm)) >> 16U;
     return (int32_t)(plain + ((plain * davar_divided(config.bias, n)) >> 16U));
 }
 

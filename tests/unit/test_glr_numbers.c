@@ -343,12 +343,17 @@ static void test_the_factor_of_the_thresholds_is_that_of_the_formula(void)
     for (size_t i = 0U; i < sizeof of_blocks / sizeof of_blocks[0]; i++) {
         for (size_t k = 0U; k < sizeof of_eights / sizeof of_eights[0]; k++) {
             const double phi = fmax(1.0, fmax(of_blocks[i], of_eights[k]));
+            const double heavy = fmax(0.0, phi - 1.25);
+            const double many = 1.0 + (1.125 * (phi - 1.0)) + (0.125 * heavy);
             scattered.single.phi = (uint32_t)(of_blocks[i] * 16777216.0);
             scattered.of_8.phi = (uint32_t)(of_eights[k] * 16777216.0);
-            TEST_ASSERT_DOUBLE_WITHIN(
-                3.0 / 4096.0,
-                fmin(16.0, 1.0 + (1.125 * (phi - 1.0)) + (0.625 * fmax(0.0, phi - 1.25))),
-                davar_glr_dispersion(&scattered) / 4096.0);
+            TEST_ASSERT_DOUBLE_WITHIN(3.0 / 4096.0, fmin(16.0, many),
+                                      davar_glr_dispersion(&scattered, GLR_MANY) / 4096.0);
+            for (uint32_t octave = 0U; octave < 10U; octave++) {
+                TEST_ASSERT_DOUBLE_WITHIN(3.0 / 4096.0,
+                                          fmin(16.0, many + ldexp(4.0 * heavy, -(int)octave)),
+                                          davar_glr_dispersion(&scattered, octave) / 4096.0);
+            }
         }
     }
 }

@@ -211,7 +211,7 @@ static void assert_same(void)
     TEST_ASSERT_EQUAL_UINT32(cuts, health.cuts);
     TEST_ASSERT_EQUAL_UINT32(shocks, health.shocks);
     if (davar_take(&davar, &result)) {
-        const double f = (double)davar_glr_dispersion(&state) / 4096.0;
+        const double f = (double)davar_glr_dispersion(&state, GLR_TYPICAL) / 4096.0;
         TEST_ASSERT_EQUAL_DOUBLE(f, result.dispersion);
         TEST_ASSERT_EQUAL_UINT32(has_changed ? 1U : 0U, result.change.m);
         if (has_changed) {

@@ -15,7 +15,7 @@
 #define MOST_F ((16U * ONE) - 1U)
 #define MEMORY 11U              /* the dispersion forgets over 2^11 blocks */
 #define MEMORY_OF_8 8U          /* and over 2^8 sums of eight */
-#define BODY (ONE + (ONE / 4U)) /* f of a larger dispersion grows faster (10.3) */
+#define BODY (ONE + (ONE / 4U)) /* above this phi, few blocks have a larger f than many (10.3) */
 #define ENOUGH 25600U /* degrees of freedom of a mean that a shock is compared with; 8 digits */
 #define OVER_FLOOR 4U /* no shocks below this multiple of the variance of rounding */
 #define CALM 543U     /* a shock ends with a block below 2.12 means (widened); 8 digits */
@@ -38,7 +38,7 @@ void davar_glr_begin_anew(davar_glr_t *state)
     glr_place_copy(&state->cut, &state->now);
 }
 
-uint32_t davar_glr_dispersion(const davar_glr_t *state)
+uint32_t davar_glr_dispersion(const davar_glr_t *state, uint32_t octave)
 {
     const uint32_t larger =
         (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
@@ -46,8 +46,8 @@ uint32_t davar_glr_dispersion(const davar_glr_t *state)
     if (phi <= ONE) {
         return ONE;
     }
-    const uint32_t heavy = (phi > BODY) ? (((phi - BODY) * 5U) / 8U) : 0U;
-    return smaller(phi + ((phi - ONE) / 8U) + heavy, MOST_F);
+    const uint32_t heavy = (phi > BODY) ? (phi - BODY) : 0U;
+    return smaller(phi + ((phi - ONE + heavy) / 8U) + ((4U * heavy) >> octave), MOST_F);
 }
 
 /* A place that is too old moves to the next record of the coarsest octave. */
@@ -85,7 +85,7 @@ static void advance(davar_glr_t *state, const davar_glr_config_t *config,
 /* 1 + (factor - 1) sqrt(f), both with 8 digits */
 static uint32_t widened(const davar_glr_t *state, uint32_t factor)
 {
-    const uint32_t f = davar_glr_dispersion(state); /* 1 to below 16 */
+    const uint32_t f = davar_glr_dispersion(state, GLR_TYPICAL); /* 1 to below 16 */
     const uint32_t half = (f >= (4U * ONE)) ? 1U : 0U;
     const uint32_t root =
         davar_root_of_mantissa_by_integers(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);

@@ -169,8 +169,12 @@ void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
  * too. */
 void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event);
 
-/* The factor f that widens the thresholds, at least 1. GAIN_DIGITS. */
-uint32_t davar_glr_dispersion(const davar_glr_t *state);
+#define GLR_TYPICAL 3U /* octave of the f that is reported, and used where there is no split */
+#define GLR_MANY 31U   /* octave of the smallest f */
+
+/* The factor f that widens the thresholds of a split whose shorter part has 2^octave blocks or more, up
+ * to twice as many: in heavy tails, a few blocks scatter more than many. At least 1; GAIN_DIGITS. */
+uint32_t davar_glr_dispersion(const davar_glr_t *state, uint32_t octave);
 
 /* --- windows: as long as the likelihood ratio finds one variance in them ---------------------- */
 

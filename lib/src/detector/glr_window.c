@@ -17,7 +17,7 @@ static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config,
     if ((place[0]->blocks == place[1]->blocks) || (place[1]->blocks == place[2]->blocks)) {
         return true;
     }
-    const uint32_t f = davar_glr_dispersion(state);
+    const uint32_t f = davar_glr_dispersion(state, GLR_TYPICAL);
     davar_stretch_t stretch;
     davar_stretch(&stretch, place[0], place[2], config, f);
     return !davar_likelihood_may_reach(&stretch, place[1], limit >> (GAIN_DIGITS - 6U)) ||
@@ -186,7 +186,7 @@ static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, 
         return true;
     }
     static const davar_spread_t none = {0U, 0U, 0U};
-    const uint32_t f = davar_glr_dispersion(state);
+    const uint32_t f = davar_glr_dispersion(state, GLR_TYPICAL);
     davar_stretch_t stretch;
     davar_stretch(&stretch, &none, &sum, config, f);
     const int32_t limit = (int32_t)((f * (uint64_t)STEP_LIMIT) >> GAIN_DIGITS);

@@ -56,7 +56,8 @@ void davar_steady_push(davar_steady_sums_t *steady, const davar_glr_t *detector,
     const davar_spread_t newer = spread_between(&steady->middle, &detector->now.sum);
     const davar_spread_t *const shocks = &steady->shocks;
     const bool is_full = ((all.high | all.blocks | shocks->high | shocks->blocks) >> 30U) != 0U;
-    if (is_full || parts_differ(&older, &newer, config, davar_glr_dispersion(detector))) {
+    if (is_full ||
+        parts_differ(&older, &newer, config, davar_glr_dispersion(detector, GLR_TYPICAL))) {
         davar_steady_restart(steady, detector);
     } else if (newer.blocks >= older.blocks) {
         spread_copy(&steady->middle, &detector->now.sum);

@@ -76,21 +76,22 @@ typedef struct {
     const davar_glr_t *state;
     const davar_glr_config_t *config;
     davar_stretch_t stretch;
-    uint32_t f;
     uint32_t room;       /* blocks beyond the least of each part */
     davar_split_t *best; /* one per threshold, the lowest first */
     uint32_t count;
 } scan_t;
 
-/* Compares a gain with the thresholds f (1 + 1 / (3 nu n)) (h - ln n); h is above ln n + 1. */
+/* Compares a gain with the thresholds f (1 + 1 / (3 nu n)) (h - ln n), f for n blocks; h is above
+ * ln n + 1. */
 static void compare(scan_t *scan, int32_t gain, uint32_t n, uint32_t age, uint32_t level)
 {
     const uint32_t logarithm = (uint32_t)davar_logarithm_of_count(n) >> 8U;
     const uint32_t bias = davar_divided(scan->config->bias, n);
+    const uint32_t f = davar_glr_dispersion(scan->state, 31U - davar_leading_zeros_32(n));
     for (uint32_t i = 0U; i < scan->count; i++) {
         davar_split_t *const best = &scan->best[i];
         const uint32_t plain =
-            (uint32_t)(davar_multiply_u32(scan->f, best->threshold - logarithm) >> 16U);
+            (uint32_t)(davar_multiply_u32(f, best->threshold - logarithm) >> 16U);
         const int32_t excess =
             gain - (int32_t)(plain + (uint32_t)(davar_multiply_u32(plain, bias) >> 16U));
         if (excess > best->excess) {
@@ -150,10 +151,10 @@ void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config,
     }
     scan.state = state;
     scan.config = config;
-    scan.f = davar_glr_dispersion(state);
     scan.best = split;
     scan.count = count;
-    davar_stretch(&scan.stretch, &begin->sum, &state->now.sum, config, scan.f);
+    davar_stretch(&scan.stretch, &begin->sum, &state->now.sum, config,
+                  davar_glr_dispersion(state, GLR_MANY));
     test_split(&scan, 2U, 0U);
     test_split(&scan, 3U, 0U);
     test_older(&scan);
