@@ -42,6 +42,14 @@ static inline double noise_student3(source_t *source)
     return z / sqrt(two + pow(noise_gauss(source), 2.0));
 }
 
+/* With four degrees of freedom: the fourth moment is only just infinite. */
+static inline double noise_student4(source_t *source)
+{
+    const double z = noise_gauss(source);
+    const double first = random_uniform(&source->random);
+    return z / sqrt(-log(first * random_uniform(&source->random)));
+}
+
 /* With five degrees of freedom: kurtosis 9. */
 static inline double noise_student5(source_t *source)
 {
@@ -56,6 +64,20 @@ static inline double noise_mixed(source_t *source)
 {
     const double z = noise_gauss(source);
     return z * ((random_uniform(&source->random) < 0.05) ? 5.0 : 1.0) / sqrt(2.2);
+}
+
+/* One sample in a hundred is ten times as large: kurtosis 77. */
+static inline double noise_rare10(source_t *source)
+{
+    const double z = noise_gauss(source);
+    return z * ((random_uniform(&source->random) < 0.01) ? 10.0 : 1.0) / sqrt(1.99);
+}
+
+/* One sample in 500 is twenty times as large: kurtosis 298. */
+static inline double noise_rare20(source_t *source)
+{
+    const double z = noise_gauss(source);
+    return z * ((random_uniform(&source->random) < 0.002) ? 20.0 : 1.0) / sqrt(1.798);
 }
 
 /* Correlated: 0.5 from one sample to the next. */
@@ -76,9 +98,12 @@ static const noise_kind_t noise_kinds[] = {{"gauss", noise_gauss},
                                            {"student5", noise_student5},
                                            {"student3", noise_student3},
                                            {"mixed", noise_mixed},
-                                           {"ar", noise_ar}};
+                                           {"ar", noise_ar},
+                                           {"student4", noise_student4},
+                                           {"rare10", noise_rare10},
+                                           {"rare20", noise_rare20}};
 
 #define NOISE_KINDS (sizeof noise_kinds / sizeof noise_kinds[0])
-#define NOISE_WHITE_KINDS (NOISE_KINDS - 1U)
+#define NOISE_WHITE_KINDS 6U /* the first, which the goals name */
 
 #endif

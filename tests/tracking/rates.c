@@ -4,10 +4,13 @@
  *   davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK [SEED]]
  *   davar-track-rates both NOISE HOURS PER_HOUR [BLOCK [SEED]]
  *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK [SEED [NOISE]]]
+ *   davar-track-rates check [SEED]
  *
- * NOISE: gauss uniform laplace student5 student3 mixed ar (heavy_noise.h) half; 100 Hz, sigma 20
+ * NOISE: half, or one of heavy_noise.h: gauss uniform laplace student5 student4 student3 mixed
+ * rare10 rare20 ar; 100 Hz, sigma 20
  * counts. both: also the second channel (clusters of 8 BLOCK), through davar.h. delay: after two
- * minutes sigma is RATIO times as large. */
+ * minutes sigma is RATIO times as large. check: tests the goals of lib/src/detector/DESIGN.md, two
+ * minutes; exit status 1 if one is missed. */
 #include "davar/davar.h"
 #include "detector/glr.h"
 #include "heavy_noise.h"
@@ -87,7 +90,7 @@ static bool push(detector_t *detector, double value)
     return true;
 }
 
-static void alarms(const char *name, double hours, double per_hour, uint32_t block)
+static unsigned long alarms(const char *name, double hours, double per_hour, uint32_t block)
 {
     static detector_t detector;
     source_t source = source_seeded(seed);
@@ -111,6 +114,7 @@ static void alarms(const char *name, double hours, double per_hour, uint32_t blo
     printf("| %s | %g | %u | %g | %lu | %.4f | %.2f | %.2f | %.2f |\n", name, per_hour,
            (unsigned)block, hours, count, (double)count / hours, (double)cuts / hours,
            (double)dropped / hours, f / blocks);
+    return count;
 }
 
 static void both(const char *name, double hours, double per_hour, uint32_t block)
@@ -175,7 +179,9 @@ static double delay_of(source_t *source, noise_t noise, double ratio, double per
     return (double)PATIENCE / RATE_HZ;
 }
 
-static void delays(const char *name, double ratio, uint32_t trials, double per_hour, uint32_t block)
+/* Prints the delays and returns their median, s. */
+static double delays(const char *name, double ratio, uint32_t trials, double per_hour,
+                     uint32_t block)
 {
     source_t source = source_seeded(seed + 1U);
     double *const delay = malloc(trials * sizeof *delay);
@@ -192,15 +198,57 @@ static void delays(const char *name, double ratio, uint32_t trials, double per_h
     printf("| %s x%g | %g | %u | %u | %.2f | %.2f | %.2f |\n", name, ratio, per_hour,
            (unsigned)block, (unsigned)trials, sum / trials, delay[trials / 2U],
            delay[(trials * 9U) / 10U]);
+    const double median = delay[trials / 2U];
     free(delay);
+    return median;
+}
+
+static bool is_within(const char *noise, const char *what, double value, double most)
+{
+    if (value > most) {
+        fprintf(stderr, "davar-track-rates: %s: %s: %.2f, expected at most %.2f\n", noise, what,
+                value, most);
+    }
+    return value <= most;
+}
+
+/* Limits: 1.5 times the configured alarms, and 1.3 times the median delay without the last term of
+ * (10.3). lib/src/detector/DESIGN.md has these medians. */
+static int check(void)
+{
+    static const struct {
+        const char *noise;
+        double x1_5_s;
+        double x2_s;
+    } delay[] = {{"gauss", 1.04, 0.40},   {"laplace", 2.44, 0.87}, {"student5", 2.58, 0.85},
+                 {"student3", 7.9, 2.27}, {"mixed", 10.2, 3.63},   {"ar", 1.59, 0.53}};
+    bool good = true;
+    for (size_t i = 0U; i < sizeof delay / sizeof delay[0]; i++) {
+        const char *const noise = delay[i].noise;
+        const double found = (double)alarms(noise, 400.0, 0.1, 10U);
+        good = is_within(noise, "alarms at 0.1 per hour", found, 60.0) && good;
+        const double after_x1_5 = delays(noise, 1.5, 2000U, 0.01, 10U);
+        const double after_x2 = delays(noise, 2.0, 2000U, 0.01, 10U);
+        good = is_within(noise, "delay after x1.5", after_x1_5, 1.3 * delay[i].x1_5_s) && good;
+        good = is_within(noise, "delay after x2", after_x2, 1.3 * delay[i].x2_s) && good;
+    }
+    static const char *const rarely[] = {"student5", "student3"}; /* the most alarms */
+    for (size_t i = 0U; i < sizeof rarely / sizeof rarely[0]; i++) {
+        const double found = (double)alarms(rarely[i], 4000.0, 0.01, 10U);
+        good = is_within(rarely[i], "alarms at 0.01 per hour", found, 60.0) && good;
+    }
+    return good ? 0 : 1;
 }
 
 int main(int argc, char **argv)
 {
+    if (((argc == 2) || (argc == 3)) && (strcmp(argv[1], "check") == 0)) {
+        seed = (argc == 3) ? strtoull(argv[2], NULL, 10) : 1U;
+        return check();
+    }
     if (argc < 5) {
         fputs("usage: davar-track-rates alarms|both NOISE HOURS PER_HOUR [BLOCK [SEED]] | delay "
-              "RATIO TRIALS "
-              "PER_HOUR [BLOCK [SEED [NOISE]]]\n",
+              "RATIO TRIALS PER_HOUR [BLOCK [SEED [NOISE]]] | check [SEED]\n",
               stderr);
         return 2;
     }
@@ -208,12 +256,12 @@ int main(int argc, char **argv)
     const double per_hour = strtod(argv[4], NULL);
     seed = (argc > 6) ? strtoull(argv[6], NULL, 10) : 1U;
     if (strcmp(argv[1], "alarms") == 0) {
-        alarms(argv[2], strtod(argv[3], NULL), per_hour, block);
+        (void)alarms(argv[2], strtod(argv[3], NULL), per_hour, block);
     } else if (strcmp(argv[1], "both") == 0) {
         both(argv[2], strtod(argv[3], NULL), per_hour, block);
     } else {
-        delays((argc > 7) ? argv[7] : "gauss", strtod(argv[2], NULL),
-               (uint32_t)strtoul(argv[3], NULL, 10), per_hour, block);
+        (void)delays((argc > 7) ? argv[7] : "gauss", strtod(argv[2], NULL),
+                     (uint32_t)strtoul(argv[3], NULL, 10), per_hour, block);
     }
     return 0;
 }
