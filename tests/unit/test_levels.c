@@ -232,6 +232,48 @@ static void test_skipped_blocks_count_for_the_check(void)
     TEST_ASSERT_TRUE(blocks_now() < 320U);
 }
 
+/* f is 5 at phi = 27/8 (10.3). Each 64 blocks it is compared. */
+static void test_heavy_tails_withhold_the_interval_for_2_to_the_14_blocks(void)
+{
+    begin();
+    detector.single.count = 2000U;
+    detector.single.phi = UINT32_C(27) << 21U;
+    for (uint32_t i = 0U; i < 640U; i++) {
+        take(1000000U);
+    }
+    TEST_ASSERT_EQUAL_UINT32(640U, blocks_now());
+    TEST_ASSERT_TRUE(davar_steady_is_known(&sums, &detector));
+    detector.single.phi += UINT32_C(1) << 14U; /* f is a little larger */
+    for (uint32_t i = 0U; i < 192U; i++) {
+        take(1000000U);
+    }
+    TEST_ASSERT_TRUE(blocks_now() < 64U);
+    detector.single.phi = UINT32_C(1) << 24U;
+    while (!davar_steady_is_known(&sums, &detector) && (blocks_now() < 100000U)) {
+        take(1000000U);
+    }
+    TEST_ASSERT_EQUAL_UINT32(16384U, blocks_now());
+    for (uint32_t i = 0U; i < 640U; i++) {
+        take(1000000U);
+        TEST_ASSERT_TRUE(davar_steady_is_known(&sums, &detector));
+    }
+}
+
+static void test_f_is_known_after_512_f_squared_blocks(void)
+{
+    static const double phis[] = {0.5, 1.0, 1.25, 1.6, 2.0, 3.3, 9.0};
+    begin();
+    for (size_t i = 0U; i < sizeof phis / sizeof phis[0]; i++) {
+        detector.single.phi = (uint32_t)(phis[i] * 16777216.0);
+        const double f = davar_glr_dispersion(&detector, 3U) / 4096.0;
+        const uint32_t blocks = (uint32_t)fmin(1536.0, floor(512.0 * f * f));
+        detector.single.count = blocks - 1U;
+        TEST_ASSERT_FALSE(davar_steady_is_known(&sums, &detector));
+        detector.single.count = blocks;
+        TEST_ASSERT_TRUE(davar_steady_is_known(&sums, &detector));
+    }
+}
+
 static void test_dropped_blocks_are_counted_apart(void)
 {
     begin();
@@ -257,6 +299,8 @@ int main(void)
     RUN_TEST(test_it_restarts_before_its_counts_wrap);
     RUN_TEST(test_it_restarts_before_the_sum_of_shocks_wraps);
     RUN_TEST(test_skipped_blocks_count_for_the_check);
+    RUN_TEST(test_heavy_tails_withhold_the_interval_for_2_to_the_14_blocks);
+    RUN_TEST(test_f_is_known_after_512_f_squared_blocks);
     RUN_TEST(test_dropped_blocks_are_counted_apart);
     return UNITY_END();
 }

@@ -286,8 +286,8 @@ typedef struct {
  * its alarm, the intervals may miss the new level.
  * Levels are in deg/s as in davar_change_t with m = 1, but without rounding to counts. */
 typedef struct {
-    /** accepted samples of the section; 0: too few, counts too coarse or dispersion above 5, and
-     * the rest is NaN */
+    /** accepted samples of the section; 0: too few, counts too coarse, or dispersion above 5 now or
+     * in the last 2^14 blocks, and the rest is NaN */
     uint64_t samples;
     double level; /**< of the section */
     double low;   /**< lower limit */
@@ -339,7 +339,8 @@ typedef struct {
     double unit_per_count;
     double kurtosis;     /**< of the whole window; NaN if its variance is 0 (3.1) */
     double contribution; /**< |K - Km| / K; NaN if K or Km is undefined (3.2) */
-    /** law glr: factor f >= 1 that widens the thresholds (10.3); otherwise NaN */
+    /** law glr: f, 1 to below 16. It widens the threshold of a split whose shorter part has 8 to 15
+     * blocks; in heavy tails, fewer blocks have a larger factor (10.3). Otherwise NaN */
     double dispersion;
     davar_adev_t tau[DAVAR_TAUS_MAX]; /**< the cluster sizes, ascending */
     /** by davar_coefficient_kind_t, from davar_fit or davar_fit_white; absent before */

@@ -169,11 +169,13 @@ void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
  * too. */
 void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event);
 
-#define GLR_TYPICAL 3U /* octave of the f that is reported, and used where there is no split */
-#define GLR_MANY 31U   /* octave of the smallest f */
+#define GLR_HEAVY 20480U /* 5, f of tails that may have no fourth moment; GAIN_DIGITS */
+#define GLR_TYPICAL 3U   /* octave of f = f(8): reported, and used everywhere but in the scan */
+#define GLR_MANY 31U     /* octave beyond every split: the lower bound of f */
 
-/* The factor f that widens the thresholds of a split whose shorter part has 2^octave blocks or more, up
- * to twice as many: in heavy tails, a few blocks scatter more than many. At least 1; GAIN_DIGITS. */
+/* The factor f that widens the threshold of a split whose shorter part has 2^octave to
+ * 2^(octave + 1) - 1 blocks: in heavy tails, sums of few blocks scatter more. octave: 0 to 31. At
+ * least 1, below 16; GAIN_DIGITS. */
 uint32_t davar_glr_dispersion(const davar_glr_t *state, uint32_t octave);
 
 /* --- windows: as long as the likelihood ratio finds one variance in them ---------------------- */
@@ -211,16 +213,21 @@ typedef struct {
     davar_spread_t since;  /* running sum at its beginning */
     davar_spread_t middle; /* and at a place where half of it is compared with the rest */
     davar_spread_t shocks; /* blocks dropped since, except in gaps */
-    uint32_t turn;         /* of the newest comparison */
+    uint16_t turn;         /* of the newest comparison, one every 2^6 blocks; modulo 2^16 */
+    uint16_t wait;         /* turns until tails count as light again; 0: no interval is withheld */
 } davar_steady_sums_t;
 
 /* Begins a section here. */
 void davar_steady_restart(davar_steady_sums_t *steady, const davar_glr_t *detector);
 
 /* The detector has taken a block. Begins a new section if the later part of this one is louder or
- * quieter than the earlier part, or after 2^30 blocks. */
+ * quieter than the earlier part, while tails are heavy, or after 2^30 blocks. */
 void davar_steady_push(davar_steady_sums_t *steady, const davar_glr_t *detector,
                        const davar_glr_config_t *config, const davar_glr_event_t *event);
+
+/* May the level of this section have an interval? Not before f is known, and not within 2^14 blocks
+ * of heavy tails. */
+bool davar_steady_is_known(const davar_steady_sums_t *steady, const davar_glr_t *detector);
 
 /* --- the window law, for both number types ---------------------------------------------------- */
 

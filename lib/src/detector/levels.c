@@ -1,5 +1,6 @@
 /* davar - what a result says of the noise in deg/s: the levels before and after a change (10.12),
  * and the level since the last alarm with its interval (10.18). */
+#include "core/window.h"
 #include "detector/glr.h"
 #include "number/real.h"
 #include "number/scaled.h"
@@ -12,6 +13,8 @@
 #define CHECK 6U         /* the two parts are compared every 2^6 blocks */
 #define STEP_DIGITS 16U  /* of the logarithm of their ratio */
 #define STEP_MOST 65536U /* 1: alarms find larger steps */
+#define LIGHT 256U       /* turns after which tails count as light again, 2^14 blocks */
+#define LEARNED 1536U    /* blocks after which f is known, whatever it is */
 
 void davar_steady_restart(davar_steady_sums_t *steady, const davar_glr_t *detector)
 {
@@ -46,22 +49,37 @@ void davar_steady_push(davar_steady_sums_t *steady, const davar_glr_t *detector,
     if (event->dropped > 0U) {
         spread_add(&steady->shocks, &event->shock);
     }
-    const uint32_t turn = (detector->now.at + 1U) >> CHECK; /* odd blocks test fewer splits */
+    const uint16_t turn = (uint16_t)((detector->now.at + 1U) >> CHECK); /* odd: fewer splits */
     if (turn == steady->turn) {
         return;
     }
     steady->turn = turn;
+    const uint32_t f = davar_glr_dispersion(detector, GLR_TYPICAL);
+    if (f > GLR_HEAVY) {
+        steady->wait = LIGHT;
+    } else if (steady->wait > 0U) {
+        steady->wait--;
+    } else {
+        /* no interval is withheld */
+    }
     const davar_spread_t all = spread_between(&steady->since, &detector->now.sum);
     const davar_spread_t older = spread_between(&steady->since, &steady->middle);
     const davar_spread_t newer = spread_between(&steady->middle, &detector->now.sum);
     const davar_spread_t *const shocks = &steady->shocks;
     const bool is_full = ((all.high | all.blocks | shocks->high | shocks->blocks) >> 30U) != 0U;
-    if (is_full ||
-        parts_differ(&older, &newer, config, davar_glr_dispersion(detector, GLR_TYPICAL))) {
+    if (is_full || (f > GLR_HEAVY) || parts_differ(&older, &newer, config, f)) {
         davar_steady_restart(steady, detector);
     } else if (newer.blocks >= older.blocks) {
         spread_copy(&steady->middle, &detector->now.sum);
     }
+}
+
+/* The larger f is, the more blocks it takes to know it: 512 f^2, up to LEARNED. */
+bool davar_steady_is_known(const davar_steady_sums_t *steady, const davar_glr_t *detector)
+{
+    const uint32_t f = davar_glr_dispersion(detector, GLR_TYPICAL);
+    const uint32_t blocks = (f * f) >> ((2U * GAIN_DIGITS) - 9U);
+    return (steady->wait == 0U) && (detector->single.count >= smaller(blocks, LEARNED));
 }
 
 /* --- for a result ----------------------------------------------------------------------------- */
@@ -130,8 +148,7 @@ static void report_change(const davar_config_t *config, double unit_per_count,
 
 #define PRIOR 100U  /* a; with alpha = 1 / 20, 4 a alpha^2 = 1 and drops out of the logarithm */
 #define WIDEST 0.45 /* above it, (10.18) is not valid */
-#define HEAVY (5U * F_ONE) /* f of tails that may have no fourth moment */
-#define COARSE 0.7 /* below this level in counts, rounding is not independent of the noise */
+#define COARSE 0.7  /* below this level in counts, rounding is not independent of the noise */
 
 /* s of (10.18): the interval reaches from the level over 1 + s to that over 1 - s. */
 static double width_of(uint32_t blocks, uint32_t degrees, uint32_t f)
@@ -164,7 +181,7 @@ static void report_steady(const davar_config_t *config, double unit_per_count,
     const uint32_t rounding =
         constant_of(config, 1U) +
         davar_glr_rounding(block, config->glr.whiten_first, config->glr.whiten_second);
-    if ((read->steady.blocks == 0U) || (read->dispersion > HEAVY)) {
+    if ((read->steady.blocks == 0U) || (read->dispersion > GLR_HEAVY)) {
         return;
     }
     const double s = width_of(read->steady.blocks, nu, read->dispersion);

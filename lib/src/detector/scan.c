@@ -81,8 +81,8 @@ typedef struct {
     uint32_t count;
 } scan_t;
 
-/* Compares a gain with the thresholds f (1 + 1 / (3 nu n)) (h - ln n), f for n blocks; h is above
- * ln n + 1. */
+/* Compares a gain with the thresholds f(n) (1 + 1 / (3 nu n)) (h - ln n); n is at least 2, and h is
+ * above ln n + 1. */
 static void compare(scan_t *scan, int32_t gain, uint32_t n, uint32_t age, uint32_t level)
 {
     const uint32_t logarithm = (uint32_t)davar_logarithm_of_count(n) >> 8U;
