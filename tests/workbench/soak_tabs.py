@@ -25,6 +25,7 @@ PAUSE_S = 10.0  # between two requests of a tab, on average
 STAY = 50  # requests before a tab is reloaded
 GROWTH_KIB = 30_000  # in the second half
 FAIR = {200, 409}  # 409: another tab has changed what this one shows
+WAIT = aiohttp.ClientTimeout(total=3600)  # s; on a busy machine an answer takes minutes
 QUESTIONS = ("all", "step", "candidates", "axes", "stretch")
 
 
@@ -71,7 +72,7 @@ class Bench:
         headers = {"X-Davar-Token": self.token, "Origin": self.origin}
         events = f"{self.origin}/events?token={self.token}"
         async with (
-            aiohttp.ClientSession(headers=headers) as session,
+            aiohttp.ClientSession(headers=headers, timeout=WAIT) as session,
             session.ws_connect(events) as socket,
         ):
             listening = asyncio.ensure_future(self.listen(socket, tab))
