@@ -134,13 +134,10 @@ static int16_t sample_at(const signal_t *signal, uint32_t i, random_t *random)
     return held;
 }
 
-/* The white noise that an ideal law would report: half a count of noise appears with the noise of
- * rounding. */
+/* The white noise before rounding, which the fit subtracts (5.15). */
 static double truth_at(const signal_t *signal, uint32_t i)
 {
-    const double sigma = (signal->kind == COARSE)
-                             ? sqrt(0.25 + (1.0 / 12.0))
-                             : sqrt(pow(SIGMA * level_at(signal, i), 2.0) + (1.0 / 12.0));
+    const double sigma = (signal->kind == COARSE) ? 0.5 : (SIGMA * level_at(signal, i));
     return 60.0 * sigma / sqrt((double)RATE_HZ);
 }
 
