@@ -14,7 +14,7 @@
 #define STEP_DIGITS 16U  /* of the logarithm of their ratio */
 #define STEP_MOST 65536U /* 1: alarms find larger steps */
 #define LIGHT 256U       /* turns after which tails count as light again, 2^14 blocks */
-#define LEARNED 1536U    /* blocks after which f is known, whatever it is */
+#define F_LEARNED 1536U  /* blocks after which f is known, whatever it is */
 
 void davar_steady_restart(davar_steady_sums_t *steady, const davar_glr_t *detector)
 {
@@ -74,12 +74,12 @@ void davar_steady_push(davar_steady_sums_t *steady, const davar_glr_t *detector,
     }
 }
 
-/* The larger f is, the more blocks it takes to know it: 512 f^2, up to LEARNED. */
+/* The larger f is, the more blocks it takes to know it: 512 f^2, up to F_LEARNED. */
 bool davar_steady_is_known(const davar_steady_sums_t *steady, const davar_glr_t *detector)
 {
     const uint32_t f = davar_glr_dispersion(detector, GLR_TYPICAL);
     const uint32_t blocks = (f * f) >> ((2U * GAIN_DIGITS) - 9U);
-    return (steady->wait == 0U) && (detector->single.count >= smaller(blocks, LEARNED));
+    return (steady->wait == 0U) && (detector->single.count >= smaller(blocks, F_LEARNED));
 }
 
 /* --- for a result ----------------------------------------------------------------------------- */
