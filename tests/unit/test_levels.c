@@ -108,12 +108,6 @@ static void test_noise_near_the_rounding_has_no_interval(void)
     TEST_ASSERT_EQUAL_UINT64(1000000U, steady_of(0.50, 100000U, ONE_F, 0.0, 0U).samples);
 }
 
-static void test_very_heavy_tails_have_no_interval(void)
-{
-    TEST_ASSERT_EQUAL_UINT64(1000000U, steady_of(400.0, 100000U, 5U * ONE_F, 0.0, 0U).samples);
-    TEST_ASSERT_EQUAL_UINT64(0U, steady_of(400.0, 100000U, 5U * ONE_F + 1U, 0.0, 0U).samples);
-}
-
 static void test_few_blocks_have_no_interval(void)
 {
     TEST_ASSERT_EQUAL_UINT64(0U, steady_of(400.0, 0U, ONE_F, 0.0, 0U).samples);
@@ -232,7 +226,7 @@ static void test_skipped_blocks_count_for_the_check(void)
     TEST_ASSERT_TRUE(blocks_now() < 320U);
 }
 
-/* f is 5 at phi = 27/8 (10.3). Each 64 blocks it is compared. */
+/* f is 5 at phi = 27/8 (10.3). It is compared every 64 blocks. */
 static void test_heavy_tails_withhold_the_interval_for_2_to_the_14_blocks(void)
 {
     begin();
@@ -244,6 +238,7 @@ static void test_heavy_tails_withhold_the_interval_for_2_to_the_14_blocks(void)
     TEST_ASSERT_EQUAL_UINT32(640U, blocks_now());
     TEST_ASSERT_TRUE(davar_steady_is_known(&sums, &detector));
     detector.single.phi += UINT32_C(1) << 14U; /* f is a little larger */
+    TEST_ASSERT_FALSE(davar_steady_is_known(&sums, &detector));
     for (uint32_t i = 0U; i < 192U; i++) {
         take(1000000U);
     }
@@ -261,7 +256,7 @@ static void test_heavy_tails_withhold_the_interval_for_2_to_the_14_blocks(void)
 
 static void test_f_is_known_after_512_f_squared_blocks(void)
 {
-    static const double phis[] = {0.5, 1.0, 1.25, 1.6, 2.0, 3.3, 9.0};
+    static const double phis[] = {0.5, 1.0, 1.25, 1.6, 2.0, 3.3};
     begin();
     for (size_t i = 0U; i < sizeof phis / sizeof phis[0]; i++) {
         detector.single.phi = (uint32_t)(phis[i] * 16777216.0);
@@ -293,7 +288,6 @@ int main(void)
     RUN_TEST(test_the_interval_is_that_of_the_gamma_mixture);
     RUN_TEST(test_shocks_raise_the_upper_limit_alone);
     RUN_TEST(test_noise_near_the_rounding_has_no_interval);
-    RUN_TEST(test_very_heavy_tails_have_no_interval);
     RUN_TEST(test_few_blocks_have_no_interval);
     RUN_TEST(test_it_restarts_where_its_halves_differ);
     RUN_TEST(test_it_restarts_before_its_counts_wrap);

@@ -169,9 +169,8 @@ void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
  * too. */
 void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event);
 
-#define GLR_HEAVY 20480U /* 5, f of tails that may have no fourth moment; GAIN_DIGITS */
-#define GLR_TYPICAL 3U   /* octave of f = f(8): reported, and used everywhere but in the scan */
-#define GLR_MANY 31U     /* octave beyond every split: the lower bound of f */
+#define GLR_TYPICAL 3U /* octave of f = f(8): reported, and used everywhere but in the scan */
+#define GLR_MANY 31U   /* octave above that of every split: the lower bound of f */
 
 /* The factor f that widens the threshold of a split whose shorter part has 2^octave to
  * 2^(octave + 1) - 1 blocks: in heavy tails, sums of few blocks scatter more. octave: 0 to 31. At
@@ -214,7 +213,7 @@ typedef struct {
     davar_spread_t middle; /* and at a place where half of it is compared with the rest */
     davar_spread_t shocks; /* blocks dropped since, except in gaps */
     uint16_t turn;         /* of the newest comparison, one every 2^6 blocks; modulo 2^16 */
-    uint16_t wait;         /* turns until tails count as light again; 0: no interval is withheld */
+    uint16_t wait;         /* turns until heavy tails no longer withhold the interval */
 } davar_steady_sums_t;
 
 /* Begins a section here. */
@@ -225,8 +224,8 @@ void davar_steady_restart(davar_steady_sums_t *steady, const davar_glr_t *detect
 void davar_steady_push(davar_steady_sums_t *steady, const davar_glr_t *detector,
                        const davar_glr_config_t *config, const davar_glr_event_t *event);
 
-/* May the level of this section have an interval? Not before f is known, and not within 2^14 blocks
- * of heavy tails. */
+/* May the level of this section have an interval? Only if f is known, and tails have been light for
+ * 2^14 blocks. */
 bool davar_steady_is_known(const davar_steady_sums_t *steady, const davar_glr_t *detector);
 
 /* --- the window law, for both number types ---------------------------------------------------- */

@@ -13,7 +13,8 @@
 #define CHECK 6U         /* the two parts are compared every 2^6 blocks */
 #define STEP_DIGITS 16U  /* of the logarithm of their ratio */
 #define STEP_MOST 65536U /* 1: alarms find larger steps */
-#define LIGHT 256U       /* turns after which tails count as light again, 2^14 blocks */
+#define HEAVY 20480U     /* 5, f of tails that may have no fourth moment */
+#define LIGHT 256U       /* turns without them after which an interval is shown, 2^14 blocks */
 #define F_LEARNED 1536U  /* blocks after which f is known, whatever it is */
 
 void davar_steady_restart(davar_steady_sums_t *steady, const davar_glr_t *detector)
@@ -55,19 +56,19 @@ void davar_steady_push(davar_steady_sums_t *steady, const davar_glr_t *detector,
     }
     steady->turn = turn;
     const uint32_t f = davar_glr_dispersion(detector, GLR_TYPICAL);
-    if (f > GLR_HEAVY) {
+    if (f > HEAVY) {
         steady->wait = LIGHT;
     } else if (steady->wait > 0U) {
         steady->wait--;
     } else {
-        /* no interval is withheld */
+        /* tails have been light */
     }
     const davar_spread_t all = spread_between(&steady->since, &detector->now.sum);
     const davar_spread_t older = spread_between(&steady->since, &steady->middle);
     const davar_spread_t newer = spread_between(&steady->middle, &detector->now.sum);
     const davar_spread_t *const shocks = &steady->shocks;
     const bool is_full = ((all.high | all.blocks | shocks->high | shocks->blocks) >> 30U) != 0U;
-    if (is_full || (f > GLR_HEAVY) || parts_differ(&older, &newer, config, f)) {
+    if (is_full || (f > HEAVY) || parts_differ(&older, &newer, config, f)) {
         davar_steady_restart(steady, detector);
     } else if (newer.blocks >= older.blocks) {
         spread_copy(&steady->middle, &detector->now.sum);
@@ -79,7 +80,8 @@ bool davar_steady_is_known(const davar_steady_sums_t *steady, const davar_glr_t 
 {
     const uint32_t f = davar_glr_dispersion(detector, GLR_TYPICAL);
     const uint32_t blocks = (f * f) >> ((2U * GAIN_DIGITS) - 9U);
-    return (steady->wait == 0U) && (detector->single.count >= smaller(blocks, F_LEARNED));
+    return (steady->wait == 0U) && (f <= HEAVY) &&
+           (detector->single.count >= smaller(blocks, F_LEARNED));
 }
 
 /* --- for a result ----------------------------------------------------------------------------- */
@@ -181,7 +183,7 @@ static void report_steady(const davar_config_t *config, double unit_per_count,
     const uint32_t rounding =
         constant_of(config, 1U) +
         davar_glr_rounding(block, config->glr.whiten_first, config->glr.whiten_second);
-    if ((read->steady.blocks == 0U) || (read->dispersion > GLR_HEAVY)) {
+    if (read->steady.blocks == 0U) {
         return;
     }
     const double s = width_of(read->steady.blocks, nu, read->dispersion);
