@@ -1,29 +1,18 @@
-/* davar-sim - learning the filter: Whittle's likelihood of the median spectrum for each filter of a
- * family, with a flicker and a random walk that pass the filter, and rounding after it. */
+/* davar-sim - learning the filter: the most likely one of a family for the median spectrum, and
+ * whether others explain it as well. */
 #include "learning/learn.h"
+#include "learning/whittle.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #define M SPECTRUM_ORDINATES
-#define PI 3.14159265358979324
-
-/* The window and the line that was removed change the ordinates below this one. */
-#define FIRST 5U
 
 /* Variance of an ordinate of the median spectrum, times the segments: that of the median of
  * exponentials, and of segments that overlap by half. */
 #define ORDINATE_VARIANCE 2.2
 
-/* Variance of a mean over neighbouring ordinates, over that of independent ones: the window. */
-#define NEIGHBOURS 1.944
-
-#define TERMS 4U   /* white noise, flicker, random walk; white noise after the filter */
-#define BEHIND 3U  /* the last of them, which only a test fits */
-#define ROUNDS 10U /* of the fit of their powers */
-
-#define LEAST 1e-300 /* keeps a model positive */
 #define CUTOFF_LEAST 0.01
 #define GRID 24U
 #define STEPS 16U /* of the golden section */
@@ -42,7 +31,6 @@
 #define PLATEAU 0.05
 
 #define LINE_REACH ((size_t)15) /* ordinates on each side that a line is compared with */
-#define LINE_SIGMAS 5.0         /* by which it exceeds them */
 #define LINE_EXCESS 1.1         /* ... and the model */
 #define TRIMS 6U
 #define LINES_MOST (M / 3U)
@@ -54,186 +42,21 @@
 #define REACH_MOST 1.02
 #define UNCERTAINTY_MOST 0.5
 
-typedef struct {
-    double power[M];
-    bool used[M];
-    double sigma;  /* relative standard error of an ordinate */
-    double weight; /* of its loss: neighbours are correlated */
-    double rounding;
-    size_t terms; /* TERMS, or BEHIND without the last */
-} data_t;
-
-typedef struct {
-    davar_filter_t filter;
-    double part[TERMS];
-    double loss; /* negative log-likelihood */
-    double model[M];
-    bool used[M]; /* the ordinates that it explains */
-} fit_t;
-
 /* From the simplest on. */
 typedef enum { NO_FILTER = 0, ONE_POLE, TWO_POLES, AVERAGES, FAMILIES } family_t;
 
-static double angle(size_t j)
-{
-    return 2.0 * PI * (double)(j + 1U) / (double)SPECTRUM_SEGMENT;
-}
-
-/* --- the likelihood of one filter --- */
-
-static double loss_at_ordinate(const data_t *data, const fit_t *fit, size_t j)
-{
-    const double ratio = data->power[j] / fit->model[j];
-    return data->weight * (ratio - 1.0 - log(ratio));
-}
-
-static double loss_of(const data_t *data, const fit_t *fit)
-{
-    double loss = 0.0;
-    for (size_t j = FIRST; j < M; j++) {
-        loss += data->used[j] ? loss_at_ordinate(data, fit, j) : 0.0;
-    }
-    return loss;
-}
-
-/* The same if lines above the model have a limited effect. */
-static double limited_loss(const data_t *data, const fit_t *fit)
-{
-    const double most = 0.5 * LINE_SIGMAS * LINE_SIGMAS / NEIGHBOURS;
-    double loss = 0.0;
-    for (size_t j = FIRST; j < M; j++) {
-        const double one = data->used[j] ? loss_at_ordinate(data, fit, j) : 0.0;
-        loss += ((data->power[j] > fit->model[j]) && (one > most)) ? most : one;
-    }
-    return loss;
-}
-
-static void evaluate(const data_t *data, double (*shape)[M], fit_t *fit)
-{
-    for (size_t j = FIRST; j < M; j++) {
-        fit->model[j] = data->rounding + LEAST;
-        for (size_t k = 0; k < data->terms; k++) {
-            fit->model[j] += fit->part[k] * shape[k][j];
-        }
-    }
-}
-
-/* The normal equations of weighted least squares. */
-typedef struct {
-    double at[TERMS][TERMS];
-    double right[TERMS];
-} normal_t;
-
-static void make_normal(const data_t *data, double (*shape)[M], const fit_t *fit, normal_t *normal)
-{
-    *normal = (normal_t){0};
-    for (size_t j = FIRST; j < M; j++) {
-        const double inverse = data->used[j] ? (1.0 / fit->model[j]) : 0.0;
-        const double excess = (data->power[j] - data->rounding) * inverse;
-        for (size_t k = 0; k < data->terms; k++) {
-            const double slope = shape[k][j] * inverse;
-            normal->right[k] += slope * excess;
-            for (size_t l = 0; l <= k; l++) {
-                normal->at[k][l] += slope * shape[l][j] * inverse;
-                normal->at[l][k] = normal->at[k][l];
-            }
-        }
-    }
-}
-
-/* Solves for the terms that are not 0, by elimination without pivots: the matrix is positive
- * definite. Terms of nearly the same shape leave no pivot; the later one is then 0. */
-static void solve(normal_t normal, size_t terms, double part[TERMS])
-{
-    for (size_t k = 0; k < terms; k++) {
-        const bool on = (part[k] > 0.0) && (normal.at[k][k] > 0.0);
-        for (size_t i = 0; i < terms; i++) {
-            const double multiple = (on && (i != k)) ? (normal.at[i][k] / normal.at[k][k]) : 0.0;
-            for (size_t l = 0; l < terms; l++) {
-                normal.at[i][l] -= multiple * normal.at[k][l];
-            }
-            normal.right[i] -= multiple * normal.right[k];
-        }
-        if (!on) {
-            for (size_t i = 0; i < terms; i++) {
-                normal.at[i][k] = 0.0; /* this term takes no part */
-            }
-        }
-    }
-    for (size_t k = 0; k < terms; k++) {
-        part[k] = ((part[k] > 0.0) && (normal.at[k][k] > 0.0)) ? (normal.right[k] / normal.at[k][k])
-                                                               : 0.0;
-    }
-}
-
-static size_t most_negative(const double part[TERMS], size_t terms)
-{
-    size_t worst = 0;
-    for (size_t k = 1; k < terms; k++) {
-        worst = (part[k] < part[worst]) ? k : worst;
-    }
-    return worst;
-}
-
-/* A step of Fisher's scoring: least squares with the weights of the last model, without terms that
- * become negative. */
-static void improve(const data_t *data, double (*shape)[M], fit_t *fit)
-{
-    normal_t normal;
-    double sign[TERMS] = {1.0, 1.0, 1.0, 1.0};
-    make_normal(data, shape, fit, &normal);
-    for (size_t left = data->terms; left > 0U; left--) {
-        double part[TERMS];
-        memcpy(part, sign, sizeof part);
-        solve(normal, data->terms, part);
-        const size_t worst = most_negative(part, data->terms);
-        if (part[worst] >= 0.0) {
-            memcpy(fit->part, part, sizeof part);
-            return;
-        }
-        sign[worst] = 0.0;
-    }
-}
-
-/* Fits the powers of the terms after the filter. */
-static void fit_filter(const data_t *data, const davar_filter_t *filter, fit_t *fit)
-{
-    double shape[TERMS][M];
-    double mean = 0.0;
-    double passed = 0.0;
-    for (size_t j = FIRST; j < M; j++) {
-        const double frequency = (double)(j + 1U) / (double)SPECTRUM_SEGMENT;
-        shape[0][j] = davar_filter_power(filter, frequency);
-        shape[1][j] = shape[0][j] / angle(j);
-        shape[2][j] = shape[1][j] / angle(j);
-        shape[BEHIND][j] = 1.0;
-        mean += data->used[j] ? data->power[j] : 0.0;
-        passed += data->used[j] ? shape[0][j] : 0.0;
-    }
-    fit->filter = *filter;
-    fit->part[0] = 0.9 * mean / passed;
-    fit->part[1] = 0.05 * fit->part[0];
-    fit->part[2] = 0.002 * fit->part[0];
-    fit->part[BEHIND] = 0.02 * fit->part[0];
-    evaluate(data, shape, fit);
-    for (size_t round = 0; round < ROUNDS; round++) {
-        improve(data, shape, fit);
-        evaluate(data, shape, fit);
-    }
-    fit->loss = loss_of(data, fit);
-}
-
 /* --- the family --- */
 
-static void fit_low_pass(const data_t *data, uint8_t poles, double log_cutoff, fit_t *fit)
+static void fit_low_pass(const whittle_data_t *data, uint8_t poles, double log_cutoff,
+                         whittle_fit_t *fit)
 {
     const davar_filter_t filter = {.cutoff = exp(log_cutoff), .poles = poles};
-    fit_filter(data, &filter, fit);
+    whittle_fit(data, &filter, fit);
 }
 
-static double loss_at(const data_t *data, uint8_t poles, double log_cutoff)
+static double loss_at(const whittle_data_t *data, uint8_t poles, double log_cutoff)
 {
-    fit_t fit;
+    whittle_fit_t fit;
     fit_low_pass(data, poles, log_cutoff, &fit);
     return fit.loss;
 }
@@ -246,7 +69,7 @@ static double grid_at(uint8_t poles, size_t i)
 }
 
 /* The minimum between two points of the grid, by golden section. */
-static double refine(const data_t *data, uint8_t poles, double low, double high)
+static double refine(const whittle_data_t *data, uint8_t poles, double low, double high)
 {
     const double part = 0.381966011250105152;
     double left = low + part * (high - low);
@@ -271,7 +94,7 @@ static double refine(const data_t *data, uint8_t poles, double low, double high)
     return 0.5 * (low + high);
 }
 
-static void search_low_pass(const data_t *data, uint8_t poles, fit_t *best)
+static void search_low_pass(const whittle_data_t *data, uint8_t poles, whittle_fit_t *best)
 {
     size_t nearest = 0;
     double least = HUGE_VAL;
@@ -282,23 +105,24 @@ static void search_low_pass(const data_t *data, uint8_t poles, fit_t *best)
     }
     const double low = grid_at(poles, (nearest > 0U) ? (nearest - 1U) : 0U);
     const double high = grid_at(poles, (nearest + 1U < GRID) ? (nearest + 1U) : nearest);
-    fit_t found;
+    whittle_fit_t found;
     fit_low_pass(data, poles, refine(data, poles, low, high), &found);
     if (found.loss < best->loss) {
         *best = found;
     }
 }
 
-static void try_averages(const data_t *data, const davar_filter_t *filter, fit_t *best)
+static void try_averages(const whittle_data_t *data, const davar_filter_t *filter,
+                         whittle_fit_t *best)
 {
-    fit_t found;
-    fit_filter(data, filter, &found);
+    whittle_fit_t found;
+    whittle_fit(data, filter, &found);
     if (found.loss < best->loss) {
         *best = found;
     }
 }
 
-static void search_averages(const data_t *data, fit_t *best)
+static void search_averages(const whittle_data_t *data, whittle_fit_t *best)
 {
     for (uint8_t averages = 1U; averages <= AVERAGES_MOST; averages++) {
         for (uint16_t length = 2U; length <= LENGTH_MOST; length++) {
@@ -312,7 +136,7 @@ static void search_averages(const data_t *data, fit_t *best)
     }
 }
 
-static void search(const data_t *data, family_t family, fit_t *best)
+static void search(const whittle_data_t *data, family_t family, whittle_fit_t *best)
 {
     switch (family) {
     case ONE_POLE:
@@ -327,7 +151,7 @@ static void search(const data_t *data, family_t family, fit_t *best)
     case NO_FILTER:
     case FAMILIES:
     default:
-        fit_filter(data, &(davar_filter_t){0}, best);
+        whittle_fit(data, &(davar_filter_t){0}, best);
         break;
     }
 }
@@ -338,7 +162,7 @@ static double median_around(const double power[M], size_t j)
 {
     double sorted[2U * LINE_REACH + 1U] = {0};
     const size_t last = M - (2U * LINE_REACH) - 1U;
-    size_t first = (j > FIRST + LINE_REACH) ? (j - LINE_REACH) : FIRST;
+    size_t first = (j > WHITTLE_FIRST + LINE_REACH) ? (j - LINE_REACH) : WHITTLE_FIRST;
     first = (first < last) ? first : last;
     for (size_t i = 0; i <= 2U * LINE_REACH; i++) {
         size_t at = i;
@@ -351,7 +175,7 @@ static double median_around(const double power[M], size_t j)
 }
 
 /* Leaves out an ordinate and those that the window mixes with it. */
-static void leave_out(data_t *data, size_t j)
+static void leave_out(whittle_data_t *data, size_t j)
 {
     for (size_t i = (j > 2U) ? (j - 2U) : 0U; (i <= j + 2U) && (i < M); i++) {
         data->used[i] = false;
@@ -360,13 +184,13 @@ static void leave_out(data_t *data, size_t j)
 
 /* Lines that stand out from their neighbours. A spectrum that falls has the median of its
  * neighbours in the middle; near its ends only the upper one is without a middle. */
-static void leave_lines_out(data_t *data)
+static void leave_lines_out(whittle_data_t *data)
 {
-    const double most = 1.0 + LINE_SIGMAS * data->sigma;
+    const double most = 1.0 + WHITTLE_LINE_SIGMAS * data->sigma;
     for (size_t j = 0; j < M; j++) {
-        data->used[j] = (j >= FIRST);
+        data->used[j] = (j >= WHITTLE_FIRST);
     }
-    for (size_t j = FIRST + LINE_REACH; j < M; j++) {
+    for (size_t j = WHITTLE_FIRST + LINE_REACH; j < M; j++) {
         if (data->power[j] > most * median_around(data->power, j)) {
             leave_out(data, j);
         }
@@ -374,12 +198,12 @@ static void leave_lines_out(data_t *data)
 }
 
 /* Wide lines, which exceed the model. False: there are none. */
-static bool trim(data_t *data, const fit_t *fit)
+static bool trim(whittle_data_t *data, const whittle_fit_t *fit)
 {
-    const double most = fmax(LINE_EXCESS, 1.0 + (LINE_SIGMAS - 1.0) * data->sigma);
-    const data_t before = *data;
+    const double most = fmax(LINE_EXCESS, 1.0 + (WHITTLE_LINE_SIGMAS - 1.0) * data->sigma);
+    const whittle_data_t before = *data;
     bool any = false;
-    for (size_t j = FIRST; j < M; j++) {
+    for (size_t j = WHITTLE_FIRST; j < M; j++) {
         if (before.used[j] && (before.power[j] > most * fit->model[j])) {
             leave_out(data, j);
             any = true;
@@ -388,10 +212,10 @@ static bool trim(data_t *data, const fit_t *fit)
     return any;
 }
 
-static size_t count_used(const data_t *data)
+static size_t count_used(const whittle_data_t *data)
 {
     size_t used = 0;
-    for (size_t j = FIRST; j < M; j++) {
+    for (size_t j = WHITTLE_FIRST; j < M; j++) {
         used += data->used[j] ? 1U : 0U;
     }
     return used;
@@ -408,14 +232,14 @@ static double chi_square_most(double freedom)
 }
 
 /* Does the mean over any bands differ from the model by more than chance and the tolerance? */
-static bool misfits(const data_t *data, const fit_t *fit)
+static bool misfits(const whittle_data_t *data, const whittle_fit_t *fit)
 {
     const double variance = 1.0 / ((double)BAND * data->weight) + TOLERANCE * TOLERANCE;
     double sum = 0.0;
     double mean = 0.0;
     size_t inside = 0;
     size_t bands = 0;
-    for (size_t j = FIRST; j < M; j++) {
+    for (size_t j = WHITTLE_FIRST; j < M; j++) {
         if (data->used[j]) {
             mean += data->power[j] / fit->model[j] / (double)BAND;
             inside++;
@@ -433,29 +257,29 @@ static bool misfits(const data_t *data, const fit_t *fit)
 /* --- what is learned --- */
 
 /* Does noise after the filter change what the spectrum says about the white noise before it? */
-static bool is_hidden(const data_t *data, const fit_t *best)
+static bool is_hidden(const whittle_data_t *data, const whittle_fit_t *best)
 {
-    data_t with = *data;
-    fit_t fit = {.loss = HUGE_VAL};
-    with.terms = TERMS;
+    whittle_data_t with = *data;
+    whittle_fit_t fit = {.loss = HUGE_VAL};
+    with.terms = WHITTLE_TERMS;
     if (best->filter.poles > 0U) {
         search_low_pass(&with, best->filter.poles, &fit);
     } else {
-        fit_filter(&with, &best->filter, &fit);
+        whittle_fit(&with, &best->filter, &fit);
     }
-    const double plateau = fit.part[0] + fit.part[BEHIND];
+    const double plateau = fit.part[0] + fit.part[WHITTLE_BEHIND];
     return (fit.loss + EXCLUDED < best->loss) &&
            (fabs(plateau - best->part[0]) > PLATEAU * best->part[0]);
 }
 
 /* Does the spectrum exclude every filter that matters? */
-static bool is_white(const data_t *data, const fit_t *white)
+static bool is_white(const whittle_data_t *data, const whittle_fit_t *white)
 {
     return (loss_at(data, 1U, log(WIDE_1_POLE)) > white->loss + EXCLUDED) &&
            (loss_at(data, 2U, log(WIDE_2_POLES)) > white->loss + EXCLUDED);
 }
 
-static learn_status_t judge(const data_t *data, const fit_t *best)
+static learn_status_t judge(const whittle_data_t *data, const whittle_fit_t *best)
 {
     const bool low_pass = (best->filter.poles > 0U);
     if (misfits(data, best) || (low_pass && (best->filter.cutoff < 1.05 * CUTOFF_LEAST))) {
@@ -469,22 +293,22 @@ static learn_status_t judge(const data_t *data, const fit_t *best)
 
 /* Fits a family, and leaves out what exceeds the fit, as a wide line does, until nothing does. What
  * exceeds costs as much as if it just did not. If too much is left out, the loss is infinite. */
-static void explain(const data_t *given, family_t family, fit_t *best)
+static void explain(const whittle_data_t *given, family_t family, whittle_fit_t *best)
 {
-    data_t data = *given;
-    *best = (fit_t){.loss = HUGE_VAL};
+    whittle_data_t data = *given;
+    *best = (whittle_fit_t){.loss = HUGE_VAL};
     search(&data, family, best);
     for (size_t i = 0; (i < TRIMS) && trim(&data, best); i++) {
-        *best = (fit_t){.loss = HUGE_VAL};
+        *best = (whittle_fit_t){.loss = HUGE_VAL};
         search(&data, family, best);
     }
-    const bool enough = (count_used(&data) + LINES_MOST >= M - FIRST);
+    const bool enough = (count_used(&data) + LINES_MOST >= M - WHITTLE_FIRST);
     memcpy(best->used, data.used, sizeof best->used);
-    best->loss = enough ? limited_loss(given, best) : HUGE_VAL;
+    best->loss = enough ? whittle_limited_loss(given, best) : HUGE_VAL;
 }
 
 /* The simplest family that explains the spectrum: a less simple one must gain so much. */
-static family_t choose(const fit_t fits[FAMILIES])
+static family_t choose(const whittle_fit_t fits[FAMILIES])
 {
     const family_t low_pass = (fits[TWO_POLES].loss < fits[ONE_POLE].loss) ? TWO_POLES : ONE_POLE;
     family_t chosen = NO_FILTER;
@@ -496,7 +320,7 @@ static family_t choose(const fit_t fits[FAMILIES])
 
 /* The largest difference, in logarithms, between the white noise before this filter and before
  * another one that explains the spectrum about as well. */
-static double spread_of(const fit_t fits[FAMILIES], family_t chosen)
+static double spread_of(const whittle_fit_t fits[FAMILIES], family_t chosen)
 {
     double spread = 0.0;
     for (family_t other = ONE_POLE; other < FAMILIES; other++) {
@@ -510,7 +334,7 @@ static double spread_of(const fit_t fits[FAMILIES], family_t chosen)
 /* How far the cutoff can move, in logarithms and half of it for a standard error, before the loss
  * grows by that of two standard errors. The flatter side counts: where a drift takes no part, the
  * other one is steep. */
-static double reach(const data_t *data, const fit_t *best, double step)
+static double reach(const whittle_data_t *data, const whittle_fit_t *best, double step)
 {
     const double from = log(best->filter.cutoff);
     double distance = 0.0;
@@ -523,24 +347,24 @@ static double reach(const data_t *data, const fit_t *best, double step)
 }
 
 /* Relative standard error of the cutoff. It moves the white noise at least by `spread`. */
-static double uncertainty_of(const data_t *data, const fit_t *best, double spread)
+static double uncertainty_of(const whittle_data_t *data, const whittle_fit_t *best, double spread)
 {
     const double sigma = fmax(reach(data, best, REACH_STEP), reach(data, best, -REACH_STEP));
-    fit_t other;
+    whittle_fit_t other;
     fit_low_pass(data, best->filter.poles, log(best->filter.cutoff) + sigma, &other);
     const double moved = fabs(log(other.part[0] / best->part[0]));
-    return sigma * fmax(1.0, spread / fmax(moved, 0.1 * spread + LEAST));
+    return sigma * fmax(1.0, spread / fmax(moved, 0.1 * spread + WHITTLE_LEAST));
 }
 
-static learned_t learn(data_t *data)
+static learned_t learn(whittle_data_t *data)
 {
-    fit_t fits[FAMILIES];
+    whittle_fit_t fits[FAMILIES];
     leave_lines_out(data);
     for (family_t family = NO_FILTER; family < FAMILIES; family++) {
         explain(data, family, &fits[family]);
     }
     const family_t chosen = choose(fits);
-    fit_t *best = &fits[chosen];
+    whittle_fit_t *best = &fits[chosen];
     if (!isfinite(best->loss)) {
         return (learned_t){.status = LEARN_MISFIT};
     }
@@ -549,7 +373,7 @@ static learned_t learn(data_t *data)
         return (learned_t){.status = LEARN_VAGUE};
     }
     memcpy(data->used, best->used, sizeof data->used);
-    best->loss = loss_of(data, best);
+    best->loss = whittle_loss(data, best);
     learned_t learned = {.status = judge(data, best), .filter = best->filter};
     if (best->filter.poles > 0U) {
         learned.filter.uncertainty = uncertainty_of(data, best, spread);
@@ -562,7 +386,7 @@ static learned_t learn(data_t *data)
 
 learned_t learn_filter(spectrum_t *spectrum, double rounding)
 {
-    data_t data = {.rounding = rounding, .terms = BEHIND};
+    whittle_data_t data = {.rounding = rounding, .terms = WHITTLE_BEHIND};
     const size_t given = spectrum->count;
     const size_t segments = spectrum_median(spectrum, data.power);
     if ((segments == 0U) && (given >= LEARN_SEGMENTS_LEAST)) {
@@ -572,7 +396,7 @@ learned_t learn_filter(spectrum_t *spectrum, double rounding)
         return (learned_t){.status = LEARN_SHORT, .segments = segments};
     }
     data.sigma = sqrt(ORDINATE_VARIANCE / (double)segments);
-    data.weight = 1.0 / (NEIGHBOURS * data.sigma * data.sigma);
+    data.weight = 1.0 / (WHITTLE_NEIGHBOURS * data.sigma * data.sigma);
     learned_t learned = learn(&data);
     learned.segments = segments;
     return learned;
