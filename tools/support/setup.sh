@@ -82,18 +82,35 @@ need() {
         apt-get install -qy --no-install-recommends "${missing[@]}" || die "could not install ${missing[*]}"
 }
 
-# build PRESET [TARGET]: configures and builds, and prints output only on failure. It configures
-# once, and again if the top CMakeLists.txt or the presets are newer, because they may add a target.
-# Concurrent calls run one after the other.
+# current PRESET TARGET: true if no source or build file has changed since `build` made this target.
+# Under tools/test, which builds everything first (DAVAR_BUILT), every target that exists is current.
+current() {
+    local stamp=$root/build/$1/built-${2:-all}
+    [[ -e $stamp ]] || return 1
+    [[ -z ${DAVAR_BUILT:-} ]] || return 0
+    [[ -z $(cd "$root" && find CMakeLists.txt CMakePresets.json cmake lib port host_sim gateway python tools/plan tools/lab \
+        tests/CMakeLists.txt tests/bench packaging/debian \
+        \( -type d -o -name '*.[ch]' -o -name '*.inc' -o -name 'CMake*' -o -name '*.cmake' \) \
+        -not -name __pycache__ -newer "$stamp" -print -quit) ]]
+}
+
+# build PRESET [TARGET]: builds a target that is not current, and prints output only on failure. It
+# configures once, and again if the top CMakeLists.txt or the presets are newer, because they may add
+# a target. Concurrent calls run one after the other.
 build() {
+    current "$@" && return
+    need gcc libc6-dev make cmake zlib1g-dev
     (
         cd "$root" || exit
         ! command -v flock >/dev/null || flock 9
+        current "$@" && exit # another call built it
         [[ -e build/$1/configured && ! CMakeLists.txt -nt build/$1/configured &&
             ! CMakePresets.json -nt build/$1/configured ]] || {
             quietly "configure-$1.log" cmake --preset "$1" && touch "build/$1/configured"
         } || exit
-        quietly "build-$1.log" cmake --build --preset "$1" --parallel "$(nproc)" ${2:+--target "$2"}
+        touch "build/$1/building" # before the build: a source that changes meanwhile is newer
+        quietly "build-$1.log" cmake --build --preset "$1" --parallel "$(nproc)" ${2:+--target "$2"} &&
+            touch -r "build/$1/building" "build/$1/built-${2:-all}"
     ) 9>"$logs/lock"
 }
 
@@ -108,6 +125,7 @@ make_python_environment() {
 python_environment() {
     local folder=$root/build/$1
     if ! cmp -s "$2" "$folder/requirements.txt"; then
+        need python3-venv
         (
             ! command -v flock >/dev/null || flock 9
             cmp -s "$2" "$folder/requirements.txt" && exit # another call made it
