@@ -95,7 +95,10 @@ static quantisation_t plan_finest(const extent_t *extent)
 
 static quantisation_t plan_float(const options_t *options, const extent_t *extent)
 {
-    const double found = fmax(ldexp(1.0, exponent_above(largest(extent))), FULL_SCALE_MIN);
+    double found = fmax(ldexp(1.0, exponent_above(largest(extent))), FULL_SCALE_MIN);
+    if (!(largest(extent) < found)) { /* a sample at the full scale counts as saturated */
+        found *= 2.0;
+    }
     return (quantisation_t){.number = DAVAR_PORT_F32,
                             .unit_per_count = 1.0,
                             .full_scale = (options->full_scale > 0.0) ? options->full_scale : found,
