@@ -1,5 +1,5 @@
-"""Base of all tests of davar-sim: the program (environment variable DAVAR_SIM), a folder,
-recordings.
+"""What the tests of davar-sim share: the program (environment variable DAVAR_SIM), recordings, and
+the form of an error.
 """
 
 import csv
@@ -8,12 +8,18 @@ import io
 import os
 import random
 import subprocess
-import tempfile
-import unittest
 from pathlib import Path
+
+import pytest
 
 PROGRAM = os.environ.get("DAVAR_SIM", "davar-sim")
 SMALL_WINDOW = ("--window-max", "60", "--window-min", "40", "--segment", "10")
+REAL = Path(os.environ.get("DAVAR_REAL_DATA", "../shared/data/real"))
+
+
+def needs(name):
+    """Recordings that may not be distributed are absent in most places."""
+    return pytest.mark.skipif(not (REAL / name).is_file(), reason=f"needs the recording {name}")
 
 
 def noise_rows(count, rate_hz=100.0, columns=1, seed=1):
@@ -27,51 +33,46 @@ def noise_rows(count, rate_hz=100.0, columns=1, seed=1):
 
 
 def as_text(header, rows):
-    return "\n".join([header] + [",".join(row) for row in rows]) + "\n"
+    return "\n".join([header] + [",".join(map(str, row)) for row in rows]) + "\n"
 
 
-class SimCase(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+def write(path, content):
+    """Writes text or bytes, compressed if the name ends in .gz, and returns the path."""
+    data = content.encode() if isinstance(content, str) else content
+    path.write_bytes(gzip.compress(data) if path.name.endswith(".gz") else data)
+    return path
 
-    def write(self, name, content):
-        """Writes text or bytes, compressed if the name ends in .gz, and returns the path."""
-        path = self.folder / name
-        data = content.encode() if isinstance(content, str) else content
-        path.write_bytes(gzip.compress(data) if name.endswith(".gz") else data)
-        return path
 
-    def recording(self, count=300, name="rec.csv", **details):
-        return self.write(name, as_text("time_s,gyro_x_dps", noise_rows(count, **details)))
+def recording(folder, count=300, name="rec.csv", **details):
+    return write(folder / name, as_text("time_s,gyro_x_dps", noise_rows(count, **details)))
 
-    def sim(self, *arguments, stdin=None, **keywords):
-        """Runs davar-sim; stdin is bytes, the output is text."""
-        done = subprocess.run(
-            [PROGRAM, *map(str, arguments)],
-            input=stdin,
-            capture_output=True,
-            timeout=600,
-            **keywords,
-        )
-        done.stdout = done.stdout.decode()
-        done.stderr = done.stderr.decode(errors="backslashreplace")
-        return done
 
-    def results(self, *arguments, **keywords):
-        """The rows of a run that must succeed, as dictionaries."""
-        done = self.sim(*arguments, **keywords)
-        self.assertEqual(0, done.returncode, done.stderr)
-        return list(csv.DictReader(io.StringIO(done.stdout)))
+def sim(*arguments, stdin=None, **keywords):
+    """Runs davar-sim; stdin is bytes, the output is text."""
+    command = [PROGRAM, *map(str, arguments)]
+    done = subprocess.run(command, input=stdin, capture_output=True, timeout=600, **keywords)
+    done.stdout = done.stdout.decode()
+    done.stderr = done.stderr.decode(errors="backslashreplace")
+    return done
 
-    def assert_refused(self, done, *words):
-        """Exit status 2, nothing on standard output, one line on standard error with all these
-        words.
-        """
-        self.assertEqual(2, done.returncode, done.stderr)
-        self.assertEqual("", done.stdout)
-        self.assertEqual(1, done.stderr.count("\n"), done.stderr)
-        self.assertTrue(done.stderr.startswith("davar-sim: "), done.stderr)
-        for word in words:
-            self.assertIn(str(word), done.stderr)
+
+def parsed(text):
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def results(*arguments, **keywords):
+    """The rows of a run that must succeed, as dictionaries."""
+    done = sim(*arguments, **keywords)
+    assert done.returncode == 0, done.stderr
+    return parsed(done.stdout)
+
+
+def assert_refused(done, *words):
+    """Exit status 2, nothing on standard output, one line on standard error with all these
+    words.
+    """
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert done.stderr.startswith("davar-sim: "), done.stderr
+    for word in words:
+        assert str(word) in done.stderr

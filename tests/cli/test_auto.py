@@ -1,17 +1,29 @@
 """--bandwidth auto: the filter of each column is learned from the recording."""
 
+import math
 import random
-import unittest
 
-from sim_case import SMALL_WINDOW, SimCase, as_text, noise_rows
+import pytest
+from sim_case import (
+    SMALL_WINDOW,
+    as_text,
+    assert_refused,
+    noise_rows,
+    parsed,
+    recording,
+    sim,
+    write,
+)
 
-COUNT = 20_000
+OPTIONS = ("--lsb", "1", "--stride", "500")
+AUTO = ("--bandwidth", "auto")
+NEEDS = "filter unknown: it needs 4352 samples at rest"
 
 
 def one_pole_rows(count, cutoff, seed=5):
     """Rows of time_s, white noise, and white noise after a one-pole low-pass, cutoff over rate."""
     source = random.Random(seed)
-    decay = 2.718281828459045 ** (-6.283185307179586 * cutoff)
+    decay = math.exp(-2 * math.pi * cutoff)
     level, rows = 0.0, []
     for i in range(count):
         level = decay * level + (1 - decay) * source.gauss(0.0, 300.0)
@@ -19,70 +31,55 @@ def one_pole_rows(count, cutoff, seed=5):
     return rows
 
 
-class Auto(SimCase):
-    options = ("--lsb", "1", "--stride", "500", "--bandwidth", "auto")
-
-    def two_columns(self, count=COUNT):
-        header = "time_s,gyro_x_counts,gyro_y_counts"
-        return self.write("two.csv", as_text(header, one_pole_rows(count, 0.1)))
-
-    def test_each_column_has_its_own_filter(self):
-        done = self.sim(
-            self.two_columns(), "--column", "gyro_x_counts,gyro_y_counts", *self.options
-        )
-        self.assertEqual(0, done.returncode, done.stderr)
-        white, filtered = done.stderr.splitlines()[:2]
-        self.assertIn("gyro_x_counts: white up to half the sample rate", white)
-        self.assertIn("--bandwidth none", white)
-        self.assertRegex(filtered, r"gyro_y_counts: one-pole low-pass at (9\.|1[01])")
-
-    def test_the_value_that_it_prints_gives_the_same_results(self):
-        recording = self.two_columns()
-        column = ("--column", "gyro_y_counts")
-        learned = self.sim(recording, *column, *self.options)
-        value = learned.stderr.splitlines()[0].split("--bandwidth ")[1]
-        declared = self.sim(recording, *column, *self.options[:-1], value)
-        for one, other in zip(learned.stdout.splitlines()[1:], declared.stdout.splitlines()[1:]):
-            for a, b in zip(one.split(","), other.split(",")):
-                if a or b:
-                    self.assertAlmostEqual(float(a), float(b), delta=2e-3 * abs(float(a)))
-
-    def test_a_pipe_can_be_learned_from(self):
-        recording = self.two_columns()
-        column = ("--column", "gyro_y_counts")
-        file = self.sim(recording, *column, *self.options)
-        pipe = self.sim("-", *column, *self.options, stdin=recording.read_bytes())
-        self.assertEqual((0, file.stdout, file.stderr), (0, pipe.stdout, pipe.stderr))
-
-    def test_a_short_recording_leaves_the_filter_unknown(self):
-        recording = self.recording(4000)
-        unknown = self.sim(recording, "--lsb", "0.01", "--stride", "500")
-        done = self.sim(recording, "--lsb", "0.01", "--stride", "500", "--bandwidth", "auto")
-        self.assertIn("filter unknown: it needs 4352 samples at rest", done.stderr)
-        self.assertEqual(unknown.stdout, done.stdout)
-
-    def test_segments_with_a_gap_are_left_out(self):
-        rows = noise_rows(9000)
-        for i in range(0, 9000, 500):
-            rows[i] = None
-        recording = self.write("gaps.csv", as_text("time_s,gyro_x_dps", [r for r in rows if r]))
-        done = self.sim(recording, *SMALL_WINDOW, "--lsb", "0.01", "--bandwidth", "auto")
-        self.assertIn("filter unknown: it needs 4352 samples at rest", done.stderr)
-
-    def test_a_constant_signal_has_no_filter(self):
-        rows = [[f"{i / 100:.2f}", "5"] for i in range(6000)]
-        recording = self.write("still.csv", as_text("time_s,gyro_x_counts", rows))
-        done = self.sim(recording, *self.options)
-        self.assertIn("filter unknown: the signal does not change", done.stderr)
-
-    def test_a_device_takes_one_filter(self):
-        done = self.sim(
-            self.two_columns(900),
-            *("--column", "gyro_x_counts,gyro_y_counts", "--device", "true"),
-            *self.options,
-        )
-        self.assert_refused(done, "--bandwidth auto", "one --column")
+@pytest.fixture(scope="module")
+def two(tmp_path_factory):
+    text = as_text("time_s,gyro_x_counts,gyro_y_counts", one_pole_rows(20_000, 0.1))
+    return write(tmp_path_factory.mktemp("auto") / "two.csv", text)
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_each_column_has_its_own_filter(two):
+    done = sim(two, "--column", "gyro_x_counts,gyro_y_counts", *OPTIONS, *AUTO)
+    assert done.returncode == 0, done.stderr
+    white, filtered = done.stderr.splitlines()[:2]
+    assert "gyro_x_counts: white up to half the sample rate" in white
+    assert white.endswith("--bandwidth none")
+    words, _, _ = filtered.partition(" Hz")
+    assert words.startswith("davar-sim: gyro_y_counts: one-pole low-pass at ")
+    assert float(words.split()[-1]) == pytest.approx(10, abs=1)
+    rows = parsed(done.stdout)
+    truth = 300 * 60 / math.sqrt(100)  # of both: the filter passes the lowest frequencies
+    for column in ("gyro_x_counts", "gyro_y_counts"):
+        values = [row["arw_deg_per_sqrt_h"] for row in rows if row["channel"] == column]
+        values = [float(value) for value in values if value]
+        assert len(values) > 25
+        assert sum(values) / len(values) == pytest.approx(truth, rel=0.1)
+
+
+def test_the_value_that_it_prints_gives_the_same_results(two):
+    column = ("--column", "gyro_y_counts")
+    learned = sim(two, *column, *OPTIONS, *AUTO)
+    value = learned.stderr.splitlines()[0].split("--bandwidth ")[1]
+    declared = sim(two, *column, *OPTIONS, "--bandwidth", value)
+    for one, other in zip(parsed(learned.stdout), parsed(declared.stdout), strict=True):
+        for a, b in zip(one.values(), other.values()):
+            assert (a, b) == ("", "") or float(b) == pytest.approx(float(a), rel=2e-3)
+    pipe = sim("-", *column, *OPTIONS, *AUTO, stdin=two.read_bytes())
+    assert (pipe.stdout, pipe.stderr) == (learned.stdout, learned.stderr)
+
+
+def test_what_cannot_be_learned_from_leaves_the_filter_unknown(tmp_path):
+    short = recording(tmp_path, 4000)
+    words = (short, "--lsb", "0.01", "--stride", "500")
+    assert NEEDS in sim(*words, *AUTO).stderr
+    assert sim(*words, *AUTO).stdout == sim(*words).stdout
+    rows = [row for i, row in enumerate(noise_rows(9000)) if i % 500]
+    gaps = write(tmp_path / "gaps.csv", as_text("time_s,gyro_x_dps", rows))
+    assert NEEDS in sim(gaps, *SMALL_WINDOW, "--lsb", "0.01", *AUTO).stderr
+    rows = [[f"{i / 100:.2f}", 5] for i in range(6000)]
+    still = write(tmp_path / "still.csv", as_text("time_s,gyro_x_counts", rows))
+    assert "filter unknown: the signal does not change" in sim(still, *OPTIONS, *AUTO).stderr
+
+
+def test_a_device_takes_one_filter(two):
+    done = sim(two, "--column", "gyro_x_counts,gyro_y_counts", "--device", "true", *OPTIONS, *AUTO)
+    assert_refused(done, "--bandwidth auto", "one --column")

@@ -4,345 +4,232 @@ import os
 import resource
 import signal
 import subprocess
-import unittest
 
-from sim_case import PROGRAM, SMALL_WINDOW, SimCase, as_text, noise_rows
+import pytest
+from sim_case import (
+    PROGRAM,
+    SMALL_WINDOW,
+    as_text,
+    assert_refused,
+    noise_rows,
+    recording,
+    results,
+    sim,
+    write,
+)
 
 HEADER = "time_s,gyro_x_dps,temp_degC"
-BAD_FIELDS = {
-    "abc": "not a number",
-    "": "empty field",
-    "  ": "empty field",
-    "nan": "not a finite number",
-    "NaN": "not a finite number",
-    "-nan": "not a finite number",
-    "inf": "not a finite number",
-    "-Infinity": "not a finite number",
-    "1e999": "too large",
-    "-1e999": "too large",
-    "1" * 400: "too large",
-    "0x10": "not a number",
-    "1.2.3": "not a number",
-    "1e+": "not a number",
-    "--1": "not a number",
-    ".": "not a number",
-    "1 2": "not a number",
-    "1;2": "not a number",
-    "# 1": "not a number",
-    '"1"': "not a number",
-    "1\v": "not a number",
+ROWS = noise_rows(200, columns=2)
+TEXT = as_text(HEADER, ROWS)
+NUMBER, FINITE, LARGE = "not a number", "not a finite number", "number too large"
+FIELDS = {
+    **dict.fromkeys(("abc", "0x10", "1.2.3", "1e+", "--1", ".", "1 2", "1;2", "# 1"), NUMBER),
+    **dict.fromkeys(('"1"', "1\v", "x" * 5000), NUMBER),
+    **dict.fromkeys(("nan", "NaN", "-nan", "inf", "-Infinity", "+INF"), FINITE),
+    **dict.fromkeys(("1e999", "-1e999", "1" * 400), LARGE),
+    **dict.fromkeys(("", "  "), "empty field"),
 }
 
 
-class BadRecording(SimCase):
-    def refuse(self, content, *words, name="rec.csv", options=SMALL_WINDOW):
-        path = self.write(name, content)
-        self.assert_refused(self.sim(path, *options), path, *words)
+def with_field(row, column, field):
+    """The recording with another field; the first row is line 2."""
+    rows = [list(one) for one in ROWS]
+    rows[row][column] = field
+    return as_text(HEADER, rows)
 
-    def rows(self, count=200):
-        return noise_rows(count, columns=2)
 
-    def text_with(self, row, column, field):
-        rows = self.rows()
-        rows[row][column] = field
-        return as_text(HEADER, rows)
+def with_line(number, line):
+    lines = TEXT.split("\n")
+    lines.insert(number - 1, line)
+    return "\n".join(lines)
 
-    # --- fields
 
-    def test_a_bad_number_is_reported_with_line_and_column(self):
-        for field, what in BAD_FIELDS.items():
-            with self.subTest(field=field):
-                self.refuse(
-                    self.text_with(99, 1, field), ":101: column gyro_x_dps: ", what, "found '"
-                )
+def shown(field):
+    """A field as a message shows it: control characters replaced, long ones cut."""
+    field = field.strip(" \t").replace("\v", "?")
+    return f"found '{field[:40]}...'" if len(field) > 40 else f"found '{field}'"
 
-    def test_fields_of_unselected_columns_are_checked_too(self):
-        self.refuse(
-            self.text_with(99, 2, "warm"), ":101: column temp_degC: not a number, found 'warm'"
-        )
 
-    def test_the_time_column_is_checked(self):
-        self.refuse(
-            self.text_with(99, 0, "noon"), ":101: column time_s: not a number, found 'noon'"
-        )
+COUNTS = as_text("time_s,gyro_x_counts", [[row[0], i] for i, row in enumerate(ROWS)])
+BINARY = bytes(range(256)) * 64
+SHORT_ROW = TEXT.replace(",".join(ROWS[50]), ",".join(ROWS[50][:2]))
+CONSTANT = as_text(HEADER, [["7", *row[1:]] for row in ROWS])
+RATE_ONLY = as_text("gyro_x_dps", [row[1:2] for row in ROWS])
+MANY = ",".join(f"c{n}" for n in range(1025)) + "\n"
+NO_TEXT = "not a text recording, found byte 0x"
+TOO_LONG = ":52: column 4: row too long: 3 columns in the header, found"
+UNKNOWN = ": no column 'gyro_q_dps' (--column); the columns are: time_s, gyro_x_dps, temp_degC"
+NO_GYRO = ": no gyro_* column; choose with --column from: time_s, accel_x_dps, temp_degC"
+MEDIAN = ": column time_s: the median time step is 0, so the sample rate is unknown; give --rate"
+OUTSIDE = ":101: column gyro_x_dps: value outside the count range (--bits, --lsb), found"
+FLOAT = (
+    ":101: column gyro_x_dps: value outside the range of the arithmetic (--arith), found '1e+39'"
+)
+# Name: (content, the line after the path).
+CASES = {
+    "unselected column": (
+        with_field(99, 2, "a"),
+        ":101: column temp_degC: not a number, found 'a'",
+    ),
+    "time": (with_field(99, 0, "noon"), ":101: column time_s: not a number, found 'noon'"),
+    "first row": (with_field(0, 1, "x"), ":2: column gyro_x_dps: not a number, found 'x'"),
+    "last row": (with_field(199, 2, "x"), ":201: column temp_degC: not a number, found 'x'"),
+    "comments": ("# a\n\n" + with_field(9, 0, "x"), ":13: column time_s: not a number, found 'x'"),
+    "short row": (
+        SHORT_ROW,
+        ":52: column temp_degC: row too short: 3 columns in the header, found 2",
+    ),
+    "long row": (with_field(50, 2, "1,2,3"), f"{TOO_LONG} 5"),
+    "trailing comma": (with_field(50, 2, "1,"), f"{TOO_LONG} 4"),
+    "blank line": (with_line(52, ""), ":52: column time_s: empty row between rows, found ''"),
+    "comment": (with_line(52, "# stop"), ":52: column time_s: not a number, found '# stop'"),
+    "zero byte": (with_field(50, 2, "1\0x"), f":52: {NO_TEXT}00"),
+    "endless line": (
+        "time_s,gyro_x_dps\n0,1\n" + "1" * 1000000,
+        ":3: line longer than 262144 bytes; not a recording",
+    ),
+    "back": (
+        with_field(60, 0, "0.58"),
+        ":62: column time_s: time runs backwards, found '0.58'",
+    ),
+    "time, rate": (with_field(60, 0, "-1"), ":62: column time_s: time runs backwards, found '-1'"),
+    "constant time": (CONSTANT, MEDIAN),
+    "no time": (RATE_ONLY, ": no column time_s: the sample rate is unknown; give --rate"),
+    "name twice": (
+        TEXT.replace("temp_degC", "gyro_x_dps"),
+        ":1: column 3: name used twice in the header row, found 'gyro_x_dps'",
+    ),
+    "empty name": (TEXT.replace("gyro_x_dps", ""), ":1: column 2: empty name in the header row"),
+    "no header": ("0.0,20\n", ":1: column 1: no header row: a column name expected, found '0.0'"),
+    "unknown column": (TEXT, UNKNOWN),
+    "no gyro": (TEXT.replace("gyro_", "accel_"), NO_GYRO),
+    "too many columns": (MANY, ":1: more than 1024 columns"),
+    "counts": (COUNTS, ": column gyro_x_counts: counts need --lsb (deg/s per count)"),
+    "part of a count": (
+        COUNTS.replace(",77\n", ",12.5\n"),
+        ":79: column gyro_x_counts: not a whole count, found '12.5'",
+    ),
+    "above 16 bits": (with_field(99, 1, "327.68"), f"{OUTSIDE} '327.68'"),
+    "below 16 bits": (with_field(99, 1, "-327.69"), f"{OUTSIDE} '-327.69'"),
+    "above 24 bits": (with_field(99, 1, "83886.08"), f"{OUTSIDE} '83886.08'"),
+    "far above": (with_field(99, 1, "1e300"), f"{OUTSIDE} '1e+300'"),
+    "above float32": (with_field(99, 1, "1e39"), FLOAT),
+    "empty": ("", ":0: empty recording: no header row"),
+    "comments only": ("# only: comments\n\n", ":2: empty recording: no header row"),
+    "header only": (HEADER, ":1: no rows after the header"),
+    "binary": (BINARY, f":1: {NO_TEXT}00"),
+    "utf-16": (TEXT.encode("utf-16"), f":1: {NO_TEXT}00"),
+    "binary rows": (HEADER.encode() + b"\n" + BINARY, ":2: column time_s: empty field, found ''"),
+    "one row": ("a,time_s\n0,1\n", ": too short: 1 samples, but one epoch needs at least 30"),
+}
+OPTIONS = {
+    **dict.fromkeys(("above 16 bits", "below 16 bits"), ("--lsb", "0.01", "--bits", "16")),
+    **dict.fromkeys(("above 24 bits", "far above", "part of a count"), ("--lsb", "0.01")),
+    "time, rate": ("--rate", "100"),
+    "unknown column": ("--column", "gyro_q_dps"),
+    "above float32": ("--arith", "float"),
+}
 
-    def test_the_first_and_the_last_row_are_checked(self):
-        self.refuse(self.text_with(0, 1, "x"), ":2: column gyro_x_dps")
-        self.refuse(self.text_with(199, 1, "x"), ":201: column gyro_x_dps")
-        self.refuse(self.text_with(199, 2, "x").rstrip("\n"), ":201: column temp_degC")
 
-    def test_lines_are_counted_with_comments_and_blank_lines_before_the_header(self):
-        self.refuse("# sensor: none\n\n" + self.text_with(99, 1, "x"), ":103: column gyro_x_dps")
-
-    def test_a_long_bad_field_is_shown_in_part(self):
-        done = self.sim(self.write("rec.csv", self.text_with(9, 1, "x" * 5000)))
-        self.assert_refused(done, ":11: column gyro_x_dps: not a number, found 'xxx", "...'")
-        self.assertLess(len(done.stderr), 400)
-
-    def test_a_bad_field_is_found_in_a_gzip_file_too(self):
-        self.refuse(self.text_with(99, 1, "x"), ":101: column gyro_x_dps", name="rec.csv.gz")
-
-    # --- rows
-
-    def test_a_short_row_names_the_missing_column(self):
-        rows = self.rows()
-        rows[50] = rows[50][:2]
-        self.refuse(as_text(HEADER, rows), ":52: column temp_degC: row too short", "found 2")
-
-    def test_a_long_row_is_rejected(self):
-        rows = self.rows()
-        rows[50] += ["1", "2"]
-        self.refuse(as_text(HEADER, rows), ":52: column 4: row too long", "found 5")
-
-    def test_a_trailing_comma_is_one_field_too_many(self):
-        rows = self.rows()
-        rows[50][2] += ","
-        self.refuse(as_text(HEADER, rows), ":52: column 4: row too long")
-
-    def test_a_blank_line_between_rows_is_rejected_with_its_line(self):
-        rows = self.rows()
-        lines = as_text(HEADER, rows).split("\n")
-        lines.insert(51, "")
-        self.refuse("\n".join(lines), ":52: ", "empty row")
-
-    def test_a_comment_between_rows_is_rejected(self):
-        lines = as_text(HEADER, self.rows()).split("\n")
-        lines.insert(51, "# pause")
-        self.refuse("\n".join(lines), ":52: column time_s: not a number, found '# pause'")
-
-    def test_a_zero_byte_in_a_row_is_rejected(self):
-        rows = self.rows()
-        rows[50][2] += "\0garbage"
-        self.refuse(as_text(HEADER, rows), ":52: ", "0x00")
-
-    def test_an_endless_line_is_rejected(self):
-        self.refuse("time_s,gyro_x_dps\n0,1\n" + "1" * 1000000, ":3: ", "line longer")
-
-    # --- time
-
-    def test_time_running_backwards_is_rejected(self):
-        rows = self.rows()
-        rows[60][0] = rows[58][0]
-        self.refuse(as_text(HEADER, rows), ":62: column time_s: time runs backwards, found '0.58'")
-
-    def test_time_running_backwards_is_rejected_even_when_the_rate_is_given(self):
-        rows = self.rows()
-        rows[60][0] = "-1"
-        self.refuse(
-            as_text(HEADER, rows), ":62: column time_s", options=("--rate", "100", *SMALL_WINDOW)
-        )
-
-    def test_constant_time_gives_no_rate(self):
-        rows = [["7", row[1], row[2]] for row in self.rows()]
-        self.refuse(as_text(HEADER, rows), "column time_s: the median time step is 0", "--rate")
-
-    def test_no_time_and_no_rate(self):
-        self.refuse(as_text("gyro_x_dps", [[row[1]] for row in self.rows()]), "time_s", "--rate")
-
-    # --- header
-
-    def test_a_column_name_used_twice(self):
-        self.refuse(
-            as_text("time_s,gyro_x_dps,gyro_x_dps", self.rows()), ":1: column 3: name used twice"
-        )
-
-    def test_an_empty_column_name(self):
-        self.refuse(as_text("time_s,,gyro_x_dps", self.rows()), ":1: column 2: empty name")
-
-    def test_numbers_where_the_header_should_be(self):
-        self.refuse(
-            as_text("0.0,1.5,20", self.rows()), ":1: column 1: no header row", "found '0.0'"
-        )
-
-    def test_unknown_column_lists_the_columns(self):
-        path = self.write("rec.csv", as_text(HEADER, self.rows()))
-        self.assert_refused(
-            self.sim(path, "--column", "gyro_q_dps"),
-            path,
-            "gyro_q_dps",
-            "--column",
-            "time_s, gyro_x_dps, temp_degC",
-        )
-
-    def test_no_gyro_column_and_several_others_lists_them(self):
-        self.refuse(
-            as_text("time_s,temp_degC,accel_x_g", self.rows()),
-            "--column",
-            "time_s, temp_degC, accel_x_g",
-        )
-
-    def test_counts_without_lsb(self):
-        self.refuse("time_s,gyro_x_counts\n0,1\n1,2\n", "column gyro_x_counts", "--lsb")
-
-    # --- values
-
-    def test_a_value_beyond_the_count_range(self):
-        options = ("--lsb", "0.01", "--bits", "16", *SMALL_WINDOW)
-        self.refuse(
-            self.text_with(99, 1, "327.68"),
-            ":101: column gyro_x_dps: value outside the count range",
-            "found '327.68'",
-            options=options,
-        )
-        self.refuse(self.text_with(99, 1, "-327.69"), ":101: column gyro_x_dps", options=options)
-
-    def test_the_default_count_range_has_24_bits(self):
-        options = ("--lsb", "0.01", *SMALL_WINDOW)
-        self.refuse(self.text_with(99, 1, "83886.08"), ":101: column gyro_x_dps", options=options)
-        self.refuse(self.text_with(99, 1, "1e300"), ":101: column gyro_x_dps", options=options)
-
-    def test_counts_that_are_not_integers(self):
-        rows = self.rows(200)
-        counts = [[row[0], str(i)] for i, row in enumerate(rows)]
-        counts[77][1] = "12.5"
-        self.refuse(
-            as_text("time_s,gyro_x_counts", counts),
-            ":79: column gyro_x_counts: not a whole count",
-            "found '12.5'",
-            options=("--lsb", "0.1", *SMALL_WINDOW),
-        )
-
-    def test_a_value_beyond_float32(self):
-        self.refuse(
-            self.text_with(99, 1, "1e39"),
-            ":101: column gyro_x_dps",
-            options=("--arith", "float", *SMALL_WINDOW),
-        )
-
-    # --- files
-
-    def test_missing_file(self):
-        path = self.folder / "nothing.csv"
-        self.assert_refused(self.sim(path), path, "No such file")
-
-    def test_directory(self):
-        self.assert_refused(self.sim(self.folder), self.folder, "directory")
-
-    def test_devices_and_links_to_nowhere(self):
-        """Pipes and standard input are read (test_recording.py); a device may have no end."""
-        loop, long, pipe = (
-            self.folder / "loop.csv",
-            self.folder / ("a" * 300),
-            self.folder / "new\nline.csv",
-        )
-        loop.symlink_to(loop)
-        for path, words in (
-            ("/dev/zero", "device"),
-            ("/dev/null", "device"),
-            ("/proc/kmsg", ""),
-            (loop, "symbolic links"),
-            (long, "too long"),
-            (pipe, "No such file"),
-        ):
-            self.assert_refused(self.sim(path), str(path).split("\n")[0], words)
-
-    def test_empty_file(self):
-        self.refuse("", "empty recording")
-        self.refuse("", "empty recording", name="empty.csv.gz")
-        self.refuse("# only: comments\n\n", "empty recording")
-
-    def test_header_only(self):
-        self.refuse(HEADER + "\n", ":1: no rows")
-        self.refuse(HEADER, ":1: no rows")
-
-    def test_binary(self):
-        self.refuse(bytes(range(256)) * 64, ":1: not a text recording")
-        self.refuse("time_s,gyro_x_dps\n0,1\n".encode("utf-16"), ":1: not a text recording")
-        self.refuse(bytes(1000), ":1: not a text recording, found byte 0x00")
-
-    def test_binary_after_a_good_header(self):
-        self.refuse(HEADER.encode() + b"\n" + bytes(range(256)) * 64, ":2: ")
-
-    def test_too_short_reports_how_many_samples_are_needed(self):
-        path = self.recording(count=29)
-        self.assert_refused(self.sim(path, *SMALL_WINDOW), path, "29 samples", "at least 30")
-        self.assert_refused(
-            self.sim(path, *SMALL_WINDOW, "--mode", "trailing"), path, "29 samples", "at least 40"
-        )
-        self.assert_refused(
-            self.sim(path, *SMALL_WINDOW, "--stride", "35"), path, "29 samples", "at least 35"
-        )
-
-    def test_one_row(self):
-        self.refuse("time_s,gyro_x_dps\n0,1\n", "1 samples", "at least 30")
-
-    def test_the_stated_number_of_samples_is_enough(self):
-        self.assertEqual(30, len(self.results(self.recording(count=30), *SMALL_WINDOW)))
-        self.assertEqual(
-            1, len(self.results(self.recording(count=40), *SMALL_WINDOW, "--mode", "trailing"))
-        )
-        self.assertEqual(
-            1, len(self.results(self.recording(count=35), *SMALL_WINDOW, "--stride", "35"))
+@pytest.mark.parametrize("name", CASES)
+def test_the_place_is_reported(tmp_path, name):
+    content, wanted = CASES[name]
+    for suffix in ("", ".gz"):
+        path = write(tmp_path / f"rec.csv{suffix}", content)
+        done = sim(path, *SMALL_WINDOW, *OPTIONS.get(name, ()))
+        assert_refused(done)
+        assert done.stderr.removesuffix(" (see --window-max)\n").rstrip("\n") == (
+            f"davar-sim: {path}{wanted}"
         )
 
 
-class BadSurroundings(SimCase):
-    """The system around the program fails."""
+@pytest.mark.parametrize("field", FIELDS)
+def test_a_bad_field_is_described_and_shown(tmp_path, field):
+    path = write(tmp_path / "rec.csv", with_field(99, 1, field))
+    done = sim(path, *SMALL_WINDOW)
+    assert_refused(done)
+    wanted = f"{path}:101: column gyro_x_dps: {FIELDS[field]}, {shown(field)}"
+    assert done.stderr == f"davar-sim: {wanted}\n"
 
-    def test_no_room_for_the_temporary_file(self):
-        environment = dict(os.environ, TMPDIR=str(self.folder / "nowhere"))
-        self.assert_refused(
-            self.sim(self.recording(), env=environment), "nowhere", "TMPDIR", "No such file"
-        )
 
-    def test_a_full_temporary_folder(self):
-        def limit():
-            resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+@pytest.mark.parametrize(
+    ("words", "needed"),
+    [("", 30), ("--mode trailing", 40), ("--stride 35", 35), ("--mode trailing --stride 35", 70)],
+)
+def test_the_stated_number_of_samples_is_enough(tmp_path, words, needed):
+    options = (*SMALL_WINDOW, *words.split())
+    path = recording(tmp_path, count=needed - 1)
+    wanted = f"{needed - 1} samples, but one epoch needs at least {needed} "
+    assert_refused(sim(path, *options), path, "too short", wanted)
+    assert results(recording(tmp_path, count=needed), *options)
 
-        path = self.recording(count=60000)
-        self.assert_refused(self.sim(path, preexec_fn=limit), "temporary file", "cannot write")
 
-    def test_a_full_disk_for_the_output(self):
-        with open("/dev/full", "wb") as full:
+# --- files and surroundings
+
+
+def test_paths_that_are_no_recordings(tmp_path):
+    """Pipes and standard input are read (test_recording.py); a device may have no end."""
+    loop = tmp_path / "loop.csv"
+    loop.symlink_to(loop)
+    for path, words in (
+        ("/dev/zero", "device"),
+        ("/dev/null", "device"),
+        ("/proc/kmsg", ""),
+        (tmp_path, "directory"),
+        (loop, "symbolic links"),
+        (tmp_path / ("a" * 300), "too long"),
+        (tmp_path / "new\nline.csv", "No such file"),
+        (tmp_path / "nothing.csv", "No such file"),
+    ):
+        assert_refused(sim(path), str(path).split("\n")[0], words)
+
+
+def test_no_room_for_the_temporary_file(tmp_path):
+    environment = dict(os.environ, TMPDIR=str(tmp_path / "nowhere"))
+    path = recording(tmp_path, count=60000)
+    assert_refused(sim(path, env=environment), "nowhere", "TMPDIR", "No such file")
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+    assert_refused(sim(path, preexec_fn=limit), "temporary file", "cannot write")
+
+
+@pytest.mark.parametrize(
+    ("shell", "why"),
+    [
+        ('exec "$0" "$1" --lsb 0.01 >/dev/full', "No space left on device"),
+        ('exec "$0" "$1" --lsb 0.01 >&-', "Bad file descriptor"),
+    ],
+)
+def test_an_output_that_cannot_be_written(tmp_path, shell, why):
+    command = ["sh", "-c", shell, PROGRAM, recording(tmp_path)]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (2, f"davar-sim: standard output: {why}\n")
+
+
+def test_standard_output_may_not_be_the_recording(tmp_path):
+    path = recording(tmp_path)
+    text = path.read_bytes()
+    other = tmp_path / "other.csv"
+    other.hardlink_to(path)
+    for name, stdin in ((path, os.devnull), (other, os.devnull), ("-", path)):
+        with open(path, "ab") as output, open(stdin, "rb") as source:
             done = subprocess.run(
-                [PROGRAM, self.recording(), "--lsb", "0.01"], stdout=full, stderr=subprocess.PIPE
+                [PROGRAM, name, "--lsb", "0.01"],
+                stdin=source,
+                stdout=output,
+                stderr=subprocess.PIPE,
+                text=True,
             )
-        self.assertEqual(2, done.returncode)
-        self.assertEqual(b"davar-sim: standard output: No space left on device\n", done.stderr)
-
-    def test_standard_output_may_not_be_the_recording(self):
-        path = self.recording()
-        text = path.read_bytes()
-        other = self.folder / "other.csv"
-        other.hardlink_to(path)
-        for name, stdin in ((path, None), (other, None), ("-", path)):
-            with (
-                self.subTest(name=name),
-                open(path, "ab") as output,
-                open(stdin or os.devnull, "rb") as source,
-            ):
-                done = subprocess.run(
-                    [PROGRAM, name, "--lsb", "0.01"],
-                    stdin=source,
-                    stdout=output,
-                    stderr=subprocess.PIPE,
-                    text=True,
-                )
-                self.assertEqual(2, done.returncode)
-                self.assertEqual(
-                    f"davar-sim: {name}: is also standard output: results would be read as data\n",
-                    done.stderr,
-                )
-            self.assertEqual(text, path.read_bytes())
-
-    def test_closed_standard_output(self):
-        done = subprocess.run(
-            ["sh", "-c", 'exec "$0" "$1" --lsb 0.01 >&-', PROGRAM, self.recording()],
-            stderr=subprocess.PIPE,
-        )
-        self.assertEqual(2, done.returncode)
-        self.assertEqual(b"davar-sim: standard output: Bad file descriptor\n", done.stderr)
-
-    def test_a_disconnected_reader_ends_the_run_quietly(self):
-        path = self.recording(count=20000)
-        done = subprocess.run(
-            ["sh", "-c", '"$0" "$1" --lsb 0.01 | head -n 1', PROGRAM, path],
-            capture_output=True,
-        )
-        self.assertEqual(b"", done.stderr)
-        self.assertTrue(done.stdout.startswith(b"epoch,time_s,"))
+        assert (done.returncode, path.read_bytes()) == (2, text)
+        why = "is also standard output: results would be read as data"
+        assert done.stderr == f"davar-sim: {name}: {why}\n"
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_a_disconnected_reader_ends_the_run_quietly(tmp_path):
+    command = ["sh", "-c", '"$0" "$1" --lsb 0.01 | head -n 1', PROGRAM, recording(tmp_path, 20000)]
+    done = subprocess.run(command, capture_output=True)
+    assert done.stderr == b""
+    assert done.stdout.startswith(b"epoch,time_s,")

@@ -1,80 +1,54 @@
 """davar-sim --device COMMAND: faults of a device (tools/davar-mcu tests correct devices)."""
 
-import struct
-import unittest
+import pytest
+from device_answer import HEALTH, head, result, words
+from sim_case import assert_refused, recording, sim
 
-from sim_case import SimCase
-
-RESULT_HEAD, RESULT_REST = 22, 6 + 20
-HEALTH = 2**64 - 1
-
-
-def words(*values):
-    return struct.pack(f"<{len(values)}Q", *values)
-
-
-def head(*values):
-    return words(*values, *[0] * (RESULT_HEAD - len(values)))
-
-
-def result(channel=0, taus=1):
-    return head(channel, 300, 600, 0, 0, 0, 0, 0, taus) + words(*[0] * RESULT_REST)
+INCOMPLETE = {
+    "empty": b"",
+    "cut in a head": result()[:40],
+    "cut in a result": result()[:-8],
+    "no health": result(),
+    "foreign channel": result(channel=10**9),
+    "foreign taus": result(taus=33),
+    "more taus": result(taus=2) + words(*[0] * 6) + head(HEALTH),
+    "no taus": result(taus=0) + head(HEALTH),
+    "cut health": result() + words(HEALTH, 0),
+}
 
 
-class Device(SimCase):
-    def device(self, results, *options):
-        """Runs davar-sim with a device that writes `results` (bytes; None: nothing)."""
-        recording = self.recording(1000)
-        answer = self.folder / "answer"
-        command = "true"
-        if results is not None:
-            answer.write_bytes(results)
-            command = f"sh -c 'cp {answer} $2' device"
-        return self.sim(recording, "--lsb", "0.01", "--taus", "1", *options, "--device", command)
-
-    def test_incomplete_results_are_rejected(self):
-        for name, results in {
-            "empty": b"",
-            "cut in a head": result()[:40],
-            "cut in a result": result()[:-8],
-            "no health": result(),
-            "foreign channel": result(channel=10**9),
-            "foreign taus": result(taus=33),
-            "more taus": result(taus=2) + words(*[0] * 6) + head(HEALTH),
-            "no taus": result(taus=0) + head(HEALTH),
-            "cut health": result() + words(HEALTH, 0),
-        }.items():
-            for options in ((), ("--out", "jsonl")):
-                with self.subTest(name, options=options):
-                    done = self.device(results, *options)
-                    self.assertEqual(2, done.returncode, done.stderr)
-                    self.assertRegex(
-                        done.stderr,
-                        r"^davar-sim: \S+results: the device's results are incomplete\n$",
-                    )
-
-    def test_a_device_without_output_is_reported(self):
-        done = self.device(None)
-        self.assertEqual((2, ""), (done.returncode, done.stdout))
-        self.assertIn("the device wrote no results", done.stderr)
-
-    def test_the_counters_are_the_device_s(self):
-        done = self.device(result() + head(HEALTH, 0, 3, 17, 5))
-        self.assertEqual(0, done.returncode, done.stderr)
-        self.assertIn("17", done.stderr)
-
-    def test_pace_is_rejected(self):
-        done = self.device(None, "--pace", "100")
-        self.assertEqual(
-            (
-                2,
-                "",
-                "davar-sim: --pace: cannot be used with --device, because a device "
-                "has its own clock\n",
-            ),
-            (done.returncode, done.stdout, done.stderr),
-        )
+def on_device(folder, answer, *options):
+    """Runs davar-sim with a device that writes `answer` (bytes) and ends with a status (number)."""
+    command = f"sh -c 'exit {answer}' device"
+    if isinstance(answer, bytes):
+        (folder / "answer").write_bytes(answer)
+        command = f"sh -c 'cp {folder}/answer $2' device"
+    path = recording(folder, 1000)
+    return sim(path, "--lsb", "0.01", "--taus", "1", *options, "--device", command)
 
 
-if __name__ == "__main__":
-    unittest.main()
+@pytest.mark.parametrize("name", INCOMPLETE)
+def test_incomplete_results_are_rejected(tmp_path, name):
+    for options in ((), ("--out", "jsonl")):
+        done = on_device(tmp_path, INCOMPLETE[name], *options)
+        assert_refused(done, "results: the device's results are incomplete\n")
+
+
+@pytest.mark.parametrize(
+    ("status", "why"),
+    [
+        (0, "the device wrote no results"),
+        (1, "the device failed (exit status 1)"),
+        (4, "the device supports fewer cluster sizes or channels (exit status 4)"),
+        (5, "the device has too little memory for this window and these channels (exit status 5)"),
+        (6, "the device rejected the settings (exit status 6)"),
+    ],
+)
+def test_a_device_that_fails_is_reported(tmp_path, status, why):
+    assert_refused(on_device(tmp_path, status), why)
+
+
+def test_the_counters_are_the_device_s(tmp_path):
+    done = on_device(tmp_path, result() + head(HEALTH, 0, 3, 17, 5))
+    assert (done.returncode, done.stdout.count("\n")) == (0, 2)
+    assert "davar-sim: 3 gaps (17 samples missing), 5 samples saturated, " in done.stderr

@@ -11,26 +11,259 @@ import resource
 import signal
 import subprocess
 import termios
-import unittest
 from functools import partial
 from pathlib import Path
 
-from sim_case import PROGRAM, SMALL_WINDOW, SimCase
-from test_device import HEALTH, head, result
+import pytest
+from device_answer import HEALTH, head, result
+from sim_case import PROGRAM, SMALL_WINDOW, recording, sim, write
 
-FAULTS = Path(__file__).parent / "faults.c"
-SANITIZED = b"__asan_init" in Path(PROGRAM).read_bytes()
-STRIDE = 5 if SANITIZED else 1  # fewer faults where a run takes ten times as long
+pytestmark = pytest.mark.slow
+
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LSB = ("--lsb", "0.01", *SMALL_WINDOW)
 PACED = ("--pace", "1000000")  # every row is written immediately
-WIDE = (
-    "--details",
-    "--out",
-    "jsonl",
-    "--taus",
-    ",".join(map(str, range(1, 31))),
-)  # lines of more than PIPE_BUF
+TAUS = ("--taus", ",".join(map(str, range(1, 31))))
+WIDE = ("--details", "--out", "jsonl", *TAUS)  # lines of more than PIPE_BUF
+
+
+@pytest.fixture(scope="module")
+def sanitized():
+    """The sanitizers have an allocator of their own, and a run takes ten times as long."""
+    return b"__asan_init" in Path(PROGRAM).read_bytes()
+
+
+@pytest.fixture(scope="module")
+def interposer(tmp_path_factory, sanitized):
+    built = tmp_path_factory.mktemp("faults") / "faults.so"
+    flags = ["-shared", "-fPIC", "-O1", *([] if sanitized else ["-DALLOCATIONS"])]
+    source = Path(__file__).parent / "faults.c"
+    subprocess.run(["cc", *flags, "-o", built, source, "-ldl"], check=True)
+    return built
+
+
+class Faulty:
+    """Runs of davar-sim with a fault, on a recording of 300 samples."""
+
+    def __init__(self, folder, interposer):
+        self.folder, self.interposer = folder, interposer
+        self.scratch, self.mark = folder / "scratch", folder / "mark"
+        self.scratch.mkdir()
+        self.path = recording(folder)
+
+    def run(self, fault, *options, output=None, **keywords):
+        """A run with a fault; None if it ended without it."""
+        self.mark.unlink(missing_ok=True)
+        keywords["env"] = {
+            **os.environ,
+            "LD_PRELOAD": str(self.interposer),
+            "FAULT": fault,
+            "FAULT_MARK": str(self.mark),
+            "TMPDIR": str(self.scratch),
+            "ASAN_OPTIONS": "verify_asan_link_order=0:detect_leaks=0",
+        }
+        if output is None:
+            done = sim(self.path, *options, **keywords)
+        else:
+            command = [PROGRAM, self.path, *map(str, options)]
+            with open(output, "wb") as file:
+                done = subprocess.run(command, stdout=file, stderr=subprocess.PIPE, **keywords)
+            done.stdout, done.stderr = output.read_text(), done.stderr.decode()
+        assert list(self.scratch.iterdir()) == []
+        return done if self.mark.exists() else None
+
+    def every(self, function, kind, *options):
+        """Yields (n, run) until the program makes fewer than n calls."""
+        n = 1
+        while (done := self.run(f"{function}:{kind}:{n}", *options)) is not None:
+            yield n, done
+            n += 1
+        assert n > 1, function
+
+    def fails_cleanly(self, function, cause, *options):
+        whole = sim(self.path, *options).stdout
+        for n, done in self.every(function, cause, *options):
+            assert_lines(whole, done.stdout)
+            if done.returncode == 0:
+                assert done.stdout == whole, n
+            else:
+                assert (done.returncode, done.stderr.count("\n")) == (2, 1), (n, done.stderr)
+                assert done.stderr.startswith("davar-sim: ")
+
+    def stops(self, function, steps, options, output=None):
+        """A signal at every `steps`-th call. Returns how many arrived during the output."""
+        whole, middle, n = sim(self.path, *options).stdout, 0, 1
+        while True:
+            number = STOPS[n % len(STOPS)]
+            done = self.run(f"{function}:signal{number}:{n}", *options, output=output)
+            if done is None:
+                return middle
+            assert (done.returncode, done.stderr) == (-number, ""), n
+            assert_lines(whole, done.stdout)
+            middle += 0 < len(done.stdout) < len(whole)
+            n += steps
+
+
+def assert_lines(whole, text):
+    assert whole.startswith(text)
+    assert text.endswith("\n") or not text, text[-200:]
+
+
+@pytest.fixture
+def faulty(tmp_path, interposer):
+    # the process that started the tests may ignore some, and programs inherit that
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in STOPS}
+    yield Faulty(tmp_path, interposer)
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+# --- calls
+
+
+def options_of(kind, folder):
+    """Options of a run with a model table, with a device that writes one result and zeros, ..."""
+    table = write(folder / "table.csv", "m,adev_dps,relative_tolerance\n1,20,0.5\n2,15,0.5\n")
+    (folder / "answer").write_bytes(result() + head(HEALTH))
+    device = f"sh -c 'cp {folder}/answer $2' device"
+    return {
+        "plain": LSB,
+        "gzip": LSB,
+        "paced": (*LSB, *PACED),
+        "jsonl": (*LSB, "--stride", "7", "--out", "jsonl"),
+        "table": (*LSB, "--model-table", table),
+        "device": (*LSB, "--taus", "1", "--device", device),
+    }[kind]
+
+
+OF_FILES = {"read": errno.EIO, "open": errno.EMFILE, "fstat64": errno.EIO}
+OF_RUN = {**OF_FILES, "write": errno.ENOSPC, "pread": errno.EIO, "mkstemp": errno.ENOSPC}
+OF_DEVICE = dict.fromkeys(("fopen64", "fread", "fclose", "mkdtemp", "system"), errno.EIO)
+KINDS = {
+    **dict.fromkeys(("plain", "paced", "jsonl"), OF_RUN),
+    **dict.fromkeys(("gzip", "table"), OF_FILES),
+    "device": OF_RUN | OF_DEVICE,
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_call_that_fails(faulty, sanitized, kind):
+    if kind == "gzip":
+        faulty.path = write(faulty.folder / "rec.csv.gz", faulty.path.read_bytes())
+    options = options_of(kind, faulty.folder)
+    for function, cause in KINDS[kind].items():
+        faulty.fails_cleanly(function, cause, *options)
+    if not sanitized and kind not in ("paced", "jsonl"):
+        faulty.fails_cleanly("malloc", errno.ENOMEM, *options)
+
+
+@pytest.mark.parametrize("options", [LSB, (*LSB, *PACED)], ids=["plain", "paced"])
+@pytest.mark.parametrize("function", ["read", "write", "pread"])
+@pytest.mark.parametrize("kind", [errno.EINTR, "short"])
+def test_an_interrupted_or_short_call_is_continued(faulty, options, function, kind):
+    whole = sim(faulty.path, *options).stdout
+    for n, done in faulty.every(function, kind, *options):
+        assert (done.returncode, done.stderr, done.stdout) == (0, "", whole), n
+
+
+# --- signals
+
+
+@pytest.mark.parametrize("name", [None, "out.csv"])
+@pytest.mark.parametrize(
+    ("count", "function", "steps", "options", "least"),
+    [
+        (300, "write", 5, (*LSB, *PACED), 40),  # at every row
+        (300, "strlen", 15, (*LSB, *PACED), 40),
+        (2000, "write", 1, LSB, 5),  # in a row without a reader
+        (2000, "strlen", 223, LSB, 5),
+        (80, "write", 3, (*LSB, *WIDE), 5),  # in a line that a pipe takes in pieces
+    ],
+)
+def test_a_signal_at_every_row(faulty, sanitized, name, count, function, steps, options, least):
+    if name and count == 80:
+        pytest.skip("a file takes a line at once")
+    faulty.path = recording(faulty.folder, count=count)
+    steps, least = (5 * steps, least // 5) if sanitized else (steps, least)
+    output = faulty.folder / name if name else None
+    assert faulty.stops(function, steps, options, output) > least
+
+
+@pytest.mark.parametrize(
+    ("fault", "ignored"),
+    [
+        (f"strlen:spin{int(signal.SIGINT)}:200", None),
+        (f"strlen:spin{int(signal.SIGTERM)}:200", None),
+        (f"write:pause{int(signal.SIGTERM)}:20", None),
+        (f"strlen:spin{int(signal.SIGINT)}:200", signal.SIGPROF),
+        (f"write:pause{int(signal.SIGTERM)}:20", signal.SIGALRM),
+    ],
+)
+def test_a_signal_in_work_or_a_wait_that_never_ends(faulty, fault, ignored):
+    """Also where the limit is ignored at the start."""
+    before = partial(signal.signal, ignored, signal.SIG_IGN) if ignored else None
+    done = faulty.run(fault, *LSB, *PACED, preexec_fn=before)
+    number = int(fault.split(":")[1].strip("spinaue"))
+    assert (done.returncode, done.stderr) == (-number, "")
+    assert_lines(sim(faulty.path, *LSB, *PACED).stdout, done.stdout)
+    assert done.stdout
+
+
+def test_a_signal_while_a_temporary_file_has_a_name(faulty):
+    for function in ("mkstemp", "unlink"):
+        done = faulty.run(f"{function}:signal{signal.SIGTERM}:1", *LSB)
+        assert (done.returncode, done.stdout) == (-signal.SIGTERM, "")
+    device = (*LSB, "--device", "false")
+    for _, done in faulty.every("snprintf", f"signal{signal.SIGTERM}", *device):
+        assert (done.stdout, done.returncode) == ("", -signal.SIGTERM)
+
+
+def test_a_signal_that_is_ignored_stays_so(faulty):
+    ignored = partial(signal.signal, signal.SIGHUP, signal.SIG_IGN)
+    done = faulty.run(f"write:signal{signal.SIGHUP}:1", *LSB, preexec_fn=ignored)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+# --- a reader that does not read
+
+
+def blocked(path, *options):
+    """A run that waits for its reader."""
+    reader, writer = os.pipe()
+    fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
+    process = subprocess.Popen([PROGRAM, path, *options], stdout=writer, stderr=subprocess.PIPE)
+    os.close(writer)
+    process.stdout = io.FileIO(reader)
+    waiting = bytearray(4)
+    while process.poll() is None:
+        fcntl.ioctl(process.stdout, termios.FIONREAD, waiting)
+        state = Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+        if int.from_bytes(waiting, "little") > 0 and state == "S":
+            break
+    return process
+
+
+@pytest.mark.parametrize("number", STOPS)
+@pytest.mark.parametrize(
+    ("options", "pace"),
+    [(LSB, ()), (LSB, PACED), ((*LSB, *WIDE), ()), (LSB, ("--pace", "realtime"))],
+    ids=["plain", "paced", "wide", "realtime"],
+)
+def test_a_signal_while_the_reader_does_not_read(faulty, number, options, pace):
+    """A second one of another kind changes nothing; either may be first."""
+    path = recording(faulty.folder, count=2000)
+    whole = sim(path, *options).stdout
+    for numbers in ((number,), (number, signal.SIGHUP)):
+        process = blocked(path, *options, *pace)
+        for one in numbers:
+            process.send_signal(one)
+        output, errors = process.communicate()
+        assert -process.returncode in numbers
+        assert errors == b""
+        assert_lines(whole, output.decode())
+
+
+# --- a disk that fills up
 
 
 def fill_up(ignored, limit):
@@ -39,294 +272,20 @@ def fill_up(ignored, limit):
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
 
-class FaultCase(SimCase):
-    def setUp(self):
-        super().setUp()
-        # the process that started the tests may ignore some, and programs inherit that
-        for number in STOPS:
-            self.addCleanup(signal.signal, number, signal.signal(number, signal.SIG_DFL))
-        self.interposer = self.folder / "faults.so"
-        flags = [] if SANITIZED else ["-DALLOCATIONS"]
-        subprocess.run(
-            ["cc", "-shared", "-fPIC", "-O1", *flags, "-o", self.interposer, FAULTS, "-ldl"],
-            check=True,
-        )
-        self.scratch = self.folder / "scratch"
-        self.scratch.mkdir()
-        self.mark = self.folder / "mark"
-        self.path = self.recording()
-
-    def faulty(self, fault, *arguments, output=None, **keywords):
-        """Runs with a fault. Returns None if the run ended without it."""
-        self.mark.unlink(missing_ok=True)
-        environment = dict(
-            os.environ,
-            LD_PRELOAD=str(self.interposer),
-            FAULT=fault,
-            FAULT_MARK=str(self.mark),
-            TMPDIR=str(self.scratch),
-            ASAN_OPTIONS="verify_asan_link_order=0:detect_leaks=0",
-        )
-        if output is None:
-            done = self.sim(*arguments, env=environment, **keywords)
-        else:
-            with open(output, "wb") as file:
-                done = subprocess.run(
-                    [PROGRAM, *map(str, arguments)],
-                    stdout=file,
-                    stderr=subprocess.PIPE,
-                    env=environment,
-                )
-            done.stdout, done.stderr = output.read_text(), done.stderr.decode()
-        self.assertEqual([], list(self.scratch.iterdir()))
-        return done if self.mark.exists() else None
-
-    def whole_lines(self, whole, text):
-        self.assertTrue(whole.startswith(text))
-        self.assertTrue(text.endswith("\n") or not text, text[-200:])
-
-
-class Calls(FaultCase):
-    """The n-th call fails, for every n."""
-
-    def every(self, function, kind, *arguments):
-        """Yields (n, run) until the program makes fewer than n calls."""
-        n = 1
-        while (done := self.faulty(f"{function}:{kind}:{n}", *arguments)) is not None:
-            yield n, done
-            n += 1
-        self.assertGreater(n, 1, function)
-
-    def fails_cleanly(self, function, cause, *options):
-        whole = self.sim(self.path, *options).stdout
-        for n, done in self.every(function, cause, self.path, *options):
-            with self.subTest(function=function, n=n):
-                self.whole_lines(whole, done.stdout)
-                if done.returncode == 0:
-                    self.assertEqual(whole, done.stdout)
-                else:
-                    self.assertEqual(
-                        (2, 1), (done.returncode, done.stderr.count("\n")), done.stderr
-                    )
-                    self.assertTrue(done.stderr.startswith("davar-sim: "))
-
-    def test_a_call_that_fails(self):
-        for options in (LSB, (*LSB, *PACED), (*LSB, "--stride", "7", "--out", "jsonl")):
-            for function, cause in (
-                ("read", errno.EIO),
-                ("write", errno.ENOSPC),
-                ("pread", errno.EIO),
-                ("open", errno.EMFILE),
-                ("mkstemp", errno.ENOSPC),
-            ):
-                self.fails_cleanly(function, cause, *options)
-
-    @unittest.skipIf(SANITIZED, "the sanitizers have an allocator of their own")
-    def test_an_allocation_that_fails(self):
-        packed = self.write("rec.csv.gz", self.path.read_bytes())
-        for path in (self.path, packed):
-            self.path = path
-            self.fails_cleanly("malloc", errno.ENOMEM, *LSB)
-        self.fails_cleanly("malloc", errno.ENOMEM, *self.with_table())
-        self.fails_cleanly("malloc", errno.ENOMEM, *self.with_device())
-
-    def with_table(self):
-        table = self.write("table.csv", "m,adev_dps,relative_tolerance\n1,20,0.5\n2,15,0.5\n")
-        return *LSB, "--model-table", table
-
-    def with_device(self):
-        """A device that writes one result and zero counters."""
-        answer = self.folder / "answer"
-        answer.write_bytes(result() + head(HEALTH))
-        return *LSB, "--taus", "1", "--device", f"sh -c 'cp {answer} $2' device"
-
-    def test_a_table_a_device_and_a_gzip_file(self):
-        self.assertIn("model", self.sim(self.path, *self.with_table()).stdout.partition("\n")[0])
-        for function in ("read", "open", "fstat64"):
-            self.fails_cleanly(function, errno.EIO, *self.with_table())
-        for function in (
-            "read",
-            "write",
-            "pread",
-            "open",
-            "mkstemp",
-            "fstat64",
-            "fopen64",
-            "fread",
-            "fclose",
-            "mkdtemp",
-            "system",
-        ):
-            self.fails_cleanly(function, errno.EIO, *self.with_device())
-        self.path = self.write("rec.csv.gz", self.path.read_bytes())
-        for function in ("read", "open", "fstat64"):
-            self.fails_cleanly(function, errno.EIO, *LSB)
-
-    def test_an_interrupted_or_short_call_is_continued(self):
-        for options in (LSB, (*LSB, *PACED)):
-            whole = self.sim(self.path, *options).stdout
-            for function in ("read", "write", "pread"):
-                for kind in (errno.EINTR, "short"):
-                    for n, done in self.every(function, kind, self.path, *options):
-                        with self.subTest(function=function, kind=kind, n=n):
-                            self.assertEqual((0, ""), (done.returncode, done.stderr))
-                            self.assertEqual(whole, done.stdout)
-
-
-class Signals(FaultCase):
-    def stops(self, function, steps, options, output=None):
-        """A signal at every `steps`-th call. Returns how many arrived during the output."""
-        whole = self.sim(self.path, *options).stdout
-        middle = 0
-        n = 1
-        while True:
-            number = STOPS[n % len(STOPS)]
-            done = self.faulty(f"{function}:signal{number}:{n}", self.path, *options, output=output)
-            if done is None:
-                return middle
-            with self.subTest(function=function, n=n):
-                self.assertEqual((-number, ""), (done.returncode, done.stderr))
-                self.whole_lines(whole, done.stdout)
-                middle += 0 < len(done.stdout) < len(whole)
-            n += steps * STRIDE
-
-    def test_at_every_row(self):
-        for output in (None, self.folder / "out.csv"):
-            self.assertGreater(self.stops("write", 5, (*LSB, *PACED), output), 40 // STRIDE)
-            self.assertGreater(self.stops("strlen", 15, (*LSB, *PACED), output), 40 // STRIDE)
-
-    def test_in_a_row_without_a_reader(self):
-        self.path = self.recording(count=2000)
-        for output in (None, self.folder / "out.csv"):
-            self.assertGreater(self.stops("write", 1, LSB, output), 5 // STRIDE)
-            self.assertGreater(self.stops("strlen", 223, LSB, output), 5 // STRIDE)
-
-    def test_in_work_that_never_ends_and_in_a_wait_that_never_ends(self):
-        whole = self.sim(self.path, *LSB, *PACED).stdout
-        for fault, number in (
-            ("strlen:spin{}:200", signal.SIGINT),
-            ("strlen:spin{}:200", signal.SIGTERM),
-            ("write:pause{}:20", signal.SIGTERM),
-        ):
-            done = self.faulty(fault.format(int(number)), self.path, *LSB, *PACED)
-            with self.subTest(fault=fault):
-                self.assertEqual((-number, ""), (done.returncode, done.stderr))
-                self.whole_lines(whole, done.stdout)
-                self.assertGreater(len(done.stdout), 0)
-
-    def test_in_a_line_that_a_pipe_takes_in_pieces(self):
-        self.path = self.recording(count=80)
-        self.assertGreater(self.stops("write", 3, (*LSB, *WIDE)), 5 // STRIDE)
-
-    def test_while_the_temporary_file_has_a_name(self):
-        for function in ("mkstemp", "unlink"):
-            done = self.faulty(f"{function}:signal{signal.SIGTERM}:1", self.path, *LSB)
-            self.assertEqual((-signal.SIGTERM, ""), (done.returncode, done.stdout))
-
-    def test_while_a_device_has_its_files(self):
-        n = 1
-        while done := self.faulty(
-            f"snprintf:signal{signal.SIGTERM}:{n}", self.path, *LSB, "--device", "false"
-        ):
-            self.assertEqual(("", -signal.SIGTERM), (done.stdout, done.returncode))
-            n += 1
-        self.assertGreater(n, 3)
-
-    def test_a_signal_that_is_ignored_stays_so(self):
-        done = self.faulty(
-            f"write:signal{signal.SIGHUP}:1",
-            self.path,
-            *LSB,
-            preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
-        )
-        self.assertEqual((0, ""), (done.returncode, done.stderr))
-
-    def test_in_work_that_never_ends_where_the_limit_was_ignored(self):
-        for fault, limit in (
-            (f"strlen:spin{int(signal.SIGINT)}:200", signal.SIGPROF),
-            (f"write:pause{int(signal.SIGTERM)}:20", signal.SIGALRM),
-        ):
-            done = self.faulty(
-                fault,
-                self.path,
-                *LSB,
-                *PACED,
-                preexec_fn=partial(signal.signal, limit, signal.SIG_IGN),
+@pytest.mark.parametrize("ignored", [False, True])
+def test_a_disk_that_is_full_after_any_byte(faulty, sanitized, ignored):
+    whole, stride = sim(faulty.path, *LSB).stdout, 5 if sanitized else 1
+    output = faulty.folder / "out.csv"
+    # at first the temporary file has no room
+    for limit in (*range(0, 8000, 23 * stride), *range(8000, 8400, stride)):
+        with open(output, "wb") as file:
+            done = subprocess.run(
+                [PROGRAM, faulty.path, *LSB],
+                stdout=file,
+                stderr=subprocess.PIPE,
+                preexec_fn=partial(fill_up, ignored, limit),
             )
-            with self.subTest(fault=fault):
-                self.assertIn(done.returncode, (-signal.SIGINT, -signal.SIGTERM))
-
-    # --- a reader that does not read
-
-    def blocked(self, *options):
-        """A run that waits for its reader."""
-        reader, writer = os.pipe()
-        fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
-        process = subprocess.Popen(
-            [PROGRAM, self.path, *options], stdout=writer, stderr=subprocess.PIPE
-        )
-        os.close(writer)
-        process.stdout = io.FileIO(reader)
-        waiting = bytearray(4)
-        while process.poll() is None:
-            fcntl.ioctl(process.stdout, termios.FIONREAD, waiting)
-            state = Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
-            if int.from_bytes(waiting, "little") > 0 and state == "S":
-                break
-        return process
-
-    def test_while_the_reader_does_not_read(self):
-        self.path = self.recording(count=2000)
-        for number in STOPS:
-            for options, pace in (
-                (LSB, ()),
-                (LSB, PACED),
-                ((*LSB, *WIDE), ()),
-                (LSB, ("--pace", "realtime")),
-            ):
-                with self.subTest(number=number, options=options, pace=pace):
-                    whole = self.sim(self.path, *options).stdout
-                    process = self.blocked(*options, *pace)
-                    process.send_signal(number)
-                    output, errors = process.communicate()
-                    self.assertEqual((-number, b""), (process.returncode, errors))
-                    self.whole_lines(whole, output.decode())
-
-    def test_a_second_signal_of_another_kind_changes_nothing(self):
-        self.path = self.recording(count=2000)
-        whole = self.sim(self.path, *LSB, *WIDE).stdout
-        process = self.blocked(*LSB, *WIDE)
-        process.send_signal(signal.SIGINT)
-        process.send_signal(signal.SIGHUP)
-        output, errors = process.communicate()
-        self.assertIn(process.returncode, (-signal.SIGINT, -signal.SIGHUP))  # either may be first
-        self.assertEqual(b"", errors)
-        self.whole_lines(whole, output.decode())
-
-    # --- a disk that fills up
-
-    def test_a_disk_that_is_full_after_any_byte(self):
-        whole = self.sim(self.path, *LSB).stdout
-        for ignored in (False, True):
-            # at first the temporary file has no room
-            for limit in (*range(0, 8000, 23 * STRIDE), *range(8000, 8400, STRIDE)):
-                output = self.folder / "out.csv"
-                with open(output, "wb") as file:
-                    done = subprocess.run(
-                        [PROGRAM, self.path, *LSB],
-                        stdout=file,
-                        stderr=subprocess.PIPE,
-                        preexec_fn=partial(fill_up, ignored, limit),
-                    )
-                with self.subTest(limit=limit, ignored=ignored):
-                    self.assertEqual(2 if ignored else -signal.SIGXFSZ, done.returncode)
-                    self.whole_lines(whole, output.read_text())
-                    self.assertTrue(
-                        not output.read_text()
-                        and limit < 8000
-                        or len(output.read_text()) > limit - 400
-                    )
-
-
-if __name__ == "__main__":
-    unittest.main()
+        assert done.returncode == (2 if ignored else -signal.SIGXFSZ), limit
+        text = output.read_text()
+        assert_lines(whole, text)
+        assert (not text and limit < 8000) or len(text) > limit - 400

@@ -1,14 +1,22 @@
 """davar-sim --model-table: compares every result with the table of an error model."""
 
-import json
 import math
-import os
-import threading
 
-from sim_case import SMALL_WINDOW, SimCase, as_text, noise_rows
+import pytest
+from sim_case import (
+    SMALL_WINDOW,
+    as_text,
+    assert_refused,
+    noise_rows,
+    recording,
+    results,
+    sim,
+    write,
+)
 
 HEAD = "m,tau_s,adev_dps,relative_tolerance"
 WHITE = 0.3  # deg/s, of sim_case.noise_rows
+OPTIONS = (*SMALL_WINDOW, "--stride", "60", "--policy", "fixed", "--details")
 
 
 def table(scale=1.0, tolerance=0.0, sizes=(1, 2, 4), rate_hz=100.0):
@@ -16,152 +24,96 @@ def table(scale=1.0, tolerance=0.0, sizes=(1, 2, 4), rate_hz=100.0):
     return "\n".join(["# angle_random_walk: of the test", HEAD, *rows]) + "\n"
 
 
-class ModelTable(SimCase):
-    def healths(self, text, *options, **details):
-        rows = self.results(
-            self.recording(3000, **details),
-            *SMALL_WINDOW,
-            "--stride",
-            "60",
-            "--policy",
-            "fixed",
-            "--model-table",
-            self.write("model.csv", text),
-            *options,
-        )
-        return [float(row["model_health"]) for row in rows], rows
-
-    def test_a_true_model_is_healthy_and_a_false_one_is_not(self):
-        healthy, rows = self.healths(table())
-        self.assertLess(sum(number > 1 for number in healthy), 0.06 * len(healthy))
-        self.assertTrue(all(abs(float(row["model_deviation_1"])) < 5 for row in rows))
-        self.assertGreater(min(self.healths(table(0.4))[0]), 1)
-        self.assertGreater(self.healths(table(0.85))[0][-1], 1)
-
-    def test_columns_follow_the_allan_deviations(self):
-        _, rows = self.healths(table(sizes=(4, 1)), "--details")
-        names = list(rows[0])
-        at = names.index("adev_4") + 1
-        self.assertEqual(
-            ["model_health", "model_deviation_1", "model_deviation_2", "model_deviation_4"],
-            names[at : at + 4],
-        )
-        self.assertEqual("", rows[0]["model_deviation_2"])
-        self.assertNotEqual("", rows[-1]["model_mean_deviation_4"])
-
-    def test_a_deviation_is_that_of_the_design(self):
-        _, rows = self.healths(table(1.1, 0.05), "--details")
-        for row in rows:
-            adev, high = float(row["adev_1"]), float(row["adev_high_1"])
-            # of the cube root of chi-square over edf, whose 2.5 % limit is adev^2 / high^2
-            root = (math.sqrt(1.96**2 + 4 * (1 - (adev / high) ** (2 / 3))) - 1.96) / 2
-            scatter = root**2
-            z = ((adev / (1.1 * WHITE)) ** (2 / 3) - 1 + scatter) / math.sqrt(
-                scatter + (0.1 / 3) ** 2
-            )
-            self.assertAlmostEqual(z, float(row["model_deviation_1"]), delta=0.02 + 0.02 * abs(z))
-
-    def test_json_lines_have_the_same(self):
-        rec, model = self.recording(), self.write("model.csv", table())
-        done = self.sim(
-            rec, *SMALL_WINDOW, "--stride", "60", "--out", "jsonl", "--model-table", model
-        )
-        row = json.loads(done.stdout.splitlines()[0])
-        self.assertIn("model_health", row)
-        self.assertIsInstance(row["model_deviation_1"], float)
-
-    def test_two_channels_have_a_memory_each(self):
-        quiet, loud = noise_rows(3000), noise_rows(3000, seed=2)
-        rows = [[a[0], a[1], f"{2 * float(b[1]):.2f}"] for a, b in zip(quiet, loud)]
-        rec = self.write("two.csv", as_text("time_s,gyro_x_dps,gyro_y_dps", rows))
-        found = self.results(
-            rec,
-            "--column",
-            "gyro_x_dps,gyro_y_dps",
-            *SMALL_WINDOW,
-            "--policy",
-            "fixed",
-            "--stride",
-            "60",
-            "--model-table",
-            self.write("model.csv", table()),
-        )
-        last = {row["channel"]: float(row["model_health"]) for row in found}
-        self.assertLess(last["gyro_x_dps"], 1.3)
-        self.assertGreater(last["gyro_y_dps"], 2)
-
-    def test_frames_carry_deviations_and_health(self):
-        primary, secondary = os.openpty()
-        got = []
-
-        def drain():
-            try:
-                while chunk := os.read(primary, 4096):
-                    got.append(chunk)
-            except OSError:
-                return
-
-        reader = threading.Thread(target=drain, daemon=True)
-        reader.start()
-        rec, model = self.recording(), self.write("model.csv", table())
-        done = self.sim(
-            rec,
-            *SMALL_WINDOW,
-            "--stride",
-            "60",
-            "--out",
-            f"slcan:{os.ttyname(secondary)}",
-            "--model-table",
-            model,
-        )
-        self.assertEqual(0, done.returncode, done.stderr)
-        os.close(secondary)
-        reader.join(5)
-        frames = [line for line in b"".join(got).decode().split("\r") if line.startswith("t5D7")]
-        self.assertEqual(
-            5 * 4, len(frames)
-        )  # a result for every 60 of 300 samples, three taus and health
-        self.assertEqual(["00", "01", "02", "20"], [frame[9:11] for frame in frames[:4]])
+def compared(folder, text, *options):
+    model = write(folder / "model.csv", text)
+    rows = results(recording(folder, 3000), *OPTIONS, "--model-table", model, *options)
+    return [float(row["model_health"]) for row in rows], rows
 
 
-class Refused(SimCase):
-    def refuse(self, text, *words):
-        path = self.write("model.csv", text)
-        self.assert_refused(
-            self.sim(self.recording(), *SMALL_WINDOW, "--model-table", path), *words
-        )
+def test_a_true_model_is_healthy_and_a_false_one_is_not(tmp_path):
+    healthy, rows = compared(tmp_path, table())
+    assert sum(number > 1 for number in healthy) < 0.06 * len(healthy)
+    assert all(abs(float(row["model_deviation_1"])) < 5 for row in rows)
+    assert min(compared(tmp_path, table(0.4))[0]) > 1
+    assert compared(tmp_path, table(0.85))[0][-1] > 1
 
-    def test_bad_tables_are_reported_with_line_and_column(self):
-        good = table().splitlines()
-        for line, words in (
-            ("8,0.08,0,0", ("adev_dps", "above 0")),
-            ("8,0.08,-1,0", ("adev_dps",)),
-            ("8,0.08,0.1,-0.1", ("relative_tolerance",)),
-            ("8,0.08,x,0", ("adev_dps", "not a number")),
-            ("8,0.08,nan,0", ("adev_dps", "finite")),
-            ("1.5,0.015,0.1,0", ("column m", "1.5")),
-            ("0,0,0.1,0", ("column m",)),
-            ("-1,0,0.1,0", ("column m",)),
-            ("1e10,1e8,0.1,0", ("column m",)),
-            ("1,0.01,0.1,0", ("column m", "repeated")),
-            ("8,0.08,0.1", ("row too short",)),
-            ("8,0.16,0.1,0", ("tau_s", "sample rate")),
-        ):
-            self.refuse("\n".join([*good, line]) + "\n", "model.csv:6", *words)
 
-    def test_other_files_are_rejected(self):
-        self.refuse("m,adev\n1,2\n", "no column adev_dps", "davarlab export")
-        self.refuse(HEAD + "\n", "no cluster size")
-        self.refuse("", "model.csv")
-        self.refuse("\n".join([HEAD, *(f"{m},{m / 100},0.1,0" for m in range(1, 66))]), "too many")
-        self.refuse(table(sizes=(3, 5)), "--model-table", "--taus")
-        self.assert_refused(
-            self.sim(self.recording(), "--model-table", self.folder / "none.csv"), "none.csv"
-        )
-        self.assert_refused(self.sim(self.recording(), "--model-table", ""), "--model-table")
+def test_columns_follow_the_allan_deviations(tmp_path):
+    _, rows = compared(tmp_path, table(sizes=(4, 1)))
+    names = list(rows[0])
+    at = names.index("adev_4") + 1
+    wanted = ["model_health", *(f"model_deviation_{m}" for m in (1, 2, 4))]
+    assert names[at : at + 4] == wanted
+    assert names[-3:] == [f"model_mean_deviation_{m}" for m in (1, 2, 4)]
+    assert rows[0]["model_deviation_2"] == ""
+    assert rows[-1]["model_mean_deviation_4"] != ""
 
-    def test_a_table_without_tau_s_is_accepted(self):
-        path = self.write("model.csv", "m,adev_dps,relative_tolerance\n\n1,0.3,0.1\n")
-        self.assertIn(
-            "model_health", self.results(self.recording(), *SMALL_WINDOW, "--model-table", path)[0]
-        )
+
+def test_a_deviation_is_that_of_the_design(tmp_path):
+    _, rows = compared(tmp_path, table(1.1, 0.05))
+    for row in rows:
+        adev, high = float(row["adev_1"]), float(row["adev_high_1"])
+        # of the cube root of chi-square over edf, whose 2.5 % limit is adev^2 / high^2
+        root = (math.sqrt(1.96**2 + 4 * (1 - (adev / high) ** (2 / 3))) - 1.96) / 2
+        excess = (adev / (1.1 * WHITE)) ** (2 / 3) - 1 + root**2
+        z = excess / math.sqrt(root**2 + (0.1 / 3) ** 2)
+        assert float(row["model_deviation_1"]) == pytest.approx(z, abs=0.02 + 0.02 * abs(z))
+
+
+def test_two_channels_have_a_memory_each(tmp_path):
+    quiet, loud = noise_rows(3000), noise_rows(3000, seed=2)
+    rows = [[a[0], a[1], f"{2 * float(b[1]):.2f}"] for a, b in zip(quiet, loud)]
+    path = write(tmp_path / "two.csv", as_text("time_s,gyro_x_dps,gyro_y_dps", rows))
+    model = write(tmp_path / "model.csv", table())
+    columns = ("--column", "gyro_x_dps,gyro_y_dps")
+    found = results(path, *columns, *OPTIONS, "--model-table", model)
+    last = {row["channel"]: float(row["model_health"]) for row in found}
+    assert last["gyro_x_dps"] < 1.3
+    assert last["gyro_y_dps"] > 2
+
+
+GOOD = table()
+BAD_ROWS = {
+    "8,0.08,0,0": "column adev_dps: must be above 0",
+    "8,0.08,-1,0": "column adev_dps: must be above 0",
+    "8,0.08,0.1,-0.1": "column relative_tolerance: must not be negative",
+    "8,0.08,x,0": "column adev_dps: not a number",
+    "8,0.08,nan,0": "column adev_dps: not a finite number",
+    "1.5,0.015,0.1,0": "column m: not a cluster size, found '1.5'",
+    "0,0,0.1,0": "column m: not a cluster size",
+    "-1,0,0.1,0": "column m: not a cluster size",
+    "1e10,1e8,0.1,0": "column m: not a cluster size",
+    "1,0.01,0.1,0": "column m: cluster size repeated",
+    "8,0.08,0.1": "column relative_tolerance: row too short",
+    "8,0.0809,0.1,0": "column tau_s: made for a different sample rate",
+}
+LONG = "\n".join([HEAD, *(f"{m},{m / 100},0.1,0" for m in range(1, 66))])
+TABLES = {
+    **{f"{GOOD}{row}\n": f"model.csv:6: {words}" for row, words in BAD_ROWS.items()},
+    "m,adev\n1,2\n": "model.csv: no column adev_dps (found: m, adev)",
+    HEAD + "\n": "model.csv: has no cluster sizes",
+    "": "model.csv:0: empty recording",
+    LONG: "model.csv:66: column m: too many cluster sizes",
+    table(sizes=(3, 5)): "no cluster size in common with --taus",
+}
+
+
+@pytest.mark.parametrize("text", TABLES)
+def test_a_bad_table_is_reported_with_its_place(tmp_path, text):
+    model = write(tmp_path / "model.csv", text)
+    done = sim(recording(tmp_path), *SMALL_WINDOW, "--model-table", model)
+    assert_refused(done, TABLES[text])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "m,adev_dps,relative_tolerance\n\n1,0.3,0.1\n",
+        f"{GOOD}8,0.0807,0.1,0\n",  # tau_s within 1 %
+        "\n".join(LONG.split("\n")[:-1]),
+    ],
+)
+def test_a_table_without_tau_s_and_one_with_64_rows_are_accepted(tmp_path, text):
+    model = write(tmp_path / "model.csv", text)
+    rows = results(recording(tmp_path), *SMALL_WINDOW, "--model-table", model)
+    assert rows[-1]["model_health"] != ""

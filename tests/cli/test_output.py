@@ -1,63 +1,54 @@
-"""The output of davar-sim: columns, numbers, formats, pace and notes."""
+"""The output of davar-sim: columns, coefficients of known noise, formats, pace and notes."""
 
 import json
 import math
 import time
-import unittest
 
-from sim_case import SMALL_WINDOW, SimCase, as_text, noise_rows
+import numpy as np
+import pytest
+from sim_case import SMALL_WINDOW, as_text, noise_rows, recording, results, sim, write
 
-COLUMNS = [
-    "epoch",
-    "time_s",
-    "window_samples",
-    "kurtosis",
-    "contribution",
-    "unstable",
-    "arw_deg_per_sqrt_h",
-    "arw_low_deg_per_sqrt_h",
-    "arw_high_deg_per_sqrt_h",
-    "bi_deg_per_h",
-    "rrw_deg_per_h_per_sqrt_h",
-    "rr_deg_per_h2",
-    "qn_deg",
+UNITS = {
+    "arw": "deg_per_sqrt_h",
+    "bi": "deg_per_h",
+    "rrw": "deg_per_h_per_sqrt_h",
+    "rr": "deg_per_h2",
+    "qn": "deg",
+}
+COMMON = ["epoch", "time_s", "window_samples", "kurtosis", "contribution", "unstable"]
+FIT = [
+    *(f"arw{limit}_deg_per_sqrt_h" for limit in ("", "_low", "_high")),
+    *(f"{name}_{unit}" for name, unit in UNITS.items() if name != "arw"),
     "filtered",
 ]
+TRACKING = [
+    *("alarm", "cut_age_samples", "dispersion", "change_m", "change_older", "change_newer"),
+    *("change_gain", "young", "steady_samples", "steady", "steady_low", "steady_high"),
+]
+DETAILS = [
+    *("gaps_in_window", "coarse"),
+    *(f"{name}_upper_{unit}" for name, unit in UNITS.items()),
+    *(f"{name}_{limit}_{UNITS[name]}" for name in list(UNITS)[1:] for limit in ("low", "high")),
+]
 LSB = ("--lsb", "0.01")
+RATE_HZ = 50.0
+SAMPLES = 20_000
 
 
-def adev(rates, m):
-    """Overlapping Allan deviation, computed from its definition."""
-    means = [sum(rates[i : i + m]) / m for i in range(len(rates) - m + 1)]
-    squares = [(means[i + m] - means[i]) ** 2 for i in range(len(means) - m)]
-    return math.sqrt(sum(squares) / (2 * len(squares)))
-
-
-def kurtosis(rates):
-    mean = sum(rates) / len(rates)
-    second = sum((rate - mean) ** 2 for rate in rates) / len(rates)
-    return sum((rate - mean) ** 4 for rate in rates) / len(rates) / second**2
-
-
-class Csv(SimCase):
-    def header(self, *options):
-        return self.sim(self.recording(), *LSB, *options).stdout.split("\n")[0].split(",")
-
-    def test_columns_are_as_documented(self):
-        self.assertEqual([*COLUMNS, "adev_1", "adev_2", "adev_4"], self.header(*SMALL_WINDOW))
-        self.assertEqual(
-            [*COLUMNS, "adev_1", "adev_3", "adev_9"], self.header(*SMALL_WINDOW, "--taus", "1,3,9")
-        )
-        self.assertEqual(self.header("--taus", "geometric:12"), self.header("--taus", "geometric"))
-        self.assertEqual(
-            [*COLUMNS, "adev_1", "adev_4", "adev_16", "adev_66"],
-            self.header("--taus", "geometric:4"),
-        )
-
-    def test_details_are_appended(self):
-        self.assertEqual(
+@pytest.mark.parametrize(
+    ("words", "columns"),
+    [
+        ("", [*COMMON, *FIT, "adev_1", "adev_2", "adev_4"]),
+        ("--taus 1,3,9", [*COMMON, *FIT, "adev_1", "adev_3", "adev_9"]),
+        (
+            "--policy glr --window-max 100 --window-min 20 --segment 0 --taus 1",
+            [*COMMON, *FIT, *TRACKING, "adev_1"],
+        ),
+        (
+            "--taus 1,5 --details",
             [
-                *COLUMNS,
+                *COMMON,
+                *FIT,
                 "adev_1",
                 "adev_5",
                 "adev_low_1",
@@ -66,255 +57,214 @@ class Csv(SimCase):
                 "adev_low_5",
                 "adev_high_5",
                 "differences_5",
-                "gaps_in_window",
-                "coarse",
-                "arw_upper_deg_per_sqrt_h",
-                "bi_upper_deg_per_h",
-                "rrw_upper_deg_per_h_per_sqrt_h",
-                "rr_upper_deg_per_h2",
-                "qn_upper_deg",
-                "bi_low_deg_per_h",
-                "bi_high_deg_per_h",
-                "rrw_low_deg_per_h_per_sqrt_h",
-                "rrw_high_deg_per_h_per_sqrt_h",
-                "rr_low_deg_per_h2",
-                "rr_high_deg_per_h2",
-                "qn_low_deg",
-                "qn_high_deg",
+                *DETAILS,
             ],
-            self.header(*SMALL_WINDOW, "--taus", "1,5", "--details"),
-        )
-
-    def test_noise_below_half_a_count_is_reported_in_words(self):
-        quiet = self.recording(1000)
-        for lsb, coarse in (("0.8", True), ("0.001", False)):
-            done = self.sim(quiet, "--lsb", lsb, *SMALL_WINDOW, "--details")
-            self.assertEqual(
-                coarse, "results: the noise is below half a count" in done.stderr, done.stderr
-            )
-
-    def test_a_coefficient_has_a_value_or_an_upper_bound(self):
-        for row in self.results(self.recording(), *LSB, *SMALL_WINDOW, "--details"):
-            for name, unit in (
-                ("arw", "deg_per_sqrt_h"),
-                ("bi", "deg_per_h"),
-                ("rrw", "deg_per_h_per_sqrt_h"),
-                ("rr", "deg_per_h2"),
-                ("qn", "deg"),
-            ):
-                value = row[f"{name}_{unit}"]
-                self.assertNotEqual(value == "", row[f"{name}_upper_{unit}"] == "")
-                limits = [row[f"{name}_{limit}_{unit}"] for limit in ("low", "high")]
-                self.assertEqual([value == ""] * 2, [limit == "" for limit in limits])
-                if value:
-                    self.assertLessEqual(float(limits[0]), float(value))
-                    self.assertLessEqual(float(value), float(limits[1]))
-
-    def test_numbers_equal_their_definition_to_nine_digits(self):
-        rows = noise_rows(300)
-        rates = [float(rate) for _, rate in rows]
-        path = self.write("rec.csv", as_text("time_s,gyro_x_dps", rows))
-        options = ("--policy", "fixed", "--mode", "trailing", *SMALL_WINDOW, "--taus", "1,2,7,30")
-        for arithmetic, counts_dps in ((LSB, 0.0), ((*LSB, "--bits", "32"), 0.0), ((), 2.0**-30)):
-            for row in self.results(path, *options, *arithmetic)[100:]:
-                window = rates[int(row["epoch"]) - 59 : int(row["epoch"]) + 1]
-                for m in (1, 2, 7, 30):
-                    close = math.isclose(
-                        adev(window, m), float(row[f"adev_{m}"]), rel_tol=6e-9, abs_tol=counts_dps
-                    )
-                    self.assertTrue(close, (row["epoch"], m))
-                self.assertAlmostEqual(1.0, float(row["kurtosis"]) / kurtosis(window), delta=1e-5)
-
-    def test_a_value_the_window_cannot_support_is_an_empty_field(self):
-        path = self.write(
-            "flat.csv",
-            as_text("time_s,gyro_x_dps", [[f"{i / 100:.2f}", "1.5"] for i in range(100)]),
-        )
-        for row in self.results(path, *LSB, *SMALL_WINDOW):
-            self.assertEqual(("", "", "0"), (row["kurtosis"], row["contribution"], row["adev_1"]))
-
-    def test_epochs_of_a_stride_are_the_last_of_each_block(self):
-        rows = self.results(self.recording(count=305), *LSB, *SMALL_WINDOW, "--stride", "20")
-        self.assertEqual([str(e) for e in range(19, 305, 20)], [row["epoch"] for row in rows])
-
-    def test_a_stride_picks_rows_of_a_fixed_window(self):
-        path = self.recording(count=305)
-        options = ("--policy", "fixed", *LSB, *SMALL_WINDOW)
-        every = self.results(path, *options)
-        self.assertEqual(305, len(every))
-        self.assertEqual(every[19::20], self.results(path, *options, "--stride", "20"))
-
-    def test_both_engines_of_a_stride_give_the_same_bytes(self):
-        path = self.recording(count=3000)
-        for options in (
-            (),
-            ("--mode", "trailing"),
-            ("--policy", "fixed", "--out", "jsonl"),
-            ("--arith", "float", "--full-scale", "2000"),
-        ):
-            auto, grid = (
-                self.sim(path, *LSB, *SMALL_WINDOW, *options, "--stride", "20", *engine)
-                for engine in ((), ("--engine", "grid"))
-            )
-            self.assertEqual((0, auto.stdout), (grid.returncode, grid.stdout))
-
-    def test_a_trailing_window_has_all_received_samples_until_it_is_full(self):
-        rows = self.results(
-            self.recording(), *LSB, *SMALL_WINDOW, "--policy", "fixed", "--mode", "trailing"
-        )
-        self.assertEqual(("39", "40"), (rows[0]["epoch"], rows[0]["window_samples"]))
-        self.assertEqual(("58", "59"), (rows[19]["epoch"], rows[19]["window_samples"]))
-        self.assertEqual(("299", "60"), (rows[-1]["epoch"], rows[-1]["window_samples"]))
-
-    def test_time_keeps_its_digits_late_in_a_long_run(self):
-        rows = [[f"{1700000000 + i / 1000:.3f}", row[1]] for i, row in enumerate(noise_rows(200))]
-        path = self.write("late.csv", as_text("time_s,gyro_x_dps", rows))
-        self.assertEqual(
-            [row[0].rstrip("0").rstrip(".") for row in rows],
-            [row["time_s"] for row in self.results(path, *LSB, *SMALL_WINDOW, "--rate", "1000")],
-        )
-
-    def test_settings_follow_the_longest_window(self):
-        path = self.recording(count=600)
-        self.assertEqual(
-            self.results(
-                path, *LSB, "--window-max", "300", "--window-min", "200", "--segment", "50"
-            ),
-            self.results(path, *LSB, "--window-max", "300"),
-        )
+        ),
+    ],
+)
+def test_columns_are_as_documented(tmp_path, words, columns):
+    shown = sim(recording(tmp_path), *LSB, *SMALL_WINDOW, *words.split()).stdout
+    assert shown.split("\n")[0].split(",") == columns
 
 
-class Arithmetic(SimCase):
-    def setUp(self):
-        super().setUp()
-        self.path = self.recording(count=500)
-
-    def run_with(self, *options):
-        return self.results(self.path, *SMALL_WINDOW, *options)
-
-    def test_16_and_32_bit_engines_give_the_same_bytes(self):
-        rows = noise_rows(500)
-        wide = [[time, "400.00" if i == 450 else rate] for i, (time, rate) in enumerate(rows)]
-        narrow_path = self.write("narrow.csv", as_text("time_s,gyro_x_dps", rows))
-        wide_path = self.write("wide.csv", as_text("time_s,gyro_x_dps", wide))
-        narrow = self.results(narrow_path, *LSB, *SMALL_WINDOW)
-        self.assertEqual(narrow[:380], self.results(wide_path, *LSB, *SMALL_WINDOW)[:380])
-
-    def test_fixed_and_float_agree(self):
-        fixed = self.run_with("--lsb", "0.01")
-        for other in (self.run_with("--arith", "float"), self.run_with()):
-            for a, b in zip(fixed, other):
-                for name in ("adev_1", "adev_2", "adev_4"):
-                    self.assertAlmostEqual(1.0, float(a[name]) / float(b[name]), delta=1e-6)
-
-    def test_the_chosen_count_size_is_reported(self):
-        self.assertIn(
-            "note: no --lsb: using counts of 2^-", self.sim(self.path, *SMALL_WINDOW).stderr
-        )
-        self.assertEqual("", self.sim(self.path, *SMALL_WINDOW, *LSB).stderr)
-
-    def test_zeros_only(self):
-        path = self.write(
-            "zero.csv", as_text("time_s,gyro_x_dps", [[f"{i}", "0"] for i in range(100)])
-        )
-        for options in ((), ("--arith", "float"), LSB):
-            self.assertEqual(
-                {"0"}, {row["adev_1"] for row in self.results(path, *SMALL_WINDOW, *options)}
-            )
-
-    def test_coarse_counts_are_pointed_out(self):
-        rows = [[f"{i}", f"{1e7 + i % 7 * 1e-4:.4f}"] for i in range(100)]
-        path = self.write("offset.csv", as_text("time_s,freq_hz", rows))
-        for options in ((), ("--arith", "float")):
-            self.assertIn("subtract a constant", self.sim(path, *SMALL_WINDOW, *options).stderr)
-
-    def test_no_saturation_is_counted_in_a_recording_that_fits(self):
-        for options in (("--lsb", "0.01", "--bits", "24"), ("--arith", "float"), ()):
-            self.assertNotIn("saturated", self.sim(self.path, *SMALL_WINDOW, *options).stderr)
-
-    def test_saturation_is_counted(self):
-        done = self.sim(self.path, *SMALL_WINDOW, "--arith", "float", "--full-scale", "0.125")
-        self.assertRegex(done.stderr, r"[1-9]\d* samples saturated")
-
-    def test_options_without_effect_are_pointed_out(self):
-        self.assertIn(
-            "--full-scale is not used",
-            self.sim(self.path, *SMALL_WINDOW, "--full-scale", "9").stderr,
-        )
-        self.assertIn(
-            "--bits is not used", self.sim(self.path, *SMALL_WINDOW, "--bits", "16").stderr
-        )
-        self.assertIn(
-            "--lsb is not used", self.sim(self.path, *SMALL_WINDOW, *LSB, "--arith", "float").stderr
-        )
+# --- coefficients
 
 
-class JsonLines(SimCase):
-    def test_the_same_names_and_values_as_csv(self):
-        path = self.recording()
-        options = (*LSB, *SMALL_WINDOW, "--details")
-        done = self.sim(path, *options, "--out", "jsonl")
-        objects = [json.loads(line) for line in done.stdout.splitlines()]
-        rows = self.results(path, *options)
-        self.assertEqual(len(rows), len(objects))
-        for row, object_ in zip(rows, objects):
-            self.assertEqual("gyro_x_dps", object_.pop("channel"))
-            self.assertEqual(
-                {name: float(text) if text else None for name, text in row.items()}, object_
-            )
-
-    def test_an_odd_column_name_is_quoted(self):
-        path = self.write("odd.csv", as_text('time_s,"gyro\\ x"', noise_rows(100)))
-        line = self.sim(path, *LSB, *SMALL_WINDOW, "--out", "jsonl").stdout.splitlines()[0]
-        self.assertEqual('"gyro\\ x"', json.loads(line)["channel"])
+def flicker(source, number):
+    """Noise whose one-sided density is 1/f, at a sample rate of 1."""
+    spectrum = np.fft.rfft(source.normal(size=2 * number))
+    f = np.fft.rfftfreq(2 * number)
+    f[0] = f[1]
+    return np.fft.irfft(spectrum / np.sqrt(2 * f), 2 * number)[:number]
 
 
-class Pace(SimCase):
-    def timed(self, *options, rate_hz=100.0):
-        begin = time.monotonic()
-        rows = self.results(
-            self.recording(count=100, rate_hz=rate_hz), *LSB, *SMALL_WINDOW, *options
-        )
-        return time.monotonic() - begin, rows
-
-    def test_real_time_takes_the_time_of_the_recording(self):
-        seconds, rows = self.timed("--pace", "realtime")
-        self.assertGreater(seconds, 0.95)
-        self.assertEqual(self.timed()[1], rows)
-
-    def test_a_factor_shortens_it(self):
-        """A recording of 1000 s: even the slowest machine needs less."""
-        seconds, rows = self.timed("--pace", "20000", rate_hz=0.1)
-        self.assertGreater(seconds, 0.048)
-        self.assertLess(seconds, 500)
-        self.assertEqual(self.timed("--pace", "max", rate_hz=0.1)[1], rows)
-
-    def test_gaps_take_time_too(self):
-        rows = noise_rows(100)
-        for row in rows[50:]:
-            row[0] = f"{float(row[0]) + 4.0:.4f}"
-        path = self.write("gap.csv", as_text("time_s,gyro_x_dps", rows))
-        begin = time.monotonic()
-        self.results(path, *LSB, *SMALL_WINDOW, "--pace", "10")
-        self.assertGreater(time.monotonic() - begin, 0.48)
+# Name: (rates in deg/s of a source of random numbers, the true value in the unit of the column).
+SLOPE, ANGLE = 0.02, 0.003
+KNOWN = {
+    "arw": (lambda source: source.normal(0, 0.4, SAMPLES), 0.4 * 60 / math.sqrt(RATE_HZ)),
+    "bi": (
+        lambda source: 0.05 * flicker(source, SAMPLES),
+        0.05 * math.sqrt(math.pi) * 3600,  # avar = 2 ln 2 h = (2 ln 2 / pi) B^2
+    ),
+    "rrw": (
+        lambda source: np.cumsum(source.normal(0, 0.004, SAMPLES)),
+        0.004 * math.sqrt(RATE_HZ) * 3600 * 60,
+    ),
+    "rr": (lambda source: SLOPE * np.arange(SAMPLES) / RATE_HZ, SLOPE * 3600**2),
+    "qn": (lambda source: np.diff(source.normal(0, ANGLE, SAMPLES + 1)) * RATE_HZ, ANGLE),
+}
 
 
-class Progress(SimCase):
-    def test_no_progress_without_a_terminal(self):
-        self.assertEqual("", self.sim(self.recording(), *LSB, *SMALL_WINDOW, "--pace", "2").stderr)
+@pytest.mark.parametrize("name", KNOWN)
+def test_each_coefficient_is_that_of_its_noise_in_its_own_column(tmp_path, name):
+    make, truth = KNOWN[name]
+    source = np.random.default_rng(3)
+    rates = make(source) + source.normal(0, 1e-4, SAMPLES) * (name == "rr")
+    rows = zip((f"{i / RATE_HZ:.2f}" for i in range(SAMPLES)), map(repr, rates.tolist()))
+    path = write(tmp_path / "rec.csv", as_text("time_s,gyro_x_dps", rows))
+    whole = ("--mode", "trailing", "--policy", "fixed", "--window-max", SAMPLES)
+    whole = (*whole, "--window-min", SAMPLES, "--stride", SAMPLES, "--bandwidth", "none")
+    (row,) = results(path, *whole, "--lsb", 1e-6, "--bits", 32, "--details")
+    value, low, high = (
+        float(row[f"{name}{limit}_{UNITS[name]}"] or "nan") for limit in ("", "_low", "_high")
+    )
+    assert value == pytest.approx(truth, rel=0.15)
+    assert low < value < high
+    for other, unit in UNITS.items():
+        present = row[f"{other}_{unit}"] != ""
+        limits = [row[f"{other}_{limit}_{unit}"] != "" for limit in ("low", "high")]
+        assert [row[f"{other}_upper_{unit}"] != "", *limits] == [not present, present, present]
 
-    def test_a_line_a_second_when_asked_for(self):
-        done = self.sim(
-            self.recording(count=150),
-            *LSB,
-            *SMALL_WINDOW,
-            "--pace",
-            "realtime",
-            "--progress",
-            "always",
-        )
-        self.assertRegex(done.stderr, r"^davar-sim: running +\d+ %\n")
+
+def test_a_coefficient_has_a_value_or_an_upper_bound(tmp_path):
+    for row in results(recording(tmp_path), *LSB, *SMALL_WINDOW, "--details"):
+        for name, unit in UNITS.items():
+            value = row[f"{name}_{unit}"]
+            low, high = (row[f"{name}_{limit}_{unit}"] for limit in ("low", "high"))
+            assert (value == "") != (row[f"{name}_upper_{unit}"] == "")
+            assert (low == "", high == "") == (value == "", value == "")
+            assert value == "" or float(low) <= float(value) <= float(high)
+        for m in (1, 2, 4):
+            low, value, high = (float(row[f"adev{at}_{m}"]) for at in ("_low", "", "_high"))
+            assert low < value < high
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_law_glr_reports_a_change_in_its_columns(tmp_path):
+    source = np.random.default_rng(4)
+    rates = source.normal(0, 0.5, 6000) * np.where(np.arange(6000) < 3000, 1, 3)
+    rows = [[f"{i / 100:.2f}", repr(float(rate))] for i, rate in enumerate(rates)]
+    path = write(tmp_path / "rec.csv", as_text("time_s,gyro_x_dps", rows))
+    found = results(path, "--policy", "glr", "--stride", 10, "--lsb", 1e-3)
+    alarms = [row for row in found if row["alarm"] == "1"]
+    first = alarms[0]
+    assert 3000 <= int(first["epoch"]) < 3100
+    scale = math.sqrt(int(first["change_m"]))
+    assert float(first["change_older"]) * scale == pytest.approx(0.5, rel=0.1)
+    assert float(first["change_newer"]) * scale == pytest.approx(1.5, rel=0.5)
+    assert float(first["change_gain"]) > 10
+    before = [row for row in found if int(row["epoch"]) < 3000]
+    assert {row["change_m"] for row in before} == {""}
+    assert all(int(row["cut_age_samples"]) == int(row["epoch"]) + 1 for row in before)
+    last = found[-1]
+    assert int(last["cut_age_samples"]) == int(last["window_samples"]) == 3000
+    assert 0.5 < float(before[-1]["dispersion"]) < 2
+    assert {row["young"] for row in found} == {"0", "1"}
+    assert [row["young"] for row in (before[-1], last)] == ["0", "0"]
+
+
+def test_law_glr_reports_the_steady_level_in_its_columns(tmp_path):
+    rates = np.random.default_rng(6).normal(0, 0.5, 20_000).tolist()
+    path = write(tmp_path / "rec.csv", as_text("gyro_x_dps", ([repr(rate)] for rate in rates)))
+    rows = results(path, "--policy", "glr", "--stride", 1000, "--lsb", 1e-3, "--rate", 100)
+    last = rows[-1]
+    low, level, high = (float(last[f"steady{limit}"]) for limit in ("_low", "", "_high"))
+    assert low < 0.5 < high
+    assert low < level < high
+    assert level == pytest.approx(0.5, rel=0.03)
+    assert high - low < 0.05
+    assert int(last["steady_samples"]) == pytest.approx(20_000, abs=100)
+    assert rows[0]["steady"] == ""
+
+
+# --- notes
+
+
+@pytest.mark.parametrize(
+    ("words", "note"),
+    [
+        ("", "note: no --lsb: using counts of 2^-"),
+        ("--full-scale 9", "--full-scale is not used"),
+        ("--bits 16", "--bits is not used"),
+        ("--lsb 0.01 --arith float", "--lsb is not used"),
+        ("--lsb 0.01 --block 20", "only --policy glr uses it"),
+        ("--lsb 0.8", "300 of 300 results: the noise is below half a count"),
+        ("--lsb 0.01", None),
+        ("--lsb 0.001", None),
+    ],
+)
+def test_notes(tmp_path, words, note):
+    done = sim(recording(tmp_path), *SMALL_WINDOW, *words.split())
+    assert (note in done.stderr) if note else done.stderr == ""
+
+
+def test_coarse_and_filtered_results_are_marked(tmp_path):
+    source = np.random.default_rng(5)
+    white = source.normal(0, 30, 6001)
+    smooth = np.convolve(white, np.ones(8) / 8, "same")
+    kinds = {"white": white, "coarse": white / 100, "filtered": smooth}
+    for name, values in kinds.items():
+        rows = [[f"{i / 100:.2f}", round(value)] for i, value in enumerate(values.tolist())]
+        path = write(tmp_path / f"{name}.csv", as_text("time_s,gyro_x_counts", rows))
+        words = ("--lsb", 0.01, "--stride", 600, "--details", "--policy", "fixed")
+        done = sim(path, *words)
+        found = results(path, *words)
+        for column in ("coarse", "filtered"):
+            marked = sum(row[column] == "1" for row in found)
+            assert (marked >= len(found) - 1) if column == name else marked == 0, (name, column)
+            assert ("results: the noise is below" in done.stderr) == (name == "coarse")
+            assert ("results withheld" in done.stderr) == (name == "filtered")
+
+
+def test_coarse_counts_are_pointed_out(tmp_path):
+    rows = [[i, f"{1e7 + i % 7 * 1e-4:.4f}"] for i in range(100)]
+    path = write(tmp_path / "offset.csv", as_text("time_s,freq_hz", rows))
+    for words in ((), ("--arith", "float")):
+        assert "subtract a constant" in sim(path, *SMALL_WINDOW, *words).stderr
+
+
+@pytest.mark.parametrize("value", ("1.5", "0"))
+def test_a_value_the_window_cannot_support_is_an_empty_field(tmp_path, value):
+    rows = [[f"{i / 100:.2f}", value] for i in range(100)]
+    path = write(tmp_path / "flat.csv", as_text("time_s,gyro_x_dps", rows))
+    for words in ((), LSB, ("--arith", "float")):
+        for row in results(path, *words, *SMALL_WINDOW):
+            assert (row["kurtosis"], row["contribution"], row["adev_1"]) == ("", "", "0")
+
+
+# --- JSON lines
+
+
+def test_json_lines_have_the_names_and_values_of_csv(tmp_path):
+    table = write(tmp_path / "model.csv", "m,adev_dps,relative_tolerance\n1,0.3,0.1\n")
+    for words in ((), ("--details",), ("--model-table", table, "--longest-tau", 1)):
+        options = (recording(tmp_path), *LSB, *SMALL_WINDOW, *words)
+        lines = sim(*options, "--out", "jsonl").stdout.splitlines()
+        rows = results(*options)
+        assert len(rows) == 300
+        for row, line in zip(rows, map(json.loads, lines), strict=True):
+            assert line.pop("channel") == "gyro_x_dps"
+            assert line == {name: float(text) if text else None for name, text in row.items()}
+
+
+def test_an_odd_column_name_is_quoted(tmp_path):
+    path = write(tmp_path / "odd.csv", as_text('time_s,"gyro\\\tx"', noise_rows(100)))
+    line = sim(path, *LSB, *SMALL_WINDOW, "--out", "jsonl").stdout.splitlines()[0]
+    assert json.loads(line)["channel"] == '"gyro\\\tx"'
+
+
+# --- pace and progress
+
+
+@pytest.mark.parametrize(
+    ("pace", "rate_hz", "gap_s", "least_s"),
+    [("realtime", 100.0, 0, 0.95), ("20000", 0.1, 0, 0.048), ("10", 100.0, 4, 0.48)],
+)
+def test_a_pace_takes_the_time_of_the_recording(tmp_path, pace, rate_hz, gap_s, least_s):
+    """Gaps take time too. Even the slowest machine needs less than 1000 s over 20000."""
+    rows = noise_rows(100, rate_hz=rate_hz)
+    for row in rows[50:]:
+        row[0] = f"{float(row[0]) + gap_s:.4f}"
+    path = write(tmp_path / "rec.csv", as_text("time_s,gyro_x_dps", rows))
+    begin = time.monotonic()
+    done = sim(path, *LSB, *SMALL_WINDOW, "--pace", pace)
+    assert least_s < time.monotonic() - begin < 500
+    assert done.stdout == sim(path, *LSB, *SMALL_WINDOW, "--pace", "max").stdout
+    assert "running" not in done.stderr  # no terminal
+
+
+def test_progress_is_a_line_a_second_when_asked_for(tmp_path):
+    words = (*LSB, *SMALL_WINDOW, "--pace", "realtime", "--progress", "always")
+    done = sim(recording(tmp_path, count=150), *words)
+    assert done.stderr.startswith("davar-sim: running ")
+    assert 60 <= int(done.stderr.split()[2]) <= 99
+    assert done.stderr.split()[3] == "%"

@@ -1,242 +1,369 @@
-"""Recordings in all their forms: the same samples give the same results."""
+"""Recordings in, results out: every row of davar-sim is compared with the oracle, whatever the
+law, the mode, the stride, the unit, the arithmetic, the gaps and the form of the file.
+"""
 
 import gzip
-import statistics
-import unittest
+import math
+import random
+import re
+from dataclasses import replace
 
-from sim_case import SMALL_WINDOW, SimCase, as_text, noise_rows
+import numpy as np
+import pytest
+from davar_oracle import Setting, results
+from sim_case import SMALL_WINDOW, as_text, noise_rows, parsed, sim, write
+from sim_case import results as rows_of
 
-FIXED_WINDOW = ("--policy", "fixed", *SMALL_WINDOW, "--lsb", "0.01")
+RATE_HZ = 128.0  # a period that a double holds exactly
+LSB = 0.0625
+FIXED = ("--policy", "fixed", *SMALL_WINDOW, "--lsb", "0.01")
 
 
-class Forms(SimCase):
-    """One text, written in many ways."""
+def counts_of(number, seed=1):
+    """White noise whose level changes, so that windows shrink and grow."""
+    source = random.Random(seed)
+    return [
+        round(source.gauss(20, 40) * (3 if i // 70 % 3 == 2 else 1) + (i % 97 == 0) * 300)
+        for i in range(number)
+    ]
 
-    def setUp(self):
-        super().setUp()
-        self.text = as_text("time_s,gyro_x_dps", noise_rows(200))
-        self.expected = self.sim(self.write("plain.csv", self.text), *FIXED_WINDOW)
-        self.assertEqual(0, self.expected.returncode, self.expected.stderr)
-        self.assertEqual(201, self.expected.stdout.count("\n"))
 
-    def assert_same(self, content, name="form.csv"):
-        done = self.sim(self.write(name, content), *FIXED_WINDOW)
-        self.assertEqual("", done.stderr)
-        self.assertEqual(self.expected.stdout, done.stdout)
+def stamps(number, steps=None):
+    """Time stamps. steps: {sample: periods since the sample before it}."""
+    ticks = np.cumsum([1.0 if i else 0.0 for i in range(number)])
+    for at, periods in (steps or {}).items():
+        ticks[at:] += periods - 1.0
+    return [repr(float(tick)) for tick in 5.0 + ticks / RATE_HZ]
 
-    def test_comment_lines(self):
-        self.assert_same("# sensor: none\n#\n\n" + self.text)
 
-    def test_byte_order_mark(self):
-        self.assert_same("\ufeff" + self.text)
-        self.assert_same("\ufeff# note: x\n" + self.text)
+def text_of(counts, steps=None, scale=LSB, name="gyro_x_dps"):
+    fields = (repr(count * scale) if scale != 1 else str(count) for count in counts)
+    return as_text(f"time_s,{name}", zip(stamps(len(counts), steps), fields))
 
-    def test_windows_line_ends(self):
-        self.assert_same(self.text.replace("\n", "\r\n"))
 
-    def test_no_newline_at_the_end(self):
-        self.assert_same(self.text.rstrip("\n"))
-        self.assert_same(self.text.replace("\n", "\r\n").rstrip("\n"))
+def close(text, value, relative=5.1e-9, absolute=0.0):
+    return math.isclose(float(text or "nan"), value, rel_tol=relative, abs_tol=absolute) or (
+        text == "" and math.isnan(value)
+    )
 
-    def test_blank_lines_at_the_end(self):
-        self.assert_same(self.text + "\n\n  \n\t\r\n")
 
-    def test_spaces_around_names_and_values(self):
-        self.assert_same(
-            "\n".join(" " + line.replace(",", " ,\t") + "  " for line in self.text.splitlines())
+def assert_rows(rows, counts, gaps, setting, times, unit=LSB, absolute=0.0, relative=5.1e-9):
+    """Complete rows: every epoch, every column that does not come from the fit."""
+    wanted = list(results(counts, gaps, setting))
+    assert len(rows) == len(wanted)
+    for row, one in zip(rows, wanted):
+        place = one["epoch"]
+        for name in ("epoch", "window_samples", "unstable", "gaps_in_window"):
+            assert row[name] == str(one[name]), (name, place)
+        assert float(row["time_s"]) == float(times[place])
+        for name in ("kurtosis", "contribution"):
+            assert close(row[name], one[name], 1e3 * relative, 1e-7), (name, place)
+        for m, (deviation, number) in one["adev"].items():
+            assert row[f"differences_{m}"] == str(number), (m, place)
+            assert close(row[f"adev_{m}"], unit * deviation, relative, absolute), (m, place)
+
+
+LAWS = [
+    Setting(mode=mode, policy=policy, stride=stride)
+    for mode in ("centred", "trailing")
+    for policy in ("fixed", "kurtosis", "or", "and")
+    for stride in (1, 7)
+]
+OTHERS = [
+    Setting(shrink=0, grow=2),
+    Setting(mode="trailing", grow=0, shrink=5, longest=61, shortest=37, segment=1),
+    Setting(kurtosis=(1.0, 9.0), contribution=(0.01, 0.05), taus=(1, 3, 20)),
+    Setting(mode="trailing", stride=60, policy="or", taus=(20,)),
+    Setting(stride=60, longest=60, shortest=42, taus=(1, 2, 3, 5, 7, 11, 13)),
+]
+GAPS = {40: 5.0, 41: 2.0, 100: 1.75, 101: 1.5, 250: 2.7, 333: 61.4, 398: 3.5}  # 101: no gap
+
+
+def prepared(setting):
+    """The steps of trailing windows grow by one."""
+    return replace(setting, grow=min(setting.grow, 1)) if setting.mode == "trailing" else setting
+
+
+@pytest.mark.parametrize("setting", map(prepared, LAWS + OTHERS), ids=str)
+@pytest.mark.parametrize("steps", [{}, GAPS], ids=["whole", "gaps"])
+def test_every_row_is_that_of_the_definition(tmp_path, setting, steps):
+    counts = counts_of(400)
+    path = write(tmp_path / "rec.csv", text_of(counts, steps))
+    gaps = [at for at in steps if steps[at] > 1.5]
+    for engine in ("auto", "grid") if setting.stride > 1 else ("auto",):
+        words = ("--lsb", LSB, "--details", "--engine", engine, *setting.words())
+        assert_rows(rows_of(path, *words), counts, gaps, setting, stamps(400, steps))
+
+
+def test_the_default_window_and_its_proportions(tmp_path):
+    counts = counts_of(1000)
+    path = write(tmp_path / "rec.csv", text_of(counts))
+    octaves = {600: (1, 2, 4, 8, 16, 32, 64), 300: (1, 2, 4, 8, 16, 32), 100: (1, 2, 4, 8)}
+    shortest = {600: 400, 300: 200, 100: 66}
+    for longest, taus in octaves.items():
+        setting = Setting(
+            longest=longest, shortest=shortest[longest], segment=longest // 6, taus=taus, stride=10
         )
+        words = () if longest == 600 else ("--window-max", longest)
+        rows = rows_of(path, "--lsb", LSB, "--stride", 10, "--details", *words)
+        assert_rows(rows, counts, [], setting, stamps(1000))
+    names = list(rows_of(path, "--lsb", LSB, "--stride", 500, "--taus", "geometric:4")[0])
+    assert names[-4:] == ["adev_1", "adev_4", "adev_16", "adev_66"]
+    words = ("--lsb", LSB, "--stride", 500, "--taus")
+    assert sim(path, *words, "geometric:12").stdout == sim(path, *words, "geometric").stdout
 
-    def test_plus_signs_and_exponents(self):
-        lines = self.text.splitlines()
-        rows = [line.split(",") for line in lines[1:]]
-        self.assert_same(
-            as_text(
-                lines[0], [["+" + time, f"{round(100 * float(rate))}e-2"] for time, rate in rows]
+
+# --- units and arithmetic
+
+RADIAN = math.pi / 180
+UNITS = {
+    "counts": ("gyro_x_counts", 1, ("--lsb", LSB)),
+    "dps": ("gyro_x_dps", LSB, ("--lsb", LSB)),
+    "rad": ("gyro_x_rad_s", LSB * RADIAN, ("--lsb", LSB)),
+    "other": ("freq_hz", LSB, ("--lsb", LSB)),
+    "16 bits": ("gyro_x_dps", LSB, ("--lsb", LSB, "--bits", 16)),
+    "24 bits": ("gyro_x_dps", LSB, ("--lsb", LSB, "--bits", 24)),
+    "32 bits": ("gyro_x_dps", LSB, ("--lsb", LSB, "--bits", 32)),
+    "no lsb": ("gyro_x_dps", LSB, ()),
+    "rad, no lsb": ("gyro_x_rad_s", LSB * RADIAN, ()),
+    "float": ("gyro_x_dps", LSB, ("--arith", "float")),
+    "float, counts": ("gyro_x_counts", 1, ("--arith", "float", "--lsb", LSB)),
+    "float, rad": ("gyro_x_rad_s", LSB * RADIAN, ("--arith", "float")),
+    "float, full scale": ("gyro_x_dps", LSB, ("--arith", "float", "--full-scale", 300)),
+}
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_every_unit_and_arithmetic_gives_the_same_deviations(tmp_path, name):
+    counts = counts_of(300)
+    column, scale, words = UNITS[name]
+    path = write(tmp_path / "rec.csv", text_of(counts, GAPS, scale, column))
+    rows = rows_of(path, *words, "--details", *Setting().words())
+    gaps = [at for at in GAPS if GAPS[at] > 1.5 and at < 300]
+    exact = "rad" not in name or "--lsb" in words
+    tolerance = 5.1e-9 if exact else 3e-7
+    assert_rows(rows, counts, gaps, Setting(), stamps(300, GAPS), LSB, 1e-9, tolerance)
+
+
+def counters(done):
+    """(gaps, missing samples, saturated samples) as reported; nothing is reported of zeros."""
+    form = r"^davar-sim: (\d+) gaps \((\d+) samples missing\), (\d+) samples saturated, "
+    found = re.search(form + "0 windows restarted, 0 results missed$", done.stderr, re.MULTILINE)
+    return tuple(map(int, found.groups())) if found else (0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("bits", "value", "expected"),
+    [
+        (bits, sign * (2 ** (at - 1)) + off, int(at == bits))
+        for bits in (16, 24, 32)
+        for at in (16, 24, 32)
+        for sign, off in ((1, -1), (-1, 0))
+        if at <= bits
+    ]
+    + [(bits, sign * (2 ** (bits - 1) - 2), 0) for bits in (16, 24, 32) for sign in (1, -1)],
+)
+def test_only_the_full_scale_of_the_width_is_saturated(tmp_path, bits, value, expected):
+    """A count of 32767 is the rail of 16 bits, and an ordinary count of 24."""
+    counts = counts_of(100)
+    counts[50] = value
+    path = write(tmp_path / "rec.csv", text_of(counts, None, 1, "gyro_x_counts"))
+    default = [()] if bits == 24 else []
+    for words in (("--bits", bits), *default):
+        done = sim(path, "--lsb", 1e-3, *words, *SMALL_WINDOW, "--details", "--policy", "fixed")
+        assert done.returncode == 0, done.stderr
+        assert counters(done) == (0, 0, expected)
+        setting = Setting(policy="fixed", taus=(1, 2, 4))
+        assert_rows(parsed(done.stdout), counts, [], setting, stamps(100), 1e-3, 0, 1e-8)
+
+
+def test_saturation_is_summed_over_the_columns_and_gaps_are_not(tmp_path):
+    rows = [[time, 32767, -32768, 5] for time in stamps(100, {50: 4.0})]
+    header = "time_s,gyro_x_counts,gyro_y_counts,gyro_z_counts"
+    path = write(tmp_path / "rec.csv", as_text(header, rows))
+    words = ("--column", header[7:], "--lsb", 1, "--bits", 16, *SMALL_WINDOW)
+    assert counters(sim(path, *words)) == (1, 3, 200)
+
+
+@pytest.mark.parametrize("value", (63.5, 64.0, -64.0, 100.0))
+def test_a_float_recording_saturates_only_at_a_full_scale_that_is_given(tmp_path, value):
+    rows = [[time, value if i == 50 else 0.25 * (i % 7)] for i, time in enumerate(stamps(100))]
+    path = write(tmp_path / "rec.csv", as_text("time_s,gyro_x_dps", rows))
+    words = ("--arith", "float", *SMALL_WINDOW)
+    assert counters(sim(path, *words)) == (0, 0, 0)
+    assert counters(sim(path, *words, "--full-scale", 32)) == (0, 0, 1)
+    assert counters(sim(path, *words, "--full-scale", 256)) == (0, 0, 0)
+    assert counters(sim(path, *SMALL_WINDOW)) == (0, 0, 0)
+
+
+# --- gaps
+
+STEPS = [*(round(1.3 + 0.3 * i, 1) for i in range(23)), 1.5, 1.5078125, 2.5, 3.5, 6.5, 7.4375]
+
+
+def test_the_length_of_a_gap_is_rounded_to_whole_samples(tmp_path):
+    """A step of 2.7 periods lacks two samples, one of 2.4 lacks one."""
+    for periods in STEPS:
+        steps = {60: periods, 90: periods, 140: periods}
+        done = sim(
+            write(tmp_path / "rec.csv", text_of(counts_of(200), steps)), "--lsb", LSB, *SMALL_WINDOW
+        )
+        missing = max(math.floor(periods + 0.5) - 1, 1) if periods > 1.5 else 0
+        assert counters(done) == ((3, 3 * missing, 0) if missing else (0, 0, 0)), periods
+
+
+@pytest.mark.parametrize(
+    ("words", "periods", "missing"),
+    [
+        (("--gap", "6"), 5.0, 0),
+        (("--gap", "1.3"), 1.4, 1),
+        (("--rate", "128"), 5.0, 0),
+        (("--rate", "128", "--gap", "1.5"), 5.0, 4),
+        (("--rate", "64", "--gap", "1.5"), 5.0, 2),
+    ],
+)
+def test_what_counts_as_a_gap(tmp_path, words, periods, missing):
+    path = write(tmp_path / "rec.csv", text_of(counts_of(200), {100: periods}))
+    done = sim(path, "--lsb", LSB, *SMALL_WINDOW, *words)
+    assert done.returncode == 0
+    assert counters(done) == (int(missing > 0), missing, 0)
+
+
+# --- the rate
+
+
+def arw(path, *options):
+    words = ("--policy", "fixed", *SMALL_WINDOW, "--lsb", LSB, "--bandwidth", "none")
+    return float(rows_of(path, *words, *options)[100]["arw_deg_per_sqrt_h"])
+
+
+def test_the_rate_is_the_median_step(tmp_path):
+    """The mean of the middle two of an even number of steps."""
+    steps = [0.25, 0.5, 0.125, 0.75] * 50
+    times = np.concatenate([[0.0], np.cumsum(steps)])
+    rows = [[repr(float(time)), row[1]] for time, row in zip(times, noise_rows(201))]
+    path = write(tmp_path / "steps.csv", as_text("time_s,gyro_x_dps", rows))
+    assert arw(path, "--gap", 9) == arw(path, "--rate", repr(1 / float(np.median(steps))))
+    path = write(tmp_path / "rec.csv", text_of(counts_of(300), {150: 1.25, 200: 0.5}))
+    assert arw(path) == pytest.approx(arw(path, "--rate", RATE_HZ), rel=1e-9)
+    assert arw(path, "--rate", RATE_HZ) == pytest.approx(2 * arw(path, "--rate", 4 * RATE_HZ))
+
+
+@pytest.mark.parametrize(
+    ("steps", "words", "note"),
+    [
+        ({}, (), None),
+        ({}, ("--rate", 150), None),
+        ({}, ("--rate", 106), "using --rate 106, but the time stamps give 128 Hz"),
+        ({}, ("--rate", 400), "using --rate 400, but the time stamps give 128 Hz"),
+        (dict.fromkeys(range(30, 300, 30), 3.0), (), None),
+        (dict.fromkeys(range(15, 300, 15), 2.0), (), "6.4 % of the steps"),
+        (dict.fromkeys((50, 250), 70.0), (), "128 Hz from the median time step, 87.5"),
+        ({at: 6.0 if at % 10 == 0 else 0.5 for at in range(300)}, (), "give --rate 123.9"),
+    ],
+)
+def test_doubtful_rates_are_pointed_out(tmp_path, steps, words, note):
+    """More than 20 % between the rates, or more than 5 % of the steps are gaps."""
+    path = write(tmp_path / "rec.csv", text_of(counts_of(300), steps))
+    done = sim(path, "--lsb", LSB, *SMALL_WINDOW, *words)
+    assert done.returncode == 0
+    assert (note in done.stderr) if note else (" Hz" not in done.stderr), done.stderr
+
+
+def test_two_rows_are_enough_to_know_the_rate(tmp_path):
+    path = write(tmp_path / "two.csv", "time_s,gyro_x_dps\n0,1\n0.5,2\n")
+    rows = rows_of(path, "--window-max", "4", "--taus", "1", "--lsb", "1")
+    assert [row["time_s"] for row in rows] == ["0", "0.5"]
+
+
+def test_time_keeps_its_digits_late_in_a_long_run(tmp_path):
+    rows = [[f"{1700000000 + i / 1000:.3f}", row[1]] for i, row in enumerate(noise_rows(6000))]
+    path = write(tmp_path / "late.csv", as_text("time_s,gyro_x_dps", rows))
+    found = rows_of(path, "--lsb", 0.01, *SMALL_WINDOW, "--rate", "1000")
+    assert [row["time_s"] for row in found] == [row[0].rstrip("0").rstrip(".") for row in rows]
+    bare = write(tmp_path / "bare.csv", as_text("gyro_x_dps", [[row[1]] for row in rows]))
+    found = rows_of(bare, "--lsb", 0.01, *SMALL_WINDOW, "--rate", 125)
+    assert [float(row["time_s"]) for row in found] == [i / 125 for i in range(6000)]
+
+
+# --- forms of one text
+
+TEXT = as_text("time_s,gyro_x_dps", noise_rows(200))
+LINES = [line.split(",") for line in TEXT.splitlines()[1:]]
+COUNTS = [[time, round(100 * float(rate))] for time, rate in LINES]
+MIDDLE = TEXT.index("\n", 1000) + 5
+FORMS = {
+    "comments": "# sensor: none\n#\n\n" + TEXT,
+    "byte order mark": "\ufeff" + TEXT,
+    "mark and comment": "\ufeff# note: x\n" + TEXT,
+    "windows": TEXT.replace("\n", "\r\n"),
+    "no newline": TEXT.rstrip("\n"),
+    "windows, no newline": TEXT.replace("\n", "\r\n").rstrip("\n"),
+    "blank end": TEXT + "\n\n  \n\t\r\n",
+    "spaces": "\n".join(" " + line.replace(",", " ,\t") + "  " for line in TEXT.splitlines()),
+    "signs": as_text("time_s,gyro_x_dps", [["+" + time, f"{n}e-2"] for time, n in COUNTS]),
+    "gzip": gzip.compress(TEXT.encode()),
+    "members": gzip.compress(TEXT[:MIDDLE].encode()) + gzip.compress(TEXT[MIDDLE:].encode()),
+    "other columns": as_text(
+        "temp_degC,time_s,accel_x_g,gyro_x_dps,gyro_y_dps",
+        [["20", time, "1", rate, "5"] for time, rate in LINES],
+    ),
+    "counts": as_text("time_s,gyro_x_counts", COUNTS),
+    "long line": TEXT.replace(",0", "," + " " * 100000 + "0", 1),
+}
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory):
+    done = sim(write(tmp_path_factory.mktemp("form") / "plain.csv", TEXT), *FIXED)
+    assert (done.returncode, done.stderr, done.stdout.count("\n")) == (0, "", 201)
+    return done.stdout
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_every_form_of_a_text_gives_the_same_bytes(tmp_path, expected, name):
+    path = tmp_path / "form.csv"
+    path.write_bytes(FORMS[name] if isinstance(FORMS[name], bytes) else FORMS[name].encode())
+    done = sim(path, *FIXED)
+    assert (done.stderr, done.stdout) == ("", expected)
+
+
+def test_other_ways_into_the_program(tmp_path, expected):
+    for data in (TEXT.encode(), FORMS["gzip"]):
+        for name in ("-", "/dev/stdin"):
+            assert sim(name, *FIXED, stdin=data).stdout == expected
+    named = tmp_path / "named.csv.gz"  # not compressed
+    named.write_text(TEXT)
+    assert sim(named, *FIXED).stdout == expected
+    bare = write(tmp_path / "bare.csv", as_text("gyro_x_dps", [[rate] for _, rate in LINES]))
+    assert sim(bare, *FIXED, "--rate", "100").stdout == expected
+
+
+# --- columns
+
+
+def test_several_columns_come_epoch_by_epoch_in_the_given_order(tmp_path):
+    header = "time_s,accel_x_g,gyro_x_dps,gyro_y_dps,gyro_z_dps"
+    path = write(tmp_path / "axes.csv", as_text(header, noise_rows(200, columns=4)))
+    wanted = ["gyro_z_dps", "gyro_x_dps", "gyro_y_dps"]
+    alone = {name: rows_of(path, *FIXED, "--column", name) for name in wanted}
+    assert rows_of(path, *FIXED) == alone["gyro_x_dps"]  # the first gyro_*
+    for arguments in (
+        (path, "--column", *wanted),
+        (path, "--column", ",".join(wanted)),
+        ("--column", wanted[0], path, "--column", ",".join(wanted[1:])),
+        (path, *(word for name in wanted for word in ("--column", name))),
+    ):
+        rows = rows_of(*arguments, *FIXED)
+        assert [row["channel"] for row in rows] == wanted * 200
+        for n, name in enumerate(wanted):
+            assert [{k: v for k, v in row.items() if k != "channel"} for row in rows[n::3]] == (
+                alone[name]
             )
-        )
-
-    def test_gzip_by_content_not_by_name(self):
-        self.assert_same(gzip.compress(self.text.encode()))
-        path = self.write("plain_named.txt", self.text).rename(self.folder / "named.csv.gz")
-        self.assertEqual(self.expected.stdout, self.sim(path, *FIXED_WINDOW).stdout)
-
-    def test_gzip_in_several_members(self):
-        middle = self.text.index("\n", 1000) + 5
-        self.assert_same(
-            gzip.compress(self.text[:middle].encode()) + gzip.compress(self.text[middle:].encode())
-        )
-
-    def test_standard_input(self):
-        for data in (self.text.encode(), gzip.compress(self.text.encode())):
-            self.assertEqual(self.expected.stdout, self.sim("-", *FIXED_WINDOW, stdin=data).stdout)
-            self.assertEqual(
-                self.expected.stdout, self.sim("/dev/stdin", *FIXED_WINDOW, stdin=data).stdout
-            )
-
-    def test_other_columns_do_not_matter(self):
-        rows = [line.split(",") for line in self.text.splitlines()[1:]]
-        self.assert_same(
-            as_text(
-                "temp_degC,time_s,accel_x_g,gyro_x_dps,gyro_y_dps",
-                [["20", time, "1", rate, "5"] for time, rate in rows],
-            )
-        )
-
-    def test_counts_and_their_size(self):
-        rows = [line.split(",") for line in self.text.splitlines()[1:]]
-        counts = [[time, str(round(100 * float(rate)))] for time, rate in rows]
-        self.assert_same(as_text("time_s,gyro_x_counts", counts))
-
-    def test_no_time_but_a_rate(self):
-        rows = [[line.split(",")[1]] for line in self.text.splitlines()[1:]]
-        done = self.sim(
-            self.write("form.csv", as_text("gyro_x_dps", rows)), *FIXED_WINDOW, "--rate", "100"
-        )
-        self.assertEqual(self.expected.stdout, done.stdout)
-
-    def test_a_line_longer_than_most(self):
-        header, rest = self.text.split("\n", 1)
-        padded = header + "\n" + rest.replace(",", "," + " " * 100000, 1)
-        self.assert_same(padded)
 
 
-class Columns(SimCase):
-    def three_axes(self):
-        header = "time_s,accel_x_g,gyro_x_dps,gyro_y_dps,gyro_z_dps"
-        return self.write("axes.csv", as_text(header, noise_rows(200, columns=4)))
-
-    def test_the_first_gyro_column_is_the_default(self):
-        path = self.three_axes()
-        self.assertEqual(
-            self.results(path, "--column", "gyro_x_dps", *FIXED_WINDOW),
-            self.results(path, *FIXED_WINDOW),
-        )
-
-    def test_the_only_other_column_is_the_default(self):
-        path = self.write("temp.csv", as_text("time_s,temp_degC", noise_rows(200)))
-        done = self.sim(path, *FIXED_WINDOW)
-        self.assertEqual(0, done.returncode)
-        self.assertIn("note: column temp_degC", done.stderr)
-
-    def test_several_columns_come_epoch_by_epoch_in_the_given_order(self):
-        wanted = ["gyro_z_dps", "gyro_x_dps", "gyro_y_dps"]
-        path = self.three_axes()
-        for arguments in (
-            (path, "--column", *wanted),
-            (path, "--column", ",".join(wanted)),
-            ("--column", wanted[0], path, "--column", ",".join(wanted[1:])),
-            (path, *(word for name in wanted for word in ("--column", name))),
-        ):
-            rows = self.results(*arguments, *FIXED_WINDOW)
-            self.assertEqual(wanted * 200, [row["channel"] for row in rows])
-            self.assertEqual([str(i // 3) for i in range(600)], [row["epoch"] for row in rows])
-
-    def test_a_column_gives_the_same_results_alone_and_in_company(self):
-        path = self.three_axes()
-        alone = self.results(path, "--column", "gyro_y_dps", *FIXED_WINDOW)
-        together = self.results(path, "--column", "gyro_x_dps", "gyro_y_dps", *FIXED_WINDOW)
-        company = [row for row in together if row.pop("channel") == "gyro_y_dps"]
-        self.assertEqual(alone, company)
-
-    def test_rad_per_second_is_converted(self):
-        rows = noise_rows(200)
-        degrees = self.results(
-            self.write("a.csv", as_text("time_s,gyro_x_dps", rows)), *FIXED_WINDOW
-        )
-        radians = [[time, repr(float(rate) * 0.017453292519943295)] for time, rate in rows]
-        path = self.write("b.csv", as_text("time_s,gyro_x_rad_s", radians))
-        self.assertEqual(degrees, self.results(path, *FIXED_WINDOW))
-
-
-class Rate(SimCase):
-    def arw(self, path, *options):
-        return float(self.results(path, *FIXED_WINDOW, *options)[100]["arw_deg_per_sqrt_h"])
-
-    def test_the_rate_is_the_median_step(self):
-        rows = noise_rows(201, rate_hz=50.0)
-        steady = self.arw(self.write("steady.csv", as_text("time_s,gyro_x_dps", rows)))
-        for row in rows[150:]:
-            row[0] = f"{float(row[0]) + 1e-3:.4f}"
-        shifted = self.write("shifted.csv", as_text("time_s,gyro_x_dps", rows))
-        self.assertAlmostEqual(1.0, self.arw(shifted) / steady, places=7)
-
-    def test_the_median_of_an_even_number_of_steps_is_the_mean_of_the_middle_two(self):
-        steps = [0.25, 0.5, 0.125, 0.75] * 50
-        times = [sum(steps[:i]) for i in range(len(steps) + 1)]
-        rows = [[repr(time), row[1]] for time, row in zip(times, noise_rows(201))]
-        path = self.write("steps.csv", as_text("time_s,gyro_x_dps", rows))
-        median = statistics.median(steps)
-        self.assertEqual(self.arw(path, "--gap", "9"), self.arw(path, "--rate", repr(1.0 / median)))
-
-    def test_a_given_rate_wins(self):
-        path = self.recording(count=200)
-        self.assertAlmostEqual(2.0, self.arw(path) / self.arw(path, "--rate", "400"), places=7)
-        self.assertIn(
-            "note: using --rate 400, but the time stamps give 100 Hz",
-            self.sim(self.recording(400), "--rate", "400").stderr,
-        )
-        self.assertNotIn("time stamps", self.sim(self.recording(400), "--rate", "101").stderr)
-
-    def test_two_rows_are_enough_to_know_the_rate(self):
-        path = self.write("two.csv", "time_s,gyro_x_dps\n0,1\n0.5,2\n")
-        rows = self.results(path, "--window-max", "4", "--taus", "1", "--lsb", "1")
-        self.assertEqual(["0", "0.5"], [row["time_s"] for row in rows])
-
-    def test_uneven_time_stamps_are_pointed_out(self):
-        rows = noise_rows(300)
-        for i, row in enumerate(rows):
-            row[0] = f"{0.01 * (i // 10 * 10 + i % 10 / 5):.4f}"
-        done = self.sim(self.write("jitter.csv", as_text("time_s,gyro_x_dps", rows)), *FIXED_WINDOW)
-        self.assertEqual(0, done.returncode)
-        self.assertIn("note: ", done.stderr)
-        self.assertIn("give --rate 10", done.stderr)
-
-
-class Gaps(SimCase):
-    def with_gap(self, step_periods):
-        rows = noise_rows(200)
-        for row in rows[100:]:
-            row[0] = f"{float(row[0]) + 0.01 * (step_periods - 1.0):.6f}"
-        return self.write("gap.csv", as_text("time_s,gyro_x_dps", rows))
-
-    def gaps(self, path, *options):
-        done = self.sim(path, *FIXED_WINDOW, "--details", *options)
-        self.assertEqual(0, done.returncode, done.stderr)
-        return done
-
-    def test_a_long_step_is_a_gap_and_its_samples_are_counted(self):
-        self.assertIn("1 gaps (4 samples missing)", self.gaps(self.with_gap(5.0)).stderr)
-        self.assertIn("1 gaps (1 samples missing)", self.gaps(self.with_gap(1.6)).stderr)
-
-    def test_a_slightly_long_step_is_not_a_gap(self):
-        self.assertEqual("", self.gaps(self.with_gap(1.4)).stderr)
-
-    def test_the_gap_factor_decides(self):
-        self.assertEqual("", self.gaps(self.with_gap(5.0), "--gap", "6").stderr)
-        self.assertIn("1 gaps", self.gaps(self.with_gap(1.4), "--gap", "1.3").stderr)
-
-    def test_a_given_rate_switches_gaps_off_unless_a_factor_is_given(self):
-        path = self.with_gap(5.0)
-        self.assertEqual("", self.gaps(path, "--rate", "100").stderr)
-        self.assertIn(
-            "1 gaps (4 samples missing)", self.gaps(path, "--rate", "100", "--gap", "1.5").stderr
-        )
-
-    def test_differences_across_the_gap_are_excluded(self):
-        rows = self.results(self.with_gap(5.0), *FIXED_WINDOW, "--details")
-        far, near = rows[40], rows[100]
-        self.assertEqual(
-            ("0", "59", "57"), (far["gaps_in_window"], far["differences_1"], far["differences_2"])
-        )
-        self.assertEqual(
-            ("1", "58", "54"),
-            (near["gaps_in_window"], near["differences_1"], near["differences_2"]),
-        )
-
-    def test_the_time_of_an_epoch_after_the_gap_is_its_time_stamp(self):
-        rows = self.results(self.with_gap(5.0), *FIXED_WINDOW)
-        self.assertEqual(["0.99", "1.04"], [rows[99]["time_s"], rows[100]["time_s"]])
-
-
-if __name__ == "__main__":
-    unittest.main()
+def test_the_only_other_column_is_the_default_and_its_unit_is_pointed_out(tmp_path):
+    path = write(tmp_path / "temp.csv", as_text("time_s,temp_degC", noise_rows(200)))
+    done = sim(path, *FIXED)
+    assert done.returncode == 0
+    assert "note: column temp_degC" in done.stderr

@@ -1,170 +1,145 @@
 """Torn register reads: --skip-torn-reads skips them, and ARW is that of the other samples."""
 
-import csv
-import io
 import math
 import random
-import unittest
+import re
 
-from sim_case import SMALL_WINDOW, SimCase, as_text
+import pytest
+from sim_case import SMALL_WINDOW, as_text, assert_refused, parsed, results, sim, write
 
 RATE_HZ, LSB, SIGMA = 104.0, 0.00875, 3.0  # an LSM6DSL
 TRUE_ARW = 60.0 * SIGMA * LSB / math.sqrt(RATE_HZ)
 ROWS = 120_000
 FIXED = ("--lsb", LSB, "--policy", "fixed", "--mode", "trailing", "--bandwidth", "none")
-SKIPPED = "davar-sim: gyro_x_counts: {} torn register reads skipped\n"
+SKIP = "--skip-torn-reads"
 
 
-def counts(rows, seed, sigma=SIGMA, offset=-250):
+def counts(rows, seed, offset=-250):
     source = random.Random(seed)
-    return [round(offset + source.gauss(0.0, sigma)) for _ in range(rows)]
+    return [round(offset + source.gauss(0.0, SIGMA)) for _ in range(rows)]
 
 
-def tear(samples, seed, apart=1000, power=256):
+def tear(samples, seed, apart=1000):
     """Every 1000th sample on average, none of the first 100 and no two of four in a row."""
     source, torn, at = random.Random(seed), list(samples), 100
     places = []
     while (at := at + 4 + int(source.expovariate(1 / apart))) < len(torn) - 1:
-        torn[at] += source.choice((-power, power))
+        torn[at] += source.choice((-256, 256))
         places.append(at)
     return torn, places
 
 
-def rows(samples, times=True):
-    return [
-        ([f"{i / RATE_HZ:.6f}"] if times else []) + [str(count)] for i, count in enumerate(samples)
-    ]
+def rows_of(*columns):
+    return [[f"{i / RATE_HZ:.6f}", *row] for i, row in enumerate(zip(*columns))]
 
 
-class Torn(SimCase):
-    def counted(self, name, samples):
-        return self.write(name, as_text("time_s,gyro_x_counts", rows(samples)))
-
-    def arw(self, path, *options):
-        """Root of the mean square over windows that do not overlap."""
-        found = [
-            float(row["arw_deg_per_sqrt_h"])
-            for row in self.results(path, *FIXED, "--stride", 600, *options)
-            if row["arw_deg_per_sqrt_h"]
-        ]
-        # Of ROWS / 600 windows: a fit of 600 samples withholds some, but never most of them.
-        self.assertGreater(len(found), ROWS / 600 / 2)
-        return math.sqrt(sum(value**2 for value in found) / len(found))
-
-    def test_arw_is_that_of_the_sensor(self):
-        for seed in (1, 2, 3):
-            clean = counts(ROWS, seed)
-            torn, places = tear(clean, seed)
-            path = self.counted("torn.csv", torn)
-            right = self.arw(self.counted("clean.csv", clean))
-            with self.subTest(seed=seed):
-                self.assertGreater(self.arw(path), 1.1 * TRUE_ARW)
-                skipped = self.arw(path, "--skip-torn-reads")
-                # The mean of 200 windows scatters by 0.2 %, and rounding adds 1/12 count^2: 0.5 %.
-                self.assertAlmostEqual(right, skipped, delta=0.01 * right)
-                self.assertAlmostEqual(TRUE_ARW, skipped, delta=0.01 * TRUE_ARW)
-                done = self.sim(path, *FIXED, "--stride", 600, "--skip-torn-reads")
-                self.assertIn(SKIPPED.format(len(places)), done.stderr)
-                self.assertIn(f"{len(places)} gaps ({len(places)} samples missing)", done.stderr)
-
-    def test_without_torn_reads_nothing_changes(self):
-        path = self.counted("clean.csv", counts(3000, 4))
-        plain = self.sim(path, *FIXED)
-        done = self.sim(path, *FIXED, "--skip-torn-reads")
-        self.assertEqual(0, done.returncode, done.stderr)
-        self.assertEqual(plain.stdout, done.stdout)
-        self.assertEqual(plain.stderr + SKIPPED.format(0), done.stderr)
-
-    def test_a_torn_row_is_as_a_lost_row(self):
-        """Also beside gaps, at the edges of the blocks of a copy, and without time stamps."""
-        clean = counts(3000, 5)
-        torn, places = tear(clean, 5, apart=60)
-        for at in (511, 512, 513, 1023, 1024, 2998):
-            if not set(places) & set(range(at - 3, at + 4)):
-                torn[at] += 256
-                places.append(at)
-        lines = rows(torn)
-        kept = [line for i, line in enumerate(lines) if i not in set(places)]
-        lost = self.write("lost.csv", as_text("time_s,gyro_x_counts", kept))
-        expected = self.results(lost, *FIXED, *SMALL_WINDOW)
-        path = self.write("torn.csv", as_text("time_s,gyro_x_counts", lines))
-        self.assertEqual(expected, self.results(path, *FIXED, *SMALL_WINDOW, "--skip-torn-reads"))
-        bare = self.write("bare.csv", as_text("gyro_x_counts", rows(torn, times=False)))
-        found = self.results(bare, *FIXED, *SMALL_WINDOW, "--rate", RATE_HZ, "--skip-torn-reads")
-        for row, other in zip(expected, found, strict=True):
-            self.assertAlmostEqual(float(row["time_s"]), float(other["time_s"]), places=5)
-            self.assertEqual(row["kurtosis"], other["kurtosis"])
-            self.assertEqual(row["adev_1"], other["adev_1"])
-
-    def test_a_sample_beside_a_gap_is_not_judged(self):
-        samples = counts(2000, 6)
-        samples[1000] += 256
-        lines = rows(samples)
-        for lost in (999, 1001):
-            kept = [line for i, line in enumerate(lines) if i != lost]
-            path = self.write("gap.csv", as_text("time_s,gyro_x_counts", kept))
-            done = self.sim(path, *FIXED, "--skip-torn-reads")
-            self.assertIn(SKIPPED.format(0), done.stderr)
-            self.assertIn("1 gaps (1 samples missing)", done.stderr)
-
-    def test_a_row_is_skipped_in_every_column(self):
-        left, right = counts(2000, 7), counts(2000, 8)
-        left[700] += 256
-        right[701] -= 512
-        right[1300] += 1024
-        text = as_text(
-            "time_s,gyro_x_counts,gyro_y_counts",
-            [[f"{i / RATE_HZ:.6f}", str(a), str(b)] for i, (a, b) in enumerate(zip(left, right))],
-        )
-        path = self.write("two.csv", text)
-        done = self.sim(
-            path, *FIXED, "--column", "gyro_x_counts,gyro_y_counts", "--skip-torn-reads"
-        )
-        self.assertIn("gyro_x_counts: 1 torn register reads skipped", done.stderr)
-        self.assertIn("gyro_y_counts: 2 torn register reads skipped", done.stderr)
-        # one gap of two rows and one of a row
-        self.assertIn("2 gaps (3 samples missing)", done.stderr)
-        epochs = [row["time_s"] for row in csv.DictReader(io.StringIO(done.stdout))]
-        for at in (700, 701, 1300):
-            self.assertNotIn(f"{at / RATE_HZ:.6f}", {f"{float(time):.6f}" for time in epochs})
-
-    def test_saturated_samples_stay(self):
-        samples = counts(3000, 9, offset=0)
-        samples[1500:1510] = [32767] * 10
-        path = self.counted("rail.csv", samples)
-        for options in ((), ("--skip-torn-reads",)):
-            done = self.sim(path, *FIXED, "--bits", 16, *options)
-            self.assertIn("10 samples saturated", done.stderr)
-        self.assertIn(SKIPPED.format(0), done.stderr)
-
-    def test_auto_learns_from_the_other_samples(self):
-        torn, places = tear(counts(80_000, 10), 10, apart=4000)
-        path = self.counted("torn.csv", torn)
-        options = ("--lsb", LSB, "--stride", 600, "--bandwidth", "auto", "--skip-torn-reads")
-        done = self.sim(path, *options)
-        self.assertEqual(0, done.returncode, done.stderr)
-        self.assertIn(SKIPPED.format(len(places)), done.stderr)
-        self.assertIn("white up to half the sample rate, no filter", done.stderr)
-
-    def test_it_needs_counts(self):
-        path = self.recording()
-        for options in ((), ("--arith", "float"), ("--arith", "float", "--lsb", "0.01")):
-            self.assert_refused(
-                self.sim(path, *options, "--skip-torn-reads"), "--skip-torn-reads", "--lsb"
-            )
-        self.assert_refused(
-            self.sim(path, "--lsb", "0.01", "--skip-torn-reads=1"), "--skip-torn-reads", "no value"
-        )
-
-    def test_too_few_rows_that_stay(self):
-        samples = counts(600, 11)
-        samples[300] += 256
-        path = self.counted("short.csv", samples)
-        centred = ("--lsb", LSB, "--policy", "fixed")
-        self.assertEqual(0, self.sim(path, *centred, "--window-max", 1200).returncode)
-        done = self.sim(path, *centred, "--window-max", 1200, "--skip-torn-reads")
-        self.assert_refused(done, "too short", "599")
+def recorded(folder, name, rows):
+    header = ",".join(["time_s", "gyro_x_counts", "gyro_y_counts"][: len(rows[0])])
+    return write(folder / name, as_text(header, rows))
 
 
-if __name__ == "__main__":
-    unittest.main()
+def skipped(done):
+    """(torn reads of each column, gaps, missing samples) on standard error."""
+    reads = re.findall(r"_counts: (\d+) torn register reads skipped\n", done.stderr)
+    lost = re.search(r"(\d+) gaps \((\d+) samples missing\)", done.stderr)
+    return [int(one) for one in reads], *(map(int, lost.groups()) if lost else (0, 0))
+
+
+def arw(text):
+    """Root of the mean square over windows that do not overlap."""
+    found = [float(row["arw_deg_per_sqrt_h"] or "nan") for row in parsed(text)]
+    found = [value for value in found if not math.isnan(value)]
+    assert len(found) > ROWS / 600 / 2  # a fit of 600 samples withholds some, never most
+    return math.sqrt(sum(value**2 for value in found) / len(found))
+
+
+@pytest.mark.parametrize(
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))]
+)
+def test_arw_is_that_of_the_sensor(tmp_path, seed):
+    clean = counts(ROWS, seed)
+    torn, places = tear(clean, seed)
+    words = (*FIXED, "--stride", 600)
+    right = arw(sim(recorded(tmp_path, "clean.csv", rows_of(clean)), *words).stdout)
+    path = recorded(tmp_path, "torn.csv", rows_of(torn))
+    assert arw(sim(path, *words).stdout) > 1.1 * TRUE_ARW
+    done = sim(path, *words, SKIP)
+    # The mean of 200 windows scatters by 0.2 %, and rounding adds 1/12 count^2: 0.5 %.
+    assert arw(done.stdout) == pytest.approx(right, rel=0.01)
+    assert arw(done.stdout) == pytest.approx(TRUE_ARW, rel=0.01)
+    assert skipped(done) == ([len(places)], len(places), len(places))
+
+
+def test_without_torn_reads_nothing_changes(tmp_path):
+    path = recorded(tmp_path, "clean.csv", rows_of(counts(3000, 4)))
+    plain, done = sim(path, *FIXED), sim(path, *FIXED, SKIP)
+    assert (done.returncode, done.stdout) == (0, plain.stdout)
+    assert skipped(done) == ([0], 0, 0)
+
+
+def test_a_torn_row_is_as_a_lost_row(tmp_path):
+    """Also beside gaps, at the edges of the blocks of a copy, and without time stamps."""
+    clean = counts(3000, 5)
+    torn, places = tear(clean, 5, apart=60)
+    for at in (511, 512, 513, 1023, 1024, 2998):
+        if not set(places) & set(range(at - 3, at + 4)):
+            torn[at] += 256
+            places.append(at)
+    lines = rows_of(torn)
+    kept = [line for i, line in enumerate(lines) if i not in set(places)]
+    words = (*FIXED, *SMALL_WINDOW, "--details")
+    expected = results(recorded(tmp_path, "lost.csv", kept), *words)
+    assert results(recorded(tmp_path, "torn.csv", lines), *words, SKIP) == expected
+    bare = write(tmp_path / "bare.csv", as_text("gyro_x_counts", [line[1:] for line in lines]))
+    found = results(bare, *words, "--rate", RATE_HZ, SKIP)
+    for row, other in zip(expected, found, strict=True):
+        assert float(other["time_s"]) == pytest.approx(float(row["time_s"]), abs=5e-6)
+        for name in ("epoch", "kurtosis", "adev_1", "differences_4", "gaps_in_window"):
+            assert row[name] == other[name]
+
+
+@pytest.mark.parametrize("lost", [999, 1001])
+def test_a_sample_beside_a_gap_is_not_judged(tmp_path, lost):
+    samples = counts(2000, 6)
+    samples[1000] += 256
+    lines = [line for i, line in enumerate(rows_of(samples)) if i != lost]
+    assert skipped(sim(recorded(tmp_path, "gap.csv", lines), *FIXED, SKIP)) == ([0], 1, 1)
+
+
+def test_a_row_is_skipped_in_every_column(tmp_path):
+    left, right = counts(2000, 7), counts(2000, 8)
+    left[700] += 256
+    right[701] -= 512
+    right[1300] += 1024
+    path = recorded(tmp_path, "two.csv", rows_of(left, right))
+    done = sim(path, *FIXED, "--column", "gyro_x_counts,gyro_y_counts", SKIP)
+    assert skipped(done) == ([1, 2], 2, 3)  # one gap of two rows and one of a row
+    times = {f"{float(row['time_s']):.6f}" for row in parsed(done.stdout)}
+    assert not times & {f"{at / RATE_HZ:.6f}" for at in (700, 701, 1300)}
+
+
+def test_saturated_samples_stay(tmp_path):
+    samples = counts(3000, 9, offset=0)
+    samples[1500:1510] = [32767] * 10
+    path = recorded(tmp_path, "rail.csv", rows_of(samples))
+    for options in ((), (SKIP,)):
+        done = sim(path, *FIXED, "--bits", 16, *options)
+        assert "10 samples saturated" in done.stderr
+    assert skipped(done) == ([0], 0, 0)
+
+
+def test_auto_learns_from_the_other_samples(tmp_path):
+    torn, places = tear(counts(80_000, 10), 10, apart=4000)
+    path = recorded(tmp_path, "torn.csv", rows_of(torn))
+    done = sim(path, "--lsb", LSB, "--stride", 600, "--bandwidth", "auto", SKIP)
+    assert (done.returncode, skipped(done)[0]) == (0, [len(places)])
+    assert "white up to half the sample rate, no filter" in done.stderr
+
+
+def test_too_few_rows_that_stay(tmp_path):
+    samples = counts(600, 11)
+    samples[300] += 256
+    path = recorded(tmp_path, "short.csv", rows_of(samples))
+    words = (path, "--lsb", LSB, "--policy", "fixed", "--window-max", 1200)
+    assert sim(*words).returncode == 0
+    assert_refused(sim(*words, SKIP), "too short", "599")
