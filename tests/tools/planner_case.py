@@ -1,82 +1,110 @@
-"""Base of the tests of tools/davar-plan from wishes: the command, and the files of a plan."""
+"""Plans of tools/davar-plan in this process, and the wishes that several modules plan."""
 
+import io
 import json
+import os
+import shlex
 import subprocess
-import tempfile
-import unittest
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
+from unittest import mock
 
 ROOT = Path(__file__).resolve().parents[2]
-KEYS = (
-    "flash_bytes",
-    "ram_bytes",
-    "stack_bytes",
-    "worst_push_instructions",
-    "mean_instructions",
-    "defines",
-    "arw_percent",
-    "respond_s",
-    "taus_s",
-)
+sys.path.append(str(ROOT / "tools/plan"))
+from planner import __main__ as command_line  # noqa: E402
+from planner import choice, costs, programs, wishes  # noqa: E402
+
+SIM = os.environ.get("DAVAR_SIM", str(ROOT / "build/tools/host_sim/davar-sim"))
 # The example of issue 34: it once took a dozen builds to fit it.
 EXAMPLE = (
     "--rate 1000 --axes 3 --type int16 --lsb 0.061 --bandwidth 250:2 --respond 2 "
     "--longest-tau 1000 --ram 20k --flash 24k --core cortex-m4f"
 )
+USUAL = "--rate 100 --lsb 0.05 --bandwidth 33:2 --core cortex-m0"
 WISHES = (
     EXAMPLE,
     EXAMPLE.replace("--flash 24k", ""),
     "--sensor icm42688@1000 --axes 3 --core cortex-m0",
-    "--rate 100 --lsb 0.05 --bandwidth 33:2 --core cortex-m0",
+    USUAL,
     "--rate 100 --lsb 0.05 --core rv32imac --false-alarms-per-hour 0.01 --bandwidth none",
     "--rate 500 --type int32 --lsb 1e-4 --bandwidth 100 --core cortex-m7 --longest-tau 3600",
     "--rate 200 --type float --full-scale 500 --bandwidth 50:1 --core rv64gc --respond 0.5",
+    "--rate 400 --type int32 --lsb 0.002 --bandwidth 200 --false-alarms-per-hour 1 --axes 2 "
+    "--longest-tau 400 --core rv64gc",
 )
 
 
-def command(words):
-    return subprocess.run(
-        [ROOT / "tools/davar-plan", *words], text=True, capture_output=True, check=False
-    )
+class Done(NamedTuple):
+    status: int
+    out: str
+    err: str
 
 
-class Planned(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.work = Path(folder.name)
+@cache
+def built():
+    """Builds davar-plan and davar-promise if they do not exist."""
+    if not programs.PROMISE.exists():
+        subprocess.run([ROOT / "tools/davar-plan", "--help"], check=True, capture_output=True)
 
-    def planned(self, words):
-        """The plan as JSON, with its files in self.work / "setup"."""
-        done = command([*words.split(), "-o", str(self.work / "setup"), "--json"])
-        self.assertEqual((0, ""), (done.returncode, done.stderr))
-        return json.loads(done.stdout)
 
-    def gcc(self, *options):
-        return subprocess.run(
-            ["gcc", "-std=c11", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src", *options],
-            text=True,
-            capture_output=True,
-            check=False,
-            cwd=self.work,
-        )
+def run(words):
+    """A command line, as the list of its words."""
+    built()
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        redirect_stdout(out),
+        redirect_stderr(err),
+        mock.patch.object(sys, "argv", ["davar-plan", *words]),
+    ):
+        status = command_line.main()
+    return Done(status, out.getvalue(), err.getvalue())
 
-    def run_setup(self, program, words, *options):
-        """The lines that a program of this folder prints; the files of the plan are part of it."""
-        done = self.gcc(
-            "-O2",
-            "@setup/davar_setup.args",
-            "-I",
-            "setup",
-            *options,
-            ROOT / "tests/tools" / program,
-            "setup/davar_setup.c",
-            *sorted((ROOT / "lib/src").rglob("*.c")),
-            "-lm",
-            "-o",
-            "run",
-        )
-        self.assertEqual(0, done.returncode, done.stderr)
-        return subprocess.run(
-            [self.work / "run", *map(str, words)], text=True, capture_output=True, check=True
-        ).stdout.splitlines()
+
+@cache
+def command(text):
+    """The same, as one text. It writes nothing."""
+    return run(shlex.split(text))
+
+
+def planned(text):
+    """The plan as JSON."""
+    done = command(f"{text} --json")
+    assert (done.status, done.err) == (0, ""), done
+    return json.loads(done.out)
+
+
+def refused(text):
+    """The object of --json for wishes that are impossible."""
+    done = command(f"{text} --json")
+    assert (done.status, done.err) == (1, ""), done
+    return json.loads(done.out)
+
+
+@cache
+def plan_of(text):
+    """The plan as an object."""
+    built()
+    return choice.plan(wishes.read(shlex.split(text), costs.cores()).wishes)
+
+
+def write(text, folder):
+    """Writes the files of a plan."""
+    for name, content in command_line.files(plan_of(text), f"tools/davar-plan {text}").items():
+        (folder / name).write_text(content, encoding="utf-8")
+
+
+def gcc(folder, *options, compiler="gcc"):
+    """Runs the compiler in a folder. Returns its complaints."""
+    language = "-std=c++17" if compiler == "g++" else "-std=c11"
+    places = [f"-I{ROOT / place}" for place in ("lib/include", "lib/src", "tests/support")]
+    words = [compiler, language, *places, f"-I{folder}", *map(str, options)]
+    done = subprocess.run(words, text=True, capture_output=True, check=False, cwd=folder)
+    assert bool(done.returncode) == ("error" in done.stderr), done.stderr
+    return done.stderr
+
+
+def printed_by(program):
+    return subprocess.run(program, text=True, capture_output=True, check=True).stdout

@@ -1,15 +1,145 @@
-"""The setup that tools/davar-plan writes: it compiles, its promises hold in simulations, and its
-calls may come in any order.
+"""The setup that tools/davar-plan writes: it compiles, passes the planned numbers and every sample
+to the library, keeps its promises in simulations, and its calls may come in any order.
 """
 
 import json
-import re
+import math
 import subprocess
 
-from planner_case import EXAMPLE, KEYS, ROOT, WISHES, Planned, command
+import pytest
+from planner_case import EXAMPLE, ROOT, WISHES, gcc, plan_of, planned, printed_by, run, write
 
 FILES = {"davar_setup.h", "davar_setup.c", "davar_setup.args", "davar_setup.cmake"}
-WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+HERE = ROOT / "tests/tools"
+SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
+SEED = 20261
+
+
+def library_and(program, folder, *options):
+    """The program of this folder, compiled with the setup in `folder` and the whole library."""
+    sources = sorted((ROOT / "lib/src").rglob("*.c"))
+    options = ("-O1", "@davar_setup.args", *options)
+    done = gcc(folder, *options, HERE / program, "davar_setup.c", *sources, "-lm", "-o", "run")
+    assert done == ""
+    return folder / "run"
+
+
+# --- the files ---
+
+
+def called(words, folder, count=37, block=37):
+    """What the files of a plan pass to the library: [(function, axis, values)]."""
+    write(words, folder)
+    wishes = plan_of(words).design.wishes
+    options = [f"-DSAMPLE={SAMPLE[wishes.type]}", *(["-DFLOAT"] if wishes.type == "float" else [])]
+    options += ["-DCASCADE"] if plan_of(words).design.cascade_taus else []
+    done = gcc(folder, "@davar_setup.args", *options, HERE / "setup_facts.c", "-lm", "-o", "facts")
+    assert done == ""
+    lines = printed_by([folder / "facts", str(count), str(block)]).splitlines()
+    words = [line.split() for line in lines]
+    return [(name, int(axis), [float(value) for value in more]) for name, axis, *more in words]
+
+
+@pytest.mark.parametrize("words", WISHES)
+def test_the_library_is_started_as_planned(words, tmp_path):
+    design = plan_of(words).design
+    wishes, calls = design.wishes, called(words, tmp_path)
+    scale = [wishes.lsb or 0, wishes.full_scale or 0]
+    engine = 1 if (design.law, design.engine) == ("fixed", "grid") else 0
+    started = {axis: more for name, axis, more in calls if name == "init"}
+    assert list(started) == list(range(wishes.axes))
+    for is_own, bytes, *config in started.values():
+        assert is_own
+        assert bytes % 8 == 0
+        law = [wishes.false_alarms_per_hour or 0.01, 10] if design.law == "glr" else [0, 0]
+        window = [design.window, design.shortest, 4]
+        sizes = [design.taus[-1], len(design.taus)]
+        assert config == [wishes.rate_hz, *scale, design.stride, engine, *window, *law, *sizes]
+    slow = [more for name, _, more in calls if name == "slow_init"]
+    assert len(slow) == (wishes.axes if design.cascade_taus else 0)
+    for is_own, _, *config in slow:
+        assert is_own
+        shape = [design.cascade_shortest, design.cascade_taus, 32]
+        assert config == [wishes.rate_hz, *scale, *shape]
+
+
+@pytest.mark.parametrize("block", (1, 16, 17, 40, 150))
+@pytest.mark.parametrize("words", (WISHES[0], WISHES[6], WISHES[7]))
+def test_every_sample_of_every_axis_arrives_once_in_order(words, block, tmp_path):
+    axes, count = plan_of(words).design.wishes.axes, 90
+    calls = called(words, tmp_path, count, block)
+    for name in ("push", *(["slow_push"] if "longest-tau" in words else [])):
+        for a in range(axes):
+            values = [
+                value for one, axis, more in calls if (one, axis) == (name, a) for value in more
+            ]
+            assert values == [100 * a + i for i in range(count)]
+    for name in ("gap", *(["slow_gap"] if "longest-tau" in words else [])):
+        assert [(axis, more) for one, axis, more in calls if one == name] == [
+            (a, [7]) for a in range(axes)
+        ]
+
+
+@pytest.mark.parametrize("words", WISHES)
+def test_a_result_is_of_its_axis_and_fitted_with_the_plan_of_the_files(words, tmp_path):
+    design = plan_of(words).design
+    axes, rate = design.wishes.axes, design.wishes.rate_hz
+    calls = called(words, tmp_path)
+    white = "fit_white" if design.fit == "terms" else "fit_white_ready"
+    fits = [(axis, more) for name, axis, more in calls if name == white]
+    assert fits == [(a, [1, rate]) for a in range(axes - 1)]  # the last one has no new result
+    assert [more[0] for name, _, more in calls if name == "taken"] == [1] * (axes - 1) + [0, 0]
+    curves = [more[0] for name, _, more in calls if name == "curve"]
+    assert curves == ([1] * axes + [0] if design.cascade_taus else [])
+    appended = [more[0] for name, _, more in calls if name == "append"]
+    sizes = [0] * axes  # of the window: those of the newest result, or of none
+    if design.fit == "terms":
+        sizes[-1] = len(design.taus)
+        assert [more for name, _, more in calls if name == "fit"] == [[1, rate]] * axes
+    assert appended[-1:] == sizes[-1:] if design.cascade_taus else appended == []
+
+
+def test_the_header_refuses_other_options_and_serves_c_plus_plus(tmp_path):
+    write(EXAMPLE, tmp_path)
+    assert "davar_setup.args" in gcc(tmp_path, "-c", "davar_setup.c", "-o", "a.o")
+    (tmp_path / "a.cpp").write_text('#include "davar_setup.h"\nint main() {}\n')
+    options = ("-Wall", "-Wextra", "-Werror", "@davar_setup.args", "-fsyntax-only", "a.cpp")
+    assert gcc(tmp_path, *options, compiler="g++") == ""
+
+
+def test_the_same_wishes_write_the_same_four_files(tmp_path):
+    contents = []
+    for name in ("one", "other"):
+        done = run([*EXAMPLE.split(), "-o", str(tmp_path / "setup")])
+        assert (done.status, done.err) == (0, "")
+        assert done.out.endswith(f" in {tmp_path / 'setup'}\n")
+        (tmp_path / "setup").rename(tmp_path / name)
+        contents.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
+    assert contents[0].keys() == FILES
+    assert contents[0] == contents[1]
+
+
+@pytest.mark.slow
+def test_cmake_builds_it_with_the_options_of_the_plan(tmp_path):
+    write(EXAMPLE, tmp_path)
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.22)\nproject(app LANGUAGES C)\n"
+        "include(davar_setup.cmake)\n"
+        f"add_subdirectory({ROOT} davar)\nadd_executable(app main.c davar_setup.c)\n"
+        "target_link_libraries(app PRIVATE davar::davar)\n"
+    )
+    (tmp_path / "main.c").write_text(
+        '#include "davar_setup.h"\n'
+        "int main(void) { return (davar_setup_start() == DAVAR_OK) ? 0 : 1; }\n"
+    )
+    for words in (["-S", ".", "-B", "build"], ["--build", "build", "--target", "app"]):
+        done = subprocess.run(["cmake", *words], text=True, capture_output=True, cwd=tmp_path)
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert subprocess.run([tmp_path / "build/app"]).returncode == 0
+
+
+# --- its promises with the whole library ---
+
 # wishes, FILTER of setup_promises.c, sigma after the filter
 SIMULATED = (
     (
@@ -18,25 +148,9 @@ SIMULATED = (
         30,
     ),
     (
-        "--rate 100 --lsb 0.05 --bandwidth 33:2 --core cortex-m0",
-        "{DAVAR_LOW_PASS(33, 100, 2)}",
-        20,
-    ),
-    (
-        "--rate 100 --lsb 0.05 --bandwidth 5:1 --respond 20 --core cortex-m0",
-        "{DAVAR_LOW_PASS(5, 100, 1)}",
-        20,
-    ),
-    ("--rate 100 --lsb 0.05 --core cortex-m0", "{0}", 20),
-    (
         "--rate 200 --type float --full-scale 500 --bandwidth none --respond 3 --core rv32imac",
         "{0}",
         1,
-    ),
-    (
-        "--rate 100 --lsb 0.05 --bandwidth none --respond 1.1 --arw-percent 8 --core cortex-m4f",
-        "{0}",
-        20,
     ),
     (
         "--rate 1000 --lsb 0.061 --bandwidth 100:2 --false-alarms-per-hour 0.1 --core cortex-m4f",
@@ -50,190 +164,104 @@ SIMULATED = (
         30,
     ),
 )
-SEED, TRIALS = 20261, 300
 
 
-class Files(Planned):
-    def test_every_plan_compiles_without_a_warning_and_has_the_keys(self):
-        for words in WISHES:
-            with self.subTest(wishes=words):
-                found = self.planned(words)
-                self.assertEqual([], [key for key in KEYS if key not in found])
-                folder = self.work / "setup"
-                self.assertEqual(FILES, {path.name for path in folder.iterdir()})
-                options = (folder / "davar_setup.args").read_text().split()
-                self.assertEqual([f"-D{define}" for define in found["defines"]], options)
-                done = self.gcc(*WARNINGS, *options, "-c", "setup/davar_setup.c", "-o", "a.o")
-                self.assertEqual("", done.stderr)
-
-    def test_the_header_refuses_other_options(self):
-        self.planned(EXAMPLE)
-        done = self.gcc("-c", "setup/davar_setup.c", "-o", "a.o")
-        self.assertIn("davar_setup.args", done.stderr)
-        self.assertNotEqual(0, done.returncode)
-
-    def test_the_header_serves_c_plus_plus(self):
-        self.planned(EXAMPLE)
-        (self.work / "a.cpp").write_text('#include "setup/davar_setup.h"\nint main() {}\n')
-        command = ["g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", "@setup/davar_setup.args"]
-        done = subprocess.run(
-            [*command, "-I", ROOT / "lib/include", "-fsyntax-only", "a.cpp"],
-            text=True,
-            capture_output=True,
-            check=False,
-            cwd=self.work,
-        )
-        self.assertEqual("", done.stderr)
-
-    def test_cmake_builds_it_with_the_options_of_the_plan(self):
-        self.planned(EXAMPLE)
-        (self.work / "CMakeLists.txt").write_text(
-            "cmake_minimum_required(VERSION 3.22)\nproject(app LANGUAGES C)\n"
-            "include(setup/davar_setup.cmake)\n"
-            f"add_subdirectory({ROOT} davar)\nadd_executable(app main.c setup/davar_setup.c)\n"
-            "target_link_libraries(app PRIVATE davar::davar)\n"
-        )
-        (self.work / "main.c").write_text(
-            '#include "setup/davar_setup.h"\n'
-            "int main(void) { return (davar_setup_start() == DAVAR_OK) ? 0 : 1; }\n"
-        )
-        for words in (["-S", ".", "-B", "build"], ["--build", "build", "--target", "app"]):
-            done = subprocess.run(
-                ["cmake", *words], text=True, capture_output=True, check=False, cwd=self.work
-            )
-            self.assertEqual(0, done.returncode, done.stdout + done.stderr)
-        self.assertEqual(0, subprocess.run([self.work / "build/app"], check=False).returncode)
-
-    def test_the_example_of_the_issue_fits(self):
-        found = self.planned(EXAMPLE)
-        self.assertLessEqual(found["flash_bytes"], 24 * 1024)
-        self.assertLessEqual(found["ram_bytes"], 20 * 1024)
-        self.assertLessEqual(found["respond_s"], 2)
-        self.assertGreaterEqual(max(found["taus_s"]), 1000)
-
-    def test_the_same_wishes_give_the_same_bytes(self):
-        self.planned(EXAMPLE)
-        first = {path.name: path.read_bytes() for path in (self.work / "setup").iterdir()}
-        self.planned(EXAMPLE)
-        again = {path.name: path.read_bytes() for path in (self.work / "setup").iterdir()}
-        self.assertEqual(first, again)
-
-    def test_the_printed_report_states_the_figures_of_the_json(self):
-        found = self.planned(EXAMPLE)
-        done = command(EXAMPLE.split())
-        self.assertEqual((0, ""), (done.returncode, done.stderr))
-        for key in ("flash_bytes", "ram_bytes", "stack_bytes", "mean_instructions"):
-            self.assertIn(str(found[key]), done.stdout)
-        self.assertIn("a folder with -o", done.stdout)
-
-
-class Promises(Planned):
-    def simulated(self, words, filter, sigma):
-        """The plan, and what its setup delivers on this machine."""
-        found = self.planned(words)
-        text = (self.work / "setup/davar_setup.c").read_text()
-        rate = float(re.search(r"rate_hz = ([^,]+),", text)[1])
-        unit = re.search(r"unit_per_count = ([^,]+),", text)
-        stride = round(found["stride_s"] * rate)
-        lines = self.run_setup(
-            "setup_promises.c",
-            (SEED, TRIALS, sigma),
-            "-I",
-            ROOT / "tests/support",
-            f"-DFILTER={filter}",
-            f"-DSAMPLE={'int16_t' if unit else 'float'}",
-            f"-DUNIT={unit[1] if unit else 1.0}",
-            f"-DRATE={rate}",
-            f"-DQUIET={round(found['window_s'] * rate) + 10 * stride + 200}U",
-            f"-DSTRIDE={stride}U",
-            f"-DALARMS={int(found['law'] == 'glr')}",
-        )
-        measured = {name: float(value) for name, value in map(str.split, lines)}
-        return found, measured | {"late_s": measured["late"] / rate}
-
-    def test_intervals_are_as_narrow_and_changes_are_seen_as_soon_as_promised(self):
-        for words, filter, sigma in SIMULATED:
-            with self.subTest(wishes=words):
-                found, measured = self.simulated(words, filter, sigma)
-                self.assertAlmostEqual(1, measured["width"] / found["arw_percent"], delta=0.15)
-                self.assertGreater(measured["shown"], 0.9)
-                self.assertGreater(measured["held"], 0.92)
-                self.assertLessEqual(measured["late_s"], found["respond_s"])
-
-
-class Calls(Planned):
-    """Take and curve in any order."""
-
-    SAMPLES, SIGMA, UNIT, RATE = 40000, 20, 0.05, 100
-    WISHES = (
-        f"--rate {RATE} --axes 2 --lsb {UNIT} --bandwidth none --respond 4 --longest-tau 40 "
-        "--core cortex-m4f"
+@pytest.mark.slow
+@pytest.mark.parametrize("words, filter, sigma", SIMULATED)
+def test_intervals_are_as_narrow_and_changes_are_seen_as_soon_as_promised(
+    words, filter, sigma, tmp_path
+):
+    found, wishes = planned(words), plan_of(words).design.wishes
+    write(words, tmp_path)
+    stride = round(found["stride_s"] * wishes.rate_hz)
+    program = library_and(
+        "setup_promises.c",
+        tmp_path,
+        f"-DFILTER={filter}",
+        f"-DSAMPLE={SAMPLE[wishes.type]}",
+        f"-DUNIT={wishes.lsb or 1.0}",
+        f"-DRATE={wishes.rate_hz}",
+        f"-DQUIET={round(found['window_s'] * wishes.rate_hz) + 10 * stride + 200}U",
+        f"-DSTRIDE={stride}U",
+        f"-DALARMS={int(found['law'] == 'glr')}",
     )
+    lines = printed_by([program, str(SEED), "300", str(sigma)]).splitlines()
+    measured = {name: float(value) for name, value in map(str.split, lines)}
+    assert measured["width"] / found["arw_percent"] == pytest.approx(1, abs=0.15)
+    assert measured["shown"] > 0.9
+    assert measured["held"] > 0.92
+    assert measured["late"] / wishes.rate_hz <= found["respond_s"]
 
-    def called(self, more):
-        """The plan, and what each call of setup_calls.c returned."""
-        found = self.planned(f"{self.WISHES} {more}")
-        stride = round(found["stride_s"] * self.RATE)
-        words = (SEED, self.SAMPLES)
-        lines = self.run_setup("setup_calls.c", words, *WARNINGS, f"-DSTRIDE={stride}U")
-        return found, [json.loads(line) for line in lines]
 
-    def check_long(self, call, found):
-        """The long sizes have values of white noise: within five standard errors."""
-        taus = {m: [float.fromhex(x) for x in more] for m, _, *more in call["taus"]}
-        longest = round(max(found["taus_s"]) * self.RATE)
-        self.assertEqual(max(taus), longest)
-        for m, (adev, low, high) in taus.items():
-            if m >= 64:
-                truth = self.SIGMA * self.UNIT / m**0.5
-                spread = 5 * (m / min(self.SAMPLES, 34 * m)) ** 0.5
-                self.assertLess(abs(adev / truth - 1), spread)
-                self.assertLess(low, adev)
-                self.assertLess(adev, high)
+# --- take and curve in any order ---
 
-    def check_walk(self, call):
-        walk = call["walk"]
-        truth = 60 * self.SIGMA * self.UNIT / self.RATE**0.5
-        self.assertTrue(walk["present"])
-        width = walk["high"] - walk["low"]
-        self.assertLess(abs(walk["value"] - truth), width)
-        self.assertLess(width, truth)
+SAMPLES, SIGMA, UNIT, RATE = 40000, 20, 0.05, 100
+TWO_AXES = (
+    f"--rate {RATE} --axes 2 --lsb {UNIT} --bandwidth none --respond 4 --longest-tau 40 "
+    "--core cortex-m4f"
+)
 
-    def returned(self, more, fit):
-        found, calls = self.called(more)
-        self.assertEqual(fit, found["fit"])
-        self.assertEqual([False] * 4, [call["has_result"] for call in calls[:4]])
-        return found, calls[4:]
 
-    def test_a_curve_without_a_fit_needs_no_result_and_takes_none(self):
-        found, calls = self.returned("--flash 24k", "curve")
-        take, again, curve, same, other, of_other, late, after = calls
-        for call in (take, of_other, after):
-            self.check_walk(call)
-        self.assertFalse(again["has_result"])
-        for call in (curve, same, other, late):
-            self.check_long(call, found)
-            self.assertFalse(call["walk"]["present"])
-        self.assertEqual(curve, same)
-        self.assertNotEqual(curve["taus"], other["taus"])
+def returned(words, fit, folder):
+    """The plan, and what each call of setup_calls.c returned after the first samples."""
+    found = planned(words)
+    assert found["fit"] == fit
+    write(words, folder)
+    program = library_and("setup_calls.c", folder, f"-DSTRIDE={round(found['stride_s'] * RATE)}U")
+    lines = printed_by([program, str(SEED), str(SAMPLES)]).splitlines()
+    calls = [json.loads(line) for line in lines]
+    assert [call["has_result"] for call in calls[:4]] == [False] * 4
+    return found, calls[4:]
 
-    def test_a_fit_of_all_terms_uses_the_window_if_there_is_a_new_result(self):
-        for more in ("", "--false-alarms-per-hour 0.1"):
-            with self.subTest(wishes=more):
-                found, calls = self.returned(more, "terms")
-                take, again, curve, same, other, of_other, late, after = calls
-                self.check_walk(take)
-                for call in (curve, same, other, late):
-                    self.check_long(call, found)
-                    self.check_walk(call)
-                for call in (again, of_other, after):
-                    self.assertFalse(call["has_result"])
-                self.assertEqual(curve, same)
-                sizes = [tau[0] for tau in take["taus"]]
-                for call, has_window in ((curve, False), (other, True), (late, True)):
-                    of_window = call["taus"][: len(sizes)]
-                    self.assertEqual(sizes, [tau[0] for tau in of_window])
-                    self.assertEqual([has_window] * len(sizes), [tau[1] > 0 for tau in of_window])
-                    self.assertEqual(
-                        [has_window] * len(sizes), ["nan" not in tau for tau in of_window]
-                    )
+
+def check_long(call, found):
+    """The long sizes have values of white noise: within five standard errors."""
+    taus = {m: [float.fromhex(x) for x in more] for m, _, *more in call["taus"]}
+    assert max(taus) == round(max(found["taus_s"]) * RATE)
+    for m, (adev, low, high) in taus.items():
+        if m >= 64:
+            truth = SIGMA * UNIT / math.sqrt(m)
+            spread = 5 * math.sqrt(m / min(SAMPLES, 34 * m))
+            assert abs(adev / truth - 1) < spread
+            assert low < adev < high
+
+
+def check_walk(call):
+    walk = call["walk"]
+    truth = 60 * SIGMA * UNIT / math.sqrt(RATE)
+    assert walk["present"]
+    assert abs(walk["value"] - truth) < walk["high"] - walk["low"] < truth
+
+
+def test_a_curve_without_a_fit_needs_no_result_and_takes_none(tmp_path):
+    found, calls = returned(f"{TWO_AXES} --flash 24k", "curve", tmp_path)
+    take, again, curve, same, other, of_other, late, after = calls
+    for call in (take, of_other, after):
+        check_walk(call)
+    assert not again["has_result"]
+    for call in (curve, same, other, late):
+        check_long(call, found)
+        assert not call["walk"]["present"]
+    assert curve == same
+    assert curve["taus"] != other["taus"]
+
+
+@pytest.mark.parametrize(
+    "more", ("", pytest.param(" --false-alarms-per-hour 0.1", marks=pytest.mark.slow))
+)
+def test_a_fit_of_all_terms_uses_the_window_if_there_is_a_new_result(more, tmp_path):
+    found, calls = returned(TWO_AXES + more, "terms", tmp_path)
+    take, again, curve, same, other, of_other, late, after = calls
+    check_walk(take)
+    for call in (curve, same, other, late):
+        check_long(call, found)
+        check_walk(call)
+    for call in (again, of_other, after):
+        assert not call["has_result"]
+    assert curve == same
+    sizes = [tau[0] for tau in take["taus"]]
+    for call, has_window in ((curve, False), (other, True), (late, True)):
+        of_window = call["taus"][: len(sizes)]
+        assert [tau[0] for tau in of_window] == sizes
+        assert [tau[1] > 0 for tau in of_window] == [has_window] * len(sizes)
+        assert ["nan" not in tau for tau in of_window] == [has_window] * len(sizes)

@@ -101,16 +101,19 @@ def _reaching(
     """
     short = replace(wishes, longest_tau_s=None)
     window, shortest, longest = 400.0, 64.0, design.WINDOW_MOST[wishes.type] * 0.9
+    reaching = longest
     for _ in range(12):
         found = promises.promise(make(short, int(window))[0])
         ratio = found.arw_percent / percent
         if math.isinf(found.respond_s):
             shortest = 1.3 * window
-        elif math.isinf(ratio) or 0.93 < ratio <= 1:
+        elif ratio <= 1:  # a further cluster size narrows the interval in a step
+            reaching = window
+        if math.isfinite(found.respond_s) and (math.isinf(ratio) or 0.93 < ratio <= 1):
             break
         window *= min(max(ratio**2 * 1.04, 0.1), 10)
         window = min(max(window, shortest), longest)
-    return make(wishes, int(window))
+    return make(wishes, int(reaching))
 
 
 def candidates(wishes: Wishes) -> Iterator[tuple[float, list[Design]]]:
