@@ -74,38 +74,6 @@ static void test_the_error_stays_in_its_bound_after_full_scale_bursts(void)
     }
 }
 
-/* The same counts as floats and as fixed point give the same windows, decisions and deviations,
- * although the mean is 10^4 sigma. */
-static void test_float_and_fixed_decide_alike(void)
-{
-    davar_t fixed;
-    davar_t floating;
-    davar_result_t other;
-    random_t random = random_seeded(11U);
-    config.full_scale = 8388608.0;
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&fixed, &config, memory[0], sizeof memory[0]));
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&floating, &config, memory[1], sizeof memory[1]));
-    uint32_t shrunk = 0U;
-    for (uint32_t n = 0U; n < (3U * SAMPLES / 4U); n++) {
-        const double sigma = (((n / 3000U) % 2U) == 1U) ? 900.0 : 300.0;
-        const int32_t count = 3000000 + (int32_t)lrint(sigma * random_gauss(&random));
-        const float rate = (float)count;
-        davar_push_q31(&fixed, &count, 1U);
-        davar_push_f32(&floating, &rate, 1U);
-        const bool ready = davar_take(&fixed, &result);
-        TEST_ASSERT_EQUAL(ready, davar_take(&floating, &other));
-        if (ready) {
-            TEST_ASSERT_EQUAL_UINT32(result.window_samples, other.window_samples);
-            TEST_ASSERT_EQUAL(result.unstable, other.unstable);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12 * result.tau[3].adev, result.tau[3].adev,
-                                      other.tau[3].adev);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12, result.kurtosis, other.kurtosis);
-            shrunk += (result.window_samples < 600U) ? 1U : 0U;
-        }
-    }
-    TEST_ASSERT_GREATER_THAN_UINT32(1000U, shrunk);
-}
-
 /* Noise of 20 quanta far below full scale keeps the kurtosis of the quanta: no bits are dropped. */
 static void test_a_quiet_sensor_keeps_its_kurtosis(void)
 {
@@ -303,7 +271,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_error_stays_in_its_bound_after_full_scale_bursts);
-    RUN_TEST(test_float_and_fixed_decide_alike);
     RUN_TEST(test_a_quiet_sensor_keeps_its_kurtosis);
     RUN_TEST(test_not_a_number_and_infinity_are_gaps);
     RUN_TEST(test_beyond_full_scale_saturates_and_counts);

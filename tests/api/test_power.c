@@ -168,24 +168,6 @@ static void test_readings_that_differ_after_a_cut_at_any_byte(void)
     next_save_is_whole();
 }
 
-/* All cells but one are written. That one reads differently each time: intact when it is checked,
- * and damaged when it is loaded. */
-static void test_one_cell_that_is_half_written(void)
-{
-    learn();
-    const size_t slot = slot_written();
-    const size_t bytes = davar_state_bytes(&original);
-    unsigned whole = 0U;
-    for (size_t at = slot; at < (slot + bytes); at++) {
-        cut_at(slot, slot + bytes);
-        unsure[at] = true;
-        whole += power_up();
-    }
-    TEST_ASSERT_GREATER_THAN_UINT(bytes / 8U, whole);
-    TEST_ASSERT_LESS_THAN_UINT(bytes - bytes / 8U, whole);
-    next_save_is_whole();
-}
-
 /* Rows reach the cells in any order: any subset of an interrupted save may be present. */
 static void test_rows_that_are_written_in_another_order(void)
 {
@@ -206,29 +188,11 @@ static void test_rows_that_are_written_in_another_order(void)
     next_save_is_whole();
 }
 
-/* All rows but any one: the header of a new image may be present before the rest of it. */
-static void test_one_row_that_is_not_written(void)
-{
-    learn();
-    unsigned older = 0U;
-    for (size_t row = 0U; row < ROWS; row++) {
-        memcpy(cells, meant, sizeof cells);
-        memcpy(&cells[row * ROW], &before[row * ROW], ROW);
-        const bool same = memcmp(&before[row * ROW], &meant[row * ROW], ROW) == 0;
-        TEST_ASSERT_EQUAL_UINT(same ? 1U : 0U, power_up());
-        older += same ? 0U : 1U;
-    }
-    TEST_ASSERT_GREATER_THAN_UINT(8U, older);
-    next_save_is_whole();
-}
-
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_torn_write_at_any_byte);
     RUN_TEST(test_readings_that_differ_after_a_cut_at_any_byte);
-    RUN_TEST(test_one_cell_that_is_half_written);
     RUN_TEST(test_rows_that_are_written_in_another_order);
-    RUN_TEST(test_one_row_that_is_not_written);
     return UNITY_END();
 }

@@ -1,7 +1,11 @@
-/* davar tests - the results of a stream, and its counters. */
+/* davar tests - the results of a stream, its counters, gaps and restarts, and the series of cluster
+ * sizes. */
+#include "davar/davar.h"
 #include "stream_fixture.h"
+#include "unity.h"
 
 #include <math.h>
+#include <string.h>
 
 static void test_results_that_were_not_taken_are_counted(void)
 {
@@ -196,6 +200,94 @@ static void test_the_longest_clusters(void)
     TEST_ASSERT_TRUE(!result.coefficient[0].present && isinf(result.coefficient[0].high));
 }
 
+static void test_too_many_gaps_restart_the_window_and_keep_the_count_of_samples(void)
+{
+    config.window.mode = DAVAR_MODE_TRAILING;
+    config.law = NULL;
+    config.window.gaps_max = 2U;
+    config.stride = 7U;
+    start_q15();
+    (void)feed(0U, 60U);
+    for (uint32_t g = 0U; g < 3U; g++) {
+        davar_gap(&davar, 5U);
+        (void)feed(60U + g, 61U + g);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).restarts);
+    TEST_ASSERT_EQUAL_UINT32(3U, davar_health(&davar).gaps);
+    TEST_ASSERT_EQUAL_UINT32(15U, davar_health(&davar).missing);
+    /* The restart came before sample 62. The next boundary of the grid is 63, and the first window
+     * of >= 20 samples ends with the block 77 .. 83. */
+    uint32_t i = 63U;
+    while (feed(i, i + 1U) == 0U) {
+        i++;
+    }
+    TEST_ASSERT_EQUAL_UINT64(83U, result.epoch);
+    TEST_ASSERT_EQUAL_UINT32(21U, result.window_samples);
+    TEST_ASSERT_EQUAL_UINT32(0U, result.gaps_in_window);
+}
+
+static void test_a_restart_loses_a_waiting_result_and_counts_it(void)
+{
+    config.window.gaps_max = 0U;
+    start_q15();
+    for (uint32_t i = 0U; i < 20U; i++) {
+        const int16_t sample = ripple(i);
+        davar_push_q15(&davar, &sample, 1U);
+    }
+    davar_gap(&davar, 1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).missed);
+    TEST_ASSERT_FALSE(take_fitted(&davar, &result));
+    TEST_ASSERT_EQUAL_UINT32(1U, feed(20U, 40U));
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).missed);
+}
+
+static void test_gaps_at_the_start_or_twice_in_one_place_count_at_most_once(void)
+{
+    config.law = NULL;
+    start_q15();
+    davar_gap(&davar, 1U);
+    (void)feed(0U, 30U);
+    TEST_ASSERT_EQUAL_UINT32(0U, result.gaps_in_window);
+    davar_gap(&davar, 1U);
+    davar_gap(&davar, UINT32_MAX);
+    (void)feed(30U, 40U);
+    TEST_ASSERT_EQUAL_UINT32(1U, result.gaps_in_window);
+    TEST_ASSERT_EQUAL_UINT32(3U, davar_health(&davar).gaps);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).missing);
+}
+
+static uint32_t series[DAVAR_TAUS_MAX];
+
+static void test_octaves_stop_at_a_ninth_of_the_window(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(0U, davar_taus_octave(1U, series, DAVAR_TAUS_MAX));
+    TEST_ASSERT_EQUAL_UINT8(1U, davar_taus_octave(2U, series, DAVAR_TAUS_MAX));
+    TEST_ASSERT_EQUAL_UINT8(7U, davar_taus_octave(600U, series, DAVAR_TAUS_MAX));
+    TEST_ASSERT_EQUAL_UINT32(64U, series[6]);
+    TEST_ASSERT_EQUAL_UINT8(6U, davar_taus_octave(575U, series, DAVAR_TAUS_MAX));
+    TEST_ASSERT_EQUAL_UINT8(3U, davar_taus_octave(600U, series, 3U));
+}
+
+static void test_the_geometric_series_is_distinct_and_ends_at_a_ninth_of_the_window(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(0U, davar_taus_geometric(1U, 5U, series, DAVAR_TAUS_MAX));
+    TEST_ASSERT_EQUAL_UINT8(0U, davar_taus_geometric(600U, 0U, series, DAVAR_TAUS_MAX));
+    for (uint32_t window = 2U; window < 20000U; window += 1U + (window / 7U)) {
+        for (uint8_t wanted = 1U; wanted <= DAVAR_TAUS_MAX; wanted++) {
+            const uint8_t count = davar_taus_geometric(window, wanted, series, DAVAR_TAUS_MAX);
+            TEST_ASSERT_TRUE((count >= 1U) && (count <= wanted));
+            TEST_ASSERT_EQUAL_UINT32(1U, series[0]);
+            for (uint8_t t = 1U; t < count; t++) {
+                TEST_ASSERT_TRUE(series[t] > series[t - 1U]);
+            }
+            if (wanted > 1U) {
+                TEST_ASSERT_EQUAL_UINT32((window < 18U) ? 1U : (window / 9U), series[count - 1U]);
+            }
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT8(2U, davar_taus_geometric(5400U, 12U, series, 2U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -210,5 +302,10 @@ int main(void)
     RUN_TEST(test_moments_can_be_switched_off_with_the_fixed_window);
     RUN_TEST(test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation);
     RUN_TEST(test_the_longest_clusters);
+    RUN_TEST(test_too_many_gaps_restart_the_window_and_keep_the_count_of_samples);
+    RUN_TEST(test_a_restart_loses_a_waiting_result_and_counts_it);
+    RUN_TEST(test_gaps_at_the_start_or_twice_in_one_place_count_at_most_once);
+    RUN_TEST(test_octaves_stop_at_a_ninth_of_the_window);
+    RUN_TEST(test_the_geometric_series_is_distinct_and_ends_at_a_ninth_of_the_window);
     return UNITY_END();
 }

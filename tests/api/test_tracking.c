@@ -174,32 +174,6 @@ static void test_a_step_is_reported_and_the_window_begins_after_it(void)
     check_step(Q15, 1U, 1U);
 }
 
-/* Samples one by one or in blocks give the same results. */
-static void test_block_lengths_do_not_change_results(void)
-{
-    uint32_t count = 0U;
-    config.stride = 10U;
-    init(Q15);
-    for (uint32_t n = 0U; n < SAMPLES; n++) {
-        (void)push(Q15, n, 1U);
-        count += davar_take(&davar, &single[count]) ? 1U : 0U;
-    }
-    init(Q15);
-    uint32_t again = 0U;
-    random_t random = random_seeded(9U);
-    for (uint32_t n = 0U; n < SAMPLES;) {
-        const size_t most = 1U + (size_t)(random_next(&random) % 64U);
-        n += (uint32_t)push(Q15, n, ((SAMPLES - n) < most) ? (SAMPLES - n) : most);
-        if (davar_take(&davar, &result) && (again++ < count)) { /* the last one may still wait */
-            TEST_ASSERT_EQUAL_UINT64(single[again - 1U].epoch, result.epoch);
-            TEST_ASSERT_EQUAL_UINT32(single[again - 1U].window_samples, result.window_samples);
-            TEST_ASSERT_EQUAL_MEMORY(single[again - 1U].tau, result.tau,
-                                     sizeof result.tau[0] * TAUS);
-        }
-    }
-    TEST_ASSERT_UINT32_WITHIN(1U, count, again);
-}
-
 #define MISSING_MOST 64U
 #ifndef TRIALS
 #define TRIALS 400U
@@ -352,22 +326,6 @@ static void test_gaps(void)
     check_gaps(10U);
 }
 
-/* A gap during a possible shock, and one while a reported shock has not been passed. */
-static void test_a_gap_near_a_shock(void)
-{
-    for (uint32_t at = 3985U; at < 4035U; at++) {
-        make_stream(4U, SAMPLES, 1.0);
-        stream[4003] = 900;
-        config.stride = 1U;
-        init(Q15);
-        (void)run(Q15, 0U, at, 1U);
-        davar_gap(&davar, 1U);
-        (void)run(Q15, at, 6000U, 1U);
-        TEST_ASSERT_GREATER_THAN_UINT64(5980U, result.epoch);
-        TEST_ASSERT_LESS_OR_EQUAL_UINT64(5999U, result.epoch);
-    }
-}
-
 /* A gap completes no result. Samples accepted before it continue with the samples after it, and
  * each result can be taken. */
 static void check_every_result_can_be_taken(davar_mode_t mode, uint32_t stride,
@@ -401,22 +359,6 @@ static void test_every_result_near_gaps_can_be_taken(void)
         check_every_result_can_be_taken(DAVAR_MODE_CENTRED, 5U, shock_blocks);
         check_every_result_can_be_taken(DAVAR_MODE_CENTRED, 10U, shock_blocks);
     }
-}
-
-/* More gaps than the window can store: it restarts, and the detector continues. */
-static void test_a_restart(void)
-{
-    make_stream(6U, SAMPLES, 1.0);
-    config.window.gaps_max = 1U;
-    init(Q15);
-    (void)run(Q15, 0U, 3000U, 1U);
-    davar_gap(&davar, 1U);
-    (void)run(Q15, 3000U, 3100U, 1U);
-    davar_gap(&davar, 1U);
-    const story_t story = run(Q15, 3100U, 6000U, 1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).restarts);
-    TEST_ASSERT_EQUAL_UINT32(0U, story.alarms);
-    TEST_ASSERT_GREATER_THAN_UINT32(300U, result.window_samples);
 }
 
 /* --- centred --- */
@@ -546,24 +488,6 @@ static void test_a_cut_is_unstable(void)
     }
 }
 
-/* No other policy has cuts. */
-static void test_without_a_detector_nothing_is_young(void)
-{
-    config.law = NULL;
-    config.window.grow = 0U;
-    init(Q15);
-    for (uint32_t n = 0U; n < 3000U; n++) {
-        (void)push(Q15, n, 1U);
-        if (davar_take(&davar, &result)) {
-            TEST_ASSERT_FALSE(result.young || result.alarm);
-            TEST_ASSERT_EQUAL_UINT32(0U, result.cut_age_samples);
-            TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);
-            TEST_ASSERT_TRUE(isnan(result.dispersion));
-        }
-    }
-    TEST_ASSERT_GREATER_THAN_UINT32(0U, result.window_samples);
-}
-
 static void refused(void)
 {
     TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory, sizeof memory));
@@ -635,21 +559,17 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_step_is_reported_and_the_window_begins_after_it);
-    RUN_TEST(test_block_lengths_do_not_change_results);
     RUN_TEST(test_block_lengths_change_no_result_near_shocks_and_gaps);
     RUN_TEST(test_a_shock_is_excluded);
     RUN_TEST(test_a_change_reported_before_the_window_reaches_it_is_not_old);
     RUN_TEST(test_gaps);
-    RUN_TEST(test_a_gap_near_a_shock);
     RUN_TEST(test_every_result_near_gaps_can_be_taken);
-    RUN_TEST(test_a_restart);
     RUN_TEST(test_centred_windows_where_little_or_much_has_come);
     RUN_TEST(test_centred_windows_near_shocks_and_gaps);
     RUN_TEST(test_an_alarm_waits_to_be_taken);
     RUN_TEST(test_kurtosis_is_kept_on_request);
     RUN_TEST(test_saturated_samples_are_counted_once);
     RUN_TEST(test_a_cut_is_unstable);
-    RUN_TEST(test_without_a_detector_nothing_is_young);
     RUN_TEST(test_errors_of_init);
     RUN_TEST(test_a_reset_takes_no_alarm_along);
     return UNITY_END();

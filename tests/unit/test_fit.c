@@ -1,6 +1,8 @@
-/* davar tests - the coefficient fit: exact models in, the same coefficients out. Values that a
- * window cannot show stay absent. */
+/* davar tests - the fit of a mix of noise terms, of a window (5.4) and of a cascade (5.18), and its
+ * plan: exact models in, the same coefficients out. Values that a window cannot show stay absent. */
 #include "davar/fit.h"
+#include "fit/mixture.h"
+#include "fit/plan.h"
 #include "fit_fixture.h"
 #include "random.h"
 
@@ -573,6 +575,672 @@ static void test_the_fit_of_white_noise_alone(void)
     TEST_ASSERT_TRUE(isinf(arw->high));
 }
 
+/* For white noise, the general fit must evaluate a further term like the fast path. */
+static void test_general_fit_agrees_with_the_short_cut(void)
+{
+    const double nearly_white[] = {0.02, 1.0, 0.001, 0, 0};
+    set_octaves(600, 7);
+    set_model(nearly_white);
+    davar_fit(&plan, 1.0, &result);
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+    davar_mixture_fit(&model, 1.0, 0U);
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
+    /* other weights: they differ by less than a hundredth of a standard error */
+    TEST_ASSERT_DOUBLE_WITHIN(0.017, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        const double share =
+            (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
+        const double sigma = share * (double)plan.unit[k] * model.a[1];
+        /* the weights of the short cut have the least variance */
+        TEST_ASSERT_TRUE(sqrt(model.variance[k]) > 0.9999 * sigma);
+        TEST_ASSERT_TRUE(sqrt(model.variance[k]) < 1.12 * sigma);
+    }
+}
+
+static void test_a_superfluous_term_is_removed(void)
+{
+    const double walk[] = {0, 0, 0, 1.0, 0};
+    set_octaves(600, 7);
+    set_model(walk);
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+    davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RAMP); /* the wrong suspect */
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_RATE_RANDOM_WALK, model.terms);
+}
+
+/* With flicker found first, the white noise of a short window may no longer be significant. */
+static void test_insignificant_white_noise_is_removed(void)
+{
+    const double flicker[] = {0, 1.0, 0.63, 0, 0};
+    set_octaves(90, 4);
+    set_model(flicker);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_BIAS_INSTABILITY, present_terms());
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high > 60.0);
+}
+
+/* An estimate with few degrees of freedom is never far from zero in its own standard errors;
+ * without it the rest is. */
+static void test_an_uncertain_term_that_the_others_cannot_replace_stays(void)
+{
+    const double mix[] = {2.1, 1.0, 0, 0.00755579, 0};
+    set_octaves(681, 6);
+    set_model(mix);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(term(DAVAR_QUANTIZATION)->present);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+}
+
+/* Five terms, each of which dominates some octaves: found one after the other, without an initial
+ * guess, and exactly. */
+static void test_all_five_terms_are_found_from_white_noise_alone(void)
+{
+    const double mix[] = {300.0, 1.0, 4e-4, 3e-8, 3e-13};
+    set_octaves(UINT32_C(1) << 24U, 22);
+    set_model(mix);
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+    davar_mixture_fit(&model, 1.0, 0U);
+    TEST_ASSERT_EQUAL_UINT((1U << DAVAR_COEFFICIENT_COUNT) - 1U, model.terms);
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * mix[k], mix[k], model.a[k]);
+    }
+}
+
+/* An exact mix of any terms: nothing is left for the absent ones. */
+static void test_in_an_exact_mix_absent_terms_are_zero(void)
+{
+    const double all[] = {300.0, 1.0, 4e-4, 3e-8, 3e-13};
+    set_octaves(UINT32_C(1) << 24U, 22);
+    for (unsigned terms = 0U; terms < 32U; terms++) {
+        double mix[DAVAR_COEFFICIENT_COUNT] = {0};
+        if ((terms & (1U << DAVAR_ANGLE_RANDOM_WALK)) == 0U) {
+            continue;
+        }
+        for (unsigned k = 0U; k < (unsigned)DAVAR_COEFFICIENT_COUNT; k++) {
+            mix[k] = ((terms & (1U << k)) != 0U) ? all[k] : 0.0;
+        }
+        set_model(mix);
+        davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+        davar_mixture_fit(&model, 1.0, 0U);
+        TEST_ASSERT_EQUAL_UINT(terms, model.terms);
+        for (unsigned k = 0U; k < (unsigned)DAVAR_COEFFICIENT_COUNT; k++) {
+            if ((terms & (1U << k)) == 0U) {
+                TEST_ASSERT_TRUE(fabs(model.tried[k]) < (1e-3 * sqrt(model.variance[k])));
+                TEST_ASSERT_TRUE(isfinite(model.variance[k]));
+            }
+        }
+    }
+}
+
+/* With one term the degrees of freedom are those of its noise, less the lost differences, and at
+ * least one. */
+/* A ramp may be a million times as large as the errors of the other terms. They still have a
+ * limit. */
+static void test_limits_beside_a_drift_that_is_a_million_times_as_large(void)
+{
+    for (int k = -12; k <= 12; k++) {
+        const double a[] = {0.0, 1.0, 0.0, 0.0, pow(10.0, k)};
+        set_octaves(UINT32_C(1) << 26U, 22U);
+        set_model(a);
+        davar_fit(&plan, 1.0, &result);
+        for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
+            TEST_ASSERT_TRUE(term((davar_coefficient_kind_t)kind)->high > 0.0);
+        }
+    }
+}
+
+static void test_degrees_of_freedom_of_one_term(void)
+{
+    uint32_t clamped = 0U;
+    const uint32_t window = 64U;
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        davar_mixture_t model = {
+            .data = &result, .plan = &plan, .end = plan.count, .terms = 1U << (unsigned)k};
+        model.a[k] = 0.7;
+        for (uint32_t m = 1U; m <= (window / 2U); m++) {
+            const uint32_t all = window - (2U * m) + 1U;
+            set_taus(window, &m, 1);
+            for (uint32_t left = 1U; left <= all; left++) {
+                result.tau[0].differences = left;
+                const double edf =
+                    davar_noise_edf((davar_coefficient_kind_t)k, m, all) * left / all;
+                TEST_ASSERT_DOUBLE_WITHIN(1e-6 * edf, (edf > 1.0) ? edf : 1.0,
+                                          davar_mixture_edf(&model, 0));
+                clamped += (edf < 1.0) ? 1U : 0U;
+            }
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(1000U, clamped);
+}
+
+/* Rounding alone scatters like white noise, with at least one degree of freedom. */
+static void test_degrees_of_freedom_of_rounding(void)
+{
+    for (uint32_t m = 1U; m <= 32U; m++) {
+        set_taus(64U, &m, 1);
+        const davar_mixture_t model = {
+            .data = &result, .plan = &plan, .end = plan.count, .rounding = 0.3};
+        const double edf = davar_noise_edf(DAVAR_ANGLE_RANDOM_WALK, m, result.tau[0].differences);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * edf, edf, davar_mixture_edf(&model, 0));
+    }
+}
+
+/* ---- the plan is a cache ---- */
+
+static void assert_same_as_fresh(const uint32_t *m, uint8_t count)
+{
+    davar_result_t again = result;
+    davar_plan_t fresh;
+    memset(&fresh, 0xA5, sizeof fresh);
+    davar_plan_init_white(&fresh, m, count);
+    davar_fit(&fresh, 1.0 / 0.5, &again);
+    davar_fit(&plan, 1.0 / 0.5, &result);
+    TEST_ASSERT_EQUAL_MEMORY(again.tau, result.tau, sizeof result.tau);
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        TEST_ASSERT_EQUAL_INT(again.coefficient[k].present, result.coefficient[k].present);
+        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].value, result.coefficient[k].value);
+        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].low, result.coefficient[k].low);
+        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].high, result.coefficient[k].high);
+    }
+}
+
+static void test_a_used_plan_gives_what_a_fresh_one_gives(void)
+{
+    static const uint32_t m[] = {1, 3, 9, 27, 81};
+    static const uint32_t windows[] = {600, 600, 400, 150, 20, 150, 600, 1, 600};
+    const double mix[] = {0.1, 1.0, 0, 0.001, 0};
+    set_taus(600, m, 5);
+    for (size_t i = 0; i < sizeof windows / sizeof windows[0]; i++) {
+        result.window_samples = windows[i];
+        for (int t = 0; t < 5; t++) {
+            result.tau[t].differences =
+                (2U * m[t] <= windows[i]) ? windows[i] - 2U * m[t] + 1U : 0U;
+        }
+        set_model(mix);
+        assert_same_as_fresh(m, 5);
+        result.tau[0].differences -=
+            (result.tau[0].differences > 3U) ? 3U : 0U; /* a gap, then complete again */
+        assert_same_as_fresh(m, 5);
+    }
+}
+
+static void test_the_longest_window_has_the_degrees_of_freedom_of_white_noise(void)
+{
+    static const uint32_t m[] = {1U, 2U, 8U, UINT32_C(1) << 28U};
+    const uint32_t longest = UINT32_C(1) << 31U;
+    const double white[] = {0, 1.0, 0, 0, 0};
+    set_taus(longest, m, 4);
+    set_model(white);
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 1.0, &result));
+    for (int t = 0; t < 4; t++) {
+        const double edf = davar_edf(DAVAR_ANGLE_RANDOM_WALK, m[t], longest);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * edf, edf, result.tau[t].edf);
+    }
+    const double edf = result.tau[0].edf;
+    result.cut_age_samples = UINT32_MAX; /* not more than twice the window */
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 1.0, &result));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9 * edf, edf, result.tau[0].edf);
+    result.cut_age_samples = 0U;
+}
+
+/* ---- heavy tails (5.19) ---- */
+
+static double edf_with(double kurtosis, double dispersion)
+{
+    result.kurtosis = kurtosis;
+    result.dispersion = dispersion;
+    (void)davar_fit_white(&plan, 1.0, &result);
+    return result.tau[0].edf;
+}
+
+static void test_tails_reduce_the_degrees_of_freedom(void)
+{
+    static const uint32_t m[] = {1, 2, 4};
+    const double white[] = {0, 1.0, 0, 0, 0};
+    set_taus(600, m, 3);
+    set_model(white);
+    const double edf = edf_with((double)NAN, (double)NAN);
+    const double spread = sqrt(24.0 / 600.0);
+    const struct {
+        double kurtosis;
+        double dispersion;
+        double kappa;
+    } cases[] = {
+        {3.0, 9.0, 0.0},
+        {1.8, 9.0, 0.0},
+        {3.0 + (1.19 * spread), 1.0, 0.0}, /* by chance */
+        {3.0 + (1.21 * spread), 1.0, 1.21 * spread * (1.0 + (5.0 * 1.21 * spread * spread))},
+        {5.0, 1.0, 2.0 * (1.0 + (10.0 * spread))},
+        {40.0, 1.0, 80.0}, /* at most */
+        {(double)NAN, 1.19, 0.0},
+        {(double)NAN, 1.21, 0.42},
+        {(double)NAN, 2.9, 3.8},
+        {(double)NAN, 3.1, 4.41}, /* the square */
+        {(double)NAN, 9.9, 79.21},
+        {(double)NAN, 15.9, 80.0},
+        {(double)NAN, 200.0, 80.0},
+        {(double)INFINITY, (double)NAN, 0.0}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        const double more = cases[i].kappa / (2.0 * (599.0 + 0.5));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * edf, 1.0 / ((1.0 / edf) + more),
+                                  edf_with(cases[i].kurtosis, cases[i].dispersion));
+    }
+    result.kurtosis = 0.0;
+    result.dispersion = 0.0;
+}
+
+/* ---- the variances of the plan compared with brute force ---- */
+
+#define LENGTH 64
+
+/* Sum over all pairs of differences of the squared covariance, for white noise of variance 1. */
+static double squared_covariances(int m_i, int m_j)
+{
+    double sum = 0.0;
+    for (int p = 0; p + 2 * m_i <= LENGTH; p++) {
+        for (int q = 0; q + 2 * m_j <= LENGTH; q++) {
+            int r = 0;
+            for (int i = p; i < p + 2 * m_i; i++) {
+                const int sign = (i < p + m_i) ? 1 : -1;
+                const bool inside = (i >= q) && (i < q + 2 * m_j);
+                r += inside ? ((i < q + m_j) ? sign : -sign) : 0;
+            }
+            sum += (double)r * r;
+        }
+    }
+    return sum;
+}
+
+/* Covariance of y = m avar at two cluster sizes. */
+static double brute_covariance(int m_i, int m_j)
+{
+    const double n_i = LENGTH - 2 * m_i + 1;
+    const double n_j = LENGTH - 2 * m_j + 1;
+    return squared_covariances(m_i, m_j) / (2.0 * m_i * m_j * n_i * n_j);
+}
+
+/* The weight of one Allan variance in a linear functional of the fit, from the plan
+ * (test_fit_white.c compares the resulting shares with the formulas); this tests its variance. */
+static double weight_of(int kind, int t)
+{
+    return (double)plan.functional[kind][t] / DAVAR_FIT_FUNCTIONAL_ONE;
+}
+
+static void test_standard_errors_match_the_full_covariance(void)
+{
+    static const uint32_t m[] = {1, 2, 4, 7};
+    const double white[] = {0, 1.0, 0, 0, 0};
+    set_taus(LENGTH, m, 4);
+    set_model(white);
+    davar_fit(&plan, 1.0, &result);
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        double variance = 0.0;
+        for (int i = 0; i < 4; i++) {
+            for (int j = 0; j < 4; j++) {
+                variance +=
+                    weight_of(k, i) * weight_of(k, j) * brute_covariance((int)m[i], (int)m[j]);
+            }
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance),
+                                  (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS));
+    }
+}
+
+/* (5.9): under white noise the misfit has the mean count - 1 and the variance 2 sum r^2 over all
+ * pairs; five of its standard deviations are not a misfit. Twice that, because errors are squared
+ * as edf (y - 1)^2. */
+static void test_the_limit_of_the_misfit_is_five_standard_deviations(void)
+{
+    static const uint32_t m[] = {1, 2, 4, 7, 15, 40};
+    for (uint8_t count = 1U; count <= 6U; count++) {
+        double variance = 0.0;
+        for (int i = 0; i < count; i++) {
+            for (int j = 0; j < count; j++) {
+                const double r =
+                    davar_noise_white_overlap((int)m[(i < j) ? i : j], (int)m[(i < j) ? j : i]) /
+                    sqrt(davar_noise_white_overlap((int)m[i], (int)m[i]) *
+                         davar_noise_white_overlap((int)m[j], (int)m[j]));
+                variance += 2.0 * r * r;
+            }
+        }
+        davar_plan_init_white(&plan, m, count);
+        const double limit = 2.0 * ((count - 1.0) + (5.0 * sqrt(variance)));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * limit, limit,
+                                  (double)plan.misfit_limit / DAVAR_FIT_MISFIT_ONE);
+    }
+}
+
+/* Of numbers far below the largest, no bit is left. */
+static void test_aligned_numbers_lose_the_bits_below_the_last_one_of_the_largest(void)
+{
+    for (int32_t below = 0; below < 40; below++) {
+        scaled_t value[] = {{UINT32_C(0x80000001), 5}, {UINT32_C(0xFFFFFFFF), 5 - below}};
+        TEST_ASSERT_EQUAL_INT32(9, davar_align(value, 2));
+        TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x08000000), value[0].mantissa);
+        TEST_ASSERT_EQUAL_HEX32((below > 27) ? 0U : (UINT32_C(0x0FFFFFFF) >> (unsigned)below),
+                                value[1].mantissa);
+    }
+}
+
+#define CURVE_WINDOW 600U
+#define SHORT 7U /* octaves 1 to 64 in the window */
+#define LONG 10U /* octaves 128 to 65536 in the cascade, 48 clusters each */
+#define CLUSTERS 48U
+
+/* White noise, flicker and random walk that cross at about 500 and 16000 samples. */
+static const double mixed_curve[] = {0, 1.0, 0.002, 1.2e-7, 0};
+static const double white_curve[] = {0, 1.0, 0, 0, 0};
+
+/* A low-pass lowers the Allan variance of white noise by about as much. */
+static const double after_filter[] = {-0.7, 1.0, 0, 0, 0};
+
+static void set_hops(uint8_t t, uint32_t m)
+{
+    davar_adev_t *const tau = &result.tau[t];
+    tau->m = m;
+    tau->hops = ((t % 2U) == 0U) ? 8U : 4U;
+    tau->power = 1.0F;
+    tau->uneven = DAVAR_EVEN;
+    tau->differences = ((CLUSTERS - 2U) * tau->hops) + 1U;
+}
+
+/* `sizes` of the cascade after `window` octaves of the window. */
+static void set_curve(uint8_t window, uint8_t sizes, const double a[])
+{
+    uint32_t m[DAVAR_TAUS_MAX];
+    set_octaves(CURVE_WINDOW, (window > 0U) ? window : 1U);
+    result.window_samples = (window > 0U) ? CURVE_WINDOW : 0U;
+    result.tau_count = window;
+    for (uint8_t t = 0U; t < sizes; t++) {
+        set_hops((uint8_t)(window + t), UINT32_C(128) << t);
+        result.tau_count++;
+    }
+    for (uint8_t t = 0U; t < result.tau_count; t++) {
+        m[t] = result.tau[t].m;
+    }
+    set_model(a);
+    davar_plan_init_white(&plan, m, result.tau_count);
+}
+
+/* The flicker of `mixed_curve` is too small for the window, and raises its white noise a little. */
+static void assert_white_of_window(void)
+{
+    const davar_coefficient_t *const found = term(DAVAR_ANGLE_RANDOM_WALK);
+    TEST_ASSERT_TRUE(found->present);
+    TEST_ASSERT_DOUBLE_WITHIN(0.3, 60.0, found->value);
+    TEST_ASSERT_TRUE((found->low < 60.0) && (found->high > 60.0));
+}
+
+static void test_slow_terms_come_from_the_cascade(void)
+{
+    set_curve(SHORT, LONG, mixed_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    assert_white_of_window();
+    assert_holds(3600.0 * sqrt(mixed_curve[2] / 0.441271200305303), term(DAVAR_BIAS_INSTABILITY));
+    assert_holds(216000.0 * sqrt(3.0 * mixed_curve[3]), term(DAVAR_RATE_RANDOM_WALK));
+    for (uint8_t t = 0U; t < result.tau_count; t++) {
+        TEST_ASSERT_TRUE(result.tau[t].low < result.tau[t].adev);
+        TEST_ASSERT_TRUE(result.tau[t].high > result.tau[t].adev);
+        TEST_ASSERT_TRUE((t < SHORT) || ((result.tau[t].edf > 30.0) && (result.tau[t].edf < 80.0)));
+    }
+}
+
+static void test_white_noise_stays_that_of_the_window(void)
+{
+    davar_result_t window;
+    set_curve(SHORT, 0U, white_curve);
+    davar_fit(&plan, 1.0, &result);
+    window = result;
+    set_curve(SHORT, LONG, white_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_WHITE, result.noise);
+    for (int k = DAVAR_QUANTIZATION; k <= DAVAR_ANGLE_RANDOM_WALK; k++) {
+        TEST_ASSERT_EQUAL_MEMORY(&window.coefficient[k].high, &result.coefficient[k].high,
+                                 sizeof(double));
+    }
+    TEST_ASSERT_TRUE(term(DAVAR_RATE_RANDOM_WALK)->high <
+                     0.01 * window.coefficient[DAVAR_RATE_RANDOM_WALK].high);
+}
+
+/* The white noise of the cascade is five times that of the window: nothing is mixed_curve up. */
+static void test_noise_that_has_changed(void)
+{
+    set_curve(SHORT, LONG, white_curve);
+    for (uint8_t t = SHORT; t < result.tau_count; t++) {
+        result.tau[t].adev *= 5.0;
+    }
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_WHITE, result.noise);
+    assert_holds(60.0, term(DAVAR_ANGLE_RANDOM_WALK));
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, present_terms());
+}
+
+/* White noise is all that a fit finds, but it does not explain the sizes. */
+static void test_a_cascade_that_no_mix_explains(void)
+{
+    set_curve(SHORT, LONG, white_curve);
+    for (uint8_t t = SHORT; t < result.tau_count; t++) {
+        result.tau[t].adev *= ((t % 2U) == 0U) ? 0.7 : 1.4;
+    }
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, present_terms());
+}
+
+static void test_a_window_of_a_mix_keeps_its_short_terms(void)
+{
+    const double quantized[] = {3.0, 1.0, mixed_curve[2], 0, 0};
+    set_curve(SHORT, LONG, quantized);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_TRUE(term(DAVAR_QUANTIZATION)->present);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, term(DAVAR_QUANTIZATION)->value);
+    TEST_ASSERT_TRUE(term(DAVAR_BIAS_INSTABILITY)->present);
+}
+
+static void test_few_sizes_of_a_cascade_leave_the_terms_to_the_window(void)
+{
+    davar_result_t window;
+    set_curve(SHORT, 0U, mixed_curve);
+    davar_fit(&plan, 1.0, &result);
+    window = result;
+    set_curve(SHORT, 3U, mixed_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_MEMORY(window.coefficient, result.coefficient, sizeof window.coefficient);
+    TEST_ASSERT_TRUE(result.tau[SHORT].low < result.tau[SHORT].adev);
+    set_curve(SHORT, 4U, mixed_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(term(DAVAR_RATE_RAMP)->high < window.coefficient[DAVAR_RATE_RAMP].high);
+    TEST_ASSERT_TRUE(isfinite(result.tau[SHORT].low));
+}
+
+/* The cascade of a stream that had gaps: a size has no difference. The window is short. */
+static void test_sizes_without_differences_are_left_out(void)
+{
+    const double flicker[] = {0, 1.0, mixed_curve[2], 0, 0};
+    set_curve(SHORT, LONG, flicker);
+    result.tau[5].differences = 0U;
+    result.tau[6].differences = 0U;
+    result.tau[SHORT].differences = 0U;
+    result.tau[SHORT + 3U].differences = 0U;
+    result.tau[SHORT + 6U].differences = 3U; /* filled again */
+    result.tau[SHORT + LONG - 1U].differences = 0U;
+    davar_fit(&plan, 1.0, &result);
+    assert_white_of_window();
+    assert_holds(3600.0 * sqrt(mixed_curve[2] / 0.441271200305303), term(DAVAR_BIAS_INSTABILITY));
+    TEST_ASSERT_TRUE(isnan(result.tau[6].low));
+    TEST_ASSERT_TRUE(isnan(result.tau[SHORT].low));
+    TEST_ASSERT_TRUE(isnan(result.tau[SHORT + 3U].low));
+    TEST_ASSERT_TRUE(isfinite(result.tau[SHORT + 4U].low));
+}
+
+static void test_a_cascade_alone_gives_all_terms(void)
+{
+    set_curve(0U, LONG, mixed_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    assert_holds(60.0, term(DAVAR_ANGLE_RANDOM_WALK));
+    assert_holds(3600.0 * sqrt(mixed_curve[2] / 0.441271200305303), term(DAVAR_BIAS_INSTABILITY));
+    set_curve(0U, LONG, white_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_WHITE, result.noise);
+    set_curve(0U, 1U, white_curve);
+    davar_plan_init(&plan, &result.tau[0].m, 1U); /* no filter is declared */
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value);
+}
+
+/* Gaps have emptied the short sizes, and the noise of the others comes from a part of their time.
+ * White noise is then not significant, but it is all there is. */
+static void test_a_cascade_alone_with_a_few_uneven_sizes(void)
+{
+    static const double adev[] = {3.869, 2.059, 0.649, 1.135, 1.939};
+    static const uint32_t differences[] = {15U, 19U, 51U, 21U, 13U};
+    static const float power[] = {0.494F, 0.976F, 1.314F, 1.0F, 1.0F};
+    static const uint16_t uneven[] = {601U, 360U, 306U, 329U, 329U};
+    set_curve(0U, LONG, white_curve);
+    for (uint8_t t = 0U; t < LONG; t++) {
+        davar_adev_t *const tau = &result.tau[t];
+        const bool has = (t >= 5U);
+        tau->differences = has ? differences[t - 5U] : 0U;
+        tau->adev = has ? adev[t - 5U] : (double)NAN;
+        tau->power = has ? power[t - 5U] : 1.0F;
+        tau->uneven = has ? uneven[t - 5U] : DAVAR_EVEN;
+    }
+    davar_fit(&plan, 1.0, &result);
+    const davar_coefficient_t *const found = term(DAVAR_ANGLE_RANDOM_WALK);
+    TEST_ASSERT_TRUE(!found->present || (found->value > 0.0));
+    TEST_ASSERT_TRUE(found->high > 0.0);
+}
+
+static void test_a_cascade_alone_without_white_noise(void)
+{
+    const double walk[] = {0, 0, 0, 1e-3, 0};
+    set_curve(0U, LONG, walk);
+    davar_fit(&plan, 1.0, &result);
+    assert_holds(216000.0 * sqrt(3.0 * walk[3]), term(DAVAR_RATE_RANDOM_WALK));
+    TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_TRUE(isfinite(term(DAVAR_ANGLE_RANDOM_WALK)->high));
+}
+
+static void test_a_cascade_alone_that_is_constant(void)
+{
+    const double nothing[] = {0, 0, 0, 0, 0};
+    set_curve(0U, LONG, nothing);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_CONSTANT, result.noise);
+    TEST_ASSERT_EQUAL_UINT(0U, present_terms());
+    TEST_ASSERT_TRUE(isinf(result.tau[3].high));
+    set_curve(0U, LONG, white_curve);
+    result.tau[0].adev = 0.0; /* one size of 0 is no constant */
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(result.noise != DAVAR_NOISE_CONSTANT);
+}
+
+/* The window has noise, the cascade none: a rate that was constant for long. */
+static void test_a_cascade_of_zeros_after_a_window(void)
+{
+    set_curve(SHORT, LONG, white_curve);
+    for (uint8_t t = SHORT; t < result.tau_count; t++) {
+        result.tau[t].adev = 0.0;
+    }
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_WHITE, result.noise);
+    TEST_ASSERT_TRUE(isnan(result.tau[SHORT].low));
+}
+
+/* A filter passes no quantization noise. */
+static void test_a_cascade_alone_that_contradicts_the_filter(void)
+{
+    const double quantized[] = {300.0, 1.0, 0, 0, 0};
+    const davar_filter_t filter = {.cutoff = 0.02, .poles = 1U};
+    uint32_t m[LONG];
+    set_curve(0U, LONG, quantized);
+    for (uint8_t t = 0U; t < LONG; t++) {
+        m[t] = result.tau[t].m;
+    }
+    davar_plan_init_filtered(&plan, m, LONG, &filter);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_FILTERED, result.noise);
+    TEST_ASSERT_EQUAL_UINT(0U, present_terms());
+    TEST_ASSERT_TRUE(isinf(result.tau[0].high));
+}
+
+/* What the window withholds stays withheld. */
+static void test_a_window_that_is_withheld(void)
+{
+    uint32_t m[SHORT + LONG];
+    set_curve(SHORT, LONG, white_curve);
+    for (uint8_t t = 0U; t < result.tau_count; t++) {
+        m[t] = result.tau[t].m;
+        result.tau[t].adev = sqrt(avar_at((t < SHORT) ? after_filter : white_curve, m[t]));
+    }
+    davar_plan_init(&plan, m, result.tau_count);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_FILTERED, result.noise);
+    TEST_ASSERT_EQUAL_UINT(0U, present_terms());
+    TEST_ASSERT_TRUE(isinf(result.tau[SHORT].high));
+}
+
+/* A plan is a cache, not a history. */
+static void test_a_plan_that_fitted_a_window_before_gives_the_same(void)
+{
+    static davar_plan_t used;
+    davar_result_t one;
+    set_curve(SHORT, LONG, mixed_curve);
+    used = plan;
+    davar_fit(&used, 1.0, &result);
+    set_curve(SHORT, LONG, mixed_curve);
+    for (uint8_t t = 0U; t < SHORT; t++) {
+        result.tau[t].differences = 0U;
+    }
+    for (uint8_t t = SHORT; t < result.tau_count; t++) {
+        result.tau[t].adev *= ((t % 2U) == 0U) ? 0.8 : 1.25;
+    }
+    one = result;
+    davar_fit(&plan, 1.0, &result);
+    davar_fit(&used, 1.0, &one);
+    TEST_ASSERT_EQUAL(result.noise, one.noise);
+    TEST_ASSERT_EQUAL_MEMORY(result.coefficient, one.coefficient, sizeof one.coefficient);
+}
+
+/* Another fit of the window alone ignores the cascade. */
+static void test_the_fit_of_white_noise_ignores_the_cascade(void)
+{
+    set_curve(SHORT, LONG, mixed_curve);
+    (void)davar_fit_white(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_WHITE, result.noise);
+    assert_white_of_window();
+    TEST_ASSERT_TRUE(isnan(result.tau[SHORT].low));
+}
+
+/* A plan for fewer sizes than the result has. */
+static void test_sizes_beyond_the_plan_are_left_alone(void)
+{
+    uint32_t m[SHORT + LONG];
+    set_curve(SHORT, LONG, mixed_curve);
+    for (uint8_t t = 0U; t < result.tau_count; t++) {
+        m[t] = result.tau[t].m;
+    }
+    davar_plan_init_white(&plan, m, SHORT + 5U);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(isfinite(result.tau[SHORT + 4U].low));
+    TEST_ASSERT_TRUE(isnan(result.tau[SHORT + 5U].low));
+}
+
+static void test_degrees_of_freedom_for_any_noise(void)
+{
+    set_curve(SHORT, LONG, white_curve);
+    const davar_adev_t *const tau = &result.tau[SHORT + 1U];
+    double least = INFINITY;
+    for (int k = DAVAR_QUANTIZATION; k <= DAVAR_RATE_RANDOM_WALK; k++) {
+        least =
+            fmin(least, davar_hop_edf((davar_coefficient_kind_t)k, tau->differences, tau->hops));
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(least, davar_edf_least(&result, SHORT + 1U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -608,5 +1276,38 @@ int main(void)
     RUN_TEST(test_limits_are_numbers_in_order_whatever_the_list);
     RUN_TEST(test_inseparable_terms_have_limits_in_order);
     RUN_TEST(test_the_fit_of_white_noise_alone);
+    RUN_TEST(test_general_fit_agrees_with_the_short_cut);
+    RUN_TEST(test_a_superfluous_term_is_removed);
+    RUN_TEST(test_insignificant_white_noise_is_removed);
+    RUN_TEST(test_an_uncertain_term_that_the_others_cannot_replace_stays);
+    RUN_TEST(test_all_five_terms_are_found_from_white_noise_alone);
+    RUN_TEST(test_in_an_exact_mix_absent_terms_are_zero);
+    RUN_TEST(test_limits_beside_a_drift_that_is_a_million_times_as_large);
+    RUN_TEST(test_degrees_of_freedom_of_one_term);
+    RUN_TEST(test_degrees_of_freedom_of_rounding);
+    RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
+    RUN_TEST(test_the_longest_window_has_the_degrees_of_freedom_of_white_noise);
+    RUN_TEST(test_tails_reduce_the_degrees_of_freedom);
+    RUN_TEST(test_standard_errors_match_the_full_covariance);
+    RUN_TEST(test_the_limit_of_the_misfit_is_five_standard_deviations);
+    RUN_TEST(test_aligned_numbers_lose_the_bits_below_the_last_one_of_the_largest);
+    RUN_TEST(test_slow_terms_come_from_the_cascade);
+    RUN_TEST(test_white_noise_stays_that_of_the_window);
+    RUN_TEST(test_noise_that_has_changed);
+    RUN_TEST(test_a_cascade_that_no_mix_explains);
+    RUN_TEST(test_a_window_of_a_mix_keeps_its_short_terms);
+    RUN_TEST(test_few_sizes_of_a_cascade_leave_the_terms_to_the_window);
+    RUN_TEST(test_sizes_without_differences_are_left_out);
+    RUN_TEST(test_a_cascade_alone_gives_all_terms);
+    RUN_TEST(test_a_cascade_alone_with_a_few_uneven_sizes);
+    RUN_TEST(test_a_cascade_alone_without_white_noise);
+    RUN_TEST(test_a_cascade_alone_that_is_constant);
+    RUN_TEST(test_a_cascade_of_zeros_after_a_window);
+    RUN_TEST(test_a_cascade_alone_that_contradicts_the_filter);
+    RUN_TEST(test_a_window_that_is_withheld);
+    RUN_TEST(test_a_plan_that_fitted_a_window_before_gives_the_same);
+    RUN_TEST(test_the_fit_of_white_noise_ignores_the_cascade);
+    RUN_TEST(test_sizes_beyond_the_plan_are_left_alone);
+    RUN_TEST(test_degrees_of_freedom_for_any_noise);
     return UNITY_END();
 }

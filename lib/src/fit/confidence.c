@@ -1,6 +1,6 @@
 /* davar - degrees of freedom per noise kind and chi-square limits, DESIGN (5.1) (5.2) (5.3) (5.8)
  * (11.6).
- * The constants were fitted to exact values; tests/unit/test_confidence.c compares both. */
+ * The constants were fitted to exact values; tests/unit/test_edf.c compares both. */
 #include "davar/fit.h"
 
 #include "fit/plan.h"

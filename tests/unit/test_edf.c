@@ -1,5 +1,5 @@
-/* davar tests - degrees of freedom compared with exact covariances, chi-square limits with
- * published tables. */
+/* davar tests - degrees of freedom of a window, and of a cascade (11.6), compared with exact
+ * covariances; chi-square limits with published tables. */
 #include "davar/fit.h"
 #include "fit/plan.h"
 #include "unity.h"
@@ -109,35 +109,6 @@ static int dot(const int a[], const int b[])
     return sum;
 }
 
-/* Sum of the squared covariances of all differences at m_i with all at m_j: half the covariance of
- * the sums of D^2. */
-static double squared_covariances(int m_i, int m_j)
-{
-    int sum = 0;
-    for (int p = 0; p + 2 * m_i <= LENGTH; p++) {
-        for (int q = 0; q + 2 * m_j <= LENGTH; q++) {
-            int a[LENGTH];
-            int b[LENGTH];
-            kernel(m_i, p, a);
-            kernel(m_j, q, b);
-            const int r = dot(a, b);
-            sum += r * r;
-        }
-    }
-    return sum;
-}
-
-static void test_white_edf_meets_the_matrix_trace(void)
-{
-    for (int m = 1; m <= 10; m++) {
-        const double n = LENGTH - 2 * m + 1;
-        const double mean = 2.0 * m * n;
-        const double exact = mean * mean / squared_covariances(m, m);
-        TEST_ASSERT_DOUBLE_WITHIN(0.02 * exact, exact,
-                                  davar_edf(DAVAR_ANGLE_RANDOM_WALK, (uint32_t)m, LENGTH));
-    }
-}
-
 /* Every lag at which the kernels overlap, whatever the window. */
 static double overlap(int m_short, int m_long)
 {
@@ -159,13 +130,6 @@ static void test_white_overlap_is_exact(void)
             TEST_ASSERT_EQUAL_DOUBLE(overlap(i, j), davar_noise_white_overlap(i, j));
         }
     }
-}
-
-static void test_white_correlation_follows_from_the_overlap(void)
-{
-    const double exact = overlap(3, 7) / sqrt(overlap(3, 3) * overlap(7, 7));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, exact, davar_noise_correlation(DAVAR_ANGLE_RANDOM_WALK, 3, 7));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0, davar_noise_correlation(DAVAR_ANGLE_RANDOM_WALK, 5, 5));
 }
 
 /* Generalised autocovariance of the phase, Greenhall and Riley, "Uncertainty of stability variances
@@ -276,27 +240,6 @@ static void test_edf_is_cautious_beyond_and_one_at_the_end(void)
     }
 }
 
-/* The formulas of NIST SP 1065, 5.4.1 (N phase points), for comparison: they agree where both are
- * valid. */
-static void test_edf_agrees_with_sp_1065(void)
-{
-    const double n = 601.0;
-    for (uint32_t size = 4U; size <= 66U; size += 2U) {
-        const double m = (double)size;
-        const double white =
-            (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
-        const double flicker = 5.0 * n * n / (4.0 * m * (n + 3.0 * m));
-        const double walk = (n - 2.0) / m *
-                            ((n - 1.0) * (n - 1.0) - 3.0 * m * (n - 1.0) + 4.0 * m * m) /
-                            ((n - 3.0) * (n - 3.0));
-        TEST_ASSERT_DOUBLE_WITHIN(0.03 * white, white,
-                                  davar_edf(DAVAR_ANGLE_RANDOM_WALK, size, 600));
-        TEST_ASSERT_DOUBLE_WITHIN(0.07 * flicker, flicker,
-                                  davar_edf(DAVAR_BIAS_INSTABILITY, size, 600));
-        TEST_ASSERT_DOUBLE_WITHIN(0.08 * walk, walk, davar_edf(DAVAR_RATE_RANDOM_WALK, size, 600));
-    }
-}
-
 static double exact_correlation(davar_coefficient_kind_t noise, int m_i, int m_j)
 {
     const double cross = relative_covariance(noise, m_i, m_j, 2000);
@@ -346,20 +289,129 @@ static void test_degrees_of_freedom_for_every_noise_are_at_least_one(void)
     TEST_ASSERT_EQUAL_DOUBLE(1.0, davar_edf_least(&few, 0U));
 }
 
+#define HOPPED 64 /* the smallest cluster */
+
+/* Of D as a sum over the samples of white noise (is_walk: over the steps of a random walk), at a
+ * lag in samples. */
+static double covariance_of_sums(bool is_walk, int lag)
+{
+    double kernel[2 * HOPPED];
+    double sum = 0.0;
+    double walk = 0.0;
+    for (int i = 0; i < (2 * HOPPED); i++) {
+        const double box = (i < HOPPED) ? -1.0 : 1.0;
+        walk += box;
+        kernel[i] = is_walk ? walk : box;
+    }
+    for (int i = 0; (i + lag) < (2 * HOPPED); i++) {
+        sum += kernel[i] * kernel[i + lag];
+    }
+    return sum;
+}
+
+/* Generalised covariance of the running sum of flicker noise. */
+static double flicker_at(double x)
+{
+    return (fabs(x) > 0.0) ? (x * x * log(fabs(x))) : 0.0;
+}
+
+static double covariance_of_flicker(double x)
+{
+    return flicker_at(x + 2.0) - (4.0 * flicker_at(x + 1.0)) + (6.0 * flicker_at(x)) -
+           (4.0 * flicker_at(x - 1.0)) + flicker_at(x - 2.0);
+}
+
+static double hop_covariance(davar_coefficient_kind_t kind, int lag)
+{
+    return (kind == DAVAR_BIAS_INSTABILITY)
+               ? covariance_of_flicker((double)lag / (double)HOPPED)
+               : covariance_of_sums(kind == DAVAR_RATE_RANDOM_WALK, lag);
+}
+
+static void check_hops(davar_coefficient_kind_t kind, double tolerance)
+{
+    for (uint32_t lags = 4U; lags <= 8U; lags *= 2U) {
+        const int hop = HOPPED / (int)lags;
+        double squares = 0.0; /* of the correlation at all lags from 1 to n - 1 */
+        double weighted = 0.0;
+        uint32_t l = 1U;
+        for (uint32_t n = 1U; n <= 4096U; n += 1U + (n / 7U)) {
+            for (; l < n; l++) {
+                const int lag = (int)l * hop;
+                const bool apart = (kind != DAVAR_BIAS_INSTABILITY) && (lag >= (2 * HOPPED));
+                const double r =
+                    apart ? 0.0 : (hop_covariance(kind, lag) / hop_covariance(kind, 0));
+                squares += r * r;
+                weighted += (double)l * r * r;
+            }
+            const double all = (double)n + (2.0 * (((double)n * squares) - weighted));
+            const double edf = (double)n * (double)n / all;
+            TEST_ASSERT_DOUBLE_WITHIN(tolerance * edf, edf, davar_hop_edf(kind, n, lags));
+        }
+    }
+}
+
+/* (5.1) is exact; hops of a cluster's eighth see the same lags. */
+static void test_hops_of_quantization(void)
+{
+    for (uint32_t lags = 4U; lags <= 8U; lags *= 2U) {
+        for (uint32_t n = 1U; n <= 4096U; n += 1U + (n / 7U)) {
+            const double exact = davar_noise_edf(DAVAR_QUANTIZATION, (double)lags, (double)n);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3 * exact, exact,
+                                      davar_hop_edf(DAVAR_QUANTIZATION, n, lags));
+        }
+    }
+}
+
+static void test_hops_have_the_degrees_of_freedom_of_their_covariances(void)
+{
+    check_hops(DAVAR_ANGLE_RANDOM_WALK, 1e-3);
+    check_hops(DAVAR_BIAS_INSTABILITY, 5e-3);
+    check_hops(DAVAR_RATE_RANDOM_WALK, 1e-3);
+}
+
+/* (5.1), at every sample, is itself within 2 % for these sizes. */
+static void test_hops_lose_little_against_full_overlap(void)
+{
+    for (int k = DAVAR_ANGLE_RANDOM_WALK; k <= DAVAR_RATE_RANDOM_WALK; k++) {
+        const davar_coefficient_kind_t kind = (davar_coefficient_kind_t)k;
+        for (uint32_t lags = 4U; lags <= 8U; lags *= 2U) {
+            for (uint32_t clusters = 9U; clusters <= 300U; clusters *= 2U) {
+                const uint32_t n = ((clusters - 2U) * lags) + 1U;
+                const double full = davar_edf(kind, HOPPED, clusters * HOPPED);
+                const double hops = davar_hop_edf(kind, n, lags);
+                TEST_ASSERT_TRUE((hops / full) > 0.92);
+                TEST_ASSERT_TRUE((hops / full) < 1.04);
+            }
+        }
+    }
+}
+
+/* The largest n that a cascade can have. */
+static void test_no_sum_of_hops_overflows(void)
+{
+    for (uint32_t lags = 4U; lags <= 8U; lags *= 2U) {
+        const double few = davar_hop_edf(DAVAR_RATE_RANDOM_WALK, 2048U * lags, lags);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * few, 2.0 * few,
+                                  davar_hop_edf(DAVAR_RATE_RANDOM_WALK, 4096U * lags, lags));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_limits_meet_the_published_table);
     RUN_TEST(test_limits_are_within_a_thousandth_for_any_real_edf);
     RUN_TEST(test_edf_below_one_counts_as_one_and_huge_edf_closes_the_interval);
-    RUN_TEST(test_white_edf_meets_the_matrix_trace);
     RUN_TEST(test_white_overlap_is_exact);
-    RUN_TEST(test_white_correlation_follows_from_the_overlap);
     RUN_TEST(test_edf_is_within_two_percent_up_to_a_sixth_of_the_window);
     RUN_TEST(test_edf_is_cautious_beyond_and_one_at_the_end);
-    RUN_TEST(test_edf_agrees_with_sp_1065);
     RUN_TEST(test_edf_is_the_formula_of_the_table);
     RUN_TEST(test_correlation_between_cluster_sizes_is_close);
     RUN_TEST(test_degrees_of_freedom_for_every_noise_are_at_least_one);
+    RUN_TEST(test_hops_have_the_degrees_of_freedom_of_their_covariances);
+    RUN_TEST(test_hops_of_quantization);
+    RUN_TEST(test_hops_lose_little_against_full_overlap);
+    RUN_TEST(test_no_sum_of_hops_overflows);
     return UNITY_END();
 }

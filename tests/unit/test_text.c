@@ -1,7 +1,8 @@
-/* davar tests - numbers as text in the simulator: decimal_parse gives the bits of strtod and
- * decimal_print the bytes of snprintf, on every path. */
+/* davar tests - what the simulator reads: decimal_parse gives the bits of strtod, decimal_print the
+ * bytes of snprintf, on every path; and the median time step is that of sorting. */
 #include "common/decimal.h"
 #include "random.h"
+#include "recording/median.h"
 #include "unity.h"
 
 #include <float.h>
@@ -42,70 +43,25 @@ static void assert_like_strtod(const char *text)
     TEST_ASSERT_EQUAL_HEX64_MESSAGE(bits_of(expected), bits_of(value), text);
 }
 
-static void test_ordinary_numbers(void)
+/* Ordinary ones, the edges of the exact case, the ends of the range, and where the cursor stops. */
+static void test_numbers_are_read_like_those_of_strtod(void)
 {
-    static const char *const TEXTS[] = {"0",
-                                        "-0",
-                                        "+0.0",
-                                        "1",
-                                        "-1",
-                                        "12.5",
-                                        ".5",
-                                        "5.",
-                                        "-.25",
-                                        "0.1",
-                                        "1e3",
-                                        "1E-3",
-                                        "1e+3",
-                                        "00012.500",
-                                        "0.00763358778625954",
-                                        "123456789.987654321"};
-    for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
-        assert_like_strtod(TEXTS[i]);
-    }
-}
-
-static void test_the_edges_of_the_exact_case(void)
-{
-    static const char *const TEXTS[] = {"9007199254740991",
-                                        "9007199254740992",
-                                        "9007199254740993",
-                                        "9007199254740992e22",
-                                        "9007199254740993e22",
-                                        "9007199254740992e-22",
-                                        "9007199254740992e23",
-                                        "1e22",
-                                        "1e23",
-                                        "1e-22",
-                                        "1e-23",
-                                        "9999999999999999999",
-                                        "18446744073709551615",
-                                        "99999999999999999999",
-                                        "0.1000000000000000055511",
-                                        "0.3000000000000000444",
-                                        "8.5e22",
-                                        "0.000000000000000000001",
-                                        "1.0000000000000000000000",
-                                        "123456789012345678901234567890"};
-    for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
-        assert_like_strtod(TEXTS[i]);
-    }
-}
-
-static void test_the_ends_of_the_range(void)
-{
-    static const char *const TEXTS[] = {"1.7976931348623157e308",
-                                        "1.7976931348623159e308",
-                                        "-1e309",
-                                        "1e999",
-                                        "1e99999999999999999999",
-                                        "1e-99999999999999999999",
-                                        "0e99999999999999999999",
-                                        "2.2250738585072014e-308",
-                                        "4.9e-324",
-                                        "2e-324",
-                                        "-1e-400",
-                                        "0.0e-999999"};
+    /* clang-format off */
+    static const char *const TEXTS[] = {
+        "0", "-0", "+0.0", "1", "-1", "12.5", ".5", "5.", "-.25", "0.1", "1e3", "1E-3",
+        "1e+3", "00012.500", "0.00763358778625954", "123456789.987654321",
+        "9007199254740991", "9007199254740992", "9007199254740993", "9007199254740992e22",
+        "9007199254740993e22", "9007199254740992e-22", "9007199254740992e23", "1e22",
+        "1e23", "1e-22", "1e-23", "9999999999999999999", "18446744073709551615",
+        "99999999999999999999", "0.1000000000000000055511", "0.3000000000000000444",
+        "8.5e22", "0.000000000000000000001", "1.0000000000000000000000",
+        "123456789012345678901234567890", "1.7976931348623157e308",
+        "1.7976931348623159e308", "-1e309", "1e999", "1e99999999999999999999",
+        "1e-99999999999999999999", "0e99999999999999999999", "2.2250738585072014e-308",
+        "4.9e-324", "2e-324", "-1e-400", "0.0e-999999", "1,2", "1 ", "1.5\r", "1e", "1e+",
+        "1.e", "1..2", "1-2", "1.5e3.7", "7dps",
+    };
+    /* clang-format on */
     for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
         assert_like_strtod(TEXTS[i]);
     }
@@ -136,15 +92,6 @@ static void test_a_long_fraction_and_a_large_exponent_together(void)
     assert_like_strtod(text);
     (void)snprintf(text + 90006, sizeof text - 90006U, "1e90010");
     assert_like_strtod(text);
-}
-
-static void test_the_cursor_stops_after_the_number(void)
-{
-    static const char *const TEXTS[] = {"1,2", "1 ",   "1.5\r", "1e",      "1e+",
-                                        "1.e", "1..2", "1-2",   "1.5e3.7", "7dps"};
-    for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
-        assert_like_strtod(TEXTS[i]);
-    }
 }
 
 static void test_other_texts_than_decimal_numbers_are_rejected_without_effect(void)
@@ -292,15 +239,65 @@ static void test_whole_numbers_are_printed_like_those_of_snprintf(void)
     }
 }
 
+#define STAMPS_MAX 20000U
+
+static double steps[STAMPS_MAX];
+
+static int by_size(const void *a, const void *b)
+{
+    const double *left = a;
+    const double *right = b;
+    return (*left > *right) - (*left < *right);
+}
+
+/* The median of the steps is that of sorting. */
+static void assert_median(const double *stamps, size_t count)
+{
+    sim_error_t error = {{0}};
+    spool_t times;
+    double median_s = -1.0;
+    TEST_ASSERT_TRUE(spool_open(&times, 1U, &error));
+    for (size_t i = 0; i < count; i++) {
+        TEST_ASSERT_TRUE(spool_put(&times, &stamps[i], &error));
+        if (i > 0U) {
+            steps[i - 1U] = stamps[i] - stamps[i - 1U];
+        }
+    }
+    TEST_ASSERT_TRUE(spool_flush(&times, &error) && median_step(&times, &median_s, &error));
+    spool_close(&times);
+    qsort(steps, count - 1U, sizeof steps[0], by_size);
+    const double lower = steps[(count - 2U) / 2U];
+    const double expected = lower + 0.5 * (steps[(count - 1U) / 2U] - lower);
+    TEST_ASSERT_EQUAL_HEX64(bits_of(expected), bits_of(median_s));
+}
+
+/* Chunks of the spool overlap: at lengths near theirs a step could be lost. */
+static void test_the_median_step_is_that_of_sorting(void)
+{
+    static const size_t COUNTS[] = {2U, 3U, 4U, 4095U, 4096U, 4097U, 8191U, 8192U, 19999U, 20000U};
+    static const double few[] = {0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0};
+    static double stamps[STAMPS_MAX];
+    random_t random = random_seeded(3U);
+    for (size_t c = 0; c < sizeof COUNTS / sizeof COUNTS[0]; c++) {
+        for (size_t i = 1; i < COUNTS[c]; i++) {
+            const double jitter = random_uniform(&random);
+            stamps[i] = stamps[i - 1U] + 0.01 * ((jitter < 0.2) ? 0.0 : jitter);
+        }
+        assert_median(stamps, COUNTS[c]);
+    }
+    for (size_t i = 0; i < STAMPS_MAX; i++) { /* steps that differ in the last bit only */
+        stamps[i] = 0.001 * (double)i;
+    }
+    assert_median(stamps, STAMPS_MAX);
+    assert_median(few, sizeof few / sizeof few[0]);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_ordinary_numbers);
-    RUN_TEST(test_the_edges_of_the_exact_case);
-    RUN_TEST(test_the_ends_of_the_range);
+    RUN_TEST(test_numbers_are_read_like_those_of_strtod);
     RUN_TEST(test_very_long_numbers);
     RUN_TEST(test_a_long_fraction_and_a_large_exponent_together);
-    RUN_TEST(test_the_cursor_stops_after_the_number);
     RUN_TEST(test_other_texts_than_decimal_numbers_are_rejected_without_effect);
     RUN_TEST(test_hexadecimal_is_read_as_its_leading_zero);
     RUN_TEST(test_random_numbers);
@@ -309,5 +306,6 @@ int main(void)
     RUN_TEST(test_halves_are_rounded_like_those_of_snprintf);
     RUN_TEST(test_random_numbers_are_printed_like_those_of_snprintf);
     RUN_TEST(test_whole_numbers_are_printed_like_those_of_snprintf);
+    RUN_TEST(test_the_median_step_is_that_of_sorting);
     return UNITY_END();
 }
