@@ -34,7 +34,3 @@ class Shown(unittest.TestCase):
                 )
             absent = beside is not None or None in figures.values()
             self.assertEqual(absent, "not installed" in said.getvalue())
-
-
-if __name__ == "__main__":
-    unittest.main()

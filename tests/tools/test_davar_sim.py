@@ -32,7 +32,3 @@ class DavarSim(unittest.TestCase):
         done = run("no such file.csv", cwd=self.work)
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertIn("no such file.csv", done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -18,7 +18,3 @@ class DemoData(unittest.TestCase):
     def test_it_is_small_and_states_that_it_is_simulated(self):
         self.assertLess(BUNDLED.stat().st_size, 300_000)
         self.assertIn("SIMULATED", gzip.decompress(BUNDLED.read_bytes()).decode().splitlines()[0])
-
-
-if __name__ == "__main__":
-    unittest.main()

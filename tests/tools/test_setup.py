@@ -9,9 +9,12 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.slow
 class Setup(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -59,7 +62,3 @@ class Setup(unittest.TestCase):
         os.utime(presets, (later, later))
         done = self.start("build p second")
         self.assertEqual(("", 0), (done.communicate()[1], done.returncode))
-
-
-if __name__ == "__main__":
-    unittest.main()

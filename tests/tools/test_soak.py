@@ -90,7 +90,3 @@ class Soak(unittest.TestCase):
             )
             self.assertEqual(done.returncode, 2)
             self.assertIn(name, done.stderr.splitlines()[-1])
-
-
-if __name__ == "__main__":
-    unittest.main()
