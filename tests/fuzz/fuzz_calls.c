@@ -19,8 +19,6 @@
 #include "cells.h"
 #define BLOCK_MAX 256U
 
-typedef enum { Q15 = 0, Q31, F32 } type_t;
-
 /* An instance and its caller's counts. */
 typedef struct {
     davar_t davar;
@@ -43,33 +41,11 @@ static davar_misfit_t misfit;
 static davar_encoder_t encoder;
 static davar_result_t result;
 
-/* --- valid results --- */
-
-static bool is_number(double value)
-{
-    return isfinite(value) && (value >= 0.0);
-}
-
-static void check_coefficient(const davar_coefficient_t *coefficient)
-{
-    if (coefficient->present) {
-        REQUIRE(is_number(coefficient->value) && is_number(coefficient->low) &&
-                (coefficient->high >= coefficient->value));
-        REQUIRE(coefficient->low <= coefficient->value);
-    } else {
-        REQUIRE(isnan(coefficient->value) && isnan(coefficient->low) && (coefficient->high >= 0.0));
-    }
-}
-
 static void check_result(bool is_fitted)
 {
     add_fields(&result);
     for (uint32_t t = 0U; t < result.tau_count; t++) {
-        const davar_adev_t *const tau = &result.tau[t];
-        REQUIRE((tau->differences > 0U) ? is_number(tau->adev) : (isnan(tau->adev) != 0));
-        REQUIRE(isnan(tau->edf) || (tau->edf >= 1.0));
-        REQUIRE(isnan(tau->low) ||
-                ((tau->low >= 0.0) && (tau->low <= tau->adev) && (tau->high >= tau->adev)));
+        check_deviation(&result.tau[t]);
     }
     for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
         check_coefficient(&result.coefficient[kind]);
@@ -133,18 +109,12 @@ static void use(const davar_t *davar, bytes_t *bytes)
 {
     const uint8_t what = byte(bytes);
     check_result(false);
-    switch (what % 4U) {
-    case 0U:
-        break;
-    case 1U:
+    if ((what % 4U) == 1U) {
         (void)davar_fit_white(&plan, config.rate_hz, &result);
-        break;
-    case 2U:
+    } else if ((what % 4U) == 2U) {
         davar_fit(&plan, config.rate_hz, &result);
-        break;
-    default:
+    } else if ((what % 4U) == 3U) {
         (void)davar_fit_white_ready(&plan, config.rate_hz, &result);
-        break;
     }
     check_result((what % 4U) != 0U);
     if ((what & 4U) != 0U) {
@@ -159,17 +129,10 @@ static void use(const davar_t *davar, bytes_t *bytes)
 
 static davar_status_t init(unsigned which)
 {
-    davar_t *const davar = &users[which].davar;
+    static davar_status_t (*const inits[])(davar_t *, const davar_config_t *, void *, size_t) = {
+        davar_init_q15, davar_init_q31, davar_init_f32};
     memset(memory[which], 0xA5, sizeof memory[which]);
-    switch (type) {
-    case Q15:
-        return davar_init_q15(davar, &config, memory[which], sizeof memory[which]);
-    case Q31:
-        return davar_init_q31(davar, &config, memory[which], sizeof memory[which]);
-    case F32:
-    default:
-        return davar_init_f32(davar, &config, memory[which], sizeof memory[which]);
-    }
+    return inits[type](&users[which].davar, &config, memory[which], sizeof memory[which]);
 }
 
 typedef struct {
@@ -180,30 +143,19 @@ typedef struct {
 
 static size_t push_until(davar_t *davar, const block_t *block, size_t from, size_t count)
 {
-    switch (type) {
-    case Q15:
-        return davar_push_until_result_q15(davar, &block->q15[from], count);
-    case Q31:
-        return davar_push_until_result_q31(davar, &block->q31[from], count);
-    case F32:
-    default:
-        return davar_push_until_result_f32(davar, &block->f32[from], count);
-    }
+    return (type == Q15)   ? davar_push_until_result_q15(davar, &block->q15[from], count)
+           : (type == Q31) ? davar_push_until_result_q31(davar, &block->q31[from], count)
+                           : davar_push_until_result_f32(davar, &block->f32[from], count);
 }
 
 static void push_whole(davar_t *davar, const block_t *block, size_t from, size_t count)
 {
-    switch (type) {
-    case Q15:
+    if (type == Q15) {
         davar_push_q15(davar, &block->q15[from], count);
-        break;
-    case Q31:
+    } else if (type == Q31) {
         davar_push_q31(davar, &block->q31[from], count);
-        break;
-    case F32:
-    default:
+    } else {
         davar_push_f32(davar, &block->f32[from], count);
-        break;
     }
 }
 
@@ -218,15 +170,20 @@ static void check_epoch(void)
             ((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed)));
 }
 
-static void take_both(bytes_t *bytes, bool first)
+static void take_second(void)
 {
     davar_result_t other;
-    if (first && davar_take(&users[0].davar, &result)) {
+    users[1].taken += davar_take(&users[1].davar, &other) ? 1U : 0U;
+}
+
+static void take_both(bytes_t *bytes)
+{
+    if (davar_take(&users[0].davar, &result)) {
         users[0].taken++;
         check_epoch();
         use(&users[0].davar, bytes);
     }
-    users[1].taken += davar_take(&users[1].davar, &other) ? 1U : 0U;
+    take_second();
 }
 
 /* The second user misses nothing. The first has taken, missed or not yet taken the same number of
@@ -291,7 +248,7 @@ static void push(bytes_t *bytes)
         REQUIRE((more >= 1U) && (more <= offered));
         done += more;
         const uint32_t taken = users[1].taken;
-        take_both(bytes, false);
+        take_second();
         add((users[1].taken != taken) ? done : 0U);
     }
     pushed += count;
@@ -304,7 +261,7 @@ static void lose(bytes_t *bytes)
         davar_gap(&users[0].davar, lost);
         davar_gap(&users[1].davar, lost);
         missing += lost;
-        take_both(bytes, false);
+        take_second();
     }
 }
 
@@ -313,14 +270,19 @@ static void flush(bytes_t *bytes)
     while (davar_flush(&users[1].davar)) {
         REQUIRE(davar_flush(&users[0].davar));
         ended = true;
-        take_both(bytes, byte(bytes) % 2U == 0U);
+        if (byte(bytes) % 2U == 0U) {
+            take_both(bytes);
+        } else {
+            take_second();
+        }
     }
     REQUIRE(!davar_flush(&users[0].davar));
     ended = ended || (users[0].davar.accepts == 0U);
 }
 
-static void reset(void)
+static void reset(bytes_t *bytes)
 {
+    (void)bytes;
     for (unsigned i = 0U; i < 2U; i++) {
         davar_reset(&users[i].davar);
         users[i].taken = 0U;
@@ -330,8 +292,9 @@ static void reset(void)
     missing = 0U;
 }
 
-static void through_the_dark(void)
+static void through_the_dark(bytes_t *bytes)
 {
+    (void)bytes;
     REQUIRE(davar_state_bytes(&users[0].davar) <= SLOT);
     REQUIRE(davar_state_save(&users[0].davar, &storage) == DAVAR_OK);
     REQUIRE(init(0U) == DAVAR_OK);
@@ -343,12 +306,11 @@ static void through_the_dark(void)
 static void choose(bytes_t *bytes)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.full_scale = 300.0;
     type = (type_t)between(bytes, 0U, 2U);
-    config.window.mode = (between(bytes, 0U, 1U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+    config.window.mode = mode(bytes);
     config.law = davar_policy_law((davar_policy_t)between(bytes, 0U, 4U), type != Q15);
     config.window.longest = 2U * between(bytes, 4U, 80U);
     config.window.shortest = 2U * between(bytes, 2U, config.window.longest / 2U);
@@ -402,11 +364,13 @@ static void start(bytes_t *bytes)
                                DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS |
                                    DAVAR_SEND_MONITOR));
     davar_encoder_monitor(&encoder, &misfit);
-    reset();
+    reset(bytes);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    static void (*const actions[])(bytes_t *) = {
+        lose, through_the_dark, flush, reset, take_both, take_both, take_both, push, push, push};
     bytes_t bytes = {data, data + size};
     choose(&bytes);
     if ((init(0U) != DAVAR_OK) || (init(1U) != DAVAR_OK)) {
@@ -414,28 +378,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     start(&bytes);
     while (bytes.next < bytes.end) {
-        switch (byte(&bytes) % 10U) {
-        case 0U:
-            lose(&bytes);
-            break;
-        case 1U:
-            through_the_dark();
-            break;
-        case 2U:
-            flush(&bytes);
-            break;
-        case 3U:
-            reset();
-            break;
-        case 4U:
-        case 5U:
-        case 6U:
-            take_both(&bytes, true);
-            break;
-        default:
-            push(&bytes);
-            break;
-        }
+        actions[byte(&bytes) % 10U](&bytes);
         check_counts();
     }
     return 0;

@@ -19,8 +19,6 @@
 
 #include "cells.h"
 
-typedef enum { Q15 = 0, Q31, F32 } type_t;
-
 static davar_cascade_config_t config;
 static type_t type;
 static davar_cascade_t cascades[2];
@@ -48,17 +46,11 @@ static void choose(bytes_t *bytes)
 
 static davar_status_t init(unsigned which)
 {
-    davar_cascade_t *const cascade = &cascades[which];
+    static davar_status_t (*const inits[])(davar_cascade_t *, const davar_cascade_config_t *,
+                                           void *, size_t) = {
+        davar_cascade_init_q15, davar_cascade_init_q31, davar_cascade_init_f32};
     memset(memory[which], 0xA5, sizeof memory[which]);
-    switch (type) {
-    case Q15:
-        return davar_cascade_init_q15(cascade, &config, memory[which], sizeof memory[which]);
-    case Q31:
-        return davar_cascade_init_q31(cascade, &config, memory[which], sizeof memory[which]);
-    case F32:
-    default:
-        return davar_cascade_init_f32(cascade, &config, memory[which], sizeof memory[which]);
-    }
+    return inits[type](&cascades[which], &config, memory[which], sizeof memory[which]);
 }
 
 /* --- samples --- */
@@ -87,17 +79,12 @@ static void fill(bytes_t *bytes, size_t count)
 
 static void push(davar_cascade_t *cascade, size_t from, size_t count)
 {
-    switch (type) {
-    case Q15:
+    if (type == Q15) {
         davar_cascade_push_q15(cascade, &narrow[from], count);
-        break;
-    case Q31:
+    } else if (type == Q31) {
         davar_cascade_push_q31(cascade, &wide[from], count);
-        break;
-    case F32:
-    default:
+    } else {
         davar_cascade_push_f32(cascade, &rates[from], count);
-        break;
     }
 }
 
@@ -140,8 +127,9 @@ static void lose(bytes_t *bytes)
     in_gap = false;
 }
 
-static void through_the_dark(void)
+static void through_the_dark(bytes_t *bytes)
 {
+    (void)bytes;
     REQUIRE(davar_cascade_state_bytes(&cascades[0]) <= SLOT);
     REQUIRE(davar_cascade_save(&cascades[0], &storage) == DAVAR_OK);
     REQUIRE(init(0U) == DAVAR_OK);
@@ -177,8 +165,7 @@ static void check_tau(uint8_t t)
     REQUIRE((isnan(tau->adev) && isnan(other->adev)) ||
             ((tau->adev <= other->adev) && (tau->adev >= other->adev)));
     REQUIRE((tau->hops == 4U) || (tau->hops == 8U));
-    REQUIRE((tau->differences > 0U) ? ((tau->adev >= 0.0) && isfinite(tau->adev))
-                                    : (isnan(tau->adev) != 0));
+    REQUIRE((tau->differences > 0U) ? is_number(tau->adev) : (isnan(tau->adev) != 0));
     REQUIRE((tau->power >= 0.0F) && isfinite(tau->power));
     add(tau->differences + ((uint64_t)tau->uneven << 32U));
     add_double(tau->adev);
@@ -200,10 +187,7 @@ static void check_fit(bytes_t *bytes)
     davar_fit(&plan, config.rate_hz, &results[0]);
     for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
         const davar_coefficient_t *const coefficient = &results[0].coefficient[kind];
-        REQUIRE(coefficient->high >= 0.0);
-        REQUIRE(!coefficient->present ||
-                ((coefficient->low >= 0.0) && (coefficient->low <= coefficient->value) &&
-                 (coefficient->value <= coefficient->high)));
+        check_coefficient(coefficient);
         add_double(coefficient->value);
         add_double(coefficient->low);
         add_double(coefficient->high);
@@ -225,8 +209,24 @@ static void append(bytes_t *bytes)
     }
 }
 
+static void reset_at_times(bytes_t *bytes)
+{
+    if (byte(bytes) < 64U) {
+        reset();
+    }
+}
+
+static void flush(bytes_t *bytes)
+{
+    (void)bytes;
+    davar_cascade_flush(&cascades[0]);
+    davar_cascade_flush(&cascades[1]);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    static void (*const actions[])(bytes_t *) = {
+        lose, through_the_dark, flush, reset_at_times, append, append, push_block};
     bytes_t bytes = {data, data + size};
     choose(&bytes);
     const davar_status_t status = init(0U);
@@ -239,30 +239,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memset(cells, 0, sizeof cells);
     reset();
     while (bytes.next < bytes.end) {
-        switch (byte(&bytes) % 16U) {
-        case 0U:
-            lose(&bytes);
-            break;
-        case 1U:
-            through_the_dark();
-            break;
-        case 2U:
-            davar_cascade_flush(&cascades[0]);
-            davar_cascade_flush(&cascades[1]);
-            break;
-        case 3U:
-            if (byte(&bytes) < 64U) {
-                reset();
-            }
-            break;
-        case 4U:
-        case 5U:
-            append(&bytes);
-            break;
-        default:
-            push_block(&bytes);
-            break;
-        }
+        const uint8_t action = byte(&bytes) % 16U;
+        actions[(action < 6U) ? action : 6U](&bytes);
         check_health();
     }
     return 0;

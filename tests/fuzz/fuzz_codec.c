@@ -28,40 +28,25 @@ static void check_value(const davar_wire_t *wire)
     REQUIRE((wire->message < DAVAR_MESSAGE_COUNT) && (wire->counter <= 15U));
     REQUIRE((wire->noise == DAVAR_NOISE_UNKNOWN) ||
             ((wire->noise <= DAVAR_NOISE_FILTERED) && isnan(wire->value)));
-    switch (wire->message) {
-    case DAVAR_MESSAGE_ARW:
-    case DAVAR_MESSAGE_ADEV:
+    const davar_message_t message = wire->message;
+    if ((message == DAVAR_MESSAGE_ARW) || (message == DAVAR_MESSAGE_ADEV)) {
         REQUIRE(is_magnitude(wire->value));
-        break;
-    case DAVAR_MESSAGE_STATE:
+    } else if (message == DAVAR_MESSAGE_STATE) {
         REQUIRE((wire->window_samples > 0U) && (wire->result <= 15U));
-        break;
-    case DAVAR_MESSAGE_HEALTH:
+    } else if (message == DAVAR_MESSAGE_HEALTH) {
         REQUIRE(wire->index < DAVAR_HEALTH_COUNT);
-        break;
-    case DAVAR_MESSAGE_RESULT_FD:
+    } else if (message == DAVAR_MESSAGE_RESULT_FD) {
         for (unsigned i = 0U; i < DAVAR_FD_TAUS; i++) {
             REQUIRE(is_magnitude(wire->adev[i]));
         }
         for (unsigned i = 0U; i < DAVAR_COEFFICIENT_COUNT; i++) {
             REQUIRE(is_magnitude(wire->coefficient[i]));
         }
-        break;
-    case DAVAR_MESSAGE_CHANGE:
+    } else if (message == DAVAR_MESSAGE_CHANGE) {
         REQUIRE((wire->change_m <= 4095U) && (wire->cut_age_samples < (UINT32_C(1) << 20U)));
         REQUIRE((wire->index == (uint8_t)DAVAR_CHANGE_CUT) || is_magnitude(wire->value));
-        break;
-    case DAVAR_MESSAGE_END:
-        REQUIRE(wire->index > 0U);
-        break;
-    case DAVAR_MESSAGE_STATIONARITY:
-    case DAVAR_MESSAGE_COEFFICIENT:
-    case DAVAR_MESSAGE_SETUP:
-    case DAVAR_MESSAGE_MONITOR:
-    case DAVAR_MESSAGE_RAW:
-    case DAVAR_MESSAGE_COUNT:
-    default:
-        break;
+    } else {
+        REQUIRE((message != DAVAR_MESSAGE_END) || (wire->index > 0U));
     }
 }
 

@@ -19,20 +19,11 @@ static davar_wire_health_t health;
 static davar_encoder_t encoder;
 static davar_telemetry_t telemetry;
 
-static uint64_t word(bytes_t *bytes)
-{
-    uint64_t value = 0U;
-    for (unsigned i = 0U; i < 8U; i++) {
-        value = (value << 8U) | byte(bytes);
-    }
-    return value;
-}
-
 /* Of any magnitude. */
 static uint64_t magnitude(bytes_t *bytes)
 {
     const uint32_t shift = byte(bytes) % 64U;
-    return word(bytes) >> shift;
+    return word(bytes, 8U) >> shift;
 }
 
 /* Any bits; or a usual number, none, infinity, 0, negative. */
@@ -41,7 +32,7 @@ static double any(bytes_t *bytes)
     static const double special[] = {0.0, -0.0, -1.0, 1.0};
     const uint8_t kind = byte(bytes);
     if (kind < 32U) {
-        const uint64_t bits = word(bytes);
+        const uint64_t bits = word(bytes, 8U);
         double value;
         memcpy(&value, &bits, sizeof value);
         return value;
@@ -54,11 +45,11 @@ static double any(bytes_t *bytes)
 
 static void choose_result(bytes_t *bytes)
 {
-    result = (davar_result_t){.epoch = word(bytes), .tau_count = config.tau_count};
-    result.window_samples = (uint32_t)word(bytes);
+    result = (davar_result_t){.epoch = word(bytes, 8U), .tau_count = config.tau_count};
+    result.window_samples = (uint32_t)word(bytes, 8U);
     result.window_samples += (result.window_samples == 0U) ? 1U : 0U;
-    result.cut_age_samples = (uint32_t)word(bytes);
-    result.change = (davar_change_t){.m = (uint32_t)word(bytes) % 5000U};
+    result.cut_age_samples = (uint32_t)word(bytes, 8U);
+    result.change = (davar_change_t){.m = (uint32_t)word(bytes, 8U) % 5000U};
     result.change.older = any(bytes);
     result.change.newer = any(bytes);
     result.change.gain = any(bytes);
@@ -124,10 +115,10 @@ static void send(bytes_t *bytes)
 static void send_raw(bytes_t *bytes)
 {
     davar_frame_t frame;
-    uint64_t index = word(bytes);
+    uint64_t index = word(bytes, 8U);
     for (uint32_t left = between(bytes, 1U, 40U); left > 0U; left--) {
         const bool jumps = (byte(bytes) % 8U) == 0U;
-        index += 1U + (jumps ? word(bytes) : 0U);
+        index += 1U + (jumps ? word(bytes, 8U) : 0U);
         if ((byte(bytes) % 2U) == 0U) {
             davar_encoder_raw_f32(&encoder, index, (float)any(bytes), &frame);
             check_frame(&frame);
@@ -169,7 +160,7 @@ static void send_telemetry(bytes_t *bytes)
     davar_telemetry_address_t from = {.channel = (uint8_t)between(bytes, 0U, 11U)};
     from.node = byte(bytes);
     from.system = byte(bytes);
-    from.subject = (uint16_t)(word(bytes) % 9000U);
+    from.subject = (uint16_t)(word(bytes, 8U) % 9000U);
     davar_packet_t packet;
     if (!davar_telemetry_init(&telemetry, dialects[byte(bytes) % 4U], &from, 100.0)) {
         return;

@@ -26,10 +26,7 @@ static float setting(bytes_t *bytes, float low, float high)
     if (byte(bytes) >= 4U) {
         return low + ((high - low) * ((float)byte(bytes) / 255.0F));
     }
-    uint32_t bits = 0U;
-    for (unsigned i = 0U; i < 4U; i++) {
-        bits = (bits << 8U) | byte(bytes);
-    }
+    const uint32_t bits = (uint32_t)word(bytes, 4U);
     float value;
     memcpy(&value, &bits, sizeof value);
     return value;

@@ -107,7 +107,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     davar_t restored;
     davar_result_t result;
     config = small_config(taus, 4U);
-    config.window.mode = (between(&bytes, 0U, 1U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+    config.window.mode = mode(&bytes);
     const uint32_t drawn = between(&bytes, 0U, 17U);
     config.stride = 1U + (drawn % 9U);
     config.engine = (drawn < 9U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;

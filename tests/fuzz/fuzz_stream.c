@@ -38,10 +38,9 @@ static void choose_config(trial_t *trial, bytes_t *bytes)
 {
     davar_config_t *const config = &trial->config;
     *config = davar_default_config;
-    config->window.mode = DAVAR_MODE_CENTRED;
     config->rate_hz = 100.0;
     config->unit_per_count = 1.0;
-    config->window.mode = (between(bytes, 0U, 1U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+    config->window.mode = mode(bytes);
     config->law = davar_policy_law((davar_policy_t)between(bytes, 0U, 3U), false);
     config->window.longest = 2U * between(bytes, 4U, 24U);
     config->window.shortest = 2U * between(bytes, 2U, config->window.longest / 2U);

@@ -31,11 +31,9 @@ static void choose_config(bytes_t *bytes)
 {
     static const double rates[] = {0.01, 1.0, 100.0, 3000.0};
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 1.0;
     config.window.mode = DAVAR_MODE_TRAILING;
-    config.law = &davar_law_glr_q15;
     config.moments.segment = 0U;
     config.glr.block = between(bytes, GLR_BLOCK_MIN, 12U);
     config.window.longest = (8U * config.glr.block) + between(bytes, 0U, 200U);

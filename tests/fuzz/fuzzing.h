@@ -1,8 +1,9 @@
 /* davar tests - shared by the fuzz targets: reading of input bytes, a check that stops the fuzzer,
- * and the range of a value in a frame. */
+ * and what holds for every number that a caller gets. */
 #ifndef DAVAR_TESTS_FUZZING_H
 #define DAVAR_TESTS_FUZZING_H
 
+#include "davar/davar.h"
 #include "davar/wire.h"
 
 #include <math.h>
@@ -39,11 +40,56 @@ static inline uint32_t between(bytes_t *bytes, uint32_t low, uint32_t high)
     return low + ((uint32_t)byte(bytes) % (high - low + 1U));
 }
 
+/* The next `count` bytes, the highest first. */
+static inline uint64_t word(bytes_t *bytes, unsigned count)
+{
+    uint64_t value = 0U;
+    for (unsigned i = 0U; i < count; i++) {
+        value = (value << 8U) | byte(bytes);
+    }
+    return value;
+}
+
+/* The types of samples. */
+typedef enum { Q15 = 0, Q31, F32 } type_t;
+
+static inline davar_mode_t mode(bytes_t *bytes)
+{
+    return (between(bytes, 0U, 1U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+}
+
 /* A value of a frame: 0, absent, or of a magnitude that a sender writes. */
 static inline bool is_magnitude(float value)
 {
     return isnan(value) || ((value <= 0.0F) && (value >= 0.0F)) ||
            ((value >= DAVAR_WIRE_LEAST) && (value <= DAVAR_WIRE_MOST));
+}
+
+static inline bool is_number(double value)
+{
+    return isfinite(value) && (value >= 0.0);
+}
+
+/* A deviation is a number within its interval, or absent with it. */
+static inline void check_deviation(const davar_adev_t *tau)
+{
+    REQUIRE((tau->differences > 0U) ? is_number(tau->adev)
+                                    : (isnan(tau->adev) && isnan(tau->low) && isnan(tau->high)));
+    REQUIRE(isnan(tau->edf) || ((tau->edf >= 1.0) && isfinite(tau->edf)));
+    REQUIRE(isnan(tau->low) == isnan(tau->high));
+    REQUIRE(isnan(tau->low) ||
+            ((tau->low >= 0.0) && (tau->low <= tau->adev) && (tau->high >= tau->adev)));
+}
+
+/* A coefficient is a number within its interval, or absent with at most an upper limit. */
+static inline void check_coefficient(const davar_coefficient_t *coefficient)
+{
+    const bool is_given = is_number(coefficient->value) && (coefficient->low >= 0.0) &&
+                          (coefficient->low <= coefficient->value) &&
+                          (coefficient->high >= coefficient->value);
+    const bool is_absent =
+        isnan(coefficient->value) && isnan(coefficient->low) && (coefficient->high >= 0.0);
+    REQUIRE(coefficient->present ? is_given : is_absent);
 }
 
 #endif
