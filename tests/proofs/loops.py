@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests/style"))
-from test_style import bare, c_files, text_of
+from c_text import bare, c_files, text_of
 
 Loop = namedtuple("Loop", "file line function head body outer whole")
 WRITES = r"\s*(?:(?:[-+*/%&|^]|<<|>>)?=(?!=)|\+\+|--)"
