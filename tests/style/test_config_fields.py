@@ -3,21 +3,19 @@ pages that repeat it.
 """
 
 import re
-import unittest
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-TYPES = (ROOT / "lib/include/davar/types.h").read_text()
-FIELDS = (ROOT / "lib/include/davar/config_fields.inc").read_text()
+from c_text import text_of
+
+TYPES = "lib/include/davar/types.h"
+FIELDS = "lib/include/davar/config_fields.inc"
 NOT_LISTED = {"law", "taus"}  # pointers: a law has an id, taus a length
 
 
-def listed():
+def listed_fields():
     """{member: the other columns} in the order of the list."""
-    rows = re.findall(r"^FIELD\((.*)\)$", FIELDS, re.MULTILINE)
-    return {
-        row.split(",")[0].strip(): [cell.strip() for cell in row.split(",")[1:]] for row in rows
-    }
+    rows = re.findall(r"^FIELD\((.*)\)$", text_of(FIELDS), re.MULTILINE)
+    columns = [[cell.strip() for cell in row.split(",")] for row in rows]
+    return {member: more for member, *more in columns}
 
 
 def members(body, prefix=""):
@@ -29,31 +27,14 @@ def members(body, prefix=""):
     return found
 
 
-def struct():
-    end = TYPES.index("} davar_config_t;")
-    return TYPES[TYPES.rindex("\ntypedef struct {", 0, end) + len("\ntypedef struct {") : end]
-
-
-class ConfigFields(unittest.TestCase):
-    def test_the_list_has_every_member_of_the_struct(self):
-        found = members(struct())
-        self.assertGreater(len(found), 20)
-        self.assertEqual(set(found) - NOT_LISTED, set(listed()))
-        self.assertEqual(len(found), len(set(found)))
-
-    def test_the_settings_table_of_the_pages_names_every_member(self):
-        page = (ROOT / "docs/FIRMWARE.md").read_text()
-        self.assertEqual([], [member for member in listed() if f"`{member}`" not in page])
-
-    def test_an_option_of_the_list_is_an_option_of_davar_sim(self):
-        usage = (ROOT / "host_sim/options/usage.c").read_text()
-        missing = [
-            columns[5]
-            for columns in listed().values()
-            if columns[5] != '""' and f"--{columns[5].strip(chr(34))}" not in usage
-        ]
-        self.assertEqual([], missing)
-
-
-if __name__ == "__main__":
-    unittest.main()
+def test_struct_page_and_options_have_every_field_of_the_list():
+    before = text_of(TYPES).partition("} davar_config_t;")[0]
+    found = members(before.rpartition("\ntypedef struct {")[2])
+    assert len(found) > 20
+    assert sorted(set(found) - NOT_LISTED) == sorted(listed_fields())
+    assert len(found) == len(set(found))
+    page, usage = text_of("docs/FIRMWARE.md"), text_of("host_sim/options/usage.c")
+    for member, columns in listed_fields().items():
+        option = columns[5].strip('"')
+        assert f"`{member}`" in page
+        assert not option or f"--{option}" in usage

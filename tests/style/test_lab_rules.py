@@ -1,0 +1,244 @@
+"""The rules of davarlab that a script can check: its rooms import one way and have at most a dozen
+files, files.py alone opens paths, and the numbers that decide are in thresholds.py: frozen, once,
+with unit and source. davarfleet, beside it, is a room too.
+"""
+
+import ast
+import os
+import re
+from collections import Counter
+from functools import cache
+from pathlib import Path
+
+from c_text import ROOT
+
+LAB = ROOT / "tools/lab/davarlab"
+FLEET = LAB.with_name("davarfleet")
+# From the data to the page; a module may import from its own room and from those before it.
+ROOMS = re.findall(
+    r"\w+",
+    """errors arrays distributions places arithmetic thresholds files data logs effects model
+    simulate kalibr inference axes candidates diagnosis report wire workbench commands cli""",
+)
+FILES_MAX = 12
+SEARCHING = ("diagnosis/state.py", "diagnosis/search.py")  # what they hold is frozen
+COMMAND_FLEET = ("commands/logs.py", "run_fleet")  # imports davarfleet
+
+# Everything that opens a file by its path: functions of Python and of the readers of logs.
+OPENS = re.compile(
+    r"(^|\.)(open|read_text|read_bytes|fromfile|loadtxt|genfromtxt|loadmat|memmap|mmap|run_path|File|FileIO|ZipFile|ParquetFile|read_table|DFReader_\w+|AnyReader)$"
+    r"|^(np|numpy)\.load$"
+)
+OWN = "a file of this package or of one that it needs"
+BY_ITS_FORMAT = "logs/formats.py has opened it through files.reading to see what it is"
+NEW = "made here, under a name that nothing has"
+# Exceptions besides files.py: the module, the call, the reason.
+OPENED = {
+    ("errors.py", "os.open(os.devnull, os.O_WRONLY)"): "to write",
+    (
+        "../davarfleet/page.py",
+        "(Path(pages.__file__).parent / 'style.css').read_text(encoding='utf-8')",
+    ): OWN,
+    ("report/page.py", "path.read_text(encoding='utf-8')"): OWN,
+    ("report/contents.py", "VERSION_HEADER.read_text()"): OWN,
+    ("workbench/plans.py", "zipfile.ZipFile(made, 'w', zipfile.ZIP_DEFLATED)"): "in memory",
+    ("workbench/arrivals.py", "open(part, 'xb')"): NEW,
+    ("logs/arrays.py", "np.load(path, mmap_mode='r', allow_pickle=False)"): BY_ITS_FORMAT,
+    (
+        "logs/arrays.py",
+        "np.load(file, allow_pickle=False)",
+    ): "of a file that files.reading has opened",
+    ("logs/arrays.py", "parquet.ParquetFile(path)"): BY_ITS_FORMAT,
+    ("logs/dataflash.py", "DFReader.DFReader_binary(str(path))"): BY_ITS_FORMAT,
+    ("logs/dataflash.py", "DFReader.DFReader_text(str(path))"): BY_ITS_FORMAT,
+    (
+        "logs/dataflash.py",
+        "np.fromfile(self.path, np.uint8, part[-1] - part[0] + self.kind.itemsize, offset=part[0])",
+    ): BY_ITS_FORMAT,
+    ("logs/matlab.py", "io.loadmat(path, squeeze_me=True, struct_as_record=False)"): BY_ITS_FORMAT,
+    ("logs/matlab.py", "h5py.File(path, 'r')"): BY_ITS_FORMAT,
+    (
+        "logs/ros.py",
+        "AnyReader([HeldPath(self.path)], default_typestore=self.store)",
+    ): "opens through HeldPath",
+    ("logs/ros.py", "super().open(mode, *how, **more)"): "behind files.check_regular",
+    ("logs/ros.py", "io.FileIO(self)"): "behind files.check_regular",
+    (
+        "wire/record.py",
+        "os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 438)",
+    ): "to append",
+    (
+        "wire/record.py",
+        "open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 438), "
+        "'rb+', buffering=0)",
+    ): "to append",
+    (
+        "wire/record.py",
+        "open(self.path, encoding='utf-8', errors='replace')",
+    ): "only where it is a regular file",
+}
+OPENING = (
+    "visit.intake.open",
+    "self.open",
+)  # in workbench/: Intake.open, which reads through it
+
+
+def modules(*packages):
+    every = (path for package in packages for path in sorted(package.rglob("*.py")))
+    return [path for path in every if path.name not in ("__init__.py", "__main__.py")]
+
+
+@cache
+def tree_of(path):
+    return ast.parse(path.read_text())
+
+
+@cache
+def nodes_of(path):
+    return list(ast.walk(tree_of(path)))
+
+
+def name_of(path):
+    """Of a module, from davarlab on."""
+    return Path(os.path.relpath(path, LAB)).as_posix()
+
+
+# --- rooms ---
+
+
+def room_of(path):
+    """The place in the list of the room that a file of the package is in."""
+    first = path.relative_to(LAB).parts[0].removesuffix(".py")
+    return ROOMS.index(first) if first in ROOMS else len(ROOMS)
+
+
+def imported(path):
+    """The files and folders of the package that a module imports, at any level, when it runs."""
+    only_types = {
+        node
+        for block in nodes_of(path)
+        if isinstance(block, ast.If) and ast.unparse(block.test) == "TYPE_CHECKING"
+        for node in ast.walk(block)
+    }
+    for node in nodes_of(path):
+        if isinstance(node, ast.ImportFrom) and node.level and node not in only_types:
+            base = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
+            for name in [base / alias.name for alias in node.names] + [base]:
+                places = [place for place in (name.with_suffix(".py"), name) if place.exists()]
+                if places and places[0] != LAB:
+                    yield places[0]
+
+
+def test_imports_run_one_way():
+    wrong = [
+        f"{name_of(path)} imports {name_of(other)}"
+        for path in modules(LAB)
+        for other in imported(path)
+        if room_of(other) > room_of(path)
+    ]
+    assert wrong == []
+
+
+def test_davarlab_imports_davarfleet_in_its_command_alone():
+    found = []
+    for path in modules(LAB):
+        functions = [node for node in nodes_of(path) if isinstance(node, ast.FunctionDef)]
+        inside = {node: function.name for function in functions for node in ast.walk(function)}
+        for node in nodes_of(path):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module or ""]
+            if "davarfleet" in {name.partition(".")[0] for name in names}:
+                found.append((name_of(path), inside.get(node)))
+    assert found == [COMMAND_FLEET]
+
+
+def test_a_room_has_at_most_a_dozen_files():
+    counts = Counter(path.parent for path in modules(LAB, FLEET))
+    assert {room: count for room, count in counts.items() if count > FILES_MAX} == {}
+
+
+def test_the_search_never_changes_a_state():
+    for name in SEARCHING:
+        for node in nodes_of(LAB / name):
+            if isinstance(node, ast.ClassDef):
+                assert "frozen=True" in ast.unparse(node.decorator_list[0]), node.name
+            targets = node.targets if isinstance(node, ast.Assign) else []
+            assert not any(isinstance(one, ast.Attribute) for one in targets), ast.unparse(node)
+
+
+def test_nothing_is_opened_by_its_path_but_through_files():
+    found = set()
+    for path in modules(LAB, FLEET):
+        name = name_of(path)
+        own = OPENING if name.startswith("workbench/") else ()
+        for call in (node for node in nodes_of(path) if isinstance(node, ast.Call)):
+            function = ast.unparse(call.func)
+            if OPENS.search(function) and name != "files.py" and function not in own:
+                found.add((name, ast.unparse(call)))
+    assert found - set(OPENED) == set(), "use files.reading"
+    assert set(OPENED) - found == set(), "no longer there"
+
+
+# --- thresholds ---
+
+TABLE = LAB / "thresholds.py"
+DECIDING = ("inference", "candidates", "diagnosis")  # rooms whose numbers decide
+SOURCE = re.compile(
+    r"DESIGN \d|choice|measured|chi-square|normal distribution|null recordings|Vuong|true models"
+)
+
+
+def is_number(node):
+    value = node.value if isinstance(node, ast.Constant) else None
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def numeric_constants(tree):
+    """Upper-case names that a module gives a value with a number in it."""
+    for node in tree.body:
+        targets = node.targets if isinstance(node, ast.Assign) else []
+        targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
+        walked = [name for target in targets for name in ast.walk(target)]
+        names = [one.id for one in walked if isinstance(one, ast.Name) and one.id.isupper()]
+        if names and any(map(is_number, ast.walk(node.value))):
+            yield from names
+
+
+def fields():
+    """[(class, field, arguments of its of())] of the table."""
+    groups = [node for node in tree_of(TABLE).body if isinstance(node, ast.ClassDef)]
+    return [
+        (group, node.target.id, node.value.args)
+        for group in groups
+        for node in group.body
+        if isinstance(node, ast.AnnAssign)
+    ]
+
+
+def test_the_deciding_rooms_have_no_numbers_of_their_own():
+    paths = [path for room in DECIDING for path in sorted((LAB / room).glob("*.py"))]
+    found = [
+        f"{name_of(path)}: {name}" for path in paths for name in numeric_constants(tree_of(path))
+    ]
+    assert found == [], "belongs in thresholds.py"
+    text = "A, B = (1, 2)\nC = {'x': 0.5}\nD = 'text'\ne = 3\n"
+    assert list(numeric_constants(ast.parse(text))) == ["A", "B", "C"]
+
+
+def test_each_threshold_is_frozen_used_and_has_unit_source_and_meaning_once():
+    paths = [path for package in (LAB, FLEET) for path in package.rglob("*.py") if path != TABLE]
+    used = set(re.findall(r"\b[A-Z_]+\.\w+", "".join(path.read_text() for path in paths)))
+    assert len({group for group, *_ in fields()}) > 5
+    for group, name, arguments in fields():
+        assert ast.unparse(group.decorator_list[0]) == "dataclass(frozen=True)", group.name
+        assert len(arguments) == 4, name
+        texts = [ast.literal_eval(text).strip() for text in arguments[1:]]
+        assert all(texts), name
+        assert SOURCE.search(texts[1]), f"{group.name}.{name}"
+        assert f"{group.name.upper()}.{name}" in used, f"{group.name}.{name} is not used"
+    for stated in (
+        [name for _, name, _ in fields()],
+        [ast.unparse(arguments[3]) for _, _, arguments in fields()],
+    ):
+        assert [one for one, count in Counter(stated).items() if count > 1] == []
