@@ -100,16 +100,21 @@ static void check_frame(const davar_frame_t *frame)
     add(davar_frame_digest(frame));
 }
 
-static void send(bytes_t *bytes)
+static void check_frames(void)
 {
     davar_frame_t frame;
-    uint32_t frames = 0U;
+    for (uint32_t frames = 0U; davar_encoder_next(&encoder, &frame); frames++) {
+        check_frame(&frame);
+        REQUIRE(frames < 300U);
+    }
+}
+
+static void send(bytes_t *bytes)
+{
     davar_encoder_session(&encoder, byte(bytes));
     davar_encoder_monitor(&encoder, ((byte(bytes) % 4U) == 0U) ? NULL : &misfit);
-    for (davar_encoder_begin(&encoder, &result, &health); davar_encoder_next(&encoder, &frame);) {
-        check_frame(&frame);
-        REQUIRE(++frames < 300U);
-    }
+    davar_encoder_begin(&encoder, &result, &health);
+    check_frames();
 }
 
 static void send_raw(bytes_t *bytes)
@@ -128,16 +133,6 @@ static void send_raw(bytes_t *bytes)
     }
     if (davar_encoder_raw_rest(&encoder, &frame)) {
         check_frame(&frame);
-    }
-}
-
-static void finish(void)
-{
-    davar_frame_t frame;
-    uint32_t frames = 0U;
-    for (davar_encoder_finish(&encoder, &health); davar_encoder_next(&encoder, &frame);) {
-        check_frame(&frame);
-        REQUIRE(++frames < 300U);
     }
 }
 
@@ -246,6 +241,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         send_covariance(&bytes);
         tear(&bytes);
     }
-    finish();
+    davar_encoder_finish(&encoder, &health);
+    check_frames();
     return 0;
 }

@@ -1,19 +1,14 @@
 /* davar tests - calls of the library compared with brute force. The bytes select a configuration,
  * then samples in pieces, gaps, results that are not taken, saves and restores. Every taken result
  * equals the one computed from the complete record. */
-#include "davar/davar.h"
 #include "davar_policy.h"
-#include "fuzzing.h"
 #include "reference.h"
 
 #include <math.h>
-#include <string.h>
 
 #define SAMPLES_MAX 160
 #define MEMORY_WORDS 8192
-#define SLOT ((size_t)8 * MEMORY_WORDS)
-
-#include "cells.h"
+#include "pair.h"
 
 typedef struct {
     davar_config_t config;
@@ -27,9 +22,6 @@ typedef struct {
 
 enum { ACT_CUT = 1, ACT_LEAVE = 2, ACT_SAVE = 4 };
 
-static uint64_t memory[2][MEMORY_WORDS];
-static davar_t instances[2];
-static unsigned current;
 static unsigned left; /* pushes without a take since */
 
 /* Any configuration that brute force supports; kurtosis limits differ from the values that rails
@@ -92,32 +84,6 @@ static void choose_samples(trial_t *trial, bytes_t *bytes)
     }
 }
 
-static davar_status_t start(const trial_t *trial, unsigned which)
-{
-    memset(memory[which], 0xA5, sizeof memory[which]);
-    return trial->is_q31 ? davar_init_q31(&instances[which], &trial->config, memory[which],
-                                          sizeof memory[which])
-                         : davar_init_q15(&instances[which], &trial->config, memory[which],
-                                          sizeof memory[which]);
-}
-
-static int64_t push(const trial_t *trial, int64_t from, int64_t to)
-{
-    int16_t narrow[SAMPLES_MAX];
-    size_t done = 0U;
-    const size_t count = (size_t)(to - from);
-    if (trial->is_q31) {
-        done = davar_push_until_result_q31(&instances[current], &trial->sample[from], count);
-    } else {
-        for (int64_t i = from; i < to; i++) {
-            narrow[i - from] = (int16_t)trial->sample[i];
-        }
-        done = davar_push_until_result_q15(&instances[current], narrow, count);
-    }
-    REQUIRE((done >= 1U) && (done <= count));
-    return (int64_t)done;
-}
-
 static bool alike(double expected, double actual, double tolerance)
 {
     return isnan(expected) ? (isnan(actual) != 0)
@@ -159,15 +125,6 @@ static void take(const trial_t *trial, reference_t *reference)
     }
 }
 
-static void change_over(const trial_t *trial)
-{
-    REQUIRE(davar_state_save(&instances[current], &storage) == DAVAR_OK);
-    REQUIRE(start(trial, 1U - current) == DAVAR_OK);
-    current = 1U - current;
-    REQUIRE(davar_state_restore(&instances[current], &storage) == DAVAR_OK);
-    memset(memory[1U - current], 0x5A, sizeof memory[0]); /* nothing of it may be read */
-}
-
 static int64_t piece_end(const trial_t *trial, int64_t from)
 {
     int64_t end = from + 1;
@@ -185,7 +142,7 @@ static void run(const trial_t *trial, reference_t *reference)
             davar_gap(&instances[current], 1U);
         }
         while (i < end) {
-            i += push(trial, i, end);
+            i += (int64_t)push_until(trial->is_q31, &trial->sample[i], (size_t)(end - i));
             if ((trial->act[i - 1] & ACT_LEAVE) != 0U) {
                 left++;
             } else {
@@ -193,7 +150,7 @@ static void run(const trial_t *trial, reference_t *reference)
             }
         }
         if ((trial->act[i - 1] & ACT_SAVE) != 0U) {
-            change_over(trial);
+            change_over(&trial->config, trial->is_q31);
         }
     }
     take(trial, reference);
@@ -210,10 +167,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     reference_epoch_t more = {0};
     choose_config(&trial, &bytes);
     choose_samples(&trial, &bytes);
-    current = 0U;
     left = 0U;
-    memset(cells, 0xFF, sizeof cells);
-    if ((trial.count == 0) || (start(&trial, 0U) != DAVAR_OK)) {
+    if ((trial.count == 0) || !start_first(&trial.config, trial.is_q31)) {
         return 0;
     }
     const reference_record_t record = {trial.sample, trial.gap_before, trial.count};

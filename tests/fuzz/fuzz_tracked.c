@@ -4,17 +4,12 @@
  * configuration stores so few gaps that windows restart or shocks are merged, every result is
  * within its bounds. */
 #include "accepted.h"
-#include "davar/davar.h"
 #include "digest.h"
-#include "fuzzing.h"
 
 #include <math.h>
-#include <string.h>
 
 #define MEMORY_WORDS 8192
-#define SLOT ((size_t)8 * MEMORY_WORDS)
-
-#include "cells.h"
+#include "pair.h"
 #define TAUS 4U
 
 static const uint32_t taus[4][TAUS] = {
@@ -22,9 +17,6 @@ static const uint32_t taus[4][TAUS] = {
 static davar_config_t config;
 static bool is_q31;
 static accepted_t accepted;
-static uint64_t memory[2][MEMORY_WORDS];
-static davar_t instances[2];
-static unsigned current;
 static uint32_t random_bits;
 
 static void choose_config(bytes_t *bytes)
@@ -85,13 +77,6 @@ static void choose_more(bytes_t *bytes)
     }
 }
 
-static davar_status_t start(unsigned which)
-{
-    memset(memory[which], 0xA5, sizeof memory[which]);
-    return is_q31 ? davar_init_q31(&instances[which], &config, memory[which], sizeof memory[which])
-                  : davar_init_q15(&instances[which], &config, memory[which], sizeof memory[which]);
-}
-
 /* One after the newest accepted sample of the result's window. Centred windows may end before the
  * newest of all. */
 static uint64_t head_of(const davar_result_t *result)
@@ -142,10 +127,8 @@ static void push(int32_t given, bool is_left)
 {
     const int32_t limit = is_q31 ? 0x7FFFFF : INT16_MAX;
     const int32_t sample = (given > limit) ? limit : ((given < -limit) ? -limit : given);
-    const int16_t narrow = (int16_t)sample;
     accepted_hear(&accepted, sample);
-    REQUIRE(1U == (is_q31 ? davar_push_until_result_q31(&instances[current], &sample, 1U)
-                          : davar_push_until_result_q15(&instances[current], &narrow, 1U)));
+    (void)push_until(is_q31, &sample, 1U);
     if (!is_left) {
         take();
     }
@@ -160,15 +143,6 @@ static int32_t noise(int32_t level)
         sum += (int32_t)(random_bits >> 24U) - 128;
     }
     return (sum * level) / 16;
-}
-
-static void change_over(void)
-{
-    REQUIRE(davar_state_save(&instances[current], &storage) == DAVAR_OK);
-    REQUIRE(start(1U - current) == DAVAR_OK);
-    current = 1U - current;
-    REQUIRE(davar_state_restore(&instances[current], &storage) == DAVAR_OK);
-    memset(memory[1U - current], 0x5A, sizeof memory[0]); /* nothing of it may be read */
 }
 
 static void gap(uint32_t missing)
@@ -197,31 +171,21 @@ static void run_stretch(bytes_t *bytes)
     const bool is_left = (what & 0x80U) != 0U;
     const int32_t level =
         1 << (((what >> 3U) % 16U) + (is_q31 ? 4U : 0U)); /* up to full scale and above */
-    switch (what % 8U) {
-    case 0U:
-        change_over();
-        break;
-    case 1U:
+    const uint8_t kind = what % 8U;
+    if (kind == 0U) {
+        change_over(&config, is_q31);
+    } else if (kind == 1U) {
         gap(length);
-        break;
-    case 4U:
+    } else if (kind == 4U) {
         run_noise_with_gaps(level, length, is_left);
-        break;
-    case 2U: /* a shock */
+    } else if (kind == 2U) { /* a shock */
         for (uint32_t i = 0U; i < (1U + (length % 30U)); i++) {
             push(((i % 2U) != 0U) ? INT32_MAX : INT32_MIN, is_left);
         }
-        break;
-    case 3U: /* stuck */
+    } else {
         for (uint32_t i = 0U; i < length; i++) {
-            push(level, is_left);
+            push((kind == 3U) ? level : noise(level), is_left); /* 3: stuck */
         }
-        break;
-    default:
-        for (uint32_t i = 0U; i < length; i++) {
-            push(noise(level), is_left);
-        }
-        break;
     }
 }
 
@@ -238,10 +202,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     bytes_t bytes = {data, data + size};
     choose_config(&bytes);
     choose_more(&bytes);
-    current = 0U;
     random_bits = 1U;
-    memset(cells, 0xFF, sizeof cells);
-    if (start(0U) != DAVAR_OK) {
+    if (!start_first(&config, is_q31)) {
         return 0;
     }
     accepted_start(&accepted, &config);
