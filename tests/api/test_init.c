@@ -168,26 +168,6 @@ static void test_every_status_has_its_own_words(void)
     TEST_ASSERT_EQUAL_STRING("unknown status", davar_status_text((davar_status_t)99));
 }
 
-static void test_the_memory_macros_are_enough_for_init(void)
-{
-    for (uint32_t window = 20U; window <= 600U; window += 2U) {
-        for (uint16_t gaps = 0U; gaps < 9U; gaps++) {
-            config.window.longest = window;
-            config.window.shortest = 20U;
-            config.window.gaps_max = gaps;
-            TEST_ASSERT_LESS_OR_EQUAL_size_t(
-                DAVAR_MEMORY_Q15(window, 1U << (TAUS - 1U), TAUS, gaps),
-                davar_memory_size_q15(&config));
-            TEST_ASSERT_LESS_OR_EQUAL_size_t(
-                DAVAR_MEMORY_Q31(window, 1U << (TAUS - 1U), TAUS, gaps),
-                davar_memory_size_q31(&config));
-            TEST_ASSERT_LESS_OR_EQUAL_size_t(
-                DAVAR_MEMORY_F32(window, 1U << (TAUS - 1U), TAUS, gaps),
-                davar_memory_size_f32(&config));
-        }
-    }
-}
-
 /* A stride above 1 adds a copy of the sums and of the moments, whatever the stride. */
 static void test_the_memory_macros_include_a_stride(void)
 {
@@ -475,7 +455,6 @@ int main(void)
     RUN_TEST(test_bad_pointers_and_memory_are_rejected);
     RUN_TEST(test_memory_never_shrinks_as_windows_grow);
     RUN_TEST(test_every_status_has_its_own_words);
-    RUN_TEST(test_the_memory_macros_are_enough_for_init);
     RUN_TEST(test_the_memory_macros_include_a_stride);
     RUN_TEST(test_the_memory_macros_of_a_grid_are_enough_for_init);
     RUN_TEST(test_the_memory_macro_of_glr_is_enough_and_no_more);

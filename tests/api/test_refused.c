@@ -178,28 +178,6 @@ static void test_after_a_restored_end_nothing_is_accepted(void)
     }
 }
 
-static void test_a_block_gives_every_result(void)
-{
-    make_samples();
-    config.full_scale = 100.0;
-    for (uint32_t type = 0U; type < 3U; type++) {
-        TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
-        uint32_t wanted = 0U;
-        for (uint32_t i = 0U; i < SAMPLES; i++) {
-            TEST_ASSERT_EQUAL_size_t(1U, push_until_result(type, i, 1U));
-            wanted += davar_take(&davar, &result) ? 1U : 0U;
-        }
-        const double adev = result.tau[0].adev;
-        TEST_ASSERT_GREATER_THAN_UINT32(200U, wanted);
-        TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
-        taken = 0U;
-        push_all(type);
-        TEST_ASSERT_EQUAL_UINT32(wanted, taken);
-        TEST_ASSERT_EQUAL_MEMORY(&adev, &last, sizeof adev);
-        TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
-    }
-}
-
 /* The same blocks, of every length, into an instance that is pushed sample by sample and one that
  * is pushed in blocks. */
 static void test_a_block_leaves_the_newest_result_and_counts_the_others(void)
@@ -243,7 +221,6 @@ int main(void)
     RUN_TEST(test_a_push_of_another_type_to_a_cascade_is_counted);
     RUN_TEST(test_a_push_after_the_end_is_rejected_until_the_reset);
     RUN_TEST(test_after_a_restored_end_nothing_is_accepted);
-    RUN_TEST(test_a_block_gives_every_result);
     RUN_TEST(test_a_block_leaves_the_newest_result_and_counts_the_others);
     return UNITY_END();
 }

@@ -294,14 +294,6 @@ static void test_every_memory_cluster_size_and_number_of_sizes(void)
     }
 }
 
-/* 16 clusters of 2^31 samples; the longest that init allows. */
-static void test_all_stages(void)
-{
-    const stream_t stream = {EXTREMES, 0U, 0U, 0U};
-    config.tau_count = DAVAR_CASCADE_TAUS_MAX;
-    run(&stream, Q15, SAMPLES / 4U, 77U);
-}
-
 static void test_running_sum_and_hop_numbers_wrap(void)
 {
     const uint64_t starts[] = {(UINT64_C(1) << 47U) - 1000U, (UINT64_C(1) << 48U) - 1000U,
@@ -380,28 +372,6 @@ static void test_differences_of_any_size(void)
 
 /* --- blocks ----------------------------------------------------------------------------------- */
 
-static void test_blocks_of_any_size_leave_the_same_memory(void)
-{
-    static uint64_t other[sizeof memory / sizeof memory[0]];
-    static int16_t samples[20000];
-    static const uint32_t sizes[] = {1U, 2U, 15U, 16U, 17U, 1000U, 20000U};
-    random_t random = random_seeded(5U);
-    for (uint32_t i = 0U; i < 20000U; i++) {
-        samples[i] = (int16_t)(30.0 * random_gauss(&random));
-    }
-    for (size_t s = 0U; s < (sizeof sizes / sizeof sizes[0]); s++) {
-        init(Q15);
-        for (uint32_t i = 0U; i < 20000U; i += sizes[s]) {
-            const uint32_t left = 20000U - i;
-            davar_cascade_push_q15(&cascade, &samples[i], (left < sizes[s]) ? left : sizes[s]);
-        }
-        if (s == 0U) {
-            memcpy(other, memory, sizeof memory);
-        }
-        TEST_ASSERT_EQUAL_MEMORY(other, memory, sizeof memory);
-    }
-}
-
 /* A flush at any sample changes neither what follows nor the grid of hops. */
 static void test_flushes_change_nothing_that_follows(void)
 {
@@ -431,11 +401,9 @@ int main(void)
     RUN_TEST(test_sums_of_floats);
     RUN_TEST(test_gaps_from_rare_to_dense);
     RUN_TEST(test_every_memory_cluster_size_and_number_of_sizes);
-    RUN_TEST(test_all_stages);
     RUN_TEST(test_running_sum_and_hop_numbers_wrap);
     RUN_TEST(test_hops_since_a_gap_saturate);
     RUN_TEST(test_differences_of_any_size);
-    RUN_TEST(test_blocks_of_any_size_leave_the_same_memory);
     RUN_TEST(test_flushes_change_nothing_that_follows);
     return UNITY_END();
 }

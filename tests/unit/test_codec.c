@@ -65,17 +65,6 @@ static void test_the_content_decides_how_many_frames_a_result_has(void)
     TEST_ASSERT_EQUAL(6, count_frames(0U, 10U));
 }
 
-/* A frame for each tau, or for each that does not fit an FD frame, which has eight. */
-static void test_every_number_of_taus_has_its_frames(void)
-{
-    for (uint8_t count = 1U; count <= 10U; count++) {
-        TEST_ASSERT_EQUAL(6U, count_frames(0U, count));
-        TEST_ASSERT_EQUAL(6U + count, count_frames(DAVAR_SEND_ADEV, count));
-        TEST_ASSERT_EQUAL(4U + ((count > 8U) ? (count - 8U) : 0U),
-                          count_frames(DAVAR_SEND_FD, count));
-    }
-}
-
 /* DAVAR_End is the last frame. Its number and digest are those of the frames before it, without
  * Health and Setup, and no frame of another result can replace one of them. */
 static void test_the_end_binds_the_frames_of_a_result(void)
@@ -113,12 +102,6 @@ static void test_the_digest_is_fnv_1a(void)
 {
     frame = (davar_frame_t){.identifier = 0x6F66U, .length = 5U, .data = {0, 'o', 'b', 'a', 'r'}};
     TEST_ASSERT_EQUAL_HEX32(0xBF9CF968U, davar_frame_digest(&frame));
-}
-
-static void test_an_encoder_without_a_result_has_no_frame(void)
-{
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
-    TEST_ASSERT_FALSE(davar_encoder_next(&encoder, &frame));
 }
 
 /* A result may begin while frames of the one before are left: each of its own is sent. */
@@ -360,67 +343,6 @@ static void test_every_value_of_an_fd_frame_is_looked_at(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd());
 }
 
-/* Every session with every item of either message. */
-static void test_health_setup_and_end_contain_the_session(void)
-{
-    for (uint32_t session = 0U; session < 256U; session++) {
-        size_t told[DAVAR_MESSAGE_COUNT] = {0};
-        uint8_t items = 0U;
-        TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
-        davar_encoder_session(&encoder, (uint8_t)session);
-        for (size_t n = 0; n < 12U; n++) {
-            davar_encoder_begin(&encoder, &result, &health);
-            while (davar_encoder_next(&encoder, &frame)) {
-                TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-                const bool tells = (wire.message == DAVAR_MESSAGE_HEALTH) ||
-                                   (wire.message == DAVAR_MESSAGE_SETUP) ||
-                                   (wire.message == DAVAR_MESSAGE_END);
-                TEST_ASSERT_EQUAL(tells ? session : 0U, wire.session);
-                told[wire.message] += tells ? 1U : 0U;
-                items = (wire.message == DAVAR_MESSAGE_SETUP) && (wire.index > items) ? wire.index
-                                                                                      : items;
-            }
-        }
-        TEST_ASSERT_EQUAL(12, told[DAVAR_MESSAGE_HEALTH]);
-        TEST_ASSERT_EQUAL(12, told[DAVAR_MESSAGE_SETUP]);
-        TEST_ASSERT_GREATER_THAN_UINT32(2U, items);
-    }
-}
-
-/* The largest cluster and age that fit. */
-static void test_a_change_keeps_all_its_bits(void)
-{
-    config.law = &davar_law_glr_q15;
-    result.cut_age_samples = 0xFFFFEU;
-    result.dispersion = 1.254;
-    result.change = (davar_change_t){.m = 0xFFFU, .older = 0.25, .newer = 0.75, .gain = 17.5};
-    static const float values[] = {0.0F, 0.25F, 0.75F, 17.5F};
-    for (uint32_t flags = 0U; flags < 4U; flags++) {
-        uint32_t items = 0U;
-        result.alarm = (flags & 1U) != 0U;
-        result.young = (flags & 2U) != 0U;
-        TEST_ASSERT_TRUE(
-            davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_ADEV));
-        davar_encoder_begin(&encoder, &result, &health);
-        while (davar_encoder_next(&encoder, &frame)) {
-            TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-            if (wire.message == DAVAR_MESSAGE_CHANGE) {
-                TEST_ASSERT_EQUAL_UINT8(items, wire.index);
-                TEST_ASSERT_EQUAL_UINT32(0xFFFU, wire.change_m);
-                TEST_ASSERT_TRUE((wire.alarm == result.alarm) && (wire.young == result.young));
-                if (items == 0U) {
-                    TEST_ASSERT_EQUAL_UINT32(0xFFFFEU, wire.cut_age_samples);
-                    TEST_ASSERT_EQUAL_FLOAT(1.25F, wire.dispersion);
-                } else {
-                    TEST_ASSERT_EQUAL_FLOAT(values[items], wire.value);
-                }
-                items++;
-            }
-        }
-        TEST_ASSERT_EQUAL_UINT32(4U, items);
-    }
-}
-
 /* Any bits as a double: half of them of every size and sign, including NaN and infinities, half
  * near the values of sensors. */
 static double any_double(void)
@@ -627,8 +549,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_content_decides_how_many_frames_a_result_has);
-    RUN_TEST(test_every_number_of_taus_has_its_frames);
-    RUN_TEST(test_an_encoder_without_a_result_has_no_frame);
     RUN_TEST(test_the_end_binds_the_frames_of_a_result);
     RUN_TEST(test_the_digest_is_fnv_1a);
     RUN_TEST(test_a_result_that_begins_early_is_complete);
@@ -641,11 +561,9 @@ int main(void)
     RUN_TEST(test_impossible_values_are_rejected_and_absent_ones_are_not);
     RUN_TEST(test_a_zero_rate_stride_cluster_or_window_is_rejected);
     RUN_TEST(test_every_value_of_an_fd_frame_is_looked_at);
-    RUN_TEST(test_health_setup_and_end_contain_the_session);
     RUN_TEST(test_a_result_of_garbage_makes_frames_that_every_receiver_takes);
     RUN_TEST(test_slcan_text_goes_there_and_back);
     RUN_TEST(test_slcan_text_that_is_no_frame_is_rejected);
-    RUN_TEST(test_a_change_keeps_all_its_bits);
     RUN_TEST(test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_other);
     RUN_TEST(test_raw_rates_are_float32_and_impossible_ones_are_rejected);
     RUN_TEST(test_the_setup_contains_the_size_of_a_count_when_counts_are_sent);

@@ -165,16 +165,6 @@ static void test_a_sample_matches_the_autocovariance(void)
     }
 }
 
-static void test_a_block_average_is_white(void)
-{
-    const davar_filter_t average = {DAVAR_SUM(8U)};
-    plan_filter(&average);
-    for (int t = 0; t < SIZES; t++) {
-        assert_close(1.0, (double)plan.gain[t], 1e-6);
-    }
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, (double)plan.sample);
-}
-
 /* The relative change of a gain by one standard error of the cutoff. */
 static void test_offsets_are_derivatives_by_the_cutoff(void)
 {
@@ -386,18 +376,6 @@ static void test_the_inverse_of_a_gain_saturates(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, plan.inverse_gain[0]);
 }
 
-/* The kernel of the last size within the grid is resolved: 4 points per cycle of m = 4096. */
-static void test_the_longest_size_of_the_grid_is_resolved(void)
-{
-    static const uint32_t m[] = {4095U, 4096U};
-    const davar_filter_t none = {0};
-    davar_plan_init_filtered(&plan, m, 2U, &none);
-    assert_close(1.0, (double)plan.gain[0], 1e-6);
-    assert_close(1.0, (double)plan.gain[1], 1e-6);
-    const double white = davar_noise_white_overlap(4096.0, 4096.0) / (2.0 * 4096.0 * 4096.0);
-    assert_close(white, (double)plan.covariance[plan_pair(1, 1)], 0.006);
-}
-
 /* ---- the laws of the window ---- */
 
 #define BLOCK 10 /* samples, the default */
@@ -458,19 +436,6 @@ static void test_the_tolerance_is_that_of_the_cutoff(void)
                          config.glr.whiten_tolerance, 0.01);
         }
     }
-}
-
-static void test_no_filter_needs_no_whitening(void)
-{
-    davar_config_t config = davar_default_config;
-    const davar_filter_t average = {DAVAR_SUM(8U)};
-    config.glr.whiten_first = 5;
-    davar_whiten(&config, &filters[0]);
-    TEST_ASSERT_EQUAL(0, config.glr.whiten_first);
-    TEST_ASSERT_EQUAL(0, config.glr.whiten_second);
-    assert_close(1.0, config.glr.whiten_level, 1e-12);
-    davar_whiten(&config, &average);
-    TEST_ASSERT_EQUAL(0, config.glr.whiten_first);
 }
 
 /* Upper quantiles of the normal distribution, from tables. */
@@ -537,7 +502,6 @@ int main(void)
     RUN_TEST(test_gains_match_the_autocovariance);
     RUN_TEST(test_covariances_match_the_autocovariance);
     RUN_TEST(test_a_sample_matches_the_autocovariance);
-    RUN_TEST(test_a_block_average_is_white);
     RUN_TEST(test_offsets_are_derivatives_by_the_cutoff);
     RUN_TEST(test_drifts_pass_the_filter_as_their_spectrum_does);
     RUN_TEST(test_the_power_gain_matches_the_autocovariance);
@@ -545,10 +509,8 @@ int main(void)
     RUN_TEST(test_plans_of_the_longest_averages_are_plans);
     RUN_TEST(test_degrees_of_freedom_beyond_the_grid);
     RUN_TEST(test_the_inverse_of_a_gain_saturates);
-    RUN_TEST(test_the_longest_size_of_the_grid_is_resolved);
     RUN_TEST(test_whitening_matches_the_autocovariance);
     RUN_TEST(test_the_tolerance_is_that_of_the_cutoff);
-    RUN_TEST(test_no_filter_needs_no_whitening);
     RUN_TEST(test_bounds_of_a_stated_rate_match_their_formulas);
     RUN_TEST(test_bounds_behind_a_filter_use_its_autocorrelation);
     return UNITY_END();

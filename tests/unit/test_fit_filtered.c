@@ -124,17 +124,6 @@ static void test_drifts_behind_the_filter_are_found_with_their_size(void)
     }
 }
 
-/* After a narrow filter, flicker dominates wherever white noise passes: its share is not known. */
-static void test_white_noise_that_never_dominates_is_absent(void)
-{
-    const double walk[] = {0, 1.0, 0, 0.02, 0};
-    plan_filter(&filters[3]);
-    set_filtered(&filters[3], walk, 0.0);
-    davar_fit(&plan, 1.0, &result);
-    TEST_ASSERT_TRUE(term(DAVAR_RATE_RANDOM_WALK)->present);
-    assert_absent_below(60.0 * 1.4, term(DAVAR_ANGLE_RANDOM_WALK));
-}
-
 /* Nothing that passes at the short sizes bounds the angle random walk: davar_fit_white takes the
  * shortest size of which the filter passes 35 %. */
 static void test_the_limit_beside_a_drift_is_of_a_size_that_passes(void)
@@ -235,19 +224,6 @@ static void test_short_sizes_that_read_low_withhold_everything(void)
     }
 }
 
-static void test_a_filter_below_the_declared_one_withholds_everything(void)
-{
-    const double white[] = {0, 1.0, 0, 0, 0};
-    const davar_filter_t declared = {.cutoff = 0.25, .poles = 2U};
-    const davar_filter_t real = {.cutoff = 0.2, .poles = 2U};
-    plan_filter(&declared);
-    set_filtered(&real, white, 0.0);
-    TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result));
-    assert_withheld();
-    davar_fit(&plan, 1.0, &result);
-    assert_withheld();
-}
-
 /* More than the filter passes at the shortest size can make the amplitude of white noise negative,
  * where weights are. That is no rounding: a mixture finds quantization, which passes no filter. */
 static void test_a_term_that_lowers_the_estimate_is_not_taken_for_rounding(void)
@@ -307,21 +283,6 @@ static void test_more_scatter_than_hidden_noise_gives_is_no_rounding(void)
         const davar_noise_t expected = (over < 2.0) ? DAVAR_NOISE_COARSE : DAVAR_NOISE_MIXED;
         TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result));
         TEST_ASSERT_EQUAL(expected, result.noise);
-    }
-}
-
-static void test_quantization_is_found_without_a_filter_only(void)
-{
-    const double mix[] = {3.0, 1.0, 0, 0, 0};
-    for (size_t f = 0; f < FILTERS; f++) {
-        plan_filter(&filters[f]);
-        set_filtered(&filters[f], mix, 0.06);
-        davar_fit(&plan, 1.0, &result);
-        if (f == 0) {
-            assert_mix_found(mix);
-        } else {
-            assert_withheld();
-        }
     }
 }
 
@@ -407,21 +368,6 @@ static void test_an_uncertain_cutoff_explains_its_misfit_in_any_unit(void)
             }
         }
     }
-}
-
-/* Next to a drift the fit of a mixture decides, with a declared filter and without. */
-static void test_a_mixture_withholds_what_a_filter_lowered(void)
-{
-    const double drift[] = {0, 1.0, 0, 0.0128, 0};
-    const davar_filter_t declared = {.cutoff = 0.25, .poles = 1U};
-    const davar_filter_t real = {.cutoff = 0.1, .poles = 1U};
-    plan_filter(&declared);
-    set_filtered(&real, drift, 0.0);
-    davar_fit(&plan, 1.0, &result);
-    assert_withheld();
-    set_filtered(&declared, drift, 0.0);
-    davar_fit(&plan, 1.0, &result);
-    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
 }
 
 /* A ramp hides white noise. With a plan that knows no filter, it may hide a filter too. */
@@ -678,45 +624,6 @@ static void test_centres_fit_a_shift(void)
 
 /* ---- the plan ---- */
 
-static void test_no_filter_declared_is_white(void)
-{
-    const davar_filter_t none = {0};
-    const double white[] = {0, 1.0, 0, 0, 0};
-    plan_filter(&none);
-    set_model(white);
-    davar_result_t again = result;
-    davar_fit(&plan, 1.0, &result);
-    set_octaves(WINDOW, SIZES);
-    davar_fit(&plan, 1.0, &again);
-    TEST_ASSERT_TRUE(plan.declared);
-    assert_near(again.coefficient[WHITE].value, result.coefficient[WHITE].value, 1e-6);
-    assert_near(again.coefficient[WHITE].low, result.coefficient[WHITE].low, 1e-4);
-    assert_near(again.coefficient[WHITE].high, result.coefficient[WHITE].high, 1e-4);
-    for (int t = 0; t < SIZES; t++) {
-        assert_near(again.tau[t].high, result.tau[t].high, 1e-4);
-    }
-}
-
-static void test_a_plan_solved_for_fewer_sizes_and_back_has_the_same_bits(void)
-{
-    for (size_t f = 0; f < FILTERS; f++) {
-        davar_plan_t before;
-        plan_filter(&filters[f]);
-        memcpy(&before, &plan, sizeof plan);
-        for (uint8_t count = 1U; count < SIZES; count++) {
-            davar_plan_solve(&plan, count);
-            TEST_ASSERT_EQUAL_UINT8(count, plan.count);
-            davar_plan_solve(&plan, SIZES);
-            TEST_ASSERT_EQUAL_MEMORY(plan.functional, before.functional, sizeof plan.functional);
-            TEST_ASSERT_EQUAL_MEMORY(plan.variance, before.variance, sizeof plan.variance);
-            TEST_ASSERT_EQUAL_MEMORY(plan.weight, before.weight, sizeof plan.weight);
-            TEST_ASSERT_EQUAL_MEMORY(plan.freedom, before.freedom, sizeof plan.freedom);
-            TEST_ASSERT_EQUAL_FLOAT(before.rounding, plan.rounding);
-            TEST_ASSERT_EQUAL_UINT64(before.misfit_limit, plan.misfit_limit);
-        }
-    }
-}
-
 /* Here the covariance is none, so the second size gets no weight, and no other term is resolved. */
 static void test_a_covariance_that_is_none_gives_finite_weights(void)
 {
@@ -761,42 +668,6 @@ static void test_a_short_window_uses_its_sizes_alone(void)
     }
 }
 
-static void test_a_mixture_in_a_short_window_leaves_the_other_sizes_absent(void)
-{
-    const double drift[] = {0, 1.0, 0, 0.5, 0};
-    plan_filter(&filters[0]);
-    set_model(drift);
-    for (int t = 0; t < SIZES; t++) {
-        result.tau[t].differences = (t < 5) ? (101U - (2U * result.tau[t].m)) : 0U;
-    }
-    result.window_samples = 100U;
-    davar_fit(&plan, 1.0, &result);
-    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
-    TEST_ASSERT_TRUE(result.tau[4].edf >= 1.0);
-    TEST_ASSERT_TRUE(isnan(result.tau[5].edf) && isnan(result.tau[5].low));
-}
-
-/* Sizes that the plan does not know are absent; the others are fitted. */
-static void test_sizes_beyond_the_plan_are_absent(void)
-{
-    const double white[] = {0, 1.0, 0, 0, 0};
-    uint32_t m[DAVAR_TAUS_MAX];
-    set_octaves(4000U, 9U);
-    set_model(white);
-    for (int t = 0; t < 9; t++) {
-        m[t] = result.tau[t].m;
-    }
-    davar_plan_init_white(&plan, m, SIZES);
-    davar_fit(&plan, 1.0, &result);
-    assert_near(60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-5);
-    TEST_ASSERT_TRUE(result.tau[SIZES - 1].edf > 1.0);
-    for (int t = SIZES; t < 9; t++) {
-        TEST_ASSERT_TRUE(isnan(result.tau[t].edf) && isnan(result.tau[t].low));
-    }
-    TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result)); /* it fits all sizes or none */
-    TEST_ASSERT_EQUAL(DAVAR_NOISE_UNKNOWN, result.noise);
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -805,20 +676,16 @@ int main(void)
     RUN_TEST(test_a_doubtful_term_lowers_the_limit_only_as_far_as_it_could);
     RUN_TEST(test_the_doubt_about_rounding_can_leave_nothing);
     RUN_TEST(test_drifts_behind_the_filter_are_found_with_their_size);
-    RUN_TEST(test_white_noise_that_never_dominates_is_absent);
     RUN_TEST(test_the_limit_beside_a_drift_is_of_a_size_that_passes);
     RUN_TEST(test_the_limit_of_white_noise_that_a_mixture_lacks);
     RUN_TEST(test_the_limit_behind_a_filter_that_passes_no_size);
     RUN_TEST(test_short_sizes_that_read_low_withhold_everything);
-    RUN_TEST(test_a_filter_below_the_declared_one_withholds_everything);
     RUN_TEST(test_a_term_that_lowers_the_estimate_is_not_taken_for_rounding);
     RUN_TEST(test_more_scatter_than_hidden_noise_gives_is_no_rounding);
-    RUN_TEST(test_quantization_is_found_without_a_filter_only);
     RUN_TEST(test_an_uncertain_cutoff_explains_its_misfit_in_any_unit);
     RUN_TEST(test_the_misfit_of_a_mixture_counts_the_doubt_of_the_cutoff);
     RUN_TEST(test_noise_of_less_than_half_a_count_is_coarse);
     RUN_TEST(test_other_terms_can_scatter_a_sample_enough);
-    RUN_TEST(test_a_mixture_withholds_what_a_filter_lowered);
     RUN_TEST(test_a_mixture_without_white_noise_may_hide_a_filter);
     RUN_TEST(test_a_mixture_of_an_unknown_filter_must_fit_and_show_white_noise);
     RUN_TEST(test_the_upper_limit_includes_what_the_test_cannot_see);
@@ -827,11 +694,7 @@ int main(void)
     RUN_TEST(test_standard_errors_include_the_cutoff);
     RUN_TEST(test_sizes_have_their_own_factors);
     RUN_TEST(test_centres_fit_a_shift);
-    RUN_TEST(test_no_filter_declared_is_white);
-    RUN_TEST(test_a_plan_solved_for_fewer_sizes_and_back_has_the_same_bits);
     RUN_TEST(test_a_covariance_that_is_none_gives_finite_weights);
     RUN_TEST(test_a_short_window_uses_its_sizes_alone);
-    RUN_TEST(test_a_mixture_in_a_short_window_leaves_the_other_sizes_absent);
-    RUN_TEST(test_sizes_beyond_the_plan_are_absent);
     return UNITY_END();
 }

@@ -403,30 +403,6 @@ static void test_the_misfit_is_where_the_formula_puts_it(void)
     TEST_ASSERT_TRUE((kept > 5U) && (kept < 55U));
 }
 
-/* A plan used at another sample rate is valid for this one. */
-static void test_one_plan_is_valid_for_two_rates(void)
-{
-    const double white[] = {0, 1.0, 0, 0, 0};
-    set_octaves(600, 7);
-    set_model(white);
-    davar_fit(&plan, 1.0, &result);
-    assert_near(60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-6);
-    davar_fit(&plan, 1.0 / 0.01, &result);
-    assert_near(6.0, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-6);
-}
-
-/* A deviation of 0 among others stays 0, with its limits. */
-static void test_a_deviation_of_zero_has_limits_of_zero(void)
-{
-    static const uint32_t m[] = {1U, 2U, 4U};
-    set_taus(8U, m, 3U);
-    result.tau[0].adev = 1.0;
-    result.tau[1].adev = 0.7;
-    davar_fit(&plan, 1.0, &result);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[2].low);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[2].high);
-}
-
 /* A precomputed plan gives the same bits, and nothing if the window supports fewer sizes than it
  * has. */
 static void test_a_precomputed_plan_gives_the_same_result_or_none(void)
@@ -480,7 +456,5 @@ int main(void)
     RUN_TEST(test_the_misfit_is_where_the_formula_puts_it);
     RUN_TEST(test_a_precomputed_plan_gives_the_same_result_or_none);
     RUN_TEST(test_a_window_without_a_difference_gives_no_values);
-    RUN_TEST(test_one_plan_is_valid_for_two_rates);
-    RUN_TEST(test_a_deviation_of_zero_has_limits_of_zero);
     return UNITY_END();
 }

@@ -218,16 +218,6 @@ static void test_windows_near_gaps(void)
     }
 }
 
-static void test_a_trailing_detector_remembers_no_cuts(void)
-{
-    davar_glr_wish_t wish = usual;
-    wish.is_centred = false;
-    davar_glr_start(&config, &wish);
-    push_quiet(200U);
-    TEST_ASSERT_LESS_OR_EQUAL_UINT32(12U, blocks_to_alarm(60.0, 20U));
-    TEST_ASSERT_EQUAL(1, state.cuts);
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -238,6 +228,5 @@ int main(void)
     RUN_TEST(test_a_cut_near_a_gap_counts);
     RUN_TEST(test_a_cut_that_came_late_counts);
     RUN_TEST(test_windows_near_gaps);
-    RUN_TEST(test_a_trailing_detector_remembers_no_cuts);
     return UNITY_END();
 }

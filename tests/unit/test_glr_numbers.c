@@ -247,11 +247,6 @@ static void test_the_logarithm_is_the_formula_of_its_tables(void)
     }
 }
 
-static void test_the_state_is_small(void)
-{
-    TEST_ASSERT_LESS_THAN(1024U, sizeof(davar_glr_t));
-}
-
 /* The age at which this many blocks were accepted, counted one by one; dropped ones have an age
  * too. */
 static void test_an_age_counts_the_accepted_blocks(void)
@@ -371,7 +366,6 @@ int main(void)
     RUN_TEST(test_constants_of_the_second_channel_are_as_stated);
     RUN_TEST(test_a_reset_clears_everything);
     RUN_TEST(test_the_logarithm_is_the_formula_of_its_tables);
-    RUN_TEST(test_the_state_is_small);
     RUN_TEST(test_a_level_is_the_root_of_the_mean);
     RUN_TEST(test_the_dispersion_moves_as_the_formula_says);
     RUN_TEST(test_the_factor_of_the_thresholds_is_that_of_the_formula);

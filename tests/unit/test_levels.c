@@ -108,13 +108,6 @@ static void test_noise_near_the_rounding_has_no_interval(void)
     TEST_ASSERT_EQUAL_UINT64(1000000U, steady_of(0.50, 100000U, ONE_F, 0.0, 0U).samples);
 }
 
-static void test_few_blocks_have_no_interval(void)
-{
-    TEST_ASSERT_EQUAL_UINT64(0U, steady_of(400.0, 0U, ONE_F, 0.0, 0U).samples);
-    TEST_ASSERT_EQUAL_UINT64(0U, steady_of(400.0, 5U, ONE_F, 0.0, 0U).samples);
-    TEST_ASSERT_EQUAL_UINT64(0U, steady_of(400.0, 40U, 4U * ONE_F, 0.0, 0U).samples);
-}
-
 /* ---- where the stretch begins ---- */
 
 static davar_glr_t detector;
@@ -269,32 +262,17 @@ static void test_f_is_known_after_512_f_squared_blocks(void)
     }
 }
 
-static void test_dropped_blocks_are_counted_apart(void)
-{
-    begin();
-    event.dropped = 2U;
-    event.shock = (davar_spread_t){12345U, 0U, 2U};
-    take(1000000U);
-    TEST_ASSERT_EQUAL_UINT64(12345U, sums.shocks.low);
-    TEST_ASSERT_EQUAL_UINT32(2U, sums.shocks.blocks);
-    TEST_ASSERT_EQUAL_UINT32(1U, blocks_now());
-    davar_steady_restart(&sums, &detector);
-    TEST_ASSERT_EQUAL_UINT64(0U, sums.shocks.low);
-}
-
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_interval_is_that_of_the_gamma_mixture);
     RUN_TEST(test_shocks_raise_the_upper_limit_alone);
     RUN_TEST(test_noise_near_the_rounding_has_no_interval);
-    RUN_TEST(test_few_blocks_have_no_interval);
     RUN_TEST(test_it_restarts_where_its_halves_differ);
     RUN_TEST(test_it_restarts_before_its_counts_wrap);
     RUN_TEST(test_it_restarts_before_the_sum_of_shocks_wraps);
     RUN_TEST(test_skipped_blocks_count_for_the_check);
     RUN_TEST(test_heavy_tails_withhold_the_interval_for_2_to_the_14_blocks);
     RUN_TEST(test_f_is_known_after_512_f_squared_blocks);
-    RUN_TEST(test_dropped_blocks_are_counted_apart);
     return UNITY_END();
 }

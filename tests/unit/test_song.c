@@ -271,19 +271,6 @@ static void test_without_variance_no_verdict_is_unstable(void)
     TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(SONG_AND));
 }
 
-static void test_bounds_of_no_use_are_left_to_the_exact_way(void)
-{
-    choose_moments();
-    first = whole;
-    config.moments.kurtosis_low = 0.0;
-    config.moments.kurtosis_high = 100.0;
-    whole.rough.over = UINT32_MAX;
-    TEST_ASSERT_EQUAL(ROUGH_UNSURE, verdict(SONG_KURTOSIS));
-    whole = first;
-    config.moments.contribution_high = 0.0;
-    TEST_ASSERT_EQUAL(ROUGH_UNSURE, verdict(SONG_OR)); /* S = 0 */
-}
-
 static void test_bounds_of_any_size(void)
 {
     for (int exponent = -60; exponent < 60; exponent++) {
@@ -501,7 +488,6 @@ int main(void)
     RUN_TEST(test_every_short_window_of_few_values);
     RUN_TEST(test_without_variance_no_verdict_is_unstable);
     RUN_TEST(test_bounds_of_any_size);
-    RUN_TEST(test_bounds_of_no_use_are_left_to_the_exact_way);
     RUN_TEST(test_kurtosis_of_two_values_whatever_their_mean_and_size);
     RUN_TEST(test_a_value_on_its_bound_is_inside);
     RUN_TEST(test_contribution_on_both_sides_of_its_bounds);

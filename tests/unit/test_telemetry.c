@@ -49,17 +49,6 @@ static void test_each_dialect_has_its_number_of_packets(void)
     TEST_ASSERT_EQUAL(1, count_packets(&davar_cyphal));
 }
 
-static void test_there_is_no_packet_before_the_first_result_and_after_the_last_packet(void)
-{
-    const davar_packet_t before = packet;
-    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_cyphal, &home, 100.0));
-    TEST_ASSERT_FALSE(davar_telemetry_next(&telemetry, &packet));
-    TEST_ASSERT_EQUAL_MEMORY(&before, &packet, sizeof packet);
-    davar_telemetry_begin(&telemetry, &result, 0U);
-    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
-    TEST_ASSERT_FALSE(davar_telemetry_next(&telemetry, &packet));
-}
-
 static bool is_accepted(const davar_dialect_t *dialect, davar_telemetry_address_t from)
 {
     const davar_telemetry_t before = telemetry;
@@ -153,16 +142,6 @@ static void test_a_cyphal_frame_fills_64_bytes(void)
     TEST_ASSERT_EQUAL(1, packet.data[60]); /* channel */
     TEST_ASSERT_EQUAL_HEX8(0U, packet.data[62]);
     TEST_ASSERT_EQUAL_HEX8(0xE0U, packet.data[63]);
-}
-
-static void test_the_transfer_number_counts_modulo_32(void)
-{
-    begin(&davar_cyphal);
-    for (uint32_t i = 0U; i < 70U; i++) {
-        davar_telemetry_begin(&telemetry, &result, 0U);
-        TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
-        TEST_ASSERT_EQUAL_HEX8(0xE0U | (i % 32U), packet.data[63]);
-    }
 }
 
 /* A sender of three axes: the receiver must find one sequence without a hole. */
@@ -273,14 +252,6 @@ static void test_heartbeats_count_in_the_sequence_of_mavlink_only(void)
     TEST_ASSERT_EQUAL_HEX8(0xC0U, packet.data[7]);
 }
 
-static void test_the_axes_have_names(void)
-{
-    static const char letters[] = "XYZ3456789";
-    for (uint8_t channel = 0U; channel <= DAVAR_TELEMETRY_CHANNEL_LAST; channel++) {
-        TEST_ASSERT_EQUAL(letters[channel], davar_axis_letter(channel));
-    }
-}
-
 static void test_each_flag_is_one_bit_of_state(void)
 {
     result.noise = DAVAR_NOISE_FILTERED;
@@ -367,20 +338,17 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_each_dialect_has_its_number_of_packets);
-    RUN_TEST(test_there_is_no_packet_before_the_first_result_and_after_the_last_packet);
     RUN_TEST(test_an_address_outside_a_dialect_is_refused);
     RUN_TEST(test_a_mavlink_packet_byte_by_byte);
     RUN_TEST(test_a_payload_loses_its_trailing_zeros_but_not_its_first_byte);
     RUN_TEST(test_a_dronecan_frame_byte_by_byte);
     RUN_TEST(test_a_cyphal_frame_fills_64_bytes);
-    RUN_TEST(test_the_transfer_number_counts_modulo_32);
     RUN_TEST(test_the_channels_of_a_sender_share_its_sequence);
     RUN_TEST(test_a_heartbeat_comes_once_a_second);
     RUN_TEST(test_a_late_call_does_not_delay_the_heartbeats_that_follow);
     RUN_TEST(test_the_heartbeats_go_on_after_a_clock_that_jumps);
     RUN_TEST(test_the_heartbeat_of_each_dialect_byte_by_byte);
     RUN_TEST(test_heartbeats_count_in_the_sequence_of_mavlink_only);
-    RUN_TEST(test_the_axes_have_names);
     RUN_TEST(test_each_flag_is_one_bit_of_state);
     RUN_TEST(test_what_is_no_magnitude_is_absent_and_no_upper_limit_is_infinite);
     RUN_TEST(test_a_variance_is_the_density_of_the_noise_times_the_rate);

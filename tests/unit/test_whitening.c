@@ -341,21 +341,6 @@ static void test_the_rest_is_clamped_and_no_sum_overflows(void)
     }
 }
 
-/* An offset of the whole range causes nothing, at the start and after gaps. */
-static void test_an_offset_is_no_change(void)
-{
-    random_t random = random_seeded(9U);
-    init(Q15);
-    for (uint32_t i = 0U; i < SAMPLES; i++) {
-        if ((i % 97U) == 0U) {
-            davar_gap(&davar, 1U);
-        }
-        push_one(Q15, 30000 + (int32_t)floor((4.0 * random_gauss(&random)) + 0.5));
-    }
-    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).alarms);
-    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).shocks);
-}
-
 static davar_status_t status_of(int16_t first, int16_t second, double level)
 {
     config.glr.whiten_first = first;
@@ -422,7 +407,6 @@ int main(void)
     RUN_TEST(test_blocks_of_16_bits_are_whitened);
     RUN_TEST(test_blocks_of_32_bits_are_whitened);
     RUN_TEST(test_the_rest_is_clamped_and_no_sum_overflows);
-    RUN_TEST(test_an_offset_is_no_change);
     RUN_TEST(test_settings_out_of_range_are_rejected);
     RUN_TEST(test_clusters_take_the_samples_themselves);
     return UNITY_END();
