@@ -2,26 +2,19 @@
 headers, pdoc for the Python package. An undocumented symbol is an error in both.
 """
 
-import importlib
-import inspect
 import re
 import shutil
 import subprocess
 import sys
-import tempfile
-import unittest
-import warnings
 from pathlib import Path
-from typing import Generic, NewType, TypeVar
-from unittest import mock
 from xml.etree import ElementTree
 
-import numpy.typing as npt
-import pdoc
+import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 OUT = ROOT / "build/reference"
 DOXYFILE = (ROOT / "docs/Doxyfile").read_text(encoding="utf-8")
+INDEX = (ROOT / "docs/reference.dox").read_text(encoding="utf-8")
 # Every kind of symbol.
 HEADER = """/** @file
  * A header. */
@@ -56,6 +49,7 @@ int two(void);
 #define davar_sized DAVAR_SIZED(davar_sized)
 int davar_sized(void);
 """
+COMMENTS = list(re.finditer(r"/\*\*(?=<? \w)", HEADER))
 MODULE = '''"""A module."""
 
 def function():
@@ -79,22 +73,21 @@ class Class:
 '''
 
 
-def doxygen(out, *settings):
-    """What Doxygen reports with docs/Doxyfile and these settings; pages and XML go to `out`."""
+def doxygen(out, xml, *settings):
+    """What Doxygen reports with docs/Doxyfile and these settings."""
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
-    with tempfile.TemporaryDirectory() as xml:
-        more = [f"OUTPUT_DIRECTORY = {out}", "GENERATE_XML = YES", f"XML_OUTPUT = {xml}", *settings]
-        done = subprocess.run(
-            ["doxygen", "-"],
-            cwd=ROOT,
-            input="\n".join([DOXYFILE, *more]),
-            text=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-        )
-        missing = {name for page in Path(xml).glob("*.xml") for name in without_text(page)}
+    more = [f"OUTPUT_DIRECTORY = {out}", "GENERATE_XML = YES", f"XML_OUTPUT = {xml}", *settings]
+    done = subprocess.run(
+        ["doxygen", "-"],
+        cwd=ROOT,
+        input="\n".join([DOXYFILE, *more]),
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     assert bool(done.returncode) == bool(done.stdout), done.stdout
+    missing = {name for page in xml.glob("*.xml") for name in without_text(page)}
     return done.stdout + "".join(f"{name} is not documented\n" for name in sorted(missing))
 
 
@@ -109,102 +102,93 @@ def without_text(page):
             yield member.findtext("qualifiedname") or member.findtext("name")
 
 
-def headers():
-    """The public headers that docs/Doxyfile lists."""
+def test_every_symbol_of_the_headers_is_documented(tmp_path):
+    assert doxygen(OUT, tmp_path) == ""
+
+
+def test_every_header_has_a_page_and_is_in_the_index():
     places = re.search(r"^INPUT = (.*)$", DOXYFILE, re.MULTILINE)[1].split()
-    return [path for place in places for path in sorted((ROOT / place).rglob("*.h"))]
+    headers = [path for place in places for path in sorted((ROOT / place).rglob("*.h"))]
+    assert len(headers) > 10
+    for path in headers:
+        # without it, Doxygen ignores the header's functions and macros and does not warn
+        assert path.read_text(encoding="utf-8").startswith("/** @file\n"), path
+        assert re.search(rf"[ ,]{re.escape(path.name)}[ ,]", INDEX), path
 
 
-class C(unittest.TestCase):
-    def test_every_symbol_of_the_headers_is_documented(self):
-        self.assertEqual("", doxygen(OUT))
-
-    def test_every_header_has_a_page_and_is_in_the_index(self):
-        index = (ROOT / "docs/reference.dox").read_text(encoding="utf-8")
-        self.assertGreater(len(headers()), 10)
-        for path in headers():
-            with self.subTest(header=path.name):
-                # without it, Doxygen ignores the header's functions and macros and does not warn
-                self.assertTrue(path.read_text(encoding="utf-8").startswith("/** @file\n"))
-                self.assertRegex(index, rf"[ ,]{re.escape(path.name)}[ ,]")
-
-    def reported(self, header):
-        with tempfile.TemporaryDirectory() as folder:
-            Path(folder, "header.h").write_text(header, encoding="utf-8")
-            return doxygen(Path(folder, "out"), f"INPUT = {folder}/header.h")
-
-    def test_a_symbol_without_its_comment_is_an_error(self):
-        self.assertEqual("", self.reported(HEADER))
-        comments = list(re.finditer(r"/\*\*(?=<? \w)", HEADER))
-        self.assertEqual(13, len(comments))
-        for place in comments:
-            plain = f"{HEADER[: place.start()]}/*{HEADER[place.end() :]}"
-            with self.subTest(HEADER[place.start() :].split("*/")[0], at=place.start()):
-                self.assertIn(" is not documented", self.reported(plain))
+@pytest.mark.parametrize("place", range(-1, len(COMMENTS)))
+def test_a_symbol_without_its_comment_is_an_error(tmp_path, place):
+    """-1: with all comments."""
+    assert len(COMMENTS) == 13
+    at = COMMENTS[place].start()
+    text = HEADER if place < 0 else f"{HEADER[:at]}/*{HEADER[at + 3 :]}"
+    (tmp_path / "header.h").write_text(text)
+    said = doxygen(tmp_path / "out", tmp_path / "xml", f"INPUT = {tmp_path}/header.h")
+    assert (" is not documented" in said) == (place >= 0), said
+    assert (said == "") == (place < 0)
 
 
-Scalar = TypeVar("Scalar")
-ArrayLike = NewType("ArrayLike", object)
+# Runs in a process of its own, because it replaces types of numpy by their names: pdoc would print
+# their definitions. Prints the undocumented members and arguments of a module.
+PDOC = """
+import importlib, inspect, re, sys, warnings
+from pathlib import Path
+from typing import Generic, NewType, TypeVar
+import numpy.typing
+import pdoc
 
+name, out = sys.argv[1:3]
 
-class NDArray(Generic[Scalar]):
+class NDArray(Generic[TypeVar("Scalar")]):
     pass
 
+for one in (NewType("ArrayLike", object), NDArray):
+    one.__module__ = "numpy.typing"
+    setattr(numpy.typing, one.__name__, one)
 
 def undocumented(space):
-    """The public members of a module or class without a docstring, with their full names."""
     members = space.own_members if isinstance(space, pdoc.doc.Class) else space.members.values()
     for member in members:
         if not member.name.startswith("_"):
             yield from [] if member.docstring.strip() else [member.fullname]
             yield from undocumented(member) if isinstance(member, pdoc.doc.Class) else []
 
-
-class Python(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        """Imports davar with numpy's types as names; pdoc would print their definitions."""
-        for one in (ArrayLike, NDArray):
-            one.__module__ = "numpy.typing"
-        with mock.patch.multiple(npt, ArrayLike=ArrayLike, NDArray=NDArray):
-            cls.davar = importlib.import_module("davar")
-
-    def test_the_pages_are_made_without_a_warning(self):
-        pdoc.render.configure(docformat="google", show_source=False, search=False)
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            pdoc.pdoc("davar", "!davar.lab", output_directory=OUT / "python")
-        page = (OUT / "python/davar.html").read_text(encoding="utf-8")
-        self.assertIn("numpy.typing.ArrayLike", re.sub("<[^>]+>", "", page))
-        index = (ROOT / "docs/reference.dox").read_text(encoding="utf-8")
-        for link in re.findall(r'href="([^"]+)"', index):
-            self.assertTrue((OUT / link).is_file(), link)
-
-    def test_every_public_symbol_has_a_docstring(self):
-        self.assertEqual([], list(undocumented(pdoc.doc.Module(self.davar))))
-
-    def test_every_argument_is_documented(self):
-        for function in (self.davar.adev, self.davar.dynamic, self.davar.read):
-            section = re.search(r"^Args:\n(.*?)^$", inspect.getdoc(function), re.DOTALL | re.M)[1]
-            named = re.findall(r"^    (\w+):", section, re.MULTILINE)
-            self.assertEqual(sorted(inspect.signature(function).parameters), sorted(named))
-
-    def test_an_undocumented_symbol_is_found(self):
-        with tempfile.TemporaryDirectory() as folder, mock.patch.object(sys, "path", [folder]):
-            texts = [MODULE] + [
-                MODULE[: place.start()] + "pass" + MODULE[place.end() :]
-                for place in re.finditer('"""[^"]+"""', MODULE)
-            ][1:]
-            found = []
-            for number, text in enumerate(texts):
-                Path(folder, f"page{number}.py").write_text(text, encoding="utf-8")
-                module = importlib.import_module(f"page{number}")
-                found.append([name[6:] for name in undocumented(pdoc.doc.Module(module))])
-        self.assertEqual(
-            [[], ["function"], ["Class"], ["Class.field"], ["Class.method"], ["Class.read_only"]],
-            found,
-        )
+module = importlib.import_module(name)
+print(*undocumented(pdoc.doc.Module(module)), sep="\\n")
+if name == "davar":
+    for function in (module.adev, module.dynamic, module.read):
+        text = inspect.getdoc(function)
+        section = re.search(r"^Args:\\n(.*?)^$", text, re.DOTALL | re.MULTILINE)[1]
+        named = set(re.findall(r"^    (\\w+):", section, re.MULTILINE))
+        print(*named ^ set(inspect.signature(function).parameters), sep="\\n")
+    pdoc.render.configure(docformat="google", show_source=False, search=False)
+    warnings.simplefilter("error")
+    pdoc.pdoc("davar", "!davar.lab", output_directory=Path(out))
+"""
 
 
-if __name__ == "__main__":
-    unittest.main()
+def undocumented(module, path, out=""):
+    done = subprocess.run(
+        [sys.executable, "-c", PDOC, module, str(out)],
+        env={"PYTHONPATH": str(path)},
+        text=True,
+        capture_output=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+def test_every_public_symbol_and_argument_of_the_package_is_documented():
+    assert undocumented("davar", ROOT / "python", OUT / "python") == []
+    page = (OUT / "python/davar.html").read_text(encoding="utf-8")
+    assert "numpy.typing.ArrayLike" in re.sub("<[^>]+>", "", page)
+    for link in re.findall(r'href="([^"]+)"', INDEX):
+        assert (OUT / link).is_file(), link
+
+
+def test_undocumented_symbols_are_found(tmp_path):
+    (tmp_path / "good.py").write_text(MODULE)
+    (tmp_path / "bad.py").write_text(re.sub('(?<= )"""[^"]+"""', "pass", MODULE))
+    assert undocumented("good", tmp_path) == []
+    names = ("function", "Class", "Class.field", "Class.method", "Class.read_only")
+    assert undocumented("bad", tmp_path) == [f"bad.{name}" for name in names]
