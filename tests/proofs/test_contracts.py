@@ -1,13 +1,12 @@
-"""WP proves every contract of this folder, and no longer proves it with an injected fault. Results
-are cached until the library, this folder or Frama-C change.
-"""
+"""WP proves every contract of this folder, and no longer proves it with an injected fault."""
 
-import unittest
+import pytest
+from contracts import unproved
 
-from contracts import HERE, ROOT, run, unproved
-from test_proofs import PASSED, result_cache
+pytestmark = [pytest.mark.soak, pytest.mark.inputs("tests/proofs", "lib")]
 
-FAULTS = [  # file, text, the fault, the assertion that finds it
+# File, text, the fault, the assertion that finds it.
+FAULTS = (
     (
         "lib/src/pipeline/type_q15.inc",
         "davar_multiply_i32(head - tail, head + tail)",
@@ -21,44 +20,17 @@ FAULTS = [  # file, text, the fault, the assertion that finds it
         "head",
     ),
     ("lib/src/pipeline/slide.inc", "after = tail[span];", "after = tail[span - 1U];", "tail"),
-]
+)
 STEPS = 2_000_000  # three times as many as the right code needs
 
 
-class Contracts(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        versions = [run(["frama-c", "-version"]), run(["why3", "config", "list-supported-provers"])]
-        versions += [run(["z3", "--version"]), run(["cvc4", "--version"])]
-        files = [*(ROOT / "lib").rglob("*"), *HERE.glob("contract*"), HERE / "test_contracts.py"]
-        cls.reads = [*versions, *sorted(path for path in files if path.is_file())]
-
-    def holds(self, work, *key):
-        PASSED.check(result_cache.content_key(*key, *self.reads), work)
-
-    def proved(self, *bounds):
-        failed, _ = unproved("slide", bounds)
-        self.assertEqual(failed, [])
-        return True
-
-    def found(self, file, text, fault, assertion):
-        """The assertion is proved without the fault, but not with it."""
-        narrow = ("-DWIDE=0",)
-        self.assertEqual(unproved("slide", narrow, None, (assertion,), STEPS)[0], [])
-        self.assertTrue(unproved("slide", narrow, (file, text, fault), (assertion,), STEPS)[0])
-        return True
-
-    def test_slide_q15(self):
-        self.holds(lambda: self.proved("-DWIDE=0"), "-DWIDE=0")
-
-    def test_slide_q31(self):
-        self.holds(lambda: self.proved("-DWIDE=1"), "-DWIDE=1")
-
-    def test_faults(self):
-        for fault in FAULTS:
-            with self.subTest(fault[2]):
-                self.holds(lambda fault=fault: self.found(*fault), *fault)
+@pytest.mark.parametrize("bound", ("-DWIDE=0", "-DWIDE=1"))
+def test_every_goal_of_the_step_is_proved(bound):
+    assert unproved("slide", (bound,))[0] == []
 
 
-if __name__ == "__main__":
-    unittest.main()
+@pytest.mark.parametrize("file, text, fault, assertion", FAULTS)
+def test_an_assertion_is_proved_without_a_fault_alone(file, text, fault, assertion):
+    narrow, only = ("-DWIDE=0",), (assertion,)
+    assert unproved("slide", narrow, None, only, STEPS)[0] == []
+    assert unproved("slide", narrow, (file, text, fault), only, STEPS)[0]

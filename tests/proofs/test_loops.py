@@ -1,10 +1,13 @@
 """Every loop of the library ends: it is counted, by its text, or loops.txt gives the reason."""
 
-import unittest
+import re
 from collections import Counter
 from pathlib import Path
 
+import pytest
 from loops import Loop, all_loops, is_counted
+
+pytestmark = pytest.mark.inputs("tests/proofs", "lib", "tests/style/c_text.py")
 
 ROWS = [
     tuple(line.split(" | "))
@@ -14,52 +17,49 @@ ROWS = [
 KINDS = ("asserted", "bounded", "domain", "retry")
 
 
-def written(head, body, whole=""):
-    return Loop("a.c", 1, "f", head, body, (), whole)
+def test_every_loop_is_counted_or_listed():
+    loops = all_loops()
+    assert len(loops) > 250, "the loops were not recognised"
+    found = Counter(loop[0:1] + loop[2:4] for loop in loops if not is_counted(loop))
+    assert found == Counter(row[:3] for row in ROWS)
+    assert {row[3] for row in ROWS} <= set(KINDS)
 
 
-class Loops(unittest.TestCase):
-    def test_every_loop_is_counted_or_listed(self):
-        loops = all_loops()
-        self.assertGreater(len(loops), 250, "the loops were not recognised")
-        found = Counter(loop[0:1] + loop[2:4] for loop in loops if not is_counted(loop))
-        self.assertEqual(Counter(row[:3] for row in ROWS), found)
-        kinds = Counter(row[3] for row in ROWS)
-        self.assertLessEqual(set(kinds), set(KINDS))
-        counts = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
-        print(f"{len(loops)} loops: {len(loops) - len(ROWS)} counted, {counts}", flush=True)
-
-    def test_an_asserted_loop_has_its_assertion(self):
-        body = {loop[0:1] + loop[2:4]: " ".join(loop.body.split()) for loop in all_loops()}
-        for *loop, kind, reason in ROWS:
-            if kind == "asserted":
-                self.assertRegex(reason, r"^DAVAR_ASSERT\(.*\);$")
-                self.assertIn(reason, body[tuple(loop)])
-
-    def test_faults_are_not_counted(self):
-        up = "for (uint32_t i = 0U; i < count; i++)"
-        self.assertTrue(is_counted(written(up, "{ a[i] = 0U; }")))
-        for body in ("{ i--; }", "{ count++; }", "{ f(&i); }", "{ f(&count); }", "{ i = 0U; }"):
-            self.assertFalse(is_counted(written(up, body)), body)
-        for head in (
-            "for (uint32_t i = 0U; i < count; i += n)",
-            "for (uint32_t i = 0U; i < count;)",
-            "for (uint32_t i = 9U; i >= 0U; i--)",
-            "for (uint32_t i = 0U; i <= count; i++)",
-            "for (uint32_t i = 0U; i != count; i++)",
-            "for (uint32_t i = 0U; i < next(count); i++)",
-            "while (i < count)",
-        ):
-            self.assertFalse(is_counted(written(head, "{ a[i] = 0U; }")), head)
-        members = "for (uint32_t i = 0U; i < stage->count; i++)"
-        self.assertTrue(is_counted(written(members, "{ a[i] = 0U; }")))
-        for body in ("{ stage->count++; }", "{ law->judge(stage); }", "{ f(&stage->count); }"):
-            self.assertFalse(is_counted(written(members, body)), body)
-        self.assertTrue(is_counted(written("while (i < count)", "{ f(a[i]); i++; }")))
-        self.assertFalse(
-            is_counted(written("while (i < count)", "{ if (a[i]) { continue; } i++; }"))
-        )
+def test_an_asserted_loop_has_its_assertion():
+    body = {loop[0:1] + loop[2:4]: " ".join(loop.body.split()) for loop in all_loops()}
+    for *loop, kind, reason in ROWS:
+        if kind == "asserted":
+            assert re.match(r"DAVAR_ASSERT\(.*\);$", reason)
+            assert reason in body[tuple(loop)]
 
 
-if __name__ == "__main__":
-    unittest.main()
+UP = "for (uint32_t i = 0U; i < count; i++)"
+MEMBERS = "for (uint32_t i = 0U; i < stage->count; i++)"
+HEADS = (
+    "for (uint32_t i = 0U; i < count; i += n)",
+    "for (uint32_t i = 0U; i < count;)",
+    "for (uint32_t i = 9U; i >= 0U; i--)",
+    "for (uint32_t i = 0U; i <= count; i++)",
+    "for (uint32_t i = 0U; i != count; i++)",
+    "for (uint32_t i = 0U; i < next(count); i++)",
+    "while (i < count)",
+)
+
+
+@pytest.mark.parametrize(
+    "head, body, counted",
+    (
+        (UP, "{ a[i] = 0U; }", True),
+        *((UP, f"{{ {body} }}", False) for body in ("i--;", "count++;", "f(&i);", "f(&count);")),
+        (UP, "{ i = 0U; }", False),
+        *((head, "{ a[i] = 0U; }", False) for head in HEADS),
+        (MEMBERS, "{ a[i] = 0U; }", True),
+        (MEMBERS, "{ stage->count++; }", False),
+        (MEMBERS, "{ law->judge(stage); }", False),
+        (MEMBERS, "{ f(&stage->count); }", False),
+        ("while (i < count)", "{ f(a[i]); i++; }", True),
+        ("while (i < count)", "{ if (a[i]) { continue; } i++; }", False),
+    ),
+)
+def test_a_loop_that_may_not_end_is_not_counted(head, body, counted):
+    assert is_counted(Loop("a.c", 1, "f", head, body, (), "")) == counted
