@@ -13,7 +13,6 @@ import io
 import re
 import shutil
 import subprocess
-import sys
 import tarfile
 import tempfile
 from pathlib import Path
@@ -50,7 +49,7 @@ def pack(target, folder):
 
 
 def add(target, files):
-    """Packs these files too, under their own names."""
+    """Packs these files too, under their own names; they stay for good."""
     folder = unpack(target)
     for file in files:
         shutil.copy(file, folder)
@@ -59,53 +58,30 @@ def add(target, files):
 
 def merge(target, folders):
     """Packs the fewest inputs of the corpus and these folders that reach what all of them reach
-    (libFuzzer -merge=1).
+    (libFuzzer -merge=1; build preset fuzz first).
     """
     folder = unpack(target)
     with tempfile.TemporaryDirectory() as kept:
         for path in folder.iterdir():
             if not re.fullmatch("[0-9a-f]{40}", path.name):
                 shutil.copy(path, kept)
-        subprocess.run(
-            [BUILD / f"tests/fuzz/fuzz_{target}", "-merge=1", kept, folder, *folders], check=True
-        )
+        program = BUILD / f"tests/fuzz/fuzz_{target}"
+        subprocess.run([program, "-merge=1", kept, folder, *folders], check=True)
         pack(target, Path(kept))
 
 
 def main():
+    verbs = {"unpack": lambda target, _: print(unpack(target)), "add": add, "merge": merge}
     parser = argparse.ArgumentParser(
-        description="Unpacks, extends and minimises the inputs of a fuzz target."
+        description="Unpacks, extends and minimises the inputs of a fuzz target. unpack prints "
+        "the folder; add takes files, merge the folders in which libFuzzer found inputs."
     )
-    verbs = parser.add_subparsers(dest="verb", required=True)
-    for verb, what in (
-        ("unpack", "unpack into build/fuzz/corpus/TARGET and print that folder"),
-        ("add", "add files under their own names; they stay for good"),
-        (
-            "merge",
-            "add what libFuzzer found and drop inputs that reach nothing new (build "
-            "preset fuzz first)",
-        ),
-    ):
-        one = verbs.add_parser(verb, help=what)
-        one.add_argument("target")
-        if verb != "unpack":
-            one.add_argument(
-                "paths",
-                nargs="+" if verb == "add" else "*",
-                type=Path,
-                metavar="FILE" if verb == "add" else "FOLDER",
-            )
+    parser.add_argument("verb", choices=verbs)
+    parser.add_argument("target", choices=[path.stem[5:] for path in HERE.glob("fuzz_*.c")])
+    parser.add_argument("paths", nargs="*", type=Path, metavar="FILE or FOLDER")
     options = parser.parse_args()
-    if not (HERE / f"fuzz_{options.target}.c").exists():
-        parser.error(
-            f"no such target: {options.target} (there is no tests/fuzz/fuzz_{options.target}.c)"
-        )
-    if options.verb == "unpack":
-        print(unpack(options.target))
-    else:
-        {"add": add, "merge": merge}[options.verb](options.target, options.paths)
-    return 0
+    verbs[options.verb](options.target, options.paths)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
