@@ -10,19 +10,25 @@ import csv
 import faulthandler
 import fcntl
 import io
+import json
 import os
 import pty
+import re
 import select
 import signal
 import struct
 import subprocess
+import sys
 import tempfile
 import termios
 import threading
 import time
 import tty
 import unittest
+from functools import cache
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SIM, NODE = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_NODE", "davar-node")
@@ -30,7 +36,18 @@ RECORDING = str(ROOT / "data/demo_disturbance.csv.gz")
 REPLAY = (RECORDING, "--lsb", "0.001", "--stride", "100", "--progress", "never")
 N_SLCAN = 17  # line discipline
 SIOCGIFNAME = 0x8910
-assert "time-travel=inf-cpu" in Path("/proc/cmdline").read_text(), "these tests need virtual time"
+HAS_VIRTUAL_TIME = "time-travel=inf-cpu" in Path("/proc/cmdline").read_text()
+IN_GUEST = [
+    pytest.mark.soak,
+    pytest.mark.skipif(not HAS_VIRTUAL_TIME, reason="only in the guest of tools/support/uml/run"),
+]
+# The command of tools/davarlab live, without the other commands and their requirements
+# (test_readme.py runs the complete program).
+LIVE = (
+    "import sys, json, argparse\nfrom davarlab.wire import live\n"
+    "sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+)
+LIVE_OPTIONS = {"base": 0x5D0, "record": None, "raw": None, "count": None, "idle": None}
 
 
 def shell(*command):
@@ -59,9 +76,27 @@ def wait_for(condition, what, seconds=20):
     raise AssertionError(f"waited in vain for {what}")
 
 
+@cache
 def sim_csv(*options):
     done = subprocess.run([SIM, *REPLAY, *options], text=True, stdout=subprocess.PIPE, check=True)
     return list(csv.DictReader(io.StringIO(done.stdout)))
+
+
+def listeners(interface):
+    """The number of sockets that receive from an interface."""
+    lists = (Path(f"/proc/net/can/rcvlist_{kind}").read_text() for kind in ("all", "fil"))
+    return len(re.findall(rf"^ *{interface} ", "".join(lists), re.MULTILINE))
+
+
+def take(text, receiver):
+    """Feeds the complete lines of SLCAN text to a receiver; returns the rest."""
+    *lines, rest = text.split(b"\r")
+    for line in lines:
+        if re.fullmatch(rb"t[0-9A-F]{3}8[0-9A-F]{16}", line):
+            receiver.push(int(line[1:4], 16), bytes.fromhex(line[5:].decode()))
+        elif line:
+            receiver.faults.noise += 1
+    return rest
 
 
 def near(a, b, relative=2**-24):
@@ -95,6 +130,38 @@ class SerialCan:
     def close(self):
         os.close(self.slave)
         os.close(self.master)
+
+
+GPIO_SIM = Path("/sys/kernel/config/gpio-sim/davar")
+EDGE, ALARM = 2, 5
+PERIOD_S = 0.004
+
+
+class Chip:
+    """A gpio-sim chip."""
+
+    def __init__(self, lines=8):
+        (GPIO_SIM / "bank").mkdir(parents=True)
+        (GPIO_SIM / "bank/num_lines").write_text(str(lines))
+        (GPIO_SIM / "live").write_text("1")
+        self.name = (GPIO_SIM / "bank/chip_name").read_text().strip()
+        device = (GPIO_SIM / "dev_name").read_text().strip()
+        self.lines = Path("/sys/devices/platform") / device / self.name
+
+    def edge(self, line=EDGE, period_s=PERIOD_S):
+        pull = self.lines / f"sim_gpio{line}/pull"
+        pull.write_text("pull-up")
+        time.sleep(period_s / 2)  # gpio-sim merges edges closer than a tick
+        pull.write_text("pull-down")
+        time.sleep(period_s / 2)
+
+    def alarm(self):
+        return (self.lines / f"sim_gpio{ALARM}/value").read_text().strip() == "1"
+
+    def close(self):
+        (GPIO_SIM / "live").write_text("0")
+        (GPIO_SIM / "bank").rmdir()
+        GPIO_SIM.rmdir()
 
 
 class KernelCase(unittest.TestCase):
@@ -131,6 +198,32 @@ class KernelCase(unittest.TestCase):
         self.addCleanup(self.end, process)
         return process
 
+    def live(self, source, **options):
+        """Starts davarlab live. On a bus, it listens when this returns."""
+        wanted = json.dumps({**LIVE_OPTIONS, "source": source, "json": False, **options})
+        live = self.start(sys.executable, "-B", "-c", LIVE, wanted, cwd=ROOT / "tools/lab")
+        kind, _, interface = source.partition(":")
+        if kind != "slcan":
+            wait_for(lambda: listeners(interface) == 1, "davarlab live", 60)
+        return live
+
+    def pty_of(self, process):
+        """The name of the pty that a program has created."""
+        return re.search(r"/dev/pts/\d+", process.stderr.readline()).group()
+
+    def refused(self, *command):
+        """The line on standard error of a command that is refused."""
+        done = subprocess.run(
+            [*map(str, command)],
+            text=True,
+            capture_output=True,
+            check=False,
+            stdin=subprocess.DEVNULL,
+        )
+        self.assertEqual((2, ""), (done.returncode, done.stdout))
+        self.assertEqual(1, done.stderr.count("\n"), done.stderr)
+        return done.stderr
+
     @staticmethod
     def end(process):
         if process.poll() is None:
@@ -138,26 +231,9 @@ class KernelCase(unittest.TestCase):
         process.communicate()
 
     def node(self, *options, source="-", **keywords):
-        return self.start(
-            NODE,
-            "--source",
-            source,
-            "--rate",
-            "1000",
-            "--lsb",
-            "0.05",
-            "--window-max",
-            "200",
-            "--window-min",
-            "100",
-            "--segment",
-            "30",
-            "--stride",
-            "50",
-            *options,
-            stdin=subprocess.PIPE,
-            **keywords,
-        )
+        window = ["--window-max", "200", "--window-min", "100", "--segment", "30", "--stride", "50"]
+        words = [NODE, "--source", source, "--rate", "1000", "--lsb", "0.05", *window, *options]
+        return self.start(*words, stdin=subprocess.PIPE, **keywords)
 
     def stop(self, node):
         """Ends a node with SIGTERM and returns its last line as {name: count}. Its unread input

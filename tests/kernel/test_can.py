@@ -1,11 +1,13 @@
 """SocketCAN on a real kernel: values, and every fault of a bus."""
 
+import os
 import subprocess
 import time
-import unittest
 from pathlib import Path
 
+from davarlab.wire import frames as wire
 from kernel_case import (
+    IN_GUEST,
     NODE,
     REPLAY,
     ROOT,
@@ -16,8 +18,11 @@ from kernel_case import (
     settle,
     shell,
     sim_csv,
+    take,
     wait_for,
 )
+
+pytestmark = IN_GUEST
 
 
 class Values(KernelCase):
@@ -56,19 +61,6 @@ class Values(KernelCase):
         )
         self.assertIn(" 5D8##5", dump.communicate(timeout=20)[0])
 
-    def test_can_fd_on_a_classical_interface_is_rejected(self):
-        interface = self.vcan(mtu=16)
-        done = subprocess.run(
-            [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"],
-            text=True,
-            capture_output=True,
-            check=False,
-        )
-        self.assertEqual(
-            (2, "davar-sim: --out: can:vcan0: the interface is not set to CAN FD (mtu 72)\n"),
-            (done.returncode, done.stderr),
-        )
-
     def test_candump_and_cantools_read_it(self):
         interface = self.vcan()
         command = f"candump -n 6 {interface} | cantools decode {ROOT}/tools/davar.dbc"
@@ -91,28 +83,29 @@ class Values(KernelCase):
 
 
 class Link(KernelCase):
-    def refused(self, *command):
-        done = subprocess.run([*map(str, command)], text=True, capture_output=True, check=False)
-        self.assertEqual((2, ""), (done.returncode, done.stdout))
-        self.assertEqual(1, done.stderr.count("\n"), done.stderr)
-        return done.stderr
+    # Options of vcan() or None, destination, more options, the error.
+    REFUSED = (
+        (None, "can:can9", (), "No such device"),
+        ({"up": False}, "can:vcan0", (), "Network is down"),
+        *(
+            ({"mtu": 16}, out, more, "the interface is not set to CAN FD (mtu 72)")
+            for out, more in (("can:vcan0", ("--can-content", "fd")), ("cyphal:vcan0", ()))
+        ),
+    )
 
-    def test_a_missing_interface_is_one_clear_error(self):
-        self.assertEqual(
-            "davar-sim: --out: can:can9: No such device\n",
-            self.refused(SIM, *REPLAY, "--out", "can:can9"),
-        )
-        self.assertEqual(
-            "davar-node: --out: can:can9: No such device\n",
-            self.refused(NODE, "--source", "-", "--rate", 100, "--lsb", 1, "--out", "can:can9"),
-        )
-
-    def test_an_interface_that_is_down_is_one_clear_error(self):
-        self.vcan(up=False)
-        self.assertEqual(
-            "davar-sim: --out: can:vcan0: Network is down\n",
-            self.refused(SIM, *REPLAY, "--out", "can:vcan0"),
-        )
+    def test_an_interface_that_is_missing_down_or_too_slow_is_one_clear_error(self):
+        node = (NODE, "--source", "-", "--rate", 100, "--lsb", 1)
+        for interface, out, more, why in self.REFUSED:
+            with self.subTest(out=out, why=why):
+                if interface:
+                    self.vcan(**interface)
+                told = self.refused(SIM, *REPLAY, "--out", out, *more)
+                self.assertEqual(f"davar-sim: --out: {out}: {why}\n", told)
+                if not more:
+                    told = self.refused(*node, "--out", out)
+                    self.assertEqual(f"davar-node: --out: {out}: {why}\n", told)
+                if interface:
+                    shell("ip", "link", "del", "vcan0")
 
     def test_down_and_up_again_loses_frames_that_are_counted_on_both_sides(self):
         interface = self.vcan()
@@ -161,10 +154,6 @@ class Link(KernelCase):
 
 class Bus(KernelCase):
     def test_a_full_transmit_queue_loses_no_frame(self):
-        import os
-
-        from davarlab.wire import frames as wire
-
         line = SerialCan()
         self.addCleanup(line.close)
         sim = self.start(SIM, *REPLAY, "--out", f"can:{line.name}")
@@ -177,9 +166,7 @@ class Bus(KernelCase):
                 text += os.read(line.master, 4096)
             except BlockingIOError:
                 settle(0.001)
-            *lines, text = text.split(b"\r")
-            for one in lines:
-                receiver.push(int(one[1:4], 16), bytes.fromhex(one[5:].decode()))
+            text = take(text, receiver)
         settle()
         self.assertEqual(0, sim.returncode)
         self.assertEqual(0, receiver.faults.total(), receiver.faults)
@@ -191,14 +178,9 @@ class Bus(KernelCase):
         self.addCleanup(line.close)
         node = self.node("--out", f"can:{line.name}")
         settle()
-        line.say(b"sp130130\r")
-        settle()
-        line.say(b"sa000000\r")
-        settle()
-        line.say(b"sp130130\r")
-        settle()
-        line.say(b"sb255255\r")
-        settle()
+        for state in (b"sp130130", b"sa000000", b"sp130130", b"sb255255"):
+            line.say(state + b"\r")
+            settle()
         self.feed(node, 2000)
         settle()
         told = self.last_words(node)
@@ -217,11 +199,7 @@ class Bus(KernelCase):
             line.hear(receiver)
         return receiver.faults.good - before
 
-    def test_after_bus_off_and_a_restart_of_the_interface_frames_flow_again_and_all_lost_count(
-        self,
-    ):
-        from davarlab.wire import frames as wire
-
+    def test_after_bus_off_and_a_restart_frames_flow_again_and_all_lost_count(self):
         line, receiver = SerialCan(), wire.Receiver()
         self.addCleanup(line.close)
         node = self.node("--out", f"can:{line.name}")
@@ -292,7 +270,3 @@ class Bus(KernelCase):
         self.assertNotIn("frames dropped", told)
         self.assertEqual(told["results"], len(results))
         self.assertEqual(0, receiver.faults.total(), receiver.faults)
-
-
-if __name__ == "__main__":
-    unittest.main()

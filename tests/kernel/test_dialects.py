@@ -3,11 +3,8 @@ and every fault of a bus is counted and survived.
 """
 
 import csv
-import json
 import socket
 import subprocess
-import sys
-import unittest
 from collections import Counter
 
 import can
@@ -15,9 +12,20 @@ import dronecan
 import numpy as np
 from davarlab.wire.source import RECEIVE_BYTES, SO_RCVBUFFORCE
 from dronecan.transport import Frame, Transfer
-from kernel_case import NODE, REPLAY, ROOT, SIM, KernelCase, near, settle, shell, sim_csv, wait_for
-from test_live import LIVE
-from test_readme import listeners
+from kernel_case import (
+    IN_GUEST,
+    REPLAY,
+    SIM,
+    KernelCase,
+    listeners,
+    near,
+    settle,
+    shell,
+    sim_csv,
+    wait_for,
+)
+
+pytestmark = IN_GUEST
 
 
 class Dialects(KernelCase):
@@ -78,15 +86,6 @@ class Dialects(KernelCase):
         self.assertEqual(len(rows), shapes.pop((0x146E7464, 64, True)))
         self.assertEqual({(0x147D5564, 8, False)}, set(shapes))  # uavcan.node.Heartbeat
 
-    def live(self, source, path):
-        wanted = {"source": source, "base": 0x5D0, "record": str(path), "raw": None}
-        wanted |= {"count": None, "idle": None, "json": False}
-        live = self.start(
-            sys.executable, "-B", "-c", LIVE, json.dumps(wanted), cwd=ROOT / "tools/lab"
-        )
-        wait_for(lambda: listeners(source.partition(":")[2]) == 1, "davarlab live", 60)
-        return live
-
     def test_davarlab_live_reads_both_and_survives_a_bus_that_goes(self):
         for dialect in ("dronecan", "cyphal"):
             with self.subTest(dialect=dialect):
@@ -94,7 +93,7 @@ class Dialects(KernelCase):
 
     def check_live(self, dialect):
         interface, path = self.vcan(f"v{dialect}"), self.folder / f"{dialect}.csv"
-        live = self.live(f"{dialect}:{interface}", path)
+        live = self.live(f"{dialect}:{interface}", record=str(path))
         self.replay(f"{dialect}:{interface}")()
         shell("ip", "link", "set", interface, "down")
         wait_for(lambda: listeners(interface) == 0, "the loss")
@@ -131,20 +130,3 @@ class Dialects(KernelCase):
         told = self.last_words(node)
         self.assertEqual((1, 1), (told["link lost"], told["link restored"]))
         self.assertGreater(told["frames dropped"], 0)
-
-    def test_cyphal_on_a_classical_interface_is_rejected(self):
-        interface = self.vcan(mtu=16)
-        done = subprocess.run(
-            [NODE, "--source", "-", "--rate", "100", "--lsb", "1", "--out", f"cyphal:{interface}"],
-            text=True,
-            capture_output=True,
-            check=False,
-        )
-        self.assertEqual(
-            (2, "davar-node: --out: cyphal:vcan0: the interface is not set to CAN FD (mtu 72)\n"),
-            (done.returncode, done.stderr),
-        )
-
-
-if __name__ == "__main__":
-    unittest.main()

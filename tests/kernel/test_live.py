@@ -3,53 +3,34 @@ Noise on a line: tests/hypothesis/test_wire.py.
 """
 
 import csv
-import json
 import os
 import pty
 import re
 import signal
 import subprocess
-import sys
 import tty
-import unittest
 
 from davarlab import errors
 from davarlab.wire import frames as wire
 from davarlab.wire import source
-from kernel_case import REPLAY, ROOT, SIM, KernelCase, settle, shell, sim_csv, wait_for
-from test_readme import listeners
-
-# The command of tools/davarlab live, without the other commands and their requirements
-# (test_readme.py runs the complete program).
-LIVE = (
-    "import sys, json, argparse\nfrom davarlab.wire import live\n"
-    "sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+from kernel_case import (
+    IN_GUEST,
+    REPLAY,
+    SIM,
+    KernelCase,
+    listeners,
+    settle,
+    shell,
+    sim_csv,
+    wait_for,
 )
-RESULTS = len(sim_csv())
+
+pytestmark = IN_GUEST
+RESULTS = 60
 FRAMES = RESULTS * 18 + 19
 
 
 class Live(KernelCase):
-    def live(self, where, **options):
-        wanted = {
-            "source": where,
-            "base": wire.BASE,
-            "record": None,
-            "raw": None,
-            "count": None,
-            "idle": None,
-            "json": False,
-            **options,
-        }
-        return self.start(
-            sys.executable, "-B", "-c", LIVE, json.dumps(wanted), cwd=ROOT / "tools/lab"
-        )
-
-    def live_on(self, interface, **options):
-        live = self.live(f"can:{interface}", **options)
-        wait_for(lambda: listeners(interface) == 1, "davarlab live", 60)
-        return live
-
     def send(self, out, pace="200"):
         subprocess.run([SIM, *REPLAY, "--pace", pace, "--out", out], check=True)
 
@@ -67,7 +48,7 @@ class Live(KernelCase):
 
     def test_an_interface_that_goes_down_and_up_and_one_that_is_recreated(self):
         interface, record = self.vcan(), str(self.folder / "arw.csv")
-        live = self.live_on(interface, record=record)
+        live = self.live(f"can:{interface}", record=record)
         self.send(f"can:{interface}")
         shell("ip", "link", "set", interface, "down")
         wait_for(lambda: listeners(interface) == 0, "the loss")
@@ -140,14 +121,14 @@ class Live(KernelCase):
     def test_the_end_of_a_pty_is_the_end(self):
         """Another process may get this name for its terminal later."""
         sim = self.start(SIM, *REPLAY, "--out", "slcan:pty")
-        live = self.live("slcan:" + re.search(r"/dev/pts/\d+", sim.stderr.readline()).group())
+        live = self.live(f"slcan:{self.pty_of(sim)}")
         shown, told = live.communicate(timeout=60)
         self.assertEqual((0, RESULTS), (live.returncode, len(shown.splitlines())), told)
         self.assertIn("1 link lost, 0 link restored", told)
 
     def test_killed_in_the_middle_it_leaves_complete_rows(self):
         interface, record = self.vcan(), str(self.folder / "arw.csv")
-        live = self.live_on(interface, record=record)
+        live = self.live(f"can:{interface}", record=record)
         sim = self.start(SIM, *REPLAY, "--pace", "100", "--out", f"can:{interface}")
         for _ in range(30):
             live.stdout.readline()
@@ -168,7 +149,3 @@ class Live(KernelCase):
         }.items():
             with self.assertRaisesRegex(errors.BadInput, why):
                 source.Source(where, wire.Faults(), print)
-
-
-if __name__ == "__main__":
-    unittest.main()

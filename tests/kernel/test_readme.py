@@ -11,13 +11,21 @@ import signal
 import subprocess
 import tempfile
 import tty
-import unittest
 from pathlib import Path
 
 from davarlab.wire import frames as wire
-from kernel_case import ROOT, KernelCase, near, settle, shell, wait_for
-from test_gpio import Chip
-from test_serial import take
+from kernel_case import (
+    IN_GUEST,
+    ROOT,
+    Chip,
+    KernelCase,
+    listeners,
+    near,
+    settle,
+    shell,
+    take,
+    wait_for,
+)
 
 SECTION = (ROOT / "docs/STREAMS.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^```sh\n(.*?)\n```$", SECTION, re.DOTALL | re.MULTILINE)
@@ -33,13 +41,7 @@ def command(*words):
     return found[0]
 
 
-def listeners(interface):
-    """The number of sockets that receive from an interface."""
-    lists = (
-        Path("/proc/net/can/rcvlist_all").read_text()
-        + Path("/proc/net/can/rcvlist_fil").read_text()
-    )
-    return len(re.findall(rf"^ *{interface} ", lists, re.MULTILINE))
+pytestmark = IN_GUEST
 
 
 class Readme(KernelCase):
@@ -171,7 +173,3 @@ class Readme(KernelCase):
         os.close(its)
         self.assertEqual((0, 0), (sender.returncode, receiver.faults.total()), receiver.faults)
         self.assertEqual(RESULTS * (3 + 7 + 5 + 3) + 19, receiver.faults.good)
-
-
-if __name__ == "__main__":
-    unittest.main()

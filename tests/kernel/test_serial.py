@@ -1,31 +1,16 @@
 """SLCAN text on serial lines: a real slcan interface at the other end, and misbehaving peers."""
 
 import os
-import re
 import subprocess
 import tty
-import unittest
 
 from davarlab.wire import frames as wire
-from kernel_case import REPLAY, SIM, KernelCase, near, settle, sim_csv, wait_for
+from kernel_case import IN_GUEST, REPLAY, SIM, KernelCase, near, settle, sim_csv, take, wait_for
 
-
-def take(text, receiver):
-    """Feeds the complete lines of SLCAN text to a receiver; returns the rest."""
-    *lines, rest = text.split(b"\r")
-    for line in lines:
-        if re.fullmatch(rb"t[0-9A-F]{3}8[0-9A-F]{16}", line):
-            receiver.push(int(line[1:4], 16), bytes.fromhex(line[5:].decode()))
-        elif line:
-            receiver.faults.noise += 1
-    return rest
+pytestmark = IN_GUEST
 
 
 class Serial(KernelCase):
-    def pty_of(self, process):
-        line = process.stderr.readline()
-        return re.search(r"/dev/pts/\d+", line).group()
-
     def test_slcand_turns_the_line_into_an_interface_with_the_same_values(self):
         sim = self.start(SIM, *REPLAY, "--out", "slcan:pty", "--pace", "50")
         line = self.pty_of(sim)
@@ -96,7 +81,3 @@ class Serial(KernelCase):
         told = self.last_words(node)
         os.close(descriptor)
         self.assertEqual(60, told["noise bytes"])
-
-
-if __name__ == "__main__":
-    unittest.main()

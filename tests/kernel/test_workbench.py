@@ -10,17 +10,19 @@ import urllib.parse
 import urllib.request
 
 from kernel_case import (
+    IN_GUEST,
     RECORDING,
     REPLAY,
     ROOT,
     SIM,
     KernelCase,
+    listeners,
     settle,
     sim_csv,
-    unittest,
     wait_for,
 )
-from test_readme import listeners
+
+pytestmark = IN_GUEST
 
 LSB = float(REPLAY[REPLAY.index("--lsb") + 1])
 
@@ -88,7 +90,3 @@ class Bench(KernelCase):
         for one, true in zip(frozen, truth):
             self.assertLessEqual(abs(one - true), LSB / 2 + 1e-6)
             self.assertAlmostEqual(one / LSB, round(one / LSB), delta=1e-6)
-
-
-if __name__ == "__main__":
-    unittest.main()
