@@ -106,7 +106,7 @@ build() {
         current "$@" && exit # another call built it
         [[ -e build/$1/configured && ! CMakeLists.txt -nt build/$1/configured &&
             ! CMakePresets.json -nt build/$1/configured ]] || {
-            quietly "configure-$1.log" cmake --preset "$1" && touch "build/$1/configured"
+            quietly "configure-$1.log" cmake --preset "$1" ${DAVAR_UNITY_DIR:+"-DDAVAR_UNITY_DIR=$DAVAR_UNITY_DIR"} && touch "build/$1/configured"
         } || exit
         touch "build/$1/building" # before the build: a source that changes meanwhile is newer
         quietly "build-$1.log" cmake --build --preset "$1" --parallel "$(nproc)" ${2:+--target "$2"} &&

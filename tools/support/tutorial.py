@@ -1,7 +1,7 @@
 """The tutorial of docs/WORKBENCH.md: runs its commands, checks the output shown there, and makes
 the figures of its report and of the workbench.
 
-build/venv-browser/bin/python tools/support/tutorial.py
+build/venv-test/bin/python tools/support/tutorial.py
     runs it, writes docs/lab_report.png, docs/lab_map.png and docs/workbench.png
 """
 

@@ -1,0 +1,41 @@
+"""The C suites of lib/, one program each: in the debug build, whose assertions are on, and in the
+release build, which also has the suites that take seconds (label long).
+"""
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = ROOT / "build"
+
+
+def programs(preset):
+    """(name, command, labels) of every test of a build, from ctest."""
+    if not (BUILD / preset / "CTestTestfile.cmake").exists():
+        return []
+    words = ["ctest", "--test-dir", str(BUILD / preset), "--show-only=json-v1"]
+    listed = json.loads(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+    for test in listed["tests"]:
+        labels = [one["value"] for one in test["properties"] if one["name"] == "LABELS"]
+        yield test["name"], test["command"], labels[0] if labels else []
+
+
+def cases():
+    for preset in ("debug", "release"):
+        for name, command, labels in programs(preset):
+            if preset == "debug" and "long" in labels:
+                continue  # its numbers do not depend on assertions
+            name = f"{preset}-{name}"
+            marks = [pytest.mark.xdist_group(f"tests/test_library.py::{name}")]
+            marks += [pytest.mark.inputs(*command)]
+            marks += [pytest.mark.slow] if preset == "release" else []
+            yield pytest.param(command, id=name, marks=marks)
+
+
+@pytest.mark.parametrize("command", list(cases()))
+def test_suite(command):
+    done = subprocess.run(command, cwd=ROOT, text=True, errors="replace", capture_output=True)
+    assert done.returncode == 0, done.stdout + done.stderr

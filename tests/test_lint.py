@@ -1,0 +1,125 @@
+"""The linters: layout, common mistakes and types of C, Python and shell."""
+
+import functools
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = ROOT / "build"
+WITH_C = ("lib", "port", "host_sim", "gateway", "examples", "python", "tests", "tools")
+CPPCHECK = "cppcheck --quiet --error-exitcode=1 --std=c11 --inline-suppr -j2"
+CPPCHECK += " --suppressions-list=cmake/cppcheck.txt"
+INCLUDES = ("lib/include", "port/include", "port/node", "port/wire", "host_sim")
+BESIDE = Path(sys.executable).parent  # programs of the tests' own Python
+
+
+def run(*words):
+    """The output of a linter, which must succeed."""
+    done = subprocess.run([*map(str, words)], cwd=ROOT, text=True, capture_output=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def sources(*suffixes):
+    """All files with these suffixes in folders with C code, relative to the root."""
+    return sorted(
+        str(path.relative_to(ROOT))
+        for folder in WITH_C
+        for path in (ROOT / folder).rglob("*")
+        if path.suffix in suffixes and "build" not in path.parts
+    )
+
+
+def test_clang_format():
+    run("clang-format", "--dry-run", "-Werror", *sources(".c", ".h", ".inc"))
+
+
+def test_cppcheck():
+    kinds = "--enable=warning,style,performance,portability"
+    folders = ("lib/src", "port", "host_sim", "gateway", "python")
+    run(*CPPCHECK.split(), kinds, *(f"-I{one}" for one in INCLUDES), *folders)
+
+
+def test_misra_has_the_places_of_its_page(tmp_path):
+    """Per rule of MISRA C:2012, lib/ has as many violations as the page lists."""
+    words = "--quiet --std=c11 --platform=unix64 --addon=misra --enable=style --max-configs=1 -j2"
+    words += f" --template={{file}}:{{line}}:~{{id}} --cppcheck-build-dir={tmp_path}"
+    command = [word.replace("~", " ") for word in words.split()]
+    output = run("cppcheck", *command, "-Ilib/include", "-Ilib/src", "lib/src")
+    places = {line for line in output.splitlines() if "misra-c2012-" in line}
+    page = (ROOT / "docs/MISRA.md").read_text()
+    rows = re.findall(r"^\| (\d+\.\d+) \| \w+ \| (\d+) \|", page, re.MULTILINE)
+    assert places
+    assert Counter(line.rsplit("-", 1)[1] for line in places) == {
+        rule: int(count) for rule, count in rows
+    }, "docs/MISRA.md has other numbers"
+
+
+@functools.cache
+def compile_commands():
+    """{source: its entry of compile_commands.json}."""
+    listed = BUILD / "debug/compile_commands.json"
+    entries = json.loads(listed.read_text()) if listed.exists() else []
+    return {os.path.relpath(entry["file"], ROOT): entry for entry in entries}
+
+
+@functools.cache
+def headers():
+    """Every header of the tree: what a source may include. One list, since a change is rare."""
+    return tuple(name for name in sources(".h", ".inc"))
+
+
+def tidied():
+    for source in sorted(set(compile_commands()) & set(sources(".c"))):
+        marks = [pytest.mark.slow, pytest.mark.xdist_group(f"tests/test_lint.py::{source}")]
+        marks.append(pytest.mark.inputs(source, *included(source), ".clang-tidy"))
+        yield pytest.param(source, marks=marks, id=source)
+
+
+def included(source):
+    """The headers of the tree that a source reads, from the compiler's list; without one, all."""
+    entry = compile_commands()[source]
+    words = shlex.split(entry["command"])
+    made = Path(entry["directory"], words[words.index("-o") + 1] + ".d")
+    if not made.exists():
+        return headers()
+    names = made.read_text().replace("\\\n", " ").split(":", 1)[1].split()
+    paths = [Path(entry["directory"], name).resolve() for name in names]
+    return tuple(str(path.relative_to(ROOT)) for path in paths if path.is_relative_to(ROOT))
+
+
+@pytest.mark.parametrize("source", list(tidied()))
+def test_clang_tidy(source):
+    run("clang-tidy", "--quiet", "-p", "build/debug", source)
+
+
+def test_ruff_format():
+    run(BESIDE / "ruff", "format", "--check")
+
+
+def test_ruff():
+    run(BESIDE / "ruff", "check", "--output-format=concise")
+
+
+def test_mypy():
+    run(BESIDE / "mypy")
+
+
+def test_shellcheck():
+    scripts = [
+        path.relative_to(ROOT)
+        for path in [*(ROOT / "tools").rglob("*"), ROOT / ".ci/run"]
+        if path.is_file()
+        and (path.suffix == ".sh" or path.read_bytes().startswith(b"#!/usr/bin/env bash"))
+    ]
+    assert shutil.which("shellcheck") and scripts
+    run("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))
