@@ -13,8 +13,11 @@ import unittest
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import firmware
+
+pytestmark = pytest.mark.soak
 
 RATE_HZ = 8000
 LSB_DPS = 2000 / 32800  # of Betaflight's virtual gyro
@@ -208,7 +211,3 @@ class Flash(unittest.TestCase):
     def test_the_sensor_takes_less_than_16_kib_of_an_stm32f405(self):
         """It counts parts of libgcc that the firmware has anyway; `firmware.py image` does not."""
         self.assertLess(firmware.added_flash(), 16 * 1024)
-
-
-if __name__ == "__main__":
-    unittest.main()

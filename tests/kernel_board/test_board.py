@@ -12,17 +12,17 @@ import os
 import re
 import socket
 import subprocess
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
+import pytest
+import targets
 from davarlab.wire import frames as wire
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
-import targets
+pytestmark = pytest.mark.soak
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = targets.ROOT
 
 SIM, KERNEL = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_KERNEL", "linux")
 TARGET = "cortex-m4f"
@@ -190,7 +190,3 @@ class Board(unittest.TestCase):
         for row, result in zip(rows, results):
             with self.subTest(epoch=result.epoch):
                 self.same(row, result)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -10,6 +10,10 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import pytest
+
+pytestmark = pytest.mark.soak
+
 ROOT = Path(__file__).resolve().parents[2]
 KERNEL = os.environ.get("DAVAR_KERNEL", "linux")
 HERE = Path(__file__).parent
@@ -70,7 +74,3 @@ class Processor(unittest.TestCase):
                     "tools/support/uml/kernel.patch",
                     done.stderr,
                 )
-
-
-if __name__ == "__main__":
-    unittest.main()
