@@ -198,28 +198,6 @@ static void test_the_first_difference(void)
 
 /* --- gaps, refused input, reset --------------------------------------------------------------- */
 
-static void test_counters(void)
-{
-    init();
-    davar_cascade_gap(&cascade, 3U);
-    davar_cascade_gap(&cascade, UINT32_MAX);
-    const davar_cascade_health_t health = davar_cascade_health(&cascade);
-    TEST_ASSERT_EQUAL_UINT32(2U, health.gaps);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, health.missing);
-}
-
-static void test_runs_of_nan_and_inf_are_gaps(void)
-{
-    const float in[] = {1.0F, (float)NAN, (float)INFINITY, 2.0F, -(float)INFINITY, 3.0F};
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_f32(&cascade, &config, memory, sizeof memory));
-    davar_cascade_push_f32(&cascade, in, sizeof in / sizeof in[0]);
-    const davar_cascade_health_t health = davar_cascade_health(&cascade);
-    TEST_ASSERT_EQUAL_UINT32(2U, health.gaps);
-    TEST_ASSERT_EQUAL_UINT32(3U, health.missing);
-    TEST_ASSERT_EQUAL_UINT32(3U, health.not_finite);
-    TEST_ASSERT_EQUAL_UINT32(0U, health.saturated);
-}
-
 static void test_floats_at_full_scale_are_counted_and_clamped(void)
 {
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_f32(&cascade, &config, memory, sizeof memory));
@@ -490,8 +468,6 @@ int main(void)
     RUN_TEST(test_a_push_stays_inside_its_memory);
     RUN_TEST(test_a_result_before_the_first_difference);
     RUN_TEST(test_the_first_difference);
-    RUN_TEST(test_counters);
-    RUN_TEST(test_runs_of_nan_and_inf_are_gaps);
     RUN_TEST(test_floats_at_full_scale_are_counted_and_clamped);
     RUN_TEST(test_reset_returns_to_the_start);
     RUN_TEST(test_results_taken_while_an_interrupt_pushes_are_consistent);

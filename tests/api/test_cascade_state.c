@@ -84,43 +84,6 @@ static void step(type_t type, davar_cascade_t *cascade, random_t *random)
     }
 }
 
-static void assert_equal_cascades(void)
-{
-    davar_cascade_t expected = original;
-    expected.stages = restored.stages;
-    expected.tops = restored.tops;
-    TEST_ASSERT_EQUAL_MEMORY(&expected, &restored, sizeof restored);
-    TEST_ASSERT_EQUAL_MEMORY(memory[0], memory[1], original.memory_bytes);
-}
-
-static void check_continues(type_t type, uint32_t samples)
-{
-    random_t random = random_seeded(samples);
-    init(type, &original, 0U);
-    for (uint32_t i = 0U; i < samples; i++) {
-        step(type, &original, &random);
-    }
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
-    init(type, &restored, 1U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_restore(&restored, &storage));
-    assert_equal_cascades();
-    random_t again = random;
-    for (uint32_t i = 0U; i < 3000U; i++) {
-        step(type, &original, &random);
-        step(type, &restored, &again);
-    }
-    assert_equal_cascades();
-}
-
-static void test_a_restored_cascade_continues_bit_for_bit(void)
-{
-    for (uint32_t samples = 0U; samples < 20000U; samples += 1237U) {
-        check_continues(Q15, samples);
-        check_continues(Q31, samples);
-        check_continues(F32, samples);
-    }
-}
-
 static void test_an_image_does_not_depend_on_addresses(void)
 {
     static unsigned char image[sizeof cells];
@@ -218,7 +181,6 @@ static void test_a_loss_of_power_leaves_the_older_image(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_restored_cascade_continues_bit_for_bit);
     RUN_TEST(test_an_image_does_not_depend_on_addresses);
     RUN_TEST(test_an_image_of_other_settings_or_type_is_foreign);
     RUN_TEST(test_no_image);

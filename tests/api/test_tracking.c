@@ -10,11 +10,9 @@
 #include <string.h>
 
 #define SAMPLES 9000U
-#define RESULTS ((SAMPLES / 10U) + 1U)
 #define STEP 5000U
 #define TAUS 5U
 #define NO_TIME UINT32_MAX
-#define HALF 300U /* of a centred window */
 
 typedef enum { Q15, Q31, F32 } type_t;
 
@@ -24,7 +22,6 @@ static uint64_t memory[4096];
 static davar_t davar;
 static davar_result_t result;
 static int16_t stream[SAMPLES];
-static davar_result_t single[RESULTS]; /* of samples pushed one by one */
 
 static double uniform(random_t *random)
 {
@@ -174,112 +171,6 @@ static void test_a_step_is_reported_and_the_window_begins_after_it(void)
     check_step(Q15, 1U, 1U);
 }
 
-#define MISSING_MOST 64U
-#ifndef TRIALS
-#define TRIALS 400U
-#endif
-
-/* Noise with steps, shocks and gaps, some of them close together. Returns the number of gaps. */
-static uint32_t make_faults(uint64_t seed, uint32_t gap[MISSING_MOST])
-{
-    random_t random = random_seeded(seed);
-    uint32_t gaps = 0U;
-    make_stream(seed, STEP, 0.4 + (3.0 * (0.5 + uniform(&random))));
-    for (uint32_t n = 100U; n < SAMPLES; n += 1U + (uint32_t)(random_next(&random) % 400U)) {
-        const bool near = (gaps > 0U) && ((random_next(&random) % 3U) == 0U);
-        const uint32_t at =
-            near ? (gap[gaps - 1U] + 1U + (uint32_t)(random_next(&random) % 25U)) : n;
-        if ((gaps < MISSING_MOST) && (at < SAMPLES) && ((gaps == 0U) || (at > gap[gaps - 1U]))) {
-            gap[gaps] = at;
-            gaps++;
-        }
-        for (uint32_t i = n; (i < (n + 12U)) && (i < SAMPLES) && ((n % 5U) == 0U); i++) {
-            stream[i] = (int16_t)(15 * stream[i]);
-        }
-    }
-    return gaps;
-}
-
-/* Compares the results of the stream with the `kept` ones, or keeps them if there are none. `most`:
- * samples pushed at a time, at most. Returns the number of results. */
-static uint32_t check_results(const uint32_t *gap, uint32_t gaps, uint32_t most, uint32_t kept)
-{
-    random_t random = random_seeded(most);
-    uint32_t count = 0U;
-    uint32_t next = 0U;
-    init(Q15);
-    for (uint32_t n = 0U; n < SAMPLES;) {
-        if ((next < gaps) && (gap[next] == n)) {
-            davar_gap(&davar, 3U);
-            next++;
-        }
-        const uint32_t end = (next < gaps) ? gap[next] : SAMPLES;
-        const uint32_t block = 1U + (uint32_t)(random_next(&random) % most);
-        n += (uint32_t)push(Q15, n, ((end - n) < block) ? (end - n) : block);
-        if (!davar_take(&davar, &result)) {
-            continue;
-        }
-        if ((kept == 0U) && (count < RESULTS)) {
-            single[count] = result;
-        } else if (count < kept) {
-            TEST_ASSERT_EQUAL(isnan(single[count].change.newer), isnan(result.change.newer));
-            result.change.newer = single[count].change.newer; /* it improves until the take */
-            TEST_ASSERT_EQUAL_MEMORY(&single[count], &result, sizeof result);
-        }
-        count++;
-    }
-    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
-    return count;
-}
-
-/* Where few samples pass at a time, results wait for some more samples, and are the same. */
-static void test_block_lengths_change_no_result_near_shocks_and_gaps(void)
-{
-    static const uint32_t strides[] = {5U, 10U, 13U, 60U};
-    uint32_t gap[MISSING_MOST];
-    for (uint32_t trial = 0U; trial < TRIALS; trial++) {
-        config.stride = strides[trial % 4U];
-        config.glr.block = ((trial % 3U) == 0U) ? 5U : 10U;
-        config.window.mode = ((trial % 5U) == 4U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-        config.window.gaps_max = (uint16_t)(2U + (trial % 7U));
-        const uint32_t gaps = make_faults(100U + trial, gap);
-        const uint32_t count = check_results(gap, gaps, 1U, 0U);
-        const uint32_t kept = (count < RESULTS) ? count : RESULTS;
-        TEST_ASSERT_GREATER_THAN_UINT32(SAMPLES / (3U * config.stride), count);
-        TEST_ASSERT_UINT32_WITHIN(1U, count, check_results(gap, gaps, 3U, kept));
-        TEST_ASSERT_UINT32_WITHIN(1U, count, check_results(gap, gaps, 64U, kept));
-    }
-}
-
-static uint32_t latency(void)
-{
-    return (config.window.mode == DAVAR_MODE_CENTRED) ? HALF : 0U;
-}
-
-/* A shock of three samples: it is counted, there is no alarm, and the epochs continue with the
- * samples. */
-static void check_shock(type_t type, uint32_t stride)
-{
-    make_stream(4U, SAMPLES, 1.0);
-    stream[4003] = 900;
-    stream[4004] = -800;
-    stream[4006] = 700;
-    config.stride = stride;
-    init(type);
-    const story_t story = run(type, 0U, 6000U, 64U);
-    TEST_ASSERT_EQUAL_UINT32(0U, story.alarms);
-    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).shocks);
-    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).gaps);
-    TEST_ASSERT_GREATER_THAN_UINT64(5900U - latency(), result.epoch);
-}
-
-static void test_a_shock_is_excluded(void)
-{
-    check_shock(Q15, 1U);
-    check_shock(Q15, 10U);
-    check_shock(Q31, 1U);
-}
-
 /* All waiting blocks may follow the change: it is reported before the window has reached it. */
 static void test_a_change_reported_before_the_window_reaches_it_is_not_old(void)
 {
@@ -303,27 +194,6 @@ static void test_a_change_reported_before_the_window_reaches_it_is_not_old(void)
         }
     }
     TEST_ASSERT_GREATER_THAN_UINT32(0U, ahead);
-}
-
-/* A gap discards unprocessed samples; all others continue. */
-static void check_gaps(uint32_t stride)
-{
-    make_stream(6U, SAMPLES, 1.0);
-    config.stride = stride;
-    init(Q15);
-    (void)run(Q15, 0U, 3007U, 1U);
-    davar_gap(&davar, 4U);
-    (void)run(Q15, 3007U, 3010U, 1U);
-    davar_gap(&davar, 1U);
-    const story_t story = run(Q15, 3010U, 5000U, 1U);
-    TEST_ASSERT_GREATER_THAN_UINT64(4960U - latency(), story.last);
-    TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&davar).gaps);
-}
-
-static void test_gaps(void)
-{
-    check_gaps(1U);
-    check_gaps(10U);
 }
 
 /* A gap completes no result. Samples accepted before it continue with the samples after it, and
@@ -403,23 +273,6 @@ static void test_centred_windows_where_little_or_much_has_come(void)
                               results); /* of a block that continues sample by sample */
     TEST_ASSERT_EQUAL_UINT32(1000U, results + flush_all());
     TEST_ASSERT_EQUAL_UINT64(999U, result.epoch);
-}
-
-static void test_centred_windows_near_shocks_and_gaps(void)
-{
-    config.window.mode = DAVAR_MODE_CENTRED;
-    check_shock(Q15, 10U);
-    check_gaps(10U);
-    config.window.gaps_max = 1U;
-    config.stride = 10U;
-    init(Q15);
-    (void)run(Q15, 0U, 3000U, 1U);
-    davar_gap(&davar, 1U);
-    (void)run(Q15, 3000U, 3100U, 1U);
-    davar_gap(&davar, 1U);
-    (void)run(Q15, 3100U, 6000U, 1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).restarts);
-    TEST_ASSERT_EQUAL_UINT64(5999U - HALF, result.epoch);
 }
 
 /* An alarm that was not taken is in the next result that is taken. */
@@ -559,13 +412,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_step_is_reported_and_the_window_begins_after_it);
-    RUN_TEST(test_block_lengths_change_no_result_near_shocks_and_gaps);
-    RUN_TEST(test_a_shock_is_excluded);
     RUN_TEST(test_a_change_reported_before_the_window_reaches_it_is_not_old);
-    RUN_TEST(test_gaps);
     RUN_TEST(test_every_result_near_gaps_can_be_taken);
     RUN_TEST(test_centred_windows_where_little_or_much_has_come);
-    RUN_TEST(test_centred_windows_near_shocks_and_gaps);
     RUN_TEST(test_an_alarm_waits_to_be_taken);
     RUN_TEST(test_kurtosis_is_kept_on_request);
     RUN_TEST(test_saturated_samples_are_counted_once);

@@ -15,7 +15,6 @@ BEYOND_16_KB = {
     "wrap",
     "glr",
     "glr_numbers",
-    "glr_events",
     "recorded",
     "fit",
     "fit_white",

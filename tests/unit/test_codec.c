@@ -267,46 +267,45 @@ static davar_decode_status_t status_of(uint16_t identifier, uint8_t index, float
     return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
 }
 
+#define INDEX_OF_HIGH 10U /* an upper limit may be infinite */
+
 static void test_impossible_values_are_rejected_and_absent_ones_are_not(void)
 {
-    static const uint16_t deviations[] = {0x5D0U, 0x5D3U, 0x5D4U};
-    static const float good[] = {0.0F, 1e-29F, 3.0F, 9e29F, NAN};
-    static const float bad[] = {-9.7e-32F, -1.0F, 9.7e-32F, 2e30F, INFINITY, -INFINITY};
-    for (size_t d = 0; d < 3U; d++) {
-        for (size_t i = 0; i < 5U; i++) {
-            TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(deviations[d], 0U, good[i]));
-        }
-        for (size_t i = 0; i < 6U; i++) {
-            TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(deviations[d], 0U, bad[i]));
+    static const float values[] = {0.0F,  1e-29F,   3.0F,  9e29F,  NAN,      -9.7e-32F,
+                                   -1.0F, 9.7e-32F, 2e30F, 1e-40F, INFINITY, -INFINITY};
+    static const struct {
+        uint16_t identifier;
+        uint8_t index;
+        uint16_t accepted; /* bit i: values[i] */
+    } cases[] = {
+        {0x5D0U, 0U, 0x01FU},
+        {0x5D3U, 0U, 0x01FU},
+        {0x5D4U, 0U, 0x01FU},
+        {0x5D4U, 9U, 0x01FU},
+        {0x5D4U, INDEX_OF_HIGH, 0x41FU},
+        {0x5D7U, 0U, 0x05FU}, /* a deviation from the model has a sign */
+        {0x5D7U, DAVAR_MONITOR_HEALTH, 0x01FU},
+        {0x5D6U, DAVAR_SETUP_RATE, 0x00EU},
+        {0x5D6U, DAVAR_SETUP_UNIT, 0x00EU},
+        {0x5D6U, DAVAR_SETUP_UNIT + 1U, 0x000U}, /* no such item */
+        {0x5DBU, 0U, 0x000U},                    /* a result has at least one frame */
+        {0x5DBU, 1U, 0xFFFU},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        for (size_t k = 0; k < sizeof values / sizeof values[0]; k++) {
+            const bool good = ((cases[i].accepted >> k) & 1U) != 0U;
+            TEST_ASSERT_EQUAL(good ? DAVAR_DECODED : DAVAR_DECODE_VALUE,
+                              status_of(cases[i].identifier, cases[i].index, values[k]));
         }
     }
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D4U, 9U, INFINITY));
-    TEST_ASSERT_EQUAL(DAVAR_DECODED,
-                      status_of(0x5D4U, 10U, INFINITY)); /* an upper limit may be infinite */
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D4U, 10U, -INFINITY));
-    TEST_ASSERT_EQUAL(DAVAR_DECODED,
-                      status_of(0x5D7U, 0U, -3.0F)); /* a deviation from the model has a sign */
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D7U, 0U, -INFINITY));
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D7U, DAVAR_MONITOR_HEALTH, -3.0F));
 }
 
-static void test_a_zero_rate_stride_cluster_or_window_is_rejected(void)
+static void test_a_zero_stride_cluster_or_window_is_rejected(void)
 {
-    static const float bad[] = {0.0F, -100.0F, 1e-31F, INFINITY, NAN};
-    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D6U, DAVAR_SETUP_RATE, 100.0F));
-    for (size_t i = 0; i < 5U; i++) {
-        TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_RATE, bad[i]));
-    }
     TEST_ASSERT_EQUAL(DAVAR_DECODED,
                       status_of(0x5D6U, DAVAR_SETUP_STRIDE, 1e-40F)); /* bits of a small count */
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_STRIDE, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_TAU, 0.0F));
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_UNIT, 0.0F));
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE,
-                      status_of(0x5D6U, DAVAR_SETUP_UNIT + 1U, 1.0F)); /* no such item */
-    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5DBU, 1U, 0.0F));
-    /* a result has at least one frame */
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5DBU, 0U, 1.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D1U, 1U, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D1U, 0U, 0.0F));
 }
@@ -341,71 +340,6 @@ static void test_every_value_of_an_fd_frame_is_looked_at(void)
     setUp();
     result.window_samples = 0U;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd());
-}
-
-/* Any bits as a double: half of them of every size and sign, including NaN and infinities, half
- * near the values of sensors. */
-static double any_double(void)
-{
-    static uint64_t state = UINT64_C(88172645463325252);
-    double value;
-    state ^= state << 13U;
-    state ^= state >> 7U;
-    state ^= state << 17U;
-    memcpy(&value, &state, sizeof value);
-    return ((state >> 60U) < 8U) ? value : ldexp((double)(int64_t)state, -64);
-}
-
-static void make_garbage(davar_misfit_t *misfit)
-{
-    result.kurtosis = any_double();
-    result.contribution = any_double();
-    result.dispersion = any_double();
-    result.change = (davar_change_t){
-        .m = 512U, .older = any_double(), .newer = any_double(), .gain = any_double()};
-    misfit->health = any_double();
-    for (size_t t = 0; t < 10U; t++) {
-        result.tau[t] =
-            (davar_adev_t){.adev = any_double(), .low = any_double(), .high = any_double()};
-        misfit->tau[t].deviation = any_double();
-    }
-    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
-        result.coefficient[k] =
-            (davar_coefficient_t){.value = any_double(), .low = any_double(), .high = any_double()};
-    }
-}
-
-static bool is_absent_or_not_below_0(const davar_wire_t *one)
-{
-    const bool has_sign =
-        (one->message == DAVAR_MESSAGE_MONITOR) && (one->index < DAVAR_MONITOR_HEALTH);
-    const bool has_float =
-        (one->message == DAVAR_MESSAGE_ARW) || (one->message == DAVAR_MESSAGE_ADEV) ||
-        (one->message == DAVAR_MESSAGE_COEFFICIENT) || (one->message == DAVAR_MESSAGE_RESULT_FD);
-    return !has_float || has_sign || !(one->value < 0.0F);
-}
-
-/* Whatever a result contains, no frame is rejected, and impossible values are absent. */
-static void test_a_result_of_garbage_makes_frames_that_every_receiver_takes(void)
-{
-    static const uint8_t contents[] = {0U, 7U, 15U, 23U, 31U};
-    davar_misfit_t misfit = {.tau_count = 10U, .worst = 3U};
-    config.law = &davar_law_glr_q15;
-    config.tau_count = 10U;
-    result.tau_count = 10U;
-    for (size_t n = 0; n < 5000U; n++) {
-        make_garbage(&misfit);
-        TEST_ASSERT_TRUE(
-            davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, contents[n % 5U]));
-        davar_encoder_monitor(&encoder, &misfit);
-        davar_encoder_begin(&encoder, &result, &health);
-        while (davar_encoder_next(&encoder, &frame)) {
-            TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-            TEST_ASSERT_TRUE(is_absent_or_not_below_0(&wire));
-            TEST_ASSERT_FALSE((wire.kurtosis < 0.0F) || (wire.contribution < 0.0F) ||
-                              (wire.dispersion < 0.0F));
-        }
-    }
 }
 
 static bool slcan(const char *text)
@@ -559,9 +493,8 @@ int main(void)
     RUN_TEST(test_extreme_values_saturate_and_absent_ones_are_nan);
     RUN_TEST(test_a_foreign_frame_is_reported);
     RUN_TEST(test_impossible_values_are_rejected_and_absent_ones_are_not);
-    RUN_TEST(test_a_zero_rate_stride_cluster_or_window_is_rejected);
+    RUN_TEST(test_a_zero_stride_cluster_or_window_is_rejected);
     RUN_TEST(test_every_value_of_an_fd_frame_is_looked_at);
-    RUN_TEST(test_a_result_of_garbage_makes_frames_that_every_receiver_takes);
     RUN_TEST(test_slcan_text_goes_there_and_back);
     RUN_TEST(test_slcan_text_that_is_no_frame_is_rejected);
     RUN_TEST(test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_other);

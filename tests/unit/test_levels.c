@@ -204,21 +204,6 @@ static void test_it_restarts_before_the_sum_of_shocks_wraps(void)
     TEST_ASSERT_EQUAL_UINT32(0U, sums.shocks.high);
 }
 
-/* The check is not lost in gaps: a gap can skip the block at which it is due. */
-static void test_skipped_blocks_count_for_the_check(void)
-{
-    begin();
-    for (uint32_t i = 0U; i < 640U; i++) {
-        if ((detector.now.at % 64U) == 62U) {
-            davar_glr_skip(&detector, &config, &event);
-        } else {
-            event.dropped = 0U;
-            take((uint64_t)(1e6 * ((i < 320U) ? 1.0 : 3.0)));
-        }
-    }
-    TEST_ASSERT_TRUE(blocks_now() < 320U);
-}
-
 /* f is 5 at phi = 27/8 (10.3). It is compared every 64 blocks. */
 static void test_heavy_tails_withhold_the_interval_for_2_to_the_14_blocks(void)
 {
@@ -271,7 +256,6 @@ int main(void)
     RUN_TEST(test_it_restarts_where_its_halves_differ);
     RUN_TEST(test_it_restarts_before_its_counts_wrap);
     RUN_TEST(test_it_restarts_before_the_sum_of_shocks_wraps);
-    RUN_TEST(test_skipped_blocks_count_for_the_check);
     RUN_TEST(test_heavy_tails_withhold_the_interval_for_2_to_the_14_blocks);
     RUN_TEST(test_f_is_known_after_512_f_squared_blocks);
     return UNITY_END();

@@ -163,46 +163,38 @@ static void wrapped(uint32_t before)
     TEST_ASSERT_FALSE(davar_flush(&wrapping));
 }
 
-static void test_positions_wrap_unnoticed_at_every_sample(void)
+/* At every sample, at a stride, and on a grid. */
+static void test_positions_wrap_unnoticed(void)
 {
-    wrapped(90U); /* n = 490 = 3 * 130 + 100: a gap right on the wrap */
-    wrapped(333U);
-    config.window.mode = DAVAR_MODE_TRAILING;
-    wrapped(90U);
-}
-
-static void wrapped_by(davar_engine_t engine)
-{
-    config.engine = engine;
-    config.window.mirrored_end = true;
-    config.stride = 7U;
-    wrapped(90U);
-    wrapped(333U);
-    config.window.mode = DAVAR_MODE_TRAILING;
-    wrapped(90U);
-}
-
-static void test_positions_wrap_unnoticed_at_a_stride(void)
-{
-    wrapped_by(DAVAR_ENGINE_AUTO);
-}
-
-static void test_positions_wrap_unnoticed_on_a_grid(void)
-{
-    wrapped_by(DAVAR_ENGINE_GRID);
+    for (uint32_t way = 0U; way < 3U; way++) {
+        setUp();
+        config.stride = (way == 0U) ? 1U : 7U;
+        config.engine = (way == 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
+        config.window.mirrored_end = (way > 0U);
+        wrapped(90U); /* n = 490 = 3 * 130 + 100: a gap right on the wrap */
+        wrapped(333U);
+        config.window.mode = DAVAR_MODE_TRAILING;
+        wrapped(90U);
+    }
 }
 
 static void test_positions_wrap_correctly_after_the_detector(void)
 {
-    config.window.mode = DAVAR_MODE_TRAILING;
+    static const uint32_t before[] = {90U, 333U, 700U};
     config.law = &davar_law_glr_q15;
-    config.window.longest = 80U;
     config.window.shortest = 20U;
-    wrapped(90U);
-    wrapped(333U);
-    config.stride = 7U;
-    wrapped(90U);
-    wrapped(333U);
+    for (uint32_t i = 0U; i < 3U; i++) {
+        config.window.mode = DAVAR_MODE_TRAILING;
+        config.window.longest = 80U;
+        config.stride = 1U;
+        wrapped(before[i]);
+        config.stride = 7U;
+        wrapped(before[i]);
+        config.window.mode = DAVAR_MODE_CENTRED;
+        config.window.longest = 660U;
+        config.stride = 20U;
+        wrapped(before[i]);
+    }
 }
 
 /* Samples, blocks, the running sums and their counts wrap, with windows of many blocks and both
@@ -224,26 +216,12 @@ static void wrapped_long(uint32_t stride, uint32_t block)
 
 static void test_blocks_wrap_unnoticed(void)
 {
-    config.window.mode = DAVAR_MODE_TRAILING;
-    wrapped_long(1U, 5U);
-    wrapped_long(10U, 10U);
-    wrapped_long(33U, 10U);
-    config.window.mode = DAVAR_MODE_CENTRED;
-    wrapped_long(1U, 5U);
-    wrapped_long(10U, 10U);
-    wrapped_long(33U, 10U);
-}
-
-static void test_positions_wrap_unnoticed_in_centred_windows_of_the_detector(void)
-{
-    config.law = &davar_law_glr_q15;
-    config.window.shortest = 20U;
-    config.glr.block = 10U;
-    config.window.longest = 660U;
-    config.stride = 20U;
-    wrapped(90U);
-    wrapped(333U);
-    wrapped(700U);
+    for (int mode = DAVAR_MODE_TRAILING; mode <= DAVAR_MODE_CENTRED; mode++) {
+        config.window.mode = (davar_mode_t)mode;
+        wrapped_long(1U, 5U);
+        wrapped_long(10U, 10U);
+        wrapped_long(33U, 10U);
+    }
 }
 
 /* The record ends exactly at the wrap and anywhere in the half window after it: the last half
@@ -295,19 +273,11 @@ static void forgotten(uint32_t first, uint32_t later)
 static void test_an_old_gap_is_forgotten(void)
 {
     static const uint32_t later[] = {0x7FFFFE00U, 0x80000000U, 0xFFFFFFFFU - 600U};
-    for (unsigned i = 0U; i < 3U; i++) {
-        setUp();
-        forgotten(100U, later[i]);
-        config.window.mode = DAVAR_MODE_TRAILING;
-        forgotten(100U, later[i]);
-        config.stride = 7U;
-        forgotten(100U, later[i]);
-        config.window.mode = DAVAR_MODE_CENTRED;
-        forgotten(100U, later[i]);
-        config.engine = DAVAR_ENGINE_GRID;
-        forgotten(100U, later[i]);
-        config.window.mode = DAVAR_MODE_TRAILING;
-        forgotten(100U, later[i]);
+    for (unsigned i = 0U; i < 18U; i++) { /* each mode at every sample, at a stride, on a grid */
+        config.window.mode = (i % 2U == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+        config.stride = ((i / 2U) % 3U == 0U) ? 1U : 7U;
+        config.engine = ((i / 2U) % 3U == 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
+        forgotten(100U, later[i / 6U]);
     }
 }
 
@@ -325,12 +295,9 @@ static void test_a_gap_next_to_the_start_is_forgotten(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
-    RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
-    RUN_TEST(test_positions_wrap_unnoticed_at_a_stride);
+    RUN_TEST(test_positions_wrap_unnoticed);
     RUN_TEST(test_positions_wrap_correctly_after_the_detector);
     RUN_TEST(test_blocks_wrap_unnoticed);
-    RUN_TEST(test_positions_wrap_unnoticed_in_centred_windows_of_the_detector);
     RUN_TEST(test_a_record_that_ends_after_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);
     RUN_TEST(test_a_gap_next_to_the_start_is_forgotten);
