@@ -68,7 +68,7 @@ MAY_INCLUDE = {
         "tests/support",
         "tests/tracking",
     ),
-    "tests/statistics": ("host_sim", "lib/include", "tests/support"),
+    "tests/statistics": ("host_sim", "lib/include", "lib/src", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "port/wire", "tests/support"),
     "tools/": ("lib/include", "port/include"),
     "python": ("lib/include", "port/include", "host_sim"),

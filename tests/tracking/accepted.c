@@ -17,6 +17,10 @@ void accepted_start(accepted_t *accepted, const davar_config_t *config)
     accepted->first = config->glr.whiten_first;
     accepted->second = config->glr.whiten_second;
     accepted->is_q31 = (config->law == &davar_law_glr_q31);
+    accepted->has_detector = accepted->is_q31 || (config->law == &davar_law_glr_q15);
+    if (!accepted->has_detector) {
+        return;
+    }
     davar_glr_start(&accepted->config, &wish);
     accepted->config.floor =
         davar_glr_floor(config->glr.block, config->glr.whiten_first, config->glr.whiten_second);
@@ -114,6 +118,11 @@ static int32_t whitened(accepted_t *accepted, int32_t sample)
 
 void accepted_hear(accepted_t *accepted, int32_t sample)
 {
+    if (!accepted->has_detector) {
+        accept(accepted, sample, accepted->now);
+        accepted->now++;
+        return;
+    }
     accepted->rest[accepted->waits % accepted->config.block] = whitened(accepted, sample);
     accepted->waiting[accepted->waits] = sample;
     accepted->waits++;
@@ -126,7 +135,9 @@ void accepted_hear(accepted_t *accepted, int32_t sample)
 void accepted_gap(accepted_t *accepted)
 {
     davar_glr_event_t event;
-    davar_glr_skip(&accepted->detector, &accepted->config, &event);
+    if (accepted->has_detector) {
+        davar_glr_skip(&accepted->detector, &accepted->config, &event);
+    }
     accepted->waits = 0U;
     accepted->has_past = false;
     accepted->is_behind_boundary = true;

@@ -1,4 +1,4 @@
-/* davar tests - the samples that policy glr accepts, from the test's own detector, which receives
+/* davar tests - the samples that a law accepts: of glr from the test's own detector, which receives
  * the raw samples (unit/test_glr.c checks it against the law). Sums over them are recomputed as
  * integers from cumulative sums, a different method than the library's. */
 #ifndef DAVAR_TESTS_ACCEPTED_H
@@ -20,7 +20,8 @@ typedef struct {
     int32_t before[2]; /* samples before the next one, the newer first */
     bool has_past;
     bool is_q31;
-    uint64_t now; /* samples received */
+    bool has_detector; /* other laws accept every sample */
+    uint64_t now;      /* samples received */
     uint32_t cuts;
     uint32_t alarms; /* of both channels */
     uint32_t shocks;

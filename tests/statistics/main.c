@@ -1,0 +1,305 @@
+/* davar-statistics - how often intervals contain the true value, how often alarms are false and how
+ * late they come: Monte Carlo with fixed seeds, also for the tables of the documents.
+ *
+ *   davar-statistics NAME                          as a test: status 1 if a limit is missed
+ *   davar-statistics table NAME [TRIALS [SEED]]    with the trials of the documents; also of all
+ *                                                  experiments called NAME-...
+ *   davar-statistics detector ...                  see detector.c
+ *
+ * Without arguments it lists the names. */
+#include "detector.h"
+#include "statistics.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const group_t *const groups[] = {
+    &group_coverage,      &group_filtered, &group_undeclared, &group_sums,
+    &group_rounding,      &group_mirrored, &group_tails,      &group_learned,
+    &group_tails_of_laws, &group_cascade,  &group_curve,      &group_levels,
+    &group_resolved,      &group_monitor,  &group_rates,      &group_monitor_cascade,
+    &group_rare,          &group_whitened, &group_coarse,     &group_coarse_delays,
+    &group_clusters,      &group_unstable, &group_tracked,    &group_terms,
+    &group_steady,        &group_days,     &group_changing,   &group_switches,
+    &group_rides,         &group_delays,   &group_fused,      &group_faults};
+
+typedef enum { SHARE, RATE, VALUE } figure_kind_t;
+
+typedef struct {
+    const char *name;
+    figure_kind_t kind;
+    double number;
+    double trials; /* of a value: its standard error */
+} figure_t;
+
+static figure_t figures[96];
+static size_t figure_count;
+static unsigned missed;
+
+unsigned trials_of(double good, double bad)
+{
+    const double scatter = sqrt(good * (100.0 - good)) + sqrt(bad * (100.0 - bad));
+    return (unsigned)ceil(pow(STANDARD_ERRORS * scatter / (good - bad), 2.0));
+}
+
+void require(bool is_met, const char *what)
+{
+    if (!is_met) {
+        fprintf(stderr, "davar-statistics: %s\n", what);
+        exit(1);
+    }
+}
+
+static void add(const char *name, figure_kind_t kind, double number, double trials)
+{
+    require(figure_count < COUNT_OF(figures), "too many figures in one report");
+    figures[figure_count] = (figure_t){name, kind, number, trials};
+    figure_count++;
+}
+
+void share(const char *name, double hits, double trials)
+{
+    add(name, SHARE, 100.0 * hits / trials, trials);
+}
+
+void rate(const char *name, double events, double stated)
+{
+    add(name, RATE, events / stated, stated);
+}
+
+void value(const char *name, double number, double error)
+{
+    add(name, VALUE, number, error);
+}
+
+static double slack(const figure_t *figure, double limit)
+{
+    if (!isfinite(limit)) {
+        return 0.0;
+    }
+    switch (figure->kind) {
+    case SHARE:
+        return STANDARD_ERRORS * sqrt(limit * (100.0 - limit) / figure->trials);
+    case RATE:
+        return STANDARD_ERRORS * sqrt(limit / figure->trials);
+    case VALUE:
+    default:
+        return STANDARD_ERRORS * figure->trials;
+    }
+}
+
+/* One limit, such as "N 94:97". */
+static void judge(const char *label, const char *limit)
+{
+    char name[16];
+    char range[32];
+    unsigned found = 0U;
+    require(sscanf(limit, " %15[^ ] %31[^,]", name, range) == 2, limit);
+    char *const colon = strchr(range, ':');
+    require(colon != NULL, limit);
+    const bool may_lack = name[strlen(name) - 1U] == '?';
+    name[strlen(name) - (may_lack ? 1U : 0U)] = '\0';
+    const double low = (colon == range) ? -(double)INFINITY : strtod(range, NULL);
+    const double high = (colon[1] == '\0') ? (double)INFINITY : strtod(colon + 1, NULL);
+    for (size_t i = 0U; i < figure_count; i++) {
+        const figure_t *const one = &figures[i];
+        if (strcmp(one->name, name) != 0) {
+            continue;
+        }
+        found++;
+        const bool good =
+            (one->number >= (low - slack(one, low))) && (one->number <= (high + slack(one, high)));
+        if (!good && !(may_lack && (one->trials < 30.0))) {
+            missed++;
+            fprintf(stderr, "%s: %s is %.4g, expected %s\n", label, name, one->number, range);
+        }
+    }
+    require((found > 0U) || may_lack, limit);
+}
+
+void report(const char *label, const char *holds)
+{
+    const char *before = "";
+    printf("| %s |", label);
+    for (size_t i = 0U; i < figure_count; i++) {
+        if (strcmp(before, figures[i].name) != 0) {
+            before = figures[i].name;
+            printf(" %s", before);
+        }
+        printf(" %.4g", figures[i].number);
+    }
+    printf(" |\n");
+    (void)fflush(stdout);
+    for (const char *at = holds; (at != NULL) && (*at != '\0');) {
+        const char *const comma = strchr(at, ',');
+        judge(label, at);
+        at = (comma == NULL) ? NULL : (comma + 1);
+    }
+    figure_count = 0U;
+}
+
+/* ---- the score of windows ---- */
+
+bool contains(double low, double high, double truth)
+{
+    return !(truth < low) && (truth <= high); /* low: NaN if the term is absent */
+}
+
+int ascending(const void *a, const void *b)
+{
+    const double difference = *(const double *)a - *(const double *)b;
+    return (difference > 0.0) - (difference < 0.0);
+}
+
+void truth_of(const gyro_noise_t *noise, double truth[])
+{
+    truth[DAVAR_QUANTIZATION] = noise->quantization;
+    truth[DAVAR_ANGLE_RANDOM_WALK] = 60.0 * noise->white;
+    truth[DAVAR_BIAS_INSTABILITY] = 3600.0 * noise->flicker;
+    truth[DAVAR_RATE_RANDOM_WALK] = 216000.0 * noise->walk;
+    truth[DAVAR_RATE_RAMP] = 12960000.0 * noise->ramp;
+}
+
+gyro_noise_t noise_of(const char *text)
+{
+    gyro_noise_t noise = {.white = 0.0};
+    double *const terms[] = {&noise.quantization, &noise.white, &noise.flicker,
+                             &noise.walk,         &noise.ramp,  &noise.low_pass};
+    for (size_t i = 0U; i < COUNT_OF(terms); i++) {
+        const char *const at = strchr(text, "QNBKRF"[i]);
+        *terms[i] = (at == NULL) ? 0.0 : strtod(at + 1, NULL);
+    }
+    noise.low_pass = 1.0 - exp(-2.0 * acos(-1.0) * noise.low_pass);
+    return noise;
+}
+
+void expect_window(davar_result_t *result, uint32_t window, const uint32_t m[], uint8_t count)
+{
+    *result = (davar_result_t){.window_samples = window, .tau_count = count};
+    result->kurtosis = 0.0;
+    for (uint8_t t = 0U; t < count; t++) {
+        result->tau[t].m = m[t];
+        result->tau[t].differences = window + 1U - (2U * m[t]);
+    }
+}
+
+void score_add(score_t *score, const davar_result_t *result, const double truth[],
+               const double adev[])
+{
+    const davar_coefficient_t *const arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    bool extra = false;
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        const davar_coefficient_t *const c = &result->coefficient[k];
+        const bool holds = (!c->present || (truth[k] >= c->low)) && (truth[k] <= c->high);
+        score->held[k] += holds ? 1.0 : 0.0;
+        score->given[k] += c->present ? 1.0 : 0.0;
+        score->within[k] += (c->present && holds) ? 1.0 : 0.0;
+        extra = extra || (c->present && !(truth[k] > 0.0));
+    }
+    score->extra += extra ? 1.0 : 0.0;
+    score->withheld += (result->noise == DAVAR_NOISE_FILTERED) ? 1.0 : 0.0;
+    if (arw->present) {
+        const double error = (arw->value / truth[DAVAR_ANGLE_RANDOM_WALK]) - 1.0;
+        score->error[0] += error;
+        score->error[1] += error * error;
+    }
+    if (score->windows < WIDTHS) {
+        score->width[(size_t)score->windows] =
+            (arw->present && (arw->low > 0.0)) ? (arw->high / arw->low) : (double)INFINITY;
+    }
+    score->windows += 1.0;
+    for (int t = 0; (adev != NULL) && (t < result->tau_count); t++) {
+        const davar_adev_t *const tau = &result->tau[t];
+        if ((tau->differences > 0U) && isfinite(tau->high)) {
+            score->taken[t] += 1.0;
+            score->adev[t] += contains(tau->low, tau->high, adev[t]) ? 1.0 : 0.0;
+            score->is_long[t] = (9U * tau->m) > result->window_samples;
+        }
+    }
+}
+
+void score_report(const score_t *score, double bound, const char *label, const char *holds)
+{
+    static const char *const names[] = {"Q.given", "N.given", "B.given", "K.given", "R.given"};
+    static double width[WIDTHS];
+    const size_t widths = (size_t)fmin(score->windows, WIDTHS);
+    const double given = score->given[DAVAR_ANGLE_RANDOM_WALK];
+    const double rms = 100.0 * sqrt(score->error[1] / given);
+    for (int t = 0; t < DAVAR_TAUS_MAX; t++) {
+        if (score->taken[t] > 0.0) {
+            share(score->is_long[t] ? "long" : "ADEV", score->adev[t], score->taken[t]);
+        }
+    }
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        const bool is_white = (k == (int)DAVAR_ANGLE_RANDOM_WALK);
+        share(is_white ? "N" : "others", score->held[k], score->windows);
+        share(names[k], score->given[k], score->windows);
+    }
+    share("N.within", score->within[DAVAR_ANGLE_RANDOM_WALK], given);
+    share("extra", score->extra, score->windows);
+    share("withheld", score->withheld, score->windows);
+    value("bias", 100.0 * score->error[0] / given, rms / sqrt(given));
+    value("rms", rms / bound, 0.0);
+    for (size_t i = 0U; i < widths; i++) {
+        width[i] = score->width[i];
+    }
+    qsort(width, widths, sizeof width[0], ascending);
+    value("width", width[widths / 2U], 0.0);
+    report(label, holds);
+}
+
+/* ---- the command line ---- */
+
+static void run_group(const group_t *group, bool is_table, unsigned trials, uint64_t seed)
+{
+    const unsigned own = (group->trials > 0U) ? group->trials : trials_of(95.0, group->bad);
+    const unsigned of_table = (group->table_trials > 0U) ? group->table_trials : own;
+    const char *const rows = group->rows;
+    const unsigned used = (trials > 0U) ? trials : (is_table ? of_table : own);
+    printf("%s, %u trials, seed %llu\n", group->name, used, (unsigned long long)seed);
+    for (size_t i = 0U; i < group->count - (is_table ? 0U : group->long_rows); i++) {
+        group->run(rows + (i * group->row_size), used, seed);
+    }
+}
+
+/* Of the experiments called `name`, or also those that begin with it and a hyphen; returns how
+ * many. */
+static size_t run_groups(const char *name, bool is_table, unsigned trials, const char *seed)
+{
+    const size_t length = strlen(name);
+    size_t found = 0U;
+    for (size_t i = 0U; i < COUNT_OF(groups); i++) {
+        const group_t *const group = groups[i];
+        const bool is_part = is_table && (group->name[length] == '-');
+        if ((strncmp(group->name, name, length) == 0) &&
+            ((group->name[length] == '\0') || is_part)) {
+            run_group(group, is_table, trials,
+                      (seed != NULL) ? strtoull(seed, NULL, 10) : group->seed);
+            found++;
+        }
+    }
+    return found;
+}
+
+int main(int argc, char **argv)
+{
+    const char *const verb = (argc > 1) ? argv[1] : "";
+    const bool is_table = (strcmp(verb, "table") == 0) && (argc > 2);
+    if (strcmp(verb, "detector") == 0) {
+        return detector_command(argc - 1, argv + 1);
+    }
+    if (is_table || (argc == 2)) {
+        const unsigned trials = (argc > 3) ? (unsigned)strtoul(argv[3], NULL, 10) : 0U;
+        if (run_groups(argv[is_table ? 2 : 1], is_table, trials, (argc > 4) ? argv[4] : NULL) >
+            0U) {
+            return (missed > 0U) ? 1 : 0;
+        }
+    }
+    fputs("usage: davar-statistics NAME | table NAME [TRIALS [SEED]] | detector ...\nNAME:",
+          stderr);
+    for (size_t i = 0U; i < COUNT_OF(groups); i++) {
+        fprintf(stderr, " %s", groups[i]->name);
+    }
+    fputs("\n", stderr);
+    return 2;
+}
