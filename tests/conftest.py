@@ -42,7 +42,7 @@ if (ROOT.parent / "shared/data/real").is_dir():
     os.environ.setdefault("DAVAR_REAL_DATA", str(ROOT.parent / "shared/data/real"))
 
 # A test imports the packages of the checkout and the helpers of its folder. Names are unique.
-sys.dont_write_bytecode = True
+sys.dont_write_bytecode = not sys.pycache_prefix
 for folder in ["tools/lab", "tools/plan", "tools/support", *map(str, sorted(TESTS.glob("*/")))]:
     sys.path.append(str(ROOT / folder))
 os.environ["PYTHONPATH"] = os.pathsep.join(

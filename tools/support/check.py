@@ -132,6 +132,7 @@ def main() -> int:
         print(why)
         return 1
     os.environ["DAVAR_BUILT"] = "1"
+    os.environ["PYTHONPYCACHEPREFIX"] = str(BUILD / "cache/pyc")  # compiled once, not in the tree
     command = [python, "-m", "pytest", f"--gear={'quick' if quick else 'all'}", "-q", "-rsfE"]
     command += [f"--numprocesses={WORKERS}", "--dist=loadgroup", "--no-loadscope-reorder"]
     return subprocess.run(
