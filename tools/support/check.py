@@ -18,6 +18,9 @@ BUILD, TESTS = ROOT / "build", ROOT / "tests"
 PARTS: dict[str, dict[str, Any]] = tomllib.loads((TESTS / "parts.toml").read_text("utf-8"))
 BASE = ["gcc", "libc6-dev", "make", "cmake", "zlib1g-dev", "python3", "python3-venv", "ccache"]
 BASE += ["pkg-config", "libgpiod-dev"]
+# The programs behind the commands in tools/; "all" also builds the benchmark.
+QUICK_TOOLS = ("davar-sim", "davar-plan", "davar-promise", "davar_lab")
+ALL_TOOLS = (*QUICK_TOOLS, "davar-node", "all")
 WORKERS = (os.cpu_count() or 2) + 1  # one more than cores: some tests wait for a clock or a page
 
 
@@ -74,7 +77,7 @@ def prepare(names: list[str], quick: bool) -> str:
     """Builds everything that these parts need. Returns the Python of the tests."""
     presets = dict.fromkeys(preset for name in names for preset in PARTS[name].get("builds", ()))
     wanted = [f"build {one}" for one in presets if not quick or one == "debug"]
-    wanted += ["build tools && build tools davar_lab"]
+    wanted += [f"build tools {target}" for target in (QUICK_TOOLS if quick else ALL_TOOLS)]
     with ThreadPoolExecutor() as pool:
         python = pool.submit(test_python)
         for words in wanted:  # one after the other: each uses every core

@@ -24,6 +24,7 @@ from functools import cache, partial
 from pathlib import Path
 
 from check import (
+    ALL_TOOLS,
     BUILD,
     PARTS,
     ROOT,
@@ -87,7 +88,8 @@ def set_up(words: str, log: str) -> str:
 def python() -> str:
     """The Python of the tests, after everything that they run is built."""
     with SETTING_UP:
-        set_up("build debug && build tools && build tools davar_lab", "soak-build.log")
+        for words in ("debug", *(f"tools {target}" for target in ALL_TOOLS)):
+            set_up(f"build {words}", "soak-build.log")
         return test_python()
 
 
