@@ -5,12 +5,14 @@ change.
 import re
 import shutil
 import subprocess
-import tempfile
 import textwrap
-import unittest
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.soak
+
 TABLE = "port/bare_metal/boards.json"
 
 
@@ -45,38 +47,19 @@ def copy_of_the_tree(tree):
             shutil.copy2(ROOT / name, tree / name)
 
 
-class Porting(unittest.TestCase):
-    def test_the_steps_of_the_page_add_a_board(self):
-        with tempfile.TemporaryDirectory() as folder:
-            tree = Path(folder) / "davar"
-            copy_of_the_tree(tree)
-            self.assertEqual(["sh", "json", "sh"], [language for language, _ in steps()])
-            for language, text in steps():
-                if language == "json":
-                    table = (tree / TABLE).read_text()
-                    (tree / TABLE).write_text(
-                        f"{table.rstrip().removesuffix('}').rstrip()},\n{text}}}\n"
-                    )
-                else:
-                    done = subprocess.run(
-                        ["bash", "-euo", "pipefail", "-c", text],
-                        cwd=tree,
-                        text=True,
-                        stdout=subprocess.PIPE,
-                        stderr=subprocess.STDOUT,
-                        check=False,
-                    )
-                    self.assertEqual(0, done.returncode, f"{text}\n{done.stdout}")
-            self.assertGreater(len((tree / "device.csv").read_text().splitlines()), 50)
-            help_text = subprocess.run(
-                ["tools/davar-mcu", "--help"],
-                cwd=tree,
-                text=True,
-                stdout=subprocess.PIPE,
-                check=True,
-            ).stdout
-            self.assertIn("my-board", help_text)
-
-
-if __name__ == "__main__":
-    unittest.main()
+def test_the_steps_of_the_page_add_a_board(tmp_path):
+    copy_of_the_tree(tmp_path)
+    assert [language for language, _ in steps()] == ["sh", "json", "sh"]
+    table = tmp_path / TABLE
+    for language, text in steps():
+        if language == "json":
+            rows = table.read_text().rstrip().removesuffix("}").rstrip()
+            table.write_text(f"{rows},\n{text}}}\n")
+        else:
+            shell = ["bash", "-euo", "pipefail", "-c", text]
+            done = subprocess.run(shell, cwd=tmp_path, text=True, capture_output=True)
+            assert done.returncode == 0, f"{text}\n{done.stdout}{done.stderr}"
+    assert len((tmp_path / "device.csv").read_text().splitlines()) > 50
+    help = ["tools/davar-mcu", "--help"]
+    done = subprocess.run(help, cwd=tmp_path, text=True, capture_output=True, check=True)
+    assert "my-board" in done.stdout

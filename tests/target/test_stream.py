@@ -4,28 +4,19 @@ the UART (firmware/stream.c). DAVAR_SIM: davar-sim.
 
 import os
 import pty
-import re
 import subprocess
-import sys
-import tempfile
 import threading
 import tty
-import unittest
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import pytest
 import targets
+from on_boards import boards, figures_in, on_every_board
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = targets.ROOT
 SIM = os.environ.get("DAVAR_SIM", "davar-sim")
 RECORDING = (
     ROOT / "data/demo_disturbance.csv.gz",
-    "--lsb",
-    "0.05",
-    "--mode",
-    "trailing",
-    "--progress",
-    "never",
+    *("--lsb", "0.05", "--mode", "trailing", "--progress", "never"),
 )
 SHORT_WINDOW = ("--policy", "fixed", "--window-max", "300", "--window-min", "300")
 SAMPLES = 6000
@@ -67,110 +58,61 @@ def any_run(line):
     return f"{line[:5]}--{line[7:11]}--{line[13:]}" if line.startswith(OF_A_RUN) else line
 
 
-class Dma(unittest.TestCase):
+@pytest.mark.parametrize("target", boards(["cortex-m4f", "rv32imac"]))
+def test_blocks_of_a_dma_are_pushed_and_one_that_is_late_is_a_gap(target):
     """examples/bare_metal; a timer interrupt simulates its DMA."""
-
-    def test_blocks_of_a_dma_are_pushed_and_one_that_is_late_is_a_gap(self):
-        for target in ("cortex-m4f", "rv32imac"):
-            with self.subTest(target=target):
-                status, output = targets.execute(
-                    target, targets.build(target) / "dma.elf", shift=LIKE_16_MHZ
-                )
-                self.assertEqual(0, status, output)
-                told = {
-                    name: int(value)
-                    for name, value in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)
-                }
-                self.assertEqual(1, told["lost"])
-                self.assertGreater(
-                    told["results"], 45, told
-                )  # of 56: the fit may take longer than the interval of results
-                self.assertGreater(told["held"], 0.85 * told["results"], told)
+    image = targets.build(target) / "dma.elf"
+    status, output = targets.execute(target, image, shift=LIKE_16_MHZ)
+    assert status == 0, output
+    told = figures_in(output)
+    assert told["lost"] == 1
+    assert told["results"] > 45  # of 56: the fit may take longer than the interval of results
+    assert told["held"] > 0.85 * told["results"]
 
 
-class Stream(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = Path(folder.name)
-
-    def stream(self, target, period_us, shift, *options):
-        """(counters, lines on the UART) of one run."""
-        job, serial = self.folder / "job", self.folder / f"serial-{target}"
-        subprocess.run(
-            [SIM, *RECORDING, *options, "--device", f"sh -c 'cp $0 {job}; exit 1'"],
-            stderr=subprocess.DEVNULL,
-            check=False,
-        )
-        targets.build(target, "job")
-        status, output = targets.execute(
-            target,
-            targets.folder(target, "job") / "stream.elf",
-            f"{job} {period_us}",
-            shift=shift,
-            serial=f"file:{serial}",
-        )
-        self.assertEqual(0, status, output)
-        return (
-            {
-                name: int(count)
-                for name, count in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)
-            },
-            serial.read_bytes().decode("ascii").split("\r"),
-        )
-
-    def same(self, expected, lines):
-        """assertEqual would take minutes to describe a difference of a thousand lines."""
-        self.assertEqual(len(expected), len(lines))
-        for number, (one, other) in enumerate(zip(expected, lines)):
-            self.assertEqual(one, other, f"line {number}")
-
-    def test_nothing_is_lost_at_1_khz_and_the_frames_are_davar_sim_s(self):
-        options = ("--stride", "200")
-        expected = simulated(*options)
-        self.assertGreater(len(expected), 400)
-        for target in targets.BARE:
-            with self.subTest(target=target):
-                counters, lines = self.stream(target, EVERY_MS, LIKE_16_MHZ, *options)
-                self.assertEqual(
-                    (SAMPLES, 0, 0),
-                    tuple(counters[name] for name in ("samples", "overruns", "missed")),
-                )
-                self.same(
-                    [any_run(line) for line in expected if not line.startswith(HEALTH)],
-                    [any_run(line) for line in lines if not line.startswith(HEALTH)],
-                )
-
-    def test_results_that_the_main_loop_is_too_slow_for_are_counted(self):
-        for target in targets.BARE:
-            options = (
-                *SHORT_WINDOW,
-                "--stride",
-                "20" if targets.MACHINES[target]["small"] else "2",
-            )
-            rows = (
-                subprocess.run(
-                    [SIM, *RECORDING, *options], stdout=subprocess.PIPE, check=True
-                ).stdout.count(b"\n")
-                - 1
-            )
-            with self.subTest(target=target):
-                counters, lines = self.stream(target, EVERY_MS, OVERLOADED, *options)
-                self.assertEqual((SAMPLES, 0), (counters["samples"], counters["overruns"]))
-                self.assertGreater(counters["missed"], 0)
-                self.assertGreater(counters["results"], 10)
-                self.assertEqual(rows, counters["results"] + counters["missed"])
-                self.assertEqual(counters["missed"], told(lines)[RESULTS_MISSED])
-
-    def test_samples_that_the_interrupt_is_too_slow_for_are_counted_gaps(self):
-        for target in targets.BARE:
-            with self.subTest(target=target):
-                counters, lines = self.stream(target, EVERY_80_US, OVERLOADED, "--stride", "100")
-                self.assertGreater(counters["overruns"], 100)
-                self.assertEqual(SAMPLES, counters["samples"] + counters["overruns"])
-                self.assertEqual(counters["overruns"], told(lines)[EDGES_LOST])
+def stream(folder, target, period_us, shift, *options):
+    """(counters, lines on the UART) of one run."""
+    job, serial = folder / "job", folder / "serial"
+    device = ("--device", f"sh -c 'cp $0 {job}; exit 1'")
+    subprocess.run([SIM, *RECORDING, *options, *device], stderr=subprocess.DEVNULL, check=False)
+    image = targets.build(target, "job") / "stream.elf"
+    words = f"{job} {period_us}"
+    status, output = targets.execute(target, image, words, shift=shift, serial=f"file:{serial}")
+    assert status == 0, output
+    return figures_in(output), serial.read_bytes().decode("ascii").split("\r")
 
 
-if __name__ == "__main__":
-    unittest.main()
+@on_every_board
+def test_nothing_is_lost_at_1_khz_and_the_frames_are_davar_sim_s(target, tmp_path):
+    options = ("--stride", "200")
+    expected = simulated(*options)
+    assert len(expected) > 400
+    counters, lines = stream(tmp_path, target, EVERY_MS, LIKE_16_MHZ, *options)
+    assert [counters[name] for name in ("samples", "overruns", "missed")] == [SAMPLES, 0, 0]
+    own, others = (
+        [any_run(line) for line in text if not line.startswith(HEALTH)]
+        for text in (lines, expected)
+    )
+    assert len(own) == len(others)
+    assert [at for at, (one, other) in enumerate(zip(own, others)) if one != other] == []
+
+
+@on_every_board
+def test_results_that_the_main_loop_is_too_slow_for_are_counted(target, tmp_path):
+    stride = "20" if targets.MACHINES[target]["small"] else "2"
+    options = (*SHORT_WINDOW, "--stride", stride)
+    rows = subprocess.run([SIM, *RECORDING, *options], stdout=subprocess.PIPE, check=True).stdout
+    counters, lines = stream(tmp_path, target, EVERY_MS, OVERLOADED, *options)
+    assert [counters[name] for name in ("samples", "overruns")] == [SAMPLES, 0]
+    assert counters["missed"] > 0
+    assert counters["results"] > 10
+    assert counters["results"] + counters["missed"] == rows.count(b"\n") - 1
+    assert told(lines)[RESULTS_MISSED] == counters["missed"]
+
+
+@on_every_board
+def test_samples_that_the_interrupt_is_too_slow_for_are_counted_gaps(target, tmp_path):
+    counters, lines = stream(tmp_path, target, EVERY_80_US, OVERLOADED, "--stride", "100")
+    assert counters["overruns"] > 100
+    assert counters["samples"] + counters["overruns"] == SAMPLES
+    assert told(lines)[EDGES_LOST] == counters["overruns"]

@@ -3,99 +3,73 @@ cached, because the same bytes give the same result.
 """
 
 import re
-import sys
-import unittest
-from pathlib import Path
+from functools import cache
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import pytest
 import result_cache
 import targets
+from on_boards import IN_CI, boards
 
-BEYOND_16_KB = {
-    "wrap",
-    "glr",
-    "glr_numbers",
-    "recorded",
-    "fit",
-    "fit_white",
-    "cascade",
-    "codec",
-    "float",
-    "init",
-    "results",
-    "state",
-    "telemetry",
-    "tracking",
-}
-SUITES = {
-    "number",
-    "slide",
-    "song",
-    "runs",
-    "edf",
-} | BEYOND_16_KB
-
-
+BEYOND_16_KB = set(
+    re.findall(
+        r"\w+",
+        """wrap glr glr_numbers glr_events recorded fit fit_mixture fit_plan fit_white cascade
+        cascade_edf codec float gaps init instances results state storage telemetry tracking""",
+    )
+)
+SMALL = set(
+    re.findall(r"\w+", "arena arithmetic slide real rough scaled runs stationarity confidence taus")
+)
 PASSED = result_cache.ResultCache(targets.ROOT / "build/cache/emulated")
 
 
-def tearDownModule():
-    print(f"cached: {PASSED.hits}")
-
-
-def built(target, kind):
+@cache
+def built(target, kind="suites"):
     """{suite: its image}, as listed by the build; images of removed suites do not count."""
     where = targets.build(target, kind)
-    return {
-        suite: where / f"test_{suite}.elf"
-        for suite in (where / "suites.txt").read_text(encoding="ascii").split(";")
-    }
+    suites = (where / "suites.txt").read_text(encoding="ascii").split(";")
+    return {suite: where / f"test_{suite}.elf" for suite in suites}
 
 
-class Suites(unittest.TestCase):
-    def run_on(self, target, expected):
-        images = built(target, "suites")
-        self.assertEqual(expected, set(images))
-        for suite, image in sorted(images.items()):
-            with self.subTest(target=target, suite=suite):
-                self.run_image(target, image)
-
-    def run_image(self, target, image):
-        def passes():
-            status, output = targets.execute(target, image)
-            self.assertEqual(0, status, output)
-            self.assertRegex(output, re.compile(r"^\d+ Tests 0 Failures 0 Ignored", re.MULTILINE))
-            return True
-
-        PASSED.check(result_cache.content_key(*targets.identity(target, image)), passes)
-
-    def test_cortex_m3_in_plain_c(self):
-        """Where there are hand-written instructions, also their C versions. Images without any
-        equal those of test_cortex_m3, byte for byte.
-        """
-        usual, plain = built("cortex-m3", "suites"), built("cortex-m3", "portable")
-        self.assertEqual(set(usual), set(plain))
-        others = {
-            suite
-            for suite, image in plain.items()
-            if image.read_bytes() != usual[suite].read_bytes()
-        }
-        self.assertLessEqual(
-            {"init", "results", "slide", "state", "wrap"}, others
-        )
-        for suite in sorted(others):
-            with self.subTest(suite=suite):
-                self.run_image("cortex-m3", plain[suite])
+def suites_of(target):
+    return SMALL if targets.MACHINES[target]["small"] else SMALL | BEYOND_16_KB
 
 
-def add(target):
-    expected = SUITES - BEYOND_16_KB if targets.MACHINES[target]["small"] else SUITES
-    name = "test_" + target.replace("-", "_")
-    setattr(Suites, name, lambda self: self.run_on(target, expected))
+def check(target, image):
+    def passes():
+        status, output = targets.execute(target, image)
+        assert status == 0, output
+        assert re.search(r"^\d+ Tests 0 Failures 0 Ignored", output, re.MULTILINE)
+        return True
+
+    PASSED.check(result_cache.content_key(*targets.identity(target, image)), passes)
 
 
-for _target in targets.MACHINES:
-    add(_target)
+@pytest.mark.parametrize("target", boards(targets.MACHINES))
+def test_the_build_has_every_suite(target):
+    assert set(built(target)) == suites_of(target)
 
-if __name__ == "__main__":
-    unittest.main()
+
+@pytest.mark.parametrize(
+    "target, suite",
+    [
+        pytest.param(target, suite, marks=[] if target in IN_CI else pytest.mark.soak)
+        for target in targets.MACHINES
+        for suite in sorted(suites_of(target))
+    ],
+)
+def test_a_suite_passes(target, suite):
+    check(target, built(target)[suite])
+
+
+@pytest.mark.soak
+def test_cortex_m3_in_plain_c():
+    """Where there are hand-written instructions, also their C versions. Images without any equal
+    those of cortex-m3, byte for byte.
+    """
+    usual, plain = built("cortex-m3"), built("cortex-m3", "portable")
+    assert set(usual) == set(plain)
+    others = {name for name in plain if plain[name].read_bytes() != usual[name].read_bytes()}
+    assert {"gaps", "init", "instances", "results", "slide", "state", "storage", "wrap"} <= others
+    for suite in sorted(others):
+        check("cortex-m3", plain[suite])
