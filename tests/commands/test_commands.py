@@ -1,37 +1,38 @@
-"""Runs every command of the pages and of --help, as typed, in a fresh clone.
+"""Runs every command of the pages and of --help, as typed, in a fresh clone that builds what it
+needs.
 
-The clone has the caches of this checkout (compiled objects, Python environments); everything that
-is built, is built there. tables.py lists commands that cannot run here, by their text and with the
-reason. A command in running text without its operands (`davarlab live`, `davar-sim --device
-COMMAND`) is checked against --help: the program, its command and the options must exist.
+command_rows.py lists the commands that another test or only tools/soak runs. The operands of
+davarlab are then parsed, and the options of other programs looked up in their --help. So are those
+of a command in running text without its operands (`davarlab live`, `davar-sim --device COMMAND`).
 """
 
+import contextlib
 import gzip
+import io
 import itertools
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
-import sys
-import tempfile
 import time
-import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests/lab"))
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
-import release
-import tables
-import typed
+import pytest
+import typed_commands
 import writing_logs
+from command_rows import ROWS, row_of
+from davarlab import cli
 
 ROOT = Path(__file__).resolve().parents[2]
-
+VENV = ROOT / "build/venv-test"
 PLACEHOLDER = re.compile(r"\[.*|\w+\]|[A-Z][A-Z_]*(\.\w+)*/?|-.*")
 LONGEST_S = 1800  # after this time a command counts as hung
-TARGETS = 8
+BOARDS = 8
+PROGRAMS = sorted(
+    path.name for path in (ROOT / "tools").iterdir() if path.is_file() and os.access(path, os.X_OK)
+)
 WORK = """[sensor]
 rate_hz = 200.0
 column = "gyro_x_dps"
@@ -39,37 +40,56 @@ column = "gyro_x_dps"
 kind = "angle_random_walk"
 coefficient_deg_per_sqrt_h = 3.0
 """
+LIMITS = """[[limit]]
+coefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"
+max = 1000.0
+"""
 APP = """#include "davar/davar.h"
 void _exit(int status) { (void)status; for (;;) {} }
 int main(void) { return (int)davar_health((const davar_t *)0x20000000).gaps; }
 """
+# Files that the commands write outside of build/.
+WRITTEN = re.compile(
+    r"\?\? (FOLDER/|OUT/|model_|(stream\.tar\.gz|arw\.csv|plan\.c|my\.dbc|sheet\.toml|model\.toml"
+    r"|imu\.yaml|a\.out)$)"
+)
 
 
-def fresh_clone(folder):
-    """A clone of this checkout, with uncommitted changes and the caches."""
-    clone = Path(folder) / "davar"
-    if (ROOT / ".git").exists():
-        subprocess.run(["git", "clone", "--quiet", "--no-hardlinks", ROOT, clone], check=True)
-    here = set(release.tree())
-    for path in [path for path in clone.rglob("*") if path.is_file() and ".git" not in path.parts]:
-        if path.relative_to(clone).as_posix() not in here:
-            path.unlink()
-    for name in here:
-        release.copy(ROOT / name, clone / name)
-    (clone / "build").mkdir()
-    for path in [ROOT / "build/cache", *(ROOT / "build").glob("venv*")]:
-        (clone / "build" / path.name).symlink_to(path.resolve())
-    return clone
+def everything():
+    """Every command, in the order of the pages, each text once; from a block if there is one."""
+    found = {}
+    for page, text in typed_commands.pages(ROOT).items():
+        for one in typed_commands.of_page(page, text):
+            if one.text not in found or (one.block and not found[one.text].block):
+                found.pop(one.text, None)
+                found[one.text] = one
+    return list(found.values())
 
 
-def recording(rows, columns=("gyro_x_dps", "gyro_y_dps")):
-    lines = [
-        ",".join(f"{(i * 7919 + 31 * c) % 101 * 0.05:.2f}" for c in range(len(columns)))
-        for i in range(rows)
-    ]
-    return f"time_s,{','.join(columns)}\n" + "".join(
-        f"{i / 100:.2f},{line}\n" for i, line in enumerate(lines)
+def is_name(one):
+    """Command in running text without operands: a command of the program, options, placeholders."""
+    words = one.text.split()[1:]
+    if words and re.fullmatch(r"[a-z]+", words[0]) and one.text.split()[0].endswith("davarlab"):
+        words = words[1:]
+    return (
+        not one.block
+        and not row_of(one.text).replaced[0]
+        and all(PLACEHOLDER.fullmatch(word) for word in words)
     )
+
+
+COMMANDS = everything()
+RUN = [one for one in COMMANDS if not row_of(one.text).elsewhere and not is_name(one)]
+PAGES = dict.fromkeys(one.page for one in RUN)
+LONG_PAGES = dict.fromkeys(one.page for one in RUN if row_of(one.text).soak)
+
+
+def recording(rows):
+    lines = (
+        f"{i / 100:.2f},{i * 7919 % 101 * 0.05:.2f},{(i * 7919 + 31) % 101 * 0.05:.2f}\n"
+        for i in range(rows)
+    )
+    return "time_s,gyro_x_dps,gyro_y_dps\n" + "".join(lines)
 
 
 def furnish(folder):
@@ -81,294 +101,218 @@ def furnish(folder):
     for name in ("flight.csv.gz", "REC.csv.gz"):
         (folder / name).write_bytes(gzip.compress(recording(1500).encode()))
     (folder / "MODEL.toml").write_text(WORK)
-    (folder / "LIMITS.toml").write_text(
-        '[[limit]]\ncoefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"\nmax = 1000.0\n'
-    )
+    (folder / "LIMITS.toml").write_text(LIMITS)
     (folder / "app.c").write_text(APP)
     (folder / "logs").mkdir()
     truth = writing_logs.Truth(6000)
     writing_logs.ulog(folder / "LOG", truth)
     for lot in "ab":
         writing_logs.ulog(folder / f"logs/lot-{lot}.ulg", truth, gyros=1)
+    (folder / "build/better.toml").write_text(WORK.replace("200.0", "50.0"))
 
 
-def surroundings(clone, home):
-    """The user's environment: programs of the packages on the path, a home, a Python environment to
-    install into.
-    """
-    home.mkdir()
-    subprocess.run([sys.executable, "-m", "venv", home / "python"], check=True)
-    path = [
-        clone / "build/tools/host_sim",
-        clone / "tools",
-        home / "python/bin",
-        ROOT / "build/venv-packages/bin",
-    ]
-    outer = {
-        name: value
-        for name, value in os.environ.items()
-        if name not in ("PYTHONPATH", "DAVAR_LAB_LIBRARY", "VIRTUAL_ENV")
-    }
-    return {
-        **outer,
-        "PATH": ":".join([*map(str, path), os.environ["PATH"]]),
-        "HOME": str(home),
-        "MPLCONFIGDIR": str(home),
-        "PIP_CACHE_DIR": os.environ.get("PIP_CACHE_DIR", str(Path.home() / ".cache/pip")),
-    }
+def environment_of(clone, name, requirements):
+    """Gives the clone the environment of the tests as its environment `name`, which is a part."""
+    folder = clone / "build" / name
+    folder.mkdir()
+    for part in ("bin", "lib", "pyvenv.cfg"):
+        (folder / part).symlink_to(VENV / part)
+    shutil.copy(clone / requirements, folder / "requirements.txt")
 
 
-def everything():
-    """Every command, in the order of the pages, each text once; from a block if there is one."""
-    found = {}
-    for page, text in typed.pages(ROOT).items():
-        for one in typed.of_page(page, text):
-            if one.text not in found or (one.block and not found[one.text].block):
-                found.pop(one.text, None)
-                found[one.text] = one
-    return list(found.values())
+class Clone:
+    """A clone of this checkout, with uncommitted changes, in which a user types commands."""
 
+    def __init__(self, folder):
+        self.folder, home = folder / "davar", folder / "home"
+        home.mkdir()
+        words = ["git", "clone", "--quiet", "--shared", "--no-checkout", ROOT, self.folder]
+        subprocess.run(words, check=True)
+        self.git("reset", "--quiet")
+        for name in typed_commands.tree(ROOT):
+            (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, self.folder / name)
+        (self.folder / "build").mkdir()
+        environment_of(self.folder, "venv", "tools/requirements.txt")
+        environment_of(self.folder, "venv-lab", "tools/requirements-lab.txt")
+        for name in ("cache", "venv-bench", "venv-packages"):  # tools/soak makes them
+            if (ROOT / "build" / name).exists():
+                (self.folder / "build" / name).symlink_to(ROOT / "build" / name)
+        furnish(self.folder)
+        ours = ("build/tools/host_sim", "tools", "build/venv-packages/bin")
+        path = [*(str(self.folder / one) for one in ours), os.environ["PATH"]]
+        self.environment = {
+            name: value
+            for name, value in os.environ.items()
+            if name not in ("PYTHONPATH", "VIRTUAL_ENV") and not name.startswith("DAVAR_")
+        } | {"PATH": ":".join(path), "HOME": str(home), "MPLCONFIGDIR": str(home)}
+        if shutil.which("ccache"):
+            cache = os.environ.get("CCACHE_DIR", str(Path.home() / ".cache/ccache"))
+            self.environment |= {"CMAKE_C_COMPILER_LAUNCHER": "ccache", "CCACHE_DIR": cache}
+            self.environment |= {"CCACHE_BASEDIR": str(self.folder), "CCACHE_NOHASHDIR": "1"}
+        self.said, self.before = folder / "said", self.changes()
 
-def is_name(one):
-    """Command in running text without operands: a command of the program, options, placeholders."""
-    words = one.text.split()[1:]
-    if words and re.fullmatch(r"[a-z]+", words[0]) and re.search(r"davarlab$", one.text.split()[0]):
-        words = words[1:]
-    return (
-        not one.block
-        and one.text not in tables.REPLACED
-        and all(PLACEHOLDER.fullmatch(word) for word in words)
-    )
-
-
-def is_elsewhere(one):
-    """Cannot run here, or another test runs it."""
-    return (
-        one.text in tables.NOT_RUN
-        or one.text in tables.RUN_BY
-        or bool(tables.TESTS.match(one.text))
-    )
-
-
-class Commands(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.clone = fresh_clone(folder.name)
-        furnish(cls.clone)
-        cls.environment = surroundings(cls.clone, Path(folder.name) / "home")
-        cls.known, cls.seconds, cls.output = everything(), {}, {}
-        cls.before = set(cls.files())
-
-    @classmethod
-    def files(cls):
+    def git(self, *words):
         return subprocess.run(
-            ["git", "status", "--short", "--untracked-files=all"],
-            cwd=cls.clone,
-            text=True,
-            stdout=subprocess.PIPE,
-            check=True,
-        ).stdout.splitlines()
+            ["git", *words], cwd=self.folder, text=True, stdout=subprocess.PIPE, check=True
+        ).stdout
 
-    def setUp(self):
-        self.said = self.enterContext(tempfile.TemporaryFile())
+    def changes(self):
+        return set(self.git("status", "--short", "--untracked-files=all").splitlines())
 
-    def start(self, text):
-        self.said.seek(0)
-        self.said.truncate()
-        return subprocess.Popen(
-            ["bash", "-c", text],
-            cwd=self.clone,
-            env=self.environment,
-            stdin=subprocess.DEVNULL,
-            stdout=self.said,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
-
-    def heard(self):
-        self.said.seek(0)
-        return self.said.read().decode(errors="replace")
-
-    def run_typed(self, text, wanted=0):
-        """Runs it to its end and returns its output."""
-        begun = time.monotonic()
-        process = self.start(text)
-        try:
-            status = process.wait(LONGEST_S)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            status = process.wait() and "no end"
-        self.seconds[text] = time.monotonic() - begun
-        self.assertEqual(wanted, status, f"{text}\n{self.heard()[-3000:]}")
-        return self.heard()
-
-    def run_until_ready(self, text, ready, stop):
-        process = self.start(text)
-        try:
-            begun = time.monotonic()
-            while (
-                not re.search(ready, self.heard())
-                and process.poll() is None
-                and time.monotonic() - begun < LONGEST_S
-            ):
-                time.sleep(0.1)
-            self.assertRegex(self.heard(), ready, text)
-            number = getattr(signal, stop)
-            os.killpg(process.pid, number)
-            self.assertIn(
-                process.wait(LONGEST_S),
-                (tables.STATUS.get(text, 0), -number, 128 + number),
-                f"{text}\n{self.heard()[-3000:]}",
+    def run(self, text, ready="", status=0):
+        """Runs a command to its end, or until its output has `ready`. Returns its output."""
+        with self.said.open("wb") as said:
+            process = subprocess.Popen(
+                ["bash", "-c", text],
+                cwd=self.folder,
+                env=self.environment,
+                stdin=subprocess.DEVNULL,
+                stdout=said,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
             )
+        wanted = {status}
+        try:
+            if ready:
+                self.wait_for(ready, process)
+                os.killpg(process.pid, signal.SIGINT)
+                wanted |= {-signal.SIGINT, 128 + signal.SIGINT}
+            found = process.wait(LONGEST_S)
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
+        output = self.said.read_text(errors="replace")
+        assert found in wanted, f"{text}: exit status {found}\n{output[-3000:]}"
+        return output
 
-    def typed(self, text):
-        """The command as a reader types it, with placeholders replaced."""
-        for word, value in tables.REPLACED.get(text, {}).items():
-            text = re.sub(rf"\b{word}\b", value, text)
-        return text
-
-    def test_a_every_command_does_what_it_should(self):
-        for one in self.known:
-            if is_elsewhere(one) or is_name(one):
-                continue
-            with self.subTest(page=one.page, command=one.text):
-                if one.text in tables.BEFORE:
-                    self.run_typed(tables.BEFORE[one.text])
-                if one.text in tables.UNTIL_STOPPED:
-                    self.run_until_ready(one.text, *tables.UNTIL_STOPPED[one.text])
-                else:
-                    self.output[one.text] = self.run_typed(
-                        self.typed(one.text), tables.STATUS.get(one.text, 0)
-                    )
-        print(
-            "\nlongest:",
-            *(
-                f"{seconds:.0f} s {text[:60]}"
-                for text, seconds in sorted(self.seconds.items(), key=lambda pair: -pair[1])[:8]
-            ),
-            sep="\n  ",
-        )
-
-    def test_b_the_benchmark_measures_everything(self):
-        found = json.loads(
-            re.sub(
-                r"^davar-bench: .*\n",
-                "",
-                self.run_typed("tools/davar-bench --json"),
-                flags=re.MULTILINE,
-            )
-        )
-        self.assertEqual({"host", "csv", "python", "targets"}, set(found))
-        self.assertEqual(TARGETS, len(found["targets"]))
-        groups = (found[name].values() for name in ("csv", "python", "targets"))
-        for figures in (found["host"], *itertools.chain(*groups)):
-            for name, value in figures.items():
-                self.assertIsNotNone(value, name)
-                self.assertGreaterEqual(value, 0, name)
-
-    def test_c_the_output_of_the_recipes_of_the_packages(self):
-        for pattern in (
-            "build/root/include/davar/davar.h",
-            "build/root/**/libdavar.a",
-            "build/root/**/davar.pc",
-            "build/deb/libdavar-dev_*.deb",
-            "build/deb/davar-tools_*.deb",
-            "build/packages/SHA256SUMS",
-            "build/packages/*.deb",
-        ):
-            self.assertTrue(list(self.clone.glob(pattern)), pattern)
-
-    def test_d_the_examples_of_help(self):
-        programs = sorted(
-            path
-            for path in (ROOT / "tools").iterdir()
-            if path.is_file() and os.access(path, os.X_OK)
-        )
-        self.assertGreater(len(programs), 8)
-        examples = 0
-        for path in programs:
-            said = self.run_typed(f"tools/{path.name} --help")
-            for one in typed.of_help(f"tools/{path.name}", said):
-                examples += 1
-                if one.text in self.output:
-                    continue  # a page has it too
-                with self.subTest(page=one.page, command=one.text):
-                    self.run_typed(one.text)
-        self.assertGreater(examples, 4)
-
-    def test_e_files_in_the_pages_exist(self):
-        helps = {}
-        for one in filter(is_name, self.known):
-            if is_elsewhere(one):
-                continue
-            with self.subTest(page=one.page, command=one.text):
-                words = one.text.split()
-                sub = (
-                    words[1]
-                    if words[0].endswith("davarlab") and re.fullmatch("[a-z]+", words[1])
-                    else ""
-                )
-                key = f"{words[0]} {sub} --help".replace("  ", " ")
-                if key not in helps:
-                    helps[key] = self.run_typed(key)
-                for option in re.findall(r"(?<![\w-])--[a-z][a-z-]*", one.text):
-                    self.assertRegex(helps[key], rf"(?<![\w-]){option}(?![\w-])")
-
-    def test_f_the_tables_have_no_removed_entries(self):
-        there = {one.text for one in self.known}
-        for name in ("NOT_RUN", "RUN_BY", "UNTIL_STOPPED", "REPLACED", "STATUS", "BEFORE"):
-            self.assertEqual([], sorted(set(getattr(tables, name)) - there), name)
-        self.assertEqual(set(), set(tables.NOT_RUN) & set(tables.RUN_BY))
-        pages = {one.text: one.page for one in self.known}
-        for text, test in tables.RUN_BY.items():
-            self.assertTrue((ROOT / test).is_file(), test)
-            program, *operands = text.split()
-            said = (ROOT / test).read_text(encoding="utf-8")
-            quoted = ", ".join(
-                f'"{word}"' for word in operands
-            )  # unchanged, or taken from the page; the call may take several lines
-            self.assertTrue(
-                str(pages[text]) in said
-                or (program in said and quoted in re.sub(r"\s+", " ", said)),
-                f"{test} does not run {text}",
-            )
-        parts = {line.split()[0] for line in self.run_typed("tools/test --list").splitlines()}
-        for text in there:
-            for names in re.findall(r"tools/test --only (\S+)", text):
-                self.assertLessEqual(set(names.split(",")), parts, text)
-        listed = (ROOT / "tests/CMakeLists.txt").read_text(encoding="utf-8")
-        built = re.findall(r"\b(?:davar_test\(|NAME )(\w+)[ /](\w+)", listed)
-        for text in there:
-            for name in re.findall(r"ctest -R (\S+)", text):
-                self.assertTrue(any("/".join(one).startswith(name) for one in built), text)
-
-    def test_g_the_clone_has_only_the_expected_changes(self):
-        named = {
-            "stream.tar.gz",
-            "arw.csv",
-            "plan.c",
-            "my.dbc",
-            "sheet.toml",
-            "model.toml",
-            "model_gyro_x.toml",
-            "imu.yaml",
-            "a.out",
-        }
-        left = [
-            line
-            for line in self.files()
-            if line not in self.before
-            and Path(line[3:]).name not in named
-            and not re.match(r"\?\? (OUT|FOLDER)/|\?\? model_", line)
-        ]
-        self.assertEqual([], left)
+    def wait_for(self, ready, process):
+        end = time.monotonic() + LONGEST_S
+        while not re.search(ready, self.said.read_text(errors="replace")):
+            assert process.poll() is None and time.monotonic() < end, self.said.read_text()
+            time.sleep(0.1)
 
 
-if __name__ == "__main__":
-    unittest.main()
+@pytest.fixture(scope="session")
+def clone(tmp_path_factory):
+    return Clone(tmp_path_factory.mktemp("clone"))
+
+
+def run_page(clone, page, long):
+    """Runs the commands of a page in their order; the long ones only if `long`."""
+    wrong = []
+    for one in RUN:
+        row = row_of(one.text)
+        if one.page != page or (row.soak and not long):
+            continue
+        word, value = row.replaced
+        text = re.sub(rf"\b{word}\b", value, one.text) if word else one.text
+        try:
+            if row.before:
+                clone.run(row.before)
+            clone.run(text, row.ready, row.status)
+        except (AssertionError, subprocess.TimeoutExpired) as why:
+            wrong.append(str(why))
+    assert not wrong, "\n".join(wrong)
+    left = clone.changes() - clone.before
+    assert [line for line in left if not WRITTEN.match(line)] == []
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_commands_of_a_page(clone, page):
+    run_page(clone, page, long=False)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("page", LONG_PAGES)
+def test_all_commands_of_a_page(clone, page):
+    run_page(clone, page, long=True)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_help_and_its_examples(clone, program):
+    said = clone.run(f"tools/{program} --help")
+    assert re.match(rf"usage: (tools/)?{program}\b", said)
+    known = {one.text for one in COMMANDS}
+    for one in typed_commands.of_help(f"tools/{program}", said):
+        if one.text not in known:
+            clone.run(one.text)
+
+
+def help_of(words):
+    """davarlab WORDS --help, in this process."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), pytest.raises(SystemExit) as end:
+        cli.parser().parse_args([*words, "--help"])
+    assert end.value.code == 0
+    return said.getvalue()
+
+
+def test_commands_that_are_not_run_here_parse(clone):
+    helps = {"davar-sim": clone.run("tools/davar-sim --help")}
+    helps["davar-mcu"] = helps["davar-sim"] + clone.run("tools/davar-mcu --help")
+    for one in COMMANDS:
+        program, *words = one.text.replace("'", "").split()
+        program = program.removeprefix("tools/")
+        if not program.startswith("davar") or not (is_name(one) or row_of(one.text).elsewhere):
+            continue
+        if program == "davarlab" and not is_name(one):
+            cli.parser().parse_args(words)  # or it exits
+            continue
+        if program == "davarlab":
+            text = help_of([word for word in words[:1] if word[0] != "-"])
+        else:
+            if program not in helps:
+                helps[program] = clone.run(f"tools/{program} --help")
+            text = helps[program]
+        for option in re.findall(r"(?<![\w-])--[a-z][a-z-]*", one.text):
+            assert re.search(rf"(?<![\w-]){option}(?![\w-])", text), one
+
+
+def test_every_row_has_its_command_and_its_test():
+    for row in ROWS:
+        found = [one for one in COMMANDS if re.fullmatch(row.pattern, one.text)]
+        assert found, f"no page has a command like {row.pattern}"
+        assert not row.elsewhere.startswith("tests/") or (ROOT / row.elsewhere).is_file(), row
+
+
+def test_named_parts_and_suites_exist(clone):
+    parts = {line.split()[0] for line in clone.run("tools/test --list").splitlines()}
+    suites = subprocess.run(
+        ["ctest", "--test-dir", ROOT / "build/release", "-N"], text=True, stdout=subprocess.PIPE
+    ).stdout
+    wrong = []
+    for one in COMMANDS:
+        for names in re.findall(r"tools/test --only (\S+)", one.text):
+            wrong += [(one.page, name) for name in names.split(",") if name not in parts]
+        for name in re.findall(r"ctest -R (\S+)", one.text):
+            wrong += [] if re.search(rf": {name}", suites) else [(one.page, name)]
+    assert wrong == []
+
+
+@pytest.mark.soak
+def test_the_benchmark_measures_everything(clone):
+    said = clone.run("tools/davar-bench --json")
+    found = json.loads(re.sub(r"^davar-bench: .*\n", "", said, flags=re.MULTILINE))
+    assert set(found) == {"host", "csv", "python", "targets"}
+    assert len(found["targets"]) == BOARDS
+    groups = (found[name].values() for name in ("csv", "python", "targets"))
+    for figures in (found["host"], *itertools.chain(*groups)):
+        for name, value in figures.items():
+            assert value is not None and value >= 0, name
+
+
+@pytest.mark.soak
+def test_the_recipes_of_the_packages_leave_their_files(clone):
+    run_page(clone, "docs/PACKAGES.md", long=True)
+    for pattern in (
+        "build/root/include/davar/davar.h",
+        "build/root/**/libdavar.a",
+        "build/root/**/davar.pc",
+        "build/deb/libdavar-dev_*.deb",
+        "build/deb/davar-tools_*.deb",
+        "build/packages/SHA256SUMS",
+        "build/packages/*.deb",
+    ):
+        assert list(clone.folder.glob(pattern)), pattern

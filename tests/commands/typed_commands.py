@@ -68,11 +68,14 @@ def of_help(name, text):
     ]
 
 
+def tree(root):
+    """The files that are, or would be, committed; names relative to the root."""
+    words = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    said = subprocess.run(words, cwd=root, check=True, text=True, stdout=subprocess.PIPE).stdout
+    return [name for name in said.split("\0") if (root / name).is_file()]
+
+
 def pages(root):
     """{name: text} of the tree's pages, except the list of changes, which describes the past."""
-    names = subprocess.run(
-        ["git", "ls-files", "*.md"], cwd=root, check=True, text=True, stdout=subprocess.PIPE
-    ).stdout.split()
-    return {
-        name: (root / name).read_text(encoding="utf-8") for name in names if name != "CHANGELOG.md"
-    }
+    names = sorted(name for name in tree(root) if name.endswith(".md"))
+    return {name: (root / name).read_text() for name in names if name != "CHANGELOG.md"}
