@@ -230,6 +230,8 @@ static void test_one_bit_of_the_configuration_makes_an_image_foreign(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage));
     config.law = &davar_law_or;
     config.taus = other_taus;
+    memcpy(&cells[SLOT], cells, SLOT); /* in the other slot alone */
+    memset(cells, 0xFF, SLOT);
     init(Q15, &restored, 1U);
     TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage));
 }

@@ -238,9 +238,8 @@ static void test_drifts_pass_the_filter_as_their_spectrum_does(void)
     }
 }
 
-/* ---- lists ---- */
+/* ---- the spectrum, and long sizes ---- */
 
-/* Every filter takes a fixed amount from m avar at sizes far above its memory. */
 /* The spectrum as the sum over the autocovariance. */
 static double spectrum_at(double frequency)
 {

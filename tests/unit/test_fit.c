@@ -806,6 +806,45 @@ static void test_a_window_that_is_withheld(void)
     TEST_ASSERT_TRUE(isinf(result.tau[SHORT].high));
 }
 
+static void test_a_window_of_a_mix_keeps_its_short_terms(void)
+{
+    const double quantized[] = {3.0, 1.0, mixed_curve[2], 0, 0};
+    set_curve(SHORT, LONG, quantized);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_TRUE(term(DAVAR_QUANTIZATION)->present);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, term(DAVAR_QUANTIZATION)->value);
+    TEST_ASSERT_TRUE(term(DAVAR_BIAS_INSTABILITY)->present);
+}
+
+static void test_few_sizes_of_a_cascade_leave_the_terms_to_the_window(void)
+{
+    davar_result_t window;
+    set_curve(SHORT, 0U, mixed_curve);
+    davar_fit(&plan, 1.0, &result);
+    window = result;
+    set_curve(SHORT, 3U, mixed_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_MEMORY(window.coefficient, result.coefficient, sizeof window.coefficient);
+    TEST_ASSERT_TRUE(result.tau[SHORT].low < result.tau[SHORT].adev);
+    set_curve(SHORT, 4U, mixed_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(term(DAVAR_RATE_RAMP)->high < window.coefficient[DAVAR_RATE_RAMP].high);
+    TEST_ASSERT_TRUE(isfinite(result.tau[SHORT].low));
+}
+
+static void test_degrees_of_freedom_for_any_noise(void)
+{
+    set_curve(SHORT, LONG, white_curve);
+    const davar_adev_t *const tau = &result.tau[SHORT + 1U];
+    double least = INFINITY;
+    for (int k = DAVAR_QUANTIZATION; k <= DAVAR_RATE_RANDOM_WALK; k++) {
+        least =
+            fmin(least, davar_hop_edf((davar_coefficient_kind_t)k, tau->differences, tau->hops));
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(least, davar_edf_least(&result, SHORT + 1U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -845,5 +884,8 @@ int main(void)
     RUN_TEST(test_a_cascade_alone_that_is_constant);
     RUN_TEST(test_a_cascade_alone_that_contradicts_the_filter);
     RUN_TEST(test_a_window_that_is_withheld);
+    RUN_TEST(test_a_window_of_a_mix_keeps_its_short_terms);
+    RUN_TEST(test_few_sizes_of_a_cascade_leave_the_terms_to_the_window);
+    RUN_TEST(test_degrees_of_freedom_for_any_noise);
     return UNITY_END();
 }

@@ -247,6 +247,13 @@ static void test_f_is_known_after_512_f_squared_blocks(void)
     }
 }
 
+static void test_few_blocks_have_no_interval(void)
+{
+    TEST_ASSERT_EQUAL_UINT64(0U, steady_of(400.0, 0U, ONE_F, 0.0, 0U).samples);
+    TEST_ASSERT_EQUAL_UINT64(0U, steady_of(400.0, 5U, ONE_F, 0.0, 0U).samples);
+    TEST_ASSERT_EQUAL_UINT64(0U, steady_of(400.0, 40U, 4U * ONE_F, 0.0, 0U).samples);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -258,5 +265,6 @@ int main(void)
     RUN_TEST(test_it_restarts_before_the_sum_of_shocks_wraps);
     RUN_TEST(test_heavy_tails_withhold_the_interval_for_2_to_the_14_blocks);
     RUN_TEST(test_f_is_known_after_512_f_squared_blocks);
+    RUN_TEST(test_few_blocks_have_no_interval);
     return UNITY_END();
 }

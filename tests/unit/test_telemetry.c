@@ -335,6 +335,14 @@ static void test_a_variance_is_the_nearest_float16_and_never_rounds_to_no_noise(
     }
 }
 
+static void test_the_axes_have_names(void)
+{
+    static const char letters[] = "XYZ3456789";
+    for (uint8_t channel = 0U; channel <= DAVAR_TELEMETRY_CHANNEL_LAST; channel++) {
+        TEST_ASSERT_EQUAL(letters[channel], davar_axis_letter(channel));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -352,5 +360,6 @@ int main(void)
     RUN_TEST(test_what_is_no_magnitude_is_absent_and_no_upper_limit_is_infinite);
     RUN_TEST(test_a_variance_is_the_density_of_the_noise_times_the_rate);
     RUN_TEST(test_a_variance_is_the_nearest_float16_and_never_rounds_to_no_noise);
+    RUN_TEST(test_the_axes_have_names);
     return UNITY_END();
 }
