@@ -3,56 +3,42 @@ reach the user through pkg-config.
 """
 
 import re
-import unittest
 
-from package_case import CONSUMER, HERE, RELEASE, ROOT, SAYS, PackageCase, build, package, run
-
-SOURCE = package("davar-[0-9]*.tar.gz")
-SUM = re.search(
-    rf"^(\w+)  {re.escape(SOURCE.name)}$", (RELEASE / "SHA256SUMS").read_text(), re.MULTILINE
-)[1]
+import pytest
+from packaging_tools import HERE, ROOT, SAYS, build, consume, run
 
 
-class Source(PackageCase):
-    def test_fetch_content(self):
-        build(
-            HERE / "fetch_content",
-            self.work / "user",
-            f"-DDAVAR_URL=file://{SOURCE}",
-            f"-DDAVAR_SHA256={SUM}",
-        )
-        self.assertRegex(run(self.work / "user/consumer"), SAYS)
-
-    def test_another_archive_is_rejected(self):
-        wrong = run(
-            "cmake",
-            "-S",
-            HERE / "fetch_content",
-            "-B",
-            self.work / "user",
-            f"-DDAVAR_URL=file://{SOURCE}",
-            f"-DDAVAR_SHA256={SUM[::-1]}",
-            status=1,
-        )
-        self.assertRegex(wrong, "(?i)hash mismatch|does not match")
-
-    def test_pkg_config_reports_disabled_features_wherever_installed(self):
-        build(
-            ROOT,
-            self.work / "davar",
-            "-DDAVAR_BUILD_TESTS=OFF",
-            "-DDAVAR_BUILD_SIM=OFF",
-            "-DDAVAR_GRID=0",
-            "-DDAVAR_TAUS_MAX=8",
-        )
-        run("cmake", "--install", self.work / "davar", "--prefix", self.work / "first")
-        (self.work / "first").rename(self.work / "second")
-        where = str(next((self.work / "second").rglob("davar.pc")).parent)
-        flags = run("pkg-config", "--cflags", "--libs", "davar", PKG_CONFIG_PATH=where).split()
-        self.assertLessEqual({"-DDAVAR_GRID=0", "-DDAVAR_TAUS_MAX=8"}, set(flags))
-        run("gcc", CONSUMER, "-o", self.work / "consumer", *flags)
-        self.assertRegex(run(self.work / "consumer"), SAYS)
+@pytest.fixture
+def settings(draft):
+    """Those of the project that fetches: the archive and its checksum."""
+    source = draft.package("davar-[0-9]*.tar.gz")
+    sums = (draft.folder / "SHA256SUMS").read_text()
+    sha = re.search(rf"^(\w+)  {re.escape(source.name)}$", sums, re.MULTILINE)[1]
+    return f"-DDAVAR_URL=file://{source}", f"-DDAVAR_SHA256={sha}"
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_fetch_content(settings, tmp_path):
+    build(HERE / "fetch_content", tmp_path, *settings)
+    assert re.fullmatch(SAYS, run(tmp_path / "consumer"))
+
+
+def test_another_archive_is_rejected(settings, tmp_path):
+    where, checksum = settings
+    name, _, sha = checksum.partition("=")
+    words = ["cmake", "-S", HERE / "fetch_content", "-B", tmp_path, where, f"{name}={sha[::-1]}"]
+    assert re.search("(?i)hash mismatch|does not match", run(*words, status=1))
+
+
+def test_pkg_config_reports_disabled_features_wherever_installed(tmp_path):
+    options = {"-DDAVAR_GRID=0", "-DDAVAR_TAUS_MAX=8"}
+    fast = ["-DDAVAR_BUILD_TESTS=OFF", "-DDAVAR_BUILD_SIM=OFF", "-DCMAKE_BUILD_TYPE=Debug"]
+    fast += ["-DCMAKE_INSTALL_LIBDIR=lib"]  # as vcpkg does
+    build(ROOT, tmp_path / "davar", *fast, *options)
+    run("cmake", "--install", tmp_path / "davar", "--prefix", tmp_path / "first")
+    (tmp_path / "first").rename(tmp_path / "second")
+    flags, said = consume(tmp_path, next((tmp_path / "second").rglob("davar.pc")).parent)
+    assert options <= set(flags)
+    assert re.fullmatch(SAYS, said)
+    port = (ROOT / "packaging/vcpkg/davar/portfile.cmake").read_text()
+    config = tmp_path / "second" / re.search(r"CONFIG_PATH (\S+)\)", port)[1]
+    assert (config / "davarConfig.cmake").is_file()

@@ -4,34 +4,27 @@ listed files with the listed paths, from the finished pack.
 """
 
 import re
-import unittest
 import xml.etree.ElementTree
 import zipfile
 
-from package_case import CONSUMER, ROOT, PackageCase, package, run
+import pytest
+from packaging_tools import CONSUMER, ROOT, run
 
-PACK = package("*.pack")
-# PACK.xsd: element -> (required children, optional children, required attributes, optional
-# attributes)
+# PACK.xsd: element -> required children, optional children, required attributes, optional ones
 RULES = {
     "package": (
-        {"name", "vendor", "description", "url", "releases"},
-        {"license", "keywords", "components"},
-        {"schemaVersion"},
-        set(),
+        "name vendor description url releases",
+        "license keywords components",
+        "schemaVersion",
+        "",
     ),
-    "releases": ({"release"}, set(), set(), set()),
-    "release": (set(), set(), {"version"}, {"date"}),
-    "keywords": ({"keyword"}, set(), set(), set()),
-    "components": ({"component"}, set(), set(), set()),
-    "component": (
-        {"description", "files"},
-        {"RTE_Components_h"},
-        {"Cclass", "Cgroup", "Cversion"},
-        {"Csub"},
-    ),
-    "files": ({"file"}, set(), set(), set()),
-    "file": (set(), set(), {"category", "name"}, {"scope"}),
+    "releases": ("release", "", "", ""),
+    "release": ("", "", "version", "date"),
+    "keywords": ("keyword", "", "", ""),
+    "components": ("component", "", "", ""),
+    "component": ("description files", "RTE_Components_h", "Cclass Cgroup Cversion", "Csub"),
+    "files": ("file", "", "", ""),
+    "file": ("", "", "category name", "scope"),
 }
 VALUES = {
     "schemaVersion": r"\d+\.\d+(\.\d+)?",
@@ -49,102 +42,70 @@ LOCATION = "{http://www.w3.org/2001/XMLSchema-instance}noNamespaceSchemaLocation
 
 def wrong(element):
     """The errors that the schema would report, for an element and its descendants."""
-    must, may, needed, allowed = RULES.get(element.tag, (set(), set(), set(), set()))
+    rule = (set(names.split()) for names in RULES.get(element.tag, ("", "", "", "")))
+    must, may, needed, allowed = rule
     children, attributes = {child.tag for child in element}, set(element.attrib) - {LOCATION}
-    said = [f"{element.tag}: without {name}" for name in (must - children) | (needed - attributes)]
-    said += [
-        f"{element.tag}: {name} has no place in it"
-        for name in (children - must - may) | (attributes - needed - allowed)
-    ]
+    said = [f"without {name}" for name in (must - children) | (needed - attributes)]
+    said += [f"with {name}" for name in (children - must - may) | (attributes - needed - allowed)]
     said += [
         f"{name}: {value}"
         for name, value in element.attrib.items()
         if name in VALUES and not re.fullmatch(VALUES[name], value)
     ]
     if element.tag in ("package", "component"):  # xs:all
-        said += [
-            f"{element.tag}: {name} twice" for name in children if len(element.findall(name)) > 1
-        ]
-    return said + [line for child in element for line in wrong(child)]
+        said += [f"{name} twice" for name in children if len(element.findall(name)) > 1]
+    return [f"{element.tag}: {one}" for one in said] + [
+        x for child in element for x in wrong(child)
+    ]
 
 
-class CmsisPack(PackageCase):
-    def setUp(self):
-        super().setUp()
-        with zipfile.ZipFile(PACK) as archive:
-            self.assertIsNone(archive.testzip())
-            archive.extractall(self.work)
-        (description,) = self.work.glob("*.pdsc")
-        self.tree = xml.etree.ElementTree.parse(description).getroot()
-
-    def names(self, category):
-        return [
-            file.get("name") for file in self.tree.iter("file") if file.get("category") == category
-        ]
-
-    def test_the_description_is_as_the_schema_says(self):
-        self.assertEqual([], wrong(self.tree))
-        spoiled = (
-            ("release", {"version": "1"}),
-            ("component", {"Cgroup": "x"}),
-            ("file", {"colour": "red"}),
-        )
-        for found, (element, attributes) in enumerate(spoiled, 1):  # the check can fail
-            next(self.tree.iter(element)).attrib.update(attributes)
-            self.assertEqual(found, len(wrong(self.tree)), attributes)
-
-    def test_the_names_agree(self):
-        vendor, name = self.tree.findtext("vendor"), self.tree.findtext("name")
-        self.assertRegex(vendor + name, r"^[-_A-Za-z0-9]+$")
-        self.assertTrue((self.work / f"{vendor}.{name}.pdsc").is_file())
-        self.assertEqual(
-            f"{vendor}.{name}.{self.tree.find('releases/release').get('version')}.pack", PACK.name
-        )
-
-    def test_every_file_exists_and_every_source_is_listed(self):
-        for file in self.tree.iter("file"):
-            there = self.work / file.get("name")
-            self.assertTrue(
-                there.is_dir() if file.get("category") == "include" else there.is_file(), there
-            )
-            self.assertEqual(file.get("category") == "include", file.get("name").endswith("/"))
-        self.assertTrue((self.work / self.tree.findtext("license")).is_file())
-        self.assertEqual(
-            sorted(
-                path.relative_to(ROOT / "lib").as_posix()
-                for path in (ROOT / "lib/src").rglob("*.c")
-            ),
-            self.names("source"),
-        )
-
-    def test_the_listed_files_compile_and_link_for_a_cortex_m4(self):
-        core = ["-mcpu=cortex-m4", "-mthumb", "-std=c11", "-Os", "-Wall", "-Wextra", "-Werror"]
-        paths = [f"-I{self.work / name}" for name in self.names("include")]
-        run(
-            "arm-none-eabi-gcc",
-            *core,
-            *paths,
-            "-c",
-            *(self.work / name for name in self.names("source")),
-            folder=self.work,
-        )
-        public = [
-            f"-I{self.work / file.get('name')}"
-            for file in self.tree.iter("file")
-            if file.get("category") == "include" and file.get("scope") is None
-        ]
-        run(
-            "arm-none-eabi-gcc",
-            *core,
-            *public,
-            CONSUMER,
-            *self.work.glob("*.o"),
-            "-o",
-            self.work / "consumer.elf",
-            "--specs=nosys.specs",
-            "-lm",
-        )
+@pytest.fixture(scope="module")
+def pack(draft, tmp_path_factory):
+    """(the pack, unpacked; its description)"""
+    folder = tmp_path_factory.mktemp("pack")
+    with zipfile.ZipFile(draft.package("*.pack")) as archive:
+        assert archive.testzip() is None
+        archive.extractall(folder)
+    (description,) = folder.glob("*.pdsc")
+    return folder, xml.etree.ElementTree.parse(description).getroot()
 
 
-if __name__ == "__main__":
-    unittest.main()
+def files_of(tree, category):
+    return [file for file in tree.iter("file") if file.get("category") == category]
+
+
+def test_the_description_is_as_the_schema_says(pack):
+    _, tree = pack
+    assert wrong(tree) == []
+    tree = xml.etree.ElementTree.fromstring(xml.etree.ElementTree.tostring(tree))
+    spoiled = {"release": ("version", "1"), "component": ("Cgroup", "x"), "file": ("colour", "red")}
+    for found, (element, attribute) in enumerate(spoiled.items(), 1):  # the check can fail
+        next(tree.iter(element)).set(*attribute)
+        assert len(wrong(tree)) == found
+
+
+def test_names_and_files_agree(pack, draft):
+    folder, tree = pack
+    vendor, name = tree.findtext("vendor"), tree.findtext("name")
+    assert re.fullmatch(r"[-_A-Za-z0-9]+", vendor + name)
+    version = tree.find("releases/release").get("version")
+    assert draft.package("*.pack").name == f"{vendor}.{name}.{version}.pack"
+    wanted = {f"{vendor}.{name}.pdsc", tree.findtext("license")}
+    wanted |= {file.get("name") for file in tree.iter("file")}
+    for path in wanted:
+        assert (folder / path).is_dir() if path.endswith("/") else (folder / path).is_file(), path
+    assert all(file.get("name").endswith("/") for file in files_of(tree, "include"))
+    sources = (path.relative_to(ROOT / "lib") for path in (ROOT / "lib/src").rglob("*.c"))
+    assert [file.get("name") for file in files_of(tree, "source")] == sorted(map(str, sources))
+
+
+def test_the_listed_files_compile_and_link_for_a_cortex_m4(pack, tmp_path):
+    folder, tree = pack
+    core = ["-mcpu=cortex-m4", "-mthumb", "-std=c11", "-O0", "-Wall", "-Wextra", "-Werror"]
+    include = {file.get("name"): file.get("scope") for file in files_of(tree, "include")}
+    sources = [folder / file.get("name") for file in files_of(tree, "source")]
+    paths = [f"-I{folder / name}" for name in include]
+    run("arm-none-eabi-gcc", *core, *paths, "-c", *sources, folder=tmp_path)
+    public = [f"-I{folder / name}" for name, scope in include.items() if scope is None]
+    words = [*public, CONSUMER, *tmp_path.glob("*.o"), "-o", tmp_path / "consumer.elf"]
+    run("arm-none-eabi-gcc", *core, *words, "--specs=nosys.specs", "-lm")

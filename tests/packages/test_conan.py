@@ -5,78 +5,58 @@ of a build reach the user.
 import os
 import re
 import shutil
-import sys
-import unittest
 
-from package_case import HERE, ROOT, TOOLS, PackageCase, run
-
-sys.path.insert(0, str(ROOT / "tools/support"))
+import pytest
 import release
+from packaging_tools import HERE, ROOT, files_below, run
 
-PROFILE = HERE / "cortex-m4.profile"
 CREATE = ("create", "packaging/conan")
+pytestmark = pytest.mark.soak
 
 
-class Conan(PackageCase):
-    def conan(self, *words):
-        return run(
-            TOOLS / "conan",
-            *words,
-            folder=self.tree,
-            CONAN_HOME=str(self.work / "conan"),
-            PATH=f"{TOOLS}:{os.environ['PATH']}",
-        )
+@pytest.fixture
+def tree(tmp_path):
+    for name in release.tree():
+        release.copy(ROOT / name, tmp_path / "davar" / name)
+    return tmp_path / "davar"
 
-    def setUp(self):
-        super().setUp()
-        self.tree = self.work / "davar"
-        for name in release.tree():
-            release.copy(ROOT / name, self.tree / name)
-        self.conan("profile", "detect")
 
-    def files(self):
-        """Files of the tree, except its build folder and Python's caches."""
-        every = (path.relative_to(self.tree) for path in self.tree.rglob("*") if path.is_file())
+@pytest.fixture
+def conan(tools, tree, tmp_path):
+    def conan(*words, status=0):
+        home, path = str(tmp_path / "conan"), f"{tools}:{os.environ['PATH']}"
+        words = [tools / "conan", *words]
+        return run(*words, folder=tree, status=status, CONAN_HOME=home, PATH=path)
+
+    conan("profile", "detect")
+    return conan
+
+
+def test_on_this_machine(conan, tree):
+    def files():
         return {
-            path for path in every if path.parts[0] != "build" and "__pycache__" not in path.parts
+            name
+            for name in files_below(tree)
+            if not name.startswith("build/") and "__pycache__" not in name
         }
 
-    def test_on_this_machine(self):
-        before = self.files()
-        said = self.conan(*CREATE)
-        self.assertRegex(
-            said, r"(?m)^davar \d+\.\d+\.\d+ epoch 99 window 60$"
-        )  # the test package ran
-        self.assertEqual(before, self.files())
-
-    def test_for_a_cortex_m4_with_less(self):
-        said = self.conan(
-            *CREATE,
-            "--profile:host",
-            PROFILE,
-            "-o",
-            "davar/*:grid=False",
-            "-o",
-            "davar/*:laws=False",
-        )
-        self.assertRegex(said, r"Linking C executable consumer")
-        for name in ("GRID", "LAWS"):
-            self.assertRegex(said, rf"DAVAR_{name}\S*0")
-        library = next((self.work / "conan").rglob("p/lib/libdavar.a"))
-        self.assertIn("Tag_CPU_arch: v7E-M", run("arm-none-eabi-readelf", "-A", library))
-        self.assertIn("copyright", (library.parent.parent / "licenses/LICENSE").read_text().lower())
-
-    def test_a_recipe_outside_its_tree_is_reported(self):
-        shutil.copytree(ROOT / "packaging/conan", self.work / "alone/conan")
-        said = run(
-            TOOLS / "conan",
-            "create",
-            self.work / "alone/conan",
-            status=1,
-            CONAN_HOME=str(self.work / "conan"),
-        )
-        self.assertTrue(re.search(r"pyproject\.toml", said), said)
+    before = files()
+    # the test package ran
+    assert re.search(r"(?m)^davar \d+\.\d+\.\d+ epoch 99 window 60$", conan(*CREATE))
+    assert files() == before
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_for_a_cortex_m4_with_less(conan, tmp_path):
+    less = ("-o", "davar/*:grid=False", "-o", "davar/*:laws=False")
+    said = conan(*CREATE, "--profile:host", HERE / "cortex-m4.profile", *less)
+    assert "Linking C executable consumer" in said
+    for name in ("GRID", "LAWS"):
+        assert re.search(rf"DAVAR_{name}\S*0", said)
+    library = next((tmp_path / "conan").rglob("p/lib/libdavar.a"))
+    assert "Tag_CPU_arch: v7E-M" in run("arm-none-eabi-readelf", "-A", library)
+    assert "copyright" in (library.parent.parent / "licenses/LICENSE").read_text().lower()
+
+
+def test_a_recipe_outside_its_tree_is_reported(conan, tmp_path):
+    shutil.copytree(ROOT / "packaging/conan", tmp_path / "alone/conan")
+    assert re.search(r"pyproject\.toml", conan("create", tmp_path / "alone/conan", status=1))

@@ -1,90 +1,71 @@
-"""The component of ESP-IDF: its manager packs it, its Kconfig is read, and it is compiled for RV32
-with a stub of IDF's CMake function.
+"""The components of ESP-IDF and Zephyr: their Kconfig offers the settings of davar/options.h,
+kconfiglib (which Zephyr itself uses) reads it, and IDF's manager packs its component.
 """
 
 import json
 import re
 import shutil
 import tarfile
-import unittest
 
-import kconfiglib
-from package_case import HERE, RELEASE, TOOLS, PackageCase, build, run
+import pytest
+from packaging_tools import ROOT, files_below, run
 
-COMPONENT = RELEASE / "layout/esp-idf"
-RV32 = (
-    "-DCMAKE_SYSTEM_NAME=Generic",
-    "-DCMAKE_C_COMPILER=riscv64-unknown-elf-gcc",
-    "-DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY",
-    "-DCMAKE_C_FLAGS=-march=rv32imac -mabi=ilp32 --specs=picolibc.specs",
-)  # the ESP32-C6's
-
-
-class EspIdf(PackageCase):
-    def pack(self, status=0):
-        return run(
-            TOOLS / "compote",
-            "component",
-            "pack",
-            "--name",
-            "davar",
-            folder=self.work / "davar",
-            status=status,
-            IDF_COMPONENT_CHECK_NEW_VERSION="0",
-            HOME=str(self.work),
-        )
-
-    def setUp(self):
-        super().setUp()
-        shutil.copytree(COMPONENT, self.work / "davar")
-
-    def test_the_manager_packs_it(self):
-        self.pack()
-        (archive,) = (self.work / "davar/dist").glob("davar_*.tgz")
-        with tarfile.open(archive) as packed:
-            names = {name.removeprefix("./") for name in packed.getnames()}
-        ours = {
-            path.relative_to(COMPONENT).as_posix()
-            for path in COMPONENT.rglob("*")
-            if path.is_file()
-        }
-        self.assertEqual(set(), ours - names)
-
-    def test_the_manager_rejects_a_wrong_version(self):
-        manifest = self.work / "davar/idf_component.yml"
-        manifest.write_text(re.sub(r'version: ".*"', 'version: "one"', manifest.read_text()))
-        self.assertIn('Invalid field "version"', self.pack(status=2))
-
-    def test_it_compiles_with_the_choices_of_its_kconfig(self):
-        chosen = self.work / "sdkconfig"
-        chosen.write_text("CONFIG_DAVAR_TAUS_MAX=8\n# CONFIG_DAVAR_LAWS is not set\n")
-        config = kconfiglib.Kconfig(str(COMPONENT / "Kconfig"))
-        config.load_config(str(chosen))
-        settings = self.work / "sdkconfig.cmake"
-        settings.write_text(
-            "".join(
-                f"set(CONFIG_{symbol.name} {json.dumps(symbol.str_value.strip('n'))})\n"
-                for symbol in config.unique_defined_syms
-            )
-        )
-        build(
-            HERE / "esp_idf",
-            self.work / "build",
-            f"-DCOMPONENT={COMPONENT}",
-            f"-DSDKCONFIG={settings}",
-            "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
-            *RV32,
-        )
-        commands = json.loads((self.work / "build/compile_commands.json").read_text())
-        self.assertGreater(len(commands), 20)
-        for command in commands:
-            for definition in ("TAUS_MAX=8", "LAWS=0", "Q15=1", "CENTRED=1"):
-                self.assertIn(f"-DDAVAR_{definition}", command["command"])
-        symbols = set(
-            run("riscv64-unknown-elf-nm", "-j", self.work / "build/davar/lib__idf_davar.a").split()
-        )
-        self.assertIn("davar_take_8_taus", symbols)
+OPTIONS = ROOT / "packaging/common/Kconfig"
+READ = """import json, kconfiglib, sys
+config = kconfiglib.Kconfig(sys.argv[1], warn_to_stderr=False)
+config.load_config(sys.argv[2])
+values = {one.name: one.str_value for one in config.unique_defined_syms}
+print(json.dumps([values, config.warnings]))
+"""
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_the_choices_are_those_of_the_header():
+    header = (ROOT / "lib/include/davar/options.h").read_text()
+    wanted = re.findall(r"#define DAVAR_(\w+) \d+$", header, re.MULTILINE)
+    found = re.findall(r"^config DAVAR_(\w+)", OPTIONS.read_text(), re.MULTILINE)
+    assert set(found) == set(wanted)
+    for name in ("packaging/esp-idf/CMakeLists.txt", "packaging/zephyr/CMakeLists.txt"):
+        text = (ROOT / name).read_text()
+        assert [one for one in wanted if not re.search(rf"\b(DAVAR_)?{one}\b", text)] == [], name
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(
+    "text, wanted",
+    (
+        ("", {"DAVAR": "n"}),
+        ("CONFIG_DAVAR=y\n", {"DAVAR": "y", "DAVAR_LAWS": "y", "DAVAR_TAUS_MAX": "32"}),
+        (
+            "CONFIG_DAVAR=y\nCONFIG_DAVAR_LAWS=n\nCONFIG_DAVAR_TAUS_MAX=8\n",
+            {"DAVAR_LAWS": "n", "DAVAR_TAUS_MAX": "8", "DAVAR_GRID": "y"},
+        ),
+        ("CONFIG_DAVAR=y\nCONFIG_DAVAR_TAUS_MAX=33\n", None),
+    ),
+)
+def test_zephyr_reads_the_kconfig(tools, tmp_path, text, wanted):
+    module = (ROOT / "zephyr/module.yml").read_text()
+    kconfig = ROOT / re.search(r"kconfig: (\S+)", module)[1]
+    (tmp_path / "prj.conf").write_text(text)
+    said = run(tools / "python", "-c", READ, kconfig, tmp_path / "prj.conf")
+    values, warnings = json.loads(said.splitlines()[-1])
+    if wanted is None:
+        assert any("33" in warning for warning in warnings)
+    else:
+        assert {name: values[name] for name in wanted} == wanted
+
+
+@pytest.mark.soak
+def test_the_manager_packs_the_component_and_rejects_a_wrong_version(tools, draft, tmp_path):
+    component = draft.layout / "esp-idf"
+    shutil.copytree(component, tmp_path / "davar")
+    command = [tools / "compote", "component", "pack", "--name", "davar"]
+    variables = {"IDF_COMPONENT_CHECK_NEW_VERSION": "0", "HOME": str(tmp_path)}
+    run(*command, folder=tmp_path / "davar", **variables)
+    (archive,) = (tmp_path / "davar/dist").glob("davar_*.tgz")
+    with tarfile.open(archive) as packed:
+        names = {name.removeprefix("./") for name in packed.getnames()}
+    assert files_below(component) <= names
+    manifest = tmp_path / "davar/idf_component.yml"
+    manifest.write_text(re.sub(r'version: ".*"', 'version: "one"', manifest.read_text()))
+    said = run(*command, folder=tmp_path / "davar", status=2, **variables)
+    assert 'Invalid field "version"' in said

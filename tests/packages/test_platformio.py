@@ -3,17 +3,14 @@ the package, for this machine and for a Cortex-M4. The program for this machine 
 noise and its change.
 """
 
-import importlib.metadata
 import json
 import re
 import shutil
-import sys
 import tarfile
-import unittest
 
-from package_case import HERE, RELEASE, PackageCase, run
+import pytest
+from packaging_tools import HERE, files_below, run
 
-LAYOUT = RELEASE / "layout/platformio"
 # pio requests the list of licences from the network; only this is replaced.
 PIO = (
     "import sys; from platformio.package.manifest.schema import ManifestSchema as schema; "
@@ -21,6 +18,13 @@ PIO = (
     "from platformio.__main__ import main; sys.exit(main())"
 )
 SCONS = "import sys\nsys.path.insert(0, %r)\nfrom SCons.Script import main\nmain()\n"
+NATIVE = """from platformio.platform.base import PlatformBase
+
+
+class NativePlatform(PlatformBase):
+    pass
+"""
+pytestmark = pytest.mark.soak
 
 
 def install(folder, kind, name, version, **more):
@@ -35,101 +39,75 @@ def install(folder, kind, name, version, **more):
     )
 
 
-class PlatformIO(PackageCase):
-    def setUp(self):
-        super().setUp()
-        self.core = self.work / "core"
-        shutil.copytree(LAYOUT, self.work / "davar")
+@pytest.fixture
+def pio(tools, draft, tmp_path):
+    """pio, with a platform `native` that uses Debian's compilers, and PyPI's scons as the package
+    that it builds with.
+    """
+    core = tmp_path / "core"
+    shutil.copytree(draft.layout / "platformio", tmp_path / "davar")
+    (site,) = (tools.parent / "lib").glob("python3*/site-packages")
+    version = re.fullmatch(r"(?i)scons-([\d.]+)\.dist-info", next(site.glob("[Ss][Cc]*ons-*")).name)
+    major, minor, patch = version[1].split(".")
+    scons, native = core / "packages/tool-scons", core / "platforms/native"
+    install(scons, "tool", "tool-scons", f"4.{major}{int(minor):02}{int(patch):02}.0")
+    (scons / "scons.py").write_text(SCONS % str(site))
+    install(native, "platform", "native", "1.0.0", title="native", packages={})
+    (native / "builder").mkdir()
+    (native / "platform.py").write_text(NATIVE)
+    shutil.copy(HERE / "platformio_platform.py", native / "builder/main.py")
 
-    def pio(self, *words, status=0, **variables):
+    def pio(*words, status=0, **variables):
         return run(
-            sys.executable,
+            tools / "python",
             "-c",
             PIO,
             *words,
-            folder=self.work,
+            folder=tmp_path,
             status=status,
-            HOME=str(self.work),
-            PLATFORMIO_CORE_DIR=str(self.core),
+            HOME=str(tmp_path),
+            PLATFORMIO_CORE_DIR=str(core),
             PLATFORMIO_SETTING_ENABLE_TELEMETRY="no",
             PLATFORMIO_SETTING_CHECK_PLATFORMIO_INTERVAL="999999",
             **variables,
         )
 
-    def tools(self):
-        """A platform with the name `native`, and scons from PyPI as the package that PlatformIO
-        builds with.
-        """
-        major, minor, patch = importlib.metadata.version("scons").split(".")
-        scons = self.core / "packages/tool-scons"
-        install(scons, "tool", "tool-scons", f"4.{major}{int(minor):02}{int(patch):02}.0")
-        (scons / "scons.py").write_text(
-            SCONS % str(importlib.metadata.distribution("scons").locate_file(""))
-        )
-        native = self.core / "platforms/native"
-        install(native, "platform", "native", "1.0.0", title="native", packages={})
-        (native / "builder").mkdir()
-        (native / "platform.py").write_text(
-            "from platformio.platform.base import PlatformBase\n\n\n"
-            "class NativePlatform(PlatformBase):\n    pass\n"
-        )
-        shutil.copy(HERE / "platformio_platform.py", native / "builder/main.py")
-
-    def test_pio_packs_it(self):
-        self.pio("pkg", "pack", self.work / "davar", "-o", self.work / "davar.tar.gz")
-        with tarfile.open(self.work / "davar.tar.gz") as packed:
-            names = set(packed.getnames())
-        ours = {path.relative_to(LAYOUT).as_posix() for path in LAYOUT.rglob("*") if path.is_file()}
-        self.assertEqual(set(), ours - names)
-
-    def test_pio_rejects_a_wrong_manifest(self):
-        manifest = self.work / "davar/library.json"
-        good = manifest.read_text()
-        for wrong, why in (
-            (
-                re.sub(r'"version": "[^"]*"', '"version": "one"', good),
-                "Invalid semantic versioning",
-            ),
-            (good.replace('"MIT"', '"Mine"'), "SPDX license"),
-        ):
-            manifest.write_text(wrong)
-            self.assertIn(why, self.pio("pkg", "pack", self.work / "davar", status=1))
-
-    def test_the_example_runs_here(self):
-        self.tools()
-        self.pio("run", "-d", self.work / "davar/examples/arw")
-        said = run(self.work / "davar/examples/arw/.pio/build/native/program.elf").splitlines()
-        found = [
-            re.match(r" *([\d.]+) s  ARW ([\d.]+) \(([\d.]+) to ([\d.]+)\)", line) for line in said
-        ]
-        told = [float(line.split()[0]) for line in said if "the noise has changed" in line]
-        self.assertEqual(1, len(told), said)
-        self.assertTrue(60 < told[0] < 62, told)  # the noise triples at 60 s
-        for match in found:
-            second, value = float(match[1]), float(match[2])
-            if 30 < second <= 60 or second > 90:
-                self.assertLess(abs(value / (0.3 if second <= 60 else 0.9) - 1), 0.1, match[0])
-
-    def test_the_example_is_built_for_a_cortex_m4_with_flags_of_the_package(self):
-        self.tools()
-        said = self.pio(
-            "run", "-v", "-d", self.work / "davar/examples/arw", DAVAR_PREFIX="arm-none-eabi-"
-        )
-        own = [line for line in said.splitlines() if "glr.c" in line and "-c" in line.split()]
-        self.assertTrue(
-            own
-            and all("-ffp-contract=off" in line and "-DDAVAR_TAUS_MAX=8" in line for line in own),
-            own,
-        )
-        self.assertIn(
-            "Tag_CPU_arch: v7E-M",
-            run(
-                "arm-none-eabi-readelf",
-                "-A",
-                self.work / "davar/examples/arw/.pio/build/native/program.elf",
-            ),
-        )
+    return pio
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_pio_packs_it(pio, draft, tmp_path):
+    pio("pkg", "pack", tmp_path / "davar", "-o", tmp_path / "davar.tar.gz")
+    with tarfile.open(tmp_path / "davar.tar.gz") as packed:
+        assert files_below(draft.layout / "platformio") <= set(packed.getnames())
+
+
+def test_pio_rejects_a_wrong_manifest(pio, tmp_path):
+    manifest = tmp_path / "davar/library.json"
+    good = manifest.read_text()
+    version = re.sub(r'"version": "[^"]*"', '"version": "one"', good)
+    licence = good.replace('"MIT"', '"Mine"')
+    for wrong, why in ((version, "Invalid semantic versioning"), (licence, "SPDX license")):
+        manifest.write_text(wrong)
+        assert why in pio("pkg", "pack", tmp_path / "davar", status=1)
+
+
+def test_the_example_runs_here(pio, tmp_path):
+    pio("run", "-d", tmp_path / "davar/examples/arw")
+    said = run(tmp_path / "davar/examples/arw/.pio/build/native/program.elf").splitlines()
+    (told,) = (float(line.split()[0]) for line in said if "the noise has changed" in line)
+    assert 60 < told < 62  # the noise triples at 60 s
+    found = (re.match(r" *([\d.]+) s  ARW ([\d.]+) ", line) for line in said)
+    for match in found:
+        second, value = float(match[1]), float(match[2])
+        if 30 < second <= 60 or second > 90:
+            assert abs(value / (0.3 if second <= 60 else 0.9) - 1) < 0.1, match[0]
+
+
+def test_the_example_is_built_for_a_cortex_m4_with_flags_of_the_package(pio, tmp_path):
+    example = tmp_path / "davar/examples/arw"
+    said = pio("run", "-v", "-d", example, DAVAR_PREFIX="arm-none-eabi-")
+    own = [line for line in said.splitlines() if "glr.c" in line and "-c" in line.split()]
+    assert own
+    assert all("-ffp-contract=off" in line and "-DDAVAR_TAUS_MAX=8" in line for line in own)
+    program = example / ".pio/build/native/program.elf"
+    assert "Tag_CPU_arch: v7E-M" in run("arm-none-eabi-readelf", "-A", program)
