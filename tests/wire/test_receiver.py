@@ -1,31 +1,32 @@
-"""The receiver with injected faults: each is detected and reported. Undetectable ones are listed.
-
-DAVAR_WIRE_FAULTS: number of faults to inject (default 10^6).
-"""
+"""The receiver with injected faults: each is detected and counted. Undetectable ones are listed."""
 
 import itertools
-import os
 import random
 import struct
-import unittest
-from pathlib import Path
 
+import pytest
 from davarlab.wire import frames as wire
+from senders import ROOT
+from senders import sealed as frame_with
 
-ROOT = Path(__file__).resolve().parents[2]
-
-WIRE_MD = " ".join((ROOT / "lib/WIRE.md").read_text(encoding="utf-8").split())
-FAULTS = int(os.environ.get("DAVAR_WIRE_FAULTS", "1000000"))
 ARW, STATE, SETUP = 0x5D0, 0x5D1, 0x5D6
 
 
+@pytest.fixture(scope="module")
+def wire_md():
+    return " ".join((ROOT / "lib/WIRE.md").read_text(encoding="utf-8").split())
+
+
 def sealed(identifier, counter, payload, result=0):
-    data = bytes([0, counter % 16 | result % 16 << 4]) + payload
-    return bytes([wire.crc(identifier, data)]) + data[1:]
+    return frame_with(identifier, payload, counter % 16 | result % 16 << 4)[1]
 
 
 def state(n, stride=100):
     return sealed(STATE, n, struct.pack("<HI", 600 >> 4, n * stride))
+
+
+def stride_of(counter, result=0):
+    return sealed(SETUP, counter, bytes([1, 0]) + struct.pack("<I", 100), result)
 
 
 def passes(pattern):
@@ -45,16 +46,22 @@ ASTRIDE = sorted(
 class Stream:
     """Frames of DAVAR_Arw with a running number inside, so that close frames differ."""
 
-    def __init__(self, receiver):
-        self.receiver, self.n = receiver, 0
+    def __init__(self):
+        self.receiver, self.n = wire.Receiver(), 0
+
+    def now(self):
+        return sealed(ARW, self.n, struct.pack("<HI", self.n & 0xFFFF, self.n & 0xFFFFFFFF), self.n)
 
     def next(self):
         self.n += 1
-        return sealed(ARW, self.n, struct.pack("<HI", self.n & 0xFFFF, self.n & 0xFFFFFFFF), self.n)
+        return self.now()
+
+    def check(self, data):
+        return self.receiver.check(ARW, data)
 
     def good(self, count=1):
         for _ in range(count):
-            assert self.receiver.check(ARW, self.next()) == "good"
+            assert self.check(self.next()) == "good"
 
     def corrupted(self, source):
         """One or two bits anywhere, or a burst within eight bits after the Crc: faults that it
@@ -69,153 +76,120 @@ class Stream:
         return frame.to_bytes(8, "big")
 
 
-class Faults(unittest.TestCase):
-    def test_every_injected_fault_is_detected_and_reported(self):
-        source, receiver = random.Random(1), wire.Receiver()
-        stream = Stream(receiver)
+@pytest.mark.parametrize("faults", [20_000, pytest.param(10**6, marks=pytest.mark.slow)])
+def test_every_injected_fault_is_detected_and_reported(faults):
+    source, stream, wanted = random.Random(1), Stream(), wire.Faults()
+    stream.good(20)
+    for _ in range(faults):
+        kind = source.randrange(4)
+        if kind == 0:
+            damaged = stream.corrupted(source)
+            fault = damaged != stream.now()  # the same bit twice is none
+            stream.check(damaged)
+            wanted.corrupted += fault
+            wanted.missing += fault
+        elif kind == 1:
+            frame = stream.next()
+            for repetition in range(source.randrange(2, 4)):
+                stream.check(frame)
+                wanted.repeated += repetition > 0
+        elif kind == 2:
+            first, second = stream.next(), stream.next()
+            stream.check(second)
+            stream.check(first)
+            wanted.swapped += 1
+        else:
+            lost = source.randrange(1, 8)
+            stream.n += lost
+            wanted.missing += lost
+        stream.good(2)
+    wanted.good = stream.receiver.faults.good
+    assert stream.receiver.faults == wanted
+
+
+def test_runs_of_up_to_fifteen_lost_frames_are_counted_exactly():
+    source, stream, lost = random.Random(2), Stream(), 0
+    stream.good(20)
+    for _ in range(500):
+        run = source.randrange(1, 16)
+        stream.n += run
+        lost += run
         stream.good(20)
-        wanted = wire.Faults()
-        for _ in range(FAULTS):
-            kind = source.randrange(4)
-            if kind == 0:
-                before = stream.n
-                damaged = stream.corrupted(source)
-                intact = sealed(
-                    ARW,
-                    stream.n,
-                    struct.pack("<HI", stream.n & 0xFFFF, stream.n & 0xFFFFFFFF),
-                    stream.n,
-                )
-                if damaged == intact:  # the same bit twice: not a fault
-                    stream.n = before
-                    stream.good()
-                else:
-                    receiver.check(ARW, damaged)
-                    wanted.corrupted += 1
-                    wanted.missing += 1
-            elif kind == 1:
-                frame = stream.next()
-                receiver.check(ARW, frame)
-                for _ in range(source.randrange(1, 3)):
-                    receiver.check(ARW, frame)
-                    wanted.repeated += 1
-            elif kind == 2:
-                first, second = stream.next(), stream.next()
-                receiver.check(ARW, second)
-                receiver.check(ARW, first)
-                wanted.swapped += 1
-            else:
-                lost = source.randrange(1, 8)
-                stream.n += lost
-                wanted.missing += lost
-            stream.good(2)
-        wanted.good = receiver.faults.good
-        self.assertEqual(wanted, receiver.faults)
+    faults = stream.receiver.faults
+    assert (faults.missing, faults.total()) == (lost, lost)
 
-    def test_runs_of_up_to_fifteen_lost_frames_are_counted_exactly(self):
-        source, receiver = random.Random(2), wire.Receiver()
-        stream, lost = Stream(receiver), 0
-        stream.good(20)
-        for _ in range(2000):
-            run = source.randrange(1, 16)
-            stream.n += run
-            lost += run
-            stream.good(20)
-        self.assertEqual(lost, receiver.faults.missing)
-        self.assertEqual(lost, receiver.faults.total())
 
-    def test_no_one_or_two_bit_error_and_no_burst_of_eight_bits_passes_the_crc(self):
-        bits = range(64 + 11)
-        self.assertEqual([], [a for a in bits if passes(1 << a)])
-        self.assertEqual(
-            [], [(a, b) for a in bits for b in bits if a < b and passes(1 << a | 1 << b)]
-        )
-        behind_crc = [pattern << at for at in range(49) for pattern in range(1, 256)]
-        self.assertEqual([], [hex(one) for one in behind_crc if passes(one)])
+def test_no_one_or_two_bit_error_and_no_burst_of_eight_bits_passes_the_crc():
+    ones = [1 << bit for bit in range(64 + 11)]
+    pairs = [a | b for a, b in itertools.combinations(ones, 2)]
+    bursts = [pattern << at for at in range(49) for pattern in range(1, 256)]
+    assert not any(map(passes, [*ones, *pairs, *bursts]))
 
-    def test_faults_that_pass_the_crc_are_as_documented(self):
-        found = [one for one in ASTRIDE if passes(one)]
-        of_counter = [one for one in found if one >> 48 & 0x0F]
-        three = list(itertools.combinations(range(64), 3))
-        passed = sum(passes(1 << a | 1 << b | 1 << c) for a, b, c in three)
-        self.assertIn(
-            f"{len(found)} of the {len(ASTRIDE)} bursts across Crc and byte 1 pass", WIRE_MD
-        )
-        self.assertEqual((5, 3), (len(found), len(of_counter)))
-        self.assertIn(f"{passed} of {len(three)} errors of three bits", WIRE_MD)
 
-    def test_undetected_faults_in_a_frame_of_64_bytes_are_as_documented(self):
-        alone = []
-        for bit in range(512):
-            data = bytearray(64)
-            data[bit // 8] ^= 0x80 >> bit % 8
-            alone.append(data[0] ^ wire.crc(0, data) ^ wire.crc(0, bytes(64)))
-        self.assertNotIn(0, alone)
-        pairs = list(itertools.combinations(alone, 2))
-        passed = sum(a == b for a, b in pairs)
-        self.assertIn(f"{passed} of {len(pairs)} errors of two bits", WIRE_MD)
+def test_faults_that_pass_the_crc_are_as_documented(wire_md):
+    found = [one for one in ASTRIDE if passes(one)]
+    assert (len(found), len([one for one in found if one >> 48 & 0x0F])) == (5, 3)
+    assert f"{len(found)} of the {len(ASTRIDE)} bursts across Crc and byte 1 pass" in wire_md
+    three = list(itertools.combinations((1 << bit for bit in range(64)), 3))
+    passed = sum(passes(a | b | c) for a, b, c in three)
+    assert f"{passed} of {len(three)} errors of three bits" in wire_md
+    alone = []
+    for bit in range(512):  # of a frame of 64 bytes
+        data = bytearray(64)
+        data[bit // 8] ^= 0x80 >> bit % 8
+        alone.append(data[0] ^ wire.crc(0, data) ^ wire.crc(0, bytes(64)))
+    assert 0 not in alone
+    pairs = list(itertools.combinations(alone, 2))
+    assert f"{sum(a == b for a, b in pairs)} of {len(pairs)} errors of two bits" in wire_md
 
-    def test_a_burst_that_passes_the_crc_is_detected_by_counter_or_result(self):
-        for pattern in filter(passes, ASTRIDE):
-            receiver = wire.Receiver()
-            for n in range(20):
-                receiver.push(STATE, state(n))
-                frame = int.from_bytes(sealed(ARW, n, struct.pack("<Hf", 7, n), n), "big") ^ (
-                    pattern if n == 10 else 0
-                )
-                receiver.push(ARW, frame.to_bytes(8, "big"))
-            self.assertGreater(receiver.faults.total(), 0, hex(pattern))
 
-    def test_a_frame_of_no_result_is_counted(self):
+def test_a_burst_that_passes_the_crc_is_detected_by_counter_or_result():
+    for pattern in filter(passes, ASTRIDE):
         receiver = wire.Receiver()
-        receiver.push(ARW, sealed(ARW, 0, bytes(6), 3))  # from before the receiver started
-        receiver.push(STATE, state(0))
-        receiver.push(ARW, sealed(ARW, 1, bytes(6), 1))
-        receiver.finish()
-        self.assertEqual(
-            (1, 1, 2),
-            (receiver.faults.orphaned, receiver.faults.incomplete_results, receiver.faults.total()),
-        )
+        for n in range(20):
+            receiver.push(STATE, state(n))
+            frame = int.from_bytes(sealed(ARW, n, struct.pack("<Hf", 7, n), n), "big")
+            receiver.push(ARW, (frame ^ (pattern if n == 10 else 0)).to_bytes(8, "big"))
+        assert receiver.faults.total() > 0, hex(pattern)
 
-    def test_of_frames_of_random_bytes_one_in_256_passes_the_crc(self):
-        source, passed = random.Random(3), 0
-        for _ in range(100000):
-            data = source.randbytes(8)
-            passed += data[0] == wire.crc(ARW, data)
-        self.assertAlmostEqual(100000 / 256, passed, delta=5 * (100000 / 256) ** 0.5)
 
-    def test_sixteen_lost_results_leave_no_hole_in_the_counter_and_one_in_the_epoch(self):
-        for lost in (16, 32, 160):
-            receiver = wire.Receiver()
-            receiver.push(SETUP, sealed(SETUP, 0, bytes([1, 0]) + struct.pack("<I", 100)))
-            for n in range(20):
-                receiver.push(STATE, state(n))
-                receiver.push(
-                    SETUP, sealed(SETUP, n + 1, bytes([1, 0]) + struct.pack("<I", 100), n)
-                )
-            receiver.push(STATE, state(19 + lost + 1))
-            self.assertEqual((0, lost), (receiver.faults.missing, receiver.faults.missing_results))
+def test_of_frames_of_random_bytes_one_in_256_passes_the_crc():
+    source = random.Random(3)
+    frames = [source.randbytes(8) for _ in range(30_000)]
+    passed = sum(data[0] == wire.crc(ARW, data) for data in frames)
+    assert passed == pytest.approx(30_000 / 256, abs=5 * (30_000 / 256) ** 0.5)
 
-    def test_lost_results_beyond_sixteen_add_up(self):
-        for lost in range(1, 60):
-            receiver = wire.Receiver()
-            receiver.push(SETUP, sealed(SETUP, 0, bytes([1, 0]) + struct.pack("<I", 100)))
-            for n in (*range(20), 20 + lost):
-                receiver.push(STATE, state(n))
-            self.assertEqual(lost, receiver.faults.missing + receiver.faults.missing_results)
 
-    def test_frames_of_others_are_no_fault(self):
+def test_a_frame_of_no_result_is_counted():
+    receiver = wire.Receiver()
+    receiver.push(ARW, sealed(ARW, 0, bytes(6), 3))  # from before the receiver started
+    receiver.push(STATE, state(0))
+    receiver.push(ARW, sealed(ARW, 1, bytes(6), 1))
+    receiver.finish()
+    faults = receiver.faults
+    assert (faults.orphaned, faults.incomplete_results, faults.total()) == (1, 1, 2)
+
+
+def test_lost_results_beyond_sixteen_add_up():
+    """Sixteen lost results leave no hole in the counter and one in the epoch."""
+    for lost in (*range(1, 60), 160):
         receiver = wire.Receiver()
-        for identifier in (0x123, 0x5CF, 0x5DC, 0x5DF):
-            receiver.push(identifier, bytes(8))
-        self.assertEqual((4, 0), (receiver.faults.foreign, receiver.faults.total()))
+        receiver.push(SETUP, stride_of(0))
+        for n in range(20):
+            receiver.push(STATE, state(n))
+            if lost % 16 == 0:
+                receiver.push(SETUP, stride_of(n + 1, n))
+        receiver.push(STATE, state(20 + lost))
+        faults = receiver.faults
+        assert faults.missing + faults.missing_results == lost
+        assert lost % 16 or faults.missing == 0
 
-    def test_a_frame_of_another_length_is_corrupted(self):
-        receiver = wire.Receiver()
-        receiver.push(ARW, b"")
-        receiver.push(ARW, bytes(7))
-        self.assertEqual(2, receiver.faults.corrupted)
 
-
-if __name__ == "__main__":
-    unittest.main()
+def test_frames_of_others_and_of_another_length():
+    receiver = wire.Receiver()
+    for identifier in (0x123, 0x5CF, 0x5DC, 0x5DF):
+        receiver.push(identifier, bytes(8))
+    assert (receiver.faults.foreign, receiver.faults.total()) == (4, 0)
+    receiver.push(ARW, b"")
+    receiver.push(ARW, bytes(7))
+    assert receiver.faults.corrupted == 2
