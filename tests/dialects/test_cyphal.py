@@ -3,12 +3,11 @@ tools/dialects/davar decodes it.
 """
 
 import sys
-import tempfile
-import unittest
 from pathlib import Path
 
 import numpy as np
 import pycyphal.dsdl
+import pytest
 from pycyphal.transport import MessageDataSpecifier, Timestamp, TransferTrace
 from pycyphal.transport.can import CANCapture, CANTransport
 from pycyphal.transport.can.media import DataFrame, FrameFormat
@@ -18,69 +17,52 @@ DSDL = Path(__file__).resolve().parents[2] / "tools/dialects/davar"
 TERMS = ("angle_random_walk", "bias_instability", "rate_random_walk")
 NAMES = [term + limit for term in TERMS for limit in ("", "_low", "_high")]
 NAMES += ["rate_ramp", "quantization", "kurtosis", "rate_hz"]
+OTHERS = ("epoch", "window_samples", "channel", "noise", "unstable", "young", "alarm")
 
 
-def generated():
-    """davar.Noise_1_0, as pycyphal compiles it."""
-    folder = tempfile.TemporaryDirectory()
-    unittest.addModuleCleanup(folder.cleanup)
-    pycyphal.dsdl.compile(DSDL, output_directory=folder.name)
-    sys.path.insert(0, folder.name)
-    unittest.addModuleCleanup(sys.path.remove, folder.name)
+@pytest.fixture(scope="module")
+def noise_type(tmp_path_factory):
+    """davar.Noise_1_0, as pycyphal compiles it. python/davar has the same name."""
+    folder = str(tmp_path_factory.mktemp("dsdl"))
+    pycyphal.dsdl.compile(DSDL, output_directory=folder)
+    kept = {
+        name: sys.modules.pop(name) for name in list(sys.modules) if name.split(".")[0] == "davar"
+    }
+    sys.path.insert(0, folder)
     import davar
 
-    return davar.Noise_1_0
+    yield davar.Noise_1_0
+    sys.path.remove(folder)
+    for name in [name for name in sys.modules if name.split(".")[0] == "davar"]:
+        del sys.modules[name]
+    sys.modules.update(kept)
 
 
-def setUpModule():
-    global NOISE
-    NOISE = generated()
+def transfers(frames):
+    """The transfers of frames, received one at a time."""
+    tracer = CANTransport.make_tracer()
+    for identifier, data in frames:
+        frame = DataFrame(FrameFormat.EXTENDED, identifier, bytearray(data))
+        trace = tracer.update(CANCapture(Timestamp.now(), frame, own=False))
+        assert isinstance(trace, TransferTrace)
+        yield trace.transfer
 
 
-class Cyphal(unittest.TestCase):
-    def transfers(self, frames):
-        """[(transfer, session)] of frames, received one at a time."""
-        tracer = CANTransport.make_tracer()
-        for identifier, data in frames:
-            frame = DataFrame(FrameFormat.EXTENDED, identifier, bytearray(data))
-            trace = tracer.update(CANCapture(Timestamp.now(), frame, own=False))
-            self.assertIsInstance(trace, TransferTrace)
-            yield trace.transfer
-
-    def check(self, made, channel, node, subject):
-        count = len(made)
+@pytest.mark.parametrize("number", MESSAGES)
+def test_every_message_is_read(noise_type, number):
+    for made, channel in batches(number):
+        count, node, subject = len(made), 1 + 14 * channel, 910 * channel
         frames = packets("cyphal", made, channel=channel, node=node, subject=subject)
-        self.assertEqual(count, len(frames))
-        rows, numbers, froms = np.empty((count, 13)), [], set()
-        others = np.empty((count, 7), "u8")
-        for row, transfer in enumerate(self.transfers(frames)):
-            one = pycyphal.dsdl.deserialize(NOISE, transfer.fragmented_payload)
-            rows[row] = [getattr(one, name) for name in NAMES]
-            others[row] = (
-                one.epoch,
-                one.window_samples,
-                one.channel,
-                one.noise,
-                one.unstable,
-                one.young,
-                one.alarm,
-            )
-            numbers.append(transfer.metadata.transfer_id)
-            session = transfer.metadata.session_specifier
-            froms.add((session.source_node_id, session.data_specifier))
-        self.assertEqual({(node, MessageDataSpecifier(subject))}, froms)
-        self.assertTrue((np.array(numbers) == np.arange(count) % 32).all())
-        self.assertEqual(0, mismatches(quantities(made), rows))
-        names = ("epoch", "window_samples", "channel", "noise", "unstable", "young", "alarm")
-        wanted = {name: made[name] for name in names if name != "channel"}
+        found = list(transfers(frames))
+        assert len(found) == len(frames) == count
+        read = [pycyphal.dsdl.deserialize(noise_type, one.fragmented_payload) for one in found]
+        heads = [one.metadata.session_specifier for one in found]
+        froms = {(one.source_node_id, one.data_specifier) for one in heads}
+        assert froms == {(node, MessageDataSpecifier(subject))}
+        assert [one.metadata.transfer_id for one in found] == [n % 32 for n in range(count)]
+        values = [[getattr(one, name) for name in NAMES] for one in read]
+        assert mismatches(quantities(made), values) == 0
+        wanted = {name: made[name] for name in OTHERS if name != "channel"}
         wanted |= {"epoch": made["epoch"].astype("u4"), "channel": np.full(count, channel)}
-        for column, name in enumerate(names):
-            self.assertTrue((others[:, column] == wanted[name]).all(), name)
-
-    def test_every_message_is_read(self):
-        for made, channel in batches(MESSAGES):
-            self.check(made, channel, 1 + 14 * channel, 910 * channel)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        for name in OTHERS:
+            assert ([getattr(one, name) for one in read] == wanted[name]).all(), name

@@ -13,20 +13,18 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 import tty
-import unittest
 from pathlib import Path
 
 import numpy as np
+import pytest
 from davarlab.errors import BadInput
 from davarlab.wire import dialects, record
 from pymavlink.dialects.v20 import common
 from random_results import ARW, BI, QN, RR, RRW, packets, results, sent
 
 ROOT = Path(__file__).resolve().parents[2]
-NODE = os.environ.get("DAVAR_NODE", "davar-node")
 LIVE = (
     "import sys, json, argparse\nfrom davarlab.wire import live\n"
     "sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
@@ -57,155 +55,152 @@ def received(receiver, frames):
     return [one for one in found if one] + receiver.finish()
 
 
-class Receiver(unittest.TestCase):
-    def check(self, made, found, has_all=True, channel=4):
-        self.assertEqual(len(made), len(found))
-        self.assertEqual({channel}, {one.channel for one in found})
-        for name, (kind, column) in list(COLUMNS.items())[: None if has_all else 4]:
-            wanted = sent(made["coefficient"][:, kind, column], column == 2)
-            np.testing.assert_array_equal(wanted, [one.values[name] for one in found], name)
-        if not has_all:
-            return
-        self.assertEqual(list(made["epoch"]), [one.epoch for one in found])
-        for name in ("unstable", "young", "alarm"):
-            values = [one.values.get(name, 0) for one in found]
-            self.assertEqual(list(made[name]), values, name)
-        for one, noise in zip(found, made["noise"]):
-            reason = REASONS[noise] if math.isnan(one.values["arw_deg_per_sqrt_h"]) else None
-            self.assertEqual(reason, one.values.get("arw_withheld"))
-        self.assertTrue(all(abs(one.sender.setup["rate_hz"] - 99.3) < 1e-5 for one in found))
+EACH = {"mavlink": 3, "dronecan": 6, "cyphal": 1}  # packets of a result
+every_dialect = pytest.mark.parametrize("dialect", EACH)
 
-    def test_every_dialect_gives_the_values_that_were_sent(self):
-        for dialect in ("mavlink", "dronecan", "cyphal"):
-            with self.subTest(dialect=dialect):
-                made, receiver = consecutive(1), dialects.DialectReceiver(dialect)
-                found = received(receiver, packets(dialect, made, channel=4))
-                self.check(made, found, has_all=dialect != "dronecan")
-                self.assertEqual(0, receiver.faults.total(), receiver.faults)
 
-    def test_lost_packets_are_counted_and_no_result_is_mixed(self):
-        for dialect, each in (("mavlink", 3), ("dronecan", 6), ("cyphal", 1)):
-            with self.subTest(dialect=dialect):
-                made, receiver = consecutive(2), dialects.DialectReceiver(dialect)
-                frames = packets(dialect, made, channel=4)
-                lost = {each * row + row % each for row in range(1, COUNT - 1, 7)}
-                kept = [frame for at, frame in enumerate(frames) if at not in lost]
-                found = received(receiver, kept)
-                harmed = {at // each for at in lost if dialect != "mavlink" or at % each == 2}
-                rest = [row for row in range(COUNT) if row not in harmed]
-                self.check(made[rest], found, has_all=dialect != "dronecan")
-                self.assertEqual(len(lost), receiver.faults.missing)
+def assert_values(made, found, dialect, channel=4):
+    """Results of davar, whole or, of DroneCAN, ARW and BI only."""
+    assert len(found) == len(made)
+    assert {one.channel for one in found} <= {channel}
+    has_all = dialect != "dronecan"
+    for name, (kind, column) in list(COLUMNS.items())[: None if has_all else 4]:
+        wanted = sent(made["coefficient"][:, kind, column], column == 2)
+        np.testing.assert_array_equal(wanted, [one.values[name] for one in found], name)
+    if not has_all:
+        return
+    assert [one.epoch for one in found] == list(made["epoch"])
+    for name in ("unstable", "young", "alarm"):
+        assert [one.values.get(name, 0) for one in found] == list(made[name]), name
+    for one, noise in zip(found, made["noise"]):
+        reason = REASONS[noise] if math.isnan(one.values["arw_deg_per_sqrt_h"]) else None
+        assert one.values.get("arw_withheld") == reason
+        assert one.sender.setup["rate_hz"] == pytest.approx(99.3, abs=1e-5)
 
-    def test_a_sender_that_starts_again_begins_a_new_section(self):
-        for dialect in ("mavlink", "cyphal"):
-            with self.subTest(dialect=dialect):
-                receiver = dialects.DialectReceiver(dialect)
-                first = received(receiver, packets(dialect, consecutive(3), channel=4))
-                second = received(receiver, packets(dialect, consecutive(4), channel=4))
-                self.assertEqual({1}, {one.stretch for one in first})
-                self.assertEqual({2}, {one.stretch for one in second})
-                self.check(consecutive(4), second)
-                self.assertEqual(1, receiver.faults.restarts)
 
-    def test_an_epoch_goes_on_beyond_what_a_message_holds(self):
-        for dialect, modulus in (("mavlink", 2**24), ("cyphal", 2**32)):
-            made = consecutive(5, first=modulus - 1000)
-            found = received(dialects.DialectReceiver(dialect), packets(dialect, made, channel=4))
-            self.assertEqual(list(made["epoch"]), [one.epoch for one in found])
+@every_dialect
+def test_every_dialect_gives_the_values_that_were_sent(dialect):
+    made, receiver = consecutive(1), dialects.DialectReceiver(dialect)
+    assert_values(made, received(receiver, packets(dialect, made, channel=4)), dialect)
+    assert receiver.faults.total() == 0, receiver.faults
 
-    def test_a_repeated_message_is_one_result(self):
-        receiver = dialects.DialectReceiver("cyphal")
-        frames = packets("cyphal", consecutive(6), channel=4)
-        found = received(receiver, [frame for frame in frames for _ in range(2)])
-        self.assertEqual(COUNT, len(found))
 
-    def test_a_mavlink_stream_may_be_cut_and_damaged_anywhere(self):
-        made, source = consecutive(7), np.random.default_rng(7)
-        stream = b"".join(data for _, data in packets("mavlink", made, channel=4))
-        for damaged in (False, True):
-            receiver = dialects.DialectReceiver("mavlink")
-            bytes_ = bytearray(stream)
-            for at in source.integers(0, len(bytes_), 40 if damaged else 0):
-                bytes_[at] ^= 1 << int(source.integers(8))
-            cuts = sorted({0, len(bytes_), *map(int, source.integers(0, len(bytes_), 300))})
-            pieces = [(0, bytes(bytes_[a:b])) for a, b in zip(cuts, cuts[1:])]
-            found = received(receiver, pieces)
-            kept = {one.epoch for one in found}
-            self.check(made[[int(row["epoch"]) in kept for row in made]], found)
-            self.assertEqual(damaged, receiver.faults.total() > 0)
-            self.assertGreater(len(found), 120)
+@every_dialect
+def test_lost_packets_are_counted_and_no_result_is_mixed(dialect):
+    each, made, receiver = EACH[dialect], consecutive(2), dialects.DialectReceiver(dialect)
+    frames = packets(dialect, made, channel=4)
+    lost = {each * row + row % each for row in range(1, COUNT - 1, 7)}
+    found = received(receiver, [frame for at, frame in enumerate(frames) if at not in lost])
+    harmed = {at // each for at in lost if dialect != "mavlink" or at % each == 2}
+    rest = [row for row in range(COUNT) if row not in harmed]
+    assert_values(made[rest], found, dialect)
+    assert receiver.faults.missing == len(lost)
 
-    def test_a_piece_gives_all_its_results(self):
-        stream = b"".join(data for _, data in packets("mavlink", consecutive(7), channel=4))
-        receiver = dialects.DialectReceiver("mavlink")
-        found = dialects.results(receiver, 0, stream)
-        self.assertEqual((COUNT, 0), (len(found), len(receiver.ready)))
 
-    def test_a_message_of_another_type_is_no_result(self):
-        zeros = bytes(63)
-        others = [
-            ("dronecan", 0x1801552A, b"\x01\x02\x03\x04\x00\x00\x00\xc0"),  # NodeStatus
-            ("dronecan", 0x183FF22A, b"\x00\x00\x80\x3fAR\x00\xc0"),  # a key without an axis
-            ("dronecan", 0x0, b""),
-            ("cyphal", 0x147D552A, b"\x01\x02\x03\x04\x00\x00\x00\xe0"),  # Heartbeat
-            ("cyphal", 0x146E742A, b"\x01\x02\x03\x04\x00\x00\x00\xe0"),  # too short
-            ("cyphal", 0x146E732A, zeros + b"\xe0"),  # another subject
-            ("cyphal", 0x0, b""),
-        ]
-        for dialect, identifier, data in others:
-            with self.subTest(dialect=dialect, identifier=hex(identifier), data=data.hex()):
-                found = received(dialects.DialectReceiver(dialect), [(identifier, data)])
-                self.assertEqual([], found)
+@every_dialect
+def test_a_second_sender_of_a_channel_is_foreign(dialect):
+    made, receiver, each = consecutive(9), dialects.DialectReceiver(dialect), EACH[dialect]
+    mine = packets(dialect, made, channel=4)
+    others = packets(dialect, consecutive(10), channel=4, node=43)
+    rows = [slice(each * row, each * row + each) for row in range(COUNT)]
+    frames = [frame for row in rows for side in (mine, others) for frame in side[row]]
+    assert_values(made, received(receiver, frames), dialect)
+    assert (receiver.faults.foreign, receiver.faults.total()) == (COUNT, 0)
 
-    def test_cyphal_takes_the_subject_of_the_source(self):
-        frames = packets("cyphal", consecutive(8), channel=4, subject=5000)
-        self.assertEqual(COUNT, len(received(dialects.receiver("cyphal:can0@5000"), frames)))
-        self.assertEqual([], received(dialects.receiver("cyphal:can0"), frames))
-        for wrong in ("8192", "-1", "x", ""):
-            with self.assertRaisesRegex(BadInput, "subject 0 to 8191 expected"):
-                dialects.receiver(f"cyphal:can0@{wrong}")
 
-    def test_a_second_sender_of_a_channel_is_foreign(self):
-        for dialect in ("mavlink", "dronecan", "cyphal"):
-            made, receiver = consecutive(9), dialects.DialectReceiver(dialect)
-            mine = packets(dialect, made, channel=4)
-            others = packets(dialect, consecutive(10), channel=4, node=43)
-            each = len(mine) // COUNT
-            rows = [range(each * row, each * row + each) for row in range(COUNT)]
-            frames = [side[at] for row in rows for side in (mine, others) for at in row]
-            self.check(made, received(receiver, frames), has_all=dialect != "dronecan")
-            self.assertEqual((COUNT, 0), (receiver.faults.foreign, receiver.faults.total()))
+@pytest.mark.parametrize(("dialect", "modulus"), [("mavlink", 2**24), ("cyphal", 2**32)])
+def test_a_sender_that_starts_again_and_an_epoch_beyond_what_a_message_holds(dialect, modulus):
+    receiver = dialects.DialectReceiver(dialect)
+    for stretch, seed in ((1, 3), (2, 4)):
+        found = received(receiver, packets(dialect, consecutive(seed), channel=4))
+        assert {one.stretch for one in found} == {stretch}
+        assert_values(consecutive(seed), found, dialect)
+    assert receiver.faults.restarts == 1
+    made = consecutive(5, first=modulus - 1000)
+    found = received(dialects.DialectReceiver(dialect), packets(dialect, made, channel=4))
+    assert [one.epoch for one in found] == list(made["epoch"])
 
-    def test_no_message_breaks_the_receiver(self):
-        """Intact messages with any content, as somebody else may send them."""
-        source, sender = np.random.default_rng(11), common.MAVLink(None)
-        for dialect in ("mavlink", "dronecan", "cyphal"):
-            receiver, shown = dialects.DialectReceiver(dialect), 0
-            for number in range(2000):
-                data = source.integers(0, 256, 63, dtype="u1").tobytes()
-                if number % 3 == 0:
-                    data = bytes(63)
-                if dialect == "mavlink":
-                    floats = np.frombuffer(data[:60] * 4, "f4")[:58].tolist()
-                    if number % 2:
-                        floats[13:16] = [float(one) for one in data[:3]]
-                    message = common.MAVLink_debug_float_array_message(
-                        0, b"davar", data[0] % 12, floats
-                    )
-                    frame = 0, message.pack(sender)
-                elif dialect == "dronecan":
-                    key = dialects.KEYS[number % 6].encode() + b"X"
-                    key = data[4:7] if 0 < data[7] < 25 else key
-                    frame = 0x183FF22A, data[:4] + key + b"\xc0"
-                else:
-                    last = bytes([data[60] % 12, data[61], data[62], 0xE0 + number % 32])
-                    frame = 0x146E742A, data[:60] + last
-                result = receiver.push(*frame)
-                if result:
-                    json.dumps(record.row(result, result.sender), allow_nan=False)
-                    self.assertLess(result.channel, 10)
-                    shown += 1
-            self.assertGreater(shown, 100, (dialect, receiver.faults))
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_a_mavlink_stream_may_be_cut_and_damaged_anywhere(damaged):
+    made, source = consecutive(7), np.random.default_rng(7)
+    stream = bytearray(b"".join(data for _, data in packets("mavlink", made, channel=4)))
+    receiver = dialects.DialectReceiver("mavlink")
+    for at in source.integers(0, len(stream), 40 if damaged else 0):
+        stream[at] ^= 1 << int(source.integers(8))
+    cuts = sorted({0, len(stream), *map(int, source.integers(0, len(stream), 300))})
+    found = received(receiver, [(0, bytes(stream[a:b])) for a, b in zip(cuts, cuts[1:])])
+    kept = {one.epoch for one in found}
+    assert_values(made[[int(row["epoch"]) in kept for row in made]], found, "mavlink")
+    assert (receiver.faults.total() > 0) == damaged
+    assert len(found) > 120
+
+
+def test_a_piece_gives_all_its_results_and_a_repeated_message_one():
+    stream = b"".join(data for _, data in packets("mavlink", consecutive(7), channel=4))
+    receiver = dialects.DialectReceiver("mavlink")
+    assert (len(dialects.results(receiver, 0, stream)), len(receiver.ready)) == (COUNT, 0)
+    frames = packets("cyphal", consecutive(6), channel=4)
+    twice = [frame for frame in frames for _ in range(2)]
+    assert len(received(dialects.DialectReceiver("cyphal"), twice)) == COUNT
+
+
+@pytest.mark.parametrize(
+    ("dialect", "identifier", "data"),
+    [
+        ("dronecan", 0x1801552A, "01020304000000c0"),  # NodeStatus
+        ("dronecan", 0x183FF22A, "0000803f415200c0"),  # a key without an axis
+        ("dronecan", 0x0, ""),
+        ("cyphal", 0x147D552A, "01020304000000e0"),  # Heartbeat
+        ("cyphal", 0x146E742A, "01020304000000e0"),  # too short
+        ("cyphal", 0x146E732A, "00" * 63 + "e0"),  # another subject
+        ("cyphal", 0x0, ""),
+    ],
+)
+def test_a_message_of_another_type_is_no_result(dialect, identifier, data):
+    receiver = dialects.DialectReceiver(dialect)
+    assert received(receiver, [(identifier, bytes.fromhex(data))]) == []
+
+
+def test_cyphal_takes_the_subject_of_the_source():
+    frames = packets("cyphal", consecutive(8), channel=4, subject=5000)
+    assert len(received(dialects.receiver("cyphal:can0@5000"), frames)) == COUNT
+    assert received(dialects.receiver("cyphal:can0"), frames) == []
+    for wrong in ("8192", "-1", "x", ""):
+        with pytest.raises(BadInput, match="subject 0 to 8191 expected"):
+            dialects.receiver(f"cyphal:can0@{wrong}")
+
+
+def any_message(dialect, data, number, sender):
+    """An intact message with any content, as somebody else may send it."""
+    if dialect == "dronecan":
+        key = dialects.KEYS[number % 6].encode() + b"X"
+        return 0x183FF22A, data[:4] + (data[4:7] if 0 < data[7] < 25 else key) + b"\xc0"
+    if dialect == "cyphal":
+        last = bytes([data[60] % 12, data[61], data[62], 0xE0 + number % 32])
+        return 0x146E742A, data[:60] + last
+    floats = np.frombuffer(data[:60] * 4, "f4")[:58].tolist()
+    if number % 2:
+        floats[13:16] = [float(one) for one in data[:3]]
+    message = common.MAVLink_debug_float_array_message(0, b"davar", data[0] % 12, floats)
+    return 0, message.pack(sender)
+
+
+@every_dialect
+def test_no_message_breaks_the_receiver(dialect):
+    source, sender = np.random.default_rng(11), common.MAVLink(None)
+    receiver, shown = dialects.DialectReceiver(dialect), 0
+    for number in range(2000):
+        data = source.integers(0, 256, 63, dtype="u1").tobytes() if number % 3 else bytes(63)
+        result = receiver.push(*any_message(dialect, data, number, sender))
+        if result:
+            json.dumps(record.row(result, result.sender), allow_nan=False)
+            assert result.channel < 10
+            shown += 1
+    assert shown > 100, receiver.faults
+
+
+# --- the command
 
 
 def rows_of(path):
@@ -216,88 +211,62 @@ def rows_of(path):
         return list(csv.DictReader(file))
 
 
-class Live(unittest.TestCase):
-    def setUp(self):
-        self.hung = time.monotonic() + HANG_S
+@contextlib.contextmanager
+def line_of(kind):
+    """(source, a function that sends to it)."""
+    if kind == "udp":
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind(("127.0.0.1", 0))
+            address = free.getsockname()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            client.connect(address)
+            yield f"mavlink:udp:127.0.0.1:{address[1]}", client.send
+    else:
+        ours, theirs = pty.openpty()
+        tty.setraw(theirs)
+        yield f"mavlink:serial:{os.ttyname(theirs)}", lambda data: os.write(ours, data)
+        os.close(ours)
+        os.close(theirs)
 
-    def still(self, live):
-        """It runs, and not for too long."""
-        self.assertIsNone(live.poll())
-        self.assertLess(time.monotonic(), self.hung)
 
-    def live(self, source, *, record):
-        wanted = {"source": source, "base": 0x5D0, "record": record, "raw": None, "count": None}
-        command = [
-            sys.executable,
-            "-B",
-            "-c",
-            LIVE,
-            json.dumps({**wanted, "idle": None, "json": False}),
-        ]
+@pytest.mark.parametrize("kind", ["udp", "serial"])
+def test_mavlink_by_udp_and_on_a_serial_line(tmp_path, kind):
+    made, path, until = consecutive(8), tmp_path / "arw.csv", time.monotonic() + HANG_S
+    frames = packets("mavlink", made, channel=1)
+    with contextlib.ExitStack() as stack:
+        source, send = stack.enter_context(line_of(kind))
+        wanted = {"source": source, "base": 0x5D0, "record": str(path), "raw": None}
+        wanted |= {"count": None, "idle": None, "json": False}
         live = subprocess.Popen(
-            command,
+            [sys.executable, "-B", "-c", LIVE, json.dumps(wanted)],
             cwd=ROOT / "tools/lab",
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )
-        self.addCleanup(live.communicate)
-        self.addCleanup(live.kill)
-        return live
-
-    def test_mavlink_by_udp_and_on_a_serial_line(self):
-        made = consecutive(8)
-        frames = packets("mavlink", made, channel=1)
-        for kind in ("udp", "serial"):
-            with self.subTest(kind=kind), tempfile.TemporaryDirectory() as folder:
-                path = Path(folder, "arw.csv")
-                if kind == "udp":
-                    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-                        free.bind(("127.0.0.1", 0))
-                        address = free.getsockname()
-                    live = self.live(f"mavlink:udp:127.0.0.1:{address[1]}", record=str(path))
-                    client = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-                    self.addCleanup(client.close)
-                    client.connect(address)
-                    send = client.send
-                else:
-                    ours, theirs = pty.openpty()
-                    tty.setraw(theirs)
-                    self.addCleanup(os.close, ours)
-                    live = self.live(f"mavlink:serial:{os.ttyname(theirs)}", record=str(path))
-                    self.addCleanup(os.close, theirs)
-
-                    def send(data, ours=ours):
-                        os.write(ours, data)
-
-                # until it listens; repetitions are dropped
-                for _, data in itertools.cycle(frames[:3]):
-                    with contextlib.suppress(ConnectionRefusedError):
-                        send(data)
-                    if rows_of(path):
-                        break
-                    self.still(live)
-                    signal.sigtimedwait([], 0.02)
-                for _, data in frames[3:]:
-                    send(data)
-                    signal.sigtimedwait([], 0.002)
-                while len(rows_of(path)) < COUNT:
-                    self.still(live)
-                    signal.sigtimedwait([], 0.02)
-                live.send_signal(signal.SIGINT)
-                shown, told = live.communicate(timeout=HANG_S)
-                self.assertEqual(0, live.returncode, told)
-                rows = rows_of(path)
-                self.assertEqual(COUNT, len(rows), told)
-                self.assertEqual(COUNT, len(shown.splitlines()))
-                wanted = sent(made["coefficient"][:, ARW, 0])
-                for value, row in zip(wanted, rows):
-                    text = row["arw_deg_per_sqrt_h"]
-                    self.assertEqual("" if np.isnan(value) else f"{value:.9g}", text)
-                self.assertEqual(
-                    [str(one) for one in made["epoch"]], [row["epoch"] for row in rows]
-                )
-
-
-if __name__ == "__main__":
-    unittest.main()
+        stack.callback(live.communicate)
+        stack.callback(live.kill)
+        # until it listens; repetitions are dropped
+        for _, data in itertools.cycle(frames[:3]):
+            with contextlib.suppress(ConnectionRefusedError):
+                send(data)
+            if rows_of(path):
+                break
+            assert live.poll() is None
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        for _, data in frames[3:]:
+            send(data)
+            time.sleep(0.002)
+        while len(rows_of(path)) < COUNT:
+            assert live.poll() is None
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        live.send_signal(signal.SIGINT)
+        shown, told = live.communicate(timeout=HANG_S)
+    assert live.returncode == 0, told
+    rows = rows_of(path)
+    assert (len(rows), len(shown.splitlines())) == (COUNT, COUNT), told
+    texts = ["" if np.isnan(one) else f"{one:.9g}" for one in sent(made["coefficient"][:, ARW, 0])]
+    assert [row["arw_deg_per_sqrt_h"] for row in rows] == texts
+    assert [row["epoch"] for row in rows] == [str(one) for one in made["epoch"]]

@@ -2,17 +2,15 @@
 tools/dialects/davar.xml too.
 """
 
-import functools
 import importlib.util
 import shutil
-import subprocess
 import sys
-import tempfile
-import unittest
 from pathlib import Path
 
 import numpy as np
+import pytest
 from pymavlink.dialects.v20 import common
+from pymavlink.generator import mavgen
 from random_results import (
     ARW,
     BI,
@@ -27,92 +25,76 @@ from random_results import (
 )
 
 XML = Path(__file__).resolve().parents[2] / "tools/dialects/davar.xml"
+TERMS = [kind + limit for kind in ("arw", "bi", "rrw") for limit in ("", "_low", "_high")]
 
 
-@functools.cache
-def generated():
+@pytest.fixture(scope="module")
+def generated(tmp_path_factory):
     """The module that mavgen makes of our dialect."""
-    with tempfile.TemporaryDirectory() as folder:
-        shutil.copy(XML, folder)
-        words = [sys.executable, "-m", "pymavlink.tools.mavgen", "--lang", "Python"]
-        words += ["--wire-protocol", "2.0", "-o", "davar_dialect", XML.name]
-        subprocess.run(words, cwd=folder, check=True, stdout=subprocess.DEVNULL)
-        spec = importlib.util.spec_from_file_location("davar_dialect", f"{folder}/davar_dialect.py")
-        module = importlib.util.module_from_spec(spec)
-        sys.modules["davar_dialect"] = module
-        spec.loader.exec_module(module)
-    return module
+    folder = tmp_path_factory.mktemp("mavlink")
+    shutil.copy(XML, folder)
+    made = folder / "davar_dialect.py"
+    mavgen.mavgen(mavgen.Opts(str(made.with_suffix("")), "2.0", "Python"), [folder / XML.name])
+    spec = importlib.util.spec_from_file_location("davar_dialect", made)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["davar_dialect"] = module
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules["davar_dialect"]
 
 
-def decoded(dialect, made, **address):
-    """The messages of results, from one stream of bytes."""
-    module = generated() if dialect == "gyro_noise" else common
+def decoded(module, dialect, made, node, system, channel):
+    """The messages of results, from one stream of bytes. They are numbered."""
     parser = module.MAVLink(None)
-    stream = b"".join(data for _, data in packets(dialect, made, **address))
+    made = packets(dialect, made, channel=channel, node=node, system=system)
+    stream = b"".join(data for _, data in made)
     found = parser.parse_buffer(stream)
-    assert parser.total_receive_errors == 0
-    assert parser.total_bytes_received == len(stream)
+    assert (parser.total_receive_errors, parser.total_bytes_received) == (0, len(stream))
+    headers = [message.get_header() for message in found]
+    assert {(one.srcSystem, one.srcComponent) for one in headers} == {(system, node)}
+    assert [one.seq for one in headers] == [n % 256 for n in range(len(headers))]
     return found
 
 
-class Mavlink(unittest.TestCase):
-    def header(self, messages, node, system):
-        headers = [message.get_header() for message in messages]
-        self.assertEqual({(system, node)}, {(one.srcSystem, one.srcComponent) for one in headers})
-        sequence = np.array([one.seq for one in headers])
-        self.assertTrue((sequence == np.arange(len(headers)) % 256).all())
-
-    def check(self, made, channel):
-        found = decoded("mavlink", made, channel=channel, node=191, system=3)
-        self.assertEqual(3 * len(made), len(found))
-        self.header(found, 191, 3)
+@pytest.mark.parametrize("number", MESSAGES)
+def test_every_message_is_read(number):
+    for made, channel in batches(number):
+        found = decoded(common, "mavlink", made, 191, 3, channel)
+        assert len(found) == 3 * len(made)
         for first, kind, name in ((0, ARW, "ARW_"), (1, BI, "BI_")):
             named = found[first::3]
-            self.assertEqual({"NAMED_VALUE_FLOAT"}, {one.get_type() for one in named})
-            self.assertEqual({name + NAMES[channel]}, {one.name for one in named})
+            types = {(one.get_type(), one.name) for one in named}
+            assert types == {("NAMED_VALUE_FLOAT", name + NAMES[channel])}
             wanted = sent(made["coefficient"][:, kind, 0])
-            self.assertEqual(0, mismatches(wanted, [one.value for one in named]))
+            assert mismatches(wanted, [one.value for one in named]) == 0
             ms = (made["time_us"] // 1000).astype("u4")
-            self.assertTrue((ms == [one.time_boot_ms for one in named]).all())
-        self.check_arrays(made, found[2::3], channel)
-
-    def check_arrays(self, made, arrays, channel):
-        self.assertEqual({"DEBUG_FLOAT_ARRAY"}, {one.get_type() for one in arrays})
-        self.assertEqual({("davar", channel)}, {(one.name, one.array_id) for one in arrays})
-        self.assertTrue((made["time_us"] == [one.time_usec for one in arrays]).all())
+            assert (ms == [one.time_boot_ms for one in named]).all()
+        arrays = found[2::3]
+        types = {(one.get_type(), one.name, one.array_id) for one in arrays}
+        assert types == {("DEBUG_FLOAT_ARRAY", "davar", channel)}
+        assert (made["time_us"] == [one.time_usec for one in arrays]).all()
         data = np.array([one.data for one in arrays])
-        self.assertEqual(0, mismatches(quantities(made), data[:, :13]))
-        self.assertEqual(0, mismatches(made["window_samples"].astype("f4"), data[:, 13]))
-        self.assertTrue((data[:, 14] == state(made)).all())
-        self.assertTrue((data[:, 15] == made["epoch"] % 2**24).all())
-        self.assertFalse(data[:, 16:].any())
+        assert mismatches(quantities(made), data[:, :13]) == 0
+        assert mismatches(made["window_samples"].astype("f4"), data[:, 13]) == 0
+        assert (data[:, 14] == state(made)).all()
+        assert (data[:, 15] == made["epoch"] % 2**24).all()
+        assert not data[:, 16:].any()
 
-    def check_gyro_noise(self, made, channel):
-        found = decoded("gyro_noise", made, channel=channel)
-        self.assertEqual({"GYRO_NOISE"}, {one.get_type() for one in found})
-        self.header(found, 42, 7)
-        for name in ("time_usec", "epoch", "window_samples", "channel", "state"):
-            wanted = {
-                "time_usec": made["time_us"],
-                "epoch": made["epoch"].astype("u4"),
-                "window_samples": made["window_samples"],
-                "channel": np.full(len(made), channel),
-                "state": state(made),
-            }[name]
-            self.assertTrue((wanted == [getattr(one, name) for one in found]).all(), name)
-        names = [kind + limit for kind in ("arw", "bi", "rrw") for limit in ("", "_low", "_high")]
-        names += ["rr", "qn", "kurtosis", "rate_hz"]
+
+@pytest.mark.parametrize("number", MESSAGES)
+def test_every_message_of_the_proposed_type_is_read(generated, number):
+    for made, channel in batches(number):
+        found = decoded(generated, "gyro_noise", made, 42, 7, channel)
+        assert {one.get_type() for one in found} == {"GYRO_NOISE"}
+        wanted = {
+            "time_usec": made["time_us"],
+            "epoch": made["epoch"].astype("u4"),
+            "window_samples": made["window_samples"],
+            "channel": np.full(len(made), channel),
+            "state": state(made),
+        }
+        for name, values in wanted.items():
+            assert (values == [getattr(one, name) for one in found]).all(), name
+        names = [*TERMS, "rr", "qn", "kurtosis", "rate_hz"]
         values = [[getattr(one, name) for name in names] for one in found]
-        self.assertEqual(0, mismatches(quantities(made), values))
-
-    def test_every_message_is_read(self):
-        for made, channel in batches(MESSAGES):
-            self.check(made, channel)
-
-    def test_every_message_of_the_proposed_type_is_read(self):
-        for made, channel in batches(MESSAGES):
-            self.check_gyro_noise(made, channel)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        assert mismatches(quantities(made), values) == 0
