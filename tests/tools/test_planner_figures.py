@@ -193,7 +193,14 @@ def random_wishes(count):
         yield words + f"--core {draw.choice(list(COSTS))}"
 
 
-@pytest.mark.parametrize("words", list(random_wishes(40)))
+# A cascade that begins at its least size, and sums whose width limits the cluster sizes.
+BORDERS = (
+    "--rate 100 --lsb 0.05 --bandwidth none --respond 2 --longest-tau 30 --core cortex-m4f",
+    "--rate 1000 --lsb 0.05 --bandwidth 2:1 --respond 28 --core cortex-m4f",
+)
+
+
+@pytest.mark.parametrize("words", [*random_wishes(40), *BORDERS])
 def test_window_stride_and_cluster_sizes_follow_the_rules(words, tmp_path):
     plan = plan_of(words)
     design, wishes = plan.design, plan.design.wishes
