@@ -68,6 +68,7 @@ def test_the_sketches_report_the_noise_of_the_sensor(built, sketch):
     assert re.fullmatch(r"(no (MPU-6050|LSM6DS) at 0x6\w.*\n)+", said)
 
 
+@pytest.mark.soak
 def test_a_board_whose_double_has_32_bits_is_rejected(built):
     assert "davar needs a double of 64 bits" in built("ArwMpu6050", "avr", status=1)
 

@@ -69,7 +69,7 @@ def test_every_manifest_has_the_version_of_the_header(draft):
     assert needed == {"vcpkg-cmake", "vcpkg-cmake-config"}
 
 
-def test_another_number_in_the_header_is_the_only_change_that_another_version_takes(tmp_path):
+def test_another_version_takes_another_number_in_the_header_only(tmp_path):
     tree, out = tmp_path / "tree", tmp_path / "out"
     for name in release.tree():
         release.copy(ROOT / name, tree / name)
@@ -78,29 +78,22 @@ def test_another_number_in_the_header_is_the_only_change_that_another_version_ta
     for part, number in (("MAJOR", 9), ("MINOR", 8), ("PATCH", 7)):
         text = re.sub(rf"(#define DAVAR_VERSION_{part}) \d+", rf"\1 {number}", text)
     header.write_text(text, encoding="utf-8")
-    command = [sys.executable, tree / "tools/support/release.py", "--no-deb", "--out", out]
-    said = run(*command, status=2)
+    command = [sys.executable, "-B", tree / "tools/support/release.py", "--no-deb", "--out"]
+    said = run(*command, out, status=2)
     assert "CHANGELOG.md: no section '## [9.8.7] - YYYY-MM-DD'" in said
     assert not out.exists()
     with changes.open("a", encoding="utf-8") as file:
         file.write("\n## [9.8.7] - 2026-12-01\n")
-    run(*command)
+    run(*command, out)
     assert set(versions(out).values()) == {"9.8.7"}
+    run(*command, tmp_path / "again")  # the same tree gives the same bytes
+    assert sums_of(tmp_path / "again") == sums_of(out)
 
 
 def test_the_checksums_are_right_and_cover_everything(draft):
     run("sha256sum", "--check", "--strict", "SHA256SUMS", folder=draft.folder)
     files = {path.name for path in draft.folder.iterdir() if path.is_file()}
     assert {*sums_of(draft.folder), "SHA256SUMS"} == files
-
-
-def test_the_same_tree_gives_the_same_bytes(draft, tmp_path):
-    run(*NO_DEB, tmp_path / "again")
-    wanted, again = sums_of(draft.folder), sums_of(tmp_path / "again")
-    # the bill of materials lists the Debian packages too
-    assert {name for name in again if wanted[name] != again[name]} == {
-        name for name in again if name.endswith(".spdx.json")
-    }
 
 
 def test_the_bill_of_materials_lists_every_file_of_every_package(draft):
