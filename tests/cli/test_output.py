@@ -164,6 +164,8 @@ def test_law_glr_reports_the_steady_level_in_its_columns(tmp_path):
     assert high - low < 0.05
     assert int(last["steady_samples"]) == pytest.approx(20_000, abs=100)
     assert rows[0]["steady"] == ""
+    assert max(int(row["window_samples"]) for row in rows) == 6000  # 600 blocks
+    assert min(int(row["window_samples"]) for row in rows) >= 20
 
 
 # --- notes

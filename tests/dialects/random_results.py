@@ -1,7 +1,8 @@
 """Random results, the packets that telemetry_probe makes of them, and what a receiver must find.
 
 The expected values are computed from the results with numpy, not with code of davar.
-Each test runs with few messages of each type, and marked slow with MESSAGES.
+DAVAR_DIALECTS=N in the environment: N messages of each type, instead of 20 000, where the test is
+marked slow.
 """
 
 import math
@@ -14,7 +15,8 @@ import pytest
 
 PROBE = os.environ.get("DAVAR_TELEMETRY_PROBE", "telemetry_probe")
 RATE_HZ = 99.3
-MESSAGES = [1000, pytest.param(20_000, marks=pytest.mark.slow)]  # of each type
+MANY = int(os.environ.get("DAVAR_DIALECTS", "20000"))
+MESSAGES = [1000, pytest.param(MANY, marks=pytest.mark.slow)]  # of each type
 BATCH = 10_000
 RECORD = np.dtype(
     [
