@@ -217,9 +217,10 @@ MONITOR = ["Monitor"] * (TAUS + 1)
         (11, 8, 9, ["ResultFd", *["Change"] * 4, *REST, *TAIL]),
     ],
 )
-def test_every_frame_has_the_values_of_its_result(seed, content, channel, names):
+@pytest.mark.parametrize("count", [60, pytest.param(300, marks=pytest.mark.slow)])
+def test_every_frame_has_the_values_of_its_result(seed, content, channel, names, count):
     numbers, state = {}, None
-    for values, frames in results(seed, 60, content, channel):
+    for values, frames in results(seed, count, content, channel):
         seen = []
         own = [(one, data) for one, data, _ in frames if (one - BASE) % STEP not in OF_NO_RESULT]
         digests = [fnv1a(one.to_bytes(2, "little") + data[1:]) for one, data in own]
