@@ -106,6 +106,9 @@ static void test_flush_gives_the_epochs_of_the_mirrored_end_or_returns_false(voi
 {
     start_q15();
     TEST_ASSERT_FALSE(davar_flush(&davar)); /* no result */
+    (void)feed(0U, 25U);                    /* half a window, but no whole one */
+    TEST_ASSERT_TRUE(davar_flush(&davar));
+    start_q15();
     TEST_ASSERT_EQUAL_UINT32(81U, feed(0U, 100U));
     uint32_t flushed = 0U;
     while (davar_flush(&davar)) {
@@ -262,6 +265,33 @@ static void test_the_geometric_series_is_distinct_and_ends_at_a_ninth_of_the_win
     TEST_ASSERT_EQUAL_UINT8(2U, davar_taus_geometric(5400U, 12U, series, 2U));
 }
 
+#define MIRRORED 40U /* largest number of results of a flush */
+
+static void test_a_gap_after_the_last_sample_does_not_count(void)
+{
+    static davar_result_t whole[MIRRORED];
+    for (uint32_t lost = 0U; lost < 2U; lost++) {
+        uint32_t results = 0U;
+        start_q15();
+        (void)feed(0U, 100U);
+        if (lost > 0U) {
+            davar_gap(&davar, lost);
+        }
+        while (davar_flush(&davar)) {
+            TEST_ASSERT_LESS_THAN_UINT32(MIRRORED, results);
+            memset(&result, 0, sizeof result);
+            TEST_ASSERT_TRUE(take_fitted(&davar, &result));
+            TEST_ASSERT_EQUAL_UINT32(0U, result.gaps_in_window);
+            if (lost == 0U) {
+                whole[results] = result;
+            }
+            TEST_ASSERT_EQUAL_MEMORY(&whole[results], &result, sizeof result);
+            results++;
+        }
+        TEST_ASSERT_GREATER_THAN_UINT32(5U, results);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -279,5 +309,6 @@ int main(void)
     RUN_TEST(test_gaps_at_the_start_or_twice_in_one_place_count_at_most_once);
     RUN_TEST(test_octaves_stop_at_a_ninth_of_the_window);
     RUN_TEST(test_the_geometric_series_is_distinct_and_ends_at_a_ninth_of_the_window);
+    RUN_TEST(test_a_gap_after_the_last_sample_does_not_count);
     return UNITY_END();
 }

@@ -55,6 +55,9 @@ static size_t count_frames(uint8_t content, uint8_t tau_count)
 static void test_the_content_decides_how_many_frames_a_result_has(void)
 {
     TEST_ASSERT_EQUAL(6, count_frames(0U, 3U));
+    config.law = &davar_law_or; /* it reports no change */
+    TEST_ASSERT_EQUAL(6, count_frames(0U, 3U));
+    config.law = NULL;
     TEST_ASSERT_EQUAL(9, count_frames(DAVAR_SEND_ADEV, 3U));
     TEST_ASSERT_EQUAL(14, count_frames(DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS, 3U));
     TEST_ASSERT_EQUAL(24, count_frames(DAVAR_SEND_ADEV | DAVAR_SEND_INTERVALS, 3U));

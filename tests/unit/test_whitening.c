@@ -327,8 +327,8 @@ static void test_blocks_of_32_bits_are_whitened(void)
 /* Full scale, up and down: what is left of a sample is clamped to the range of a sample. */
 static void test_the_rest_is_clamped_and_no_sum_overflows(void)
 {
-    static const int16_t signs[][2] = {
-        {32767, 16385}, {-32767, -16385}, {-32767, 16385}, {16384, 32767}, {-16384, -32767}};
+    static const int16_t signs[][2] = {{32767, 16385}, {-32767, -16385}, {-32767, 16385},
+                                       {16384, 32767}, {-16384, -32767}, {0, 16385}};
     for (size_t s = 0U; s < (sizeof signs / sizeof signs[0]); s++) {
         config.glr.whiten_first = signs[s][0];
         config.glr.whiten_second = signs[s][1];
