@@ -237,6 +237,35 @@ def test_window_stride_and_cluster_sizes_follow_the_rules(words, tmp_path):
     check_files(plan, words, tmp_path)
 
 
+@pytest.mark.parametrize(
+    "words, stride, largest",
+    (
+        ("--rate 100 --false-alarms-per-hour 0.1 --bandwidth none", 60, 32),  # 5 s / 8
+        ("--rate 20 --false-alarms-per-hour 0.1 --bandwidth none", 10, 8),
+        ("--rate 1000 --false-alarms-per-hour 0.1 --bandwidth 160:1", 100, 32),
+        ("--rate 100 --respond 1.1 --arw-percent 8 --bandwidth none", 10, 8),  # 13 is no block
+    ),
+)
+def test_law_glr_has_whole_blocks_and_the_whitening_of_its_filter(words, stride, largest, tmp_path):
+    words = f"{words} --lsb 0.05 --core cortex-m4f"
+    plan = plan_of(words)
+    design, wishes = plan.design, plan.design.wishes
+    assert (design.law, design.engine, design.stride) == ("glr", "grid", stride)
+    assert design.taus[-1] == largest
+    assert design.shortest == max(20, 10 * math.ceil(2 * largest / 10))
+    assert design.window % 10 == 0
+    assert 160 <= design.window <= 7680
+    assert plan.promise.arw_percent <= (wishes.arw_percent or 10)
+    check_files(plan, words, tmp_path)
+    config = (tmp_path / "davar_setup.c").read_text().partition("davar_config_t config")[2]
+    whiten = re.search(r"\.whiten_first = (\d+)", config)
+    cutoff = float(wishes.bandwidth.partition(":")[0]) if ":" in wishes.bandwidth else None
+    assert bool(whiten) == bool(cutoff)
+    if cutoff:
+        pole = math.exp(-2 * math.pi * cutoff / wishes.rate_hz)
+        assert int(whiten[1]) / 2**14 == pytest.approx(pole, abs=0.01)
+
+
 def check_files(plan, words, folder):
     """The numbers of the written files are those of the design."""
     design, wishes = plan.design, plan.design.wishes
