@@ -8,15 +8,14 @@ import os
 import re
 import subprocess
 import sys
-import unittest
 from pathlib import Path
 
 import allantools
-import davar
 import numpy as np
+import pytest
 import together
+from together import davar
 
-SUITE = Path(os.environ.get("DAVAR_ALLANTOOLS_TESTS", ""))
 PAGE = together.ROOT / "docs/PYTHON.md"
 FILES = (
     "ocxo/test_ocxo.py",  # first: it opens files of its folder, and the others change the folder
@@ -85,64 +84,70 @@ def pytest_configure():
     allantools.oadev = allantools.allantools.oadev = oadev
 
 
-def results(name):
+@pytest.fixture(scope="module")
+def suite(tmp_path_factory):
+    """AllanTools' tests, which only its source distribution contains; a download is kept."""
+    pins = (together.ROOT / "tools/requirements-bench.txt").read_text().splitlines()
+    pin = next(line for line in pins if line.startswith("AllanTools=="))
+    kept, folder = together.ROOT / "build/cache" / pin, tmp_path_factory.mktemp("allantools")
+    if not list(kept.glob("*.tar.gz")):
+        pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps"]
+        words = [*pip, "--no-binary", ":all:", "--dest", kept, pin]
+        if subprocess.run(words).returncode:
+            pytest.skip("pip could not download the source of AllanTools")
+    subprocess.run(["tar", "-xzf", *kept.glob("*.tar.gz"), "-C", folder], check=True)
+    return next(folder.glob("allantools-*/tests"))
+
+
+@pytest.mark.soak
+def test_its_own_tests_pass_except_two_intended_differences(suite, wheel):
+    done = subprocess.run(
+        [sys.executable, "-B", "-m", "pytest", "-rpf", "-p", "test_allantools"]
+        + ["-p", "no:cacheprovider", "-k", USES_OADEV, *(suite / name for name in FILES)],
+        cwd=suite / "ocxo",
+        env={
+            **os.environ,
+            "PYTHONPATH": f"{wheel.library}:{Path(__file__).parent}",
+            "COLUMNS": "200",
+        },
+        text=True,
+        capture_output=True,
+    )
+    failed = dict(re.findall(r"^FAILED \S*?([^/\s]+) - (.*)$", done.stdout, re.MULTILINE))
+    assert set(failed) == set(DIFFERENT), done.stdout + done.stderr
+    for name, why in DIFFERENT.items():
+        assert failed[name].startswith(why)
+    passed = re.findall(r"^PASSED ", done.stdout, re.MULTILINE)
+    assert f"{len(passed)} of the {len(passed) + 2} tests" in PAGE.read_text()
+
+
+def results(path):
     """Columns of a result of Stable32: size, tau, differences, noise type, low, deviation, high."""
-    return np.loadtxt(SUITE / name, unpack=True)
+    return np.loadtxt(path, unpack=True)
 
 
-def agreement(data, kind, names):
-    """(samples, results, results with the same count of differences and the same digits)"""
-    x = np.loadtxt(SUITE / data)
-    scale = x.mean() if data.startswith("ocxo") else 1.0  # a frequency in Hz
-    count = same = 0
+@pytest.mark.parametrize("record", RECORDS)
+def test_every_digit_of_stable32_and_the_table_of_the_page(suite, record):
+    data, kind, names = RECORDS[record]
+    x = np.loadtxt(suite / data)
+    scale = x.mean() if record == "OCXO" else 1.0  # a frequency in Hz
+    count = 0
     for name in names:
-        sizes, _, n, _, _, deviation, _ = results(name)
+        sizes, _, n, _, _, deviation, _ = results(suite / name)
         found = davar.adev(x, 1.0, data_type=kind, clusters=sizes)
-        digits = [f"{a:.4e}" == f"{b:.4e}" for a, b in zip(found.adev / scale, deviation)]
-        count, same = count + sizes.size, same + int(np.sum(digits & (found.n == n)))
-    return x.size, count, same
+        np.testing.assert_array_equal(found.n, n)
+        assert [f"{a:.4e}" for a in found.adev / scale] == [f"{b:.4e}" for b in deviation]
+        count += sizes.size
+    assert f"| {record} | {x.size} | {kind} | {count} | {count} |\n" in PAGE.read_text()
 
 
-@unittest.skipUnless(
-    SUITE.is_dir() and SUITE.name,
-    "pip could not download the source of AllanTools (build/log/package-allantools.log)",
-)
-class Suite(unittest.TestCase):
-    def test_its_own_tests_pass_except_two_intended_differences(self):
-        done = subprocess.run(
-            [sys.executable, "-B", "-m", "pytest", "-rpf", "-p", "test_allantools"]
-            + ["-p", "no:cacheprovider", "-k", USES_OADEV, *(SUITE / name for name in FILES)],
-            cwd=SUITE / "ocxo",
-            env={**os.environ, "PYTHONPATH": str(Path(__file__).parent), "COLUMNS": "200"},
-            text=True,
-            capture_output=True,
-        )
-        failed = dict(re.findall(r"^FAILED \S*?([^/\s]+) - (.*)$", done.stdout, re.MULTILINE))
-        self.assertEqual(set(DIFFERENT), set(failed), done.stdout + done.stderr)
-        for name, why in DIFFERENT.items():
-            self.assertTrue(failed[name].startswith(why), failed[name])
-        passed = re.findall(r"^PASSED ", done.stdout, re.MULTILINE)
-        self.assertIn(f"{len(passed)} of the {len(passed) + 2} tests", PAGE.read_text())
-
-    def test_every_digit_of_stable32_and_the_table_of_the_page(self):
-        page = PAGE.read_text()
-        for name, (data, kind, names) in RECORDS.items():
-            with self.subTest(name):
-                samples, count, same = agreement(data, kind, names)
-                self.assertIn(f"| {name} | {samples} | {kind} | {count} | {same} |\n", page)
-                self.assertEqual(count, same)
-
-    def test_intervals_where_one_noise_type_holds(self):
-        """Stable32 finds white frequency noise at every averaging time of PHASE.DAT only."""
-        x = np.loadtxt(SUITE / "phasedat/PHASE.DAT")
-        sizes, _, _, alpha, *_ = results("phasedat/phase_dat_oadev_octave.txt")
-        self.assertEqual({0}, set(alpha))
-        found = davar.adev(x, 1.0, data_type="phase", clusters=sizes)
-        for m, deviation, low, high in zip(sizes, found.adev, found.low, found.high):
-            freedom = allantools.edf_greenhall(0, 2, int(m), x.size, overlapping=True)
-            theirs = allantools.confidence_interval(deviation, freedom, ci=0.95)
-            self.assertAlmostEqual(1, (high - low) / (theirs[1] - theirs[0]), delta=0.1)
-
-
-if __name__ == "__main__":
-    unittest.main()
+def test_intervals_where_one_noise_type_holds(suite):
+    """Stable32 finds white frequency noise at every averaging time of PHASE.DAT only."""
+    x = np.loadtxt(suite / "phasedat/PHASE.DAT")
+    sizes, _, _, alpha, *_ = results(suite / "phasedat/phase_dat_oadev_octave.txt")
+    assert set(alpha) == {0}
+    found = davar.adev(x, 1.0, data_type="phase", clusters=sizes)
+    for m, deviation, low, high in zip(sizes, found.adev, found.low, found.high):
+        freedom = allantools.edf_greenhall(0, 2, int(m), x.size, overlapping=True)
+        theirs = allantools.confidence_interval(deviation, freedom, ci=0.95)
+        assert (high - low) / (theirs[1] - theirs[0]) == pytest.approx(1, abs=0.1)

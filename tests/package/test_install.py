@@ -9,239 +9,152 @@ import re
 import subprocess
 import sys
 import tarfile
-import tempfile
-import unittest
 import zipfile
 from pathlib import Path
 
-import davar
+import davarlab
+import pytest
 import together
+from together import davar
 
-DIST = Path(os.environ["DAVAR_DIST"])
 VERSION = ".".join(
     re.findall(
         r"#define DAVAR_VERSION_\w+ (\d+)\n",
         (together.ROOT / "lib/include/davar/version.h").read_text(),
     )
 )
+USE = """import davar
+import numpy as np
+found = davar.adev(np.zeros(10), 1.0)
+reveal_type(found.n)
+reveal_type(davar.Stream(1.0, lsb=1.0).push([1]))
+davar.dynamic([1.0], window_max='6')
+"""
+MODEL = """[sensor]
+rate_hz = 50.0
+column = "%s"
+
+[[effect]]
+kind = "angle_random_walk"
+coefficient_deg_per_sqrt_h = 0.3
+"""
+IN_WHEEL = (
+    "davar/py.typed",
+    "davar/libdavar_python.so",
+    "davarlab/shared/libdavar_lab.so",
+    "davarlab/shared/davar.dbc",
+    "davarlab/shared/davar-plan",
+    "davarlab/shared/davar-promise",
+    "davarlab/shared/planner/costs.json",
+    "davarlab/report/page.html",
+    "davarfleet/page.html",
+    f"davar-{VERSION}.dist-info/licenses/LICENSE",
+)
 
 
-def run(command, folder, **environment):
-    variables = {
-        "PATH": os.environ["PATH"],
-        "HOME": str(folder),
-        "MPLCONFIGDIR": str(folder),
-        **environment,
-    }
-    return subprocess.run(
-        list(map(str, command)), cwd=folder, env=variables, text=True, capture_output=True
-    )
+def run(command, folder, *paths):
+    """A command in an environment that has only these folders before its own packages."""
+    variables = {"PATH": os.environ["PATH"], "HOME": str(folder), "MPLCONFIGDIR": str(folder)}
+    variables |= {"PYTHONPATH": ":".join(map(str, paths)), "OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, *map(str, command)]
+    return subprocess.run(command, cwd=folder, env=variables, text=True, capture_output=True)
 
 
-class Made(unittest.TestCase):
-    def test_one_wheel_for_every_python(self):
-        names = sorted(path.name for path in DIST.iterdir())
-        self.assertRegex(names[0], rf"^davar-{re.escape(VERSION)}-py3-none-linux_\w+\.whl$")
-        self.assertEqual(names[1:], [f"davar-{VERSION}.tar.gz"])
-
-    def test_the_wheel_contains_only_the_packages(self):
-        with zipfile.ZipFile(next(DIST.glob("*.whl"))) as wheel:
-            names = wheel.namelist()
-        self.assertEqual(
-            {name.split("/")[0] for name in names},
-            {"davar", "davarlab", "davarfleet", f"davar-{VERSION}.dist-info"},
-        )
-        for name in (
-            "davar/py.typed",
-            "davar/libdavar_python.so",
-            "davarlab/shared/libdavar_lab.so",
-            "davarlab/shared/davar.dbc",
-            "davarlab/shared/davar-plan",
-            "davarlab/shared/davar-promise",
-            "davarlab/shared/planner/costs.json",
-            "davarlab/report/page.html",
-            "davarfleet/page.html",
-        ):
-            self.assertIn(name, names)
-        self.assertTrue(any(name.endswith("licenses/LICENSE") for name in names))
-        self.assertEqual(
-            [
-                name
-                for name in names
-                if name.endswith((".c", ".a", ".pyc", ".txt"))
-                and not name.endswith("entry_points.txt")
-            ],
-            [],
-        )
-
-    def test_the_sdist_has_no_tests_and_no_build(self):
-        with tarfile.open(next(DIST.glob("*.tar.gz"))) as archive:
-            folders = {name.split("/")[1] for name in archive.getnames() if "/" in name}
-        self.assertLessEqual(
-            {"lib", "host_sim", "python", "tools", "pyproject.toml", "LICENSE"}, folders
-        )
-        self.assertFalse({"tests", "build", ".git"} & folders)
-
-    def test_the_extra_is_the_pins_of_the_workbench(self):
-        pins = (together.ROOT / "tools/requirements-lab.txt").read_text().split()
-        wanted = importlib.metadata.requires("davar")
-        self.assertEqual(
-            sorted(one.split(";")[0].strip() for one in wanted if "extra" in one), sorted(pins)
-        )
-        self.assertEqual([one.split(">")[0] for one in wanted if "extra" not in one], ["numpy"])
+def test_one_wheel_for_every_python_contains_only_the_packages(wheel):
+    made, source = sorted(path.name for path in wheel.dist.iterdir())
+    assert re.fullmatch(rf"davar-{re.escape(VERSION)}-py3-none-linux_\w+\.whl", made)
+    assert source == f"davar-{VERSION}.tar.gz"
+    with zipfile.ZipFile(wheel.dist / made) as archive:
+        names = archive.namelist()
+    info = f"davar-{VERSION}.dist-info"
+    assert {name.split("/")[0] for name in names} == {"davar", "davarlab", "davarfleet", info}
+    assert set(IN_WHEEL) <= set(names)
+    build = (".c", ".a", ".pyc", ".txt")
+    assert [name for name in names if name.endswith(build)] == [f"{info}/entry_points.txt"]
 
 
-class Installed(unittest.TestCase):
-    def test_outside_of_the_checkout(self):
-        for path in (davar.__file__, sys.prefix):
-            self.assertFalse(Path(path).resolve().is_relative_to(together.ROOT), path)
-        self.assertEqual(importlib.metadata.version("davar"), VERSION)
-
-    def test_types_are_complete(self):
-        """Runs mypy as a user's project would."""
-        with tempfile.TemporaryDirectory() as folder:
-            use = Path(folder, "use.py")
-            use.write_text(
-                "import davar\nimport numpy as np\nfound = davar.adev(np.zeros(10), 1.0)\n"
-                "reveal_type(found.n)\nreveal_type(davar.Stream(1.0, lsb=1.0).push([1]))\n"
-                "davar.dynamic([1.0], window_max='6')\n"
-            )
-            done = run(
-                [
-                    os.environ["DAVAR_MYPY"],
-                    "-m",
-                    "mypy",
-                    "--python-executable",
-                    sys.executable,
-                    "--strict",
-                    "use.py",
-                ],
-                folder,
-            )
-            self.assertRegex(done.stdout, r'use.py:4: note: Revealed type is "numpy.ndarray')
-            self.assertIn(
-                'use.py:5: note: Revealed type is "int"', done.stdout.replace("builtins.int", "int")
-            )
-            self.assertIn('use.py:6: error: Argument "window_max"', done.stdout)
-            done = run(
-                [
-                    os.environ["DAVAR_MYPY"],
-                    "-m",
-                    "mypy",
-                    "--python-executable",
-                    sys.executable,
-                    "--strict",
-                    "-p",
-                    "davar",
-                ],
-                folder,
-            )
-            self.assertEqual(done.returncode, 0, done.stdout)
-
-    def test_davarlab_without_the_extra_reports_it(self):
-        with tempfile.TemporaryDirectory() as folder:
-            done = run([Path(sys.executable).with_name("davarlab"), "--help"], folder)
-            self.assertEqual((done.returncode, done.stdout), (2, ""))
-            self.assertRegex(
-                done.stderr, r'^davarlab: not installed: .*; pip install "davar\[lab\]"\n$'
-            )
+def test_the_sdist_has_no_tests_and_no_build(wheel):
+    with tarfile.open(wheel.dist / f"davar-{VERSION}.tar.gz") as archive:
+        folders = {name.split("/")[1] for name in archive.getnames() if "/" in name}
+    assert {"lib", "host_sim", "python", "tools", "pyproject.toml", "LICENSE"} <= folders
+    assert not {"tests", "build", ".git"} & folders
 
 
-class WithTheExtra(unittest.TestCase):
-    """In the Python with the pins: installs the wheel into a separate folder."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(cls.folder.cleanup)
-        cls.site = Path(cls.folder.name, "site")
-        done = run(
-            [
-                os.environ["DAVAR_LAB_PYTHON"],
-                "-m",
-                "pip",
-                "install",
-                "--disable-pip-version-check",
-                "--no-deps",
-                "--no-index",
-                "--target",
-                cls.site,
-                next(DIST.glob("*.whl")),
-            ],
-            cls.folder.name,
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-
-    def run_in(self, *command):
-        return run(
-            [os.environ["DAVAR_LAB_PYTHON"], *command],
-            self.folder.name,
-            PYTHONPATH=str(self.site),
-            OPENBLAS_NUM_THREADS="1",
-        )
-
-    def davarlab(self, *words):
-        return self.run_in(self.site / "bin/davarlab", *words)
-
-    def test_the_program_runs_with_its_own_library(self):
-        done = self.davarlab("--help")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("improve", done.stdout)
-        folder = Path(self.folder.name)
-        scenario = folder / "s.toml"
-        scenario.write_text(
-            (together.ROOT / "data/tutorial_sensor.toml").read_text().replace("7200", "600")
-        )
-        done = self.davarlab("simulate", "s.toml", "-o", "rec.csv")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        with (folder / "rec.csv").open() as file:
-            column = next(
-                name
-                for row in csv.reader(file)
-                if not row[0].startswith("#")
-                for name in row
-                if name.startswith("gyro_")
-            )
-        (folder / "m.toml").write_text(
-            f'[sensor]\nrate_hz = 50.0\ncolumn = "{column}"\n\n[[effect]]\n'
-            'kind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
-        )
-        done = self.davarlab("compare", "rec.csv", "-m", "m.toml", "--json")
-        self.assertIn(done.returncode, (0, 1), done.stderr)
-        self.assertIn('"verdict"' if "verdict" in done.stdout else '"p_value"', done.stdout)
-
-    def test_the_workbench_has_its_planner(self):
-        done = self.run_in(
-            "-c",
-            "from davarlab.workbench import plans\n"
-            "print(plans.planner()['missing'], plans.programs.__file__)\n"
-            "options = {'sensor': 'icm42688@1000', 'core': 'cortex-m4f'}\n"
-            "print(plans.plan(**options)['subject'], len(plans.setup(**options)) > 1000)\n",
-        )
-        self.assertEqual(done.returncode, 0, done.stderr)
-        first, second = done.stdout.splitlines()
-        self.assertEqual(first, f"None {self.site}/davarlab/shared/planner/programs.py")
-        self.assertEqual(second, "1 axis of int16 at 1000 Hz (icm42688@1000) on a cortex-m4f True")
-
-    def test_another_log_is_read(self):
-        done = self.run_in(
-            "-c",
-            "import numpy as np, davar\n"
-            "t = np.arange(3000) / 200\n"
-            "np.savez('log.npz', time_s=t, gyro_x=np.sin(t), gyro_y=np.cos(t), "
-            "gyro_z=np.sin(2 * t))\n"
-            "made = davar.read('log.npz')\n"
-            "print(round(made.rate_hz, 6), sorted(made.columns), len(made.time_s))\n"
-            "open('log.npz', 'wb').write(b'PK\\x03\\x04broken')\n"
-            "try:\n    davar.read('log.npz')\nexcept ValueError as why:\n    print(why)\n",
-        )
-        self.assertEqual(done.returncode, 0, done.stderr)
-        first, second = done.stdout.splitlines()
-        self.assertRegex(
-            first, r"^200\.0 \['gyro_x_(dps|rad_s)', 'gyro_y_\w+', 'gyro_z_\w+', 'time_s'\] 3000$"
-        )
-        self.assertTrue(second.startswith("log.npz: damaged"), second)
+def test_the_extra_is_the_pins_of_the_workbench():
+    pins = (together.ROOT / "tools/requirements-lab.txt").read_text().split()
+    wanted = importlib.metadata.requires("davar")
+    assert sorted(one.split(";")[0].strip() for one in wanted if "extra" in one) == sorted(pins)
+    assert [one.split(">")[0] for one in wanted if "extra" not in one] == ["numpy"]
+    assert importlib.metadata.version("davar") == VERSION
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_the_tested_package_is_outside_of_the_checkout():
+    assert not Path(davar.__file__).resolve().is_relative_to(together.ROOT)
+    assert Path(davarlab.__file__).resolve().is_relative_to(together.ROOT)
+
+
+def test_types_are_complete(wheel, tmp_path):
+    """Runs mypy as a user's project would."""
+    (tmp_path / "use.py").write_text(USE)
+    for name in ("davar", "davarlab"):
+        (tmp_path / name).symlink_to(wheel.site / name)
+    said = run(["-m", "mypy", "--strict", "use.py"], tmp_path).stdout
+    assert re.search(r'use.py:4: note: Revealed type is "numpy.ndarray', said), said
+    assert 'use.py:5: note: Revealed type is "int"' in said.replace("builtins.int", "int")
+    assert 'use.py:6: error: Argument "window_max"' in said
+    untyped = ["--untyped-calls-exclude=numpy.ma", "--follow-imports=silent"]
+    done = run(["-m", "mypy", "--strict", *untyped, "-p", "davar"], tmp_path)
+    assert done.returncode == 0, done.stdout
+
+
+def test_without_the_extra_the_library_works_and_davarlab_reports_it(wheel, tmp_path):
+    paths = wheel.library, wheel.numpy
+    code = "import davar; print(davar.adev([1.0, 2.0, 4.0], 1.0, clusters=[1]).adev[0] ** 2)"
+    assert float(run(["-S", "-c", code], tmp_path, *paths).stdout) == pytest.approx((1 + 4) / 4)
+    done = run(["-S", wheel.site / "bin/davarlab", "--help"], tmp_path, *paths)
+    assert (done.returncode, done.stdout) == (2, "")
+    wanted = r'davarlab: not installed: .*; pip install "davar\[lab\]"\n'
+    assert re.fullmatch(wanted, done.stderr)
+
+
+def test_davarlab_runs_with_its_own_library(wheel, tmp_path):
+    def lab(*words, status=(0,)):
+        done = run([wheel.site / "bin/davarlab", *words], tmp_path, wheel.site)
+        assert done.returncode in status, done.stderr
+        return done.stdout
+
+    scenario = (together.ROOT / "data/tutorial_sensor.toml").read_text().replace("7200", "600")
+    (tmp_path / "s.toml").write_text(scenario)
+    lab("simulate", "s.toml", "-o", "rec.csv")
+    with (tmp_path / "rec.csv").open() as file:
+        header = next(row for row in csv.reader(file) if not row[0].startswith("#"))
+    column = next(name for name in header if name.startswith("gyro_"))
+    (tmp_path / "m.toml").write_text(MODEL % column)
+    assert '"p_value"' in lab("compare", "rec.csv", "-m", "m.toml", "--json", status=(0, 1))
+
+
+def test_the_workbench_has_its_planner_and_another_log_is_read(wheel, tmp_path):
+    code = """
+import numpy as np, davar
+from davarlab.workbench import plans
+print(plans.planner()['missing'], plans.programs.__file__)
+options = {'sensor': 'icm42688@1000', 'core': 'cortex-m4f'}
+print(plans.plan(**options)['subject'], len(plans.setup(**options)) > 1000)
+t = np.arange(3000) / 200
+np.savez('log.npz', time_s=t, gyro_x=np.sin(t), gyro_y=np.cos(t), gyro_z=np.sin(2 * t))
+made = davar.read('log.npz')
+print(round(made.rate_hz, 6), sorted(made.columns), len(made.time_s))
+open('log.npz', 'wb').write(b'PK\\x03\\x04broken')
+try:
+    davar.read('log.npz')
+except ValueError as why:
+    print(why)
+"""
+    done = run(["-c", code], tmp_path, wheel.site)
+    assert done.returncode == 0, done.stderr
+    programs, planned, log, damaged = done.stdout.splitlines()
+    assert programs == f"None {wheel.site}/davarlab/shared/planner/programs.py"
+    assert planned == "1 axis of int16 at 1000 Hz (icm42688@1000) on a cortex-m4f True"
+    columns = r"\['gyro_x_(dps|rad_s)', 'gyro_y_\w+', 'gyro_z_\w+', 'time_s'\]"
+    assert re.fullmatch(rf"200\.0 {columns} 3000", log)
+    assert damaged.startswith("log.npz: damaged")

@@ -4,10 +4,10 @@ import copy
 import pickle
 import signal
 import threading
-import unittest
 
-import davar
 import numpy as np
+import pytest
+from together import davar, expect_equal
 
 OPTIONS = {"lsb": 0.01, "stride": 10, "policy": "glr", "window_max": 1000, "segment": 0}
 
@@ -31,104 +31,97 @@ def in_threads(count, work):
     return raised
 
 
-class Threads(unittest.TestCase):
-    def test_blocks_are_pushed_completely_and_each_result_comes_once(self):
-        """Every thread pushes copies of the same block, so that the order does not matter."""
-        block = np.random.default_rng(1).integers(-100, 100, 2000)
-        stream, taken, lock = davar.Stream(100.0, **OPTIONS), [], threading.Lock()
+def test_blocks_are_pushed_completely_and_each_result_comes_once():
+    """Every thread pushes copies of the same block, so that the order does not matter."""
+    block = np.random.default_rng(1).integers(-100, 100, 2000)
+    stream, taken = davar.Stream(100.0, **OPTIONS), []
 
-        def work(_):
-            for _ in range(50):
-                stream.push(block)
-                found = stream.results()
-                with lock:
-                    taken.append(found)
-                self.assertGreaterEqual(stream.health["gaps"], 0)
+    def work(_):
+        for _ in range(50):
+            stream.push(block)
+            taken.append(stream.results())
+            assert stream.health["gaps"] >= 0
 
-        self.assertEqual(in_threads(4, work), [])
-        stream.finish()
-        taken.append(stream.results())
-        order = np.argsort(np.concatenate([one.epoch for one in taken]))
-        whole = davar.dynamic(np.tile(block, 200), 100.0, **OPTIONS)
-        for name, column in whole.items():
-            np.testing.assert_array_equal(
-                np.concatenate([one[name] for one in taken])[order], column, name
-            )
-
-    def test_gaps_and_the_end_from_other_threads(self):
-        stream = davar.Stream(100.0, full_scale=1.0)
-        x = np.random.default_rng(2).normal(0, 0.1, 3000)
-        stream.push(x)  # a gap counts only between samples
-        raised = in_threads(
-            4, lambda i: [stream.gap(1) if i == 0 else stream.push(x) for _ in range(20)]
-        )
-        self.assertEqual(raised, [])
-        stream.push(x)
-        self.assertEqual(in_threads(4, lambda i: stream.finish()), [])
-        refused = in_threads(3, lambda i: stream.push(x))
-        self.assertEqual([type(why) for why in refused], [ValueError] * 3, refused)
-        self.assertTrue(1 <= stream.health["gaps"] <= 20, stream.health)
-
-    def test_separate_streams_do_not_disturb_each_other(self):
-        x = [np.random.default_rng(i).normal(0, 0.1, 20_000) for i in range(4)]
-        wanted, found = [davar.dynamic(one, 100.0, stride=10) for one in x], {}
-        self.assertEqual(
-            in_threads(4, lambda i: found.update({i: davar.dynamic(x[i], 100.0, stride=10)})), []
-        )
-        for i, one in enumerate(wanted):
-            for name, column in one.items():
-                np.testing.assert_array_equal(found[i][name], column, name)
+    assert in_threads(4, work) == []
+    stream.finish()
+    taken.append(stream.results())
+    order = np.argsort(np.concatenate([one.epoch for one in taken]))
+    whole = davar.dynamic(np.tile(block, 200), 100.0, **OPTIONS)
+    expect_equal(
+        {name: np.concatenate([one[name] for one in taken])[order] for name in whole}, whole
+    )
 
 
-class OneThread(unittest.TestCase):
-    def test_an_array_that_pushes_while_it_is_read(self):
-        stream = davar.Stream(100.0, lsb=0.01)
+def test_gaps_and_the_end_from_other_threads():
+    stream = davar.Stream(100.0, full_scale=1.0)
+    x = np.random.default_rng(2).normal(0, 0.1, 3000)
+    stream.push(x)  # a gap counts only between samples
+    raised = in_threads(
+        4, lambda i: [stream.gap(1) if i == 0 else stream.push(x) for _ in range(20)]
+    )
+    assert raised == []
+    stream.push(x)
+    assert in_threads(4, lambda i: stream.finish()) == []
+    refused = in_threads(3, lambda i: stream.push(x))
+    assert [type(why) for why in refused] == [ValueError] * 3
+    assert 1 <= stream.health["gaps"] <= 20
 
-        class Late:
-            def __array__(self, dtype=None, copy=None):
-                stream.push(np.zeros(5, np.int64))
-                return np.ones(3, np.int64)
 
-        stream.push(Late())
-        self.assertEqual(stream.push(np.arange(1)), 0)
-        self.assertEqual(stream._feed.taken, 9)
+def test_separate_streams_do_not_disturb_each_other():
+    x = [np.random.default_rng(i).normal(0, 0.1, 20_000) for i in range(4)]
+    wanted, found = [davar.dynamic(one, 100.0, stride=10) for one in x], {}
 
-    def test_a_signal_handler_cannot_interfere(self):
-        """It runs between two steps of a call. Its own call is rejected or done completely."""
-        block, said = np.random.default_rng(3).integers(-100, 100, 500), {"done": 0, "refused": 0}
-        stream = davar.Stream(100.0, lsb=0.01, stride=10)
+    def work(i):
+        found[i] = davar.dynamic(x[i], 100.0, stride=10)
 
-        def handler(number, frame):
-            try:
-                stream.push(block)
-                said["done"] += 1
-            except RuntimeError as why:
-                self.assertIn("signal handler", str(why))
-                said["refused"] += 1
-            signal.setitimer(signal.ITIMER_REAL, 0.001)
+    assert in_threads(4, work) == []
+    for i, one in enumerate(wanted):
+        expect_equal(found[i], one)
 
-        before = signal.signal(signal.SIGALRM, handler)
+
+def test_an_array_that_pushes_while_it_is_read():
+    stream = davar.Stream(100.0, lsb=0.01)
+
+    class Late:
+        def __array__(self, dtype=None, copy=None):
+            stream.push(np.zeros(5, np.int64))
+            return np.ones(3, np.int64)
+
+    stream.push(Late())
+    assert stream.push(np.arange(1)) == 0
+    assert stream._feed.taken == 9
+
+
+def test_a_signal_handler_cannot_interfere():
+    """It runs between two steps of a call. Its own call is rejected or done completely."""
+    block, said = np.random.default_rng(3).integers(-100, 100, 500), {"done": 0, "refused": 0}
+    stream = davar.Stream(100.0, lsb=0.01, stride=10)
+
+    def handler(number, frame):
         try:
-            signal.setitimer(signal.ITIMER_REAL, 0.001)
-            pushed = 0
-            while pushed < 200 or (said["done"] < 5 and pushed < 20_000):
-                stream.push(block)
-                pushed += 1
-        finally:
-            signal.setitimer(signal.ITIMER_REAL, 0)
-            signal.signal(signal.SIGALRM, before)
-        stream.finish()
-        whole = davar.dynamic(np.tile(block, pushed + said["done"]), 100.0, lsb=0.01, stride=10)
-        found = stream.results()
-        for name, column in whole.items():
-            np.testing.assert_array_equal(found[name], column, name)
+            stream.push(block)
+            said["done"] += 1
+        except RuntimeError as why:
+            assert "signal handler" in str(why)
+            said["refused"] += 1
+        signal.setitimer(signal.ITIMER_REAL, 0.001)
 
-    def test_a_copy_is_rejected(self):
-        stream = davar.Stream(100.0, lsb=0.01)
-        for call in (copy.copy, copy.deepcopy, pickle.dumps):
-            with self.assertRaisesRegex(TypeError, "Stream cannot be copied or pickled"):
-                call(stream)
+    before = signal.signal(signal.SIGALRM, handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.001)
+        pushed = 0
+        while pushed < 200 or (said["done"] < 5 and pushed < 20_000):
+            stream.push(block)
+            pushed += 1
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    stream.finish()
+    whole = davar.dynamic(np.tile(block, pushed + said["done"]), 100.0, lsb=0.01, stride=10)
+    expect_equal(stream.results(), whole)
 
 
-if __name__ == "__main__":
-    unittest.main()
+@pytest.mark.parametrize("call", (copy.copy, copy.deepcopy, pickle.dumps))
+def test_a_copy_is_rejected(call):
+    with pytest.raises(TypeError, match="Stream cannot be copied or pickled"):
+        call(davar.Stream(100.0, lsb=0.01))

@@ -1,13 +1,10 @@
-"""Shared by the tests of the installed package. They run in the Python with the installation, in a
-folder outside the checkout.
-"""
+"""Shared by the tests of the installed package."""
 
-import contextlib
 import csv
+import importlib
 import io
 import os
 import subprocess
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -26,16 +23,16 @@ WHOLE = (
 )
 
 
-@contextlib.contextmanager
-def elsewhere():
-    """A new folder, as the current one."""
-    before = os.getcwd()
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        try:
-            yield Path(folder)
-        finally:
-            os.chdir(before)
+class Installed:
+    """The package that conftest.py installs, imported at its first use: a test module is collected
+    before it is there.
+    """
+
+    def __getattr__(self, name):
+        return getattr(importlib.import_module("davar"), name)
+
+
+davar = Installed()
 
 
 def simulator(text, *options):
@@ -59,20 +56,32 @@ def as_text(name, column):
     return ["" if np.isnan(value) else f"{value:.{digits}g}" for value in column]
 
 
+def expect_printed(epochs, printed):
+    """Every column and digit of davar-sim's output."""
+    assert list(epochs) == list(printed)
+    for name, column in epochs.items():
+        assert as_text(name, column) == printed[name], name
+
+
+def expect_equal(found, wanted):
+    """Every column, bit by bit."""
+    for name, column in wanted.items():
+        np.testing.assert_array_equal(found[name], column, name)
+
+
 def recording(columns):
     """CSV, every number with all its digits."""
-    return (
-        "\n".join(
-            [",".join(columns)]
-            + [",".join(repr(float(value)) for value in row) for row in zip(*columns.values())]
-        )
-        + "\n"
-    )
+    rows = (",".join(repr(float(value)) for value in row) for row in zip(*columns.values()))
+    return "\n".join([",".join(columns), *rows]) + "\n"
 
 
-def thousand_points():
-    """The 1000 points of NIST SP 1065, 12.4: a prime modulus generator."""
-    found = [1234567890]
-    while len(found) < 1000:
-        found.append(16807 * found[-1] % 2147483647)
-    return np.array(found) / 2147483647
+def by_definition(x, m, gaps=()):
+    """(deviation, differences) of x, sample by sample. No difference may contain NaN or span a
+    gap.
+    """
+    squares = []
+    for i in range(len(x) - 2 * m + 1):
+        part = x[i : i + 2 * m]
+        if not np.isnan(part).any() and not any(i < gap < i + 2 * m for gap in gaps):
+            squares.append((part[m:].mean() - part[:m].mean()) ** 2)
+    return (np.sqrt(np.mean(squares) / 2) if squares else np.nan), len(squares)
