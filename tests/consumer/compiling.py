@@ -1,32 +1,49 @@
-"""Compiles C for the tests of this folder: a file at a time, with ccache if tools/test has it."""
+"""Compiles C for the tests of this folder, with ccache if there is one."""
 
-import os
+import shutil
 import subprocess
 from pathlib import Path
 
-LAUNCHER = os.environ.get("CMAKE_C_COMPILER_LAUNCHER", "").split()
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = sorted((ROOT / "lib/src").rglob("*.c"))
+INCLUDE = ["-I", ROOT / "lib/include", "-I", ROOT / "lib/src"]
+WARN = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
 
-def run(*command, folder=None):
+def attempt(*command, folder=None):
+    """(exit status, output) of a command."""
     done = subprocess.run(
         [str(word) for word in command],
         cwd=folder,
         text=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        check=False,
     )
-    assert done.returncode == 0, f"{command}:\n{done.stdout}"
-    return done.stdout
+    return done.returncode, done.stdout
+
+
+def run(*command, folder=None):
+    """The output of a command that must succeed."""
+    status, output = attempt(*command, folder=folder)
+    assert status == 0, f"{command}:\n{output}"
+    return output
 
 
 def objects(folder, flags, sources, compiler=("gcc",)):
     """The object of each source, in `folder`."""
     Path(folder).mkdir(exist_ok=True)
+    launcher = ["ccache"] if shutil.which("ccache") else []
     made = []
     for source in map(Path, sources):
         made.append(Path(folder) / f"{'-'.join(source.parts[-3:])}.o")
         run(
-            *LAUNCHER, *compiler, *flags, "-c", source.name, "-o", made[-1], folder=source.parent
+            *launcher, *compiler, *flags, "-c", source.name, "-o", made[-1], folder=source.parent
         )  # the folder's name does not affect the object
     return made
+
+
+def program(folder, flags, sources):
+    """Compiles and links the sources for this machine."""
+    made = objects(folder, flags, sources)
+    run("gcc", *made, "-o", Path(folder) / "program", "-lm")
+    return Path(folder) / "program"

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define SAMPLES 3000
+#define SAMPLES 2000
 
 static const uint32_t taus[] = {1, 2, 5, 11};
 static uint64_t memory[2048];

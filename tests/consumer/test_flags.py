@@ -1,39 +1,25 @@
 """A compiler flag leaves every bit of the library's results unchanged, or the library does not
-compile with it. The table lists flags one by one.
+compile with it. The tables list flags one by one; TOGETHER has them in few builds.
 """
 
-import functools
-import os
 import re
-import subprocess
-import sys
-import tempfile
-import unittest
-from concurrent.futures import ThreadPoolExecutor
+import shutil
 from pathlib import Path
 
-from compiling import LAUNCHER, run
+import pytest
+from compiling import INCLUDE, ROOT, SOURCES, attempt, objects, run
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
-import result_cache
-
-ROOT = Path(__file__).resolve().parents[2]
-
-PASSED = result_cache.ResultCache(
-    ROOT / "build/cache/flags"
-)  # a row is cached until the library, the program or the compiler changes
-FUSED = re.compile(
-    r"\t(vfn?m(add|sub)|fn?m(add|sub)\b|fn?m(add|sub)\.|vfn?m[as])"
-)  # one instruction for a product and a sum
+# One instruction for a product and a sum.
+FUSED = re.compile(r"\t(vfn?m(add|sub)|fn?m(add|sub)\b|fn?m(add|sub)\.|vfn?m[as])")
+LONG = pytest.mark.soak
+FLAGS = ROOT / "tests/consumer/flags.c"
 
 # Error texts of the library.
-IEEE, NAN, UNSAFE, EXCESS, SINGLE = (
-    "without -ffast-math",
-    "without -ffinite-math-only",
-    "without -funsafe-math-optimizations",
-    "-mfpmath=sse",
-    "without -fsingle-precision-constant",
-)
+IEEE = "without -ffast-math"
+NAN = "without -ffinite-math-only"
+UNSAFE = "without -funsafe-math-optimizations"
+EXCESS = "-mfpmath=sse"
+SINGLE = "without -fsingle-precision-constant"
 
 REFUSED = {
     "gcc": {
@@ -46,7 +32,6 @@ REFUSED = {
         "-fsingle-precision-constant": SINGLE,
         "-mfpmath=387": EXCESS,
         "-mfpmath=both": EXCESS,
-        "-m32 -idirafter /usr/include/x86_64-linux-gnu": EXCESS,
     },
     "clang-14": {
         "-O2 -ffast-math": IEEE,
@@ -117,73 +102,42 @@ SAME = {
         "-O1 -fwrapv",
     ],
 }
-# Machines that fuse by default; the tests only check their instructions.
-CROSS = {
-    "arm-none-eabi-gcc": [
-        "-O2 -mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard",
-        "-Os -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard",
+TOGETHER = {
+    "gcc": [
+        "-O1 -mfma -ffp-contract=fast -mrecip -mpc32 -fno-signed-zeros -fno-trapping-math "
+        "-fno-math-errno -fcx-limited-range -fexcess-precision=fast -fno-builtin",
+        "-O2 -march=x86-64-v3 -funroll-loops -std=gnu2x -fno-common -fpack-struct",
+        "-O0 -frounding-math -fsignaling-nans -ffloat-store -mlong-double-64 -fshort-enums "
+        "-funsigned-char -ftrapv -fsanitize=undefined -fno-sanitize-recover=all",
     ],
-    "aarch64-linux-gnu-gcc": ["-O2"],
+    "clang-14": [
+        "-O1 -mfma -ffp-contract=fast -mrecip=all -funsafe-math-optimizations -freciprocal-math "
+        "-fassociative-math -fno-signed-zeros -fapprox-func -fno-honor-nans",
+        "-O0 -ffp-model=strict -fno-honor-infinities -fshort-enums "
+        "-fdenormal-fp-math=positive-zero -funsigned-char -fwrapv",
+    ],
+}
+# Machines that fuse by default: their disassembly shows whether the library prevents it.
+CROSS = {
+    "arm-none-eabi-gcc": ["-O1 -mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard"],
+}
+LONG_CROSS = {
+    "arm-none-eabi-gcc": ["-Os -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard"],
+    "aarch64-linux-gnu-gcc": ["-O1", "-O2"],
     "riscv64-linux-gnu-gcc": ["-O2"],
 }
-CARRY = {
-    "state/image.c",
-    "number/absent.c",
-}  # they move floating-point numbers without computing
+CARRY = {"state/image.c", "number/absent.c"}  # they move numbers without computing
 
 
-def tearDownModule():
-    print(f"cached: {PASSED.hits}")
+def rows(table, *marks):
+    return [pytest.param(*row, marks=marks) for row in pairs(table)]
 
 
-@functools.cache
-def library():
-    """Both files of tools/support/amalgamate.py."""
-    folder = tempfile.TemporaryDirectory()
-    unittest.addModuleCleanup(folder.cleanup)
-    run(sys.executable, ROOT / "tools/support/amalgamate.py", folder.name)
-    return Path(folder.name)
-
-
-def compiled(compiler, flags, folder):
-    """The two objects."""
-    folder.mkdir()
-    made = []
-    for source in (library() / "davar.c", ROOT / "tests/consumer/flags.c"):
-        made.append(folder / f"{source.stem}.o")
-        run(
-            *LAUNCHER,
-            compiler,
-            *flags.split(),
-            "-w",
-            "-I",
-            ROOT / "lib/include",
-            "-c",
-            source.name,
-            "-o",
-            made[-1],
-            folder=source.parent,
-        )
-    return made
-
-
-@functools.cache
-def key_of(compiler):
-    """Everything that the bits depend on, except the flags."""
-    version = (
-        run(compiler, "--version")
-        + Path("/proc/cpuinfo").read_text().split("flags")[1].split("\n")[0]
-    )
-    return result_cache.content_key(
-        version,
-        (library() / "davar.c").read_text(),
-        (ROOT / "tests/consumer/flags.c").read_text(),
-        Path(__file__).read_text(),
-    )
+def pairs(table):
+    return [(compiler, row) for compiler, flags in table.items() for row in flags]
 
 
 def is_fused(path, objdump="objdump"):
-    """True if the disassembly has such an instruction."""
     return bool(FUSED.search(run(objdump, "-d", "--no-show-raw-insn", path)))
 
 
@@ -195,89 +149,75 @@ def can_run(flags):
     return not ("-mfma" in flags or "v3" in flags) or (" fma " in known and " avx2 " in known)
 
 
-class Flags(unittest.TestCase):
-    def each(self, work, cases):
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            for case, answer in zip(cases, pool.map(lambda case: work(*case), cases)):
-                with self.subTest(" ".join(case)):
-                    self.assertEqual(*answer)
-
-    def test_a_flag_that_bends_arithmetic_is_rejected_by_name(self):
-        def refusal(compiler, flags):
-            done = subprocess.run(
-                [compiler, *flags.split(), "-w", "-fsyntax-only", library() / "davar.c"],
-                text=True,
-                stderr=subprocess.PIPE,
-            )
-            return (
-                (True, True)
-                if done.returncode and REFUSED[compiler][flags] in done.stderr
-                else (REFUSED[compiler][flags], done.stderr)
-            )
-
-        self.each(
-            refusal, [(compiler, flags) for compiler, table in REFUSED.items() for flags in table]
-        )
-
-    def test_any_other_flag_leaves_every_bit(self):
-        def is_same(compiler, flags):
-            return PASSED.check(
-                result_cache.content_key(expected, key_of(compiler), flags),
-                lambda: bits(compiler, flags) == expected,
-            ), True
-
-        def bits(compiler, flags):
-            folder = Path(parent) / f"{compiler} {flags}".replace("/", "_")
-            objects = compiled(compiler, flags, folder)
-            run(compiler, *flags.split(), "-w", *objects, "-o", folder / "flags", "-lm")
-            self.assertFalse(
-                "-flto" not in flags and is_fused(objects[0]),
-                f"{compiler} {flags}: a product and a sum are fused",
-            )
-            return run(folder / "flags").strip() if can_run(flags) else expected
-
-        with tempfile.TemporaryDirectory() as parent:
-            expected = bits("gcc", "-O1 -std=c11")
-            self.assertRegex(expected, "^[0-9a-f]{16}$")
-            self.each(
-                is_same, [(compiler, flags) for compiler, table in SAME.items() for flags in table]
-            )
-
-    def test_a_program_that_flushes_subnormals_gets_the_same_bits(self):
-        with tempfile.TemporaryDirectory() as parent:
-            objects = compiled("gcc", "-O2", Path(parent) / "objects")
-            sums = set()
-            # if it is linked with this flag, a program sets the processor so
-            for flags in ([], ["-ffast-math"]):
-                run("gcc", *objects, *flags, "-o", Path(parent) / "flags", "-lm")
-                sums.add(run(Path(parent) / "flags"))
-            self.assertEqual(1, len(sums), sums)
-
-    def test_no_machine_fuses_a_product_with_a_sum(self):
-        def fused(compiler, flags):
-            folder = Path(parent) / f"{compiler} {flags}"
-            objects = compiled(compiler, flags, folder)
-            return False, is_fused(objects[0], compiler.replace("gcc", "objdump"))
-
-        with tempfile.TemporaryDirectory() as parent:
-            probe = Path(parent) / "probe.c"
-            probe.write_text("double fused(double a, double b, double c) { return a * b + c; }\n")
-            run("gcc", "-O2", "-mfma", "-c", probe, "-o", probe.with_suffix(".o"))
-            self.assertTrue(is_fused(probe.with_suffix(".o")), "the test is blind")
-            self.each(
-                fused, [(compiler, flags) for compiler, table in CROSS.items() for flags in table]
-            )
-
-    def test_every_source_that_computes_includes_the_check(self):
-        wrong = set()
-        for source in (ROOT / "lib/src").rglob("*.c"):
-            reads = run("gcc", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src", "-M", source)
-            if "number/strict.h" not in reads and re.search(
-                r"\b(float|double|NAN|INFINITY)\b", source.read_text()
-            ):
-                wrong.add(str(source.relative_to(ROOT / "lib/src")))
-        self.assertEqual(CARRY, wrong)
+def compiled(one_file, folder, compiler, flags):
+    """The objects of the library and of the program."""
+    flags = [*flags.split(), "-w", "-I", ROOT / "lib/include"]
+    return objects(folder, flags, [one_file / "davar.c", FLAGS], [compiler])
 
 
-if __name__ == "__main__":
-    unittest.main()
+def bits(one_file, folder, compiler, flags):
+    made = compiled(one_file, folder, compiler, flags)
+    assert "-flto" in flags or not is_fused(made[0]), "a product and a sum are fused"
+    run(compiler, *flags.split(), "-w", *made, "-o", folder / "flags", "-lm")
+    return run(folder / "flags") if can_run(flags) else None
+
+
+@pytest.fixture(scope="module")
+def expected(one_file, tmp_path_factory):
+    found = bits(one_file, tmp_path_factory.mktemp("expected"), "gcc", "-O1 -std=c11")
+    assert re.fullmatch("[0-9a-f]{16}\n", found)
+    return found
+
+
+@pytest.mark.parametrize("compiler, flags", pairs(REFUSED))
+def test_a_flag_that_bends_arithmetic_is_rejected_by_name(one_file, compiler, flags):
+    status, said = attempt(compiler, *flags.split(), "-w", "-fsyntax-only", one_file / "davar.c")
+    assert status != 0
+    assert REFUSED[compiler][flags] in said
+
+
+@pytest.mark.parametrize("compiler, flags", [*pairs(TOGETHER), *rows(SAME, LONG)])
+def test_any_other_flag_leaves_every_bit(one_file, expected, tmp_path, compiler, flags):
+    assert bits(one_file, tmp_path, compiler, flags) in (expected, None)
+
+
+def test_a_program_that_flushes_subnormals_gets_the_same_bits(one_file, expected, tmp_path):
+    """If it is linked with this flag, a program sets the processor so."""
+    made = compiled(one_file, tmp_path, "gcc", "-O1 -std=c11")
+    run("gcc", *made, "-ffast-math", "-o", tmp_path / "flags", "-lm")
+    assert run(tmp_path / "flags") == expected
+
+
+def test_the_disassembly_shows_a_fused_instruction(tmp_path):
+    (tmp_path / "probe.c").write_text(
+        "double fused(double a, double b, double c) { return a * b + c; }\n"
+    )
+    (probe,) = objects(tmp_path, ["-O2", "-mfma"], [tmp_path / "probe.c"])
+    assert is_fused(probe)
+
+
+@pytest.mark.parametrize("compiler, flags", [*pairs(CROSS), *rows(LONG_CROSS, LONG)])
+def test_no_machine_fuses_a_product_with_a_sum(one_file, tmp_path, compiler, flags):
+    if not shutil.which(compiler):
+        pytest.skip(f"{compiler}: not installed")
+    made = compiled(one_file, tmp_path, compiler, flags)
+    assert not is_fused(made[0], compiler.replace("gcc", "objdump"))
+
+
+def test_every_source_that_computes_includes_the_check():
+    wrong = set()
+    for source in SOURCES:
+        reads = run("gcc", *INCLUDE, "-M", source)
+        if "number/strict.h" not in reads and re.search(
+            r"\b(float|double|NAN|INFINITY)\b", source.read_text()
+        ):
+            wrong.add(str(source.relative_to(ROOT / "lib/src")))
+    assert wrong == CARRY
+
+
+@pytest.mark.soak
+def test_a_32_bit_program_must_use_sse(one_file):
+    flags = ["-m32", "-idirafter", "/usr/include/x86_64-linux-gnu", "-fsyntax-only"]
+    status, said = attempt("gcc", *flags, one_file / "davar.c")
+    assert status != 0
+    assert EXCESS in said

@@ -1,76 +1,60 @@
-"""Runs the installation commands of docs/PACKAGES.md as typed, for this machine and for
-microcontrollers (two of them in every build type), and a program that uses the installed library.
+"""Other projects use davar as a subdirectory, or installed by the command of docs/PACKAGES.md as
+typed, for this machine and for microcontrollers.
 """
 
 import re
-import subprocess
-import tempfile
-import unittest
-from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
-TYPED = re.search(
-    r"^    (cmake -S davar .*)$",
-    (ROOT / "docs/PACKAGES.md").read_text(encoding="utf-8"),
-    re.MULTILINE,
-)[1]
-ARM = ROOT / "port/bare_metal/targets/cortex_m.cmake"
+import pytest
+from compiling import ROOT, run
+
+HERE = ROOT / "tests/consumer"
+PAGE = (ROOT / "docs/PACKAGES.md").read_text(encoding="utf-8")
+TYPED = re.search(r"^    (cmake -S davar .*)$", PAGE, re.MULTILINE)[1]
+SAYS = r"davar \d+\.\d+\.\d+ epoch 99 window 60\n"
+ARM = f"-DCMAKE_TOOLCHAIN_FILE={ROOT / 'port/bare_metal/targets/cortex_m.cmake'}"
 BARE = (
     "-DCMAKE_EXE_LINKER_FLAGS=--specs=nosys.specs",
     "-DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY",
 )
-CORES = {
-    "host": (),
-    **{
-        core: (f"-DCMAKE_TOOLCHAIN_FILE={ARM}", f"-DDAVAR_TARGET={core}")
-        for core in ("cortex-m0", "cortex-m4f", "cortex-m7")
-    },
-}
-TYPES = ("", "Debug", "MinSizeRel")
-BUILDS = [
-    (core, kind) for core in CORES for kind in TYPES if not kind or core in ("host", "cortex-m4f")
-]
+LONG = pytest.mark.soak
 
 
-def run(command, folder):
-    done = subprocess.run(
-        ["sh", "-ec", command],
-        cwd=folder,
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
-    assert done.returncode == 0, f"{command}:\n{done.stdout}"
-    return done.stdout
+@pytest.mark.parametrize("unity", (False, pytest.param(True, marks=LONG)))
+def test_add_subdirectory_builds_the_library_and_nothing_else(tmp_path, unity):
+    # in a unity build each room is one source, except the two pipelines
+    words = ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0"] if unity else []
+    run("cmake", "-S", HERE / "add_subdirectory", "-B", tmp_path, f"-DDAVAR_SOURCE={ROOT}", *words)
+    run("cmake", "--build", tmp_path)
+    assert re.fullmatch(SAYS, run(tmp_path / "consumer"))
+    assert bool(list(tmp_path.rglob("unity_0_c.c"))) == unity
+    assert not [*tmp_path.rglob("davar-sim*"), *tmp_path.rglob("unity.c*")]
 
 
-class Install(unittest.TestCase):
-    def test_as_the_page_says(self):
-        for core, kind in BUILDS:
-            with self.subTest(core=core, kind=kind), tempfile.TemporaryDirectory() as folder:
-                (Path(folder) / "davar").symlink_to(ROOT)
-                settings = CORES[core]
-                wanted = [*settings, *([f"-DCMAKE_BUILD_TYPE={kind}"] if kind else [])]
-                run(TYPED.replace("-B b", " ".join(["-B b", *map(str, wanted)])), folder)
-                found = {path.name for path in Path(folder, "P").rglob("*") if path.is_file()}
-                self.assertTrue({"libdavar.a", "davar.h", "options.h"} <= found, found)
-                bare = BARE if settings else ()
-                run(
-                    f"cmake -S {HERE}/find_package -B user -DCMAKE_PREFIX_PATH={folder}/P "
-                    f"{' '.join(map(str, [*wanted, *bare]))} && cmake --build user",
-                    folder,
-                )
-                if not settings:
-                    self.assertRegex(
-                        run("user/consumer", folder), r"^davar \d+\.\d+\.\d+ epoch 99 window 60\n$"
-                    )
-                if not kind:  # the installed library is optimised by default
-                    self.assertIn(
-                        "CMAKE_BUILD_TYPE:STRING=Release",
-                        (Path(folder) / "b/CMakeCache.txt").read_text(),
-                    )
-
-
-if __name__ == "__main__":
-    unittest.main()
+@pytest.mark.parametrize(
+    "core, kind",
+    (
+        ("host", ""),
+        ("cortex-m4f", "Debug"),
+        pytest.param("host", "Debug", marks=LONG),
+        pytest.param("host", "MinSizeRel", marks=LONG),
+        pytest.param("cortex-m0", "", marks=LONG),
+        pytest.param("cortex-m4f", "", marks=LONG),
+        pytest.param("cortex-m4f", "MinSizeRel", marks=LONG),
+        pytest.param("cortex-m7", "", marks=LONG),
+    ),
+)
+def test_installed_as_the_page_says(tmp_path, core, kind):
+    (tmp_path / "davar").symlink_to(ROOT)
+    settings = [] if core == "host" else [ARM, f"-DDAVAR_TARGET={core}"]
+    settings += [f"-DCMAKE_BUILD_TYPE={kind}"] if kind else []
+    run("sh", "-ec", TYPED.replace("-B b", " ".join(["-B b", *settings])), folder=tmp_path)
+    found = {path.name for path in tmp_path.joinpath("P").rglob("*") if path.is_file()}
+    assert {"libdavar.a", "davar.h", "options.h"} <= found
+    settings += [] if core == "host" else BARE
+    where = f"-DCMAKE_PREFIX_PATH={tmp_path / 'P'}"
+    run("cmake", "-S", HERE / "find_package", "-B", tmp_path / "user", where, *settings)
+    run("cmake", "--build", tmp_path / "user")
+    if core == "host":
+        assert re.fullmatch(SAYS, run(tmp_path / "user/consumer"))
+    if not kind:  # the installed library is optimised by default
+        assert "CMAKE_BUILD_TYPE:STRING=Release" in (tmp_path / "b/CMakeCache.txt").read_text()

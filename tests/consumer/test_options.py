@@ -2,28 +2,18 @@
 the same bits. A wrong combination does not compile.
 """
 
-import functools
-import subprocess
-import tempfile
-import unittest
-from pathlib import Path
+import re
 
-from compiling import objects, run
+import pytest
+from compiling import INCLUDE, ROOT, SOURCES, WARN, attempt, program, run
 
-ROOT = Path(__file__).resolve().parents[2]
-SOURCES = sorted((ROOT / "lib/src").rglob("*.c"))
-FLAGS = [
-    "-std=c11",
-    "-Wall",
-    "-Wextra",
-    "-Werror",
-    "-O2",
-    "-ffp-contract=off",
-    "-I",
-    ROOT / "lib/include",
-    "-I",
-    ROOT / "lib/src",
-]
+OPTIONS = ROOT / "tests/consumer/options.c"
+FLAGS = [*WARN, "-O0", "-ffp-contract=off"]
+LEAN = ("GRID", "LAWS", "CENTRED", "Q31")
+SIZES = """#include "davar/davar.h"
+#include <stdio.h>
+int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t)); return 0; }
+"""
 
 
 def features(way):
@@ -41,114 +31,90 @@ NEEDS = {
     "Q15": lambda way: way[0] == "q",
     "Q31": lambda way: way[0] in "wf",
 }
-LEAN = ("GRID", "LAWS", "CENTRED", "Q31")
 
 
-@functools.cache
-def ways(*options):
+def ways(folder, flags, sources):
     """{configuration: (status of init, checksum of the results)}."""
-    with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / "options"
-        run(
-            "gcc",
-            *objects(folder, [*FLAGS, *options], [ROOT / "tests/consumer/options.c", *SOURCES]),
-            "-o",
-            program,
-            "-lm",
-        )
-        lines = run(program).splitlines()
-    return {
-        line.split()[0]: (line.split(" ", 1)[1].rsplit(" ", 1)[0], line.split()[-1])
-        for line in lines
-    }
+    lines = run(program(folder, [*FLAGS, *flags], [OPTIONS, *sources])).splitlines()
+    found = (line.split(" ", 1) for line in lines)
+    return {way: tuple(said.rsplit(" ", 1)) for way, said in found}
 
 
-class Options(unittest.TestCase):
-    def test_disabled_features_are_rejected_and_others_have_the_same_bits(self):
-        whole = ways()
-        self.assertEqual({status for status, _ in whole.values()}, {"ok"})
-        self.assertGreater(len({total for _, total in whole.values()}), 15)
-        for way in [way for way in whole if way.endswith("a")]:
-            self.assertEqual(whole[way[:-1]], whole[way], "auto and grid differ")
-        for left_out in (("GRID",), ("LAWS",), ("CENTRED",), ("Q15",), ("Q31",), LEAN):
-            found = ways(*(f"-DDAVAR_{name}=0" for name in left_out))
-            for way, (status, total) in found.items():
-                with self.subTest(left_out=left_out, way=way):
-                    refused = any(NEEDS[name](way) for name in left_out)
-                    self.assertEqual(
-                        ("disabled in this build", "0" * 16) if refused else whole[way],
-                        (status, total),
-                    )
-
-    def test_the_portable_build_without_asserts_has_the_same_bits(self):
-        self.assertEqual(
-            ways(),
-            ways("-DDAVAR_PORTABLE", "-DDAVAR_ASSERT(condition)=((void)0)", "-DDAVAR_TAUS_MAX=4"),
-        )
-
-    def test_the_sizes_that_the_pages_state(self):
-        readme, costs = (
-            (ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/COST.md")
-        )
-        sizes = {}
-        for taus in (8, 32):
-            with tempfile.TemporaryDirectory() as folder:
-                source = Path(folder) / "sizes.c"
-                source.write_text(
-                    '#include "davar/davar.h"\n#include <stdio.h>\n'
-                    'int main(void) { printf("%zu %zu", sizeof(davar_result_t), '
-                    "sizeof(davar_plan_t)); return 0; }\n"
-                )
-                subprocess.run(
-                    [
-                        "gcc",
-                        *FLAGS,
-                        f"-DDAVAR_TAUS_MAX={taus}",
-                        source,
-                        "-o",
-                        source.with_suffix(""),
-                    ],
-                    check=True,
-                )
-                sizes[taus] = tuple(
-                    map(
-                        int,
-                        subprocess.run(
-                            [source.with_suffix("")], text=True, stdout=subprocess.PIPE, check=True
-                        ).stdout.split(),
-                    )
-                )
-        for taus, (result, plan) in sizes.items():
-            self.assertRegex(costs, rf"(?m)^\| {taus}( \(default\))? \| {result} \| {plan} \|$")
-            pairs = taus * (taus + 1) // 2
-            self.assertEqual((result, plan), (48 * taus + 288, 100 * taus + 4 * pairs + 264))
-        readme, costs = (" ".join(page.split()) for page in (readme, costs))
-        self.assertIn("288 bytes plus 48 bytes per tau", costs)
-        self.assertIn("264 bytes plus 100 bytes per tau plus 4 bytes per pair of taus", costs)
-        self.assertIn(f"({sum(sizes[8])} bytes with `-DDAVAR_TAUS_MAX=8`)", readme)
-
-    def test_a_wrong_combination_does_not_compile(self):
-        for options, why in (
-            (("-DDAVAR_Q15=0", "-DDAVAR_Q31=0"), "one number type must be there"),
-            (("-DDAVAR_TAUS_MAX=0",), "DAVAR_TAUS_MAX: 1 to 32"),
-            (("-DDAVAR_TAUS_MAX=33",), "DAVAR_TAUS_MAX: 1 to 32"),
-            (("-ffast-math",), "without -ffast-math"),
-        ):
-            done = subprocess.run(
-                [
-                    "gcc",
-                    *FLAGS,
-                    *options,
-                    "-fsyntax-only",
-                    ROOT / "tests/consumer/options.c",
-                    *SOURCES,
-                ],
-                text=True,
-                stderr=subprocess.PIPE,
-            )
-            self.assertNotEqual(0, done.returncode)
-            self.assertIn(why, done.stderr)
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Those of the library, from its sources."""
+    return ways(tmp_path_factory.mktemp("whole"), INCLUDE, SOURCES)
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_every_configuration_has_results_and_auto_is_grid(whole):
+    assert {status for status, _ in whole.values()} == {"ok"}
+    assert len({total for _, total in whole.values()}) > 15
+    for way in [way for way in whole if way.endswith("a")]:
+        assert whole[way[:-1]] == whole[way]
+
+
+@pytest.mark.parametrize(
+    "left_out",
+    (
+        ("GRID",),
+        ("LAWS",),
+        ("CENTRED",),
+        ("Q15",),
+        LEAN,
+        pytest.param(("Q31",), marks=pytest.mark.soak),
+    ),
+)
+def test_disabled_features_are_rejected_and_others_have_the_same_bits(
+    whole, one_file, tmp_path, left_out
+):
+    flags = ["-I", one_file, *(f"-DDAVAR_{name}=0" for name in left_out)]
+    found = ways(tmp_path, flags, [one_file / "davar.c"])
+    for way, answer in found.items():
+        refused = any(NEEDS[name](way) for name in left_out)
+        assert answer == (("disabled in this build", "0" * 16) if refused else whole[way]), way
+    assert found.keys() == whole.keys()
+
+
+@pytest.mark.parametrize(
+    "flags",
+    (
+        ["-DNDEBUG"],  # the single file, complete
+        ["-DDAVAR_PORTABLE", "-DDAVAR_ASSERT(condition)=((void)0)", "-DDAVAR_TAUS_MAX=4"],
+    ),
+)
+def test_other_builds_have_the_same_bits(whole, one_file, tmp_path, flags):
+    assert whole == ways(tmp_path, ["-I", one_file, *flags], [one_file / "davar.c"])
+
+
+def test_the_sizes_that_the_pages_state(tmp_path):
+    readme, costs = (
+        (ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/COST.md")
+    )
+    (tmp_path / "sizes.c").write_text(SIZES)
+    sizes = {}
+    for taus in (8, 32):
+        flags = [f"-DDAVAR_TAUS_MAX={taus}", *INCLUDE]
+        run("gcc", *FLAGS, *flags, tmp_path / "sizes.c", "-o", tmp_path / "sizes")
+        result, plan = map(int, run(tmp_path / "sizes").split())
+        assert re.search(rf"(?m)^\| {taus}( \(default\))? \| {result} \| {plan} \|$", costs)
+        pairs = taus * (taus + 1) // 2
+        assert (result, plan) == (48 * taus + 288, 100 * taus + 4 * pairs + 264)
+        sizes[taus] = result + plan
+    readme, costs = (" ".join(page.split()) for page in (readme, costs))
+    assert "288 bytes plus 48 bytes per tau" in costs
+    assert "264 bytes plus 100 bytes per tau plus 4 bytes per pair of taus" in costs
+    assert f"({sizes[8]} bytes with `-DDAVAR_TAUS_MAX=8`)" in readme
+
+
+@pytest.mark.parametrize(
+    "options, why",
+    (
+        (("-DDAVAR_Q15=0", "-DDAVAR_Q31=0"), "one number type must be there"),
+        (("-DDAVAR_TAUS_MAX=0",), "DAVAR_TAUS_MAX: 1 to 32"),
+        (("-DDAVAR_TAUS_MAX=33",), "DAVAR_TAUS_MAX: 1 to 32"),
+    ),
+)
+def test_a_wrong_combination_does_not_compile(options, why):
+    status, said = attempt("gcc", *FLAGS, *INCLUDE, *options, "-fsyntax-only", OPTIONS)
+    assert status != 0
+    assert why in said

@@ -1,0 +1,21 @@
+"""The library in one file, which takes one compilation instead of sixty."""
+
+import shutil
+import sys
+
+import compiling
+import pytest
+
+
+@pytest.fixture(scope="session")
+def one_file(tmp_path_factory):
+    """A folder with both files of tools/support/amalgamate.py."""
+    folder = tmp_path_factory.mktemp("one")
+    compiling.run(sys.executable, compiling.ROOT / "tools/support/amalgamate.py", folder)
+    (folder / "davar").mkdir()
+    for header in (compiling.ROOT / "lib/include/davar").iterdir():
+        if header.suffix == ".h":  # a program that includes it gets the single file
+            (folder / "davar" / header.name).write_text('#include "../davar.h"\n')
+        else:  # the list of fields, which a suite expands
+            shutil.copy(header, folder / "davar")
+    return folder
