@@ -568,9 +568,9 @@ static double rising(uint32_t sample)
  * sample are in half a block before each place where the parts are compared. */
 static const steady_t changing[] = {
     {"x1.25", "missed 1.5:3, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, quarter, 0U},
-    {"x1.5", "missed 0.6:1.2, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, half, 0U},
-    {"x2", "missed 0.28:0.7, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, twice, 0U},
-    {"x3", "missed 0.19:0.5, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, thrice, 0U},
+    {"x1.5", "missed 0.5:1.2, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, half, 0U},
+    {"x2", "missed 0.18:0.7, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, twice, 0U},
+    {"x3", "missed 0.13:0.5, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, thrice, 0U},
     {"+10 % per hour", "farthest :3.6, restarts 1.2:2.2", noise_gauss, PLAIN, 100.0, 360U, rising,
      0U},
     {"+10 % per hour, with gaps", "farthest :3.6, restarts 1.2:2.2", noise_gauss, PLAIN, 100.0,

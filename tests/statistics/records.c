@@ -182,7 +182,7 @@ static const curve_t curves[] = {
     {"white, gaps", "N 1", 16384U, 2000U, false, IS_WHITE, CURVE "98.5:"},
     {"B 0.07", "N 1 B 0.07", 55000U, 0U, false, UNDECLARED, CURVE "96:, B.given 95:"},
     {"B 0.2", "N 1 B 0.2", 16384U, 0U, false, IS_WHITE, CURVE "95:, B.given 94:"},
-    {"K 0.01", "N 1 K 0.01", 16384U, 0U, false, IS_WHITE, CURVE "96:, K.given 89:"},
+    {"K 0.01", "N 1 K 0.01", 16384U, 0U, false, IS_WHITE, CURVE "92.5:, K.given 89:"},
     {"B 0.05, K 0.001", "N 1 B 0.05 K 0.001", 65536U, 0U, false, IS_WHITE, CURVE "92.5:"},
     {"R 1e-5", "N 1 R 1e-5", 16384U, 0U, false, IS_WHITE,
      "ADEV 94.3:, long 94.3:, N 95:, N.given 99.5:, withheld :0.5, others 96:"},

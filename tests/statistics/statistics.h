@@ -44,6 +44,7 @@ extern const group_t group_resolved;
 extern const group_t group_monitor;
 extern const group_t group_monitor_cascade;
 extern const group_t group_rates;
+extern const group_t group_rates_other;
 extern const group_t group_rare;
 extern const group_t group_whitened;
 extern const group_t group_coarse;
