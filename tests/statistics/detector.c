@@ -259,7 +259,7 @@ static void run_rare(const void *of, unsigned trials, uint64_t seed)
     report("student5, student3", "0.02/h 0.6:1.1, both 0.7:1.05");
 }
 
-const group_t group_rare = {"rates-rare", ROWS(rare_rows), run_rare, 1U, 800U, 0.0, 0U, 0U};
+const group_t group_rare = {"rates-rare", ROWS(rare_rows), run_rare, 1U, 700U, 0.0, 0U, 0U};
 
 /* ---- after a filter, whitened (10.16) ---- */
 

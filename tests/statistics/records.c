@@ -332,7 +332,7 @@ static void run_levels(const void *of, unsigned trials, uint64_t seed)
     }
 }
 
-const group_t group_curve = {"curve", ROWS(curves), run_curve, 340811U, 0U, 89.0, 1000U, 0U};
+const group_t group_curve = {"curve", ROWS(curves), run_curve, 340811U, 0U, 88.0, 1000U, 0U};
 const group_t group_levels = {"curve-levels", ROWS(changing), run_levels, 340811U, 0U,
                               89.0,           1000U,          0U};
 
