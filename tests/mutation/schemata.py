@@ -1,4 +1,4 @@
-"""Every mutant of lib/ in one build: each place with mutants tests which mutant is active.
+"""Every mutant of C sources in one build: each place with mutants tests which mutant is active.
 
 `a + b` becomes `(DAVAR_SITE(7, 1) ? a - b : a + b)`. Only one mutant is active at a time, so the
 mutated branch contains the original text and the text grows little. libclang finds the places. Code
@@ -6,129 +6,35 @@ that the preprocessor or a constant expression decides (array sizes, case labels
 bodies of macros, instructions of other machines) has no mutants.
 """
 
-import hashlib
 import re
 import subprocess
-from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from clang.cindex import CursorKind as Kind
 from clang.cindex import Index, StorageClass, TypeKind
+from mutant import CLASSES, RELATIONS, SWAPS, Mutant, number, one_line
 
-SWAPS = {
-    "+": "-",
-    "-": "+",
-    "*": "+",
-    "/": "*",
-    "%": "*",
-    "<<": ">>",
-    ">>": "<<",
-    "&": "|",
-    "|": "&",
-    "^": "&",
-    "&&": "||",
-    "||": "&&",
-    "==": "!=",
-    "!=": "==",
-}
-RELATIONS = {"<": ("<=", ">="), "<=": ("<", ">"), ">": (">=", "<="), ">=": (">", "<")}
-CLASSES = {
-    "+": "arithmetic",
-    "-": "arithmetic",
-    "*": "arithmetic",
-    "/": "arithmetic",
-    "%": "arithmetic",
-    "<<": "shift",
-    ">>": "shift",
-    "&": "bitwise",
-    "|": "bitwise",
-    "^": "bitwise",
-    "&&": "logical",
-    "||": "logical",
-    "==": "relational",
-    "!=": "relational",
-}
-SUFFIXES = (".c", ".h", ".inc")  # of the files of lib/ that contain code
+SUFFIXES = (".c", ".h", ".inc")  # of the files that contain code
 
 # Macros whose use is a constant of the library. Options of the build (davar/options.h) are not
 # constants of this kind.
-STANDARD = {
-    "UINT8_MAX",
-    "UINT16_MAX",
-    "UINT32_MAX",
-    "UINT64_MAX",
-    "INT16_MAX",
-    "INT16_MIN",
-    "INT32_MAX",
-    "INT32_MIN",
-    "INT64_MAX",
-    "INT64_MIN",
-    "UINT32_C",
-    "UINT64_C",
-    "INT32_C",
-    "INT64_C",
-    "DBL_MAX",
-    "FLT_MAX",
-    "CHAR_BIT",
-    "true",
-    "false",
-}
+STANDARD = set(
+    re.findall(
+        r"\w+",
+        "UINT8_MAX UINT16_MAX UINT32_MAX UINT64_MAX INT16_MAX INT16_MIN INT32_MAX INT32_MIN "
+        "INT64_MAX INT64_MIN SIZE_MAX UINT32_C UINT64_C INT32_C INT64_C DBL_MAX FLT_MAX CHAR_BIT "
+        "true false",
+    )
+)
 CHOICES = re.compile(r"DAVAR_(TAUS_MAX|Q15|Q31|GRID|LAWS|CENTRED|MANY_REGISTERS|VERSION_\w+)$")
-STATEMENTS = {
-    Kind.COMPOUND_STMT,
-    Kind.IF_STMT,
-    Kind.FOR_STMT,
-    Kind.WHILE_STMT,
-    Kind.DO_STMT,
-    Kind.CASE_STMT,
-    Kind.DEFAULT_STMT,
-}
-INTEGERS = {
-    TypeKind.BOOL,
-    TypeKind.CHAR_S,
-    TypeKind.SCHAR,
-    TypeKind.UCHAR,
-    TypeKind.SHORT,
-    TypeKind.USHORT,
-    TypeKind.INT,
-    TypeKind.UINT,
-    TypeKind.LONG,
-    TypeKind.ULONG,
-    TypeKind.LONGLONG,
-    TypeKind.ULONGLONG,
-    TypeKind.INT128,
-    TypeKind.UINT128,
-}
+KINDS = "COMPOUND IF FOR WHILE DO CASE DEFAULT"
+STATEMENTS = {getattr(Kind, f"{name}_STMT") for name in KINDS.split()}
+WIDTHS = (
+    "BOOL CHAR_S SCHAR UCHAR SHORT USHORT INT UINT LONG ULONG LONGLONG ULONGLONG INT128 UINT128"
+)
+INTEGERS = {getattr(TypeKind, name) for name in WIDTHS.split()}
 FLOATS = {TypeKind.FLOAT, TypeKind.DOUBLE}
-
-
-@dataclass
-class Mutant:
-    file: str  # from the repository's root
-    function: str
-    line: int
-    kind: str
-    before: str
-    after: str
-    where: str = ""  # the surrounding line
-    number: int = 0  # of several equal ones in a function
-    id: int = 0
-    first_id: int = 0  # of the mutants at its place
-
-    @property
-    def key(self):
-        """Identifies the mutant while the text of its function is unchanged."""
-        return self.named(self.after or "nothing")
-
-    def named(self, after):
-        return f"{self.file} | {self.function} | {self.where} | {self.before} -> {after}" + (
-            f" | {self.number}" if self.number else ""
-        )
-
-    def draw(self, seed):
-        """A number for sampling, independent of other changes."""
-        return hashlib.sha256(f"{seed} {self.named(self.after)}".encode()).hexdigest()
 
 
 @dataclass
@@ -144,7 +50,7 @@ class Site:
 
 def flat(text):
     """One line, without comments."""
-    return re.sub(r"\s+", " ", re.sub(r"/\*.*?\*/|//[^\n]*", " ", text, flags=re.DOTALL)).strip()
+    return one_line(re.sub(r"/\*.*?\*/|//[^\n]*", " ", text, flags=re.DOTALL))
 
 
 class File:
@@ -173,7 +79,7 @@ class File:
 
 
 class Finder:
-    """Walks one translation unit; adds its sites in a file of lib/ to that file, once."""
+    """Walks one translation unit; adds its sites in these files, each once."""
 
     def __init__(self, root, files, macros):
         self.root, self.files, self.macros = root, files, macros
@@ -418,13 +324,10 @@ class Finder:
             self.file.add(span, self.function, "statement", "", is_void=True)
 
 
-def find(root, compiler_flags):
-    """{path: File} of lib/, with the sites of every mutant that a compiler may accept."""
+def find(root, folders, compiler_flags):
+    """{path: File} of these folders, with the sites of every mutant that a compiler may accept."""
     names = sorted(
-        path
-        for folder in ("lib/src", "lib/include")
-        for path in (root / folder).rglob("*")
-        if path.suffix in SUFFIXES
+        path for folder in folders for path in (root / folder).rglob("*") if path.suffix in SUFFIXES
     )
     files = {}
     macros = set(STANDARD)
@@ -447,25 +350,15 @@ def find(root, compiler_flags):
     return {file.name: file for file in files.values()}
 
 
-def number(files, without=()):
+def numbered(files, without=()):
     """Numbers the mutants from 1 and returns them; `without`: sites {(file, start, end)} that no
     compiler accepts.
     """
     mutants = []
-    for name in sorted(files):
-        file, same = files[name], Counter()
-        for span in sorted(file.sites):
-            site = file.sites[span]
-            if (name, *span) in without:
-                continue
-            for mutant, _ in site.mutants:
-                mutant.number = 0
-                seen = same[mutant.key]
-                same[mutant.key] += 1
-                mutant.number = seen + 1 if seen else 0
-                mutants.append(mutant)
-                mutant.id = len(mutants)
-                mutant.first_id = site.mutants[0][0].id
+    for name, file in sorted(files.items()):
+        wanted = [file.sites[span] for span in sorted(file.sites) if (name, *span) not in without]
+        places = [[mutant for mutant, _ in site.mutants] for site in wanted if site.mutants]
+        mutants += number(places, 1 + len(mutants))
     return mutants
 
 
@@ -497,16 +390,11 @@ def render(file, without=()):
 
     def copied(start, end):
         text = file.text[start:end]
-        for lasting in file.lasting:
-            if start <= lasting < end:
-                text = text[: lasting - start] + text[lasting - start :].replace(
-                    "static const", "const", 1
-                )
-        for first, last, _ in tables:
-            if start <= first and last < end:
-                text = text[: first - start] + text[first - start :].replace(
-                    "static const", "static", 1
-                )
+        changed = [(at, "const") for at in file.lasting if start <= at < end]
+        changed += [(at, "static") for at, last, _ in tables if start <= at and last < end]
+        for at, kept in sorted(changed, reverse=True):
+            before, after = text[: at - start], text[at - start :]
+            text = before + after.replace("static const", kept, 1)
         return text
 
     text = stretch(0, len(file.text), plain)
@@ -544,15 +432,13 @@ def wrapped(site, text):
 
 
 def compiler_flags(root):
-    """The paths of the compiler's own headers, which libclang needs."""
+    """The paths of the sources' headers, and of the compiler's own, which libclang needs."""
     builtin = subprocess.run(
         ["gcc", "-print-file-name=include"], check=True, text=True, stdout=subprocess.PIPE
     ).stdout.strip()
+    folders = ["lib/include", "lib/src", "host_sim", "gateway"]
+    folders += sorted(str(path.relative_to(root)) for path in (root / "port").iterdir())
     return [
-        "-std=c11",
-        "-DNDEBUG",
-        f"-I{root}/lib/include",
-        f"-I{root}/lib/src",
-        "-isystem",
-        builtin,
+        *("-std=c11", "-DNDEBUG", "-D_GNU_SOURCE", "-isystem", builtin),
+        *(f"-I{root / folder}" for folder in folders),
     ]
