@@ -2,48 +2,39 @@
 or 1, or an error; never anything else.
 """
 
-import unittest
-from profile import examples
-
-import asked
 import numpy as np
 from davarlab import model as models
 from davarlab.data import recording as recordings
 from hypothesis import given
 from hypothesis import strategies as st
-from test_models import terms
+from lawful import check_law, examples, run
+from models_made import terms
 
 SHAPES = {
-    "noise": lambda time, rng: rng.standard_normal(len(time)),
-    "constant": lambda time, rng: np.ones(len(time)),
-    "ramp": lambda time, rng: np.linspace(0, 1, len(time)),
-    "sine": lambda time, rng: np.sin(0.3 * np.arange(len(time))),
-    "two values": lambda time, rng: rng.integers(0, 2, len(time)) * 1.0,
-    "counts": lambda time, rng: np.round(rng.standard_normal(len(time)) * 2) / 2,
-    "walk": lambda time, rng: np.cumsum(rng.standard_normal(len(time))),
-    "stuck": lambda time, rng: (
-        rng.standard_normal(len(time)) * (np.arange(len(time)) < len(time) // 2)
-    ),
-    "late": lambda time, rng: (
-        rng.standard_normal(len(time)) * (np.arange(len(time)) > len(time) - 5)
-    ),
-    "spikes": lambda time, rng: (
-        rng.standard_normal(len(time)) * (1 + 1e6 * (rng.random(len(time)) < 0.01))
-    ),
-    "slow sine": lambda time, rng: np.sin(6.3e-4 * np.arange(len(time))),
-    "saw tooth": lambda time, rng: np.arange(len(time)) % 7 * 1.0,
-    "repeated": lambda time, rng: np.repeat(rng.standard_normal(len(time)), 3)[: len(time)],
-    "heavy": lambda time, rng: rng.standard_cauchy(len(time)),
+    "noise": lambda n, rng: rng.standard_normal(n),
+    "constant": lambda n, rng: np.ones(n),
+    "ramp": lambda n, rng: np.linspace(0, 1, n),
+    "sine": lambda n, rng: np.sin(0.3 * np.arange(n)),
+    "two values": lambda n, rng: rng.integers(0, 2, n) * 1.0,
+    "counts": lambda n, rng: np.round(rng.standard_normal(n) * 2) / 2,
+    "walk": lambda n, rng: np.cumsum(rng.standard_normal(n)),
+    "stuck": lambda n, rng: rng.standard_normal(n) * (np.arange(n) < n // 2),
+    "late": lambda n, rng: rng.standard_normal(n) * (np.arange(n) > n - 5),
+    "spikes": lambda n, rng: rng.standard_normal(n) * (1 + 1e6 * (rng.random(n) < 0.01)),
+    "slow sine": lambda n, rng: np.sin(6.3e-4 * np.arange(n)),
+    "saw tooth": lambda n, rng: np.arange(n) % 7 * 1.0,
+    "repeated": lambda n, rng: np.repeat(rng.standard_normal(n), 3)[:n],
+    "heavy": lambda n, rng: rng.standard_cauchy(n),
 }
 CLOCKS = {
-    "even": lambda count, rng: np.arange(count) * 1.0,
-    "jitter": lambda count, rng: np.arange(count) + 0.3 * rng.random(count),
-    "gaps": lambda count, rng: np.arange(count) + 1000.0 * np.cumsum(rng.random(count) < 0.005),
-    "lost": lambda count, rng: np.arange(count) + np.cumsum(rng.random(count) < 0.2) * 1.0,
-    "uneven": lambda count, rng: np.cumsum(rng.exponential(size=count)),
-    "twice": lambda count, rng: np.arange(count) // 2 * 1.0,
-    "stands": lambda count, rng: np.ones(count),
-    "denormal": lambda count, rng: 5e-324 * np.arange(count),
+    "even": lambda n, rng: np.arange(n) * 1.0,
+    "jitter": lambda n, rng: np.arange(n) + 0.3 * rng.random(n),
+    "gaps": lambda n, rng: np.arange(n) + 1000.0 * np.cumsum(rng.random(n) < 0.005),
+    "lost": lambda n, rng: np.arange(n) + np.cumsum(rng.random(n) < 0.2) * 1.0,
+    "uneven": lambda n, rng: np.cumsum(rng.exponential(size=n)),
+    "twice": lambda n, rng: np.arange(n) // 2 * 1.0,
+    "stands": lambda n, rng: np.ones(n),
+    "denormal": lambda n, rng: 5e-324 * np.arange(n),
 }
 EXTRA = st.dictionaries(
     st.sampled_from(("temp_degC", "accel_x_g", "accel_y_g", "accel_z_g", "gyro_x_dps", "volt")),
@@ -52,57 +43,40 @@ EXTRA = st.dictionaries(
 )
 
 
-class Analysis(asked.Lawful):
-    @given(
-        st.sampled_from(("compare", "fit", "diagnose", "improve")),
-        st.sampled_from(sorted(SHAPES)),
-        st.sampled_from(sorted(CLOCKS)),
-        EXTRA,
-        st.sampled_from((1.0, 1.0, 1e-3, 1e-12, 1e12, 1e-20, 1e20)),
-        st.sampled_from((50.0, 50.0, 1000.0, 1e-6, 1e8)),
-        st.sampled_from((1000, 1001, 1500)),
-        st.lists(terms(), max_size=2),
-        st.booleans(),
-        st.integers(0, 99),
-    )
-    @examples(30)
-    def test_a_result_or_an_error(
-        self, command, shape, clock, extra, size, rate_hz, count, added, report, seed
-    ):
-        rng = np.random.default_rng(seed)
-        time = CLOCKS[clock](count, rng) / rate_hz
-        columns = {"time_s": time, "gyro_z_dps": size * SHAPES[shape](time, rng)} | {
-            name: SHAPES[kind](time, rng) for name, kind in extra.items()
-        }
-        path, model, out = self.work / "r.csv", self.work / "m.toml", self.work / "out.toml"
-        recordings.write_columns(columns, {}, path)
-        noise = models.Term(
-            "angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3 * min(max(size, 1e-9), 1e6)}
-        )
-        models.write(models.Model(None, "gyro_z_dps", [noise, *added]), model)
-        page = self.work / "page.html"
-        out.unlink(missing_ok=True)
-        page.unlink(missing_ok=True)
-        done = asked.run(
-            command,
-            path,
-            "-m",
-            model,
-            *(("-o", out) if command == "improve" else ()),
-            *(("--report", page) if report and command != "fit" else ()),
-        )
-        self.keeps_the_law(
-            done, self.named(done), (0, 1) if command in ("compare", "improve") else (0,)
-        )
-        self.assertEqual(out.exists(), command == "improve" and done.returncode < 2)
-        self.assertEqual(page.exists(), report and command != "fit" and done.returncode < 2)
-        if out.exists():
-            models.read(out)
-
-    def named(self, done):
-        """The file that an error may name: the recording, or the model."""
-        return "m.toml" if "m.toml" in done.stderr.rsplit("davarlab: ", 1)[-1] else "r.csv"
-
-
-if __name__ == "__main__":
-    unittest.main()
+@given(
+    command=st.sampled_from(("compare", "fit", "diagnose", "improve")),
+    shape=st.sampled_from(sorted(SHAPES)),
+    clock=st.sampled_from(sorted(CLOCKS)),
+    extra=EXTRA,
+    size=st.sampled_from((1.0, 1.0, 1e-3, 1e-12, 1e12, 1e-20, 1e20)),
+    rate_hz=st.sampled_from((50.0, 50.0, 1000.0, 1e-6, 1e8)),
+    count=st.sampled_from((1000, 1001, 1500)),
+    added=st.lists(terms(), max_size=2),
+    report=st.booleans(),
+    seed=st.integers(0, 99),
+)
+@examples(15)
+def test_a_result_or_an_error(
+    work, command, shape, clock, extra, size, rate_hz, count, added, report, seed
+):
+    rng = np.random.default_rng(seed)
+    columns = {"time_s": CLOCKS[clock](count, rng) / rate_hz}
+    columns["gyro_z_dps"] = size * SHAPES[shape](count, rng)
+    columns |= {name: SHAPES[kind](count, rng) for name, kind in extra.items()}
+    path, model = work / "r.csv", work / "m.toml"
+    recordings.write_columns(columns, {}, path)
+    white = {"coefficient_deg_per_sqrt_h": 0.3 * min(max(size, 1e-9), 1e6)}
+    terms_of = [models.Term("angle_random_walk", white), *added]
+    models.write(models.Model(None, "gyro_z_dps", terms_of), model)
+    outputs = {"-o": work / "out.toml"} if command == "improve" else {}
+    outputs |= {"--report": work / "page.html"} if report and command != "fit" else {}
+    for output in outputs.values():
+        output.unlink(missing_ok=True)
+    done = run(command, path, "-m", model, *sum(outputs.items(), ()))
+    # an error names the recording or the model
+    named = model.name if model.name in done.err.rsplit("davarlab: ", 1)[-1] else path.name
+    check_law(done, named, (0, 1) if command in ("compare", "improve") else (0,))
+    for output in outputs.values():
+        assert output.exists() == (done.status < 2)
+    if command == "improve" and done.status < 2:
+        models.read(outputs["-o"])

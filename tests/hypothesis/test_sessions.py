@@ -6,12 +6,9 @@ lost.
 import copy
 import json
 import math
-import unittest
-from profile import examples
 from types import SimpleNamespace
 
-import asked
-from damage import damaged
+import pytest
 from davarfleet import store
 from davarlab import model as models
 from davarlab.errors import BadInput
@@ -20,12 +17,20 @@ from davarlab.workbench import steps as sessions
 from davarlab.workbench.visit import visit
 from hypothesis import example, given
 from hypothesis import strategies as st
+from lawful import damaged, examples
 
 ROWS = "time_s,gyro_z_dps,temp_degC\n" + "".join(
     f"{place / 50:.2f},{math.sin(place * place % 997):.6g},{place % 7}\n" for place in range(1000)
 )
-MODEL = models.Model(
-    50.0, "gyro_z_dps", [models.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3})]
+WHITE = models.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3})
+LINE = models.Term("sinusoid", {"frequency_hz": 0.7, "amplitude_dps": 0.02})
+MODEL = models.Model(50.0, "gyro_z_dps", [WHITE])
+TEXTS = (
+    *("gyro_z_dps", "nowhere.csv", "x", "time_s", "[]", models.text_of(MODEL)),
+    *('["gyro_z_dps", [], []]', '["gyro_z_dps", [0, 30], []]', '["temp_degC", [], []]'),
+)
+KEYS = st.sampled_from(
+    ("columns", "rate_hz", "sensor", "name", "quantity", "axis", "unit", "factor", "odd")
 )
 JSON = st.recursive(
     st.one_of(
@@ -35,40 +40,9 @@ JSON = st.recursive(
         st.integers(),
         st.floats(),
         st.text(max_size=5),
-        st.sampled_from(
-            (
-                "gyro_z_dps",
-                "nowhere.csv",
-                "x",
-                "time_s",
-                "[]",
-                '["gyro_z_dps", [], []]',
-                '["gyro_z_dps", [0, 30], []]',
-                '["temp_degC", [], []]',
-                models.text_of(MODEL),
-            )
-        ),
+        st.sampled_from(TEXTS),
     ),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3),
-        st.dictionaries(
-            st.sampled_from(
-                (
-                    "columns",
-                    "rate_hz",
-                    "sensor",
-                    "name",
-                    "quantity",
-                    "axis",
-                    "unit",
-                    "factor",
-                    "odd",
-                )
-            ),
-            inner,
-            max_size=4,
-        ),
-    ),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(KEYS, inner, max_size=4),
     max_leaves=6,
 )
 
@@ -100,15 +74,14 @@ def changed(draw, data):
 def session(path):
     """A session of two steps and two views, as the program writes it."""
     steps = sessions.Steps(path)
+    columns = (
+        ("time_s", "time", "", "s"),
+        ("gyro_z_dps", "gyro", "z", "deg/s"),
+        ("temp_degC", "temp", "", "degC"),
+    )
+    names = ("name", "quantity", "axis", "unit", "factor")
     steps.log = {
-        "columns": [
-            {"name": name, "quantity": quantity, "axis": axis, "unit": unit, "factor": 1.0}
-            for name, quantity, axis, unit in (
-                ("time_s", "time", "", "s"),
-                ("gyro_z_dps", "gyro", "z", "deg/s"),
-                ("temp_degC", "temp", "", "degC"),
-            )
-        ],
+        "columns": [dict(zip(names, (*column, 1.0))) for column in columns],
         "rate_hz": None,
         "sensor": None,
         "as_recorded": False,
@@ -116,181 +89,125 @@ def session(path):
         "skip": 0,
     }
     steps.held_out = str(path)
+    warm = {"kind": "warm_up", "amplitude_dps": 0.01, "time_constant_s": 100.0}
     for sight in (sessions.Sight("gyro_z_dps", (), ((1.0, 2.0),)), sessions.Sight("gyro_z_dps")):
         steps.sight = sight
         steps.grow("a first model", MODEL, root=True, error=0.1, floor=0.03)
-        steps.grow(
-            "a line",
-            models.Model(
-                50.0,
-                "gyro_z_dps",
-                [
-                    *MODEL.terms,
-                    models.Term("sinusoid", {"frequency_hz": 0.7, "amplitude_dps": 0.02}),
-                ],
-            ),
-            off=[{"kind": "warm_up", "amplitude_dps": 0.01, "time_constant_s": 100.0}],
-        )
+        steps.grow("a line", models.Model(50.0, "gyro_z_dps", [WHITE, LINE]), off=[warm])
     return json.loads(steps.path.read_bytes())
 
 
-class Sessions(asked.Lawful):
-    def setUp(self):
-        super().setUp()
-        self.recording = self.file("r.csv", ROWS)
-        self.path = self.work / "r.csv.davarlab.json"
+class Opening:
+    """A recording, a valid session of it, and opened(): the session on the page with other bytes
+    beside the recording, or None if they are rejected.
+    """
+
+    def __init__(self, work):
+        self.folder = work.folder
+        self.recording = work.file("r.csv", ROWS)
+        self.path = work / "r.csv.davarlab.json"
         self.valid = session(self.recording)
 
     def opened(self, text):
-        """Opens the recording with such a session: returns the session on the page, or None if it
-        was rejected.
-        """
         written = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
         self.path.write_bytes(written)
-        seen = visit.Visit(self.work)
+        seen = visit.Visit(self.folder)
         try:
             seen.intake.open(str(self.recording))
             seen.stepping.step()
             return seen.everything()
         except BadInput as why:
-            self.assertLess(len(str(why)), 2000)
-            self.assertEqual(self.path.read_bytes(), written)
+            assert len(str(why)) < 2000
+            assert self.path.read_bytes() == written
             return None
 
-    def test_the_session_that_was_written_is_opened_as_it_was(self):
-        shown = self.opened(json.dumps(self.valid))
-        self.assertEqual(
-            (shown["current"], len(shown["steps"]), len(shown["sights"]), shown["held_out"]),
-            (1, 2, 2, str(self.recording)),
-        )
-        self.assertEqual(json.loads(self.path.read_bytes()), self.valid)
 
-    @given(st.data())
-    @examples(120)
-    def test_values_that_are_others(self, data):
-        made = data.draw(changed(self.valid))
-        shown = self.opened(json.dumps(made))
-        if shown is not None:
-            self.assertEqual(
-                json.loads(self.path.read_bytes()).keys() - made.keys(),
-                set() if "held_out" in made else {"held_out"},
-            )
-
-    @given(st.data())
-    @examples(100)
-    def test_any_bytes(self, data):
-        self.opened(
-            data.draw(
-                st.one_of(
-                    st.binary(max_size=60),
-                    damaged(json.dumps(self.valid).encode()),
-                    JSON.map(json.dumps),
-                )
-            )
-        )
-
-    def test_too_deep_nesting(self):
-        for text in (
-            "[" * 100_000,
-            '{"a":' * 100_000,
-            '{"sha256": "x", "version": ' + "9" * 10_000 + "}",
-        ):
-            self.assertIsNone(self.opened(text))
+@pytest.fixture
+def opening(work):
+    return Opening(work)
 
 
-class Kept(asked.Lawful):
-    """The cache entry of a unit. With any other content the unit counts as not done."""
-
-    @given(
-        st.one_of(
-            st.binary(max_size=60),
-            JSON.map(json.dumps),
-            changed(
-                {
-                    "marker": "m",
-                    "address": "a",
-                    "seconds": 1.0,
-                    "rows": [
-                        {
-                            "verdict": "none",
-                            "chance": {"warm_up": 1.0},
-                            "coefficients": {"a.b": [1.0, 0.5, 2.0]},
-                        }
-                    ],
-                }
-            ).map(json.dumps),
-        )
-    )
-    @example("[" * 100_000)
-    @example('{"marker": "m"}')
-    @examples(200)
-    def test_any_text(self, text):
-        kept = store.Store(self.work / "fleet")
-        kept.path("a").write_bytes(text if isinstance(text, bytes) else text.encode())
-        store.done(kept.kept("a"), "m", True)
+def test_the_session_that_was_written_is_opened_as_it_was(opening):
+    shown = opening.opened(json.dumps(opening.valid))
+    assert (shown["current"], len(shown["steps"]), len(shown["sights"])) == (1, 2, 2)
+    assert shown["held_out"] == str(opening.recording)
+    assert json.loads(opening.path.read_bytes()) == opening.valid
 
 
-CAPTURE = (
-    ",".join(record.FIELDS)
-    + ",adev_1,adev_2\n"
-    + "".join(
-        f"0,{1 + place // 4},{100 * place},"
-        + ",".join(["1.5"] * (len(record.FIELDS) - 3))
-        + ",0.5,0.25\n"
-        for place in range(9)
-    )
+@given(data=st.data())
+@examples(80)
+def test_a_session_with_changed_values(opening, data):
+    made = data.draw(changed(opening.valid))
+    if opening.opened(json.dumps(made)) is not None:
+        kept = json.loads(opening.path.read_bytes())
+        assert kept.keys() - made.keys() == (set() if "held_out" in made else {"held_out"})
+
+
+@given(data=st.data())
+@examples(60)
+def test_a_session_of_any_bytes(opening, data):
+    valid = json.dumps(opening.valid).encode()
+    opening.opened(data.draw(st.binary(max_size=60) | damaged(valid) | JSON.map(json.dumps)))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" * 100_000, '{"a":' * 100_000, '{"sha256": "x", "version": ' + "9" * 10_000 + "}"],
+    ids=["lists", "objects", "number"],
 )
+def test_a_session_that_is_nested_too_deep(opening, text):
+    assert opening.opened(text) is None
 
 
-class Captures(asked.Lawful):
-    """`live --record FILE` with an existing FILE."""
-
-    @given(
-        st.one_of(st.binary(max_size=300), damaged(CAPTURE.encode()), st.just(CAPTURE.encode())),
-        st.integers(1, 3),
-    )
-    @examples(120)
-    def test_existing_files_stay(self, data, results):
-        for path in self.work.iterdir():
-            path.unlink()
-        path = self.file("live.csv", data)
-        said = []
-        recorder = record.Recorder(path, said.append)
-        made = [
-            SimpleNamespace(
-                channel=0,
-                stretch=1 + place // 2,
-                epoch=7 + place,
-                values={"window_samples": 600},
-                adev={0: 0.5},
-                deviation={},
-            )
-            for place in range(results)
-        ]
-        setup = SimpleNamespace(setup={"rate_hz": 100.0}, clusters={0: 1})
-        for one in made:
-            recorder.add(one, setup)
-        recorder.close()
-        written = recorder.path.read_bytes()
-        if recorder.path == path:
-            whole = data[: data.rfind(b"\n") + 1]
-            self.assertTrue(written.startswith(whole), "what was there")
-            rows = written[len(whole) :].decode().splitlines()
-        else:
-            self.assertEqual(path.read_bytes(), data)
-            rows = written.decode().splitlines()
-        self.assertEqual(len(rows) - rows[0].startswith("channel,"), results)
-        header = written.decode(errors="replace").split("\n")[0].strip().split(",")
-        found = [dict(zip(header, row.split(","))) for row in rows[-results:]]
-        self.assertEqual(
-            [(one["epoch"], one["window_samples"], one["adev_1"]) for one in found],
-            [(str(7 + place), "600", "0.5") for place in range(results)],
-        )
-        stretches = [int(one["stretch"]) for one in found]
-        self.assertEqual(
-            [one - stretches[0] for one in stretches], [one.stretch - 1 for one in made]
-        )
+ROW = {"verdict": "none", "chance": {"warm_up": 1.0}, "coefficients": {"a.b": [1.0, 0.5, 2.0]}}
+UNIT = {"marker": "m", "address": "a", "seconds": 1.0, "rows": [ROW]}
 
 
-if __name__ == "__main__":
-    unittest.main()
+@given(text=st.binary(max_size=60) | JSON.map(json.dumps) | changed(UNIT).map(json.dumps))
+@example("[" * 100_000)
+@example('{"marker": "m"}')
+@examples(150)
+def test_the_cache_entry_of_a_unit_with_any_content(work, text):
+    """With other content the unit counts as not done."""
+    kept = store.Store(work / "fleet")
+    kept.path("a").write_bytes(text if isinstance(text, bytes) else text.encode())
+    store.done(kept.kept("a"), "m", True)
+
+
+OTHERS = ",".join(["1.5"] * (len(record.FIELDS) - 3))
+CAPTURE = ",".join(record.FIELDS) + ",adev_1,adev_2\n"
+CAPTURE += "".join(f"0,{1 + place // 4},{100 * place},{OTHERS},0.5,0.25\n" for place in range(9))
+
+
+@given(
+    data=st.binary(max_size=300) | damaged(CAPTURE.encode()) | st.just(CAPTURE.encode()),
+    results=st.integers(1, 3),
+)
+@examples(100)
+def test_a_file_that_exists_stays_when_results_are_recorded(work, data, results):
+    """`live --record FILE`."""
+    for path in work.folder.iterdir():
+        path.unlink()
+    path = work.file("live.csv", data)
+    recorder = record.Recorder(path, lambda text: None)
+    setup = SimpleNamespace(setup={"rate_hz": 100.0}, clusters={0: 1})
+    for place in range(results):
+        result = {"channel": 0, "stretch": 1 + place // 2, "epoch": 7 + place}
+        result |= {"values": {"window_samples": 600}, "adev": {0: 0.5}, "deviation": {}}
+        recorder.add(SimpleNamespace(**result), setup)
+    recorder.close()
+    written = recorder.path.read_bytes()
+    if recorder.path == path:
+        whole = data[: data.rfind(b"\n") + 1]
+        assert written.startswith(whole)
+        rows = written[len(whole) :].decode().splitlines()
+    else:
+        assert path.read_bytes() == data
+        rows = written.decode().splitlines()
+    assert len(rows) - rows[0].startswith("channel,") == results
+    header = written.decode(errors="replace").split("\n")[0].strip().split(",")
+    found = [dict(zip(header, row.split(","))) for row in rows[-results:]]
+    shown = [(one["epoch"], one["window_samples"], one["adev_1"]) for one in found]
+    assert shown == [(str(7 + place), "600", "0.5") for place in range(results)]
+    stretches = [int(one["stretch"]) for one in found]
+    assert [one - stretches[0] for one in stretches] == [place // 2 for place in range(results)]

@@ -6,18 +6,13 @@ Correct frames, wrongly delivered: tests/wire/test_binding.py and test_restart.p
 import itertools
 import math
 import re
-import string
-import unittest
-from profile import examples
 
-import asked  # noqa: F401  (it finds davarlab)
 from crccheck.crc import Crc8SaeJ1850
 from davarlab.wire import frames as wire
 from davarlab.wire import record, source
 from hypothesis import given
 from hypothesis import strategies as st
-
-FRAMES_MOST = 60
+from lawful import examples
 
 
 def sealed(identifier, data):
@@ -28,49 +23,29 @@ def sealed(identifier, data):
 @st.composite
 def any_frame(draw):
     """A frame of any identifier: noise, or any content with the right checksum."""
-    identifier = draw(st.one_of(st.integers(0x5D0, 0x5EF), st.integers(0, 0x7FF)))
-    data = draw(
-        st.one_of(
-            st.binary(min_size=8, max_size=8),
-            st.binary(max_size=8),
-            st.binary(min_size=64, max_size=64),
-        )
-    )
+    identifier = draw(st.integers(0x5D0, 0x5EF) | st.integers(0, 0x7FF))
+    length = draw(st.sampled_from(((8, 8), (0, 8), (64, 64))))
+    data = draw(st.binary(min_size=length[0], max_size=length[1]))
     return identifier, sealed(identifier, data) if data and draw(st.booleans()) else data
 
 
-class Frames(unittest.TestCase):
-    def fed(self, frames):
-        """(results, the receiver) after these frames."""
-        receiver, found = wire.Receiver(), []
-        for identifier, data in frames:
-            result = receiver.push(identifier, data)
-            found += [result] if result else []
-        return found + receiver.finish(), receiver
-
-    def adds_up(self, receiver, count):
-        faults = receiver.faults
-        self.assertEqual(
-            faults.good + faults.foreign + faults.corrupted + faults.repeated + faults.impossible,
-            count,
-        )
-        self.assertTrue(all(value >= 0 for value in vars(faults).values()), faults)
-
-    @given(st.lists(any_frame(), max_size=FRAMES_MOST))
-    @examples(300)
-    def test_any_frames_add_up_and_no_value_is_impossible(self, frames):
-        found, receiver = self.fed(frames)
-        self.adds_up(receiver, len(frames))
-        seen = [(one.channel, one.stretch, one.epoch) for one in found]
-        self.assertEqual(len(seen), len(set(seen)))
-        for result in found:
-            values = record.row(result, result.of)
-            self.assertTrue(
-                all(
-                    value is None or isinstance(value, int) or math.isfinite(value)
-                    for value in values.values()
-                )
-            )
+@given(frames=st.lists(any_frame(), max_size=60))
+@examples(250)
+def test_any_frames_add_up_and_no_value_is_impossible(frames):
+    receiver, found = wire.Receiver(), []
+    for identifier, data in frames:
+        result = receiver.push(identifier, data)
+        found += [result] if result else []
+    found += receiver.finish()
+    faults = vars(receiver.faults)
+    kinds = ("good", "foreign", "corrupted", "repeated", "impossible")
+    assert sum(faults[name] for name in kinds) == len(frames)
+    assert all(value >= 0 for value in faults.values()), faults
+    seen = [(one.channel, one.stretch, one.epoch) for one in found]
+    assert len(seen) == len(set(seen))
+    for result in found:
+        for value in record.row(result, result.of).values():
+            assert value is None or isinstance(value, int) or math.isfinite(value)
 
 
 def text_of(frame):
@@ -92,57 +67,38 @@ LINE = st.one_of(
 )
 
 
-class Lines(unittest.TestCase):
-    """SLCAN text, split in any way."""
-
-    def port(self):
-        made = object.__new__(source.SerialPort)
-        made.faults, made.text, made.too_long = wire.Faults(), b"", False
-        return made
-
-    @given(
-        st.lists(LINE, max_size=8),
-        st.lists(st.integers(1, 30), min_size=1),
-        st.sampled_from((b"\r", b"\a")),
+def independently(line):
+    """The parts of a line `tIIIL` and bytes in hexadecimal, with or without a stamp of two bytes;
+    None for other lines.
+    """
+    found = re.fullmatch(rb"t([0-9A-Fa-f]{3})([0-8])((?:[0-9A-Fa-f]{2})*)", line)
+    if not found:
+        return None
+    identifier, length = int(found[1], 16), int(found[2])
+    data = bytes.fromhex(found[3].decode())
+    return (
+        (identifier, data[:length])
+        if identifier < 0x800 and len(data) in (length, length + 2)
+        else None
     )
-    @examples(300)
-    def test_frames_do_not_depend_on_how_lines_are_split(self, lines, pieces, end):
-        text, wanted, noise = end.join([*lines, b""]), [], 0
-        for line in re.split(rb"[\r\a]", text)[:-1]:
-            frame = self.independently(line)
-            wanted += [frame] if frame else []
-            noise += bool(line) and not frame
-        port, found, at = self.port(), [], 0
-        for length in itertools.cycle(pieces):
-            found += port.taken(text[at : at + length])
-            at += length
-            if at >= len(text):
-                break
-        self.assertEqual((found, port.faults.noise), (wanted, noise))
-
-    def independently(self, line):
-        """The parts of a line `tIIIL` and bytes in hexadecimal, with or without a stamp of two
-        bytes.
-        """
-        try:
-            word = line.decode("ascii")
-            kind, identifier, length, rest = word[0], word[1:4], word[4], word[5:]
-            if (
-                kind != "t"
-                or not all(one in string.hexdigits for one in identifier + rest)
-                or not length.isdigit()
-                or int(length) > 8
-            ):
-                return None
-            data = bytes.fromhex(rest)
-            return (
-                (int(identifier, 16), data[: int(length)])
-                if int(identifier, 16) < 0x800 and len(data) in (int(length), int(length) + 2)
-                else None
-            )
-        except (ValueError, IndexError):
-            return None
 
 
-if __name__ == "__main__":
-    unittest.main()
+@given(
+    lines=st.lists(LINE, max_size=8),
+    pieces=st.lists(st.integers(1, 30), min_size=1),
+    end=st.sampled_from((b"\r", b"\a")),
+)
+@examples(300)
+def test_frames_do_not_depend_on_how_lines_are_split(lines, pieces, end):
+    text = end.join([*lines, b""])
+    there = [line for line in re.split(rb"[\r\a]", text)[:-1] if line]
+    wanted = [frame for line in there if (frame := independently(line))]
+    port = object.__new__(source.SerialPort)
+    port.faults, port.text, port.too_long = wire.Faults(), b"", False
+    found, at = [], 0
+    for length in itertools.cycle(pieces):
+        found += port.taken(text[at : at + length])
+        at += length
+        if at >= len(text):
+            break
+    assert (found, port.faults.noise) == (wanted, len(there) - len(wanted))
