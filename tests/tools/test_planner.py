@@ -81,6 +81,8 @@ def test_a_core_that_is_too_slow_for_single_samples_gets_the_size_of_a_block():
         budget = clock * 1e6 / 8000
         keeps_up = [worst + (n - 1) * mean < n * budget for n in (block - 1, block)]
         assert keeps_up == [False, True]
+    text = command(f"{SLOW_CORE} --clock {1.1 * free['mean_mhz']}").out
+    assert "pushes take 90.9 % of" in text
     assert planned(f"{SLOW_CORE} --clock {1.01 * free['worst_mhz']}")["remarks"] == []
 
 
@@ -225,6 +227,16 @@ def test_two_numbers_have_as_many_digits_as_it_takes_to_differ(one, other, texts
     assert choice.apart(one, other) == texts
 
 
+@pytest.mark.parametrize(
+    "size, text",
+    ((20480, "20k"), (20481, "20.1k"), (20582, "20.1k"), (20583, "20.2k"), (1, "0.1k")),
+)
+def test_a_size_is_rounded_up_so_that_it_suffices(size, text):
+    assert choice.kilobytes(size) == text
+    assert choice.sizes_apart(size, size + 2000)[0] == text
+    assert choice.sizes_apart(20481, 20482) == ("20481 bytes", "20482 bytes")
+
+
 def test_noise_below_a_count_is_no_plan():
     done = command("--rate 100 --lsb 3 --noise 1 --core cortex-m0")
     assert done.status == 1
@@ -254,9 +266,9 @@ BAD_MORE = (
     "bandwidth 9000,bandwidth auto,bandwidth .,bandwidth -,bandwidth 1.2.3,bandwidth 20:2:60,"
     "respond 0,respond nan,respond inf,respond 1s,respond 1.2.3,respond .,"
     "false-alarms-per-hour 1e10,false-alarms-per-hour 1e-11,arw-percent 90,"
-    "arw-percent 0.09,longest-tau 0.001,type int8,sensor nothing@100,sensor icm42688,"
-    "sensor icm42688@1,unknown 1,json=1,full-scale 500,type int32 --full-scale 500,clock 0,"
-    "clock 48MHz,name a,taus 1;2,taus=1;2,bandwidth --taus"
+    "arw-percent 0.09,arw-percent 50.1,longest-tau 0.001,type int8,sensor nothing@100,"
+    "sensor icm42688,sensor icm42688@1,unknown 1,json=1,full-scale 500,"
+    "type int32 --full-scale 500,clock 0,clock 48MHz,name a,taus 1;2,taus=1;2,bandwidth --taus"
 )
 
 OPTION_NAMED = {"bandwidth --taus": "--bandwidth"} | dict.fromkeys(
@@ -385,6 +397,8 @@ def test_the_printed_report_states_the_figures_of_the_json(words):
     pushes = found["mean_instructions"], found["worst_push_instructions"]
     assert "{} instructions, at most about {};".format(*pushes) in text
     assert "a folder with -o" in text
+    alarms = {None: "", 0.01: "one false alarm in 4.17 days", 1.0: "one false alarm in 60 min"}
+    assert alarms[found["false_alarms_per_hour"]] in text
     for remark in found["remarks"]:
         assert remark in text
     assert json.loads(json.dumps(found)) == found
