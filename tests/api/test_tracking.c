@@ -1,5 +1,5 @@
 /* davar tests - policy glr from outside: a change is reported and the window begins after it; shocks,
- * gaps, restarts and settings. tests/tracking/test_tracked_forever.c compares the sums with brute
+ * gaps, restarts and settings. tests/tracking/test_forever.c compares the sums with brute
  * force. */
 #include "davar/davar.h"
 

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -50,13 +51,12 @@ def setup_functions(words: str, log: str) -> str:
     return (done.stdout.splitlines() or [""])[-1]
 
 
-def packages(names: list[str]) -> list[str]:
-    """The Debian packages that these parts need."""
-    needed = [*BASE, *(package for name in names for package in PARTS[name].get("packages", ()))]
+def packages(names: Sequence[str], beside: Sequence[str] = ()) -> list[str]:
+    """The Debian packages that these parts need, and these. BOARDS: those of the emulated boards."""
+    needed = [*BASE, *(one for name in names for one in PARTS[name].get("packages", ())), *beside]
     boards = setup_functions('echo "${target_packages[@]}"', "packages.log").split()
-    return list(
-        dict.fromkeys(one for name in needed for one in (boards if name == "BOARDS" else [name]))
-    )
+    named = (one for name in needed for one in (boards if name == "BOARDS" else [name]))
+    return list(dict.fromkeys(named))
 
 
 def test_python() -> str:

@@ -137,6 +137,16 @@ class Check:
 
 ONCE = 1e-5  # hours of a check that runs once, however long it takes
 FUZZER = ("clang-14", "libclang-rt-14-dev")
+SLOW_TESTS = (
+    *FUZZER,
+    "BOARDS",
+    "gcc-12-multilib",
+    "dpkg-dev",
+    "frama-c-base",
+    "why3",
+    "z3",
+    "cvc4",
+)
 
 
 def fuzz(name: str, hours: float, number: int, folder: Path) -> Done:
@@ -266,7 +276,7 @@ def tabs(hours: float, number: int, folder: Path) -> Done:
 
 
 CHECKS = {
-    "tests": Check(ONCE, slow_tests, tuple(PARTS), whole=True),
+    "tests": Check(ONCE, slow_tests, tuple(PARTS), whole=True, packages=SLOW_TESTS),
     "m32": Check(ONCE, m32, (), whole=True, packages=("gcc-12-multilib",)),
     "kernel": Check(ONCE, kernel, ("kernel",), whole=True),
     "kernel_board": Check(ONCE, kernel_board, ("kernel_board",), whole=True),
@@ -407,7 +417,7 @@ def main() -> int:
     if options.packages:
         parts = list(dict.fromkeys(part for name in names for part in CHECKS[name].parts))
         extra = [package for name in names for package in CHECKS[name].packages]
-        print("\n".join(dict.fromkeys([*packages(parts), *extra])))
+        print("\n".join(packages(parts, extra)))
         return 0
     use_ccache()
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job may ignore it
