@@ -52,7 +52,7 @@ def setup_functions(words: str, log: str) -> str:
 
 
 def packages(names: Sequence[str], beside: Sequence[str] = ()) -> list[str]:
-    """The Debian packages that these parts need, and these. BOARDS: those of the emulated boards."""
+    """The Debian packages of these parts, and those beside. BOARDS: of the emulated boards."""
     needed = [*BASE, *(one for name in names for one in PARTS[name].get("packages", ())), *beside]
     boards = setup_functions('echo "${target_packages[@]}"', "packages.log").split()
     named = (one for name in needed for one in (boards if name == "BOARDS" else [name]))
