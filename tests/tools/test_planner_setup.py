@@ -246,9 +246,8 @@ def test_a_curve_without_a_fit_needs_no_result_and_takes_none(tmp_path):
     assert curve["taus"] != other["taus"]
 
 
-@pytest.mark.parametrize(
-    "more", ("", pytest.param(" --false-alarms-per-hour 0.1", marks=pytest.mark.slow))
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("more", ("", " --false-alarms-per-hour 0.1"))
 def test_a_fit_of_all_terms_uses_the_window_if_there_is_a_new_result(more, tmp_path):
     found, calls = returned(TWO_AXES + more, "terms", tmp_path)
     take, again, curve, same, other, of_other, late, after = calls
