@@ -1,19 +1,16 @@
-"""Asks davarlab from outside: writes files, runs its command line in this process or in a copy of
-it, reads its JSON.
-"""
+"""Asks davarlab from outside: runs its command line in this process, reads its JSON."""
 
 import contextlib
 import io
 import json
-import multiprocessing
 import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import traceback
 from pathlib import Path
+from unittest import mock
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/lab"))
@@ -31,63 +28,63 @@ coefficient_deg_per_h = {b!r}
 """
 
 
+@contextlib.contextmanager
+def undone(*signals):
+    """Signal handlers and the table of effects are afterwards as they were."""
+    from davarlab.effects import table
+
+    kept = {number: signal.getsignal(number) for number in signals}
+    try:
+        with mock.patch.dict(table.TABLE):
+            yield
+    finally:
+        for number, handler in kept.items():
+            signal.signal(number, handler)
+
+
+def run(*arguments):
+    """A command with its exit status and what it printed, as subprocess returns them."""
+    from davarlab import cli
+
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        undone(signal.SIGINT, signal.SIGTERM),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        try:
+            status = cli.main([*map(str, arguments)])
+        except SystemExit as why:  # --help
+            status = why.code
+    return subprocess.CompletedProcess(arguments, status, out.getvalue(), err.getvalue())
+
+
+def said(*arguments, statuses=(0,)):
+    """The JSON of a command that ends with one of the statuses."""
+    done = run(*arguments, "--json")
+    assert done.returncode in statuses, done.stderr
+    return json.loads(done.stdout)
+
+
 def out_of_time(*_):
     raise TimeoutError("out of time")
 
 
-def last_line(text):
-    return (text.getvalue().strip().splitlines() or [""])[-1]
-
-
 def ask(arguments, limit_s=900):
-    """(JSON or None, exit status or None, what went wrong, seconds)."""
-    from davarlab import cli
-
-    out, err, begin = io.StringIO(), io.StringIO(), time.perf_counter()
-    signal.signal(signal.SIGALRM, out_of_time)
-    signal.alarm(limit_s)
-    try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            status = cli.main([*map(str, arguments), "--json"])
-        found = json.loads(out.getvalue()) if out.getvalue() else None
-        wrong = "" if found else f"status {status}: {last_line(err)}"
-    except (Exception, SystemExit) as why:  # a benchmark counts crashes, it does not die of them
-        place = traceback.extract_tb(why.__traceback__)[-1]
-        found, status, wrong = (
-            None,
-            None,
-            f"{type(why).__name__}: {why} ({place.name}:{place.lineno}), after: {last_line(err)}",
-        )
-    finally:
-        signal.alarm(0)
+    """(JSON or None, exit status or None, error, seconds), for a benchmark: it counts crashes."""
+    begin = time.perf_counter()
+    with undone(signal.SIGALRM):
+        signal.signal(signal.SIGALRM, out_of_time)
+        signal.alarm(limit_s)
+        try:
+            done = run(*arguments, "--json")
+            found, status = json.loads(done.stdout) if done.stdout else None, done.returncode
+            last = (done.stderr.strip().splitlines() or [""])[-1]
+            wrong = "" if found else f"status {status}: {last}"
+        except Exception as why:
+            place = traceback.extract_tb(why.__traceback__)[-1]
+            found, status = None, None
+            wrong = f"{type(why).__name__}: {why} ({place.name}:{place.lineno})"
+        finally:
+            signal.alarm(0)
     return found, status, wrong, time.perf_counter() - begin
-
-
-def run(*arguments):
-    """A command with its exit status and what it printed, as subprocess says them."""
-    from davarlab import cli
-
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        status = cli.main([*map(str, arguments)])
-    return subprocess.CompletedProcess(arguments, status, out.getvalue(), err.getvalue())
-
-
-def typed(*arguments):
-    """The same in a process of its own, as tools/davarlab would start it: a copy of this one, which
-    has loaded the libraries once.
-    """
-    from davarlab import cli
-
-    def answer():
-        os.dup2(out.fileno(), 1)
-        os.dup2(err.fileno(), 2)
-        sys.exit(cli.main([*map(str, arguments)]))
-
-    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
-        process = multiprocessing.get_context("fork").Process(target=answer)
-        process.start()
-        process.join()
-        out.seek(0)
-        err.seek(0)
-        return subprocess.CompletedProcess(arguments, process.exitcode, out.read(), err.read())

@@ -1,5 +1,6 @@
 """How often davarlab is right about awkward sensors (awkward.py), beside a model of the true N and
-B (tools/davarlab effects makes the environment):
+B; benchmark_elsewhere.py does the same with the recordings of elsewhere.py. tools/davarlab effects
+makes the environment:
 
 build/venv-lab/bin/python tests/lab/benchmark_awkward.py FIRST_SEED SEEDS [CASE ...]
     [--jobs N] [--rate HZ] [--seconds S] [--rows FILE.json]
@@ -13,20 +14,44 @@ from pathlib import Path
 
 import asking
 import awkward
+import elsewhere
 import numpy as np
 import scoring
+from ingredients.bench import Truth
 
 GOALS = {"right": 0.85, "wrong": 0.02, "clean": 0.97, "rounded angles": 0.9}
 
 
+def of_awkward(case, seed, rate, seconds):
+    """(columns, truth, N, B)."""
+    return *awkward.case(case, seed, rate, seconds), awkward.N, awkward.B
+
+
+def of_elsewhere(case, seed, *_):
+    columns, effects, n, b = elsewhere.recording(case, seed)
+    truth = Truth(groups=[{kind} for kind in effects], clean=not effects)
+    truth.kinds = effects | {
+        "angle_random_walk": {"coefficient_deg_per_sqrt_h": n},
+        "bias_instability": {"coefficient_deg_per_h": b},
+    }
+    return columns, truth, n, b
+
+
+# where recordings come from: (cases, how one is made)
+SOURCES = {
+    "awkward": (awkward.CASES, of_awkward),
+    "elsewhere": (elsewhere.CASES, of_elsewhere),
+}
+
+
 def one(job):
     """A row of the benchmark: plain values."""
-    case, seed, rate, seconds = job
-    columns, truth = awkward.case(case, seed, rate, seconds)
+    source, case, seed, rate, seconds = job
+    columns, truth, n, b = SOURCES[source][1](case, seed, rate, seconds)
     with tempfile.TemporaryDirectory() as folder:
         recording, model = Path(folder) / "rec.csv", Path(folder) / "model.toml"
         awkward.write(columns, recording)
-        model.write_text(asking.MODEL.format(column="gyro_z_dps", n=awkward.N, b=awkward.B))
+        model.write_text(asking.MODEL.format(column="gyro_z_dps", n=n, b=b))
         found, _, wrong, spent = asking.ask(["diagnose", recording, "-m", model])
     row = {
         "case": case,
@@ -137,9 +162,9 @@ def coverage(rows):
         yield f"  {name:<60}{np.mean(of):.2f} of {len(of)}"
 
 
-def options():
+def options(about):
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=about, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("first_seed", type=int)
     parser.add_argument("seeds", type=int)
@@ -151,15 +176,16 @@ def options():
     return parser.parse_args()
 
 
-def main(chosen):
-    strange = set(chosen.cases) - set(awkward.CASES)
+def main(source, about):
+    chosen, (cases, _) = options(about), SOURCES[source]
+    strange = set(chosen.cases) - set(cases)
     if strange:
         raise SystemExit(
-            f"no such case: {', '.join(sorted(strange))}; there are {', '.join(awkward.CASES)}"
+            f"no such case: {', '.join(sorted(strange))}; there are {', '.join(cases)}"
         )
     jobs = [
-        (case, seed, chosen.rate, chosen.seconds)
-        for case in chosen.cases or awkward.CASES
+        (source, case, seed, chosen.rate, chosen.seconds)
+        for case in chosen.cases or cases
         for seed in range(chosen.first_seed, chosen.first_seed + chosen.seeds)
     ]
     rows = []
@@ -173,4 +199,4 @@ def main(chosen):
 
 
 if __name__ == "__main__":
-    main(options())
+    main("awkward", __doc__)

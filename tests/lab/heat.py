@@ -121,3 +121,61 @@ def accelerometers(seed, seconds=3600):
         true | {f"accel_{axis}_g": x for axis, x in logged.items()},
         false | {f"accel_{axis}_g": x for axis, x in hidden.items()},
     )
+
+
+SECONDS = 1800  # of what follows
+
+
+def still(seed):
+    """A gyro at rest beside the noise of an accelerometer of 2 mg, and a random generator."""
+    found, rng = make("none", "walk", seed, SECONDS), np.random.default_rng([seed, 33])
+    count = len(found["time_s"])
+    return found | {f"accel_{axis}_g": 0.002 * rng.standard_normal(count) for axis in "xyz"}, rng
+
+
+def tilted(seed, size):
+    """Slow tilts of 10 mg."""
+    found, rng = still(seed)
+    for axis in "xyz":
+        tilt = walk(len(found["time_s"]), rng)
+        found[f"accel_{axis}_g"] += 0.01 * tilt / tilt.std()
+        if axis == "x":
+            found["gyro_z_dps"] = found["gyro_z_dps"] + size * 0.01 * tilt / tilt.std()
+    return found
+
+
+def shaken(seed, level, noise=0.0, bias=0.0):
+    """Three bursts of white vibration along x. noise: deg/s per g rms; bias: deg/s/g^2."""
+    found, rng = still(seed)
+    t = found["time_s"]
+    on = sum(
+        ((t > start * SECONDS) & (t < (start + 0.08) * SECONDS)).astype(float)
+        for start in (0.15, 0.45, 0.8)
+    )
+    found["accel_x_g"] = found["accel_x_g"] + level * on * rng.standard_normal(len(t))
+    found["gyro_z_dps"] = (
+        found["gyro_z_dps"]
+        + noise * level * on * rng.standard_normal(len(t))
+        + bias * level**2 * on
+    )
+    return found
+
+
+def heated(seed, size):
+    found = make("none", "cycles", seed, SECONDS)
+    rng, t = np.random.default_rng([seed, 34]), found["time_s"]
+    warm = np.sin(2 * np.pi * 4 * t / t[-1] + rng.uniform(0, 6))
+    return found | {
+        "temp_degC": 25 + warm / max(1.0, size) + 1e-4 * rng.standard_normal(len(t)),
+        "gyro_z_dps": found["gyro_z_dps"] + size * warm / max(1.0, size),
+    }
+
+
+def supplied(seed, size, name="supply_V", unit=1.0):
+    found, rng = still(seed)
+    volts = walk(len(found["time_s"]), rng)
+    volts *= 0.05 / volts.std() / max(1.0, size)
+    return found | {
+        name: (5 + volts + 1e-6 * rng.standard_normal(len(volts))) / unit,
+        "gyro_z_dps": found["gyro_z_dps"] + size * volts,
+    }

@@ -7,15 +7,15 @@ import functools
 import json
 import operator
 import shlex
-import unittest
 
 import asking
 import numpy as np
+import pytest
 from asking import ROOT
 from davarlab.errors import BadInput
 from davarlab.workbench import schema
 from davarlab.workbench.visit import visit
-from test_logs import Logs
+from importing import Logs
 
 COUNT = 1200
 RATE_HZ = 100
@@ -62,9 +62,8 @@ def vnimu(place):
 class Dialects(Logs):
     def check_gyro(self, columns, atol=1e-6, first=0, time=True):
         for axis, name in enumerate("xyz"):
-            np.testing.assert_allclose(
-                np.float64(columns[f"gyro_{name}_dps"]), GYRO[first:, axis], atol=atol, err_msg=name
-            )
+            rates = np.float64(columns[f"gyro_{name}_dps"])
+            np.testing.assert_allclose(rates, GYRO[first:, axis], atol=atol, err_msg=name)
         if time:
             stamps = np.float64(columns["time_s"])
             np.testing.assert_allclose(stamps - stamps[0], TIME[: COUNT - first], atol=1e-9)
@@ -73,369 +72,379 @@ class Dialects(Logs):
         return asking.run("import", log, "-o", self.out, *options).stderr
 
 
-class Read(Dialects):
-    def test_what_stands_between_and_above_the_numbers(self):
-        """name of a file: its text. All hold TIME and GYRO."""
-        names = "t,gx_dps,gy_dps,gz_dps\n"
-        commas = plain(";").replace(".", ",")
-        files = {
-            "semicolons": names.replace(",", ";") + plain(";"),
-            "tabs": names.replace(",", "\t") + plain("\t"),
-            "spaces": names.replace(",", "  ") + plain("   "),
-            "comma and space": names.replace(",", ", ") + plain(", "),
-            "decimal commas": names.replace(",", ";") + commas,
-            "decimal commas and tabs": names.replace(",", "\t") + commas.replace(";", "\t"),
-            "crlf": (names + plain()).replace("\n", "\r\n"),
-            "byte order mark": "\ufeff" + names + plain(),
-            "excel": "sep=;\n" + names.replace(",", ";") + plain(";"),
-            "end of row": names.replace("\n", ",\n") + plain(end=","),
-            "end of row, of numbers only": names + plain(end=","),
-            "preamble": "Datalogger 7\nSerial number;12;rev 3\nStart: 2024-01-02 10:00:00\n\n"
-            + names
-            + plain(),
-            "preamble of pairs": 'version,1.3\ntscale,0.001\nid,"bench, left"\n' + names + plain(),
-            "comments": "// made by a logger\n// rate: 100 Hz\n% third\n" + names + plain(),
-            "two rows, units": "time,gx,gy,gz\ns,deg/s,deg/s,deg/s\n" + plain(),
-            "two rows, brackets": "Time;Gyro X;Gyro Y;Gyro Z\n[s]"
-            + ";[\u00b0/s]" * 3
-            + "\n"
-            + plain(";"),
-            "two rows, groups": "Time,Gyroscope,,\n,X (deg/s),Y (deg/s),Z (deg/s)\n" + plain(),
-            "three rows": ";Gyro;Gyro;Gyro\nTime;X;Y;Z\ns;deg/s;deg/s;deg/s\n" + plain(";"),
-            "names in a comment": "# t gx_dps gy_dps gz_dps\n" + plain(" "),
-            "names in a comment of percent": "%time,gx_dps,gy_dps,gz_dps\n" + plain(),
-            "dates beside it": "t,gx_dps,gy_dps,gz_dps,date\n" + plain(end=",2024-01-02 03:04:05"),
-            "bars": names.replace(",", "|") + plain("|"),
-            "comments below": names + plain().replace("\n", "\n# marker\n", 3),
-            "blank lines below": names + plain().replace("\n", "\n\n", 3),
-        }
-        for name, text in files.items():
-            with self.subTest(name):
-                self.check_gyro(self.imported(self.file("log.csv", text))[1])
+@pytest.fixture
+def logs(tmp_path):
+    return Dialects(tmp_path)
 
-    def test_an_index_of_pandas_and_columns_of_text_and_of_nothing_are_beside_it(self):
+
+def test_what_stands_between_and_above_the_numbers(logs):
+    """name of a file: its text. All hold TIME and GYRO."""
+    names = "t,gx_dps,gy_dps,gz_dps\n"
+    commas = plain(";").replace(".", ",")
+    files = {
+        "semicolons": names.replace(",", ";") + plain(";"),
+        "tabs": names.replace(",", "\t") + plain("\t"),
+        "spaces": names.replace(",", "  ") + plain("   "),
+        "comma and space": names.replace(",", ", ") + plain(", "),
+        "decimal commas": names.replace(",", ";") + commas,
+        "decimal commas and tabs": names.replace(",", "\t") + commas.replace(";", "\t"),
+        "crlf": (names + plain()).replace("\n", "\r\n"),
+        "byte order mark": "\ufeff" + names + plain(),
+        "excel": "sep=;\n" + names.replace(",", ";") + plain(";"),
+        "end of row": names.replace("\n", ",\n") + plain(end=","),
+        "end of row, of numbers only": names + plain(end=","),
+        "preamble": "Datalogger 7\nSerial number;12;rev 3\nStart: 2024-01-02 10:00:00\n\n"
+        + names
+        + plain(),
+        "preamble of pairs": 'version,1.3\ntscale,0.001\nid,"bench, left"\n' + names + plain(),
+        "comments": "// made by a logger\n// rate: 100 Hz\n% third\n" + names + plain(),
+        "two rows, units": "time,gx,gy,gz\ns,deg/s,deg/s,deg/s\n" + plain(),
+        "two rows, brackets": "Time;Gyro X;Gyro Y;Gyro Z\n[s]"
+        + ";[\u00b0/s]" * 3
+        + "\n"
+        + plain(";"),
+        "two rows, groups": "Time,Gyroscope,,\n,X (deg/s),Y (deg/s),Z (deg/s)\n" + plain(),
+        "three rows": ";Gyro;Gyro;Gyro\nTime;X;Y;Z\ns;deg/s;deg/s;deg/s\n" + plain(";"),
+        "names in a comment": "# t gx_dps gy_dps gz_dps\n" + plain(" "),
+        "names in a comment of percent": "%time,gx_dps,gy_dps,gz_dps\n" + plain(),
+        "dates beside it": "t,gx_dps,gy_dps,gz_dps,date\n" + plain(end=",2024-01-02 03:04:05"),
+        "bars": names.replace(",", "|") + plain("|"),
+        "comments below": names + plain().replace("\n", "\n# marker\n", 3),
+        "blank lines below": names + plain().replace("\n", "\n\n", 3),
+    }
+    for text in files.values():
+        logs.check_gyro(logs.imported(logs.file("log.csv", text))[1])
+
+
+def test_an_index_of_pandas_and_columns_of_text_and_of_nothing_are_beside_it(logs):
+    text = "".join(
+        f"{place},{place / 100:.2f},imu_link,{x:.5f},{y:.5f},{z:.5f},\n"
+        for place, (x, y, z) in enumerate(GYRO.tolist())
+    )
+    log = logs.file("log.csv", ",time,frame_id,wx_dps,wy_dps,wz_dps,note\n" + text)
+    said = logs.said(log)
+    assert "skipped: frame_id (text), note (empty)" in said
+    columns = logs.imported(log)[1]
+    logs.check_gyro(columns)
+    assert columns["column_1"][:3] == ("0", "1", "2")
+
+
+def test_how_it_was_read_is_said_and_nothing_of_plain_csv(logs):
+    text = "Logger\nZeit;Time;gx;gy;gz\n-;s;deg/s;deg/s;deg/s\n" + rows(
+        US, TIME, *GYRO.T, separator=";"
+    ).replace(".", ",")
+    said = logs.said(logs.file("log.csv", text))
+    for words in (
+        "separated by semicolons",
+        "decimal commas",
+        "1 line above the table skipped",
+        "names and units from lines 2 to 3",
+    ):
+        assert words in said
+    assert "separated" not in logs.said(logs.file("b.csv", "t,gx_dps\n" + rows(TIME, TEMP)))
+
+
+def test_names_of_a_rostopic_and_of_euroc(logs):
+    gyro = np.radians(GYRO)
+    ns = 1_403_636_579_758_555_392 + np.arange(COUNT) * 10_000_000
+    text = (
+        "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+        "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n"
+    ) + "".join(
+        f"{stamp},{','.join(f'{one:.9f}' for one in (*w, *a))}\n"
+        for stamp, w, a in zip(ns.tolist(), gyro.tolist(), (FORCE * 9.80665).tolist())
+    )
+    columns = logs.imported(logs.file("data.csv", text))[1]
+    logs.check_gyro(columns, time=False)
+    logs.check_stamps(columns, ns)
+    np.testing.assert_allclose(np.float64(columns["accel_z_g"]), FORCE[:, 2], atol=1e-6)
+    text = (
+        "%time,field.header.seq,field.header.stamp,field.header.frame_id,"
+        "field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z\n"
+    ) + "".join(
+        f"{stamp},{place},{stamp},imu,{','.join(f'{one:.9f}' for one in w)}\n"
+        for place, (stamp, w) in enumerate(zip(ns.tolist(), gyro.tolist()))
+    )
+    log = logs.file("echo.csv", text)
+    columns = logs.imported(log, "--unit", "gyro=rad/s")[1]
+    logs.check_gyro(columns, time=False)
+    logs.check_stamps(columns, ns)
+
+
+def test_a_column_in_microseconds(logs):
+    for name in (
+        "usec",
+        "us",
+        "time_us",
+        "t_usec",
+        "TimeUS",
+        "us_since_boot",
+        "Time [\u03bcs]",
+    ):
+        for step in (2000, 10_000, 200_000):  # 500 Hz to 5 Hz
+            stamps = 77_000_000 + np.arange(COUNT) * step
+            text = f"{name},gx_dps,gy_dps,gz_dps\n" + rows(stamps, *GYRO.T)
+            columns = logs.imported(logs.file("log.csv", text))[1]
+            logs.check_stamps(columns, stamps * 1000)
+    text = "usec,gyro_x_dps,gyro_y_dps,gyro_z_dps\n" + rows(US, *GYRO.T)
+    columns = logs.imported(logs.file("log.csv", text), "--rate", "100")[1]
+    logs.check_gyro(columns)
+
+
+def test_seconds_and_their_parts_in_two_columns(logs):
+    stamps = 1_700_000_000 * 10**9 + np.arange(COUNT) * 10_000_000
+    for names, tick in ((("sec", "usec"), 1000), (("stamp.secs", "stamp.nsecs"), 1)):
+        text = f"{','.join(names)},gx_dps,gy_dps,gz_dps\n" + "".join(
+            f"{ns // 10**9},{ns % 10**9 // tick},{x},{y},{z}\n"
+            for ns, (x, y, z) in zip(stamps.tolist(), GYRO.tolist())
+        )
+        columns = logs.imported(logs.file("log.csv", text))[1]
+        logs.check_stamps(columns, stamps)
+        logs.check_gyro(columns, time=False)
+
+
+def test_a_last_row_that_was_cut_off_is_left_out(logs):
+    text = "t,gx_dps,gy_dps,gz_dps\n" + plain() + "12.00,0.1"
+    log = logs.file("log.csv", text)
+    assert f"line {COUNT + 2} is cut off" in logs.said(log)
+    logs.check_gyro(logs.imported(log)[1])
+
+
+# Files without names.
+
+
+def test_names_are_asked_for_and_taken(logs):
+    for name, separator in (("log.csv", ","), ("log.txt", " "), ("log.tsv", "\t")):
+        log = logs.file(name, rows(US, *GYRO.T, TEMP, separator=separator))
+        logs.rejected(
+            log, f"{name}:1: no names", "--names time_us,gyro_x_dps,gyro_y_dps,gyro_z_dps,temp"
+        )
+        seconds = logs.file(name, rows(US / 1e6, *GYRO.T, TEMP, separator=separator))
+        logs.rejected(seconds, "--names time_s,gyro_x_dps,gyro_y_dps,gyro_z_dps,temp")
+        log = logs.file(name, rows(US, *GYRO.T, TEMP, separator=separator))
+        columns = logs.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,temp_degC")[1]
+        logs.check_gyro(columns)
+        np.testing.assert_allclose(np.float64(columns["temp_degC"]), TEMP)
+        columns = logs.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,_")[1]
+        assert set(columns) == {"time_s", *(f"gyro_{a}_dps" for a in "xyz")}
+
+
+def test_what_the_refusal_proposes_can_be_typed(logs):
+    for columns in ((US, *GYRO.T), (US, *GYRO.T, TEMP, TEMP, TEMP)):
+        log = logs.file("log.csv", rows(*columns))
+        done = asking.run("import", log, "-o", logs.out)
+        names = done.stderr.split("--names ")[1].split()[0]
+        logs.check_gyro(logs.imported(log, "--names", names)[1])
+    log = logs.file("log.csv", rows(*GYRO.T))
+    names = asking.run("import", log, "-o", logs.out).stderr.split("--names ")[1].split()[0]
+    logs.rejected(log, "--rate HZ", options=("--names", names))
+    logs.imported(log, "--names", names, "--rate", "100")
+
+
+def test_names_replace_those_of_the_file(logs):
+    log = logs.file("log.csv", "a,b,c,d\n1,u,v,w\n"[:8] + plain())
+    logs.rejected(log, "no gyro", "--names")
+    logs.check_gyro(logs.imported(log, "--names", "t,gx_dps,gy_dps,gz_dps")[1])
+    logs.rejected(log, "--names: 3 names", "4 columns", options=("--names", "t,gx,gy"))
+    logs.rejected(log, "appears twice", options=("--names", "t,gx_dps,gx_dps,gz_dps"))
+
+
+def test_a_row_that_was_cut_off_at_the_beginning_is_no_header(logs):
+    log = logs.file("log.csv", "0.31,7\n" + rows(US, *GYRO.T))
+    logs.rejected(log, "log.csv:2: no names")
+    logs.check_gyro(logs.imported(log, "--names", "us,gx_dps,gy_dps,gz_dps")[1])
+
+
+def test_every_command_takes_names(logs):
+    log = logs.file("log.csv", rows(US, *GYRO.T))
+    names = ("--names", "us,gyro_x_dps,gyro_y_dps,gyro_z_dps")
+    model = logs.file("any.toml", logs.model.read_text().replace("rate_hz = 50.0\n", ""))
+    done = asking.run("compare", log, "-m", model, *names, "--json")
+    assert done.returncode in (0, 1), done.stderr
+
+
+def test_vectornav(logs):
+    for crc in (False, True):
         text = "".join(
-            f"{place},{place / 100:.2f},imu_link,{x:.5f},{y:.5f},{z:.5f},\n"
-            for place, (x, y, z) in enumerate(GYRO.tolist())
+            sentence(vnimu(place), crc) + sentence("VNYPR,+1.0,+2.0,+3.0") * (place % 3 == 0)
+            for place in range(COUNT)
         )
-        log = self.file("log.csv", ",time,frame_id,wx_dps,wy_dps,wz_dps,note\n" + text)
-        said = self.said(log)
-        self.assertIn("skipped: frame_id (text), note (empty)", said)
-        columns = self.imported(log)[1]
-        self.check_gyro(columns)
-        self.assertEqual(columns["column_1"][:3], ("0", "1", "2"))
-
-    def test_how_it_was_read_is_said_and_nothing_of_plain_csv(self):
-        text = "Logger\nZeit;Time;gx;gy;gz\n-;s;deg/s;deg/s;deg/s\n" + rows(
-            US, TIME, *GYRO.T, separator=";"
-        ).replace(".", ",")
-        said = self.said(self.file("log.csv", text))
-        for words in (
-            "separated by semicolons",
-            "decimal commas",
-            "1 line above the table skipped",
-            "names and units from lines 2 to 3",
-        ):
-            self.assertIn(words, said)
-        self.assertNotIn(
-            "separated", self.said(self.file("b.csv", "t,gx_dps\n" + rows(TIME, TEMP)))
-        )
-
-    def test_names_of_a_rostopic_and_of_euroc(self):
-        gyro = np.radians(GYRO)
-        ns = 1_403_636_579_758_555_392 + np.arange(COUNT) * 10_000_000
-        text = (
-            "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
-            "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n"
-        ) + "".join(
-            f"{stamp},{','.join(f'{one:.9f}' for one in (*w, *a))}\n"
-            for stamp, w, a in zip(ns.tolist(), gyro.tolist(), (FORCE * 9.80665).tolist())
-        )
-        columns = self.imported(self.file("data.csv", text))[1]
-        self.check_gyro(columns, time=False)
-        self.check_stamps(columns, ns)
-        np.testing.assert_allclose(np.float64(columns["accel_z_g"]), FORCE[:, 2], atol=1e-6)
-        text = (
-            "%time,field.header.seq,field.header.stamp,field.header.frame_id,"
-            "field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z\n"
-        ) + "".join(
-            f"{stamp},{place},{stamp},imu,{','.join(f'{one:.9f}' for one in w)}\n"
-            for place, (stamp, w) in enumerate(zip(ns.tolist(), gyro.tolist()))
-        )
-        log = self.file("echo.csv", text)
-        columns = self.imported(log, "--unit", "gyro=rad/s")[1]
-        self.check_gyro(columns, time=False)
-        self.check_stamps(columns, ns)
-
-    def test_a_column_in_microseconds(self):
-        for name in (
-            "usec",
-            "us",
-            "time_us",
-            "t_usec",
-            "TimeUS",
-            "us_since_boot",
-            "Time [\u03bcs]",
-        ):
-            for step in (2000, 10_000, 200_000):  # 500 Hz to 5 Hz
-                with self.subTest(name=name, step=step):
-                    stamps = 77_000_000 + np.arange(COUNT) * step
-                    text = f"{name},gx_dps,gy_dps,gz_dps\n" + rows(stamps, *GYRO.T)
-                    columns = self.imported(self.file("log.csv", text))[1]
-                    self.check_stamps(columns, stamps * 1000)
-        text = "usec,gyro_x_dps,gyro_y_dps,gyro_z_dps\n" + rows(US, *GYRO.T)
-        columns = self.imported(self.file("log.csv", text), "--rate", "100")[1]
-        self.check_gyro(columns)
-
-    def test_seconds_and_their_parts_in_two_columns(self):
-        stamps = 1_700_000_000 * 10**9 + np.arange(COUNT) * 10_000_000
-        for names, tick in ((("sec", "usec"), 1000), (("stamp.secs", "stamp.nsecs"), 1)):
-            text = f"{','.join(names)},gx_dps,gy_dps,gz_dps\n" + "".join(
-                f"{ns // 10**9},{ns % 10**9 // tick},{x},{y},{z}\n"
-                for ns, (x, y, z) in zip(stamps.tolist(), GYRO.tolist())
-            )
-            with self.subTest(names):
-                columns = self.imported(self.file("log.csv", text))[1]
-                self.check_stamps(columns, stamps)
-                self.check_gyro(columns, time=False)
-
-    def test_a_last_row_that_was_cut_off_is_left_out(self):
-        text = "t,gx_dps,gy_dps,gz_dps\n" + plain() + "12.00,0.1"
-        log = self.file("log.csv", text)
-        self.assertIn(f"line {COUNT + 2} is cut off", self.said(log))
-        self.check_gyro(self.imported(log)[1])
+        log = logs.file("log.txt", text)
+        logs.rejected(log, "--rate HZ")
+        columns = logs.imported(log, "--rate", "100")[1]
+        logs.check_gyro(columns, time=False)
+        np.testing.assert_allclose(np.float64(columns["accel_z_g"]), FORCE[:, 2], atol=1e-5)
+        np.testing.assert_allclose(np.float64(columns["temp_degC"]), TEMP)
 
 
-class Named(Dialects):
-    """Files without names."""
-
-    def test_names_are_asked_for_and_taken(self):
-        for name, separator in (("log.csv", ","), ("log.txt", " "), ("log.tsv", "\t")):
-            log = self.file(name, rows(US, *GYRO.T, TEMP, separator=separator))
-            self.refused(
-                log, f"{name}:1: no names", "--names time_us,gyro_x_dps,gyro_y_dps,gyro_z_dps,temp"
-            )
-            seconds = self.file(name, rows(US / 1e6, *GYRO.T, TEMP, separator=separator))
-            self.refused(seconds, "--names time_s,gyro_x_dps,gyro_y_dps,gyro_z_dps,temp")
-            log = self.file(name, rows(US, *GYRO.T, TEMP, separator=separator))
-            columns = self.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,temp_degC")[1]
-            self.check_gyro(columns)
-            np.testing.assert_allclose(np.float64(columns["temp_degC"]), TEMP)
-            columns = self.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,_")[1]
-            self.assertEqual(set(columns), {"time_s", *(f"gyro_{a}_dps" for a in "xyz")})
-
-    def test_what_the_refusal_proposes_can_be_typed(self):
-        for columns in ((US, *GYRO.T), (US, *GYRO.T, TEMP, TEMP, TEMP)):
-            log = self.file("log.csv", rows(*columns))
-            done = asking.run("import", log, "-o", self.out)
-            names = done.stderr.split("--names ")[1].split()[0]
-            self.check_gyro(self.imported(log, "--names", names)[1])
-        log = self.file("log.csv", rows(*GYRO.T))
-        names = asking.run("import", log, "-o", self.out).stderr.split("--names ")[1].split()[0]
-        self.refused(log, "--rate HZ", options=("--names", names))
-        self.imported(log, "--names", names, "--rate", "100")
-
-    def test_names_replace_those_of_the_file(self):
-        log = self.file("log.csv", "a,b,c,d\n1,u,v,w\n"[:8] + plain())
-        self.refused(log, "no gyro", "--names")
-        self.check_gyro(self.imported(log, "--names", "t,gx_dps,gy_dps,gz_dps")[1])
-        self.refused(log, "--names: 3 names", "4 columns", options=("--names", "t,gx,gy"))
-        self.refused(log, "appears twice", options=("--names", "t,gx_dps,gx_dps,gz_dps"))
-
-    def test_a_row_that_was_cut_off_at_the_beginning_is_no_header(self):
-        log = self.file("log.csv", "0.31,7\n" + rows(US, *GYRO.T))
-        self.refused(log, "log.csv:2: no names")
-        self.check_gyro(self.imported(log, "--names", "us,gx_dps,gy_dps,gz_dps")[1])
-
-    def test_every_command_takes_names(self):
-        log = self.file("log.csv", rows(US, *GYRO.T))
-        names = ("--names", "us,gyro_x_dps,gyro_y_dps,gyro_z_dps")
-        model = self.file("any.toml", self.model.read_text().replace("rate_hz = 50.0\n", ""))
-        done = asking.run("compare", log, "-m", model, *names, "--json")
-        self.assertIn(done.returncode, (0, 1), done.stderr)
+def test_with_a_time_in_front_and_cut_off_at_both_ends(logs):
+    text = "".join(f"{place / 100:.2f}," + sentence(vnimu(place)) for place in range(COUNT))
+    log = logs.file("log.txt", text[40:] + "12.00,$VNIMU,+0.1,")
+    logs.check_gyro(logs.imported(log)[1], first=1)
 
 
-class Sentences(Dialects):
-    def test_vectornav(self):
-        for crc in (False, True):
-            text = "".join(
-                sentence(vnimu(place), crc) + sentence("VNYPR,+1.0,+2.0,+3.0") * (place % 3 == 0)
-                for place in range(COUNT)
-            )
-            log = self.file("log.txt", text)
-            self.refused(log, "--rate HZ")
-            columns = self.imported(log, "--rate", "100")[1]
-            self.check_gyro(columns, time=False)
-            np.testing.assert_allclose(np.float64(columns["accel_z_g"]), FORCE[:, 2], atol=1e-5)
-            np.testing.assert_allclose(np.float64(columns["temp_degC"]), TEMP)
-
-    def test_with_a_time_in_front_and_cut_off_at_both_ends(self):
-        text = "".join(f"{place / 100:.2f}," + sentence(vnimu(place)) for place in range(COUNT))
-        log = self.file("log.txt", text[40:] + "12.00,$VNIMU,+0.1,")
-        self.check_gyro(self.imported(log)[1], first=1)
-
-    def test_a_damaged_sentence_is_named(self):
-        lines = [sentence(vnimu(place)) for place in range(COUNT)]
-        for damaged in (lines[700].replace("101.325", "101.326"), lines[700][:40] + "\r\n"):
-            log = self.file("log.txt", "".join([*lines[:700], damaged, *lines[701:]]))
-            self.refused(log, "log.txt:701: a damaged sentence", options=("--rate", "100"))
-
-    def test_sentences_of_another_maker_are_named_by_their_user(self):
-        text = "".join(
-            sentence(f"PXIMU,{place * 10},{x},{y},{z}")
-            for place, (x, y, z) in enumerate(GYRO.tolist())
-        )
-        log = self.file("log.txt", text)
-        self.refused(log, "log.txt:1: no names", "--names")
-        self.check_gyro(self.imported(log, "--names", "ms,gx_dps,gy_dps,gz_dps")[1])
+def test_a_damaged_sentence_is_named(logs):
+    lines = [sentence(vnimu(place)) for place in range(COUNT)]
+    for damaged in (lines[700].replace("101.325", "101.326"), lines[700][:40] + "\r\n"):
+        log = logs.file("log.txt", "".join([*lines[:700], damaged, *lines[701:]]))
+        logs.rejected(log, "log.txt:701: a damaged sentence", options=("--rate", "100"))
 
 
-class Refused(Dialects):
-    def test_what_cannot_be_told_says_what_to_type(self):
-        names = "t,gx_dps,gy_dps,gz_dps\n"
-        files = {
-            "decimal commas between commas": (names + plain().replace(".", ","), "Type"),
-            "thousands": (
-                "t;gx_raw\n"
-                + "".join(
-                    f"{n};{n % 7},{n % 1000:03d}\n" * (n % 7 > 0) or f"{n};{n}\n"
-                    for n in range(300)
-                ),
-                "tr -d ,",
+def test_sentences_of_another_maker_are_named_by_their_user(logs):
+    text = "".join(
+        sentence(f"PXIMU,{place * 10},{x},{y},{z}") for place, (x, y, z) in enumerate(GYRO.tolist())
+    )
+    log = logs.file("log.txt", text)
+    logs.rejected(log, "log.txt:1: no names", "--names")
+    logs.check_gyro(logs.imported(log, "--names", "ms,gx_dps,gy_dps,gz_dps")[1])
+
+
+def test_what_cannot_be_told_says_what_to_type(logs):
+    names = "t,gx_dps,gy_dps,gz_dps\n"
+    files = {
+        "decimal commas between commas": (names + plain().replace(".", ","), "Type"),
+        "thousands": (
+            "t;gx_raw\n"
+            + "".join(
+                f"{n};{n % 7},{n % 1000:03d}\n" * (n % 7 > 0) or f"{n};{n}\n" for n in range(300)
             ),
-            "twins": ("t,x,y,z,x,y,z\n" + rows(TIME, *GYRO.T, *FORCE.T), "--names"),
-            "too few names": ("t,gx_dps\n" + plain(), "--names"),
-            "text in a gyro": (names + plain().replace("0.02,", "0.02,x", 1), ":4: column gx_dps"),
-            "a clock of text": (
-                "time,gx_dps\n" + "12:00:01.1,5\n12:00:01.2,6\n",
-                ":2: column time",
-            ),
-            "a row too long": (names + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
-            "no numbers": ("Some text,\nand more of it\n", ":2: no numbers"),
-        }
-        for name, (text, words) in files.items():
-            with self.subTest(name):
-                self.refused(self.file("log.csv", text), "log.csv", words)
-
-    def test_a_column_that_is_no_number_can_be_done_without(self):
-        clock = [f"12:{n // 60 % 60:02d}:{n % 60:02d}" for n in range(COUNT)]
-        log = self.file("log.csv", f"time,{OWN}\n" + rows(clock, *GYRO.T))
-        self.refused(log, "log.csv:2: column time: not a number", "--rate HZ")
-        temp = [f"{one}" if place % 100 == 0 else "" for place, one in enumerate(TEMP)]
-        both = self.file("both.csv", f"t,{OWN},temp\n" + rows(TIME, *GYRO.T, temp))
-        self.refused(both, "both.csv:3: column temp: not a number: ''")
-        for path, rate in ((log, ["--rate", "100"]), (both, [])):
-            said = asking.run("import", path, "-o", self.out).stderr
-            names = said.split("--names ")[1].split()[0]
-            self.check_gyro(self.imported(path, "--names", names, *rate)[1], time=not rate)
-
-    def test_a_serial_monitor(self):
-        log = self.file(
-            "log.txt", "".join(f"12:00:01.123 -> {x},{y},{z}\n" for x, y, z in GYRO.tolist())
-        )
-        self.refused(log, "log.txt:1: no names above the 3 columns")
-
-    def test_utf_16(self):
-        log = self.work / "log.csv"
-        log.write_bytes(("t,gx_dps\n" + rows(TIME, TEMP)).encode("utf-16"))
-        self.refused(log, "UTF-16", f"iconv -f UTF-16 -t UTF-8 {log}")
+            "tr -d ,",
+        ),
+        "twins": ("t,x,y,z,x,y,z\n" + rows(TIME, *GYRO.T, *FORCE.T), "--names"),
+        "too few names": ("t,gx_dps\n" + plain(), "--names"),
+        "text in a gyro": (names + plain().replace("0.02,", "0.02,x", 1), ":4: column gx_dps"),
+        "a clock of text": (
+            "time,gx_dps\n" + "12:00:01.1,5\n12:00:01.2,6\n",
+            ":2: column time",
+        ),
+        "a row too long": (names + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
+        "no numbers": ("Some text,\nand more of it\n", ":2: no numbers"),
+    }
+    for text, words in files.values():
+        logs.rejected(logs.file("log.csv", text), "log.csv", words)
 
 
-class Page(Dialects):
-    """The workbench reads the same files: what a terminal is told to type, its page asks for."""
-
-    def setUp(self):
-        super().setUp()
-        self.visit = visit.Visit(self.work / "files")
-
-    def read(self, columns):
-        """As the page sends them."""
-        given = schema.request("read", json.dumps({"columns": columns}).encode())
-        return self.visit.intake.read(**given)
-
-    def test_names_are_typed_and_kept(self):
-        log = self.file("log.csv", "Logger 7\n" + rows(US, *GYRO.T, TEMP, separator=";"))
-        shown = self.visit.intake.open(str(log))["log"]
-        self.assertEqual((shown["named"], shown["rate_hz"]), (False, None))
-        self.assertEqual(
-            [one["name"] for one in shown["columns"]], [f"column_{n}" for n in range(1, 6)]
-        )
-        self.assertIn("separated by semicolons", shown["said"])
-        with self.assertRaisesRegex(BadInput, "2 names for 5 columns"):
-            self.visit.intake.names(["t", "gx"])
-        shown = self.visit.intake.names(["usec", "gx_dps", "gy_dps", "gz_dps", "_"])["log"]
-        self.assertEqual((shown["named"], shown["rate_hz"]), (True, RATE_HZ))
-        now = self.read(shown["columns"])
-        self.assertEqual(now["gyros"], [f"gyro_{axis}_dps" for axis in "xyz"])
-        again = visit.Visit(self.work / "files").intake.open(str(log))
-        self.assertEqual(again["commands"], now["commands"])
-        self.assertIn("--names usec,gx_dps,gy_dps,gz_dps,_", again["commands"][0])
-        words = shlex.split(again["commands"][0])[1:]
-        words[words.index("rec.csv")] = str(self.out)
-        self.assertEqual(asking.run(*words).returncode, 0)
-        self.assertEqual(len(self.out.read_text().splitlines()), COUNT + 1)
-
-    def test_a_column_of_text_needs_no_name(self):
-        log = self.file("log.csv", rows(["imu"] * COUNT, US, *GYRO.T))
-        shown = self.visit.intake.open(str(log))["log"]
-        self.assertEqual(
-            [one["name"] for one in shown["columns"]], [f"column_{n}" for n in range(2, 6)]
-        )
-        shown = self.visit.intake.names(["usec", "gx_dps", "", "gz_dps"])["log"]
-        names = [one["name"] for one in shown["columns"]]
-        self.assertEqual(names, ["usec", "gx_dps", "column_4", "gz_dps"])
-        now = self.read(shown["columns"])
-        self.assertIn("--names _,usec,gx_dps,column_4,gz_dps", now["commands"][0])
-
-    def test_quantities_are_chosen_without_names(self):
-        log = self.file("log.csv", rows(US, *GYRO.T))
-        columns = self.visit.intake.open(str(log))["log"]["columns"]
-        kinds = [("time", "", "us", 1e-6), *(("gyro", axis, "deg/s", 1.0) for axis in "xyz")]
-        for column, (quantity, axis, unit, factor) in zip(columns, kinds):
-            column.update(quantity=quantity, axis=axis, unit=unit, factor=factor)
-        now = self.read(columns)
-        self.assertEqual(now["rate_hz"], RATE_HZ)
-        words = shlex.split(now["commands"][0])[1:]
-        words[words.index("rec.csv")] = str(self.out)
-        self.assertEqual(asking.run(*words).returncode, 0)
+def test_a_column_that_is_no_number_can_be_done_without(logs):
+    clock = [f"12:{n // 60 % 60:02d}:{n % 60:02d}" for n in range(COUNT)]
+    log = logs.file("log.csv", f"time,{OWN}\n" + rows(clock, *GYRO.T))
+    logs.rejected(log, "log.csv:2: column time: not a number", "--rate HZ")
+    temp = [f"{one}" if place % 100 == 0 else "" for place, one in enumerate(TEMP)]
+    both = logs.file("both.csv", f"t,{OWN},temp\n" + rows(TIME, *GYRO.T, temp))
+    logs.rejected(both, "both.csv:3: column temp: not a number: ''")
+    for path, rate in ((log, ["--rate", "100"]), (both, [])):
+        said = asking.run("import", path, "-o", logs.out).stderr
+        names = said.split("--names ")[1].split()[0]
+        logs.check_gyro(logs.imported(path, "--names", names, *rate)[1], time=not rate)
 
 
-class Fit(Dialects):
-    """The documented path, on a file of a stranger: white noise of 0.3 deg/s at 100 Hz."""
-
-    ARW = 0.3 / RATE_HZ**0.5 * 60
-
-    def check_fit(self, *arguments):
-        done = asking.run("fit", *arguments, "--json")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        found = json.loads(done.stdout)["effects"][0]
-        self.assertEqual(found["kind"], "angle_random_walk")
-        value = found["parameters"]["coefficient_deg_per_sqrt_h"]["value"]
-        self.assertAlmostEqual(value / self.ARW, 1, delta=0.1)  # of 1200 samples: 2 %, five times
-        return done.stderr
-
-    def test_without_a_model_it_starts_from_the_data(self):
-        log = self.file("log.csv", "usec;wx_dps;wy_dps;wz_dps\n" + rows(US, *GYRO.T, separator=";"))
-        model = self.work / "fitted.toml"
-        self.assertIn("gyro_z_dps are fitted", self.check_fit(log, "-o", model))
-        self.check_fit(log, "-m", ROOT / "data/tutorial_model.toml")
-        done = asking.run("compare", log, "-m", model)
-        self.assertIn(done.returncode, (0, 1), done.stderr)
-        done = asking.run("fit", log, "--axes", "gyro", "--json")
-        self.assertEqual(len(json.loads(done.stdout)["axes"]), 3)
-
-    def test_a_model_of_another_rate_says_the_way_on(self):
-        log = self.file("log.csv", "usec;wz_dps\n" + rows(US, GYRO[:, 2], separator=";"))
-        done = asking.run("fit", log, "-m", self.model)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("Remove rate_hz from the model, or fit without -m", done.stderr)
-
-    def test_without_a_gyro_it_says_what_to_type(self):
-        log = self.file("log.csv", "usec,accel_x,accel_y,accel_z\n" + rows(US, *FORCE.T))
-        done = asking.run("fit", log, "--sensor", "accel")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--axes accel", done.stderr)
+def test_a_serial_monitor(logs):
+    log = logs.file(
+        "log.txt", "".join(f"12:00:01.123 -> {x},{y},{z}\n" for x, y, z in GYRO.tolist())
+    )
+    logs.rejected(log, "log.txt:1: no names above the 3 columns")
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_utf_16(logs):
+    log = logs.work / "log.csv"
+    log.write_bytes(("t,gx_dps\n" + rows(TIME, TEMP)).encode("utf-16"))
+    logs.rejected(log, "UTF-16", f"iconv -f UTF-16 -t UTF-8 {log}")
+
+
+# The workbench reads the same files: what a terminal is told to type, its page asks for.
+
+
+@pytest.fixture
+def intake(tmp_path):
+    return visit.Visit(tmp_path / "files").intake
+
+
+def read(intake, columns):
+    """As the page sends them."""
+    given = schema.request("read", json.dumps({"columns": columns}).encode())
+    return intake.read(**given)
+
+
+def test_names_are_typed_and_kept(logs, intake):
+    log = logs.file("log.csv", "Logger 7\n" + rows(US, *GYRO.T, TEMP, separator=";"))
+    shown = intake.open(str(log))["log"]
+    assert (shown["named"], shown["rate_hz"]) == (False, None)
+    assert [one["name"] for one in shown["columns"]] == [f"column_{n}" for n in range(1, 6)]
+    assert "separated by semicolons" in shown["said"]
+    with pytest.raises(BadInput, match="2 names for 5 columns"):
+        intake.names(["t", "gx"])
+    shown = intake.names(["usec", "gx_dps", "gy_dps", "gz_dps", "_"])["log"]
+    assert (shown["named"], shown["rate_hz"]) == (True, RATE_HZ)
+    now = read(intake, shown["columns"])
+    assert now["gyros"] == [f"gyro_{axis}_dps" for axis in "xyz"]
+    again = visit.Visit(logs.work / "files").intake.open(str(log))
+    assert again["commands"] == now["commands"]
+    assert "--names usec,gx_dps,gy_dps,gz_dps,_" in again["commands"][0]
+    words = shlex.split(again["commands"][0])[1:]
+    words[words.index("rec.csv")] = str(logs.out)
+    assert asking.run(*words).returncode == 0
+    assert len(logs.out.read_text().splitlines()) == COUNT + 1
+
+
+def test_a_column_of_text_needs_no_name(logs, intake):
+    log = logs.file("log.csv", rows(["imu"] * COUNT, US, *GYRO.T))
+    shown = intake.open(str(log))["log"]
+    assert [one["name"] for one in shown["columns"]] == [f"column_{n}" for n in range(2, 6)]
+    shown = intake.names(["usec", "gx_dps", "", "gz_dps"])["log"]
+    names = [one["name"] for one in shown["columns"]]
+    assert names == ["usec", "gx_dps", "column_4", "gz_dps"]
+    now = read(intake, shown["columns"])
+    assert "--names _,usec,gx_dps,column_4,gz_dps" in now["commands"][0]
+
+
+def test_quantities_are_chosen_without_names(logs, intake):
+    log = logs.file("log.csv", rows(US, *GYRO.T))
+    columns = intake.open(str(log))["log"]["columns"]
+    kinds = [("time", "", "us", 1e-6), *(("gyro", axis, "deg/s", 1.0) for axis in "xyz")]
+    for column, (quantity, axis, unit, factor) in zip(columns, kinds):
+        column.update(quantity=quantity, axis=axis, unit=unit, factor=factor)
+    now = read(intake, columns)
+    assert now["rate_hz"] == RATE_HZ
+    words = shlex.split(now["commands"][0])[1:]
+    words[words.index("rec.csv")] = str(logs.out)
+    assert asking.run(*words).returncode == 0
+
+
+# The documented path, on a file of a stranger: white noise of 0.3 deg/s at 100 Hz.
+
+
+ARW = 0.3 / RATE_HZ**0.5 * 60
+
+
+def check_fit(*arguments):
+    done = asking.run("fit", *arguments, "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)["effects"][0]
+    assert found["kind"] == "angle_random_walk"
+    value = found["parameters"]["coefficient_deg_per_sqrt_h"]["value"]
+    assert abs(value / ARW - 1) <= 0.1  # of 1200 samples: 2 %, five times
+    return done.stderr
+
+
+def test_without_a_model_it_starts_from_the_data(logs):
+    log = logs.file("log.csv", "usec;wx_dps;wy_dps;wz_dps\n" + rows(US, *GYRO.T, separator=";"))
+    model = logs.work / "fitted.toml"
+    assert "gyro_z_dps are fitted" in check_fit(log, "-o", model)
+    check_fit(log, "-m", ROOT / "data/tutorial_model.toml")
+    done = asking.run("compare", log, "-m", model)
+    assert done.returncode in (0, 1), done.stderr
+    done = asking.run("fit", log, "--axes", "gyro", "--json")
+    assert len(json.loads(done.stdout)["axes"]) == 3
+
+
+def test_a_model_of_another_rate_says_the_way_on(logs):
+    log = logs.file("log.csv", "usec;wz_dps\n" + rows(US, GYRO[:, 2], separator=";"))
+    done = asking.run("fit", log, "-m", logs.model)
+    assert done.returncode == 2
+    assert "Remove rate_hz from the model, or fit without -m" in done.stderr
+
+
+def test_without_a_gyro_it_says_what_to_type(logs):
+    log = logs.file("log.csv", "usec,accel_x,accel_y,accel_z\n" + rows(US, *FORCE.T))
+    done = asking.run("fit", log, "--sensor", "accel")
+    assert done.returncode == 2
+    assert "--axes accel" in done.stderr

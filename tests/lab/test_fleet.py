@@ -10,20 +10,17 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
-import unittest
 from pathlib import Path
+from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from asking import ROOT, run  # before numpy: it says how many threads
+import pytest
+from asking import ROOT, run, said
 from serving import serving
-
-sys.path.insert(0, str(ROOT / "data"))
-import make_fleet
 
 MODEL = """[sensor]
 rate_hz = 20.0
@@ -36,24 +33,16 @@ kind = "bias_instability"
 coefficient_deg_per_h = 8.0
 """
 N = "angle_random_walk.coefficient_deg_per_sqrt_h"
-SECONDS, UNITS, EFFECT = (
-    600.0,
-    48,
-    0.0015,
-)  # of the small fleet: shorter recordings, so a larger effect is as hard to see in one
+# of the small fleet: shorter recordings, so a larger effect is as hard to see in one
+SECONDS, UNITS, EFFECT = 600.0, 48, 0.0015
 INTERRUPTED = 16  # recordings of a run that is ended behind the second
-BATCH = r"([AB])_\d+"
 ENVIRONMENT = {
-    **os.environ,
     "PYTHONPATH": str(ROOT / "tools/lab"),
     "AWS_ACCESS_KEY_ID": "a",
     "AWS_SECRET_ACCESS_KEY": "b",
     "AWS_DEFAULT_REGION": "us-east-1",
 }
-
-
-def command(*arguments):
-    return [sys.executable, "-B", "-m", "davarlab", "fleet", *map(str, arguments)]
+ALONE = ("--chance", 0, "--workers", 1)
 
 
 def fleet(*arguments, **more):
@@ -66,125 +55,123 @@ def table(folder):
     return pq.read_table(Path(folder) / "fleet.parquet").to_pylist()
 
 
-class Made(unittest.TestCase):
-    """A small fleet, made once, and what was said of it."""
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A small fleet, made once, and its model."""
+    sys.path.insert(0, str(ROOT / "data"))
+    import make_fleet
 
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.top = Path(folder.name)
-        cls.model = cls.top / "model.toml"
-        cls.model.write_text(MODEL)
-        make_fleet.make(cls.top / "units", UNITS, EFFECT, SECONDS)
+    top = tmp_path_factory.mktemp("fleet")
+    (top / "model.toml").write_text(MODEL)
+    make_fleet.make(top / "units", UNITS, EFFECT, SECONDS)
+    return SimpleNamespace(top=top, model=top / "model.toml")
 
-    def some(self, count):
-        """A folder of its own with the first recordings."""
-        folder = Path(tempfile.mkdtemp(dir=self.top))
-        for path in sorted((self.top / "units").glob("A_*"))[:count]:
+
+@pytest.fixture
+def some(made, tmp_path):
+    """A folder of its own with the first so many recordings."""
+
+    def copied(count):
+        folder = tmp_path / f"some{count}"
+        folder.mkdir()
+        for path in sorted((made.top / "units").glob("A_*"))[:count]:
             shutil.copy(path, folder)
         return folder
 
+    return copied
 
-class Population(Made):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        (cls.top / "units/A_9998.parquet").write_bytes(b"PAR1 and no more")
-        (cls.top / "units/B_9999.csv").write_text("time_s,gyro_z_dps\n0,1\n")
-        cls.limits = cls.top / "limits.toml"
-        cls.limits.write_text(f'[[limit]]\ncoefficient = "{N}"\nmax = 0.33\nmin = 0.1\n')
-        cls.out = cls.top / "out"
-        cls.arguments = [
-            cls.top / "units/*",
-            "-m",
-            cls.model,
-            "-o",
-            cls.out,
-            "--batch",
-            BATCH,
-            "--limits",
-            cls.limits,
-            "--json",
-        ]
-        cls.done = fleet(*cls.arguments)
-        cls.said = json.loads(cls.done.stdout)
 
-    def test_the_hidden_effect_is_found_and_named_in_its_batch_only(self):
-        named = [(one["batch"], one["kind"]) for one in self.said["hidden"] if one["named"]]
-        self.assertEqual(named, [("B", "temperature")])
-        self.assertEqual({one["batch"] for one in self.said["hidden"] if one["found"]}, {"B"})
-        alone = self.said["named_alone"]["B"].get("temperature", 0)
-        self.assertLess(alone, UNITS / 2 / 4, "a single recording shows it: nothing is hidden")
-        self.assertEqual(self.done.returncode, 1)
+@pytest.fixture(scope="module")
+def population(made):
+    units = made.top / "units"
+    (units / "A_9998.parquet").write_bytes(b"PAR1 and no more")
+    (units / "B_9999.csv").write_text("time_s,gyro_z_dps\n0,1\n")
+    limits, out = made.top / "limits.toml", made.top / "out"
+    limits.write_text(f'[[limit]]\ncoefficient = "{N}"\nmax = 0.33\nmin = 0.1\n')
+    words = [units / "*", "-m", made.model, "-o", out, "--batch", r"([AB])_\d+"]
+    words += ["--limits", limits, "--json"]
+    done = fleet(*words)
+    return SimpleNamespace(
+        units=units, out=out, words=words, done=done, said=json.loads(done.stdout), model=made.model
+    )
 
-    def test_a_row_says_what_fit_and_diagnose_say(self):
-        rows = {row["file"]: row for row in table(self.out)}
-        for name in ("A_0000", "B_0001"):
-            path = str(self.top / f"units/{name}.parquet")
-            row, fitted = (
-                rows[path],
-                json.loads(run("fit", path, "-m", self.model, "--json").stdout),
-            )
-            for effect in fitted["effects"]:
-                for parameter, said in effect["parameters"].items():
-                    column = f"{effect['kind']}.{parameter}"
-                    self.assertEqual(
-                        [row[column], row[column + ".low"], row[column + ".high"]],
-                        [said["value"], said["low"], said["high"]],
-                    )
-            self.assertEqual(row["adequacy"], fitted["adequacy"])
-            told = json.loads(run("diagnose", path, "-m", self.model, "--json").stdout)
-            self.assertEqual(row["verdict"], told["verdict"])
-            temperature = next(one for one in told["candidates"] if one["kind"] == "temperature")
-            self.assertAlmostEqual(row["gain.temperature"], max(temperature["gain"], 0), places=6)
-            columns = pq.read_table(path).to_pydict()
-            self.assertAlmostEqual(
-                row["temperature_degC"], float(np.mean(columns["temp_degC"])), places=6
-            )
-            self.assertAlmostEqual(row["start"].timestamp(), columns["time_s"][0], places=3)
-            self.assertEqual((row["batch"], row["samples"]), (name[0], 12000))
-            self.assertAlmostEqual(row["rate_hz"], 20.0, places=6)
-            self.assertRegex(row["davar"], r"^\d+\.\d+\.\d+$")
-            self.assertEqual(row["table_version"], 2)
 
-    def test_a_file_that_cannot_be_used_is_a_row_with_its_reason(self):
-        rows = [row for row in table(self.out) if row["failed"]]
-        self.assertEqual([Path(row["file"]).name for row in rows], ["A_9998.parquet", "B_9999.csv"])
-        self.assertIn("damaged, or not Parquet", rows[0]["failed"])
-        self.assertEqual({row["verdict"] for row in rows}, {None})
-        self.assertEqual(len(table(self.out)), UNITS + 2)
+# One run of the population takes 20 s of work.
 
-    def test_a_second_run_does_nothing_and_a_changed_file_is_done_again(self):
-        before = (self.out / "fleet.parquet").read_bytes()
-        again = fleet(*self.arguments)
-        self.assertIn(f"{UNITS + 2} recordings: {UNITS + 2} finished, 0 remaining", again.stderr)
-        self.assertEqual((self.out / "fleet.parquet").read_bytes(), before)
-        os.utime(self.top / "units/A_0000.parquet")
-        self.assertIn(f"{UNITS + 1} finished, 1 remaining", fleet(*self.arguments).stderr)
 
-    def test_the_limits_say_pass_and_fail_as_the_intervals_do(self):
-        for row in (row for row in table(self.out) if not row["failed"]):
-            self.assertEqual(
-                row["limits"],
-                "fail" if row[N + ".low"] > 0.33 or row[N + ".high"] < 0.1 else "pass",
-            )
-        judged = self.said["limits"]
-        self.assertEqual(judged["pass"] + judged["fail"], UNITS)
-        self.assertEqual(
-            [one["limit"] for one in judged["stated"]], [f"{N} >= 0.1", f"{N} <= 0.33"]
-        )
+@pytest.mark.slow
+def test_the_hidden_effect_is_found_and_named_in_its_batch_only(population):
+    hidden = population.said["hidden"]
+    assert [(one["batch"], one["kind"]) for one in hidden if one["named"]] == [("B", "temperature")]
+    assert {one["batch"] for one in hidden if one["found"]} == {"B"}
+    alone = population.said["named_alone"]["B"].get("temperature", 0)
+    assert alone < UNITS / 2 / 4, "a single recording shows it: nothing is hidden"
+    assert population.done.returncode == 1
 
-    def test_the_page_needs_nothing_else_and_says_what_the_numbers_say(self):
-        page = (self.out / "fleet.html").read_text()
-        for said in (
-            "Batch B as a whole has an effect that the model lacks: temperature.",
-            "A_9998.parquet".replace("_", "_<wbr>"),
-        ):
-            self.assertTrue(said in page, said)
-        self.assertFalse("<script" in page)
-        self.assertEqual(re.findall(r'(?:src|href)="(?!data:)[^"]*', page), [])
-        self.assertEqual(json.loads((self.out / "fleet.json").read_text())["rows"], UNITS)
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["A_0000", "B_0001"])
+def test_a_row_says_what_fit_and_diagnose_say(population, name):
+    path = str(population.units / f"{name}.parquet")
+    row = next(row for row in table(population.out) if row["file"] == path)
+    fitted = said("fit", path, "-m", population.model)
+    for effect in fitted["effects"]:
+        for parameter, one in effect["parameters"].items():
+            column = f"{effect['kind']}.{parameter}"
+            numbers = [row[column], row[column + ".low"], row[column + ".high"]]
+            assert numbers == [one["value"], one["low"], one["high"]]
+    assert row["adequacy"] == fitted["adequacy"]
+    told = said("diagnose", path, "-m", population.model)
+    assert row["verdict"] == told["verdict"]
+    temperature = next(one for one in told["candidates"] if one["kind"] == "temperature")
+    assert row["gain.temperature"] == pytest.approx(max(temperature["gain"], 0), abs=5e-7)
+    columns = pq.read_table(path).to_pydict()
+    assert row["temperature_degC"] == pytest.approx(np.mean(columns["temp_degC"]), abs=5e-7)
+    assert row["start"].timestamp() == pytest.approx(columns["time_s"][0], abs=5e-4)
+    assert (row["batch"], row["samples"]) == (name[0], 12000)
+    assert row["rate_hz"] == pytest.approx(20.0, abs=5e-7)
+    assert re.fullmatch(r"\d+\.\d+\.\d+", row["davar"])
+    assert row["table_version"] == 2
+
+
+@pytest.mark.slow
+def test_a_file_that_cannot_be_used_is_a_row_with_its_reason(population):
+    rows = [row for row in table(population.out) if row["failed"]]
+    assert [Path(row["file"]).name for row in rows] == ["A_9998.parquet", "B_9999.csv"]
+    assert "damaged, or not Parquet" in rows[0]["failed"]
+    assert {row["verdict"] for row in rows} == {None}
+    assert len(table(population.out)) == UNITS + 2
+
+
+@pytest.mark.slow
+def test_the_limits_say_pass_and_fail_as_the_intervals_do(population):
+    for row in (row for row in table(population.out) if not row["failed"]):
+        fails = row[N + ".low"] > 0.33 or row[N + ".high"] < 0.1
+        assert row["limits"] == ("fail" if fails else "pass")
+    judged = population.said["limits"]
+    assert judged["pass"] + judged["fail"] == UNITS
+    assert [one["limit"] for one in judged["stated"]] == [f"{N} >= 0.1", f"{N} <= 0.33"]
+
+
+@pytest.mark.slow
+def test_the_page_needs_nothing_else_and_says_what_the_numbers_say(population):
+    page = (population.out / "fleet.html").read_text()
+    assert "Batch B as a whole has an effect that the model lacks: temperature." in page
+    assert "A_<wbr>9998.parquet" in page
+    assert "<script" not in page
+    assert re.findall(r'(?:src|href)="(?!data:)[^"]*', page) == []
+    assert json.loads((population.out / "fleet.json").read_text())["rows"] == UNITS
+
+
+def test_a_second_run_does_nothing_and_a_changed_file_is_done_again(made, some):
+    folder = some(3)
+    words = (folder / "*.parquet", "-m", made.model, "-o", folder / "out", *ALONE)
+    assert "0 finished, 3 remaining" in fleet(*words).stderr
+    before = (folder / "out/fleet.parquet").read_bytes()
+    assert "3 recordings: 3 finished, 0 remaining" in fleet(*words).stderr
+    assert (folder / "out/fleet.parquet").read_bytes() == before
+    os.utime(folder / "A_0000.parquet")
+    assert "2 finished, 1 remaining" in fleet(*words).stderr
 
 
 def ended(group):
@@ -193,208 +180,131 @@ def ended(group):
         os.killpg(group, signal.SIGKILL)
 
 
-class Interrupted(Made):
-    def setUp(self):
-        self.addCleanup(
-            signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler)
-        )  # whoever started the tests may ignore it
-
-    def start(self, folder, out):
-        started = subprocess.Popen(
-            command(folder / "*", "-m", self.model, "-o", out, "--chance", 0, "--workers", 1),
-            env=ENVIRONMENT,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
-        self.addCleanup(ended, started.pid)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "number, status", [(signal.SIGINT, 130), (signal.SIGKILL, -signal.SIGKILL)]
+)
+def test_a_run_that_was_ended_goes_on(made, some, number, status):
+    folder = some(INTERRUPTED)
+    out = folder.with_name("out")
+    words = [folder / "*", "-m", made.model, "-o", out, *ALONE]
+    started = subprocess.Popen(
+        [sys.executable, "-B", "-m", "davarlab", "fleet", *map(str, words)],
+        env={**os.environ, **ENVIRONMENT},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    try:
         while len(list((out / "units").glob("*.json") if out.exists() else [])) < 2:
-            self.assertIsNone(started.poll(), "it ended by itself")
+            assert started.poll() is None, "it ended by itself"
             time.sleep(0.01)
-        return started
-
-    def check(self, number, status):
-        folder = self.some(INTERRUPTED)
-        out = folder.parent / (folder.name + "-out")
-        started = self.start(folder, out)
-        os.kill(started.pid, number) if number == signal.SIGKILL else os.killpg(started.pid, number)
-        said = started.communicate()[1]
-        self.assertEqual(started.returncode, status, said)
-        self.assertNotIn("Traceback", said)
-        there = [json.loads(path.read_text()) for path in (out / "units").glob("*.json")]
-        self.assertLess(len(there), INTERRUPTED)
-        self.assertFalse((out / "fleet.parquet").exists())
-        again = fleet(folder / "*", "-m", self.model, "-o", out, "--chance", 0, "--workers", 1)
-        self.assertEqual(again.returncode, 0, again.stderr)
-        self.assertIn(f"{len(there)} finished, {INTERRUPTED - len(there)} remaining", again.stderr)
-        self.assertEqual(len(table(out)), INTERRUPTED)
-
-    def test_ctrl_c_leaves_what_is_done_and_the_next_run_goes_on(self):
-        self.check(signal.SIGINT, 130)
-
-    def test_a_kill_leaves_nothing_half_written(self):
-        self.check(signal.SIGKILL, -signal.SIGKILL)
+        end = os.kill if number == signal.SIGKILL else os.killpg
+        end(started.pid, number)
+        told = started.communicate()[1]
+    finally:
+        ended(started.pid)
+    assert started.returncode == status, told
+    assert "Traceback" not in told
+    there = [json.loads(path.read_text()) for path in (out / "units").glob("*.json")]
+    assert len(there) < INTERRUPTED
+    assert not (out / "fleet.parquet").exists()
+    again = fleet(*words)
+    assert again.returncode == 0, again.stderr
+    assert f"{len(there)} finished, {INTERRUPTED - len(there)} remaining" in again.stderr
+    assert len(table(out)) == INTERRUPTED
 
 
-class Elsewhere(Made):
-    def test_http_with_a_glob(self):
-        folder = self.some(3)
-        with serving(folder.parent) as server:
-            arguments = [
-                f"http://127.0.0.1:{server.port}/{folder.name}/A_*.parquet",
-                "-m",
-                self.model,
-                "-o",
-                folder / "out",
-                "--chance",
-                0,
-                "--workers",
-                1,
-            ]
-            (folder / "other.txt").write_text("no recording")
-            done = fleet(f"http://127.0.0.1:{server.port}/gone.parquet", *arguments)
-            self.assertEqual(
-                [bool(row["failed"]) for row in table(folder / "out")],
-                [True, False, False, False],
-                done.stderr,
-            )
-            self.assertEqual(done.returncode, 1)
-            server.fetched.clear()
-            again = fleet(*arguments)
-            self.assertIn("3 recordings: 3 finished, 0 remaining", again.stderr)
-            self.assertEqual(again.returncode, 0)
-            self.assertFalse({name for name in server.fetched if name.startswith("A_")})
-
-    def test_s3_with_a_glob(self):
-        folder = self.some(2)
-        out = self.top / "s3-out"
-        with serving(folder.parent) as server:
-            done = fleet(
-                f"s3://{folder.name}/A_*.parquet",
-                "-m",
-                self.model,
-                "-o",
-                out,
-                "--chance",
-                0,
-                "--workers",
-                1,
-                AWS_ENDPOINT_URL=f"http://127.0.0.1:{server.port}",
-            )
-            self.assertEqual((done.returncode, len(table(out))), (0, 2), done.stderr)
-            self.assertTrue(table(out)[0]["file"].startswith("s3://"))
-
-    def test_the_workers_of_a_scheduler_that_is_there(self):
-        from dask import distributed
-
-        with distributed.LocalCluster(
-            n_workers=1,
-            threads_per_worker=1,
-            processes=False,
-            dashboard_address="127.0.0.1:0",
-            host="127.0.0.1",
-            protocol="tcp",
-        ) as cluster:
-            folder = self.some(2)
-            done = fleet(
-                folder / "*",
-                "-m",
-                self.model,
-                "-o",
-                folder / "out",
-                "--chance",
-                0,
-                "--scheduler",
-                cluster.scheduler_address,
-            )
-            self.assertEqual((done.returncode, len(table(folder / "out"))), (0, 2), done.stderr)
-
-    def test_all_axes_of_a_log(self):
-        rng, folder = np.random.default_rng(4), self.some(0)
-        columns = {
-            "time_s": np.arange(12000) / 20.0,
-            **{
-                f"gyro_{axis}_dps": rng.normal(0, 0.02 * (place + 1), 12000)
-                for place, axis in enumerate("xy")
-            },
-            "accel_x_g": rng.normal(0, 0.001, 12000),
-        }
-        pq.write_table(pa.table(columns), folder / "log.parquet")
-        done = fleet(
-            folder / "log.parquet",
-            "-m",
-            self.model,
-            "-o",
-            folder / "out",
-            "--chance",
-            0,
-            "--axes",
-            "all",
-            "--workers",
-            1,
-        )
-        rows = table(folder / "out")
-        self.assertEqual(
-            [row["axis"] for row in rows], ["gyro_x_dps", "gyro_y_dps", "accel_x_g"], done.stderr
-        )
-        for row, sigma in zip(rows, (0.02, 0.04)):
-            self.assertAlmostEqual(row[N] / (sigma / 20**0.5 * 60), 1, delta=0.05)
-        self.assertAlmostEqual(
-            rows[2]["velocity_random_walk.coefficient_m_per_s_per_sqrt_h"]
-            / (9.80665e-3 / 20**0.5 * 60),
-            1,
-            delta=0.05,
-        )
-        self.assertIsNone(rows[2][N])
+def test_http_with_a_glob(made, some):
+    folder = some(3)
+    with serving(folder.parent) as server:
+        site = f"http://127.0.0.1:{server.port}"
+        words = [f"{site}/{folder.name}/A_*.parquet", "-m", made.model, "-o", folder / "out"]
+        (folder / "other.txt").write_text("no recording")
+        done = fleet(f"{site}/gone.parquet", *words, *ALONE)
+        failed = [bool(row["failed"]) for row in table(folder / "out")]
+        assert failed == [True, False, False, False], done.stderr
+        assert done.returncode == 1
+        server.fetched.clear()
+        again = fleet(*words, *ALONE)
+        assert "3 recordings: 3 finished, 0 remaining" in again.stderr
+        assert again.returncode == 0
+        assert not [name for name in server.fetched if name.startswith("A_")]
 
 
-class BadInput(Made):
-    def test_every_mistake_is_one_line_and_status_2(self):
-        wrong = self.top / "wrong.toml"
-        cases = [
-            (["nothing_*.csv"], "", "nothing_*.csv: no such file"),
-            (["--batch", "("], "", "--batch ("),
-            (["--limits", wrong], "[[limit]]\nmax = 1\n", "limit 1: a limit needs coefficient"),
-            (
-                ["--limits", wrong],
-                '[[limit]]\ncoefficient = "x.y"\n',
-                "limit 1: a limit needs min or max",
-            ),
-            (["--limits", wrong], "at_limit = 0.7\n", "at_limit = 0.7 is outside"),
-            (["--limits", wrong], "", "no [[limit]]"),
-            (
-                ["--limits", wrong],
-                '[[limit]]\ncoefficient = "x.y"\nmax = 1\n',
-                "x.y: no unit has it",
-            ),
-            (["gopher://x/y*"], "", "gopher"),
-            (["--workers", "0"], "", "--workers"),
-        ]
-        folder = self.some(1)
-        fleet(folder / "*", "-m", self.model, "-o", folder / "out", "--chance", 0, "--workers", 1)
-        for more, text, said in cases:
-            with self.subTest(more=more, text=text):
-                wrong.write_text(text)
-                done = run(
-                    "fleet",
-                    folder / "*.parquet",
-                    *more,
-                    "-m",
-                    self.model,
-                    "-o",
-                    folder / "out",
-                    "--chance",
-                    0,
-                )
-                self.assertEqual(done.returncode, 2, done.stderr)
-                self.assertIn(said, done.stderr.splitlines()[-1])
-        (folder / "plain").write_text("")
-        self.assertEqual(
-            run("fleet", folder / "*.parquet", "-m", self.model, "-o", folder / "plain").returncode,
-            2,
-        )
+def test_s3_with_a_glob(made, some):
+    folder = some(2)
+    out = folder.with_name("out")
+    with serving(folder.parent) as server:
+        words = (f"s3://{folder.name}/A_*.parquet", "-m", made.model, "-o", out, *ALONE)
+        done = fleet(*words, AWS_ENDPOINT_URL=f"http://127.0.0.1:{server.port}")
+    assert (done.returncode, len(table(out))) == (0, 2), done.stderr
+    assert table(out)[0]["file"].startswith("s3://")
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_the_workers_of_a_scheduler_that_is_there(made, some):
+    from dask import distributed
+
+    with distributed.LocalCluster(
+        n_workers=1,
+        threads_per_worker=1,
+        processes=False,
+        dashboard_address="127.0.0.1:0",
+        host="127.0.0.1",
+        protocol="tcp",
+    ) as cluster:
+        folder = some(2)
+        words = (folder / "*.parquet", "-m", made.model, "-o", folder / "out", "--chance", 0)
+        done = fleet(*words, "--scheduler", cluster.scheduler_address)
+        assert (done.returncode, len(table(folder / "out"))) == (0, 2), done.stderr
+
+
+def test_all_axes_of_a_log(made, tmp_path):
+    rng = np.random.default_rng(4)
+    columns = {
+        "time_s": np.arange(12000) / 20.0,
+        "gyro_x_dps": rng.normal(0, 0.02, 12000),
+        "gyro_y_dps": rng.normal(0, 0.04, 12000),
+        "accel_x_g": rng.normal(0, 0.001, 12000),
+    }
+    log, out = tmp_path / "log.parquet", tmp_path / "out"
+    pq.write_table(pa.table(columns), log)
+    done = fleet(log, "-m", made.model, "-o", out, "--axes", "all", *ALONE)
+    rows = table(out)
+    axes = ["gyro_x_dps", "gyro_y_dps", "accel_x_g"]
+    assert [row["axis"] for row in rows] == axes, done.stderr
+    in_file = 60 / 20**0.5
+    assert [row[N] for row in rows[:2]] == pytest.approx([0.02 * in_file, 0.04 * in_file], rel=0.05)
+    velocity = rows[2]["velocity_random_walk.coefficient_m_per_s_per_sqrt_h"]
+    assert velocity == pytest.approx(9.80665e-3 * in_file, rel=0.05)
+    assert rows[2][N] is None
+
+
+WRONG = [
+    (["nothing_*.csv"], "", "nothing_*.csv: no such file"),
+    (["--batch", "("], "", "--batch ("),
+    (["--limits", "W"], "[[limit]]\nmax = 1\n", "limit 1: a limit needs coefficient"),
+    (["--limits", "W"], '[[limit]]\ncoefficient = "x.y"\n', "limit 1: a limit needs min or max"),
+    (["--limits", "W"], "at_limit = 0.7\n", "at_limit = 0.7 is outside"),
+    (["--limits", "W"], "", "no [[limit]]"),
+    (["--limits", "W"], '[[limit]]\ncoefficient = "x.y"\nmax = 1\n', "x.y: no unit has it"),
+    (["gopher://x/y*"], "", "gopher"),
+    (["--workers", "0"], "", "--workers"),
+]
+
+
+def test_every_mistake_is_one_line_and_status_2(made, some):
+    folder = some(1)
+    wrong, out = folder.with_name("wrong.toml"), folder.with_name("out")
+    words = (folder / "*", "-m", made.model, "-o", out)
+    fleet(*words, *ALONE)
+    for more, text, why in WRONG:
+        wrong.write_text(text)
+        given = [wrong if one == "W" else one for one in more]
+        done = run("fleet", words[0], *given, *words[1:], "--chance", 0)
+        assert done.returncode == 2, done.stderr
+        assert why in done.stderr.splitlines()[-1]
+    wrong.write_text("")
+    assert run("fleet", *words[:-1], wrong).returncode == 2

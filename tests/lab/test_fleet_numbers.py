@@ -3,7 +3,6 @@ normal values, hidden effects where there is none.
 """
 
 import math
-import unittest
 from unittest import mock
 
 import asking  # noqa: F401  (it finds davarlab, and limits the threads before numpy loads)
@@ -35,232 +34,205 @@ def white(coefficient, seed):
     return [one.value, one.low, one.high]
 
 
-class Limits(unittest.TestCase):
-    def test_units_at_the_limit_and_beside_it_fail_as_often_as_is_stated(self):
-        error = 1 / math.sqrt(
-            2 * 2000
-        )  # of the logarithm of a standard deviation of 2000 normal values: theory, not the code
-        estimates = [white(0.3, seed) for seed in range(SENSORS)]
-        for side in (1, -1):
-            for off in (0.0, -1.5, 1.0):  # of the limit from the truth, in standard errors
-                limit = limits.Limit(N, 0.3 * math.exp(-side * off * error), side)
-                test = limits.Test((limit,), 0.2, False)
-                fails = sum(
-                    limits.outcome(test, {"coefficients": {N: one}})[0] == "fail"
-                    for one in estimates
-                )
-                stated = limits.chance_of_fail(
-                    limit, 0.3, limits.error_of(*estimates[0])[0], True, 0.2
-                )
-                self.assertAlmostEqual(
-                    stated, stats.norm.cdf(off - stats.norm.isf(0.2)), delta=0.01
-                )
-                self.assertTrue(
-                    within(fails, SENSORS, stated),
-                    f"side {side}, off {off}: {fails} of {SENSORS} fail, stated {stated:.3f}",
-                )
-
-    def test_a_coefficient_with_an_even_interval(self):
-        rng = np.random.default_rng(2)
-        limit, test = (
-            limits.Limit("x", 0.001, 1),
-            limits.Test((limits.Limit("x", 0.001, 1),), 0.05, False),
-        )
-        values = 0.0012 + 2e-4 * rng.standard_normal(4000)
-        fails = sum(
-            limits.outcome(
-                test, {"coefficients": {"x": [v, v - 1.959964 * 2e-4, v + 1.959964 * 2e-4]}}
-            )[0]
-            == "fail"
-            for v in values
-        )
-        self.assertTrue(
-            within(fails, 4000, limits.chance_of_fail(limit, 0.0012, 2e-4, False, 0.05)), fails
-        )
-
-    def test_what_is_not_known_does_not_pass(self):
-        test = limits.Test((limits.Limit("x", 1.0, 1),), 0.025, True)
-        self.assertEqual(
-            limits.outcome(
-                test, {"coefficients": {"x": [0.5, None, None]}, "adequacy": "statistical"}
-            ),
-            ("no result", ["x <= 1"]),
-        )
-        self.assertEqual(
-            limits.outcome(test, {"coefficients": {}, "adequacy": "statistical"})[0], "no result"
-        )
-        self.assertEqual(
-            limits.outcome(
-                test, {"coefficients": {"x": [0.0, 0.0, 0.2]}, "adequacy": "statistical"}
-            )[0],
-            "pass",
-        )
-        self.assertEqual(
-            limits.outcome(test, {"coefficients": {"x": [0.5, 0.4, 0.625]}, "adequacy": "no"}),
-            ("fail", ["model adequate"]),
-        )
-
-    def test_the_value_that_95_of_100_units_fail_from(self):
-        rows = [
-            {
-                "coefficients": {
-                    "x": [
-                        v,
-                        v * math.exp(-0.02 * CHANCE.normal_95),
-                        v * math.exp(0.02 * CHANCE.normal_95),
-                    ]
-                }
-            }
-            for v in (0.9, 1.0, 1.1)
-        ]
-        test = limits.Test((limits.Limit("x", 1.5, 1),), 0.025, False)
-        said = limits.stated(test, rows)[0]
-        self.assertAlmostEqual(
-            limits.chance_of_fail(test.limits[0], said["caught_from"], 0.02, True, 0.025), 0.95
-        )
-        self.assertEqual(said["median"], 1.0)
-
-
-class Outliers(unittest.TestCase):
-    def test_one_group_in_a_hundred_of_normal_values_has_one(self):
-        rng = np.random.default_rng(77)
-        for count in (8, 30, 250):
-            limit = population.threshold(count)
-            found = sum(
-                np.max(np.abs(x - np.median(x)))
-                > limit * 1.4826 * np.median(np.abs(x - np.median(x)))
-                for x in rng.standard_normal((4000, count))
+def test_units_at_the_limit_and_beside_it_fail_as_often_as_is_stated():
+    error = 1 / math.sqrt(
+        2 * 2000
+    )  # of the logarithm of a standard deviation of 2000 normal values: theory, not the code
+    estimates = [white(0.3, seed) for seed in range(SENSORS)]
+    for side in (1, -1):
+        for off in (0.0, -1.5, 1.0):  # of the limit from the truth, in standard errors
+            limit = limits.Limit(N, 0.3 * math.exp(-side * off * error), side)
+            test = limits.Test((limit,), 0.2, False)
+            fails = sum(
+                limits.outcome(test, {"coefficients": {N: one}})[0] == "fail" for one in estimates
             )
-            # both the threshold (4000 draws) and this count scatter: sqrt(2) of one
-            self.assertLess(abs(found - 40), 4 * math.sqrt(2 * 40), count)
+            stated = limits.chance_of_fail(limit, 0.3, limits.error_of(*estimates[0])[0], True, 0.2)
+            assert abs(stated - stats.norm.cdf(off - stats.norm.isf(0.2))) <= 0.01
+            assert within(fails, SENSORS, stated), (
+                f"side {side}, off {off}: {fails} of {SENSORS} fail, stated {stated:.3f}"
+            )
 
-    def test_a_unit_with_a_tenth_more_noise_is_found(self):
-        rng = np.random.default_rng(3)
+
+def test_a_coefficient_with_an_even_interval():
+    rng = np.random.default_rng(2)
+    limit, test = (
+        limits.Limit("x", 0.001, 1),
+        limits.Test((limits.Limit("x", 0.001, 1),), 0.05, False),
+    )
+    values = 0.0012 + 2e-4 * rng.standard_normal(4000)
+    fails = sum(
+        limits.outcome(
+            test, {"coefficients": {"x": [v, v - 1.959964 * 2e-4, v + 1.959964 * 2e-4]}}
+        )[0]
+        == "fail"
+        for v in values
+    )
+    assert within(fails, 4000, limits.chance_of_fail(limit, 0.0012, 2e-4, False, 0.05)), fails
+
+
+def test_what_is_not_known_does_not_pass():
+    test = limits.Test((limits.Limit("x", 1.0, 1),), 0.025, True)
+    assert limits.outcome(
+        test, {"coefficients": {"x": [0.5, None, None]}, "adequacy": "statistical"}
+    ) == ("no result", ["x <= 1"])
+    assert limits.outcome(test, {"coefficients": {}, "adequacy": "statistical"})[0] == "no result"
+    assert (
+        limits.outcome(test, {"coefficients": {"x": [0.0, 0.0, 0.2]}, "adequacy": "statistical"})[0]
+        == "pass"
+    )
+    assert limits.outcome(test, {"coefficients": {"x": [0.5, 0.4, 0.625]}, "adequacy": "no"}) == (
+        "fail",
+        ["model adequate"],
+    )
+
+
+def test_the_value_that_95_of_100_units_fail_from():
+    rows = [
+        {
+            "coefficients": {
+                "x": [
+                    v,
+                    v * math.exp(-0.02 * CHANCE.normal_95),
+                    v * math.exp(0.02 * CHANCE.normal_95),
+                ]
+            }
+        }
+        for v in (0.9, 1.0, 1.1)
+    ]
+    test = limits.Test((limits.Limit("x", 1.5, 1),), 0.025, False)
+    said = limits.stated(test, rows)[0]
+    assert (
+        abs(limits.chance_of_fail(test.limits[0], said["caught_from"], 0.02, True, 0.025) - 0.95)
+        < 5e-8
+    )
+    assert said["median"] == 1.0
+
+
+def test_one_group_in_a_hundred_of_normal_values_has_one():
+    rng = np.random.default_rng(77)
+    for count in (8, 30, 250):
+        limit = population.threshold(count)
+        found = sum(
+            np.max(np.abs(x - np.median(x))) > limit * 1.4826 * np.median(np.abs(x - np.median(x)))
+            for x in rng.standard_normal((4000, count))
+        )
+        # both the threshold (4000 draws) and this count scatter: sqrt(2) of one
+        assert abs(found - 40) < 4 * math.sqrt(2 * 40), count
+
+
+def test_a_unit_with_a_tenth_more_noise_is_found():
+    rng = np.random.default_rng(3)
+    rows = [
+        {
+            "file": str(place),
+            "batch": "",
+            "axis": "z",
+            "outlier": [],
+            "coefficients": {"x": [v, v * 0.99, v / 0.99]},
+        }
+        for place, v in enumerate(np.append(0.3 * np.exp(0.01 * rng.standard_normal(50)), 0.33))
+    ]
+    assert [one["file"] for one in population.summary(rows, "z", "", "x")["outliers"]] == ["50"]
+
+
+def rows(gains):
+    return [{"gains": {f"kind {place}": value for place, value in enumerate(row)}} for row in gains]
+
+
+def test_where_nothing_is_hidden_p_is_evenly_spread():
+    rng, found = np.random.default_rng(11), []
+    with mock.patch.object(population, "PERMUTATIONS", 1000):
+        for _ in range(150):
+            own, null = (rng.chisquare(1, (count, 6)) / 2 for count in (40, 30))
+            found.append(
+                min(
+                    one["p_value"]
+                    for one in population.hidden(
+                        rows(own), "z", "", [row["gains"] for row in rows(null)]
+                    )
+                )
+            )
+    assert stats.kstest(found, "uniform").pvalue > 1e-3
+
+
+def test_a_shift_of_one_kind_is_named_and_p_is_that_of_a_permutation_test():
+    rng = np.random.default_rng(5)
+    own, null = (rng.chisquare(1, (count, 1)) / 2 for count in (60, 50))
+    own = own + 0.12
+    reference = stats.permutation_test(
+        (np.minimum(own[:, 0], null.max()), null[:, 0]),
+        lambda x, y: x.mean() - y.mean(),
+        alternative="greater",
+        n_resamples=20000,
+        rng=np.random.default_rng(1),
+    ).pvalue
+    said = population.hidden(rows(own), "z", "", [row["gains"] for row in rows(null)])[0]["p_value"]
+    assert abs(said - reference) <= 4 * math.sqrt(2 * reference / 20000)
+
+
+def test_of_two_kinds_that_gain_alike_the_simpler_is_named_whichever_falls_below_the_threshold():
+    """Gains of a coefficient of temperature and of its hysteresis differ by a little noise: p
+    of the one is below 1 % and of the other above.
+    """
+    named, kinds = [], ("temperature", "temperature_hysteresis", "gauss_markov")
+    for seed in range(120):
+        rng = np.random.default_rng(seed)
+        own, null = (rng.chisquare(1, (count, 1)) / 2 for count in (40, 60))
+        own, null = (
+            np.hstack([x, x + rng.normal(0, 0.2, x.shape), rng.chisquare(1, x.shape) / 2])
+            for x in (own + 0.36, null)
+        )
         rows = [
             {
                 "file": str(place),
-                "batch": "",
                 "axis": "z",
-                "outlier": [],
-                "coefficients": {"x": [v, v * 0.99, v / 0.99]},
+                "batch": "B" if place < len(own) else "A",
+                "gains": dict(zip(kinds, row)),
+                **({"chance": dict(zip(kinds, null[place]))} if place < len(null) else {}),
             }
-            for place, v in enumerate(np.append(0.3 * np.exp(0.01 * rng.standard_normal(50)), 0.33))
+            for place, row in enumerate(np.vstack([own, null[:20]]))
         ]
-        self.assertEqual(
-            [one["file"] for one in population.summary(rows, "z", "", "x")["outliers"]], ["50"]
-        )
-
-
-class Hidden(unittest.TestCase):
-    def rows(self, gains):
-        return [
-            {"gains": {f"kind {place}": value for place, value in enumerate(row)}} for row in gains
-        ]
-
-    def test_where_nothing_is_hidden_p_is_evenly_spread(self):
-        rng, found = np.random.default_rng(11), []
-        with mock.patch.object(population, "PERMUTATIONS", 1000):
-            for _ in range(150):
-                own, null = (rng.chisquare(1, (count, 6)) / 2 for count in (40, 30))
-                found.append(
-                    min(
-                        one["p_value"]
-                        for one in population.hidden(
-                            self.rows(own), "z", "", [row["gains"] for row in self.rows(null)]
-                        )
-                    )
-                )
-        self.assertGreater(stats.kstest(found, "uniform").pvalue, 1e-3)
-
-    def test_a_shift_of_one_kind_is_named_and_p_is_that_of_a_permutation_test(self):
-        rng = np.random.default_rng(5)
-        own, null = (rng.chisquare(1, (count, 1)) / 2 for count in (60, 50))
-        own = own + 0.12
-        reference = stats.permutation_test(
-            (np.minimum(own[:, 0], null.max()), null[:, 0]),
-            lambda x, y: x.mean() - y.mean(),
-            alternative="greater",
-            n_resamples=20000,
-            rng=np.random.default_rng(1),
-        ).pvalue
-        said = population.hidden(
-            self.rows(own), "z", "", [row["gains"] for row in self.rows(null)]
-        )[0]["p_value"]
-        self.assertAlmostEqual(said, reference, delta=4 * math.sqrt(2 * reference / 20000))
-
-    def test_of_two_kinds_that_gain_alike_the_simpler_is_named_whichever_falls_below_the_threshold(
-        self,
-    ):
-        """Gains of a coefficient of temperature and of its hysteresis differ by a little noise: p
-        of the one is below 1 % and of the other above.
-        """
-        named, kinds = [], ("temperature", "temperature_hysteresis", "gauss_markov")
-        for seed in range(120):
-            rng = np.random.default_rng(seed)
-            own, null = (rng.chisquare(1, (count, 1)) / 2 for count in (40, 60))
-            own, null = (
-                np.hstack([x, x + rng.normal(0, 0.2, x.shape), rng.chisquare(1, x.shape) / 2])
-                for x in (own + 0.36, null)
-            )
-            rows = [
-                {
-                    "file": str(place),
-                    "axis": "z",
-                    "batch": "B" if place < len(own) else "A",
-                    "gains": dict(zip(kinds, row)),
-                    **({"chance": dict(zip(kinds, null[place]))} if place < len(null) else {}),
-                }
-                for place, row in enumerate(np.vstack([own, null[:20]]))
-            ]
-            with mock.patch.object(population, "PERMUTATIONS", 4000):
-                said = {
-                    one["kind"]: one
-                    for one in population.hidden_effects(rows)
-                    if one["batch"] == "B"
-                }
-            if any(one["found"] for one in said.values()):
-                (one,) = (one for one in said.values() if one["named"])
-                named.append(
-                    (
-                        one["kind"],
-                        said["temperature"]["p_value"] < 0.01,
-                        "temperature_hysteresis" in one["alternatives"],
-                    )
-                )
-        self.assertIn(("temperature", False, True), named)  # found through the other alone
-        self.assertGreater(len(named), 40)
-        # by chance twice the scatter is exceeded on a side in one of 44
-        self.assertTrue(
-            within(sum(kind != "temperature" for kind, _, _ in named), len(named), 0.023), named
-        )
-        self.assertTrue(within(sum(not told for _, _, told in named), len(named), 2 * 0.023), named)
-
-    def test_one_unit_that_shows_it_all_does_not_speak_for_its_batch(self):
-        rng = np.random.default_rng(6)
-        own, null = (rng.chisquare(1, (count, 3)) / 2 for count in (60, 50))
-        own[7, 1] = 500.0
-        said = population.hidden(self.rows(own), "z", "", [row["gains"] for row in self.rows(null)])
-        self.assertGreater(min(one["p_value"] for one in said), 0.01)
-
-
-class Trends(unittest.TestCase):
-    def test_a_drift_by_date_is_found_within_batches_that_differ(self):
-        rng, days = np.random.default_rng(8), np.arange(60)
-        rows = [
-            {
-                "batch": "AB"[day % 2],
-                "start_s": 1.77e9 + 86400.0 * day,
-                "coefficients": {"x": [v, v * 0.99, v / 0.99]},
+        with mock.patch.object(population, "PERMUTATIONS", 4000):
+            said = {
+                one["kind"]: one for one in population.hidden_effects(rows) if one["batch"] == "B"
             }
-            for day, v in zip(
-                days, (1 + days % 2) * np.exp(0.002 * days + 0.02 * rng.standard_normal(60))
+        if any(one["found"] for one in said.values()):
+            (one,) = (one for one in said.values() if one["named"])
+            named.append(
+                (
+                    one["kind"],
+                    said["temperature"]["p_value"] < 0.01,
+                    "temperature_hysteresis" in one["alternatives"],
+                )
             )
-        ]
-        said = population.trend(rows, "z", "x", "start_s")
-        self.assertLess(said["low"], 0.002)
-        self.assertGreater(said["high"], 0.002)
-        self.assertLess(said["p_value"], 1e-4)
+    assert ("temperature", False, True) in named  # found through the other alone
+    assert len(named) > 40
+    # by chance twice the scatter is exceeded on a side in one of 44
+    assert within(sum(kind != "temperature" for kind, _, _ in named), len(named), 0.023), named
+    assert within(sum(not told for _, _, told in named), len(named), 2 * 0.023), named
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_one_unit_that_shows_it_all_does_not_speak_for_its_batch():
+    rng = np.random.default_rng(6)
+    own, null = (rng.chisquare(1, (count, 3)) / 2 for count in (60, 50))
+    own[7, 1] = 500.0
+    said = population.hidden(rows(own), "z", "", [row["gains"] for row in rows(null)])
+    assert min(one["p_value"] for one in said) > 0.01
+
+
+def test_a_drift_by_date_is_found_within_batches_that_differ():
+    rng, days = np.random.default_rng(8), np.arange(60)
+    rows = [
+        {
+            "batch": "AB"[day % 2],
+            "start_s": 1.77e9 + 86400.0 * day,
+            "coefficients": {"x": [v, v * 0.99, v / 0.99]},
+        }
+        for day, v in zip(
+            days, (1 + days % 2) * np.exp(0.002 * days + 0.02 * rng.standard_normal(60))
+        )
+    ]
+    said = population.trend(rows, "z", "x", "start_s")
+    assert said["low"] < 0.002
+    assert said["high"] > 0.002
+    assert said["p_value"] < 1e-4

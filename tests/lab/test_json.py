@@ -2,12 +2,10 @@
 
 import json
 import re
-import unittest
 
 import asking
 import numpy as np
 from asking import ROOT
-from test_lab import Folder
 
 PAGE = (ROOT / "docs/JSON.md").read_text()
 COMMANDS = "fit", "compare", "diagnose", "improve"
@@ -30,29 +28,23 @@ def listed(command):
     }
 
 
-class Keys(Folder):
-    def test_every_key_is_listed_and_every_listed_key_is_there(self):
-        rate, samples = 50.0, 20_000
-        values = 0.02 * np.random.default_rng(3).normal(size=samples)
-        recording, model = self.work / "rec.csv", self.work / "model.toml"
-        rows = "".join(f"{n / rate:.2f},{x:.9f}\n" for n, x in enumerate(values))
-        recording.write_text("time_s,gyro_z_dps\n" + rows)
-        asking.run("fit", recording, "-o", model)
-        for command in COMMANDS:
-            done = asking.run(command, recording, "-m", model, "--json")
-            self.assertEqual(set(json.loads(done.stdout)), listed(command), command)
-
-    def test_every_answer_and_every_observation_is_listed(self):
-        sources = ROOT / "tools/lab/davarlab"
-        verdict = (sources / "report/verdict.py").read_text()
-        answer = verdict.split("def answer(")[1].split("\ndef ")[0].split('"""')[2]
-        self.assertEqual(
-            {row[0].strip("`") for row in table("Answers")}, set(re.findall('"([a-z]+)"', answer))
-        )
-        text = "".join(path.read_text() for path in sources.rglob("*.py"))
-        made = set(re.findall(r'(?:Observation|of_mask)\(\s*"([a-z_]+)"', text)) | {"implausible"}
-        self.assertEqual({row[0].strip("`") for row in table("Observations")}, made)
+def test_every_key_is_listed_and_every_listed_key_is_there(lab):
+    rate, samples = 50.0, 20_000
+    values = 0.02 * np.random.default_rng(3).normal(size=samples)
+    recording, model = lab.work / "rec.csv", lab.work / "model.toml"
+    rows = "".join(f"{n / rate:.2f},{x:.9f}\n" for n, x in enumerate(values))
+    recording.write_text("time_s,gyro_z_dps\n" + rows)
+    asking.run("fit", recording, "-o", model)
+    for command in COMMANDS:
+        done = asking.run(command, recording, "-m", model, "--json")
+        assert set(json.loads(done.stdout)) == listed(command), command
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_every_answer_and_every_observation_is_listed(lab):
+    sources = ROOT / "tools/lab/davarlab"
+    verdict = (sources / "report/verdict.py").read_text()
+    answer = verdict.split("def answer(")[1].split("\ndef ")[0].split('"""')[2]
+    assert {row[0].strip("`") for row in table("Answers")} == set(re.findall('"([a-z]+)"', answer))
+    text = "".join(path.read_text() for path in sources.rglob("*.py"))
+    made = set(re.findall(r'(?:Observation|of_mask)\(\s*"([a-z_]+)"', text)) | {"implausible"}
+    assert {row[0].strip("`") for row in table("Observations")} == made

@@ -1,7 +1,6 @@
 """The Allan curve of the Live view, computed from one result: sizes, intervals, fitted terms."""
 
 import math
-import unittest
 
 import numpy as np
 from davarlab.wire import frames as wire
@@ -27,62 +26,59 @@ def result(adev, sizes=None, values=None, uncertainty=None):
     )
 
 
-class Curve(unittest.TestCase):
-    def test_sizes_up_to_two_to_the_31(self):
-        found = curve(result([0.1] * 32))
-        self.assertEqual(found["m"], [2**t for t in range(32)])
-        self.assertEqual(found["tau_s"][-1], 2**31 / RATE_HZ)
-        self.assertEqual(found["adev"], [0.1] * 32)
-        for name in ("low", "high", "fitted"):
-            self.assertEqual(found[name], [None] * 32)
+def test_sizes_up_to_two_to_the_31():
+    found = curve(result([0.1] * 32))
+    assert found["m"] == [2**t for t in range(32)]
+    assert found["tau_s"][-1] == 2**31 / RATE_HZ
+    assert found["adev"] == [0.1] * 32
+    for name in ("low", "high", "fitted"):
+        assert found[name] == [None] * 32
 
-    def test_sizes_that_have_no_deviation_yet(self):
-        found = curve(
-            result([0.1, 0.05, math.nan], None, {"arw_deg_per_sqrt_h": 0.6}, [0.1, 0.2, math.nan])
-        )
-        self.assertEqual([value is None for value in found["adev"]], [False, False, True])
-        for name in ("low", "high", "fitted"):
-            self.assertEqual([value is None for value in found[name]], [False, False, True], name)
 
-    def test_the_sizes_ascend_in_any_order_of_their_frames(self):
-        found = curve(result([3.0, 1.0, 2.0], [64, 1, 8]))
-        self.assertEqual((found["m"], found["adev"]), ([1, 8, 64], [1.0, 2.0, 3.0]))
+def test_sizes_that_have_no_deviation_yet():
+    found = curve(
+        result([0.1, 0.05, math.nan], None, {"arw_deg_per_sqrt_h": 0.6}, [0.1, 0.2, math.nan])
+    )
+    assert [value is None for value in found["adev"]] == [False, False, True]
+    for name in ("low", "high", "fitted"):
+        assert [value is None for value in found[name]] == [False, False, True], name
 
-    def test_what_the_sender_has_not_said_yet_is_absent(self):
-        one = result([0.1, 0.2], None, {"arw_deg_per_sqrt_h": 0.6})
-        one.sender.setup.clear()
-        found = curve(one)
-        self.assertEqual((found["tau_s"], found["fitted"]), (None, [None, None]))
-        one.sender.clusters.clear()
-        self.assertIsNone(curve(one))
-        self.assertIsNone(curve(result([])))
 
-    def test_both_limits_follow_from_half_the_width(self):
-        for edf in (2.6, 3, 5, 10, 100, 1e4, 1e6):
-            low, high = (math.sqrt(edf / stats.chi2.ppf(p, edf)) for p in (0.975, 0.025))
-            np.testing.assert_allclose(
-                limits(2.0, (high - low) / 2), (2 * low, 2 * high), rtol=1e-4
+def test_the_sizes_ascend_in_any_order_of_their_frames():
+    found = curve(result([3.0, 1.0, 2.0], [64, 1, 8]))
+    assert (found["m"], found["adev"]) == ([1, 8, 64], [1.0, 2.0, 3.0])
+
+
+def test_what_the_sender_has_not_said_yet_is_absent():
+    one = result([0.1, 0.2], None, {"arw_deg_per_sqrt_h": 0.6})
+    one.sender.setup.clear()
+    found = curve(one)
+    assert (found["tau_s"], found["fitted"]) == (None, [None, None])
+    one.sender.clusters.clear()
+    assert curve(one) is None
+    assert curve(result([])) is None
+
+
+def test_both_limits_follow_from_half_the_width():
+    for edf in (2.6, 3, 5, 10, 100, 1e4, 1e6):
+        low, high = (math.sqrt(edf / stats.chi2.ppf(p, edf)) for p in (0.975, 0.025))
+        np.testing.assert_allclose(limits(2.0, (high - low) / 2), (2 * low, 2 * high), rtol=1e-4)
+    for uncertainty in (math.nan, math.inf):
+        assert limits(2.0, uncertainty) is None
+    assert limits(math.nan, 0.1) is None
+
+
+def test_the_terms_add_their_variances():
+    values = {name: 0.1 + k for k, (name, *_) in enumerate(TERMS)}
+    for taken in range(1, 32):
+        some = [one for k, one in enumerate(TERMS) if taken >> k & 1]
+        given = {
+            name: values[name] if taken >> k & 1 else math.nan for k, (name, *_) in enumerate(TERMS)
+        }
+        for tau_s in (0.01, 1.0, 86400.0):
+            variance = sum(
+                factor * (values[name] / unit) ** 2 * tau_s**power
+                for name, unit, factor, power in some
             )
-        for uncertainty in (math.nan, math.inf):
-            self.assertIsNone(limits(2.0, uncertainty))
-        self.assertIsNone(limits(math.nan, 0.1))
-
-    def test_the_terms_add_their_variances(self):
-        values = {name: 0.1 + k for k, (name, *_) in enumerate(TERMS)}
-        for taken in range(1, 32):
-            some = [one for k, one in enumerate(TERMS) if taken >> k & 1]
-            given = {
-                name: values[name] if taken >> k & 1 else math.nan
-                for k, (name, *_) in enumerate(TERMS)
-            }
-            for tau_s in (0.01, 1.0, 86400.0):
-                variance = sum(
-                    factor * (values[name] / unit) ** 2 * tau_s**power
-                    for name, unit, factor, power in some
-                )
-                self.assertAlmostEqual(fitted(given, tau_s) / math.sqrt(variance), 1, delta=1e-12)
-        self.assertIsNone(fitted({"bi_deg_per_h": math.nan, "kurtosis": 3.0}, 1.0))
-
-
-if __name__ == "__main__":
-    unittest.main()
+            assert abs(fitted(given, tau_s) / math.sqrt(variance) - 1) <= 1e-12
+    assert fitted({"bi_deg_per_h": math.nan, "kurtosis": 3.0}, 1.0) is None

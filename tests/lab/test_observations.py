@@ -2,13 +2,13 @@
 
 import os
 import tempfile
-import unittest
 import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import elsewhere
 import numpy as np
+import pytest
 from davarlab.data import clock, events, observations, recording
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import improve, state
@@ -94,188 +94,193 @@ def stamped(keep, jitter=0.0, seed=2):
     }
 
 
-class Motion(unittest.TestCase):
-    def test_errors_of_the_sensor_are_not_motion(self):
-        for case in QUIET:
-            with self.subTest(case):
-                made = Recording(elsewhere.recording(case, 301)[0], elsewhere.RATE)
-                kinds = [entry.kind for entry in observations.find(made, "gyro_z_dps")]
-                self.assertNotIn("motion", kinds)
-                self.assertNotIn("repeated_samples", kinds)
-
-    def test_a_turn_is_cut_out_and_little_beside_it(self):
-        columns, t = still(), np.arange(40000) / RATE
-        columns["gyro_z_dps"] += 15 * np.exp(-0.5 * ((t - 200) / 0.7) ** 2)
-        found, kept = said(columns)
-        ((start, stop),) = found["motion"].stretches
-        self.assertTrue(190 < start < 198 and 202 < stop < 210, (start, stop))
-        self.assertAlmostEqual(kept.mean(), 1 - (stop - start) / 400, delta=1e-3)
-
-    def test_a_knock_that_the_accelerometer_felt_is_motion_and_one_that_it_did_not_is_none(self):
-        decay = np.exp(-np.arange(80) / 20)
-        ring, shake = 1.5 * decay * np.sin(np.arange(80)), decay * np.cos(1.7 * np.arange(80))
-        for felt in (0.15, 0.0):
-            columns = still()
-            for axis, size in zip("xyz", (1, -0.6, 0.8)):
-                columns[f"gyro_{axis}_dps"][20000:20080] += size * ring
-                columns[f"accel_{axis}_g"][20000:20080] += felt * shake
-            found, kept = said(columns)
-            self.assertEqual("motion" in found, felt > 0, felt)
-            if felt:
-                self.assertFalse(kept[20002:20025].any())
-
-    def test_a_tilt_there_and_back_is_cut_out_whole(self):
-        columns, t = still(seconds=4000), np.arange(400000) / RATE
-        turn = (
-            1.5
-            * (np.exp(-0.5 * ((t - 1500) / 3) ** 2) - np.exp(-0.5 * ((t - 1700) / 3) ** 2))
-            / (3 * np.sqrt(2 * np.pi))
-        )  # degrees
-        columns["gyro_x_dps"] += turn
-        columns["accel_y_g"] += np.sin(np.radians(np.cumsum(turn) / RATE))
-        found, kept = said(columns)
-        self.assertFalse(kept[150000:170000].any())
-        self.assertGreater(kept.mean(), 0.93)
-
-    def test_steps_of_the_bias_and_a_machine_for_a_while_are_not_motion(self):
-        t = np.arange(40000) / RATE
-        for course in (
-            0.5 * (t > 170),
-            0.3 * np.sin(2 * np.pi * 7 * t) * ((t > 100) & (t < 180)),
-            0.2 * (t > 90) * (t < 270),
-        ):
-            columns = still()
-            columns["gyro_x_dps"] += course
-            self.assertNotIn("motion", said(columns)[0])
-
-    def test_touches_beside_each_other_and_the_pause_between_are_cut_out(self):
-        for seed in (61, 62, 63):
-            rng, columns = np.random.default_rng(seed), still(seed=seed)
-            a = rng.uniform(100, 150)
-            moving = shaken(columns, a, a + 18, 0.4, 0.01, rng)
-            moving |= shaken(columns, a + 18.7, a + 33, 0.4, 0.01, rng)
-            _, kept = said(columns)
-            self.assertLess(np.count_nonzero(kept & moving) / RATE, 0.5, seed)
-            self.assertLess(np.count_nonzero(~kept) / RATE, 50, seed)
-
-    def test_a_record_that_moves_most_of_the_time_is_refused(self):
-        model = Model(
-            RATE,
-            "gyro_x_dps",
-            [
-                Term("angle_random_walk", {WHITE: 0.6}),
-                Term("bias_instability", {"coefficient_deg_per_h": 1.0}),
-            ],
-        )
-        for seed, seconds, start in ((71, 25, 0), (72, 25, 1), (73, 200, 80)):
-            rng, columns = np.random.default_rng(seed), still(seconds, seed)
-            shaken(columns, start, seconds, 30, 0.2, rng)
-            with self.assertRaisesRegex(BadInput, "not a recording at rest .*record again"):
-                state.start(Recording(columns, RATE, "r.csv"), model)
-        columns = still(200, 74)
-        shaken(columns, 130, 200, 30, 0.2, np.random.default_rng(74))
-        state.start(Recording(columns, RATE, "r.csv"), model)
-
-    def test_noisy_sensors_at_rest_do_not_move(self):
-        for seed, sigma in ((81, 1.0), (82, 5.0), (83, 20.0)):
-            self.assertNotIn("motion", said(still(60, seed, sigma=sigma))[0], sigma)
-
-    @unittest.skipUnless((REAL / POSES).exists(), f"{POSES} is absent")
-    def test_hand_poses_are_no_recording_at_rest(self):
-        made = recording.read(REAL / POSES)
-        terms = [Term("angle_random_walk", {WHITE: 2.0})]
-        with self.assertRaisesRegex(BadInput, "moves in [56]. % of the recording"):
-            state.start(made, Model(made.rate_hz, "gyro_x_dps", terms))
+@pytest.mark.slow
+def test_errors_of_the_sensor_are_not_motion():
+    for case in QUIET:
+        made = Recording(elsewhere.recording(case, 301)[0], elsewhere.RATE)
+        kinds = [entry.kind for entry in observations.find(made, "gyro_z_dps")]
+        assert "motion" not in kinds
+        assert "repeated_samples" not in kinds
 
 
-class Samples(unittest.TestCase):
-    def test_white_noise_has_nothing_to_say(self):
-        found, kept = said(still())
-        self.assertEqual((found, kept.all()), ({}, True))
+def test_a_turn_is_cut_out_and_little_beside_it():
+    columns, t = still(), np.arange(40000) / RATE
+    columns["gyro_z_dps"] += 15 * np.exp(-0.5 * ((t - 200) / 0.7) ** 2)
+    found, kept = said(columns)
+    ((start, stop),) = found["motion"].stretches
+    assert 190 < start < 198 and 202 < stop < 210, (start, stop)
+    assert abs(kept.mean() - (1 - (stop - start) / 400)) <= 1e-3
 
-    def test_repeats_are_found_and_their_share_is_right(self):
-        for lsb, chance in ((0.0, 0.0), (0.01, 0.03)):
-            rng, columns = np.random.default_rng(3), still(axes="x")
-            x = columns["gyro_x_dps"] if not lsb else np.round(columns["gyro_x_dps"] / lsb) * lsb
-            again = rng.random(len(x)) < 0.1
-            columns["gyro_x_dps"] = x[np.maximum.accumulate(np.where(again, 0, np.arange(len(x))))]
-            found, kept = said(columns)
-            self.assertAlmostEqual(
-                found["repeated_samples"].share, again.mean(), delta=chance + 0.002
-            )
-            self.assertFalse(kept[1:][again[1:]].any())
 
-    def test_every_tenth_repeated_is_said(self):
+def test_a_knock_that_the_accelerometer_felt_is_motion_and_one_that_it_did_not_is_none():
+    decay = np.exp(-np.arange(80) / 20)
+    ring, shake = 1.5 * decay * np.sin(np.arange(80)), decay * np.cos(1.7 * np.arange(80))
+    for felt in (0.15, 0.0):
         columns = still()
-        for name in ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps"):
-            columns[name][9::10] = columns[name][8::10]
-        self.assertIn("every 10th", said(columns)[0]["repeated_samples"].detail)
+        for axis, size in zip("xyz", (1, -0.6, 0.8)):
+            columns[f"gyro_{axis}_dps"][20000:20080] += size * ring
+            columns[f"accel_{axis}_g"][20000:20080] += felt * shake
+        found, kept = said(columns)
+        assert ("motion" in found) == (felt > 0), felt
+        if felt:
+            assert not kept[20002:20025].any()
 
-    def test_a_sensor_polled_unevenly_is_analysed_at_its_own_rate(self):
-        """Each poll reads the newest sample of an even clock; no sample is missed."""
-        rng = np.random.default_rng(4)
-        for own in (31.7, 50.63, 77.1, 96.3):
-            for longest in (0.6, 0.97):  # poll, in periods of the sensor
-                for digits in (3, 9):  # of the stamps
-                    steps = rng.uniform(0.3, longest, int(9000 / 0.8)) / own
-                    time = np.cumsum(steps)
-                    y = 0.2 * rng.standard_normal((int(own * time[-1]) + 2, 3))
-                    columns = {"time_s": np.round(time, digits)}
-                    columns |= dict(
-                        zip(
-                            ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps"),
-                            y[(time * own).astype(int)].T,
-                        )
+
+def test_a_tilt_there_and_back_is_cut_out_whole():
+    columns, t = still(seconds=4000), np.arange(400000) / RATE
+    turn = (
+        1.5
+        * (np.exp(-0.5 * ((t - 1500) / 3) ** 2) - np.exp(-0.5 * ((t - 1700) / 3) ** 2))
+        / (3 * np.sqrt(2 * np.pi))
+    )  # degrees
+    columns["gyro_x_dps"] += turn
+    columns["accel_y_g"] += np.sin(np.radians(np.cumsum(turn) / RATE))
+    found, kept = said(columns)
+    assert not kept[150000:170000].any()
+    assert kept.mean() > 0.93
+
+
+def test_steps_of_the_bias_and_a_machine_for_a_while_are_not_motion():
+    t = np.arange(40000) / RATE
+    for course in (
+        0.5 * (t > 170),
+        0.3 * np.sin(2 * np.pi * 7 * t) * ((t > 100) & (t < 180)),
+        0.2 * (t > 90) * (t < 270),
+    ):
+        columns = still()
+        columns["gyro_x_dps"] += course
+        assert "motion" not in said(columns)[0]
+
+
+def test_touches_beside_each_other_and_the_pause_between_are_cut_out():
+    for seed in (61, 62, 63):
+        rng, columns = np.random.default_rng(seed), still(seed=seed)
+        a = rng.uniform(100, 150)
+        moving = shaken(columns, a, a + 18, 0.4, 0.01, rng)
+        moving |= shaken(columns, a + 18.7, a + 33, 0.4, 0.01, rng)
+        _, kept = said(columns)
+        assert np.count_nonzero(kept & moving) / RATE < 0.5, seed
+        assert np.count_nonzero(~kept) / RATE < 50, seed
+
+
+def test_a_record_that_moves_most_of_the_time_is_refused():
+    model = Model(
+        RATE,
+        "gyro_x_dps",
+        [
+            Term("angle_random_walk", {WHITE: 0.6}),
+            Term("bias_instability", {"coefficient_deg_per_h": 1.0}),
+        ],
+    )
+    for seed, seconds, start in ((71, 25, 0), (72, 25, 1), (73, 200, 80)):
+        rng, columns = np.random.default_rng(seed), still(seconds, seed)
+        shaken(columns, start, seconds, 30, 0.2, rng)
+        with pytest.raises(BadInput, match="not a recording at rest .*record again"):
+            state.start(Recording(columns, RATE, "r.csv"), model)
+    columns = still(200, 74)
+    shaken(columns, 130, 200, 30, 0.2, np.random.default_rng(74))
+    state.start(Recording(columns, RATE, "r.csv"), model)
+
+
+def test_noisy_sensors_at_rest_do_not_move():
+    for seed, sigma in ((81, 1.0), (82, 5.0), (83, 20.0)):
+        assert "motion" not in said(still(60, seed, sigma=sigma))[0], sigma
+
+
+@pytest.mark.skipif(not (REAL / POSES).exists(), reason=f"{POSES} is absent")
+def test_hand_poses_are_no_recording_at_rest():
+    made = recording.read(REAL / POSES)
+    terms = [Term("angle_random_walk", {WHITE: 2.0})]
+    with pytest.raises(BadInput, match="moves in [56]. % of the recording"):
+        state.start(made, Model(made.rate_hz, "gyro_x_dps", terms))
+
+
+def test_white_noise_has_nothing_to_say():
+    found, kept = said(still())
+    assert (found, kept.all()) == ({}, True)
+
+
+def test_repeats_are_found_and_their_share_is_right():
+    for lsb, chance in ((0.0, 0.0), (0.01, 0.03)):
+        rng, columns = np.random.default_rng(3), still(axes="x")
+        x = columns["gyro_x_dps"] if not lsb else np.round(columns["gyro_x_dps"] / lsb) * lsb
+        again = rng.random(len(x)) < 0.1
+        columns["gyro_x_dps"] = x[np.maximum.accumulate(np.where(again, 0, np.arange(len(x))))]
+        found, kept = said(columns)
+        assert abs(found["repeated_samples"].share - again.mean()) <= chance + 0.002
+        assert not kept[1:][again[1:]].any()
+
+
+def test_every_tenth_repeated_is_said():
+    columns = still()
+    for name in ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps"):
+        columns[name][9::10] = columns[name][8::10]
+    assert "every 10th" in said(columns)[0]["repeated_samples"].detail
+
+
+def test_a_sensor_polled_unevenly_is_analysed_at_its_own_rate():
+    """Each poll reads the newest sample of an even clock; no sample is missed."""
+    rng = np.random.default_rng(4)
+    for own in (31.7, 50.63, 77.1, 96.3):
+        for longest in (0.6, 0.97):  # poll, in periods of the sensor
+            for digits in (3, 9):  # of the stamps
+                steps = rng.uniform(0.3, longest, int(9000 / 0.8)) / own
+                time = np.cumsum(steps)
+                y = 0.2 * rng.standard_normal((int(own * time[-1]) + 2, 3))
+                columns = {"time_s": np.round(time, digits)}
+                columns |= dict(
+                    zip(
+                        ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps"),
+                        y[(time * own).astype(int)].T,
                     )
-                    with self.subTest(own=own, longest=longest, digits=digits):
-                        made = read(columns)
-                        self.assertAlmostEqual(made.rate_hz / own, 1, delta=1e-3)
-                        x = made.columns["gyro_x_dps"]
-                        first = int(time[0] * own)
-                        np.testing.assert_allclose(x, y[first : first + len(x), 0], rtol=1e-6)
+                )
+                made = read(columns)
+                assert abs(made.rate_hz / own - 1) <= 1e-3
+                x = made.columns["gyro_x_dps"]
+                first = int(time[0] * own)
+                np.testing.assert_allclose(x, y[first : first + len(x), 0], rtol=1e-6)
 
-    def test_a_grid_with_a_wrong_rate_is_never_adequate(self):
-        """What was read is compared with the model by its stamps, whatever the grid was."""
-        rng, own = np.random.default_rng(5), 50.63
-        time = np.cumsum(rng.uniform(0.4, 0.8, 60000)) / own
-        y = 0.2 * rng.standard_normal(int(own * time[-1]) + 2)
-        made = read({"time_s": time, "gyro_x_dps": y[(time * own).astype(int)]})
-        for factor, adequate in ((1.0, True), (1.3, False), (0.8, False)):
-            rate = factor * made.rate_hz
-            other = replace(made, rate_hz=rate, clock=clock.Clock(rate), measured={})
-            white = Model(rate, "gyro_x_dps", [Term("angle_random_walk", {WHITE: 1.0})])
-            with self.subTest(factor=factor):
-                judged = state.judged(state.start(other, white)).judgement
-                self.assertEqual(judged.adequate, adequate)
 
-    def test_coarse_counts_by_themselves_are_no_repeats(self):
-        columns = {name: np.round(x / 0.08) * 0.08 for name, x in still().items()}
-        found, _ = said(columns)
-        self.assertIn("coarse_counts", found)
-        self.assertNotIn("repeated_samples", found)
-        self.assertNotIn(
-            "coarse_counts",
-            said({name: np.round(x / 0.02) * 0.02 for name, x in still().items()})[0],
-        )
+def test_a_grid_with_a_wrong_rate_is_never_adequate():
+    """What was read is compared with the model by its stamps, whatever the grid was."""
+    rng, own = np.random.default_rng(5), 50.63
+    time = np.cumsum(rng.uniform(0.4, 0.8, 60000)) / own
+    y = 0.2 * rng.standard_normal(int(own * time[-1]) + 2)
+    made = read({"time_s": time, "gyro_x_dps": y[(time * own).astype(int)]})
+    for factor, adequate in ((1.0, True), (1.3, False), (0.8, False)):
+        rate = factor * made.rate_hz
+        other = replace(made, rate_hz=rate, clock=clock.Clock(rate), measured={})
+        white = Model(rate, "gyro_x_dps", [Term("angle_random_walk", {WHITE: 1.0})])
+        judged = state.judged(state.start(other, white)).judgement
+        assert judged.adequate == adequate
 
-    def test_fine_counts_by_themselves_are_no_repeats(self):
-        for lsb in (1e-5, 2e-5, 1e-4):
-            columns = {
-                "gyro_x_dps": np.round(still(seconds=1200, axes="x")["gyro_x_dps"] / lsb) * lsb
-            }
-            self.assertGreater(np.count_nonzero(np.diff(columns["gyro_x_dps"]) == 0), 1)
-            self.assertNotIn("repeated_samples", said(columns)[0], lsb)
 
-    def test_clipping_and_lone_wild_samples(self):
-        columns = still()
-        columns["gyro_x_dps"] = np.clip(columns["gyro_x_dps"], None, 0.5)
-        columns["gyro_x_dps"][[5000, 12345, 30000]] -= 3.0
-        found, kept = said(columns)
-        self.assertAlmostEqual(found["outliers"].share * 40000, 3)
-        self.assertAlmostEqual(
-            found["clipped"].share, 0.02275, delta=0.003
-        )  # beyond two standard deviations
-        self.assertFalse(kept[12345])
+def test_coarse_counts_by_themselves_are_no_repeats():
+    columns = {name: np.round(x / 0.08) * 0.08 for name, x in still().items()}
+    found, _ = said(columns)
+    assert "coarse_counts" in found
+    assert "repeated_samples" not in found
+    assert (
+        "coarse_counts"
+        not in said({name: np.round(x / 0.02) * 0.02 for name, x in still().items()})[0]
+    )
+
+
+def test_fine_counts_by_themselves_are_no_repeats():
+    for lsb in (1e-5, 2e-5, 1e-4):
+        columns = {"gyro_x_dps": np.round(still(seconds=1200, axes="x")["gyro_x_dps"] / lsb) * lsb}
+        assert np.count_nonzero(np.diff(columns["gyro_x_dps"]) == 0) > 1
+        assert "repeated_samples" not in said(columns)[0], lsb
+
+
+def test_clipping_and_lone_wild_samples():
+    columns = still()
+    columns["gyro_x_dps"] = np.clip(columns["gyro_x_dps"], None, 0.5)
+    columns["gyro_x_dps"][[5000, 12345, 30000]] -= 3.0
+    found, kept = said(columns)
+    assert abs(found["outliers"].share * 40000 - 3) < 5e-8
+    assert abs(found["clipped"].share - 0.02275) <= 0.003  # beyond two standard deviations
+    assert not kept[12345]
 
 
 def counted(rng, noise=3.0, count=12000):
@@ -295,182 +300,183 @@ def torn_in(columns):
     return events.torn(columns, np.ones(len(next(iter(columns.values()))), bool))
 
 
-class TornReads(unittest.TestCase):
-    def test_half_of_an_old_value_is_a_torn_read_and_nothing_else(self):
-        for seed in range(10):
-            rng = np.random.default_rng(seed)
-            columns = counted(rng)
-            at = 50 + 100 * rng.choice(118, 6, replace=False)
-            signs = rng.choice([-1, 1], 6)
-            columns["gyro_z"][at] += 256 * signs
-            columns["accel_x"][at] += 256 * signs
-            for column in ("gyro_z_dps", "gyro_x_dps"):
-                found, kept = said(in_units(columns), column)
-                with self.subTest(seed=seed, column=column):
-                    self.assertEqual(set(found), {"torn_reads"})
-                    np.testing.assert_array_equal(np.flatnonzero(~kept), np.sort(at))
-                    text = found["torn_reads"].detail
-                    self.assertIn("6 single samples jump", text)
-                    self.assertIn("gyro_z_dps 6 times by 256 counts", text)
-                    self.assertIn(f"at {at.min() / RATE:.6g}, ", text)
-                    self.assertIn("block data update", text)
+def test_half_of_an_old_value_is_a_torn_read_and_nothing_else():
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        columns = counted(rng)
+        at = 50 + 100 * rng.choice(118, 6, replace=False)
+        signs = rng.choice([-1, 1], 6)
+        columns["gyro_z"][at] += 256 * signs
+        columns["accel_x"][at] += 256 * signs
+        for column in ("gyro_z_dps", "gyro_x_dps"):
+            found, kept = said(in_units(columns), column)
+            assert set(found) == {"torn_reads"}
+            np.testing.assert_array_equal(np.flatnonzero(~kept), np.sort(at))
+            text = found["torn_reads"].detail
+            assert "6 single samples jump" in text
+            assert "gyro_z_dps 6 times by 256 counts" in text
+            assert f"at {at.min() / RATE:.6g}, " in text
+            assert "block data update" in text
 
-    def test_one_jump_is_a_torn_read_only_if_it_is_far_beyond_the_noise(self):
-        for size, times in ((8192, 1), (256, 0)):
-            columns = counted(np.random.default_rng(1), noise=2.0)
-            columns["gyro_y"][5000] -= size
-            self.assertEqual(len(torn_in(in_units(columns))), times, size)
 
-    def test_the_fit_names_them_and_gets_the_noise_right(self):
-        columns = counted(np.random.default_rng(2))
-        for name in ("gyro_z", "accel_x"):
-            columns[name][[2103, 5124, 8415, 11036]] += 256 * np.array([1, -1, 1, -1])
-        made = Recording(in_units(columns), RATE)
-        model = Model(RATE, "gyro_z_dps", [Term("angle_random_walk", {WHITE: 1.0})])
-        judged = state.judged(state.start(made, model))
-        self.assertEqual([one.kind for one in judged.seen], ["torn_reads"])
-        self.assertTrue(judged.judgement.adequate)
-        self.assertEqual(judged.shocks.count, 0)
-        fitted, _ = improve.fitted_model(judged, model)
-        arw = 60 * 3 * 0.00875 / np.sqrt(RATE)
-        self.assertAlmostEqual(fitted.terms[0].parameters[WHITE] / arw, 1, delta=0.03)
+def test_one_jump_is_a_torn_read_only_if_it_is_far_beyond_the_noise():
+    for size, times in ((8192, 1), (256, 0)):
+        columns = counted(np.random.default_rng(1), noise=2.0)
+        columns["gyro_y"][5000] -= size
+        assert len(torn_in(in_units(columns))) == times, size
 
-    def test_shocks_of_random_sizes_are_not_torn_reads(self):
-        """Each kind of shock passes in less than 1 % of recordings (DESIGN 13.5): of 150, by chance
-        at most 5 (probability above 0.99)."""
-        draws = {
-            "student": lambda rng, n: np.abs(rng.standard_t(2, n)),
-            "cauchy": lambda rng, n: np.abs(rng.standard_cauchy(n)),
-            "pareto": lambda rng, n: 1 + rng.pareto(1, n),
-            "lognormal": lambda rng, n: np.exp(rng.standard_normal(n)),
-            "exponential": lambda rng, n: rng.exponential(1, n),
-        }
-        for number, (name, draw) in enumerate(draws.items()):
-            rng, called = np.random.default_rng([8, number]), 0
-            for _ in range(150):
-                columns = counted(rng, rng.uniform(0.5, 8))
-                at = rng.choice(12000, rng.integers(1, 40), replace=False)
-                size = 10 ** rng.uniform(1.2, 4) * draw(rng, len(at)) * rng.choice([-1, 1], len(at))
-                columns["gyro_x"] += np.round(np.bincount(at, size, 12000))
-                felt = size * rng.uniform(0.1, 1, len(at))
-                columns["accel_z"] += np.round(np.bincount(at, felt, 12000))
-                called += bool(torn_in(in_units(columns)))
-            with self.subTest(name):
-                self.assertLessEqual(called, 5)
 
-    def test_shocks_of_one_size_are_rarely_torn_reads(self):
-        """Less than 10 % (DESIGN 13.5), whatever the size is."""
-        rng, called = np.random.default_rng(9), 0
-        for _ in range(200):
+def test_the_fit_names_them_and_gets_the_noise_right():
+    columns = counted(np.random.default_rng(2))
+    for name in ("gyro_z", "accel_x"):
+        columns[name][[2103, 5124, 8415, 11036]] += 256 * np.array([1, -1, 1, -1])
+    made = Recording(in_units(columns), RATE)
+    model = Model(RATE, "gyro_z_dps", [Term("angle_random_walk", {WHITE: 1.0})])
+    judged = state.judged(state.start(made, model))
+    assert [one.kind for one in judged.seen] == ["torn_reads"]
+    assert judged.judgement.adequate
+    assert judged.shocks.count == 0
+    fitted, _ = improve.fitted_model(judged, model)
+    arw = 60 * 3 * 0.00875 / np.sqrt(RATE)
+    assert abs(fitted.terms[0].parameters[WHITE] / arw - 1) <= 0.03
+
+
+@pytest.mark.slow
+def test_shocks_of_random_sizes_are_not_torn_reads():
+    """Each kind of shock passes in less than 1 % of recordings (DESIGN 13.5): of 150, by chance
+    at most 5 (probability above 0.99)."""
+    draws = {
+        "student": lambda rng, n: np.abs(rng.standard_t(2, n)),
+        "cauchy": lambda rng, n: np.abs(rng.standard_cauchy(n)),
+        "pareto": lambda rng, n: 1 + rng.pareto(1, n),
+        "lognormal": lambda rng, n: np.exp(rng.standard_normal(n)),
+        "exponential": lambda rng, n: rng.exponential(1, n),
+    }
+    for number, draw in enumerate(draws.values()):
+        rng, called = np.random.default_rng([8, number]), 0
+        for _ in range(150):
             columns = counted(rng, rng.uniform(0.5, 8))
             at = rng.choice(12000, rng.integers(1, 40), replace=False)
-            columns["gyro_x"][at] += np.round(10 ** rng.uniform(1.2, 4)) * rng.choice(
-                [-1, 1], len(at)
-            )
+            size = 10 ** rng.uniform(1.2, 4) * draw(rng, len(at)) * rng.choice([-1, 1], len(at))
+            columns["gyro_x"] += np.round(np.bincount(at, size, 12000))
+            felt = size * rng.uniform(0.1, 1, len(at))
+            columns["accel_z"] += np.round(np.bincount(at, felt, 12000))
             called += bool(torn_in(in_units(columns)))
-        self.assertLess(called, 20)
-
-    def test_without_counts_there_are_only_outliers(self):
-        columns = still()
-        columns["gyro_x_dps"][[5000, 12345, 30000]] -= 2.56
-        found, _ = said(columns)
-        self.assertEqual(set(found), {"outliers"})
+        assert called <= 5
 
 
-class Awkward(unittest.TestCase):
-    def test_nothing_that_a_file_may_hold_is_too_much(self):
-        rng, t = np.random.default_rng(7), np.arange(1000) / RATE
-        for x in (
-            np.sin(2 * np.pi * 5 * t),
-            20000 / 3600**2 * t,
-            np.where(t < 5, rng.standard_normal(1000), 0.1),
-            np.round(t),
-            np.zeros(1000),
-            np.where(t == 3, 1e6, 0),
-            rng.standard_normal(1000) ** 9,
-            np.arange(1000) % 2.0,
+def test_shocks_of_one_size_are_rarely_torn_reads():
+    """Less than 10 % (DESIGN 13.5), whatever the size is."""
+    rng, called = np.random.default_rng(9), 0
+    for _ in range(200):
+        columns = counted(rng, rng.uniform(0.5, 8))
+        at = rng.choice(12000, rng.integers(1, 40), replace=False)
+        columns["gyro_x"][at] += np.round(10 ** rng.uniform(1.2, 4)) * rng.choice([-1, 1], len(at))
+        called += bool(torn_in(in_units(columns)))
+    assert called < 20
+
+
+def test_without_counts_there_are_only_outliers():
+    columns = still()
+    columns["gyro_x_dps"][[5000, 12345, 30000]] -= 2.56
+    found, _ = said(columns)
+    assert set(found) == {"outliers"}
+
+
+def test_nothing_that_a_file_may_hold_is_too_much():
+    rng, t = np.random.default_rng(7), np.arange(1000) / RATE
+    for x in (
+        np.sin(2 * np.pi * 5 * t),
+        20000 / 3600**2 * t,
+        np.where(t < 5, rng.standard_normal(1000), 0.1),
+        np.round(t),
+        np.zeros(1000),
+        np.where(t == 3, 1e6, 0),
+        rng.standard_normal(1000) ** 9,
+        np.arange(1000) % 2.0,
+    ):
+        for others in (
+            {},
+            {"accel_x_g": rng.standard_normal(1000)},
+            {"accel_x_g": np.zeros(1000), "gyro_y_dps": x},
         ):
-            for others in (
-                {},
-                {"accel_x_g": rng.standard_normal(1000)},
-                {"accel_x_g": np.zeros(1000), "gyro_y_dps": x},
-            ):
-                with warnings.catch_warnings():
-                    warnings.simplefilter("error")
-                    found, kept = said({"gyro_x_dps": x} | others)
-                self.assertEqual(len(kept), 1000)
-                self.assertTrue(
-                    all(np.isfinite(entry.share) and entry.detail for entry in found.values())
-                )
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                found, kept = said({"gyro_x_dps": x} | others)
+            assert len(kept) == 1000
+            assert all(np.isfinite(entry.share) and entry.detail for entry in found.values())
 
 
-class Clocks(unittest.TestCase):
-    def test_lost_samples_keep_their_places(self):
-        rng = np.random.default_rng(4)
-        for share, jitter in ((0.03, 0), (0.03, 0.05), (0.5, 0)):
-            keep = rng.random(20000) > share
-            keep[0] = keep[-1] = True
-            made = read(stamped(keep, jitter))
-            np.testing.assert_array_equal(made.known, keep)
-            np.testing.assert_allclose(
-                made.columns["gyro_x_dps"][keep], stamped(keep, jitter)["gyro_x_dps"], rtol=1e-7
-            )
-            self.assertAlmostEqual(made.rate_hz, RATE, delta=1e-3)
-            found = {entry.kind: entry for entry in observations.find(made, "gyro_x_dps")}
-            self.assertAlmostEqual(found["lost_samples"].share, 1 - keep.mean(), places=9)
-
-    def test_bursts_keep_the_time_between_them(self):
-        keep = np.arange(20000) % 400 < 150
-        made = read(stamped(keep))
-        np.testing.assert_array_equal(made.known, keep[: made.samples])
-
-    def test_gaps_that_recur_keep_their_length_however_many_samples_are_lost(self):
-        rng = np.random.default_rng(7)
-        for length, every in ((4, 24), (10, 100), (50, 1000)):
-            start = np.arange(0, 200_000, every)
-            start += length * (rng.random(len(start)) < 0.2)
-            place = (start[:, None] + np.arange(length)).ravel()
-            found = clock.of(place / RATE, None, "r", 1)
-            self.assertEqual(found.cut, ())
-            np.testing.assert_array_equal(found.places, place - place[0])
-
-    def test_regular_blocks_are_named_with_what_to_do(self):
-        rng = np.random.default_rng(8)
-        place = (np.arange(3000)[:, None] * 24 + np.arange(4)).ravel()
-        columns = {"time_s": place / RATE, "gyro_x_dps": rng.standard_normal(len(place))}
-        detail = said_of(columns)["bursts"].detail
-        for words in ("blocks of 4", "every 0.24 s", "4.17 per second", "FIFO"):
-            self.assertIn(words, detail)
-        keep = rng.random(20000) > 0.3
-        self.assertNotIn("bursts", said_of(stamped(keep)))
-
-    def test_blocks_with_hardly_a_sample_are_refused(self):
-        place = (np.arange(400)[:, None] * 4000 + np.arange(10)).ravel()
-        with self.assertRaisesRegex(BadInput, "r: column time_s: 399 gaps of up to 39.9 s"):
-            clock.of(place / RATE, None, "r", 1)
-
-    def test_arrival_times_of_an_even_clock_lose_nothing(self):
-        rng = np.random.default_rng(5)
-        time = np.sort(np.arange(20000) / RATE + rng.exponential(0.05, 20000))
-        found = clock.of(time, None, "r", 1)
-        self.assertEqual((found.kind, found.places), ("late", None))
-        self.assertAlmostEqual(found.rate_hz, RATE, delta=0.05)
-
-    def test_a_loop_that_waits_anew_is_uneven(self):
-        time = np.cumsum(np.random.default_rng(6).gamma(4, 0.25, 20000))
-        self.assertEqual(clock.of(time, None, "r", 1).kind, "uneven")
-
-    def test_stamps_in_coarse_units_lose_nothing(self):
-        self.assertIsNone(clock.of(np.round(np.arange(20000) / 58.3, 2), None, "r", 1).places)
-
-    def test_a_gap_of_a_fortnight_is_cut_short(self):
-        time = np.arange(5000) / RATE
-        time[2500:] += 1.2e6
-        found = clock.of(time, None, "r", 1)
-        self.assertLessEqual(found.places[-1], 4 * 5000)
-        ((place, seconds),) = found.cut
-        self.assertAlmostEqual(found.places[-1] / RATE + seconds, time[-1], delta=0.02)
+def test_lost_samples_keep_their_places():
+    rng = np.random.default_rng(4)
+    for share, jitter in ((0.03, 0), (0.03, 0.05), (0.5, 0)):
+        keep = rng.random(20000) > share
+        keep[0] = keep[-1] = True
+        made = read(stamped(keep, jitter))
+        np.testing.assert_array_equal(made.known, keep)
+        np.testing.assert_allclose(
+            made.columns["gyro_x_dps"][keep], stamped(keep, jitter)["gyro_x_dps"], rtol=1e-7
+        )
+        assert abs(made.rate_hz - RATE) <= 1e-3
+        found = {entry.kind: entry for entry in observations.find(made, "gyro_x_dps")}
+        assert abs(found["lost_samples"].share - (1 - keep.mean())) < 5e-10
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_bursts_keep_the_time_between_them():
+    keep = np.arange(20000) % 400 < 150
+    made = read(stamped(keep))
+    np.testing.assert_array_equal(made.known, keep[: made.samples])
+
+
+def test_gaps_that_recur_keep_their_length_however_many_samples_are_lost():
+    rng = np.random.default_rng(7)
+    for length, every in ((4, 24), (10, 100), (50, 1000)):
+        start = np.arange(0, 200_000, every)
+        start += length * (rng.random(len(start)) < 0.2)
+        place = (start[:, None] + np.arange(length)).ravel()
+        found = clock.of(place / RATE, None, "r", 1)
+        assert found.cut == ()
+        np.testing.assert_array_equal(found.places, place - place[0])
+
+
+def test_regular_blocks_are_named_with_what_to_do():
+    rng = np.random.default_rng(8)
+    place = (np.arange(3000)[:, None] * 24 + np.arange(4)).ravel()
+    columns = {"time_s": place / RATE, "gyro_x_dps": rng.standard_normal(len(place))}
+    detail = said_of(columns)["bursts"].detail
+    for words in ("blocks of 4", "every 0.24 s", "4.17 per second", "FIFO"):
+        assert words in detail
+    keep = rng.random(20000) > 0.3
+    assert "bursts" not in said_of(stamped(keep))
+
+
+def test_blocks_with_hardly_a_sample_are_refused():
+    place = (np.arange(400)[:, None] * 4000 + np.arange(10)).ravel()
+    with pytest.raises(BadInput, match="r: column time_s: 399 gaps of up to 39.9 s"):
+        clock.of(place / RATE, None, "r", 1)
+
+
+def test_arrival_times_of_an_even_clock_lose_nothing():
+    rng = np.random.default_rng(5)
+    time = np.sort(np.arange(20000) / RATE + rng.exponential(0.05, 20000))
+    found = clock.of(time, None, "r", 1)
+    assert (found.kind, found.places) == ("late", None)
+    assert abs(found.rate_hz - RATE) <= 0.05
+
+
+def test_a_loop_that_waits_anew_is_uneven():
+    time = np.cumsum(np.random.default_rng(6).gamma(4, 0.25, 20000))
+    assert clock.of(time, None, "r", 1).kind == "uneven"
+
+
+def test_stamps_in_coarse_units_lose_nothing():
+    assert clock.of(np.round(np.arange(20000) / 58.3, 2), None, "r", 1).places is None
+
+
+def test_a_gap_of_a_fortnight_is_cut_short():
+    time = np.arange(5000) / RATE
+    time[2500:] += 1.2e6
+    found = clock.of(time, None, "r", 1)
+    assert found.places[-1] <= 4 * 5000
+    ((place, seconds),) = found.cut
+    assert abs(found.places[-1] / RATE + seconds - time[-1]) <= 0.02

@@ -4,18 +4,17 @@ device may act.
 """
 
 import contextlib
-import json
 import os
 import signal
 import socket
 import subprocess
-import tempfile
-import unittest
+import sys
 from pathlib import Path
 
-from asking import ROOT, run, typed
+import pytest
+from asking import run, said, undone
 from davarlab import cli
-from davarlab.errors import printable
+from davarlab.errors import BadInput, printable
 
 MODEL = (
     '[sensor]\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
@@ -26,7 +25,7 @@ LIMIT_S = 1800  # after which a command hangs, on a machine as busy as can be
 # the test.
 READERS = {
     "simulate": ["simulate {} -o out"],
-    "fit": ["fit {} -m m.toml", "fit r.csv -m {}", "fit r.csv -m m.toml --types {}"],
+    "fit": ["fit {} -m m.toml", "fit r.csv -m {}"],
     "compare": ["compare {} -m m.toml", "compare r.csv -m {}", "compare r.csv -m {}.yaml"],
     "diagnose": [
         "diagnose {} -m m.toml",
@@ -63,7 +62,11 @@ WRITERS = {
     "fleet": "fleet r.csv -m m.toml -o {}",
 }
 NO_PATH = {"benchmark", "nulls", "dbc", "live"}  # that read one
-WRONG_TO_WRITE = ("folder", "fifo", "socket", "loop", "/dev/zero", "long")
+ODD = [
+    *("folder", "fifo", "socket", "loop", "dangling", "kmsg", "/dev/zero", "/proc/kmsg"),
+    *("a" * 300, "r.csv/below", "new\nline", "fifo/.."),
+]
+WRONG_TO_WRITE = ("folder", "fifo", "socket", "loop", "/dev/zero", "a" * 300)
 
 
 def late(*_):
@@ -72,155 +75,102 @@ def late(*_):
 
 @contextlib.contextmanager
 def limited():
-    before = signal.signal(signal.SIGALRM, late)
-    signal.alarm(LIMIT_S)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+    with undone(signal.SIGALRM):
+        signal.signal(signal.SIGALRM, late)
+        signal.alarm(LIMIT_S)
+        try:
+            yield
+        finally:
+            signal.alarm(0)
 
 
-class Paths(unittest.TestCase):
-    def setUp(self):
-        kept = tempfile.TemporaryDirectory()
-        self.addCleanup(kept.cleanup)
-        self.addCleanup(os.chdir, os.getcwd())
-        os.chdir(kept.name)
-        Path("r.csv").write_text(
-            "time_s,gyro_z_dps\n"
-            + "".join(f"{i / 50:.2f},{(i * i % 997) / 1e4 - 0.05:.4f}\n" for i in range(1500))
-        )
-        Path("m.toml").write_text(MODEL)
-        Path("s.toml").write_text(
-            MODEL.replace("column", "rate_hz = 50.0\ncolumn")
-            + "[simulate]\nseed = 1\nduration_s = 60\n"
-        )
-        with socket.socket(socket.AF_UNIX) as there:
-            there.bind("socket")
-        for ending in ("", ".yaml", ".py"):
-            os.mkdir(f"folder{ending}")
-            os.mkfifo(f"fifo{ending}")
-            os.symlink("socket", f"socket{ending}") if ending else None
-            os.symlink(f"loop{ending}", f"loop{ending}")
-            os.symlink("nowhere", f"dangling{ending}")
-            os.symlink("/proc/kmsg", f"kmsg{ending}")
-        os.mkfifo("new\nline")
-        self.odd = [
-            "folder",
-            "fifo",
-            "socket",
-            "loop",
-            "dangling",
-            "kmsg",
-            "/dev/zero",
-            "/proc/kmsg",
-            "a" * 300,
-            "r.csv/below",
-            "new\nline",
-            "fifo/..",
-        ]
-
-    def refused(self, words, odd, command=run):
-        arguments = [word.replace("{}", odd) for word in words.split(" ")]
-        with self.subTest(words, odd=odd[:20]), limited():
-            done = command(*arguments)
-            self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
-            last = done.stderr.splitlines()[-1]
-            self.assertTrue(last.startswith("davarlab: "), last)
-            self.assertIn(printable(odd), last)
-
-    def test_every_command_that_takes_a_path_is_here(self):
-        self.assertEqual(set(READERS) | NO_PATH, set(cli.COMMANDS))
-        takes = {
-            name
-            for name, (_, _, arguments) in cli.COMMANDS.items()
-            if any(
-                "-o" in names or "--report" in names or "--record" in names
-                for names, _ in arguments
-            )
-        }
-        self.assertEqual(takes, set(WRITERS) & takes, "a command that writes")
-
-    def test_what_is_no_file_is_not_read(self):
-        for forms in READERS.values():
-            for words in forms:
-                for odd in self.odd:
-                    if ("{}.yaml" in words or "{}.py" in words) and odd.startswith(
-                        ("/", "a", "r", "new", "fifo/")
-                    ):
-                        continue
-                    if words == "fit r.csv -m m.toml --types {}":
-                        continue  # of a CSV nobody reads them; test_message_types
-                    self.refused(words, odd)
-
-    def test_message_types_of_a_bag(self):
-        from davarlab.errors import BadInput
-        from davarlab.logs import ros
-
-        for odd in self.odd:
-            if "kmsg" not in odd:  # it is taken for an empty file, and a message may be empty
-                with self.subTest(odd):
-                    with self.assertRaises(BadInput) as caught, limited():
-                        ros.typestore([odd])
-                    self.assertIn(odd, str(caught.exception))
-
-    def test_what_is_no_file_is_not_written(self):
-        for words in filter(None, WRITERS.values()):
-            for odd in WRONG_TO_WRITE:
-                if not (words.startswith(("plot", "fleet")) and odd == "folder"):
-                    self.refused(words, "a" * 300 if odd == "long" else odd)
-        self.assertTrue(
-            all(Path(name).is_fifo() for name in ("fifo", "fifo.py")) and os.path.islink("loop")
-        )
-
-    def test_an_unreadable_file(self):
-        Path("secret").write_text(MODEL)
-        os.chmod("secret", 0)
-        words = ["setpriv", "--bounding-set=-all"] if os.geteuid() == 0 else []
-        for forms in ("fit secret -m m.toml", "fit r.csv -m secret"):
-            done = subprocess.run(
-                [*words, ROOT / "tools/davarlab", *forms.split()],
-                capture_output=True,
-                text=True,
-                timeout=LIMIT_S,
-            )
-            self.assertEqual(
-                (done.returncode, done.stdout, done.stderr.splitlines()[-1]),
-                (2, "", "davarlab: secret: Permission denied"),
-            )
-
-    def test_a_fleet_goes_on_without_what_is_no_file(self):
-        for name in ("bad.fifo", "bad.loop", "bad.folder"):
-            {"fifo": os.mkfifo, "folder": os.mkdir, "loop": lambda path: os.symlink(path, path)}[
-                name.split(".")[1]
-            ](f"{name}.csv")
-        os.symlink("r.csv", "good.csv")
-        for files in (
-            ["*.csv"],
-            ["r.csv", "good.csv", "bad.fifo.csv", "bad.loop.csv", "bad.folder.csv"],
-        ):
-            with limited():
-                done = typed(
-                    "fleet",
-                    *files,
-                    "-m",
-                    "m.toml",
-                    "-o",
-                    f"out{len(files)}",
-                    "--chance",
-                    "0",
-                    "--workers",
-                    "1",
-                    "--json",
-                )
-            self.assertEqual(done.returncode, 1, done.stderr)
-            found = json.loads(done.stdout)
-            self.assertEqual(
-                ({Path(one["file"]).name for one in found["failed"]}, found["rows"]),
-                ({"bad.fifo.csv", "bad.loop.csv", "bad.folder.csv"}, 2),
-            )
+@pytest.fixture(autouse=True)
+def there(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = (f"{i / 50:.2f},{(i * i % 997) / 1e4 - 0.05:.4f}\n" for i in range(1500))
+    Path("r.csv").write_text("time_s,gyro_z_dps\n" + "".join(rows))
+    Path("m.toml").write_text(MODEL)
+    rated = MODEL.replace("column", "rate_hz = 50.0\ncolumn")
+    Path("s.toml").write_text(rated + "[simulate]\nseed = 1\nduration_s = 60\n")
+    with socket.socket(socket.AF_UNIX) as one:
+        one.bind("socket")
+    for ending in ("", ".yaml", ".py"):
+        os.mkdir(f"folder{ending}")
+        os.mkfifo(f"fifo{ending}")
+        os.symlink("socket", f"socket{ending}") if ending else None
+        os.symlink(f"loop{ending}", f"loop{ending}")
+        os.symlink("nowhere", f"dangling{ending}")
+        os.symlink("/proc/kmsg", f"kmsg{ending}")
+    os.mkfifo("new\nline")
 
 
-if __name__ == "__main__":
-    unittest.main()
+def refused(words, odd):
+    with limited():
+        done = run(*(word.replace("{}", odd) for word in words.split(" ")))
+    assert (done.returncode, done.stdout) == (2, ""), (words, odd, done.stderr)
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("davarlab: "), last
+    assert printable(odd) in last, (words, odd)
+
+
+def test_every_command_that_takes_a_path_is_here():
+    assert set(READERS) | NO_PATH == set(cli.COMMANDS)
+    takes = {
+        name
+        for name, (_, _, arguments) in cli.COMMANDS.items()
+        if any({"-o", "--report", "--record"} & set(names) for names, _ in arguments)
+    }
+    assert takes <= set(WRITERS)
+
+
+@pytest.mark.parametrize("words", [words for forms in READERS.values() for words in forms])
+def test_what_is_no_file_is_not_read(words):
+    for odd in ODD:
+        ending = "{}.yaml" in words or "{}.py" in words
+        if not (ending and odd.startswith(("/", "a", "r", "new", "fifo/"))):
+            refused(words, odd)
+
+
+def test_message_types_of_a_bag():
+    from davarlab.logs import ros
+
+    for odd in ODD:
+        if "kmsg" not in odd:  # it is taken for an empty file, and a message may be empty
+            with pytest.raises(BadInput) as caught, limited():
+                ros.typestore([odd])
+            assert odd in str(caught.value)
+
+
+@pytest.mark.parametrize("words", [words for words in WRITERS.values() if words])
+def test_what_is_no_file_is_not_written(words):
+    for odd in WRONG_TO_WRITE:
+        if not (words.startswith(("plot", "fleet")) and odd == "folder"):
+            refused(words, odd)
+    assert all(Path(name).is_fifo() for name in ("fifo", "fifo.py"))
+    assert os.path.islink("loop")
+
+
+@pytest.mark.parametrize("words", ["fit secret -m m.toml", "fit r.csv -m secret"])
+def test_an_unreadable_file(words):
+    Path("secret").write_text(MODEL)
+    os.chmod("secret", 0)
+    command = ["setpriv", "--bounding-set=-all"] if os.geteuid() == 0 else []
+    command += [sys.executable, "-m", "davarlab", *words.split()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S)
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr
+    assert done.stderr.splitlines()[-1] == "davarlab: secret: Permission denied"
+
+
+@pytest.mark.slow
+def test_a_fleet_goes_on_without_what_is_no_file():
+    os.mkfifo("bad.fifo.csv")
+    os.mkdir("bad.folder.csv")
+    os.symlink("bad.loop.csv", "bad.loop.csv")
+    os.symlink("r.csv", "good.csv")
+    named = ["r.csv", "good.csv", "bad.fifo.csv", "bad.loop.csv", "bad.folder.csv"]
+    for place, names in enumerate((["*.csv"], named)):
+        words = f"-m m.toml -o out{place} --chance 0 --workers 1".split()
+        with limited():
+            found = said("fleet", *names, *words, statuses=(1,))
+        assert {Path(one["file"]).name for one in found["failed"]} == set(named[2:])
+        assert found["rows"] == 2

@@ -6,12 +6,12 @@ doubted.
 import json
 import math
 import re
-import unittest
 from dataclasses import dataclass, field
 
 import numpy as np
-from asking import MODEL, run
-from test_lab import ROOT, Folder
+import pytest
+from asking import MODEL, ROOT, run
+from lab_bench import write_csv
 
 RATE, SIGMA, COUNT = 100.0, 0.05, 6000
 ARW = 60 * SIGMA / math.sqrt(RATE)
@@ -144,223 +144,220 @@ DOUBTED = {
 }
 
 
-class Plausible(Folder):
-    def written(self, mistake):
-        columns = sensor(lsb=mistake.lsb, rate=mistake.rate)
-        for name, factor in mistake.factor.items():
-            columns[name] = columns[name] * factor
-        for name, more in mistake.add.items():
-            columns[name] = columns[name] + more
-        for name in mistake.whole:
-            columns[name] = np.round(columns[name])
-        path = self.work / "rec.csv"
-        names = [mistake.rename.get(name, name) for name in columns]
-        path.write_text(
-            "\n".join(
-                [
-                    ",".join(names),
-                    *(",".join(f"{value:.12g}" for value in row) for row in zip(*columns.values())),
-                ]
-            )
-            + "\n"
+def written(lab, mistake):
+    columns = sensor(lsb=mistake.lsb, rate=mistake.rate)
+    for name, factor in mistake.factor.items():
+        columns[name] = columns[name] * factor
+    for name, more in mistake.add.items():
+        columns[name] = columns[name] + more
+    for name in mistake.whole:
+        columns[name] = np.round(columns[name])
+    path = lab.work / "rec.csv"
+    names = [mistake.rename.get(name, name) for name in columns]
+    write_csv(path, dict(zip(names, columns.values())), "%.12g")
+    model = lab.file(
+        "m.toml",
+        MODEL.format(column=mistake.rename.get("gyro_z_dps", "gyro_z_dps"), n=0.3, b=0.001),
+    )
+    return path, model
+
+
+def asked(lab, command, path, model, *options):
+    done = run(command, path, "-m", model, *options, "--json")
+    assert done.returncode in (0, 1), done.stderr
+    return json.loads(done.stdout), done
+
+
+def assert_true(lab, path, model, *options, rate=RATE):
+    """The recording is as the sensor was: not doubted, its white noise and its rate as they
+    are.
+    """
+    found, done = asked(lab, "fit", path, model, *options)
+    assert "doubtful" not in done.stderr
+    assert [one for one in found["observations"] if one["kind"] == "implausible"] == []
+    assert found["adequate"], found["said"]
+    low, high = (
+        found["effects"][0]["parameters"]["coefficient_deg_per_sqrt_h"][end]
+        for end in ("low", "high")
+    )
+    truth = 60 * SIGMA / math.sqrt(rate)
+    assert 0.97 * low < truth < 1.03 * high, (low, truth, high)
+
+
+@pytest.mark.parametrize("name", UNDERSTOOD)
+def test_a_unit_that_the_name_says_is_understood(lab, name):
+    mistake = UNDERSTOOD[name]
+    assert_true(lab, *written(lab, mistake))
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_name_that_is_contradicted_is_refused(lab, name):
+    mistake = REFUSED[name]
+    path, _ = written(lab, mistake)
+    before = sorted(lab.work.iterdir())
+    done = run("import", path, "-o", lab.work / "out.csv", *mistake.options.split())
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1), done.stderr
+    assert mistake.said in done.stderr
+    assert sorted(lab.work.iterdir()) == before
+    scale = re.search(r"--scale (\S+),", done.stderr)[1]  # what it says to type
+    done = run(
+        "import",
+        path,
+        "-o",
+        lab.work / "out.csv",
+        *mistake.options.split(),
+        "--scale",
+        scale,
+    )
+    assert done.returncode == 0, done.stderr
+    (lab.work / "out.csv").unlink()
+
+
+@pytest.mark.parametrize("name", DOUBTED)
+def test_what_is_implausible_is_doubted_first_and_never_adequate(lab, name):
+    mistake = DOUBTED[name]
+    path, model = written(lab, mistake)
+    found, done = asked(lab, "fit", path, model, *mistake.options.split())
+    said = [one["detail"] for one in found["observations"] if one["kind"] == "implausible"]
+    assert any(mistake.said in one for one in said), said
+    assert (found["adequacy"], found["adequate"]) == ("no", False)
+    assert "The recording is implausible" in found["said"]
+    lines = done.stderr.splitlines()
+    doubt = next(place for place, line in enumerate(lines) if "doubtful" in line)
+    assert mistake.said in lines[doubt]
+    assert doubt < next(
+        place for place, line in enumerate(lines) if "spectrum" in line
+    )  # before anything is fitted
+    if mistake.cure is not None:
+        assert_true(lab, path, model, *mistake.cure.split(), rate=mistake.rate)
+
+
+@pytest.mark.parametrize("name", NOTED)
+def test_whole_stamps_that_may_be_milliseconds_get_a_note(lab, name):
+    mistake = NOTED[name]
+    path, model = written(lab, mistake)
+    found, done = asked(lab, "fit", path, model)
+    assert [one for one in found["observations"] if one["kind"] == "implausible"] == []
+    lines = done.stderr.splitlines()
+    note = next(
+        place
+        for place, line in enumerate(lines)
+        if "note: the time stamps are whole numbers" in line
+    )
+    assert mistake.said in lines[note]
+    assert note < next(
+        place for place, line in enumerate(lines) if "spectrum" in line
+    )  # before anything is fitted
+    assert "note: the time" not in run("fit", path, "-m", model, "--as-recorded").stderr
+    assert_true(lab, path, model, *mistake.cure.split(), rate=mistake.rate)
+
+
+@pytest.mark.slow
+def test_every_command_doubts_and_believes_who_confirms(lab):
+    path, model = written(lab, DOUBTED["us called seconds"])
+    for command in ("compare", "diagnose", "improve"):
+        found, done = asked(lab, command, path, model)
+        last = found.get("final", found)
+        assert (last["adequacy"], done.returncode) == ("no", 0 if command == "diagnose" else 1), (
+            command
         )
-        model = self.file(
-            "m.toml",
-            MODEL.format(column=mistake.rename.get("gyro_z_dps", "gyro_z_dps"), n=0.3, b=0.001),
-        )
-        return path, model
-
-    def asked(self, command, path, model, *options):
-        done = run(command, path, "-m", model, *options, "--json")
-        self.assertIn(done.returncode, (0, 1), done.stderr)
-        return json.loads(done.stdout), done
-
-    def assert_true(self, path, model, *options, rate=RATE):
-        """The recording is as the sensor was: not doubted, its white noise and its rate as they
-        are.
-        """
-        found, done = self.asked("fit", path, model, *options)
-        self.assertNotIn("doubtful", done.stderr)
-        self.assertEqual([one for one in found["observations"] if one["kind"] == "implausible"], [])
-        self.assertTrue(found["adequate"], found["said"])
-        low, high = (
-            found["effects"][0]["parameters"]["coefficient_deg_per_sqrt_h"][end]
-            for end in ("low", "high")
-        )
-        truth = 60 * SIGMA / math.sqrt(rate)
-        self.assertTrue(0.97 * low < truth < 1.03 * high, (low, truth, high))
-
-    def test_a_unit_that_the_name_says_is_understood(self):
-        for name, mistake in UNDERSTOOD.items():
-            with self.subTest(name):
-                self.assert_true(*self.written(mistake))
-
-    def test_a_name_that_is_contradicted_is_refused(self):
-        for name, mistake in REFUSED.items():
-            with self.subTest(name):
-                path, _ = self.written(mistake)
-                before = sorted(self.work.iterdir())
-                done = run("import", path, "-o", self.work / "out.csv", *mistake.options.split())
-                self.assertEqual(
-                    (done.returncode, done.stdout, len(done.stderr.splitlines())),
-                    (2, "", 1),
-                    done.stderr,
-                )
-                self.assertIn(mistake.said, done.stderr)
-                self.assertEqual(sorted(self.work.iterdir()), before)
-                scale = re.search(r"--scale (\S+),", done.stderr)[1]  # what it says to type
-                done = run(
-                    "import",
-                    path,
-                    "-o",
-                    self.work / "out.csv",
-                    *mistake.options.split(),
-                    "--scale",
-                    scale,
-                )
-                self.assertEqual(done.returncode, 0, done.stderr)
-                (self.work / "out.csv").unlink()
-
-    def test_what_is_implausible_is_doubted_first_and_never_adequate(self):
-        for name, mistake in DOUBTED.items():
-            with self.subTest(name):
-                path, model = self.written(mistake)
-                found, done = self.asked("fit", path, model, *mistake.options.split())
-                said = [
-                    one["detail"] for one in found["observations"] if one["kind"] == "implausible"
-                ]
-                self.assertTrue(any(mistake.said in one for one in said), said)
-                self.assertEqual((found["adequacy"], found["adequate"]), ("no", False))
-                self.assertIn("The recording is implausible", found["said"])
-                lines = done.stderr.splitlines()
-                doubt = next(place for place, line in enumerate(lines) if "doubtful" in line)
-                self.assertIn(mistake.said, lines[doubt])
-                self.assertLess(
-                    doubt, next(place for place, line in enumerate(lines) if "spectrum" in line)
-                )  # before anything is fitted
-                if mistake.cure is not None:
-                    self.assert_true(path, model, *mistake.cure.split(), rate=mistake.rate)
-
-    def test_whole_stamps_that_may_be_milliseconds_get_a_note(self):
-        for name, mistake in NOTED.items():
-            with self.subTest(name):
-                path, model = self.written(mistake)
-                found, done = self.asked("fit", path, model)
-                self.assertEqual(
-                    [one for one in found["observations"] if one["kind"] == "implausible"], []
-                )
-                lines = done.stderr.splitlines()
-                note = next(
-                    place
-                    for place, line in enumerate(lines)
-                    if "note: the time stamps are whole numbers" in line
-                )
-                self.assertIn(mistake.said, lines[note])
-                self.assertLess(
-                    note, next(place for place, line in enumerate(lines) if "spectrum" in line)
-                )  # before anything is fitted
-                self.assertNotIn(
-                    "note: the time", run("fit", path, "-m", model, "--as-recorded").stderr
-                )
-                self.assert_true(path, model, *mistake.cure.split(), rate=mistake.rate)
-
-    def test_every_command_doubts_and_believes_who_confirms(self):
-        path, model = self.written(DOUBTED["us called seconds"])
-        for command in ("compare", "diagnose", "improve"):
-            found, done = self.asked(command, path, model)
-            last = found.get("final", found)
-            self.assertEqual(
-                (last["adequacy"], done.returncode),
-                ("no", 0 if command == "diagnose" else 1),
-                command,
-            )
-            self.assertIn("implausible", [one["kind"] for one in found["observations"]])
-            if "verdict" in found:
-                self.assertEqual(found["verdict"], "unknown")
-            text = run(command, path, "-m", model).stdout
-            self.assertIn("The recording is implausible", text)
-            self.assertNotIn("that this tool does not know", text)
-        found, done = self.asked("fit", path, model, "--as-recorded")
-        self.assertEqual((found["adequate"], found["observations"]), (True, []))
-        self.assertNotIn("doubtful", done.stderr)
-        done = run("import", path, "-o", self.work / "out.csv")
-        self.assertIn("doubtful", done.stderr)
-        self.assertEqual(
-            run(
-                "fleet", path, "-m", model, "-o", self.work / "fleet", "--chance", "0", "--json"
-            ).returncode,
-            0,
-        )
-        (row,) = self.rows(self.work / "fleet")
-        self.assertEqual((row["adequacy"], row["verdict"]), ("no", "unknown"))
-
-    def rows(self, folder):
-        import pyarrow.parquet
-
-        return pyarrow.parquet.read_table(folder / "fleet.parquet").to_pylist()
-
-    def test_a_rate_that_was_given_is_doubted_too(self):
-        columns = sensor()
-        path = self.work / "rec.csv"
-        path.write_text(
-            "gyro_z_dps\n" + "\n".join(f"{value:.9g}" for value in columns["gyro_z_dps"]) + "\n"
-        )
-        model = self.file("m.toml", MODEL.format(column="gyro_z_dps", n=0.3, b=0.001))
-        self.assertEqual(self.asked("fit", path, model, "--rate", "0.01")[0]["adequacy"], "no")
-        self.assertTrue(self.asked("fit", path, model, "--rate", "100")[0]["adequate"])
-
-    def test_a_rate_far_too_high_is_doubted_before_the_record_is_found_too_short(self):
-        path, model = self.written(Mistake())
-        done = run("fit", path, "-m", model, "--unit", "time_s=us")
-        self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertIn(
-            "doubtful: implausible sample rate 1e+08 Hz (gyros: 0.02 Hz to 40 kHz). ", done.stderr
-        )
-
-    def test_a_channel_that_stands_still_is_refused(self):
-        columns = sensor()
-        path = self.work / "rec.csv"
-        path.write_text(
-            "time_s,gyro_z_dps\n" + "".join(f"{time:.2f},0.5\n" for time in columns["time_s"])
-        )
-        done = run(
-            "fit",
+        assert "implausible" in [one["kind"] for one in found["observations"]]
+        if "verdict" in found:
+            assert found["verdict"] == "unknown"
+        text = run(command, path, "-m", model).stdout
+        assert "The recording is implausible" in text
+        assert "that this tool does not know" not in text
+    found, done = asked(lab, "fit", path, model, "--as-recorded")
+    assert (found["adequate"], found["observations"]) == (True, [])
+    assert "doubtful" not in done.stderr
+    done = run("import", path, "-o", lab.work / "out.csv")
+    assert "doubtful" in done.stderr
+    assert (
+        run(
+            "fleet",
             path,
             "-m",
-            self.file("m.toml", MODEL.format(column="gyro_z_dps", n=0.3, b=0.001)),
-        )
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("hardly changes", done.stderr)
-
-    def test_sensors_as_there_are_are_not_doubted(self):
-        from davarlab.data import plausible
-
-        for rate in (0.02, 0.1, 0.5, 1.6, 10, 50, 100, 1000, 8000, 32000):
-            for arw in (1e-4, 0.003, 0.1, 0.3, 1.6, 15.0):
-                sigma = arw * math.sqrt(rate) / 60
-                for lsb in (
-                    0.0,
-                    *(one for one in (0.061, 0.00875, 1 / 131, 1 / 16.4, 1e-4) if one < 10 * sigma),
-                ):
-                    columns = sensor(rate=rate, sigma=sigma, lsb=lsb, count=2000)
-                    self.assertEqual(
-                        plausible.doubts(columns, rate, None, ["gyro_x_dps", "gyro_z_dps"]),
-                        [],
-                        (rate, arw, lsb),
-                    )
-
-    def test_the_bundled_recordings_are_not_doubted(self):
-        from davarlab.data import plausible, recording
-
-        found = [
-            path
-            for path in sorted((ROOT / "data").rglob("*.csv*"))
-            if "gyro" in path.read_bytes()[:2000].decode("latin-1") or path.suffix == ".gz"
-        ]
-        self.assertTrue(found)
-        for path in found:
-            self.assertEqual(plausible.of(recording.read(path)), [], path)
+            model,
+            "-o",
+            lab.work / "fleet",
+            "--chance",
+            "0",
+            "--workers",
+            "1",
+            "--json",
+        ).returncode
+        == 0
+    )
+    (row,) = rows(lab, lab.work / "fleet")
+    assert (row["adequacy"], row["verdict"]) == ("no", "unknown")
 
 
-if __name__ == "__main__":
-    unittest.main()
+def rows(lab, folder):
+    import pyarrow.parquet
+
+    return pyarrow.parquet.read_table(folder / "fleet.parquet").to_pylist()
+
+
+def test_a_rate_that_was_given_is_doubted_too(lab):
+    columns = sensor()
+    path = lab.work / "rec.csv"
+    path.write_text(
+        "gyro_z_dps\n" + "\n".join(f"{value:.9g}" for value in columns["gyro_z_dps"]) + "\n"
+    )
+    model = lab.file("m.toml", MODEL.format(column="gyro_z_dps", n=0.3, b=0.001))
+    assert asked(lab, "fit", path, model, "--rate", "0.01")[0]["adequacy"] == "no"
+    assert asked(lab, "fit", path, model, "--rate", "100")[0]["adequate"]
+
+
+def test_a_rate_far_too_high_is_doubted_before_the_record_is_found_too_short(lab):
+    path, model = written(lab, Mistake())
+    done = run("fit", path, "-m", model, "--unit", "time_s=us")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "doubtful: implausible sample rate 1e+08 Hz (gyros: 0.02 Hz to 40 kHz). " in done.stderr
+
+
+def test_a_channel_that_stands_still_is_refused(lab):
+    columns = sensor()
+    path = lab.work / "rec.csv"
+    path.write_text(
+        "time_s,gyro_z_dps\n" + "".join(f"{time:.2f},0.5\n" for time in columns["time_s"])
+    )
+    done = run(
+        "fit",
+        path,
+        "-m",
+        lab.file("m.toml", MODEL.format(column="gyro_z_dps", n=0.3, b=0.001)),
+    )
+    assert done.returncode == 2
+    assert "hardly changes" in done.stderr
+
+
+def test_sensors_as_there_are_are_not_doubted():
+    from davarlab.data import plausible
+
+    for rate in (0.02, 0.1, 0.5, 1.6, 10, 50, 100, 1000, 8000, 32000):
+        for arw in (1e-4, 0.003, 0.1, 0.3, 1.6, 15.0):
+            sigma = arw * math.sqrt(rate) / 60
+            for lsb in (
+                0.0,
+                *(one for one in (0.061, 0.00875, 1 / 131, 1 / 16.4, 1e-4) if one < 10 * sigma),
+            ):
+                columns = sensor(rate=rate, sigma=sigma, lsb=lsb, count=2000)
+                assert plausible.doubts(columns, rate, None, ["gyro_x_dps", "gyro_z_dps"]) == [], (
+                    rate,
+                    arw,
+                    lsb,
+                )
+
+
+def test_the_bundled_recordings_are_not_doubted():
+    from davarlab.data import plausible, recording
+
+    found = [
+        path
+        for path in sorted((ROOT / "data").rglob("*.csv*"))
+        if "gyro" in path.read_bytes()[:2000].decode("latin-1") or path.suffix == ".gz"
+    ]
+    assert found
+    for path in found:
+        assert plausible.of(recording.read(path)) == [], path

@@ -1,148 +1,86 @@
 """The workbench's server on requests of the wrong type, made from its own schema, and on sessions
-and paths of other people: 400, never 500, never a wait.
+and paths of other people: 400, never 500, never a wait. In this process; one test ends a server
+that computes.
 """
 
 import json
 import os
-import pty
 import re
 import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import typing
-import unittest
-import urllib.error
 import urllib.parse
 import urllib.request
-from pathlib import Path
 
 import numpy as np
-from asking import ROOT
+import pytest
+from asking import ROOT, run
+from davarlab.errors import BadInput
 from davarlab.workbench import schema
+from davarlab.workbench.steps import Steps
 from davarlab.workbench.visit import visit
+from lab_asgi import TOKEN, Page
 from websockets.sync.client import connect
 
-LIMIT_S = 300  # behind which a server hangs; a busy machine is no fault
-STATE = tempfile.TemporaryDirectory()  # of the tests, not the user's
-ENVIRONMENT = {
-    **os.environ,
-    "PYTHONPATH": str(ROOT / "tools/lab"),
-    "XDG_STATE_HOME": STATE.name,
-}
+LIMIT_S = 300  # after which a server hangs; a busy machine is no fault
 POSTED = (visit.ACTION, visit.CODE)
 QUERIES = {name for name, (kind, _) in visit.CALLS.items() if kind not in POSTED}
 WRONG = (
-    None,
-    True,
-    5,
-    -1,
-    1.5,
-    1e300,
-    10**30,
-    "",
-    "x",
-    "5",
-    "nan",
-    "\0",
-    "a" * 5000,
-    [],
-    [1],
-    [[]],
-    [["a", 2]],
-    {},
-    {"a": 1},
-    {"a": [1]},
-    [None],
-    [True],
+    *(None, True, 5, -1, 1.5, 1e300, 10**30, "", "x", "5", "nan", "\0", "a" * 5000),
+    *([], [1], [[]], [["a", 2]], {}, {"a": 1}, {"a": [1]}, [None], [True]),
 )
 RAW = (
-    b"",
-    b"[1]",
-    b"5",
-    b'"x"',
-    b"null",
-    b"{",
-    b"[" * 100_000,
-    b'{"a": 1}',
-    b'{"number": 1e999}',
-    b'{"number": NaN}',
-    b"{}{}",
-    b"\xff\xfe",
-    b'{"path": "\xff"}',
-    b'{"path": "\\ud800"}',
-    b'{"number": ' + b"9" * 5000 + b"}",
+    *(b"", b"[1]", b"5", b'"x"', b"null", b"{", b"[" * 100_000, b'{"a": 1}', b"{}{}"),
+    *(b'{"number": 1e999}', b'{"number": NaN}', b"\xff\xfe", b'{"path": "\xff"}'),
+    *(b'{"path": "\\ud800"}', b'{"number": ' + b"9" * 5000 + b"}"),
     b'{"path": "' + b"a" * (5 << 20) + b'"}',
 )
+SKIPPED = ("drop", "tutorial")
 
 
 def recording(path, seconds=60):
     rng = np.random.default_rng(3)
-    path.write_text(
-        "time_s,gyro_z_dps,temp_degC\n"
-        + "".join(
-            f"{i / 50:.2f},{rng.normal(0, 0.05):.5f},{20 + i / 1000}\n" for i in range(50 * seconds)
-        )
+    rows = (
+        f"{i / 50:.2f},{rng.normal(0, 0.05):.5f},{20 + i / 1000}\n" for i in range(50 * seconds)
     )
+    path.write_text("time_s,gyro_z_dps,temp_degC\n" + "".join(rows))
     return path
 
 
-class Bench:
-    """davarlab open in a folder, started by a person in a terminal, and requests of its page."""
+def opened(folder):
+    page = Page(folder)
+    page.visit.intake.open(str(folder / "rec.csv"))
+    return page
 
-    def __init__(self, folder, *arguments):
-        self.terminal, its = pty.openpty()
-        self.process = subprocess.Popen(
-            [sys.executable, "-B", "-m", "davarlab", "open", "--no-browser", *map(str, arguments)],
-            cwd=folder,
-            env=ENVIRONMENT,
-            text=True,
-            stdin=its,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        )
-        os.close(its)
-        place = urllib.parse.urlsplit(self.process.stdout.readline().strip())
-        self.origin, self.token = (
-            f"http://{place.netloc}",
-            urllib.parse.parse_qs(place.query)["token"][0],
-        )
 
-    def request(self, path, data=None):
-        """(status, the answer)."""
-        try:
-            with urllib.request.urlopen(
-                urllib.request.Request(
-                    self.origin + path,
-                    data,
-                    {"X-Davar-Token": self.token, "Origin": self.origin},
-                ),
-                timeout=LIMIT_S,
-            ) as answer:
-                return answer.status, answer.read()
-        except urllib.error.HTTPError as why:
-            with why:
-                return why.code, why.read()
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """The page of a recording that is open, for all tests."""
+    folder = tmp_path_factory.mktemp("bench")
+    recording(folder / "rec.csv")
+    made = opened(folder)
+    made.folder = folder
+    yield made
+    made.close()
 
-    def ask(self, what, fields):
-        if what in QUERIES:
-            return self.request(f"/api/{what}?{urllib.parse.urlencode(fields)}")
-        return self.request(f"/api/{what}", json.dumps(fields).encode())
 
-    def act(self, what, **fields):
-        """An action on what is shown now."""
-        return self.ask(what, {"state": json.loads(self.ask("all", {})[1])["state"], **fields})
+@pytest.fixture
+def own(tmp_path):
+    """A recording; a function that opens it as a new server would."""
+    recording(tmp_path / "rec.csv")
+    pages = []
 
-    def stop(self, number=signal.SIGINT):
-        if self.process.poll() is None:
-            self.process.send_signal(number)
-        said = self.process.communicate(timeout=LIMIT_S)[1]
-        if self.terminal is not None:
-            os.close(self.terminal)
-            self.terminal = None
-        return self.process.returncode, said
+    def start():
+        pages.append(opened(tmp_path))
+        return pages[-1]
+
+    start.session = tmp_path / "rec.csv.davarlab.json"
+    start.recording = tmp_path / "rec.csv"
+    yield start
+    for one in pages:
+        one.close()
 
 
 def accepts(field, value, query):
@@ -152,20 +90,11 @@ def accepts(field, value, query):
     kinds = typing.get_args(field.annotation) or (field.annotation,)
     if query:
         text = str(value)
-        return (
-            str in kinds
-            or float in kinds
-            and re.fullmatch(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", text)
-            or int in kinds
-            and text.isdigit()
-        )
-    return any(
-        kind is type(value)
-        or kind is type(None)
-        and value is None
-        or kind is float
-        and type(value) is int
-        for kind in kinds
+        number = re.fullmatch(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", text)
+        return str in kinds or float in kinds and number or int in kinds and text.isdigit()
+    none = type(None) in kinds and value is None
+    return none or any(
+        kind is type(value) or kind is float and type(value) is int for kind in kinds
     )
 
 
@@ -175,281 +104,195 @@ def plain(field):
     return set(kinds) <= {str, int, float, bool, type(None)}
 
 
-class Requests(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = Path(folder.name)
-        cls.bench = Bench(cls.folder, recording(cls.folder / "rec.csv"))
-        cls.addClassCleanup(cls.bench.stop)
+def test_every_request_of_the_server_has_a_schema(tmp_path):
+    assert set(schema.REQUESTS) == {*visit.Visit(tmp_path).calls, "drop"}
 
-    def check(self, status, answer, asked):
-        self.assertIn(status, (200, 400, 409), (asked, answer[:300]))
-        if status != 200:
-            self.assertNotIn("\n", json.loads(answer)["error"], asked)
 
-    def test_every_request_of_the_server_has_a_schema(self):
-        there = visit.Visit(self.folder)
-        self.assertEqual(
-            set(schema.REQUESTS),
-            set(there.calls) | {"drop"},
-        )
+def check(status, answer, asked):
+    assert status in (200, 400, 409), (asked, answer[:300])
+    if status != 200:
+        assert "\n" not in json.loads(answer)["error"], asked
 
-    def test_a_field_of_the_wrong_type_is_named(self):
-        refused = 0
-        for what, model in schema.REQUESTS.items():
-            if what in ("drop", "tutorial"):
+
+@pytest.mark.parametrize("what", [name for name in schema.REQUESTS if name not in SKIPPED])
+def test_a_field_of_the_wrong_type_is_named(page, what):
+    fields = schema.REQUESTS[what].model_fields
+    query = what in QUERIES
+    required = {
+        name: 0 if name in ("place", "number", "channel") else "x"
+        for name, one in fields.items()
+        if one.is_required()
+    }
+    for name, field in fields.items():
+        for value in WRONG:
+            text = isinstance(value, str)
+            if (
+                query
+                and not isinstance(value, (str, int, float))
+                or what in ("open", "listen")
+                and text
+            ):
                 continue
-            required = {
-                name: 0 if name in ("place", "number", "channel") else "x"
-                for name, one in model.model_fields.items()
-                if one.is_required()
-            }
-            for name, field in model.model_fields.items():
-                for value in WRONG:
-                    if (
-                        what in QUERIES
-                        and not isinstance(value, (str, int, float))
-                        or what in ("open", "listen")
-                        and isinstance(value, str)
-                    ):
-                        continue
-                    with self.subTest(what, field=name, value=str(value)[:30]):
-                        status, answer = self.bench.ask(what, {**required, name: value})
-                        self.check(status, answer, (what, name, value))
-                        if plain(field) and not accepts(field, value, what in QUERIES):
-                            self.assertEqual(status, 400)
-                            self.assertIn(f"{what}: ", json.loads(answer)["error"])
-                            refused += name in json.loads(answer)["error"]
-            status, answer = self.bench.ask(what, {**required, "unheard_of": 1})
-            self.assertEqual(
-                (status, "unheard_of" in json.loads(answer)["error"] or "x" in required.values()),
-                (400, True),
-                what,
-            )
-        self.assertGreater(refused, 100)
-        self.assertEqual(self.bench.ask("step", {})[0], 200)
-
-    def test_what_is_no_object_is_refused(self):
-        for what in schema.REQUESTS:
-            if what not in QUERIES and what not in ("drop", "tutorial"):
-                for text in RAW:
-                    with self.subTest(what, text=text[:20]):
-                        status, answer = self.bench.request(f"/api/{what}", text)
-                        self.check(status, answer, text[:20])
-                        self.assertEqual(status, 400)
-
-    def test_a_binary_message_of_a_tab_ends_nothing(self):
-        with connect(f"ws{self.bench.origin[4:]}/events?token={self.bench.token}") as tab:
-            tab.send(b"\0\1")
-            tab.send("text")
-            self.bench.act("go", number=0)
-            self.assertIn("changed", json.loads(tab.recv(timeout=LIMIT_S)))
-
-    def test_paths_that_are_no_files_are_refused_by_name(self):
-        os.mkfifo(self.folder / "fifo.csv")
-        (self.folder / "loop.csv").symlink_to("loop.csv")
-        with socket.socket(socket.AF_UNIX) as there:
-            there.bind(str(self.folder / "socket.csv"))
-            for path in (
-                "fifo.csv",
-                "loop.csv",
-                "socket.csv",
-                ".",
-                "/dev/zero",
-                "/proc/kmsg",
-                "nowhere.csv",
-                "a" * 3000,
-                "a/" * 2000,
-            ):
-                for what, fields in (
-                    ("open", {"path": path}),
-                    ("open", {"path": str(self.folder / "rec.csv"), "model": path}),
-                ):
-                    with self.subTest(what, path=path[:20]):
-                        status, answer = self.bench.ask(what, fields)
-                        self.assertEqual(
-                            (status, path in json.loads(answer)["error"]), (400, True), answer[:300]
-                        )
-        self.assertEqual(self.bench.ask("open", {"path": str(self.folder / "rec.csv")})[0], 200)
+            status, answer = page.call(what, {**required, name: value}, query)
+            check(status, answer, (what, name, value))
+            if plain(field) and not accepts(field, value, query):
+                assert status == 400, (name, value)
+                assert f"{what}: " in json.loads(answer)["error"]
+                others = ((fields[one], given) for one, given in required.items() if one != name)
+                if all(plain(one) and accepts(one, given, query) for one, given in others):
+                    assert name in json.loads(answer)["error"], value
+    status, answer = page.call(what, {**required, "unheard_of": 1}, query)
+    assert status == 400
+    assert "unheard_of" in json.loads(answer)["error"] or "x" in required.values()
+    assert page.call("step", {}, True)[0] == 200
 
 
-class Sessions(unittest.TestCase):
-    def setUp(self):
-        kept = tempfile.TemporaryDirectory()
-        self.addCleanup(kept.cleanup)
-        self.folder = Path(kept.name)
-        self.recording = recording(self.folder / "rec.csv")
-        self.session = self.folder / "rec.csv.davarlab.json"
+@pytest.mark.parametrize(
+    "what", [name for name in schema.REQUESTS if name not in {*QUERIES, *SKIPPED}]
+)
+def test_what_is_no_object_is_refused(page, what):
+    for text in RAW:
+        status, answer = page.request(f"/api/{what}", text)
+        check(status, answer, text[:20])
+        assert status == 400
 
-    def refused(self, *arguments):
-        done = subprocess.run(
-            [
-                sys.executable,
-                "-B",
-                "-m",
-                "davarlab",
-                "open",
-                "--no-browser",
-                self.recording,
-                *arguments,
-            ],
-            env=ENVIRONMENT,
-            text=True,
-            capture_output=True,
-            timeout=LIMIT_S,
-        )
-        self.assertEqual(
-            (done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), done.stderr
-        )
-        self.assertIn(self.session.name, done.stderr)
-        return done.stderr
 
-    def test_a_link_in_place_of_a_session_is_neither_read_nor_written_through(self):
-        target = self.folder / "target"
-        self.session.symlink_to(target)
-        self.assertIn("symbolic link", self.refused())
-        self.assertFalse(target.exists())
-        target.write_text("{}")
-        self.refused()
-        self.assertEqual(target.read_text(), "{}")
-        self.session.unlink()
-        self.session.symlink_to(self.session)
-        self.refused()
-        self.session.unlink()
-        os.mkfifo(self.session)
-        self.assertIn("FIFO", self.refused())
+def test_paths_that_are_no_files_are_refused_by_name(page, monkeypatch):
+    monkeypatch.chdir(page.folder)
+    os.mkfifo("fifo.csv")
+    os.symlink("loop.csv", "loop.csv")
+    with socket.socket(socket.AF_UNIX) as there:
+        there.bind("socket.csv")
+        for path in (
+            *("fifo.csv", "loop.csv", "socket.csv", ".", "/dev/zero", "/proc/kmsg", "nowhere.csv"),
+            *("a" * 3000, "a/" * 2000),
+        ):
+            for fields in ({"path": path}, {"path": "rec.csv", "model": path}):
+                status, answer = page.call("open", fields)
+                assert status == 400, answer[:300]
+                assert path in json.loads(answer)["error"]
+    assert page.call("open", {"path": "rec.csv"})[0] == 200
 
-    def test_a_link_that_comes_later_is_not_written_through(self):
-        bench, target = Bench(self.folder, self.recording), self.folder / "target"
-        self.addCleanup(bench.stop)
-        kept = self.session.read_bytes()
-        self.session.unlink()
-        self.session.symlink_to(target)
-        status, answer = bench.act("refit")
-        self.assertEqual((status, "symbolic link" in json.loads(answer)["error"]), (400, True))
-        target.write_bytes(kept)
-        self.assertEqual(bench.act("refit")[0], 400)
-        self.assertEqual(target.read_bytes(), kept)
 
-    def test_every_field_of_a_session_that_is_of_another_type_is_refused(self):
-        bench = Bench(self.folder, self.recording)
-        bench.act("remove", place=1, kind="bias_instability")
-        self.assertEqual(bench.stop()[0], 0)
-        whole = json.loads(self.session.read_text())
-        whole["log"] = {"columns": [], "rate_hz": None, "sensor": None}
+def refused(own):
+    done = run("open", "--no-browser", own.recording)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+    assert own.session.name in done.stderr
+    return done.stderr
 
-        def places(value, way=()):
-            for key, inside in (
-                value.items()
-                if isinstance(value, dict)
-                else enumerate(value)
-                if isinstance(value, list)
-                else ()
-            ):
-                yield (*way, key)
-                yield from places(inside, (*way, key))
 
-        def with_value(way, value):
-            made = json.loads(json.dumps(whole))
-            inside = made
-            for key in way[:-1]:
-                inside = inside[key]
-            inside[way[-1]] = value
-            return made
+def test_a_link_in_place_of_a_session_is_neither_read_nor_written_through(own):
+    target = own.session.with_name("target")
+    own.session.symlink_to(target)
+    assert "symbolic link" in refused(own)
+    assert not target.exists()
+    target.write_text("{}")
+    refused(own)
+    assert target.read_text() == "{}"
+    own.session.unlink()
+    own.session.symlink_to(own.session)
+    refused(own)
+    own.session.unlink()
+    os.mkfifo(own.session)
+    assert "FIFO" in refused(own)
 
-        from davarlab.errors import BadInput
-        from davarlab.workbench.steps import Steps
 
-        tried = 0
-        for way in places(whole):
-            for value in (5, -1, "", "<b>x</b>", [[]], {"a": [1]}, True):
-                made = with_value(way, value)
-                self.session.write_text(json.dumps(made))
-                try:
-                    found = Steps.beside(self.recording)
-                except BadInput as why:
-                    self.assertIn(self.session.name, str(why))
-                    tried += 1
-                    continue
-                self.assertFalse([one.did for one in found.steps if "<" in one.did], (way, value))
-        self.assertGreater(tried, 100)
-        self.session.write_text(
-            json.dumps(
-                with_value(
-                    ("trees", whole["sight"], "steps", 0, "did"),
-                    '<a href="https://example.invalid/">x</a>',
-                )
-            )
-        )
-        self.assertIn("did", self.refused())
+def test_a_link_that_comes_later_is_not_written_through(own):
+    page, target = own(), own.session.with_name("target")
+    kept = own.session.read_bytes()
+    own.session.unlink()
+    own.session.symlink_to(target)
+    status, answer = page.act("refit")
+    assert (status, "symbolic link" in json.loads(answer)["error"]) == (400, True)
+    target.write_bytes(kept)
+    assert page.act("refit")[0] == 400
+    assert target.read_bytes() == kept
 
-    def test_a_held_out_recording_of_a_session_that_is_no_file_is_left(self):
-        Bench(self.folder, self.recording).stop()
-        whole = json.loads(self.session.read_text())
-        os.mkfifo(self.folder / "fifo.csv")
-        for path in ("/proc/kmsg", "/dev/zero", str(self.folder / "fifo.csv"), "nowhere"):
-            self.session.write_text(json.dumps({**whole, "held_out": path}))
-            bench = Bench(self.folder, self.recording)
+
+def places(value, way=()):
+    """The way to every entry of a session."""
+    inside = value.items() if isinstance(value, dict) else ()
+    for key, one in enumerate(value) if isinstance(value, list) else inside:
+        yield (*way, key)
+        yield from places(one, (*way, key))
+
+
+def with_value(whole, way, value):
+    made = inside = json.loads(json.dumps(whole))
+    for key in way[:-1]:
+        inside = inside[key]
+    inside[way[-1]] = value
+    return json.dumps(made)
+
+
+def test_every_field_of_a_session_that_is_of_another_type_is_refused(own):
+    own().act("remove", place=1, kind="bias_instability")
+    whole = json.loads(own.session.read_text())
+    whole["log"] = {"columns": [], "rate_hz": None, "sensor": None}
+    tried = 0
+    for way in places(whole):
+        for value in (5, -1, "", "<b>x</b>", [[]], {"a": [1]}, True):
+            own.session.write_text(with_value(whole, way, value))
             try:
-                there = json.loads(bench.ask("all", {})[1])
-                self.assertEqual((there["held_out"], path in there["not_held"]), (None, True))
-            finally:
-                bench.stop()
+                found = Steps.beside(own.recording)
+            except BadInput as why:
+                assert own.session.name in str(why)
+                tried += 1
+                continue
+            assert not [one.did for one in found.steps if "<" in one.did], (way, value)
+    assert tried > 100
+    way = ("trees", whole["sight"], "steps", 0, "did")
+    own.session.write_text(with_value(whole, way, '<a href="https://example.invalid/">x</a>'))
+    assert "did" in refused(own)
 
 
-class Interrupted(unittest.TestCase):
-    def test_ctrl_c_ends_it_while_it_computes(self):
-        """600 effects take minutes to fit."""
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            model = folder / "model.toml"
-            lines = "".join(
-                (
-                    f'[[effect]]\nkind = "sinusoid"\nfrequency_hz = {0.5 + k * 0.04:.4f}\n'
-                    "amplitude_dps = 0.001\n"
-                )
-                for k in range(600)
-            )
-            model.write_text(
-                (
-                    '[sensor]\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
-                    "coefficient_deg_per_sqrt_h = 0.3\n"
-                )
-                + lines
-            )
-            bench = Bench(folder, recording(folder / "rec.csv", 600))
-            events = connect(f"ws{bench.origin[4:]}/events?token={bench.token}")
-            with events:
-                pending = subprocess.Popen(
-                    [
-                        sys.executable,
-                        "-c",
-                        "import sys, urllib.request as u; u.urlopen(u.Request(sys.argv[1], "
-                        "sys.argv[2].encode(), "
-                        "{'X-Davar-Token': sys.argv[3]}))",
-                        f"{bench.origin}/api/open",
-                        json.dumps({"path": str(folder / "rec.csv"), "model": str(model)}),
-                        bench.token,
-                    ],
-                    stderr=subprocess.DEVNULL,
-                )
-                self.addCleanup(pending.wait)
-                self.assertIn("progress", json.loads(events.recv(timeout=LIMIT_S)))  # it has begun
-                self.assertIsNone(pending.poll())
-            status, said = bench.stop()
-            self.assertEqual(
-                (
-                    status,
-                    [line for line in said.splitlines() if "the workbench is open" not in line],
-                ),
-                (0, []),
-            )
-            self.assertEqual(
-                [path.name for path in folder.iterdir() if path.name.endswith(".partial")], []
-            )
+def test_a_held_out_recording_of_a_session_that_is_no_file_is_left(own):
+    own()
+    whole = json.loads(own.session.read_text())
+    fifo = own.session.with_name("fifo.csv")
+    os.mkfifo(fifo)
+    for path in ("/proc/kmsg", "/dev/zero", str(fifo), "nowhere"):
+        own.session.write_text(json.dumps({**whole, "held_out": path}))
+        there = json.loads(own().request("/api/all")[1])
+        assert (there["held_out"], path in there["not_held"]) == (None, True)
 
 
-if __name__ == "__main__":
-    unittest.main()
+@pytest.mark.slow
+def test_ctrl_c_ends_it_while_it_computes(tmp_path):
+    """600 effects take minutes to fit. A server of its own, as a person starts it."""
+    model, made = tmp_path / "model.toml", recording(tmp_path / "rec.csv", 600)
+    line = '[[effect]]\nkind = "sinusoid"\nfrequency_hz = {:.4f}\namplitude_dps = 0.001\n'
+    model.write_text(
+        '[sensor]\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
+        "coefficient_deg_per_sqrt_h = 0.3\n"
+        + "".join(line.format(0.5 + k / 25) for k in range(600))
+    )
+    environment = {"PYTHONPATH": str(ROOT / "tools/lab"), "XDG_STATE_HOME": str(tmp_path / "state")}
+    server = subprocess.Popen(
+        [sys.executable, "-B", "-m", "davarlab", "open", "--no-browser", str(made)],
+        cwd=tmp_path,
+        env={**os.environ, **environment},
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    place = urllib.parse.urlsplit(server.stdout.readline().strip())
+    token = urllib.parse.parse_qs(place.query)["token"][0]
+    assert len(token) == len(TOKEN)
+    code = (
+        "import sys, urllib.request as u; u.urlopen(u.Request(sys.argv[1], sys.argv[2].encode(), "
+        "{'X-Davar-Token': sys.argv[3]}))"
+    )
+    asked = json.dumps({"path": str(made), "model": str(model)})
+    words = [sys.executable, "-c", code, f"http://{place.netloc}/api/open", asked, token]
+    with connect(f"ws://{place.netloc}/events?token={token}") as events:
+        pending = subprocess.Popen(words, stderr=subprocess.DEVNULL)
+        assert "progress" in json.loads(events.recv(timeout=LIMIT_S))  # it has begun
+        assert pending.poll() is None
+    server.send_signal(signal.SIGINT)
+    said = server.communicate(timeout=LIMIT_S)[1]
+    pending.wait()
+    told = [line for line in said.splitlines() if "the workbench is open" not in line]
+    assert (server.returncode, told) == (0, [])
+    assert not list(tmp_path.glob("*.partial"))

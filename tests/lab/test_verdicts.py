@@ -5,18 +5,19 @@ is about an effect that is not there. States are generated; a few are reached by
 import functools
 import json
 import re
-import unittest
+from dataclasses import replace
 from types import SimpleNamespace as Made
 
 import asking
 import numpy as np
+import pytest
 from davarlab import model as models
 from davarlab.candidates.candidate import Candidate
 from davarlab.candidates.identifiable import undecided
 from davarlab.data import plausible
 from davarlab.data import recording as recordings
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import improve, judge, unexplained
+from davarlab.diagnosis import evidence, improve, judge, unexplained
 from davarlab.diagnosis.cells import Cell
 from davarlab.diagnosis.compare import Comparison
 from davarlab.effects import table
@@ -27,7 +28,6 @@ from davarlab.report import terminal, values, verdict, words
 from davarlab.workbench import views
 from davarlab.workbench.desk import Desk
 from davarlab.workbench.steps import Sight
-from test_lab import Folder
 
 GIVEN = ["angle_random_walk", "bias_instability"]
 RATE, SPAN_S = 50.0, 7200.0
@@ -183,130 +183,243 @@ def texts(seed):
 SEEDS = range(400)
 
 
-class Generated(unittest.TestCase):
-    def test_every_answer_is_generated(self):
-        answers = [verdict.answer(generated(seed)) for seed in SEEDS]
-        for one in ("fits", "values", "effects", "unknown", "implausible", "spoiled", "untestable"):
-            self.assertGreater(answers.count(one), 5, one)
+def test_every_answer_is_generated():
+    answers = [verdict.answer(generated(seed)) for seed in SEEDS]
+    for one in ("fits", "values", "effects", "unknown", "implausible", "spoiled", "untestable"):
+        assert answers.count(one) > 5, one
 
-    def test_a_model_that_fails_is_never_said_to_lack_nothing(self):
-        for seed in SEEDS:
-            found = generated(seed)
-            given, last = found.comparison.judgement, found.judgement
-            said = texts(seed)
-            for where, text in said.items():
-                if where == "workbench":  # only the fitted model is shown there
-                    fails = not last.adequate
-                else:
-                    fails = not (given.adequate or found.added) or not last.adequate
-                if fails or verdict.held_out_fails(found) and where != "workbench":
-                    self.assertNotRegex(text, NONE_MISSING, (seed, where))
-            if not last.adequate:
-                self.assertNotIn("nothing", said["table"], seed)
-                self.assertNotIn("The model fits", said["page"], seed)
 
-    def test_something_unknown_comes_with_its_place_and_a_next_step(self):
-        for seed in SEEDS:
-            found = generated(seed)
-            unknown = not found.judgement.adequate and found.judgement.testable
-            self.assertEqual(verdict.answer(found) == "unknown", unknown, seed)
-            self.assertEqual(found.unexplained is not None, unknown, seed)
-            said = texts(seed)
-            for where in ("terminal", "page", "json", "workbench"):
-                self.assertEqual(verdict.UNKNOWN in said[where], unknown, (seed, where))
-                if unknown:
-                    self.assertRegex(said[where], PLACE, (seed, where))
+def test_a_model_that_fails_is_never_said_to_lack_nothing():
+    for seed in SEEDS:
+        found = generated(seed)
+        given, last = found.comparison.judgement, found.judgement
+        said = texts(seed)
+        for where, text in said.items():
+            if where == "workbench":  # only the fitted model is shown there
+                fails = not last.adequate
+            else:
+                fails = not (given.adequate or found.added) or not last.adequate
+            if fails or verdict.held_out_fails(found) and where != "workbench":
+                assert not re.search(NONE_MISSING, text), (seed, where)
+        if not last.adequate:
+            assert "nothing" not in said["table"], seed
+            assert "The model fits" not in said["page"], seed
+
+
+def test_something_unknown_comes_with_its_place_and_a_next_step():
+    for seed in SEEDS:
+        found = generated(seed)
+        unknown = not found.judgement.adequate and found.judgement.testable
+        assert (verdict.answer(found) == "unknown") == unknown, seed
+        assert (found.unexplained is not None) == unknown, seed
+        said = texts(seed)
+        for where in ("terminal", "page", "json", "workbench"):
+            assert (verdict.UNKNOWN in said[where]) == unknown, (seed, where)
             if unknown:
-                self.assertTrue(said["json, next"].strip(), seed)
-                for one in said["json, next"].splitlines():
-                    self.assertIn(one, said["terminal"], seed)
-                    self.assertIn(one, words.in_ascii(said["page, next"]), seed)
-                    self.assertIn(one, words.in_ascii(said["workbench"]), seed)
-                    self.assertRegex(one, r"^[A-Z].*\.$")
-
-    def test_every_kind_that_was_tried_is_excluded_with_its_evidence(self):
-        for seed in SEEDS:
-            found = generated(seed)
-            if not found.unexplained:
-                continue
-            tried = {one.kind for one in found.diagnosis.remaining}
-            tried |= set(found.diagnosis.doubtful) | {p.kind for p in found.diagnosis.useless}
-            tried |= set(found.diagnosis.added[len(found.added) :])
-            rows = values.plain(values.unexplained(found.unexplained))["excluded"]
-            self.assertEqual(sorted(row["kind"] for row in rows), sorted(tried), seed)
-            for row in rows:
-                self.assertEqual(
-                    row["p_value"] is not None, row["evidence"] in ("chance", "untried")
-                )
-                self.assertEqual(bool(row["why"]), row["evidence"] == "doubtful")
-            absent = found.unexplained.untested
-            self.assertFalse(set(absent) & set(found.model.kinds), seed)
-
-    def test_no_sentence_is_about_an_effect_that_is_absent(self):
-        for seed in SEEDS:
-            found = generated(seed)
-            said = texts(seed)["terminal"]
-            for one in found.diagnosis.alternatives:
-                there = one.named in found.added and one.kind not in found.added
-                self.assertTrue(there or one.confirm not in said, seed)
-            for kind in set(KINDS) - set(found.added):
-                self.assertNotIn(f"Confirm {words.name(kind)}:", said, seed)
-
-    def test_how_far_is_said_of_every_model_that_is_not_perfect(self):
-        for seed in SEEDS:
-            found = generated(seed).judgement
-            if found.testable and not found.adequate:
-                self.assertRegex(verdict.adequacy(found), PLACE, seed)
-                self.assertRegex(verdict.adequacy(found), r"factor of|times|% (above|below)", seed)
+                assert re.search(PLACE, said[where]), (seed, where)
+        if unknown:
+            assert said["json, next"].strip(), seed
+            for one in said["json, next"].splitlines():
+                assert one in said["terminal"], seed
+                assert one in words.in_ascii(said["page, next"]), seed
+                assert one in words.in_ascii(said["workbench"]), seed
+                assert re.search(r"^[A-Z].*\.$", one)
 
 
-class Searched(Folder):
-    """What commands and page really say of a recording that no effect describes: the level of its
-    noise changes forty times."""
-
-    def test_everywhere(self):
-        rng = np.random.default_rng(11)
-        level = np.repeat(rng.choice([1.0, 4.0], 40), 500)
-        time = np.arange(len(level)) / RATE
-        path = self.work / "rec.csv"
-        rows = zip(time, 0.02 * level * rng.normal(size=len(level)))
-        path.write_text("time_s,gyro_z_dps\n" + "".join(f"{t:.2f},{y:.9f}\n" for t, y in rows))
-        start, better, page = (self.work / name for name in ("a.toml", "b.toml", "page.html"))
-        asking.run("fit", path, "-o", start)
-        self.assertIn("# The model does not fit.", start.read_text())
-        done = asking.run("improve", path, "-m", start, "-o", better, "--report", page)
-        self.assertEqual(done.returncode, 1, done.stderr)
-        table_of_axes = asking.run("diagnose", path, "-m", start, "--axes", "gyro")
-        plain = json.loads(asking.run("diagnose", path, "-m", start, "--json").stdout)
-        self.assertEqual((plain["answer"], plain["verdict"]), ("unknown", "unknown"))
-        self.assertTrue(plain["unknown"]["next"] and plain["unknown"]["excluded"])
-        observed = {one["kind"]: one for one in plain["observations"]}["unknown"]
-        where = plain["unknown"]["where"]
-        self.assertEqual(observed["stretches"], [[where["start_s"], where["stop_s"]]])
-        self.assertIn(plain["unknown"]["next"][0], observed["detail"])
-        comments = " ".join(line[2:] for line in better.read_text().splitlines() if line[:1] == "#")
-        shown = page.read_text()
-        for text in (done.stdout, comments, shown, table_of_axes.stdout, plain["answer_said"]):
-            self.assertIn(verdict.UNKNOWN, text)
-            self.assertRegex(text, PLACE)
-            self.assertNotRegex(text, NONE_MISSING)
-        for text in (done.stdout, comments, shown, table_of_axes.stdout):
-            self.assertIn(plain["unknown"]["next"][0], text)
-        again = asking.run("compare", path, "-m", better, "--json")
-        self.assertEqual(again.returncode, 1)  # comments do no harm
-
-        desk = Desk(recordings.read(path), Sight("gyro_z_dps"))
-        first = models.first(desk.recording.rate_hz, desk.column)
-        for text in (models.text_of(first), better.read_text()):
-            outcome = desk.of(text, True)
-            ranked = desk.ranked(text, lambda said: None)
-            found = views.ranking(outcome, desk.recording, ranked)
-            said = "\n".join(found["nothing"])
-            self.assertNotRegex(said, NONE_MISSING)
-            significant = any(one["beyond_chance"] for one in views.candidates(ranked))
-            self.assertEqual(found["unknown"] is None, significant)
-            self.assertEqual(verdict.UNKNOWN in said, not significant)
+def test_every_kind_that_was_tried_is_excluded_with_its_evidence():
+    for seed in SEEDS:
+        found = generated(seed)
+        if not found.unexplained:
+            continue
+        tried = {one.kind for one in found.diagnosis.remaining}
+        tried |= set(found.diagnosis.doubtful) | {p.kind for p in found.diagnosis.useless}
+        tried |= set(found.diagnosis.added[len(found.added) :])
+        rows = values.plain(values.unexplained(found.unexplained))["excluded"]
+        assert sorted(row["kind"] for row in rows) == sorted(tried), seed
+        for row in rows:
+            assert (row["p_value"] is not None) == (row["evidence"] in ("chance", "untried"))
+            assert bool(row["why"]) == (row["evidence"] == "doubtful")
+        absent = found.unexplained.untested
+        assert not set(absent) & set(found.model.kinds), seed
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_no_sentence_is_about_an_effect_that_is_absent():
+    for seed in SEEDS:
+        found = generated(seed)
+        said = texts(seed)["terminal"]
+        for one in found.diagnosis.alternatives:
+            there = one.named in found.added and one.kind not in found.added
+            assert there or one.confirm not in said, seed
+        for kind in set(KINDS) - set(found.added):
+            assert f"Confirm {words.name(kind)}:" not in said, seed
+
+
+def test_how_far_is_said_of_every_model_that_is_not_perfect():
+    for seed in SEEDS:
+        found = generated(seed).judgement
+        if found.testable and not found.adequate:
+            assert re.search(PLACE, verdict.adequacy(found)), seed
+            assert re.search(r"factor of|times|% (above|below)", verdict.adequacy(found)), seed
+
+
+# What commands and page really say of a recording that no effect describes: the level of its
+# noise changes forty times.
+
+
+def test_everywhere(lab):
+    rng = np.random.default_rng(11)
+    level = np.repeat(rng.choice([1.0, 4.0], 40), 500)
+    time = np.arange(len(level)) / RATE
+    path = lab.work / "rec.csv"
+    rows = zip(time, 0.02 * level * rng.normal(size=len(level)))
+    path.write_text("time_s,gyro_z_dps\n" + "".join(f"{t:.2f},{y:.9f}\n" for t, y in rows))
+    start, better, page = (lab.work / name for name in ("a.toml", "b.toml", "page.html"))
+    asking.run("fit", path, "-o", start)
+    assert "# The model does not fit." in start.read_text()
+    done = asking.run("improve", path, "-m", start, "-o", better, "--report", page)
+    assert done.returncode == 1, done.stderr
+    table_of_axes = asking.run("diagnose", path, "-m", start, "--axes", "gyro")
+    plain = json.loads(asking.run("diagnose", path, "-m", start, "--json").stdout)
+    assert (plain["answer"], plain["verdict"]) == ("unknown", "unknown")
+    assert plain["unknown"]["next"] and plain["unknown"]["excluded"]
+    observed = {one["kind"]: one for one in plain["observations"]}["unknown"]
+    where = plain["unknown"]["where"]
+    assert observed["stretches"] == [[where["start_s"], where["stop_s"]]]
+    assert plain["unknown"]["next"][0] in observed["detail"]
+    comments = " ".join(line[2:] for line in better.read_text().splitlines() if line[:1] == "#")
+    shown = page.read_text()
+    for text in (done.stdout, comments, shown, table_of_axes.stdout, plain["answer_said"]):
+        assert verdict.UNKNOWN in text
+        assert re.search(PLACE, text)
+        assert not re.search(NONE_MISSING, text)
+    for text in (done.stdout, comments, shown, table_of_axes.stdout):
+        assert plain["unknown"]["next"][0] in text
+    again = asking.run("compare", path, "-m", better, "--json")
+    assert again.returncode == 1  # comments do no harm
+
+    desk = Desk(recordings.read(path), Sight("gyro_z_dps"))
+    first = models.first(desk.recording.rate_hz, desk.column)
+    for text in (models.text_of(first), better.read_text()):
+        outcome = desk.of(text, True)
+        ranked = desk.ranked(text, lambda said: None)
+        found = views.ranking(outcome, desk.recording, ranked)
+        said = "\n".join(found["nothing"])
+        assert not re.search(NONE_MISSING, said)
+        significant = any(one["beyond_chance"] for one in views.candidates(ranked))
+        assert (found["unknown"] is None) == significant
+        assert (verdict.UNKNOWN in said) == (not significant)
+
+
+OFF = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 7200.0}
+
+
+def test_the_judge_has_one_sentence_for_each_word():
+    off = {**OFF, "stop_s": 600.0}
+    below = {**off, "percent": -50.0, "ratio": 0.4, "tau_s": 7200.0}
+    for word, largest, sentence in (
+        ("statistical", None, "The model fits: no check rejects it (p = 0.20)."),
+        ("practical", None, "The model fits: no deviation is proven (99 % confidence). "),
+        (
+            "practical",
+            {**off, "percent": -3.0, "ratio": 0.94},
+            "no deviation above 5 % is proven. The largest proven one is at 2 s, from 0 to "
+            "600 s of the recording: 6 % below the model (at least 3 % with 99 % confidence).",
+        ),
+        (
+            "no",
+            off,
+            "The model does not fit. At 2 s, from 0 to 600 s of the recording, its "
+            "Allan deviation is too low by a factor of 1.5 (at least 1.12 with 99 % "
+            "confidence).",
+        ),
+        (
+            "no",
+            below,
+            "At 7200 s (2 h), from 0 to 600 s of the recording, its Allan deviation is too high",
+        ),
+        ("no", below, "by a factor of 2.5 (at least 2 with 99 % confidence)"),
+        ("no", None, "4.33 times that of a true model"),
+    ):
+        assert sentence in verdict.adequacy(judge.Judgement(word, 0.13, 0.03, 0.2, largest, 1.0))
+
+
+def test_gains_and_odds_are_written_as_they_are_meant():
+    def said(gain, log_p):
+        return evidence.why(Candidate("warm_up", Part("warm_up"), gain, log_p), None)
+
+    for gain in (-604.1, -0.04):
+        assert said(gain, 0.0).startswith("no likelihood gain. ")
+    assert "(p < 1e-300)" in said(4000.0, -4000.0)
+    assert "(p = 1e-10)" in said(25.0, -10 * np.log(10))
+    assert "%" not in said(25.0, -20.0)
+
+
+def test_an_interval_shows_its_ends():
+    assert terminal.interval(Estimate(0.35, 0.3499996, 0.3500004)) == "95 %: 0.3499996 .. 0.3500004"
+    assert (terminal.p_text(0.0), terminal.p_text(0.25)) == ("< 1e-12", "= 0.25")
+
+
+def test_the_misfit_names_the_farthest():
+    there = [
+        Cell(tau_s, 0.0, SPAN_S, 0.01 * ratio, 0.01, ratio, z, 10.0)
+        for tau_s, ratio, z in ((0.08, 1.01, 3.5), (1.28, 1.2, 26.0), (655.0, 3.8, 10.3))
+    ]
+    said = verdict.misfit(Made(where=there[1:], duration_s=SPAN_S))
+    assert (
+        "deviates from the model between 1.28 and 655 s (11 min). "
+        "The largest deviation is at 655 s (11 min): 3.8 times the model, +10"
+    ) in said
+
+
+def test_a_candidate_is_credited_with_what_it_takes_from_the_refit():
+    def base(error):
+        return improve.Step(None, [], error, 0.03, None, 0.2)
+
+    assert evidence.share(float("nan"), base(0.13)) is None
+    assert evidence.share(0.02, base(0.031)) is None
+    assert [evidence.share(after, base(0.13)) for after in (0.13, 0.08)] == pytest.approx([0, 50])
+
+
+def held(found, errors, outside=None):
+    """The same with other errors of its steps, and of the last one on the held-out recording."""
+    steps = [
+        replace(
+            one, error=error, error_floor=0.03, error_held_out=outside, error_floor_held_out=0.03
+        )
+        for one, error in zip(found.steps[:1] + found.steps[-1:], errors)
+    ]
+    return replace(found, steps=steps, refitted=None)
+
+
+@pytest.mark.parametrize("after, helps", [(0.1786, False), (0.05, True)])
+def test_what_makes_the_error_worse_does_not_help(after, helps):
+    some = [one for one in map(generated, SEEDS) if len(one.added) == 1]
+    some = [one for one in some if verdict.answer(one) == "unknown"]
+    assert len(some) > 5
+    for one in some:
+        said = terminal.verdict(held(one, (0.1382, after)))
+        assert ("lowers the error" in said) == helps, said
+        assert ("does not help" in said) == (not helps), said
+        assert (f"Confirm {words.name(one.added[0])}" in said) == helps, said
+
+
+@pytest.mark.parametrize("outside, word", [(0.2, "does not fit"), (0.033, "also fits")])
+def test_a_held_out_recording_that_is_not_explained_is_said(outside, word):
+    some = [one for one in map(generated, SEEDS) if not one.added]
+    for one in [one for one in some if verdict.answer(one) == "fits"]:
+        found = held(one, (0.03,), outside)
+        assert f"{word} the held-out recording" in terminal.verdict(found)
+        assert verdict.of_improvement(found)[0] == ("good" if outside < 0.1 else "missing")
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_a_column_that_does_not_move_is_named(moving):
+    columns = {"gyro_z_dps": 0.4 + 0.035 * np.random.default_rng(3).normal(size=50000)}
+    columns["temp_degC"] = 25 + moving * np.arange(50000) / 5e4
+    notes = evidence.notes(Recording(columns, RATE), Model(RATE, "gyro_z_dps", []))
+    assert any("temp_degC is constant: temperature, " in note for note in notes) != moving
+
+
+def test_a_terminal_of_any_encoding_can_show_it():
+    said = words.in_ascii(f"{words.number(-1.5e-7)} {words.chance(0.0)}, 95\u00a0%")
+    assert said == "-1.50e-7 below 1e-12, 95 %"

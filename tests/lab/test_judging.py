@@ -1,0 +1,285 @@
+"""The tests of adequacy and the cells of Allan deviations against their exact laws."""
+
+from types import SimpleNamespace
+
+import lab_bench
+import numpy as np
+import pytest
+from davarlab.candidates import candidate
+from davarlab.diagnosis import cells, judge, search
+from davarlab.diagnosis import improve as improving
+from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis.cells import Cell
+from davarlab.inference import adequacy, allan
+from davarlab.inference.parts import Part
+from davarlab.thresholds import CHANCE, JUDGE, SEARCH
+from scipy import stats
+
+
+def cell(ratio=1.0, freedom=100.0, tau_s=1.0, start_s=0.0, stop_s=100.0):
+    z = float(adequacy.normal_score(np.array(ratio**2), freedom))
+    return Cell(tau_s, start_s, stop_s, 0.01 * ratio, 0.01, ratio, z, freedom)
+
+
+@pytest.mark.parametrize("freedom", [10, 40, 400])
+def test_a_normal_score_has_the_chance_of_its_chi_square(freedom):
+    for p in (1e-4, 0.02, 0.3, 0.5, 0.8, 0.99, 1 - 1e-4):
+        z = adequacy.normal_score(stats.chi2.ppf(p, freedom) / freedom, freedom)
+        assert z == pytest.approx(stats.norm.ppf(p), abs=2 / freedom)
+
+
+def test_p_values_of_white_ordinates_are_evenly_spread():
+    """And the whole one is at most what three independent tests give."""
+    found = {}
+    rng = np.random.default_rng(1)
+    for _ in range(250):
+        c = rng.standard_normal(12_000)
+        told = adequacy.judge(c, 0)
+        least = min(told.tests.values())
+        assert told.p_value == pytest.approx(1 - (1 - least) ** 3)
+        for name, p in told.tests.items():
+            found.setdefault(name, []).append(p)
+    assert stats.kstest(found["spectrum"], "uniform").pvalue > 1e-3
+    assert stats.kstest(found["time and frequency"], "uniform").pvalue > 1e-3
+    for name in ("narrow band", "largest cell"):  # the least of many: bounds
+        low, high = stats.binom.ppf([1e-4, 1 - 1e-4], 250, 0.2)
+        assert low - 30 <= np.sum(np.array(found[name]) < 0.2) <= high
+
+
+def test_parameters_that_were_fitted_take_their_freedom():
+    c = np.random.default_rng(2).standard_normal(12_000)
+    found = [adequacy.spectrum_score(c, free) for free in (0, 2, 8)]
+    edges = np.unique(np.round(np.geomspace(4, len(c), 70)).astype(int))
+    bins = len(edges) - 1
+    z2 = stats.chi2.isf(found[0], bins)
+    expected = [stats.chi2.sf(z2, bins - free) for free in (0, 2, 8)]
+    assert found == pytest.approx(expected, rel=1e-6)
+    assert found[0] > found[1] > found[2]
+
+
+@pytest.mark.parametrize(
+    "spoiled, name",
+    [
+        (lambda c, rng: c * np.linspace(0.9, 1.1, len(c)), "spectrum"),
+        (lambda c, rng: c * (1 + 0.2 * (np.abs(np.arange(len(c)) - 5000) < 200)), "narrow band"),
+        (lambda c, rng: in_time(c, 1.15), "time and frequency"),
+    ],
+)
+def test_each_test_sees_its_fault(spoiled, name):
+    rng = np.random.default_rng(3)
+    c = rng.standard_normal(12_000)
+    assert adequacy.judge(c, 0).tests[name] > 0.01
+    assert adequacy.judge(spoiled(c, rng), 0).tests[name] < 0.01
+
+
+def in_time(c, growth):
+    """Noise that grows in the middle third of the record."""
+    from scipy import fft
+
+    y = fft.idct(np.concatenate([[0.0], c]), norm="ortho")
+    third = len(y) // 3
+    y[third : 2 * third] *= growth
+    return fft.dct(y / y.std(), norm="ortho")[1:]
+
+
+@pytest.mark.parametrize("cells_count", [1, 20])
+def test_a_deviation_is_proven_beyond_its_interval_of_99_percent(cells_count):
+    """Of the family of cells: a chi-square interval at 1 % / (2 cells) on either side."""
+    tail = 0.01 / (2 * cells_count)
+    for freedom in (3.0, 30.0, 3000.0):
+        low, high = (np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in (tail, 1 - tail))
+        others = [cell(freedom=freedom)] * (cells_count - 1)
+        for ratio, bound in ((1.2 * high, np.log(1.2)), (0.8 * low, np.log(0.8))):
+            off = judge.proven([cell(ratio, freedom), *others])
+            assert off[0] == pytest.approx(bound, rel=1e-6)
+            assert not off[1:].any()
+        for ratio in (0.999 * high, 1.001 * low):
+            assert judge.proven([cell(ratio, freedom), *others])[0] == 0
+
+
+def test_the_floor_is_the_error_of_true_models():
+    rng = np.random.default_rng(4)
+    freedoms = np.array([2.0, 5.0, 30.0, 500.0])
+    drawn = [
+        cells.error_of([cell(np.sqrt(rng.chisquare(f) / f), f) for f in freedoms]) ** 2
+        for _ in range(4000)
+    ]
+    floor = cells.floor_of([cell(freedom=f) for f in freedoms])
+    assert np.sqrt(np.mean(drawn)) == pytest.approx(floor, rel=0.03)
+    assert cells.error_of([cell(10.0), cell(0.1), cell(1.0)]) == pytest.approx((2 / 3) ** 0.5)
+
+
+def test_the_words_of_the_judge():
+    """Statistical: not proven off, p at least 1 %, error at most 1.25 floors; practical: proven
+    off by 5 % at most."""
+    fine = [cell(1.0, 1e4)] * 4
+    floor = cells.floor_of(fine)
+
+    def word(found, p=0.5, short=(), spoiled=""):
+        return judge.judged(list(found), list(short), p, spoiled).adequacy
+
+    assert word(fine) == "statistical"
+    assert word(fine, 0.0101) == "statistical"
+    assert word(fine, 0.0099) == "practical"
+    assert word(fine, spoiled="dead_zone") == "no"
+    assert word([]) == "no"
+    assert judge.judged([], [], 0.5).largest is None
+    off = 10 ** (1.3 * floor)
+    assert word([cell(off, 1e4)] * 4) == "no"
+    assert word([cell(10 ** (1.2 * floor), 1e4)] * 4) == "statistical"
+    for bound, expected in ((0.049, "practical"), (0.051, "no")):
+        for sign in (1, -1):
+            tail = CHANCE.family_wise / (2 * 5)
+            p = 1 - tail if sign > 0 else tail
+            end = np.sqrt(stats.chi2.ppf(p, 1e6) / 1e6)
+            ratio = np.exp(sign * np.log(1 + bound)) * end
+            assert word(fine, short=[cell(ratio, 1e6)]) == expected, (bound, sign)
+    said = judge.judged([cell(1.5, 1e4, 2.0), cell(1.2, 1e4, 4.0)], [], 0.5)
+    assert (said.largest["tau_s"], said.largest["ratio"]) == (2.0, 1.5)
+    assert 44 < said.largest["percent"] < 50
+    assert said.farthest == said.largest
+
+
+def test_the_longest_tau_that_a_record_confirms():
+    """Two one-sided tests at 5 %: |log ratio| + 1.645 errors of the logarithm below log 1.05."""
+    need = 2 * (1.645 / 2 / np.log(1.05)) ** 2 * 2  # about: error of a logarithm 1 / sqrt(2 f)
+    good, bad = cell(1.0, 1.05 * need / 2, 4.0), cell(1.0, 0.95 * need / 2, 8.0)
+    assert judge.shown_to([cell(1.0, 1e5, 1.0), good, bad]) == 4.0
+    assert judge.shown_to([cell(1.06, 1e9, 1.0), good]) == 0.0
+    assert judge.shown_to([cell(1.04, 1e9, 1.0)]) == 1.0
+    quarter = cell(1.0, 1e9, 16.0, 0.0, 25.0)
+    assert judge.shown_to([cell(1.0, 1e9, 1.0), quarter]) == 1.0  # the whole record only
+
+
+@pytest.mark.parametrize("m, window", [(1, 100), (4, 100), (16, 150), (1, 2000), (40, 4000)])
+def test_degrees_of_freedom_are_those_of_the_quadratic_form(m, window):
+    """Of white noise: twice the squared mean of the estimate over its variance, both exact."""
+    count = window - 2 * m + 1
+    weights = np.concatenate([-np.ones(m), np.ones(m)])
+    lags = np.correlate(weights, weights, "full")[2 * m - 1 :]
+    k = np.arange(1, min(count, len(lags)))
+    total = count * lags[0] ** 2 + 2 * np.sum((count - k) * lags[k] ** 2)
+    exact = (count * lags[0]) ** 2 / total
+    power = allan.on_grid(np.ones_like, 50.0)
+    found = allan.freedom(np.ones_like, power, m, window, 50.0)
+    assert found == pytest.approx(exact, rel=0.05)
+
+
+@pytest.mark.parametrize("samples", [2, 7, 100])
+def test_expected_variances_are_those_of_the_definition(samples):
+    """Of white noise sigma^2 / m; of a walk the sum over its steps."""
+    power = allan.on_grid(np.ones_like, 50.0)
+    assert allan.expected(power, [samples])[0] == pytest.approx(1 / samples, rel=2e-3)
+    walk = allan.on_grid(lambda f: 1 / (2 * np.sin(np.pi * f / 50)) ** 2, 50.0)
+    m = samples
+    steps = np.concatenate([np.arange(1, m + 1), np.arange(m - 1, 0, -1)]) / m
+    assert allan.expected(walk, [m])[0] == pytest.approx(np.sum(steps**2) / 2, rel=2e-3)
+
+
+def test_short_windows_and_octaves():
+    assert allan.octaves(9) == [1]
+    assert allan.octaves(8) == []
+    assert allan.octaves(1000)[-1] == 64
+    assert allan.octaves(36 * 16)[-1] == 64
+    assert allan.octaves(36 * 16 - 1)[-1] == 32
+
+
+def test_chance_of_a_gain():
+    """Twice a gain is a chi-square of one degree of freedom, tried so many times."""
+    for gain in (0.0, 1.0, 8.0, 30.0):
+        p = min(1.0, 5 * stats.chi2.sf(2 * gain, 1))
+        assert candidate.log_tail(gain, 5) == pytest.approx(np.log(p), abs=1e-9)
+    for gain, samples in ((20.0, 1e5), (40.0, 3e6)):
+        more = candidate.log_tail_of_line("sinusoid", gain, 2 * samples)
+        assert more - candidate.log_tail_of_line("sinusoid", gain, samples) == pytest.approx(
+            np.log(2)
+        )
+    twice = candidate.log_tail_of_line("narrow_band", 30.0, 20_000)
+    once = candidate.log_tail_of_line("narrow_band", 30.0, 10_000)
+    assert once == pytest.approx(np.log(150) - 30)
+    assert twice - once == pytest.approx(0.4 * np.log(2))
+
+
+# The slack of the search: 0.02 of the floor. Errors beside a floor of 0.5: a slack of 0.01.
+
+
+class Stand:
+    """A state of the search with an error, by its parts."""
+
+    def __init__(self, parts, role="spectrum"):
+        self.parts = [SimpleNamespace(kind=one, role=role, form="raw") for one in parts]
+        self.judgement = SimpleNamespace(adequacy="no")
+        self.spoiled = ""
+
+
+@pytest.fixture
+def errors(monkeypatch):
+    """error by the number of parts; nothing but the error counts."""
+    table = {}
+    monkeypatch.setattr(search, "errors_of", lambda state: (table[len(state.parts)], 0.5))
+    monkeypatch.setattr(search, "with_parts", rest_of)
+    for name in ("certain", "settles", "by_chance"):
+        monkeypatch.setattr(search, name, lambda *_: False)
+    return table
+
+
+def rest_of(state, parts):
+    made = Stand([])
+    made.parts = list(parts)
+    return made
+
+
+def test_the_slack_is_two_percent_of_the_floor():
+    assert SEARCH.slack == 0.02
+
+
+@pytest.mark.parametrize("after, lower", [(0.0899, True), (0.0901, False), (0.1, False)])
+def test_an_error_is_lower_if_it_falls_by_more_than_the_slack(errors, after, lower):
+    errors |= {1: 0.1, 2: after}
+    way = search.Search(Stand("a"), Stand("a"), 1)
+    assert way.lower(Stand("ab")) is lower
+
+
+@pytest.mark.parametrize("earns", [False, True])
+@pytest.mark.parametrize("off", [-0.0101, -0.0099, 0.0, 0.0099, 0.0101])
+def test_a_part_stays_if_it_raises_the_error_by_the_slack_at_most(errors, monkeypatch, off, earns):
+    """One that must earn its place stays only if it lowers the error by as much."""
+    monkeypatch.setattr(search, "earning", lambda part, rest: earns)
+    errors |= {1: 0.1, 2: 0.1 + off}
+    state, kept, useless, _ = search.useful(Stand("ab"), 1)
+    stays = off <= (-0.01 if earns else 0.01)
+    assert ([part.kind for part in kept], len(useless)) == ((["b"], 0) if stays else ([], 1))
+    assert len(state.parts) == 1 + stays
+
+
+@pytest.mark.parametrize("off, goes", [(-0.0101, False), (-0.0099, True), (0.0099, True)])
+def test_a_part_by_chance_goes_if_the_error_rises_by_the_slack_at_most(
+    errors, monkeypatch, off, goes
+):
+    """off: of the error with the part from that without."""
+    monkeypatch.setattr(search, "earning", lambda part, rest: False)
+    monkeypatch.setattr(search, "by_chance", lambda state, part, rest: part.kind == "b")
+    errors |= {3: 0.1 + off, 2: 0.1}
+    _, kept, _, outdone = search.useful(Stand("abc"), 1)
+    assert [part.kind for part in outdone] == (["b"] if goes else [])
+    assert "c" in [part.kind for part in kept] or off > 0.01
+
+
+@pytest.mark.parametrize("rise, accepted", [(0.0099, True), (0.0101, False)])
+def test_an_error_that_rose_by_chance_is_accepted_within_the_slack(rise, accepted):
+    given = judge.Judgement("no", 0.1, 0.5, 0.0, None, 1.0)
+    last = judge.Judgement("statistical", 0.1 + rise, 0.5, 0.5, None, 1.0)
+    assert improving.by_chance(last, given) is accepted
+    assert not improving.by_chance(given, last)
+
+
+def test_the_error_of_a_true_model_is_near_its_floor():
+    made = lab_bench.simulated(seconds=400.0)
+    judged = state_of.judged(state_of.start(made, lab_bench.model()))
+    assert 0.4 < judged.judgement.error / judged.judgement.floor < 1.25
+    assert judged.judgement.adequacy == "statistical"
+    assert {part.kind for part in judged.parts} == {"angle_random_walk", "bias_instability"}
+    windows = {round((one.stop_s - one.start_s) / 400.0, 3) for one in judged.cells}
+    assert windows == {1.0, 0.25, 0.062}
+    assert JUDGE.tolerance == 1.05
+    assert Part("angle_random_walk").role == "spectrum"
