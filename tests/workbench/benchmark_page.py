@@ -1,17 +1,20 @@
 """How the workbench feels: a real browser on 360 000 and on 1 000 000 samples (one call of
 tools/test --only workbench makes the environment):
 
-build/venv-browser/bin/python tests/workbench/benchmark_page.py [REPEATS]
+build/venv-test/bin/python tests/workbench/benchmark_page.py [REPEATS]
 """
 
 import statistics
 import sys
+import tempfile
 import time
-import unittest
 from pathlib import Path
 
-from playwright.sync_api import expect
-from visiting import FIRST, Visiting, ranked, run, tab
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tools/lab"))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tools/plan"))
+from playwright.sync_api import expect, sync_playwright
+from recordings_made import FIRST
+from visiting import Started, Tabs, effects, ranked, run, tab
 
 GOALS = {
     "first curve after the file is there, s": 3.0,
@@ -43,20 +46,19 @@ SLIDE = """async (input) => {
   }
   return spent;
 }"""
-
-
 PLAN = """async (input) => {
   const spent = [], plan = document.getElementById("plan");
-  for (const value of [...Array(Number(input.max) + 1).keys()].map(String)) {
-    const begin = performance.now();
+  const move = async (value) => {
     input.value = value;
     input.dispatchEvent(new Event("input", { bubbles: true }));
     while (plan.getAttribute("aria-busy") === "true") await new Promise(requestAnimationFrame);
+  };
+  for (let value = 0; value <= Number(input.max); value++) {
+    const begin = performance.now();
+    await move(String(value));
     spent.push(performance.now() - begin);
   }
-  input.value = input.id.match(/ram|flash/) ? input.max : "0";
-  input.dispatchEvent(new Event("input", { bubbles: true }));
-  while (plan.getAttribute("aria-busy") === "true") await new Promise(requestAnimationFrame);
+  await move(input.id.match(/ram|flash/) ? input.max : "0");
   return spent;
 }"""
 UNTIL = """async () => {{
@@ -67,120 +69,97 @@ UNTIL = """async () => {{
 }}"""
 BACK = "document.getElementById('back')"
 QUIET = "document.getElementById('panel-fit').getAttribute('aria-busy') === 'false'"
-REST_MS = (
-    3000  # until the charts below are drawn too: what a person does next does not wait for them
+SLIDER = "[data-kind=angle_random_walk] input[type=range]"
+RELEASE = (
+    f"document.querySelector('{SLIDER}').dispatchEvent(new Event('change', {{bubbles: true}}))"
 )
+# Until the charts below are drawn too: what a person does next does not wait for them.
+REST_MS = 3000
 
 
 def until(page, act, wanted):
     """Milliseconds from an action in the page until a condition holds there, seen at each frame."""
+    page.wait_for_timeout(REST_MS)
     return page.evaluate(UNTIL.format(act=act, wanted=wanted))
 
 
 def spent(work):
+    """Seconds until all of it is done."""
     begin = time.perf_counter()
     work()
     return time.perf_counter() - begin
 
 
-def one_visit(case):
-    found, bench = {}, case.open()
-    page = case.page(bench)
+def one_visit(page, folder):
     page.click("#tutorial")
     page.wait_for_selector("#headline h1")
     page.click("#close")
     expect(page.locator("#tutorial")).to_be_visible()
-    Path(case.folder / "davarlab-files/tutorial_sensor.csv.davarlab.json").unlink()
-    found["first curve after the file is there, s"] = spent(
-        lambda: (page.click("#tutorial"), page.wait_for_selector("#deviation path.model"))
-    )
-    found["first candidates, s"] = spent(
-        lambda: expect(page.locator("#next .early, .candidate").first).to_be_visible()
-    )
-    found["all candidates, s"] = found["first candidates, s"] + spent(lambda: ranked(page))
+    (folder / "davarlab-files/tutorial_sensor.csv.davarlab.json").unlink()
+    page.click("#tutorial")
+    yield spent(lambda: page.wait_for_selector("#deviation path.model"))
+    first = spent(lambda: expect(page.locator("#next .early, .candidate").first).to_be_visible())
+    every = first + spent(lambda: ranked(page))
     page.wait_for_timeout(REST_MS)
-    slider = page.locator("[data-kind=angle_random_walk] input[type=range]")
-    found["slider to curve, ms"] = statistics.median(slider.evaluate(SLIDE))
-    box = page.locator("[data-kind=angle_random_walk] input[type=number]")
-    page.wait_for_timeout(REST_MS)
-    box.fill("0.4")
-    found["value set by hand to verdict, ms"] = until(
-        page, "document.activeElement.blur()", f"{BACK} && {QUIET}"
-    )
-    page.wait_for_timeout(REST_MS)
-    found["refit, ms"] = until(
-        page, "document.getElementById('refit').click()", f"!{BACK} && {QUIET}"
-    )
+    yield statistics.median(page.locator(SLIDER).evaluate(SLIDE))
+    page.locator("[data-kind=angle_random_walk] input[type=number]").fill("0.4")
+    yield until(page, "document.activeElement.blur()", f"{BACK} && {QUIET}")
+    yield until(page, "document.getElementById('refit').click()", f"!{BACK} && {QUIET}")
+    yield from (first, every)
     ranked(page)
     page.wait_for_timeout(REST_MS)
-    found["a candidate added, s"] = spent(
-        lambda: (page.keyboard.press("1"), expect(page.locator(".effect")).to_have_count(3))
-    )
+    yield spent(lambda: (page.keyboard.press("1"), effects(page, 3)))
     ranked(page)
     page.wait_for_timeout(REST_MS)
     tab(page, "where")
-    found["cell to its samples, ms"] = 1000 * spent(
-        lambda: (
-            page.keyboard.press("w"),
-            expect(page.locator("#cell-spectrum svg")).to_be_visible(),
-        )
-    )
+    spectrum = expect(page.locator("#cell-spectrum svg"))
+    yield 1000 * spent(lambda: (page.keyboard.press("w"), spectrum.to_be_visible()))
     page.click("#tab-plan")
     expect(page.locator("#plan")).to_have_attribute("aria-busy", "false")
     page.wait_for_timeout(REST_MS)
-    found["slider to plan, ms"] = statistics.median(
-        answer
-        for one in page.locator("#plan-wishes input[type=range]").all()
-        for answer in one.evaluate(PLAN)
-    )
-    return found
+    sliders = page.locator("#plan-wishes input[type=range]").all()
+    yield statistics.median(answer for one in sliders for answer in one.evaluate(PLAN))
 
 
-def long_visit(case):
+def long_visit(page):
     """The charts of a record of 1 000 000 samples."""
-    found, scenario = {}, case.folder / "long.toml"
-    scenario.write_text(
-        FIRST.format(rate=100.0, column="gyro_z_dps") + "[simulate]\nseed = 3\nduration_s = 10000\n"
-    )
-    assert run("simulate", scenario, "-o", case.folder / "long.csv").returncode == 0
-    page = case.page(case.open("long.csv"))
     expect(page.locator("#to-held-out")).to_be_visible()
     page.wait_for_timeout(REST_MS)
-    slider = page.locator("[data-kind=angle_random_walk] input[type=range]")
-    found["10^6 samples: slider to curve, ms"] = statistics.median(slider.evaluate(SLIDE))
-    release = (
-        "document.querySelector('[data-kind=angle_random_walk] input[type=range]')"
-        ".dispatchEvent(new Event('change', { bubbles: true }))"
-    )
-    found["10^6 samples: release to last chart, ms"] = until(page, release, f"{BACK} && {QUIET}")
-    page.wait_for_timeout(REST_MS)
-    found["10^6 samples: record drawn, ms"] = until(
-        page,
-        "document.getElementById('tab-where').click()",
-        "document.querySelector('#map .record')",
-    )
-    return found
+    yield statistics.median(page.locator(SLIDER).evaluate(SLIDE))
+    yield until(page, RELEASE, f"{BACK} && {QUIET}")
+    record = "document.querySelector('#map .record')"
+    yield until(page, "document.getElementById('tab-where').click()", record)
 
 
-class Benchmark(Visiting):
-    def runTest(self):
-        self.rows = one_visit(self) | long_visit(self)
+def both(browser, folder):
+    """The figures of one visit to each recording, in the order of GOALS."""
+    scenario, tabs, benches = folder / "long.toml", Tabs(browser), []
+    text = FIRST.format(rate=100.0, column="gyro_z_dps")
+    scenario.write_text(text + "[simulate]\nseed = 3\nduration_s = 10000\n")
+    assert run("simulate", scenario, "-o", folder / "long.csv").returncode == 0
+    try:
+        benches.append(Started(folder, folder / "state"))
+        found = list(one_visit(tabs.open(benches[0], 1400, 1000), folder))
+        benches.append(Started(folder, folder / "state", "long.csv"))
+        return found + list(long_visit(tabs.open(benches[1], 1400, 1000)))
+    finally:
+        tabs.close()
+        for bench in benches:
+            bench.stop()
 
 
 def main(repeats):
-    Benchmark.setUpClass()
     rows = []
-    for _ in range(repeats):
-        case = Benchmark()
-        result = unittest.TestResult()
-        case.run(result)
-        for _, why in result.errors + result.failures:
-            raise SystemExit(why)
-        rows.append(case.rows)
-    Benchmark.tearDownClass()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path="/usr/bin/chromium", args=["--no-sandbox"]
+        )
+        for _ in range(repeats):
+            with tempfile.TemporaryDirectory() as folder:
+                rows.append(both(browser, Path(folder)))
+        browser.close()
     print("| what | median | worst | goal |\n|---|---|---|---|")
-    for name, goal in GOALS.items():
-        values = [row[name] for row in rows]
+    for (name, goal), values in zip(GOALS.items(), zip(*rows), strict=True):
         print(f"| {name} | {statistics.median(values):.3g} | {max(values):.3g} | {goal:g} |")
 
 

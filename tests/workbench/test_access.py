@@ -1,19 +1,19 @@
-"""Who does not see well can use the page: axe finds nothing in any state, light and dark, at a desk
-and on a phone. One visit goes through all states; their pictures are in build/gallery, to be looked
-at.
+"""A person who does not see well can use the page: axe finds nothing in any state, light and dark,
+at a desk and on a phone. One visit goes through all states; their pictures are in build/gallery, to
+be looked at.
 """
 
 import math
 import random
 import signal
-import unittest
 
-from axe_playwright_python.sync_playwright import Axe
+import pytest
 from playwright.sync_api import expect
-from visiting import ROOT, Visiting, export, ranked, tab
+from recordings_made import noise
+from visiting import ROOT, accessible, effects, export, ranked, tab
 
-BOTTOM = "(one) => one.getBoundingClientRect().bottom"
 DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+SIZE = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
 GALLERY = ROOT / "build/gallery"
 SCREENS = [
     (width, height, scheme)
@@ -21,177 +21,139 @@ SCREENS = [
     for scheme in ("light", "dark")
 ]
 CHECKED = ((1280, "light"), (1280, "dark"), (390, "light"))  # by axe; each run takes a second
-SAMPLES, RATE_HZ = 6000, 50
+PLAN = "sensor=icm42688@1000&axes=3&core=cortex-m4f&respond=2&longest_tau=1200&flash=24k&ram="
 
 
-def log(path, header, *signals, step=1 / RATE_HZ):
-    """A log of noise and signals: a function of the sample each."""
-    rng = random.Random(3)
-    rows = [
-        ",".join([f"{i * step:.6f}", *(f"{rng.gauss(0, 0.05) + one(i):.6f}" for one in signals)])
-        for i in range(SAMPLES)
-    ]
-    path.write_text("\n".join([header, *rows]) + "\n")
-    return path
+def hum(i):
+    return 0.1 * math.sin(i / 700) + 0.05 * math.sin(2 * math.pi * i / 50)
 
 
-def drifts_and_hums(i):
-    return 0.1 * math.sin(i / 700) + 0.05 * math.sin(2 * math.pi * i / RATE_HZ)
-
-
-def walks_squared():
+def squared_walk():
     """A course that no known effect has."""
     rng, course = random.Random(5), [0.0]
-    while len(course) < SAMPLES:
+    while len(course) < 6000:
         course.append(course[-1] + rng.gauss(0, 0.02))
     return lambda i: 0.1 * course[i] ** 2
 
 
-class Access(Visiting):
-    def stage(self, page, name):
-        """Looks at a state on every screen."""
-        for width, height, scheme in SCREENS:
-            page.set_viewport_size({"width": width, "height": height})
-            page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
-            page.evaluate(DRAWN)
-            page.screenshot(
-                path=str(GALLERY / f"{name}-{width}-{scheme}.png"),
-                full_page=width < 400 or name == "report",
-            )
-            if (width, scheme) in CHECKED:
-                found = Axe().run(page).response["violations"]
-                wrong = [(one["id"], [node["target"] for node in one["nodes"]]) for one in found]
-                self.assertEqual(wrong, [], (name, width, scheme))
-
-    def drop(self, page, path):
-        page.set_input_files("#file", path)
-
-    def close(self, page):
-        page.click("#close")
-        expect(page.locator("#tutorial")).to_be_visible()
-
-    def test_axe_finds_nothing_in_any_state(self):
-        GALLERY.mkdir(parents=True, exist_ok=True)
-        bench = self.open()
-        page = self.page(bench, reduced_motion="reduce")
-        expect(page.locator("#tutorial")).to_be_visible()
-        self.stage(page, "landing")
-        self.before_reading(page)
-        self.a_model_grows(page)
-        self.nothing_is_certain(page)
-        self.assert_quiet()
-        bench.stop(signal.SIGKILL)
-        expect(page.locator("#gone")).to_be_visible()
-        self.stage(page, "killed")
-
-    def before_reading(self, page):
-        flat = log(self.folder / "foreign.csv", "t,wx,wy", drifts_and_hums, lambda i: 0)
-        self.drop(page, flat)
-        expect(page.locator("#read")).to_be_visible()
-        self.stage(page, "preview")
-        page.get_by_text("Another file").click()
-        expect(page.locator("#tutorial")).to_be_visible()
-        late = log(self.folder / "late.csv", "time_s,gyro_x_dps", lambda i: 0, step=10000)
-        self.drop(page, late)
-        expect(page.locator("#doubts")).to_be_visible()
-        self.stage(page, "doubtful")
-        page.get_by_text("Another file").click()
-        expect(page.locator("#tutorial")).to_be_visible()
-
-    def a_model_grows(self, page):
-        page.route("**/api/candidates*", lambda route: None)
-        heat = lambda i: 20 + 10 * math.sin(i / 700)  # noqa: E731
-        path = log(
-            self.folder / "sensor.csv",
-            "time_s,gyro_x_dps,gyro_z_dps,temp_degC",
-            drifts_and_hums,
-            lambda i: 0,
-            heat,
-        )
-        self.drop(page, path)
-        expect(page.locator("#trying")).to_be_visible()
-        page.select_option("#axis", "gyro_x_dps")
-        expect(page.locator("#headline-strong")).to_contain_text("×")
-        expect(page.locator("#trying")).to_be_visible()
-        self.stage(page, "fitting")
-        page.unroute("**/api/candidates*")  # lets them go
-        ranked(page)
-        self.stage(page, "cards")
-        page.keyboard.press("w")
-        for name in ("where", "spectrum", "columns", "sheet", "held", "live"):
-            tab(page, name)
-            self.stage(page, name)
-        tab(page, "axes")
-        expect(page.locator("#all-axes td.n")).to_have_count(4)
-        self.stage(page, "axes")
-        page.click("#tab-plan")
-        expect(page.locator("#plan")).to_have_attribute("aria-busy", "false")
-        self.stage(page, "plan")
-        page.click("#view-model")
-        tab(page, "fit")
-        page.click("#export")
-        self.stage(page, "exports")
-        page.keyboard.press("Escape")
-        ranked(page).click()
-        expect(page.locator(".effect")).to_have_count(3)
-        ranked(page)
-        self.stage(page, "added")
-        ranked(page).click()
-        expect(page.locator("#to-held-out")).to_be_visible()
-        self.stage(page, "adequate")
-        with page.expect_download() as saved:
-            export(page, "report")
-        self.report(saved.value.path())
-        self.close(page)
-
-    def report(self, path):
-        (self.folder / "report.html").write_bytes(path.read_bytes())
-        page = self.browser.new_context().new_page()
-        page.goto((self.folder / "report.html").as_uri())
-        self.stage(page, "report")
-        page.context.close()
-
-    def nothing_is_certain(self, page):
-        odd = log(self.folder / "odd.csv", "time_s,gyro_x_dps", walks_squared())
-        self.drop(page, odd)
-        ranked(page).click()
-        expect(page.locator("#next .unknown")).to_be_visible()
-        self.stage(page, "unknown")
-        self.close(page)
-        dead = log(self.folder / "dead.csv", "time_s,gyro_x_dps", lambda i: 0)
-        head, *rows = dead.read_text().splitlines()
-        kept = [
-            row if abs(float(row.split(",")[1])) > 0.07 else f"{row.split(',')[0]},0"
-            for row in rows
-        ]
-        dead.write_text("\n".join([head, *kept]) + "\n")
-        self.drop(page, dead)
-        expect(page.locator("#nothing")).to_be_visible()
-        self.stage(page, "useless")
-
-    def test_one_screen_holds_it_and_the_keyboard_is_quick(self):
-        bench = self.open()
-        page = self.page(bench, width=1280, height=720)
-        page.click("#tutorial")
-        ranked(page)
-        size = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
-        self.assertEqual(page.evaluate(size), [1280, 720])
-        for part in ("#headline", "#gauge", "#deviation", "#staircase", ".card.best", "#model"):
-            self.assertLessEqual(page.locator(part).evaluate(BOTTOM), 720, part)
-        page.reload()  # from the top of the page; after an action the focus is on the candidate
-        ranked(page)
-        stops, reached = 0, False
-        while stops < 6 and not reached:
-            page.keyboard.press("Tab")
-            stops += 1
-            reached = page.evaluate("document.activeElement.matches('.candidate.go')")
-        self.assertTrue(reached, stops)
-        page.keyboard.press("Enter")
-        expect(page.locator(".effect")).to_have_count(3)
-        ranked(page)
-        self.assertNotEqual(page.evaluate("document.activeElement.tagName"), "BODY")
-        self.assert_quiet()
+def stage(page, name):
+    """Looks at a state on every screen."""
+    for width, height, scheme in SCREENS:
+        page.set_viewport_size({"width": width, "height": height})
+        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+        page.evaluate(DRAWN)
+        path = str(GALLERY / f"{name}-{width}-{scheme}.png")
+        page.screenshot(path=path, full_page=width < 400 or name == "report")
+        if (width, scheme) in CHECKED:
+            accessible(page, name, width, scheme)
 
 
-if __name__ == "__main__":
-    unittest.main()
+@pytest.fixture
+def page(started, tabs):
+    GALLERY.mkdir(parents=True, exist_ok=True)
+    page = tabs.open(started(), reduced_motion="reduce")
+    expect(page.locator("#tutorial")).to_be_visible()
+    return page
+
+
+def drop(page, path):
+    page.set_input_files("#file", path)
+
+
+def leave(page, way="#close"):
+    page.click(way)
+    expect(page.locator("#tutorial")).to_be_visible()
+
+
+def test_axe_finds_nothing_before_a_recording_is_read(folder, page):
+    stage(page, "landing")
+    drop(page, noise(folder / "foreign.csv", "t,wx,wy", hum, lambda i: 0))
+    expect(page.locator("#read")).to_be_visible()
+    stage(page, "preview")
+    leave(page, "text=Another file")
+    drop(page, noise(folder / "late.csv", "time_s,gyro_x_dps", step=10000))
+    expect(page.locator("#doubts")).to_be_visible()
+    stage(page, "doubtful")
+
+
+def test_axe_finds_nothing_while_a_model_grows(folder, page, tabs):
+    page.route("**/api/candidates*", lambda route: None)
+    header = "time_s,gyro_x_dps,gyro_z_dps,temp_degC"
+    heat = lambda i: 20 + 10 * math.sin(i / 700)  # noqa: E731
+    drop(page, noise(folder / "sensor.csv", header, hum, lambda i: 0, heat))
+    expect(page.locator("#trying")).to_be_visible()
+    page.select_option("#axis", "gyro_x_dps")
+    expect(page.locator("#headline-strong")).to_contain_text("×")
+    expect(page.locator("#trying")).to_be_visible()
+    stage(page, "fitting")
+    page.unroute("**/api/candidates*")  # lets them go
+    ranked(page)
+    stage(page, "cards")
+    page.keyboard.press("w")
+    for name in ("where", "spectrum", "columns", "sheet", "held", "live"):
+        tab(page, name)
+        stage(page, name)
+    tab(page, "axes")
+    expect(page.locator("#all-axes td.n")).to_have_count(4)
+    stage(page, "axes")
+    tab(page, "fit")
+    page.click("#export")
+    stage(page, "exports")
+    page.keyboard.press("Escape")
+    ranked(page).click()
+    effects(page, 3)
+    ranked(page)
+    stage(page, "added")
+    ranked(page).click()
+    expect(page.locator("#to-held-out")).to_be_visible()
+    stage(page, "adequate")
+    report = folder / "report.html"
+    report.write_bytes(export(page, "report").read_bytes())
+    stage(tabs.open(report.as_uri()), "report")
+
+
+def test_axe_finds_nothing_where_nothing_is_certain(folder, page):
+    drop(page, noise(folder / "odd.csv", "time_s,gyro_x_dps", squared_walk()))
+    ranked(page).click()
+    expect(page.locator("#next .unknown")).to_be_visible()
+    stage(page, "unknown")
+    leave(page)
+    dead = noise(folder / "dead.csv", "time_s,gyro_x_dps")
+    head, *rows = dead.read_text().splitlines()
+    pairs = [row.split(",") for row in rows]
+    rows = [f"{t},{x if abs(float(x)) > 0.07 else 0}" for t, x in pairs]
+    dead.write_text("\n".join([head, *rows]) + "\n")
+    drop(page, dead)
+    expect(page.locator("#nothing")).to_be_visible()
+    stage(page, "useless")
+
+
+def test_axe_finds_nothing_in_the_editor_and_without_a_server(folder, started, tabs):
+    GALLERY.mkdir(parents=True, exist_ok=True)
+    path = noise(folder / "rec.csv", "time_s,gyro_z_dps,motor_deg", hum, lambda i: i % 360)
+    bench = started(path.name, terminal=True)
+    page = tabs.open(bench)
+    page.locator("#next button.write").click()
+    expect(page.locator("#own-said")).to_contain_text("own_effect returns")
+    stage(page, "own")
+    page.get_by_role("button", name="Cancel").click()
+    ranked(page)
+    bench.stop(signal.SIGKILL)
+    expect(page.locator("#gone")).to_be_visible()
+    stage(page, "killed")
+    tabs.forgive()
+
+
+@pytest.mark.parametrize("name, ram", [("plan", "20k"), ("impossible", "10k")])
+def test_axe_finds_nothing_at_the_plan_which_fits_one_screen(opened, tabs, name, ram):
+    GALLERY.mkdir(parents=True, exist_ok=True)
+    bench = opened()
+    bench.address += f"#plan?{PLAN}{ram}"
+    page = tabs.open(bench)
+    expect(page.locator("#plan")).to_have_attribute("aria-busy", "false")
+    stage(page, name)
+    for width, height in ((1280, 720), (390, 800)):
+        page.set_viewport_size({"width": width, "height": height})
+        across, down = page.evaluate(SIZE)
+        assert across <= width
+        assert down <= height or width < 400

@@ -1,0 +1,152 @@
+"""What a page may do to a recording and its steps: files that are dropped, sessions, actions that
+come too late. No browser: the quick gear runs all of it.
+"""
+
+import json
+
+import pytest
+from recordings_made import MODEL, dead_zone, effect, model_file, noise, simulated
+from visiting import files_in, run
+
+
+def test_nothing_but_the_page_is_served(opened):
+    bench = opened()
+    for name in (
+        *("../server.py", "..%2fserver.py", "%2e%2e/server.py", "/etc/passwd", ""),
+        *("parts/../../server.py", "parts", "nothing.js"),
+    ):
+        assert bench.request(f"/page/{name}")[0] == 404, name
+    assert bench.request("/etc/passwd")[0] == 404
+    status, text = bench.request("/")
+    assert (status, b'<script src="/page/main.js"' in text) == (200, True)
+
+
+@pytest.mark.parametrize(
+    "name", ["../away.csv", "/tmp/away.csv", "a/b.csv", "..", ".hidden", "", "new\nline.csv"]
+)
+def test_a_dropped_file_stays_in_its_folder(folder, opened, name):
+    status, answer = opened().drop(name, b"a,b\n1,2\n")
+    assert (status, "not a name for a recording" in answer["error"]) == (400, True), answer
+    assert files_in(folder) == set()
+
+
+def test_another_file_of_the_same_name_takes_nothing_from_the_first(folder, opened):
+    first, second = (
+        noise(folder / f"{loud}.csv", "time_s,gyro_z_dps", rows=3000, sigma=0.1 * loud, seed=loud)
+        for loud in (1, 20)
+    )
+    bench, seen = opened(), []
+    for path in (first, second, first):
+        status, answer = bench.drop("rec.csv", path.read_bytes())
+        assert status == 200, answer
+        seen.append((answer["recording"].rsplit("/")[-1], answer["steps"][0]["error"]))
+    assert [name for name, _ in seen] == ["rec.csv", "rec-2.csv", "rec.csv"]
+    assert seen[0] == seen[2]
+    recent = bench.done("close")["recent"]  # the newest first
+    assert [one["name"] for one in recent] == ["rec.csv", "rec-2.csv"]
+    assert recent[0]["error"] == pytest.approx(seen[0][1], rel=1e-9)
+    kept = folder / "davarlab-files/rec.csv"
+    kept.write_bytes(second.read_bytes())
+    done = run("open", "--no-browser", kept)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "another recording" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words", [("nowhere.csv",), ("-m", "model.toml"), ("--port", "70000")], ids=" ".join
+)
+def test_the_command_refuses_what_is_not_there(words):
+    done = run("open", "--no-browser", *words)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+
+
+def test_a_wrong_request_is_refused_in_one_line(opened):
+    bench = opened()
+    for wanted, what, given in (
+        (409, "go", {"number": 3}),  # of a recording that is not open, or not any more
+        (400, "set", {"place": 0, "parameters": {}}),
+        (409, "refit", {}),
+        (400, "read", {"columns": []}),
+        (400, "open", {"path": "nowhere.csv"}),
+        (400, "open", {}),
+        (400, "open", {"path": "x", "more": 1}),
+        (400, "listen", {"source": "can:nosuch0"}),
+        (400, "listen", {"source": "elsewhere"}),
+        (400, "listen", {"source": "slcan:/etc/passwd"}),
+    ):
+        status, answer = bench.act(what, **given)
+        assert (status, "\n" in answer["error"]) == (wanted, False), (what, answer)
+    assert bench.tried("step")[0] == 409
+    assert bench.act("nothing")[0] == 404
+    for text in (b"[1]", b"[" * 100000):
+        assert bench.request("/api/open", text)[0] == 400
+
+
+def test_a_sight_keeps_its_steps_and_nonsense_is_refused(folder, opened):
+    recording = simulated(folder)
+    bench = opened(recording)
+    before = bench.ask("step")["error"]
+    bench.done("sight", alone=[100.0, 400.0])
+    for wrong in (
+        {"alone": [5.0, 4.0]},
+        {"alone": [0.0, 5.0]},
+        {"alone": [0.0, 1e9]},
+        {"cut": [[-1.0, 5.0]]},
+        {"column": "temp_degC"},
+        {"cut": [[1.0]]},
+        {"cut": [[0.0, 900.0]]},
+    ):
+        status, answer = bench.act("sight", **wrong)
+        assert (status, "\n" in answer["error"]) == (400, False), (wrong, answer)
+    sights = bench.ask("all")["sights"]
+    assert [one["alone"] for one in sights if one["here"]] == [[100.0, 400.0]]
+    assert bench.tried("report")[0] == 400  # no command of a terminal has a stretch alone
+    elsewhere = opened(recording)
+    elsewhere.done("sight")
+    assert "another process" in bench.act("refit")[1]["error"]
+    elsewhere.done("sight", alone=[100.0, 400.0])
+    again = opened(recording)
+    assert again.ask("all")["samples"] == 15000
+    again.done("sight")
+    assert again.ask("step")["error"] == before
+
+
+def test_numbers_of_a_recording_that_permits_no_model_are_withheld(folder, opened):
+    bench = opened(dead_zone(folder / "dead.csv"))
+    for what in ("toml", "h", "kalibr"):
+        status, answer = bench.request(f"/api/save?what={what}")
+        assert (status, b"dead zone" in answer) == (400, True), answer
+    (recent,) = bench.done("close")["recent"]
+    assert (recent["error"], recent["floor"]) == (None, None)
+
+
+def test_a_doubtful_log_is_read_when_it_is_corrected_or_confirmed(folder, opened):
+    path = noise(folder / "rec.csv", "time_s,gyro_z_dps", step=10000)
+    bench = opened(path)
+    waiting = bench.ask("all")
+    assert waiting["recording"] is None
+    assert "implausible sample rate 0.0001 Hz" in json.dumps(waiting["log"])
+    assert "--unit time=us" in json.dumps(waiting["log"])
+    columns = waiting["log"]["columns"]
+    assert bench.done("read", columns=columns)["recording"] is None  # doubted again
+    columns[0] |= {"unit": "us", "factor": 1e-6}
+    bench.done("read", columns=columns)
+    arw = bench.ask("step")["cards"][0]["parameters"][0]["value"]
+    assert arw == pytest.approx(60 * 0.05 / 10, abs=0.02)
+    again = opened(noise(folder / "other.csv", "time_s,gyro_z_dps", step=10000))
+    again.done("read", columns=again.ask("all")["log"]["columns"], as_recorded=True)
+    assert "--as-recorded" in again.ask("all")["commands"][0]
+    assert opened("other.csv").ask("all")["samples"] == 6000  # the session has it
+
+
+def test_a_given_model_is_at_the_first_step(folder, opened):
+    """Beside lines that are skipped."""
+    path = folder / "rec.csv"
+    noise(
+        path, "# 100 Hz\na,b,c\ntime_s,gyro_z_dps,temp_degC", lambda i: 0, lambda i: 25, step=0.01
+    )
+    text = MODEL.replace("50.0", "100.0") + effect("rate_ramp", coefficient_deg_per_h2=40.0)
+    bench = opened(path, model=str(model_file(folder, text)), skip=2)
+    assert bench.ask("all")["samples"] == 6000
+    kinds = [card["kind"] for card in bench.ask("step")["cards"]]
+    assert kinds == ["angle_random_walk", "bias_instability", "rate_ramp"]
