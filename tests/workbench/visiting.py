@@ -274,7 +274,8 @@ class Tabs:
 
     def check(self):
         wrong = [one for one in self.complaints if not any(word in one for word in self.forgiven)]
-        assert (wrong, self.foreign, [one.url for one in self.popups]) == ([], [], [])
+        found = (wrong, self.foreign, [one.url for one in self.popups])
+        assert found == ([], [], []), found
 
     def close(self):
         for context in self.contexts:
