@@ -25,7 +25,8 @@ VISIT = ("frequency_hz", "amplitude_dps", "start_s", "stop_s")
 
 @dataclass(frozen=True)
 class Scenario:
-    """make: the recording; missing: the kinds that are added, None: not tested.
+    """make: the recording; missing: the kinds that are added, None: not tested;
+    includes: one of them.
 
     near: kind.parameter -> (true value, how far off the estimate may be); holds: kind.parameter ->
     a true value in the 95 % interval; absent: kinds that are neither added nor alternatives; truth:
@@ -34,6 +35,7 @@ class Scenario:
 
     make: Callable[[], Recording]
     missing: tuple | None = None
+    includes: str = ""
     near: dict = field(default_factory=dict)
     holds: dict = field(default_factory=dict)
     absent: tuple = ()
@@ -95,7 +97,7 @@ def heated(case, how, *missing, seed=5, **expected):
 
 def limited(make, kind):
     """An effect of the size of data sheets."""
-    return Scenario(lambda: Recording(make(), heat.RATE), (kind,))
+    return Scenario(lambda: Recording(make(), heat.RATE), includes=kind, verdict=None)
 
 
 def added(course, *missing, seed=(), **expected):

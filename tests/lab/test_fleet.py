@@ -163,6 +163,7 @@ def test_the_page_needs_nothing_else_and_says_what_the_numbers_say(population):
     assert json.loads((population.out / "fleet.json").read_text())["rows"] == UNITS
 
 
+@pytest.mark.slow
 def test_a_second_run_does_nothing_and_a_changed_file_is_done_again(made, some):
     folder = some(3)
     words = (folder / "*.parquet", "-m", made.model, "-o", folder / "out", *ALONE)
@@ -217,6 +218,7 @@ def test_a_run_that_was_ended_goes_on(made, some, number, status):
     assert len(table(out)) == INTERRUPTED
 
 
+@pytest.mark.slow
 def test_http_with_a_glob(made, some):
     folder = some(3)
     with serving(folder.parent) as server:
@@ -234,6 +236,7 @@ def test_http_with_a_glob(made, some):
         assert not [name for name in server.fetched if name.startswith("A_")]
 
 
+@pytest.mark.slow
 def test_s3_with_a_glob(made, some):
     folder = some(2)
     out = folder.with_name("out")
@@ -244,6 +247,7 @@ def test_s3_with_a_glob(made, some):
     assert table(out)[0]["file"].startswith("s3://")
 
 
+@pytest.mark.slow
 def test_the_workers_of_a_scheduler_that_is_there(made, some):
     from dask import distributed
 
@@ -295,6 +299,7 @@ WRONG = [
 ]
 
 
+@pytest.mark.slow
 def test_every_mistake_is_one_line_and_status_2(made, some):
     folder = some(1)
     wrong, out = folder.with_name("wrong.toml"), folder.with_name("out")

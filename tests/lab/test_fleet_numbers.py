@@ -9,6 +9,7 @@ import asking  # noqa: F401  (it finds davarlab, and limits the threads before n
 
 # isort: split
 import numpy as np
+import pytest
 from davarfleet import limits, population
 from davarlab import simulate
 from davarlab.diagnosis import improve
@@ -34,6 +35,7 @@ def white(coefficient, seed):
     return [one.value, one.low, one.high]
 
 
+@pytest.mark.slow
 def test_units_at_the_limit_and_beside_it_fail_as_often_as_is_stated():
     error = 1 / math.sqrt(
         2 * 2000

@@ -60,6 +60,7 @@ def test_the_size_is_that_of_the_recording():
         assert abs(found / size - 1) <= 0.15, part
 
 
+@pytest.mark.slow
 def test_a_size_above_the_limit_is_doubted_with_its_reason_and_one_below_is_not():
     for make, part, low, high, unit in (
         (heat.tilted, STILL, 0.2, 6.0, "deg/s/g"),
@@ -149,6 +150,7 @@ def test_a_column_of_white_noise_is_its_own_noise():
                 assert "white noise of the sensor itself" in why, (seed, one)
 
 
+@pytest.mark.slow
 def test_columns_that_move_are_more_than_their_noise():
     for seed in range(8):
         assert not asked(heat.tilted(seed, 0.0), G)
@@ -192,6 +194,7 @@ def test_noise_in_gyro_and_accelerometer_at_once_is_no_sensitivity():
         assert re.search(r"of 5|of 6|of 7|sensor itself", said.doubtful["g_sensitivity"])
 
 
+@pytest.mark.slow
 def test_a_rectification_of_the_noise_of_a_column_is_not_added():
     for seed in SEEDS:
         found, _ = heat.still(seed)

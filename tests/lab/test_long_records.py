@@ -3,6 +3,7 @@
 from unittest import mock
 
 import numpy as np
+import pytest
 from davarlab import model
 from davarlab.data import signals
 from davarlab.data.recording import Recording
@@ -40,6 +41,7 @@ def numbers(found):
     }
 
 
+@pytest.mark.slow
 def test_single_precision_gives_the_same_results():
     for seed in range(3):
         double = improve.improve(recording(seed), MODEL)

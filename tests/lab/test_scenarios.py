@@ -30,6 +30,7 @@ def test_what_is_hidden_is_found_with_its_numbers(analysed, name):
     row, found = one.scenario, one.json
     if row.missing is not None:
         assert sorted(found["missing"]) == sorted(row.missing), found["answer_said"]
+    assert not row.includes or row.includes in found["missing"], found["doubtful"]
     if row.verdict == "known":
         assert found["verdict"] != "unknown", found["answer_said"]
     elif row.verdict:

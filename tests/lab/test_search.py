@@ -76,6 +76,7 @@ def forward(start):
     return way, len(steps), work.fits - before.fits, work.transforms - before.transforms
 
 
+@pytest.mark.slow
 def test_a_crowded_spectrum_is_searched_within_the_bounds(start):
     _, steps, fits, transforms = forward(start)
     assert steps <= SEARCH.steps_most
@@ -83,6 +84,7 @@ def test_a_crowded_spectrum_is_searched_within_the_bounds(start):
     assert transforms < 1000
 
 
+@pytest.mark.slow
 def test_a_search_ends_with_the_step_that_reaches_the_bound_and_says_so(start, monkeypatch):
     monkeypatch.setattr(search, "SEARCH", replace(SEARCH, fits_most=100))
     way, steps, fits, _ = forward(start)
