@@ -38,7 +38,7 @@ from check import (
 LOGS, SOAK = BUILD / "log", BUILD / "soak"
 SLICE_S, NOTICE_S = 300.0, 2.0
 WEEK_H, LEAST_H = 168, 6  # of virtual time
-TIMES = "4"  # as many examples as in tools/test, drawn at random
+TIMES = "8"  # as many examples as in tools/test, drawn at random
 # Seconds of real time after which a guest counts as hung, however busy the machine is.
 HANG_S = "1800"
 # The longest input of each fuzz target.
