@@ -123,6 +123,12 @@ def seconds_of_cpu():
     return sum(one.ru_utime + one.ru_stime for one in used)
 
 
+def known_costs():
+    """{group of tests: seconds of processor time}, of the last runs here or of the list."""
+    there = [path for path in (COSTS, MEASURED) if path.exists()]
+    return {group: cost for path in there for group, cost in json.loads(path.read_text()).items()}
+
+
 class Run:
     """One run: which tests it leaves out, in which order it takes the others, what they did."""
 
@@ -130,10 +136,7 @@ class Run:
         self.config, self.gear = config, config.getoption("gear")
         self.keys, self.cached, self.cpu = {}, Counter(), {}
         self.outcomes = defaultdict(set)  # of each test, in its phases
-        self.costs = {}
-        for path in (COSTS, MEASURED):
-            if path.exists():
-                self.costs |= json.loads(path.read_text())
+        self.costs = known_costs()
 
     def is_cached(self, item):
         if os.environ.get("DAVAR_AGAIN"):
@@ -211,7 +214,7 @@ class Run:
             with open(STORE / key, "a") as stored:
                 stored.write("\n".join(names) + "\n")
         MEASURED.parent.mkdir(parents=True, exist_ok=True)
-        measured = self.costs | {group: round(cpu, 1) for group, cpu in self.cpu.items()}
+        measured = known_costs() | {group: round(cpu, 1) for group, cpu in self.cpu.items()}
         MEASURED.write_text(json.dumps(measured, indent=0, sort_keys=True) + "\n")
         if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED and self.cached:
             session.exitstatus = pytest.ExitCode.OK
