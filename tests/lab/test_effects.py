@@ -236,6 +236,8 @@ def test_units_that_a_name_says(name, quantity, axis, factor):
         ("t", np.arange(500) * 2_000_000, "ns"),
         ("t", np.arange(500) * 2000, "us"),
         ("t", np.arange(500) * 2, "ms"),
+        ("t", np.arange(500) * 40, "ms"),
+        ("t", np.arange(500) * 60, "us"),
         ("t", np.arange(500) * 0.002, "s"),
         ("temp", 2500 + 0.5 * np.sin(np.arange(500)), "0.01 degC"),
         ("temp", 25 + 0.5 * np.sin(np.arange(500)), "degC"),
@@ -270,3 +272,26 @@ def test_library_and_definition_agree_on_allan_deviations():
             second = angle[2 * m :] - 2 * angle[m:-m] + angle[: -2 * m]
             exact = np.sqrt(np.mean(second**2) / 2) / m
             assert found[row, place] == pytest.approx(exact, rel=1e-4)
+
+
+@pytest.mark.parametrize("memory", [0.1, -0.25])
+def test_rounding_with_a_memory(memory):
+    """Differences of an error with this correlation have the variance 2 (1 - memory)."""
+    f = (np.arange(400_000) + 0.5) * RATE / 800_000
+    power = table.find("quantization").spectrum(f, RATE, {"memory": memory})
+    assert power.mean() / RATE**2 == pytest.approx(2 * (1 - memory), rel=1e-3)
+
+
+def test_a_band_has_half_of_its_power_at_half_its_width():
+    shape = {"frequency_hz": 8.0, "half_width_hz": 0.2}
+    peak, low, high = table.find("narrow_band").spectrum(np.array([8.0, 7.8, 8.2]), RATE, shape)
+    assert (low / peak, high / peak) == pytest.approx((0.5, 0.5), rel=0.03)
+
+
+@pytest.mark.parametrize("lag", [0.1, 1.0, 20.0])
+def test_a_ramp_is_late_by_the_lag(lag):
+    from davarlab.effects import columns
+
+    x = np.arange(20_000) / RATE
+    late = x - columns.lagged(x, RATE, lag, moving=True)
+    assert late[10_000:].mean() == pytest.approx(lag, abs=0.03)

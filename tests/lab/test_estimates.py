@@ -68,7 +68,7 @@ def test_sizes_have_the_covariance_of_their_information():
     count = 8000
     bench, parts, fit, _ = fitted(0.035 * np.random.default_rng(2).standard_normal(count))
     found = whittle.size_covariance(bench.data, bench.rows(parts), fit.level)
-    assert found[0, 0] == pytest.approx(2 * fit.sizes[0] ** 2 / (count - 1), rel=0.01)
+    assert found[0, 0] / fit.sizes[0] ** 2 == pytest.approx(2 / (count - 1), rel=0.01)
     nothing = estimate.spectrum_estimate(0.5, 0.0, np.inf, 4e-4)
     assert (nothing.value, nothing.low) == (0.0, 0.0)
     assert nothing.high == pytest.approx(2 * np.sqrt(stats.norm.ppf(0.975) * 4e-4))
@@ -259,3 +259,25 @@ def test_the_share_of_white_noise_in_a_spectrum():
     share = modulation.white_share(bench, parts, fit)
     expected = fit.sizes[0] * RATE / fit.level
     np.testing.assert_allclose(share, expected, rtol=1e-6)
+
+
+def test_the_ends_of_a_growth_are_known_to_three_nats():
+    """Half a block, and blocks on the wrong side up to a likelihood of exp(-3)."""
+    part = Part("noise_step", {"start_s": 100.0, "stop_s": 300.0})
+    blocks = changes.Blocks(np.ones(400), 50, 1.0, 50.0)
+    nats = 25 * (1.5**2 - 1) - 50 * np.log(1.5)  # of 50 normal values with the wrong variance
+    found = estimate.ends([part], blocks, 1.5)
+    assert reach(found["start_s"]) == pytest.approx(0.5 + 3 / nats)
+    assert found["stop_s"].high == pytest.approx(300.5 + 3 / nats)
+
+
+def test_white_noise_that_grows_beside_flicker_keeps_its_level():
+    rng, count = np.random.default_rng(12), 60_000
+    t = np.arange(count) / RATE
+    white = 0.3 / 60 * RATE**0.5 * rng.standard_normal(count)
+    slow = lab_bench.flicker(count, RATE, 150 / 3600, rng)
+    y = white * np.where((t >= 300) & (t < 800), 1.6, 1.0) + slow
+    parts = [Part("bias_instability"), Part("noise_step", {"start_s": 300.0, "stop_s": 800.0})]
+    found = fitted(y, *parts)[3]
+    assert found[0][N].value == pytest.approx(0.3, rel=0.05)
+    assert found[2]["ratio"].value == pytest.approx(1.6, rel=0.05)

@@ -37,6 +37,8 @@ def test_p_values_of_white_ordinates_are_evenly_spread():
         told = adequacy.judge(c, 0)
         least = min(told.tests.values())
         assert told.p_value == pytest.approx(1 - (1 - least) ** 3)
+        largest = 2 * told.cells.size * stats.norm.sf(np.abs(told.cells).max())
+        assert told.tests["largest cell"] == pytest.approx(min(1.0, largest))
         for name, p in told.tests.items():
             found.setdefault(name, []).append(p)
     assert stats.kstest(found["spectrum"], "uniform").pvalue > 1e-3
@@ -283,3 +285,76 @@ def test_the_error_of_a_true_model_is_near_its_floor():
     assert windows == {1.0, 0.25, 0.062}
     assert JUDGE.tolerance == 1.05
     assert Part("angle_random_walk").role == "spectrum"
+
+
+def test_heavy_tails_scatter_the_energies_of_wide_bands():
+    """Excess kurtosis k in a band that is a share s of all: a freedom less by 1 + k s / 2."""
+    c = np.random.default_rng(7).standard_normal(12_000)
+    plain, heavy = adequacy.cells_of(c), adequacy.cells_of(c, 2.0)
+    ratio = heavy.std(axis=1) / plain.std(axis=1)
+    assert ratio[-1] == pytest.approx(1.5**-0.5, rel=0.02)  # the upper half of the band
+    assert ratio[-2] == pytest.approx(1.25**-0.5, rel=0.02)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 1.0])
+def test_a_known_course_makes_a_variance_scatter_less(share):
+    """Of a fixed course with white noise: drawn, against the degrees of freedom of the cell."""
+    rng, count = np.random.default_rng(8), 50
+    course = np.full(count, np.sqrt(1 - share))
+    drawn = np.mean((course + np.sqrt(share) * rng.standard_normal((40_000, count))) ** 2, axis=1)
+    one = np.array([1.0])
+    (found,) = cells.row_cells(0, 450, [50], one, share * one, (1 - share) * one, count * one, 50.0)
+    assert found.freedom == pytest.approx(2 / drawn.var(), rel=0.04)
+    assert (found.ratio, found.tau_s, found.stop_s) == (1.0, 1.0, 9.0)
+
+
+def test_a_white_level_that_changes_scales_the_cells():
+    made = lab_bench.simulated(seconds=100.0)
+    state = state_of.start(made, lab_bench.model(b=0.01))
+    plain, grown = (
+        cells.cells_of(state, state.record, np.full(made.samples, level)) for level in (1.0, 2.0)
+    )
+    shortest = min(one.tau_s for one in plain)
+    for one, two in zip(plain, grown):
+        if one.tau_s == shortest:
+            assert two.model_dps**2 / one.model_dps**2 == pytest.approx(2, rel=0.05)
+
+
+@pytest.mark.parametrize("loss, goes", [(2.9, True), (3.1, False)])
+def test_a_term_that_a_later_one_made_needless_goes(errors, monkeypatch, loss, goes):
+    """Within three of the log-likelihood a recording cannot tell two models."""
+    monkeypatch.setattr(search, "loss_without", lambda state, rest, part: loss)
+    left = search.pruned(Stand("abc", "mean"), 1)
+    assert "".join(part.kind for part in left.parts) == ("ac" if goes else "abc")
+
+
+@pytest.mark.parametrize("gain, later", [(9.9, True), (10.1, False)])
+def test_a_line_for_a_while_waits_for_what_gains_twice_as_much(gain, later):
+    taken = SimpleNamespace(kind="sinusoid", gain=20.0)
+    assert search.waits(SimpleNamespace(kind="intermittent_line", gain=gain), taken) is later
+    assert not search.waits(SimpleNamespace(kind="warm_up", gain=gain), taken)
+
+
+@pytest.mark.parametrize("error, worse", [(0.0374, False), (0.0376, True), (0.031, False)])
+def test_a_held_out_error_is_worse_above_the_floor_of_a_true_model(error, worse):
+    before, after = (
+        improving.Step(None, [], 0.1, 0.03, outside, 0.5, 0.03) for outside in (0.035, error)
+    )
+    assert improving.worse_held_out(before, after) is worse
+
+
+@pytest.mark.parametrize(
+    "error, loss, kept", [(0.5, 51, True), (0.5, 49, False), (0.51, 51, False)]
+)
+def test_a_line_that_no_averaging_time_shows_is_certain(monkeypatch, error, loss, kept):
+    monkeypatch.setattr(search, "loss_without", lambda state, rest, part: loss)
+    monkeypatch.setattr(search, "earning", lambda part, rest: False)
+    assert search.certain(Stand("ab"), None, Stand("a"), error, 0.5) is kept
+
+
+@pytest.mark.parametrize("loss, chance", [(2.0, True), (40.0, False)])
+def test_a_part_that_chance_explains_beside_later_ones(monkeypatch, loss, chance):
+    monkeypatch.setattr(search, "loss_without", lambda state, rest, part: loss)
+    state = SimpleNamespace(bench=SimpleNamespace(y=np.zeros(10_000)))
+    part = SimpleNamespace(kind="rate_ramp", role="mean", form="raw")
+    assert search.by_chance(state, part, Stand("a")) is chance
