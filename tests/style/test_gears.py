@@ -3,6 +3,7 @@ declares in tests/parts.toml are complete, and a change of one repeats its tests
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -38,7 +39,7 @@ def run(folder, *words):
         if not name.startswith(("DAVAR_", "PYTEST_")) and name != "PYTHONPATH"
     }
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", *words],
+        [sys.executable, "-m", "pytest", "-p", "no:hypothesispytest", "-q", *words],
         cwd=folder,
         env=outside | {"DAVAR_BUILT": "1"},
         text=True,
@@ -78,13 +79,26 @@ def small(tmp_path):
 
 
 @pytest.mark.parametrize(("gear", "passed"), [("quick", 1), ("all", 2), ("soak", 1)])
-@pytest.mark.parametrize("words", [(), ("--numprocesses=2", "--dist=loadgroup")])
-def test_a_gear_runs_its_tests(small, gear, passed, words):
-    done = run(small, f"--gear={gear}", *words)
+def test_a_gear_runs_its_tests(small, gear, passed):
+    done = run(small, f"--gear={gear}")
     assert done.returncode == 0 and f"{passed} passed" in done.stdout, done.stdout
 
 
-@pytest.mark.parametrize("words", [(), ("--numprocesses=2", "--dist=loadgroup")])
+def test_the_tests_of_a_module_share_a_worker(small):
+    """A module's fixtures are made once. pytest 9 breaks the groups of xdist 3.8 silently."""
+    more = "import pytest\n\n@pytest.mark.parametrize('n', range(8))\ndef test_it(n):\n    pass\n"
+    for name in "ab":
+        (small / f"tests/small/test_{name}.py").write_text(more)
+    done = run(small, "-vv", "--numprocesses=2", "--dist=loadgroup", "--no-loadscope-reorder")
+    found = set(
+        re.findall(r"^\[(gw\d)\].* (tests/small/test_[ab].py)::", done.stdout, re.MULTILINE)
+    )
+    assert len(found) == 2, done.stdout
+
+
+@pytest.mark.parametrize(
+    "words", [(), pytest.param(("-n2", "--dist=loadgroup"), marks=pytest.mark.slow)]
+)
 def test_only_a_change_repeats_a_test_that_passed(small, words):
     first, second = run(small, *words), run(small, *words)
     assert "2 passed" in first.stdout and "2 unchanged" in second.stdout, second.stdout
