@@ -205,6 +205,25 @@ static void test_an_absent_gyro_is_left_at_once_and_returns_after_2_s(void)
     }
 }
 
+static void test_rates_that_are_no_numbers_count_as_missing(void)
+{
+    const float bad[] = {NAN, INFINITY, -INFINITY, 1.1e6F, -1.1e6F};
+    for (uint32_t b = 0U; b < 5U; b++) {
+        TEST_ASSERT_TRUE(starts());
+        fly(50U, 0xFU, 0xFU);
+        for (uint32_t k = 0U; k < 10U; k++) {
+            const float rates[] = {0.01F * (float)k, (k == 4U) ? bad[b] : 0.02F * (float)k,
+                                   -0.01F * (float)k};
+            (void)davar_select_add(&selection, rates);
+        }
+        davar_select_update(&selection, &verdict);
+        TEST_ASSERT_EQUAL(DAVAR_SELECT_ABSENT, verdict.fault[1]);
+        fly(30U, 0xFU, 0xFU);
+        TEST_ASSERT_EQUAL(0U, verdict.fault[1]);
+        TEST_ASSERT_FLOAT_WITHIN(0.1F, 0.333F, verdict.weight[1]);
+    }
+}
+
 static void test_a_stuck_gyro_is_left_after_3_blocks(void)
 {
     TEST_ASSERT_TRUE(starts());
@@ -259,6 +278,22 @@ static void test_a_mean_that_jumps_is_reported_and_named_if_two_others_agree(voi
             TEST_ASSERT_EQUAL(0U, verdict.fault[0]);
         }
     }
+}
+
+static void test_a_named_gyro_stays_named_while_the_others_come_and_go(void)
+{
+    config.gyros = 4U;
+    TEST_ASSERT_TRUE(starts());
+    fly(200U, 0xFU, 0xFU);
+    bias[0] = 1.0;
+    fly(20U, 0xFU, 0xFU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_MEAN, verdict.fault[0]);
+    fly(30U, 0xDU, 0xFU); /* without one, then another, then two */
+    fly(150U, 0x7U, 0xFU);
+    fly(150U, 0x3U, 0xFU);
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_MEAN, verdict.fault[0]);
+    TEST_ASSERT_EQUAL(1U, verdict.chosen);
+    TEST_ASSERT_EQUAL_FLOAT(1.0F, verdict.weight[1]);
 }
 
 /* The biases drift on while a gyro is absent, within the tolerance. */
@@ -317,6 +352,82 @@ static void test_an_own_noise_below_0_becomes_0_and_takes_a_bounded_weight(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-5F, 1.0F / (1.0F + (2.0F * 0.4F / 40.0F)), verdict.weight[0]);
 }
 
+static void test_two_gyros_keep_their_weights_while_motion_hides_their_noise(void)
+{
+    config.gyros = 2U;
+    TEST_ASSERT_TRUE(starts());
+    own[0] = 2.0;
+    fly(300U, 0xFU, 0xFU);
+    TEST_ASSERT_FALSE(verdict.hidden);
+    TEST_ASSERT_EQUAL(1U, verdict.chosen);
+    TEST_ASSERT_FLOAT_WITHIN(0.04F, 0.2F, verdict.weight[0]);
+    motion = 1.0;
+    own[1] = 3.0; /* nobody can see that */
+    fly(300U, 0xFU, 0xFU);
+    TEST_ASSERT_TRUE(verdict.hidden);
+    TEST_ASSERT_EQUAL(1U, verdict.chosen);
+    TEST_ASSERT_FLOAT_WITHIN(0.04F, 0.2F, verdict.weight[0]);
+    motion = 0.0;
+    fly(100U, 0xFU, 0xFU);
+    TEST_ASSERT_EQUAL(0U, verdict.chosen);
+}
+
+static void check_verdict(void)
+{
+    float sum = 0.0F;
+    bool usable = false;
+    for (uint32_t i = 0U; i < config.gyros; i++) {
+        const uint8_t bad = DAVAR_SELECT_ABSENT | DAVAR_SELECT_STUCK | DAVAR_SELECT_MEAN;
+        const bool good = (verdict.fault[i] & bad) == 0U;
+        TEST_ASSERT_TRUE((verdict.weight[i] >= 0.0F) && (verdict.weight[i] <= 1.0F));
+        TEST_ASSERT_EQUAL(good, verdict.weight[i] > 0.0F);
+        sum += verdict.weight[i];
+        usable = usable || good;
+    }
+    TEST_ASSERT_EQUAL(usable, verdict.usable);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5F, usable ? 1.0F : 0.0F, sum);
+    TEST_ASSERT_TRUE(verdict.chosen < config.gyros);
+    TEST_ASSERT_EQUAL(usable, verdict.weight[verdict.chosen] > 0.0F);
+}
+
+static void test_one_gyro_wired_twice_counts_as_two_equal_ones(void)
+{
+    config.gyros = 2U;
+    TEST_ASSERT_TRUE(starts());
+    for (uint32_t t = 0U; t < 20000U; t++) {
+        for (uint32_t k = 0U; k < config.block; k++) {
+            const float rate = 100.0F + (float)random_gauss(&source);
+            const float rates[2] = {rate, rate};
+            (void)davar_select_add(&selection, rates);
+        }
+        davar_select_update(&selection, &verdict);
+        TEST_ASSERT_TRUE(pair[0].noise <= 64.0F);
+    }
+    check_verdict();
+    TEST_ASSERT_EQUAL(0U, verdict.chosen);
+    TEST_ASSERT_FALSE(verdict.disagree);
+    TEST_ASSERT_TRUE(verdict.hidden); /* all that they show is common */
+    TEST_ASSERT_EQUAL_FLOAT(0.5F, verdict.weight[0]);
+}
+
+/* A gyro that saturates repeats its full scale. */
+static void test_a_saturated_gyro_is_left(void)
+{
+    TEST_ASSERT_TRUE(starts());
+    fly(100U, 0xFU, 0xFU);
+    for (uint32_t t = 0U; t < 10U; t++) {
+        for (uint32_t k = 0U; k < config.block; k++) {
+            const float rate = 250.0F + (float)(10U * t + k);
+            const float rates[3] = {250.0F, rate, rate + (0.05F * (float)random_gauss(&source))};
+            (void)davar_select_add(&selection, rates);
+        }
+        davar_select_update(&selection, &verdict);
+        check_verdict();
+    }
+    TEST_ASSERT_EQUAL(DAVAR_SELECT_STUCK, verdict.fault[0]);
+    TEST_ASSERT_NOT_EQUAL(0U, verdict.chosen);
+}
+
 static void test_two_means_of_four_that_jump_are_reported_but_not_named(void)
 {
     config.gyros = 4U;
@@ -361,11 +472,16 @@ int main(void)
     RUN_TEST(test_common_motion_cancels_with_three_gyros_and_hides_the_noise_of_two);
     RUN_TEST(test_violent_motion_hides_the_noise_of_any_number_of_gyros);
     RUN_TEST(test_an_absent_gyro_is_left_at_once_and_returns_after_2_s);
+    RUN_TEST(test_rates_that_are_no_numbers_count_as_missing);
     RUN_TEST(test_a_stuck_gyro_is_left_after_3_blocks);
     RUN_TEST(test_gyros_that_all_repeat_one_value_are_stuck_without_a_nan);
     RUN_TEST(test_a_mean_that_jumps_is_reported_and_named_if_two_others_agree);
+    RUN_TEST(test_a_named_gyro_stays_named_while_the_others_come_and_go);
     RUN_TEST(test_a_gyro_that_returns_within_the_drift_tolerance_is_trusted);
     RUN_TEST(test_any_axis_that_is_no_number_makes_the_block_of_its_gyro_missing);
+    RUN_TEST(test_two_gyros_keep_their_weights_while_motion_hides_their_noise);
+    RUN_TEST(test_one_gyro_wired_twice_counts_as_two_equal_ones);
+    RUN_TEST(test_a_saturated_gyro_is_left);
     RUN_TEST(test_an_own_noise_below_0_becomes_0_and_takes_a_bounded_weight);
     RUN_TEST(test_two_means_of_four_that_jump_are_reported_but_not_named);
     RUN_TEST(test_noise_far_beyond_the_past_is_a_warning_until_it_ends);
