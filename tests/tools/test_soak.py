@@ -28,7 +28,7 @@ class Soak(unittest.TestCase):
             found = ["input-1"] if number == fault else []
             return soak.Done(length, counts={"runs": 1000, "most edges": 10 - number}, found=found)
 
-        return soak.Check(hours, run, "fuzz", whole)
+        return soak.Check(hours, run, ("fuzz",), whole)
 
     def soaked(self, checks, share=1.0, stop_after=None):
         """(exit status, printed text)."""
@@ -70,15 +70,23 @@ class Soak(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertRegex(said, r"a +0:10 of 1:00 .* input-1")
         self.assertRegex(said, r"b +0:06 of 0:06 .* nothing")
+        self.assertIn("(nothing was found on any earlier commit)", said)
         count = len(self.slices)
         self.assertEqual(self.soaked(checks)[0], 1)
         self.assertEqual(len(self.slices), count)
+
+    def test_the_last_commit_without_a_finding_is_named(self):
+        self.assertEqual(self.soaked({"a": self.check("a", 0.1)})[0], 0)
+        self.folder = self.folder.with_name("later")
+        status, said = self.soaked({"a": self.check("a", 0.1, fault=0)})
+        self.assertEqual(status, 1)
+        self.assertIn("(nothing was found on commit)", said)
 
     def test_a_check_that_cannot_run_says_why(self):
         def broken(*_):
             raise soak.Broken("lines\nno compiler")
 
-        status, said = self.soaked({"a": soak.Check(1, broken, "fuzz")})
+        status, said = self.soaked({"a": soak.Check(1, broken, ("fuzz",))})
         self.assertEqual((status, "cannot run: no compiler" in said), (1, True), said)
 
     def test_wrong_options_are_rejected_in_one_line(self):

@@ -303,8 +303,9 @@ class Soak:
         folder.mkdir(parents=True, exist_ok=True)
         there = json.loads(self.file.read_text()) if self.file.exists() else {}
         self.done = {name: Done(**entry) for name, entry in there.items()}
-        clean = SOAK / "clean.json"
-        self.clean = json.loads(clean.read_text()) if clean.exists() else {}
+        self.clean_file = folder.parent / "clean.json"
+        known = self.clean_file.exists()
+        self.clean = json.loads(self.clean_file.read_text()) if known else {}
 
     def wanted(self, name: str) -> float:
         return CHECKS[name].hours * self.share
@@ -340,7 +341,7 @@ class Soak:
         part.replace(self.file)
         done = [name for name in self.done if not self.left(name) and not self.done[name].found]
         clean = self.clean | dict.fromkeys(done, self.folder.name)
-        (SOAK / "clean.json").write_text(json.dumps(clean, indent=1) + "\n")
+        self.clean_file.write_text(json.dumps(clean, indent=1) + "\n")
 
     def row(self, name: str) -> str:
         done = self.done.get(name, Done())
