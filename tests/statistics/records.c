@@ -500,8 +500,10 @@ static void run_resolved(const void *of, unsigned trials, uint64_t seed)
     for (unsigned n = 0U; n < trials; n++) {
         watch(gyro, &plan, seed + n);
     }
-    value("half", time_of(trials / 2U), 0.0);
-    value("nine", time_of((trials * 9U) / 10U), 0.0);
+    const unsigned half = trials / 2U;
+    const unsigned nine = (trials * 9U) / 10U;
+    value("half", time_of(half), 0.0);
+    value("nine", time_of(nine), 0.0);
     for (unsigned i = 0U; (i < CHECKS) && (check_min[i] <= gyro->most_min); i++) {
         share("holds", true_in[i], trials);
     }

@@ -87,7 +87,7 @@ static void run_coverage(const void *of, unsigned trials, uint64_t seed)
     static score_t score;
     const coverage_t *const row = of;
     const gyro_noise_t noise = noise_of(row->noise);
-    uint32_t m[DAVAR_TAUS_MAX];
+    uint32_t m[DAVAR_TAUS_MAX] = {0U};
     double truth[DAVAR_COEFFICIENT_COUNT];
     double adev[DAVAR_TAUS_MAX];
     char label[64];

@@ -196,7 +196,9 @@ static void test_a_heartbeat_comes_once_a_second(void)
     for (size_t i = 0U; i < sizeof calls / sizeof calls[0]; i++) {
         const davar_packet_t before = packet;
         TEST_ASSERT_EQUAL(calls[i].due, heartbeat_at(calls[i].time_us) != NULL);
-        TEST_ASSERT_TRUE(calls[i].due || (memcmp(&before, &packet, sizeof packet) == 0));
+        TEST_ASSERT_TRUE(calls[i].due || (before.length == packet.length));
+        TEST_ASSERT_TRUE(calls[i].due ||
+                         (memcmp(before.data, packet.data, sizeof packet.data) == 0));
     }
     TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_cyphal, &home, 100.0));
     for (uint64_t time_us = 0U; time_us <= 100000000U; time_us += 333000U) {
