@@ -191,7 +191,8 @@ def test_the_allan_curve_grows_to_a_day(folder, opened, sender, tabs):
     expect(points).to_have_count(len(there))
     height = [float(points.nth(at).get_attribute("cy")) for at in range(len(there))]
     values = [found["adev"][i] for i in there]
-    assert sorted(values, reverse=True) == [value for _, value in sorted(zip(height, values))]
+    downwards = [at for _, at in sorted(zip(values, height), reverse=True)]
+    assert downwards == sorted(downwards)  # two close values may share a height
     for at, i in enumerate(there):
         words = "no interval" if found["low"][i] is None else "95 %"
         expect(points.nth(at).locator("title")).to_contain_text(words)
