@@ -1,5 +1,5 @@
 """One browser for all tests that show a page: they form one group of xdist, so one worker starts
-it, and are slow except the story of the quick gear.
+it. Only the story runs by day; tools/soak runs the others.
 """
 
 import os
@@ -16,7 +16,7 @@ def pytest_itemcollected(item):
     if "chromium" in getattr(item, "fixturenames", ()):
         item.add_marker(pytest.mark.xdist_group("tests/workbench::browser"))
         if not item.get_closest_marker("story"):
-            item.add_marker(pytest.mark.slow)
+            item.add_marker(pytest.mark.soak)
 
 
 def pytest_configure(config):
