@@ -25,7 +25,7 @@ QUICK = "cmake.define.CMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG"  # the bits are those 
 class Wheel(NamedTuple):
     dist: Path  # the folder of the source distribution and the wheel
     site: Path  # the wheel, installed
-    library: Path  # only davar, as in an environment without the extra
+    davar: Path  # only davar, as in an environment without the extra
     numpy: Path  # only numpy
 
 
@@ -88,12 +88,12 @@ def installed(wheel):
     others = {
         name: sys.modules.pop(name) for name in list(sys.modules) if name.split(".")[0] == "davar"
     }
-    sys.path.insert(0, str(wheel.library))
+    sys.path.insert(0, str(wheel.davar))
     importlib.invalidate_caches()
     try:
         yield importlib.import_module("davar")
     finally:
-        sys.path.remove(str(wheel.library))
+        sys.path.remove(str(wheel.davar))
         for name in [name for name in sys.modules if name.split(".")[0] == "davar"]:
             del sys.modules[name]
         sys.modules.update(others)

@@ -107,7 +107,7 @@ def test_its_own_tests_pass_except_two_intended_differences(suite, wheel):
         cwd=suite / "ocxo",
         env={
             **os.environ,
-            "PYTHONPATH": f"{wheel.library}:{Path(__file__).parent}",
+            "PYTHONPATH": f"{wheel.davar}:{Path(__file__).parent}",
             "COLUMNS": "200",
         },
         text=True,

@@ -295,7 +295,7 @@ def test_a_file_of_proc_does_not_wait(elsewhere, wheel):
     )
     done = subprocess.run(
         [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": str(wheel.library)},
+        env={**os.environ, "PYTHONPATH": str(wheel.davar)},
         capture_output=True,
         text=True,
         timeout=600,

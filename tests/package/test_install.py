@@ -108,7 +108,7 @@ def test_types_are_complete(wheel, tmp_path):
 
 
 def test_without_the_extra_the_library_works_and_davarlab_reports_it(wheel, tmp_path):
-    paths = wheel.library, wheel.numpy
+    paths = wheel.davar, wheel.numpy
     code = "import davar; print(davar.adev([1.0, 2.0, 4.0], 1.0, clusters=[1]).adev[0] ** 2)"
     assert float(run(["-S", "-c", code], tmp_path, *paths).stdout) == pytest.approx((1 + 4) / 4)
     done = run(["-S", wheel.site / "bin/davarlab", "--help"], tmp_path, *paths)
