@@ -30,12 +30,12 @@ coefficient_deg_per_h = {b!r}
 
 @contextlib.contextmanager
 def undone(*signals):
-    """Signal handlers and the table of effects are afterwards as they were."""
-    from davarlab.effects import table
+    """Restores signal handlers, the table of effects and the list of loaded ones."""
+    from davarlab.effects import own, table
 
     kept = {number: signal.getsignal(number) for number in signals}
     try:
-        with mock.patch.dict(table.TABLE):
+        with mock.patch.dict(table.TABLE), mock.patch.dict(own.LOADED):
             yield
     finally:
         for number, handler in kept.items():
