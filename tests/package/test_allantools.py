@@ -60,11 +60,7 @@ RECORDS = {
         "phase",
         ("Keysight53230A_ti_noise_floor/tic_oadev.txt",),
     ),
-    "GPS receiver": (
-        "gps/gps_1pps_phase_data.txt.gz",
-        "phase",
-        ("gps/stable32_OADEV_octave.txt",),
-    ),
+    "GPS receiver": ("gps/gps_1pps_phase_data.txt.gz", "phase", ("gps/stable32_OADEV_octave.txt",)),
     "5071A Cs clock": (
         "Cs5071A/5071A_phase.txt.gz",
         "phase",

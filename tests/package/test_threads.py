@@ -67,16 +67,6 @@ def test_gaps_and_the_end_from_other_threads():
     assert 1 <= stream.health["gaps"] <= 20
 
 
-def test_separate_streams_do_not_disturb_each_other():
-    x = [np.random.default_rng(i).normal(0, 0.1, 20_000) for i in range(4)]
-    wanted, found = [davar.dynamic(one, 100.0, stride=10) for one in x], {}
-
-    def work(i):
-        found[i] = davar.dynamic(x[i], 100.0, stride=10)
-
-    assert in_threads(4, work) == []
-    for i, one in enumerate(wanted):
-        expect_equal(found[i], one)
 
 
 def test_an_array_that_pushes_while_it_is_read():

@@ -32,8 +32,8 @@ def test_the_published_points():
     assert [f"{value:.5f}" for value in found.adev] == list(POINTS_9.values())
 
 
-def expect_allantools(found, x, rate_hz, taus, data_type="freq", rtol=2e-8):
-    theirs = allantools.oadev(x, rate=rate_hz, data_type=data_type, taus=taus)
+def expect_allantools(found, x, rate_hz, taus, rtol=2e-8):
+    theirs = allantools.oadev(x, rate=rate_hz, data_type="freq", taus=taus)
     # AllanTools continues until one difference remains, words end at a ninth of the record
     there = slice(None) if not isinstance(taus, str) else theirs[0] * rate_hz < len(x) // 9 + 0.5
     np.testing.assert_allclose(found.taus_s, theirs[0][there], rtol=1e-12)
@@ -65,24 +65,8 @@ def test_the_words_and_the_seconds_of_allantools_mean_the_same_here(rate_hz):
     np.testing.assert_array_equal(davar.adev(x, 50.0, clusters=[50, 500]), seconds)
 
 
-def test_phase_of_clocks():
-    noise = np.random.default_rng(10)
-    for rate_hz in (1.0, 64.0, 12.5):
-        rates = np.cumsum(noise.normal(0, 1e-9, 4000)) + noise.normal(0, 1e-8, 4000)
-        phase = np.cumsum(rates) / rate_hz
-        found = davar.adev(phase, rate_hz, data_type="phase")
-        expect_allantools(found, phase, rate_hz, found.taus_s, "phase", 1e-7)
 
 
-def test_dynamic_is_the_value_of_each_window():
-    x = np.random.default_rng(2).normal(0.3, 0.2, 3000)
-    window = {"policy": "fixed", "mode": "trailing", "window_max": 600, "window_min": 600}
-    epochs = davar.dynamic(x, 100.0, stride=97, **window)
-    for row, epoch in enumerate(epochs.epoch):
-        part = x[epoch - 599 : epoch + 1]
-        expected = allantools.oadev(part, rate=100.0, data_type="freq", taus=epochs.taus_s)[1]
-        np.testing.assert_allclose(epochs.adev[row], expected, rtol=1e-7)
-    assert epochs.epoch.tolist() == list(range(679 - 1, 3000, 97))
 
 
 def expect(found, x, gaps=(), rtol=1e-8):
@@ -107,15 +91,12 @@ def test_gaps_in_every_form():
         expect(davar.adev(samples, 10.0, clusters=SIZES, **options), samples, gaps)
 
 
-def test_counts_are_exact_at_the_ends_of_their_range():
-    counts = np.random.default_rng(4).choice([-(2**31), 2**31 - 1], 400)
-    expect(davar.adev(counts, 10.0, clusters=SIZES, lsb=0.5), counts * 0.5, rtol=1e-14)
 
 
 @pytest.mark.parametrize("gaps", ([], [7, 8191, 8192, 8193]))
 @pytest.mark.parametrize("largest", (1, 2**15, 2**31, 2**41))
 def test_long_records_have_every_bit_of_the_exact_sums(largest, gaps):
-    """Whole numbers without a limit, over many blocks, with gaps and sums above 64 bits."""
+    """Of whole numbers without a limit, with gaps and sums above 64 bits."""
     sizes = [1, 2, 3, 64, 1000, 4095, 4096, 4097, 8192, 10_000, 15_000]
     draw = np.random.default_rng([12, largest, len(gaps)])
     counts = draw.integers(-largest, largest, 40_000, endpoint=True)
