@@ -1,8 +1,6 @@
 """Bad recordings: exit status 2, one line with file, line and column, no standard output."""
 
 import os
-import resource
-import signal
 import subprocess
 
 import pytest
@@ -72,7 +70,6 @@ CASES = {
         ":101: column temp_degC: not a number, found 'a'",
     ),
     "time": (with_field(99, 0, "noon"), ":101: column time_s: not a number, found 'noon'"),
-    "first row": (with_field(0, 1, "x"), ":2: column gyro_x_dps: not a number, found 'x'"),
     "last row": (with_field(199, 2, "x"), ":201: column temp_degC: not a number, found 'x'"),
     "comments": ("# a\n\n" + with_field(9, 0, "x"), ":13: column time_s: not a number, found 'x'"),
     "short row": (
@@ -80,7 +77,6 @@ CASES = {
         ":52: column temp_degC: row too short: 3 columns in the header, found 2",
     ),
     "long row": (with_field(50, 2, "1,2,3"), f"{TOO_LONG} 5"),
-    "trailing comma": (with_field(50, 2, "1,"), f"{TOO_LONG} 4"),
     "blank line": (with_line(52, ""), ":52: column time_s: empty row between rows, found ''"),
     "comment": (with_line(52, "# stop"), ":52: column time_s: not a number, found '# stop'"),
     "zero byte": (with_field(50, 2, "1\0x"), f":52: {NO_TEXT}00"),
@@ -88,11 +84,7 @@ CASES = {
         "time_s,gyro_x_dps\n0,1\n" + "1" * 1000000,
         ":3: line longer than 262144 bytes; not a recording",
     ),
-    "back": (
-        with_field(60, 0, "0.58"),
-        ":62: column time_s: time runs backwards, found '0.58'",
-    ),
-    "time, rate": (with_field(60, 0, "-1"), ":62: column time_s: time runs backwards, found '-1'"),
+    "back": (with_field(60, 0, "0.58"), ":62: column time_s: time runs backwards, found '0.58'"),
     "constant time": (CONSTANT, MEDIAN),
     "no time": (RATE_ONLY, ": no column time_s: the sample rate is unknown; give --rate"),
     "name twice": (
@@ -112,20 +104,15 @@ CASES = {
     "above 16 bits": (with_field(99, 1, "327.68"), f"{OUTSIDE} '327.68'"),
     "below 16 bits": (with_field(99, 1, "-327.69"), f"{OUTSIDE} '-327.69'"),
     "above 24 bits": (with_field(99, 1, "83886.08"), f"{OUTSIDE} '83886.08'"),
-    "far above": (with_field(99, 1, "1e300"), f"{OUTSIDE} '1e+300'"),
     "above float32": (with_field(99, 1, "1e39"), FLOAT),
     "empty": ("", ":0: empty recording: no header row"),
-    "comments only": ("# only: comments\n\n", ":2: empty recording: no header row"),
     "header only": (HEADER, ":1: no rows after the header"),
     "binary": (BINARY, f":1: {NO_TEXT}00"),
-    "utf-16": (TEXT.encode("utf-16"), f":1: {NO_TEXT}00"),
-    "binary rows": (HEADER.encode() + b"\n" + BINARY, ":2: column time_s: empty field, found ''"),
     "one row": ("a,time_s\n0,1\n", ": too short: 1 samples, but one epoch needs at least 30"),
 }
 OPTIONS = {
     **dict.fromkeys(("above 16 bits", "below 16 bits"), ("--lsb", "0.01", "--bits", "16")),
-    **dict.fromkeys(("above 24 bits", "far above", "part of a count"), ("--lsb", "0.01")),
-    "time, rate": ("--rate", "100"),
+    **dict.fromkeys(("above 24 bits", "part of a count"), ("--lsb", "0.01")),
     "unknown column": ("--column", "gyro_q_dps"),
     "above float32": ("--arith", "float"),
 }
@@ -188,12 +175,6 @@ def test_no_room_for_the_temporary_file(tmp_path):
     environment = dict(os.environ, TMPDIR=str(tmp_path / "nowhere"))
     path = recording(tmp_path, count=60000)
     assert_refused(sim(path, env=environment), "nowhere", "TMPDIR", "No such file")
-
-    def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-
-    assert_refused(sim(path, preexec_fn=limit), "temporary file", "cannot write")
 
 
 @pytest.mark.parametrize(

@@ -16,11 +16,11 @@ from pathlib import Path
 
 import pytest
 from device_answer import HEALTH, head, result
+from interposed import STOPS, environment, heeded, interposer
 from sim_case import PROGRAM, SMALL_WINDOW, recording, sim, write
 
 pytestmark = pytest.mark.slow
 
-STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LSB = ("--lsb", "0.01", *SMALL_WINDOW)
 PACED = ("--pace", "1000000")  # every row is written immediately
 TAUS = ("--taus", ",".join(map(str, range(1, 31))))
@@ -34,34 +34,24 @@ def sanitized():
 
 
 @pytest.fixture(scope="module")
-def interposer(tmp_path_factory, sanitized):
-    built = tmp_path_factory.mktemp("faults") / "faults.so"
-    flags = ["-shared", "-fPIC", "-O1", *([] if sanitized else ["-DALLOCATIONS"])]
-    source = Path(__file__).parent / "faults.c"
-    subprocess.run(["cc", *flags, "-o", built, source, "-ldl"], check=True)
-    return built
+def preloaded(tmp_path_factory, sanitized):
+    return interposer(tmp_path_factory.mktemp("faults"), *([] if sanitized else ["-DALLOCATIONS"]))
 
 
 class Faulty:
     """Runs of davar-sim with a fault, on a recording of 300 samples."""
 
-    def __init__(self, folder, interposer):
-        self.folder, self.interposer = folder, interposer
+    def __init__(self, folder, preloaded):
+        self.folder, self.preloaded = folder, preloaded
         self.scratch, self.mark = folder / "scratch", folder / "mark"
         self.scratch.mkdir()
         self.path = recording(folder)
 
     def run(self, fault, *options, output=None, **keywords):
         """A run with a fault; None if it ended without it."""
-        self.mark.unlink(missing_ok=True)
-        keywords["env"] = {
-            **os.environ,
-            "LD_PRELOAD": str(self.interposer),
-            "FAULT": fault,
-            "FAULT_MARK": str(self.mark),
-            "TMPDIR": str(self.scratch),
-            "ASAN_OPTIONS": "verify_asan_link_order=0:detect_leaks=0",
-        }
+        keywords["env"] = environment(self.preloaded, self.mark, fault)
+        keywords["env"]["TMPDIR"] = str(self.scratch)
+        keywords["env"]["ASAN_OPTIONS"] = "verify_asan_link_order=0:detect_leaks=0"
         if output is None:
             done = sim(self.path, *options, **keywords)
         else:
@@ -110,12 +100,9 @@ def assert_lines(whole, text):
 
 
 @pytest.fixture
-def faulty(tmp_path, interposer):
-    # the process that started the tests may ignore some, and programs inherit that
-    before = {number: signal.signal(number, signal.SIG_DFL) for number in STOPS}
-    yield Faulty(tmp_path, interposer)
-    for number, handler in before.items():
-        signal.signal(number, handler)
+def faulty(tmp_path, preloaded):
+    with heeded():
+        yield Faulty(tmp_path, preloaded)
 
 
 # --- calls
@@ -190,20 +177,18 @@ def test_a_signal_at_every_row(faulty, sanitized, name, count, function, steps, 
 
 
 @pytest.mark.parametrize(
-    ("fault", "ignored"),
+    ("function", "kind", "number", "limit"),
     [
-        (f"strlen:spin{int(signal.SIGINT)}:200", None),
-        (f"strlen:spin{int(signal.SIGTERM)}:200", None),
-        (f"write:pause{int(signal.SIGTERM)}:20", None),
-        (f"strlen:spin{int(signal.SIGINT)}:200", signal.SIGPROF),
-        (f"write:pause{int(signal.SIGTERM)}:20", signal.SIGALRM),
+        ("strlen", "spin", signal.SIGINT, signal.SIGPROF),
+        ("write", "pause", signal.SIGTERM, signal.SIGALRM),
     ],
 )
-def test_a_signal_in_work_or_a_wait_that_never_ends(faulty, fault, ignored):
-    """Also where the limit is ignored at the start."""
-    before = partial(signal.signal, ignored, signal.SIG_IGN) if ignored else None
+@pytest.mark.parametrize("ignored", [False, True])
+def test_a_signal_in_work_or_a_wait_that_never_ends(faulty, function, kind, number, limit, ignored):
+    """Also where the signal of the limit is ignored at the start."""
+    before = partial(signal.signal, limit, signal.SIG_IGN) if ignored else None
+    fault = f"{function}:{kind}{int(number)}:{200 if function == 'strlen' else 20}"
     done = faulty.run(fault, *LSB, *PACED, preexec_fn=before)
-    number = int(fault.split(":")[1].strip("spinaue"))
     assert (done.returncode, done.stderr) == (-number, "")
     assert_lines(sim(faulty.path, *LSB, *PACED).stdout, done.stdout)
     assert done.stdout

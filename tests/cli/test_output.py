@@ -30,6 +30,7 @@ DETAILS = [
     *(f"{name}_upper_{unit}" for name, unit in UNITS.items()),
     *(f"{name}_{limit}_{UNITS[name]}" for name in list(UNITS)[1:] for limit in ("low", "high")),
 ]
+LIMITS = [f"{name}_{m}" for m in (1, 5) for name in ("adev_low", "adev_high", "differences")]
 LSB = ("--lsb", "0.01")
 RATE_HZ = 50.0
 SAMPLES = 20_000
@@ -44,22 +45,7 @@ SAMPLES = 20_000
             "--policy glr --window-max 100 --window-min 20 --segment 0 --taus 1",
             [*COMMON, *FIT, *TRACKING, "adev_1"],
         ),
-        (
-            "--taus 1,5 --details",
-            [
-                *COMMON,
-                *FIT,
-                "adev_1",
-                "adev_5",
-                "adev_low_1",
-                "adev_high_1",
-                "differences_1",
-                "adev_low_5",
-                "adev_high_5",
-                "differences_5",
-                *DETAILS,
-            ],
-        ),
+        ("--taus 1,5 --details", [*COMMON, *FIT, "adev_1", "adev_5", *LIMITS, *DETAILS]),
     ],
 )
 def test_columns_are_as_documented(tmp_path, words, columns):
@@ -116,19 +102,6 @@ def test_each_coefficient_is_that_of_its_noise_in_its_own_column(tmp_path, name)
         assert [row[f"{other}_upper_{unit}"] != "", *limits] == [not present, present, present]
 
 
-def test_a_coefficient_has_a_value_or_an_upper_bound(tmp_path):
-    for row in results(recording(tmp_path), *LSB, *SMALL_WINDOW, "--details"):
-        for name, unit in UNITS.items():
-            value = row[f"{name}_{unit}"]
-            low, high = (row[f"{name}_{limit}_{unit}"] for limit in ("low", "high"))
-            assert (value == "") != (row[f"{name}_upper_{unit}"] == "")
-            assert (low == "", high == "") == (value == "", value == "")
-            assert value == "" or float(low) <= float(value) <= float(high)
-        for m in (1, 2, 4):
-            low, value, high = (float(row[f"adev{at}_{m}"]) for at in ("_low", "", "_high"))
-            assert low < value < high
-
-
 def test_law_glr_reports_a_change_in_its_columns(tmp_path):
     source = np.random.default_rng(4)
     rates = source.normal(0, 0.5, 6000) * np.where(np.arange(6000) < 3000, 1, 3)
@@ -156,16 +129,12 @@ def test_law_glr_reports_the_steady_level_in_its_columns(tmp_path):
     rates = np.random.default_rng(6).normal(0, 0.5, 20_000).tolist()
     path = write(tmp_path / "rec.csv", as_text("gyro_x_dps", ([repr(rate)] for rate in rates)))
     rows = results(path, "--policy", "glr", "--stride", 1000, "--lsb", 1e-3, "--rate", 100)
-    last = rows[-1]
-    low, level, high = (float(last[f"steady{limit}"]) for limit in ("_low", "", "_high"))
+    low, level, high = (float(rows[-1][f"steady{limit}"]) for limit in ("_low", "", "_high"))
+    assert low < level < high < low + 0.05
     assert low < 0.5 < high
-    assert low < level < high
-    assert level == pytest.approx(0.5, rel=0.03)
-    assert high - low < 0.05
-    assert int(last["steady_samples"]) == pytest.approx(20_000, abs=100)
+    assert int(rows[-1]["steady_samples"]) == pytest.approx(20_000, abs=100)
     assert rows[0]["steady"] == ""
     assert max(int(row["window_samples"]) for row in rows) == 6000  # 600 blocks
-    assert min(int(row["window_samples"]) for row in rows) >= 20
 
 
 # --- notes
@@ -270,3 +239,19 @@ def test_progress_is_a_line_a_second_when_asked_for(tmp_path):
     assert done.stderr.startswith("davar-sim: running ")
     assert 60 <= int(done.stderr.split()[2]) <= 99
     assert done.stderr.split()[3] == "%"
+
+
+@pytest.mark.parametrize(
+    ("words", "low", "high"),
+    [
+        ("", 0.15, 0.23),  # the bounds of the paper are wrong for one window in five
+        ("--policy and", 0.015, 0.045),
+        ("--kurtosis 2:4 --contribution 0:0.2", 0.0, 0.01),
+        ("--unstable-rate 0.01", 0.0, 0.012),
+    ],
+)
+def test_the_share_of_unstable_windows_in_white_noise(tmp_path, words, low, high):
+    """The figures of docs/FIRMWARE.md. More: tests/statistics/monitor.c."""
+    rows = results(recording(tmp_path, count=100_000), *LSB, *words.split())
+    share = sum(row["unstable"] == "1" for row in rows) / len(rows)
+    assert low <= share <= high

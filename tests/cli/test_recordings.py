@@ -1,32 +1,16 @@
-"""Alarms of policy glr in recordings of a real sensor, both channels at one false alarm in 100 h.
-Skipped if the folder of the real recordings (DAVAR_REAL_DATA) is absent.
-"""
+"""Alarms of policy glr in recordings of a real sensor, at one false alarm in 100 h."""
 
-import csv
-import io
-import os
-import subprocess
-from pathlib import Path
+from sim_case import REAL, needs, results
 
-import pytest
-
-REAL = Path(os.environ.get("DAVAR_REAL_DATA", "../shared/data/real"))
 AXES = "gyro_x_dps,gyro_y_dps,gyro_z_dps"
 GLR = "--lsb 0.05 --policy glr --stride 10 --false-alarms-per-hour 0.01 --long-cluster 80"
+REST, KNOCKS = "adis16405_run1_static.csv.gz", "adis16405_run4_knocks.csv.gz"
+pytestmark = [needs(REST), needs(KNOCKS)]
 
 
 def alarms(name):
     """(axis, time in s, cluster, level after over before) of each alarm. The recordings have 100 Hz
     and 2 h 46 min each."""
-    if not (REAL / name).is_file():
-        pytest.skip(f"needs the recording {name}")
-    program = os.environ.get("DAVAR_SIM", "davar-sim")
-    text = subprocess.run(
-        [program, REAL / name, "--column", AXES, *GLR.split()],
-        stdout=subprocess.PIPE,
-        check=True,
-        encoding="ascii",
-    ).stdout
     return [
         (
             row["channel"],
@@ -34,17 +18,17 @@ def alarms(name):
             int(row["change_m"]),
             float(row["change_newer"]) / float(row["change_older"]),
         )
-        for row in csv.DictReader(io.StringIO(text))
+        for row in results(REAL / name, "--column", AXES, *GLR.split())
         if row["alarm"] == "1"
     ]
 
 
 def test_no_alarm_at_rest():
-    assert alarms("adis16405_run1_static.csv.gz") == []
+    assert alarms(REST) == []
 
 
 def test_knocks_and_a_gentle_movement_and_nothing_else():
-    found = alarms("adis16405_run4_knocks.csv.gz")
+    found = alarms(KNOCKS)
     single = [time for _, time, m, _ in found if m == 1]
     clusters = [time for _, time, m, _ in found if m == 80]
     slow = [ratio for axis, _, m, ratio in found if m == 80 and axis == "gyro_x_dps"]

@@ -5,7 +5,7 @@ import random
 import re
 
 import pytest
-from sim_case import SMALL_WINDOW, as_text, assert_refused, parsed, results, sim, write
+from sim_case import SMALL_WINDOW, as_text, parsed, results, sim, write
 
 RATE_HZ, LSB, SIGMA = 104.0, 0.00875, 3.0  # an LSM6DSL
 TRUE_ARW = 60.0 * SIGMA * LSB / math.sqrt(RATE_HZ)
@@ -70,13 +70,6 @@ def test_arw_is_that_of_the_sensor(tmp_path, seed):
     assert skipped(done) == ([len(places)], len(places), len(places))
 
 
-def test_without_torn_reads_nothing_changes(tmp_path):
-    path = recorded(tmp_path, "clean.csv", rows_of(counts(3000, 4)))
-    plain, done = sim(path, *FIXED), sim(path, *FIXED, SKIP)
-    assert (done.returncode, done.stdout) == (0, plain.stdout)
-    assert skipped(done) == ([0], 0, 0)
-
-
 def test_a_torn_row_is_as_a_lost_row(tmp_path):
     """Also beside gaps, at the edges of the blocks of a copy, and without time stamps."""
     clean = counts(3000, 5)
@@ -134,12 +127,3 @@ def test_auto_learns_from_the_other_samples(tmp_path):
     done = sim(path, "--lsb", LSB, "--stride", 600, "--bandwidth", "auto", SKIP)
     assert (done.returncode, skipped(done)[0]) == (0, [len(places)])
     assert "white up to half the sample rate, no filter" in done.stderr
-
-
-def test_too_few_rows_that_stay(tmp_path):
-    samples = counts(600, 11)
-    samples[300] += 256
-    path = recorded(tmp_path, "short.csv", rows_of(samples))
-    words = (path, "--lsb", LSB, "--policy", "fixed", "--window-max", 1200)
-    assert sim(*words).returncode == 0
-    assert_refused(sim(*words, SKIP), "too short", "599")

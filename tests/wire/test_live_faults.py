@@ -22,6 +22,7 @@ from unittest import mock
 import pytest
 from davarlab.wire import frames as wire
 from davarlab.wire import live, raw_record, record
+from interposed import STOPS, environment, heeded, interposer
 from senders import ROOT, counts, frames, run, seeded, stream
 
 pytestmark = pytest.mark.slow
@@ -29,7 +30,6 @@ pytestmark = pytest.mark.slow
 WATCHED = (live.__file__, wire.__file__, record.__file__, raw_record.__file__)
 LINES_APART = 23
 RESULTS = 20
-STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 # Runs davarlab live in a child process for every fault. argv: folder, frames as SLCAN text. It
 # reads a line of faults on standard input and writes an answer on standard output.
@@ -144,10 +144,8 @@ class Place:
 
 @pytest.fixture
 def place(tmp_path):
-    before = {number: signal.signal(number, signal.SIG_DFL) for number in STOPS}
-    yield Place(tmp_path)
-    for number, handler in before.items():
-        signal.signal(number, handler)
+    with heeded():
+        yield Place(tmp_path)
 
 
 def agrees(wanted, found):
@@ -300,22 +298,19 @@ def test_killed_at_every_frame_and_started_again(place):
 @pytest.fixture
 def faulty(tmp_path):
     """A function that runs the command with a fault: its status; None if there was no fault."""
-    interposer, mark = tmp_path / "faults.so", tmp_path / "mark"
-    flags = ("-shared", "-fPIC", "-O1", "-DALLOCATIONS")
-    source = ROOT / "tests/cli/faults.c"
-    subprocess.run(["cc", *flags, "-o", interposer, source, "-ldl"], check=True)
+    mark = tmp_path / "mark"
+    preloaded = environment(interposer(tmp_path, "-DALLOCATIONS"), mark)
     sent = frames(run(1, 6, session=7, content=0))
     lines = (b"t%03X%d%s\r" % (one, len(data), data.hex().upper().encode()) for one, data in sent)
     text = b"".join(lines)
     assert len(text) < 4096
-    words = {"LD_PRELOAD": str(interposer), "FAULT": "", "FAULT_MARK": str(mark)}
     driver = subprocess.Popen(
         [sys.executable, "-B", "-c", DRIVER, tmp_path, text.hex()],
         cwd=ROOT / "tools/lab",
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-        env={**os.environ, **words, "PYTHONMALLOC": "malloc"},
+        env={**preloaded, "PYTHONMALLOC": "malloc"},
     )
     path = tmp_path / "arw.csv"
 

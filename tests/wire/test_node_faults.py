@@ -5,7 +5,6 @@ receiver. All others equal those of a run without a fault.
 
 import contextlib
 import errno
-import os
 import re
 import signal
 import subprocess
@@ -14,7 +13,8 @@ import time
 import pytest
 from davarlab.wire import frames as wire
 from davarlab.wire import source
-from senders import NODE, ROOT, Line, counters, seeded
+from interposed import STOPS, environment, heeded, interposer
+from senders import NODE, Line, counters, seeded
 
 pytestmark = pytest.mark.slow
 
@@ -24,7 +24,6 @@ OPTIONS = (
     *("--rate", "100", "--lsb", "0.05", "--window-max", "60", "--window-min", "40"),
     *("--segment", "10", "--stride", "60", "--content", "summary"),
 )
-STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 FAILS = [
     *(("write", cause) for cause in (errno.EIO, errno.ENOSPC, "torn")),
     *((name, errno.EIO) for name in ("read", "fstat", "tcgetattr", "tcsetattr")),
@@ -42,29 +41,20 @@ OF_PTY = [
 
 
 @pytest.fixture(scope="module")
-def interposer(tmp_path_factory):
-    built = tmp_path_factory.mktemp("node") / "faults.so"
-    flags = ("-shared", "-fPIC", "-O1", "-DALLOCATIONS")
-    source = ROOT / "tests/cli/faults.c"
-    subprocess.run(["cc", *flags, "-o", built, source, "-ldl"], check=True)
-    return built
+def preloaded(tmp_path_factory):
+    return interposer(tmp_path_factory.mktemp("node"), "-DALLOCATIONS")
 
 
 class Faulty:
-    def __init__(self, folder, interposer):
-        self.interposer, self.mark = interposer, folder / "mark"
+    def __init__(self, folder, preloaded):
+        self.preloaded, self.mark = preloaded, folder / "mark"
         noise = seeded("node faults")
         self.lines = [f"{noise.randrange(-99, 100)}\n" for _ in range(SAMPLES)]
-        told, receiver, found = heard(self.node(None))
+        told, receiver, found = heard(self.node(""))
         assert (receiver.faults.total(), told["samples"]) == (0, SAMPLES)
         self.truth = {result.epoch: result.values for result in found}
         assert len(self.truth) == told["results"]
         assert receiver.faults.good == frames_of(told)
-
-    def environment(self, fault):
-        self.mark.unlink(missing_ok=True)
-        words = {"LD_PRELOAD": str(self.interposer), "FAULT": fault or ""}
-        return {**os.environ, **words, "FAULT_MARK": str(self.mark)}
 
     def node(self, fault, pause_s=0):
         """Runs it on a serial line that the test reads: (exit status, messages, the bytes on the
@@ -77,7 +67,7 @@ class Faulty:
             stdin=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env=self.environment(fault),
+            env=environment(self.preloaded, self.mark, fault),
         )
         with contextlib.suppress(BrokenPipeError):
             process.stdin.write("".join(self.lines[: SAMPLES // 2]))
@@ -147,12 +137,9 @@ def is_refusal(status, said, sent=b""):
 
 
 @pytest.fixture
-def faulty(tmp_path, interposer):
-    # the process that started the tests may ignore some
-    before = {number: signal.signal(number, signal.SIG_DFL) for number in STOPS}
-    yield Faulty(tmp_path, interposer)
-    for number, handler in before.items():
-        signal.signal(number, handler)
+def faulty(tmp_path, preloaded):
+    with heeded():
+        yield Faulty(tmp_path, preloaded)
 
 
 @pytest.mark.parametrize(("function", "cause"), FAILS)
@@ -179,7 +166,7 @@ def test_a_pty_that_cannot_be_made(faulty, function, cause):
             stdin=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
-            env=faulty.environment(f"{function}:{cause}:{n}"),
+            env=environment(faulty.preloaded, faulty.mark, f"{function}:{cause}:{n}"),
         )
         if not faulty.mark.exists() or done.returncode == 0:
             break

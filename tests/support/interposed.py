@@ -1,0 +1,35 @@
+"""Programs in which one call fails or a signal arrives: support/faults.c, preloaded."""
+
+import contextlib
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def interposer(folder, *flags):
+    built = folder / "faults.so"
+    source = Path(__file__).parent / "faults.c"
+    command = ["cc", "-shared", "-fPIC", "-O1", *flags, "-o", built, source, "-ldl"]
+    subprocess.run(command, check=True)
+    return built
+
+
+def environment(built, mark, fault=""):
+    """Of a program with the fault "function:kind:n"; the file `mark` exists after it."""
+    mark.unlink(missing_ok=True)
+    words = {"LD_PRELOAD": str(built), "FAULT": fault, "FAULT_MARK": str(mark)}
+    return {**os.environ, **words}
+
+
+@contextlib.contextmanager
+def heeded():
+    """Programs inherit signals that the process that started the tests ignores."""
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in STOPS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
