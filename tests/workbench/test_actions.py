@@ -60,28 +60,6 @@ def test_the_command_refuses_what_is_not_there(words):
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
 
 
-def test_a_wrong_request_is_refused_in_one_line(opened):
-    bench = opened()
-    for wanted, what, given in (
-        (409, "go", {"number": 3}),  # of a recording that is not open, or not any more
-        (400, "set", {"place": 0, "parameters": {}}),
-        (409, "refit", {}),
-        (400, "read", {"columns": []}),
-        (400, "open", {"path": "nowhere.csv"}),
-        (400, "open", {}),
-        (400, "open", {"path": "x", "more": 1}),
-        (400, "listen", {"source": "can:nosuch0"}),
-        (400, "listen", {"source": "elsewhere"}),
-        (400, "listen", {"source": "slcan:/etc/passwd"}),
-    ):
-        status, answer = bench.act(what, **given)
-        assert (status, "\n" in answer["error"]) == (wanted, False), (what, answer)
-    assert bench.tried("step")[0] == 409
-    assert bench.act("nothing")[0] == 404
-    for text in (b"[1]", b"[" * 100000):
-        assert bench.request("/api/open", text)[0] == 400
-
-
 def test_a_sight_keeps_its_steps_and_nonsense_is_refused(folder, opened):
     recording = simulated(folder)
     bench = opened(recording)

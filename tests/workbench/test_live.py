@@ -14,7 +14,7 @@ import time
 import pytest
 from playwright.sync_api import expect
 from recordings_made import FIRST, model_file, smoothed
-from visiting import ROOT, ranked, run, shot
+from visiting import ROOT, run, shot
 
 SIM = os.environ["DAVAR_SIM"]
 DEMO = (SIM, ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.001", "--stride", "100")
@@ -30,14 +30,19 @@ def printed(*words):
     return rows_of(subprocess.run(words, text=True, capture_output=True, check=True).stdout)
 
 
-def heard(bench, source):
-    """Everything that the server has of a source, once it has ended."""
-    bench.done("listen", source=source)
+def awaited(bench, wanted):
+    """What the server has of its source, once `wanted` of it is true."""
     end = time.monotonic() + LIMIT_S
-    while not (found := bench.ask("live"))["ended"]:
+    while not wanted(found := bench.ask("live")):
         assert time.monotonic() < end
         time.sleep(0.05)
     return found
+
+
+def heard(bench, source):
+    """Everything that the server has of a source, once it has ended."""
+    bench.done("listen", source=source)
+    return awaited(bench, lambda live: live["ended"])
 
 
 def kept(folder):
@@ -51,11 +56,6 @@ def close(value, relative):
 def listening(page, source):
     page.fill("#source", source)
     page.click("#listen")
-    return page
-
-
-def ended(page, source):
-    expect(listening(page, source).locator("#live-state")).to_contain_text("ended")
     return page
 
 
@@ -106,10 +106,7 @@ def test_ending_the_server_while_it_listens_keeps_what_came(folder, started, sen
     _, source = sender(*DEMO, "--pace", "20")
     bench = started()
     bench.done("listen", source=source)
-    end = time.monotonic() + LIMIT_S
-    while not bench.ask("live")["rows"]:
-        assert time.monotonic() < end
-        time.sleep(0.05)
+    awaited(bench, lambda live: live["rows"])
     status, said = bench.stop(number)
     lines = [line for line in said.splitlines() if "the workbench is open" not in line]
     assert (status, lines) == (0, [])
@@ -119,39 +116,30 @@ def test_ending_the_server_while_it_listens_keeps_what_came(folder, started, sen
     assert None not in rows[-1].values()  # the last line is complete
 
 
-def test_the_screen_shows_what_the_server_has(opened, sender, tabs):
-    _, source = sender(*DEMO, "--policy", "glr")
+def test_raw_samples_are_frozen_while_more_come(folder, opened, sender):
+    recording = folder / "sensor.csv"
+    done = run("simulate", ROOT / "data/tutorial_sensor.toml", "-o", recording)
+    assert done.returncode == 0, done.stderr
+    words = (SIM, recording, "--lsb", "0.00001", "--stride", "600", "--raw", "--pace", "1000")
+    _, source = sender(*words)
     bench = opened()
-    page = ended(tabs.open(bench), source)
-    rows = bench.ask("live")["rows"]
-    last, alarms = rows[-1], [row for row in rows if row["alarm"]]
-    expect(page.locator("#live-epoch")).to_have_text(str(last["epoch"]))
-    arw = float(page.inner_text("#live-arw").split()[1])
-    assert arw == close(last["arw_deg_per_sqrt_h"], 1e-3)
-    drawn = json.loads(page.get_attribute("#live-chart", "data-arw"))
-    assert drawn == [row["arw_deg_per_sqrt_h"] for row in rows]
-    assert int(page.get_attribute("#live-chart", "data-alarms")) == len(alarms)
-    expect(page.locator("#live-changed")).to_contain_text(
-        f"noise changed at epoch {alarms[-1]['epoch']}"
-    )
-    expect(page.locator("#live-surface image")).to_have_count(1)
-    shot(page, "live")
-    page.reload()
-    expect(page.locator("#live-epoch")).to_have_text(str(last["epoch"]))
-    page.click("#deafen")
-    expect(page.locator("#live")).to_be_hidden()
+    bench.done("listen", source=source)
+    awaited(bench, lambda live: live["rows"] and live["rows"][-1]["epoch"] >= 20000)
+    assert bench.act("freeze", channel=5)[0] == 400
+    bench.done("freeze", channel=0)
+    assert bench.ask("step")["cards"]
+    truth = [float(row["gyro_z_dps"]) for row in rows_of(recording.read_text())]
+    rows = rows_of((folder / "davarlab-files/frozen.csv").read_text())
+    assert len(rows) > 19000
+    times = [n / 50 for n in range(len(rows))]
+    assert [float(row["time_s"]) for row in rows] == pytest.approx(times, abs=1e-6)
+    found = [float(row["gyro_x_dps"]) for row in rows]
+    assert found == pytest.approx(truth[: len(rows)], abs=0.6e-5)
+    assert bench.act("listen", source="elsewhere")[0] == 400  # the present source goes on
+    assert not bench.ask("live")["ended"]
 
 
-def test_the_screen_says_why_there_is_no_number(folder, opened, sender, tabs):
-    recording = smoothed(folder / "smooth.csv")
-    _, source = sender(SIM, recording, "--rate", "100", "--stride", "100")
-    page = ended(tabs.open(opened()), source)
-    expect(page.locator("#live-arw")).to_have_text("ARW absent")
-    expect(page.locator("#live-why")).to_contain_text("(filtered): the short cluster sizes")
-    expect(page.locator("#live-why")).to_contain_text("--bandwidth HZ[:ORDER]")
-
-
-def test_the_allan_curve_grows_to_a_day(folder, opened, sender, tabs):
+def test_the_allan_curve_grows_to_a_day(folder, opened, sender):
     """Two days and a half: white noise, from five minutes on a walk."""
     recording, source, walk = folder / "days.csv", random.Random(1), 0.0
     lines = ["gyro_z_dps"]
@@ -164,13 +152,9 @@ def test_the_allan_curve_grows_to_a_day(folder, opened, sender, tabs):
         *("--bandwidth", "none", "--longest-tau", "86400"),
     )
     truth = printed(*words, "--details")
-    _, source = sender(*words, "--can-content", "intervals")
     bench = opened()
-    page = ended(tabs.open(bench), source)
-    shot(page, "live-curve")
+    found = heard(bench, sender(*words, "--can-content", "intervals")[1])["curves"]["0"]
     sizes = [2**t for t in range(18)]  # to 18 h
-    assert [m for m in sizes if truth[0][f"adev_{m}"]] == [m for m in sizes if m <= 256]
-    found = bench.ask("live")["curves"]["0"]
     assert (found["m"], found["tau_s"]) == (sizes, [m / 2 for m in sizes])
     for t, m in enumerate(sizes):
         for name, column in (("adev", "adev"), ("low", "adev_low"), ("high", "adev_high")):
@@ -178,42 +162,60 @@ def test_the_allan_curve_grows_to_a_day(folder, opened, sender, tabs):
                 assert m > 2**15
             else:
                 assert found[name][t] == close(truth[-1][f"{column}_{m}"], 2e-3), (name, m)
-    rows = kept(folder)
-    assert len(rows) == len(truth)
-    for row, wanted in zip(rows, truth):
+    for row, wanted in zip(kept(folder), truth, strict=True):
         for m in sizes:
             assert bool(row[f"adev_{m}"]) == bool(wanted[f"adev_{m}"])
             if row[f"adev_{m}"]:
                 assert float(row[f"adev_{m}"]) == close(wanted[f"adev_{m}"], 1e-6)
-    # the same is drawn, on a logarithmic axis with all sizes, in units of time
-    there = [i for i, value in enumerate(found["adev"]) if value is not None]
+
+
+def test_the_screen_shows_what_the_server_has(opened, sender, tabs):
+    _, source = sender(*DEMO, "--policy", "glr", "--longest-tau", "110")
+    bench = opened()
+    page = listening(tabs.open(bench), source)
+    expect(page.locator("#live-state")).to_contain_text("ended")
+    found = bench.ask("live")
+    rows, curve = found["rows"], found["curves"]["0"]
+    last, alarms = rows[-1], [row for row in rows if row["alarm"]]
+    expect(page.locator("#live-epoch")).to_have_text(str(last["epoch"]))
+    arw = float(page.inner_text("#live-arw").split()[1])
+    assert arw == close(last["arw_deg_per_sqrt_h"], 1e-3)
+    drawn = json.loads(page.get_attribute("#live-chart", "data-arw"))
+    assert drawn == [row["arw_deg_per_sqrt_h"] for row in rows]
+    assert int(page.get_attribute("#live-chart", "data-alarms")) == len(alarms)
+    expect(page.locator("#live-changed")).to_contain_text(
+        f"noise changed at epoch {alarms[-1]['epoch']}"
+    )
+    expect(page.locator("#live-surface image")).to_have_count(1)
+    values = [value for value in curve["adev"] if value is not None]
     points = page.locator("#live-curve circle")
-    expect(points).to_have_count(len(there))
-    height = [float(points.nth(at).get_attribute("cy")) for at in range(len(there))]
-    values = [found["adev"][i] for i in there]
+    expect(points).to_have_count(len(values))
+    height = [float(points.nth(at).get_attribute("cy")) for at in range(len(values))]
     downwards = [at for _, at in sorted(zip(values, height), reverse=True)]
     assert downwards == sorted(downwards)  # two close values may share a height
-    for at, i in enumerate(there):
-        words = "no interval" if found["low"][i] is None else "95 %"
-        expect(points.nth(at).locator("title")).to_contain_text(words)
-    marks = page.locator("#live-curve .mark").all_text_contents()
-    assert marks == ["1 s", "10 s", "1 min", "10 min", "1 h", "6 h"]
-    low, high = json.loads(page.get_attribute("#live-curve", "data-range"))
-    assert low < found["tau_s"][0] and found["tau_s"][-1] < high
-    expect(page.locator("#live-terms")).to_contain_text("RRW")
-    chart = page.locator("#live-chart svg").bounding_box()
-    assert chart["x"] + chart["width"] <= 1280
+    shot(page, "live")
     durations = {2e-6: "2 µs", 0.01: "10 ms", 0.9999: "1 s", 59.4: "59.4 s", 60: "1 min"}
     durations |= {5400: "1.5 h", 86400: "1 d", 2**31 / 100: "249 d"}
     said = "(s) => import('/page/words.js').then((m) => m.duration(s))"
     for seconds, words in durations.items():
         assert page.evaluate(said, seconds) == words
+    page.reload()
+    expect(page.locator("#live-epoch")).to_have_text(str(last["epoch"]))
+    page.click("#deafen")
+    expect(page.locator("#live")).to_be_hidden()
+
+
+def test_the_screen_says_why_there_is_no_number(folder, opened, sender, tabs):
+    recording = smoothed(folder / "smooth.csv")
+    _, source = sender(SIM, recording, "--rate", "100", "--stride", "100")
+    page = listening(tabs.open(opened()), source)
+    expect(page.locator("#live-arw")).to_have_text("ARW absent")
+    expect(page.locator("#live-why")).to_contain_text("(filtered): the short cluster sizes")
+    expect(page.locator("#live-why")).to_contain_text("--bandwidth HZ[:ORDER]")
 
 
 def test_a_sender_that_goes_on_is_frozen_and_stopped(opened, sender, tabs):
-    bench = opened()
-    process, source = sender(*DEMO, "--pace", "5")
-    page = listening(tabs.open(bench), source)
+    page = listening(tabs.open(opened()), sender(*DEMO, "--pace", "5")[1])
     expect(page.locator("#live-epoch")).to_be_visible()
     page.click("#freeze")
     expect(page.locator("#freeze")).to_have_text("Resume")
@@ -228,38 +230,5 @@ def test_a_sender_that_goes_on_is_frozen_and_stopped(opened, sender, tabs):
     expect(page.locator("#headline h1")).to_be_visible()
     page.click("#tab-live")
     expect(page.locator("#live")).to_be_visible()
-    assert bench.act("listen", source="elsewhere")[0] == 400  # the present source goes on
-    assert not bench.ask("live")["ended"] or process.poll() is not None
     page.click("#deafen")
     expect(page.locator("#live")).to_be_hidden()
-
-
-def test_raw_samples_are_frozen_and_diagnosed_while_more_come(folder, opened, sender, tabs):
-    recording = folder / "sensor.csv"
-    done = run("simulate", ROOT / "data/tutorial_sensor.toml", "-o", recording)
-    assert done.returncode == 0, done.stderr
-    words = (SIM, recording, "--lsb", "0.00001", "--stride", "600", "--raw", "--pace", "1000")
-    _, source = sender(*words)
-    bench = opened()
-    page = listening(tabs.open(bench), source)
-    epoch = page.locator("#live-epoch")
-    expect(epoch).to_be_visible()
-    while int(epoch.text_content() or 0) < 100000:
-        before = page.get_attribute("#live", "data-count") or ""
-        expect(page.locator("#live")).not_to_have_attribute("data-count", before)
-    page.click("#diagnose")
-    expect(page.locator("#headline h1")).to_be_visible()
-    ranked(page)  # a diagnosis
-    page.click("#tab-live")
-    expect(page.locator("#live")).to_be_visible()
-    shot(page, "frozen")
-    truth = [float(row["gyro_z_dps"]) for row in rows_of(recording.read_text())]
-    rows = rows_of((folder / "davarlab-files/frozen.csv").read_text())
-    assert len(rows) > 99000
-    assert [float(row["time_s"]) for row in rows] == pytest.approx(
-        [n / 50 for n in range(len(rows))], abs=1e-6
-    )
-    assert [float(row["gyro_x_dps"]) for row in rows] == pytest.approx(
-        truth[: len(rows)], abs=0.6e-5
-    )
-    assert bench.act("freeze", channel=5)[0] == 400

@@ -7,20 +7,8 @@ import re
 
 import pytest
 from playwright.sync_api import expect
-from recordings_made import MODEL, effect, model_file, noise, simulated, two_axes
-from visiting import (
-    altered,
-    effects,
-    error,
-    held_back,
-    ranked,
-    run,
-    shot,
-    tab,
-    told,
-    unfold,
-    until,
-)
+from recordings_made import effect, noise, simulated, two_axes
+from visiting import altered, effects, error, held_back, ranked, tab, unfold, until
 
 # A point of a curve in the window, a fifth of the way along it.
 WHERE = """(path) => {
@@ -36,8 +24,6 @@ HIGHEST = """(all, f) => all
   .filter(([, hz]) => Math.abs(hz - f) < 0.1 * f).reduce((a, b) => (b[2] <= a[2] ? b : a))[0]"""
 BOXES = "(all) => all.map((one) => one.getBoundingClientRect().toJSON())"
 BARS = "(all) => all.map((one) => [one.getAttribute('fill'), one.getAttribute('height')])"
-BURST = effect("noise_step", start_s=900.0, stop_s=930.0, ratio=6.0)
-RAMP = effect("rate_ramp", coefficient_deg_per_h2=2000.0)
 
 
 def pointer(page, x, y, finger):
@@ -61,43 +47,6 @@ def size_of(bench, place=0):
     return bench.ask("step")["cards"][place]["parameters"][0]["value"]
 
 
-def test_the_tutorial_ends_with_an_adequate_model(folder, opened, tabs):
-    bench = opened()
-    page = tabs.open(bench, 1400, 1000)
-    page.click("#tutorial")
-    expect(page.locator("#headline h1")).to_contain_text("off by")
-    assert "does not fit" in page.text_content("#said")
-    before = error(page)
-    ranked(page, "sinusoid")
-    page.keyboard.press("w")
-    tab(page, "where")
-    expect(page.locator("#cell-said")).to_contain_text("proven")
-    shot(page, "where")
-    tab(page, "fit")
-    ranked(page).click()
-    effects(page, 3)
-    ranked(page, "temperature")
-    between = error(page)
-    assert between < before
-    ranked(page, "temperature").click()
-    effects(page, 4)
-    expect(page.locator("#head")).to_have_class("head statistical")
-    expect(page.locator("#headline h1")).to_have_text("The model fits")
-    after = error(page)
-    assert page.locator("button.candidate.go").count() == 0
-    page.keyboard.press("1")  # no card has an effect: the key adds none that is not needed
-    page.wait_for_timeout(300)
-    assert len(bench.ask("all")["steps"]) == 3
-    shot(page, "after")
-    again = opened("davarlab-files/tutorial_sensor.csv")
-    page = tabs.open(again, 390, 844)
-    effects(page, 4)
-    assert error(page) == after
-    expect(page.locator(".tread")).to_have_count(3)
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    shot(page, "phone")
-
-
 def test_a_candidate_with_which_the_error_rises_makes_room_for_the_next(opened, tabs):
     page = tabs.open(opened())
 
@@ -109,25 +58,6 @@ def test_a_candidate_with_which_the_error_rises_makes_room_for_the_next(opened, 
     best = page.locator("#next > .best > .candidate")
     expect(best).to_have_attribute("data-kind", "temperature")
     expect(best).to_be_enabled()
-
-
-def test_two_tabs_show_one_state_and_a_slider_is_followed(folder, opened, tabs):
-    bench = opened(simulated(folder, seed=6))
-    one, two = tabs.open(bench), tabs.open(bench)
-    ranked(one), ranked(two)
-    slider = one.locator("[data-kind=angle_random_walk] input[type=range]")
-    slider.focus()
-    slider.press("ArrowRight")
-    expect(one.locator("#back")).to_be_visible()
-    expect(two.locator("#back")).to_be_visible()
-    assert error(one) == error(two)
-    ranked(one)  # values by hand keep the list
-    unfold(one, "bias_instability")
-    one.get_by_label("Remove bias instability").click()
-    expect(two.locator(".effect.off")).to_have_count(1)
-    two.get_by_label("Restore bias instability").click()
-    expect(one.locator(".effect.off")).to_have_count(0)
-    assert len(bench.ask("all")["steps"]) == 4
 
 
 @pytest.mark.parametrize("finger", [False, True], ids=["mouse", "finger"])
@@ -152,27 +82,6 @@ def test_a_curve_is_dragged_to_another_size(folder, opened, tabs, finger):
     point("up", decade / 3)
     expect(page.locator("#back")).to_be_visible()
     assert size_of(bench) / before == pytest.approx(10 ** (1 / 3), rel=0.03)
-
-
-def test_a_click_on_a_peak_adds_a_line_sharp_or_with_a_width(folder, opened, tabs):
-    wide = effect("narrow_band", frequency_hz=5.0, half_width_hz=0.2, std_dps=0.02)
-    sharp = effect("sinusoid", frequency_hz=0.7, amplitude_dps=0.02)
-    bench = opened(simulated(folder, wide, sharp))
-    page = tabs.open(bench)
-    for kind, f_hz, number in (("sinusoid", 0.7, 0), ("narrow_band", 5.0, 1)):
-        ranked(page)
-        tab(page, "spectrum")
-        point = page.locator("#spectrum circle").evaluate_all(HIGHEST, f_hz)
-        page.locator("#spectrum circle").nth(point).click()
-        page.locator("#peak button").nth(number).click()
-        expect(page.locator(f".effect[data-kind={kind}]")).to_be_visible()
-        card = next(one for one in bench.ask("step")["cards"] if one["kind"] == kind)
-        found = {one["name"]: one["value"] for one in card["parameters"]}
-        assert found["frequency_hz"] == pytest.approx(f_hz, rel=0.01 if number else 1e-4)
-    truth = told("fit", folder / "rec.csv", "-m", folder / "scenario.toml")["effects"]
-    truth = next(one for one in truth if one["kind"] == "narrow_band")["parameters"]
-    for name in ("half_width_hz", "std_dps"):
-        assert found[name] == pytest.approx(truth[name]["value"], rel=0.01)
 
 
 def test_everything_can_be_done_with_keys(folder, opened, tabs):
@@ -226,9 +135,51 @@ def test_one_screen_holds_it_and_the_next_step_is_six_tabs_away(opened, tabs):
     assert page.evaluate("document.activeElement.tagName") != "BODY"
 
 
+def test_two_tabs_show_one_state_and_a_slider_is_followed(folder, opened, tabs):
+    bench = opened(simulated(folder, seed=6))
+    one, two = tabs.open(bench), tabs.open(bench)
+    ranked(one), ranked(two)
+    slider = one.locator("[data-kind=angle_random_walk] input[type=range]")
+    slider.focus()
+    slider.press("ArrowRight")
+    expect(one.locator("#back")).to_be_visible()
+    expect(two.locator("#back")).to_be_visible()
+    assert error(one) == error(two)
+    ranked(one)  # values by hand keep the list
+    unfold(one, "bias_instability")
+    one.get_by_label("Remove bias instability").click()
+    expect(two.locator(".effect.off")).to_have_count(1)
+    two.get_by_label("Restore bias instability").click()
+    expect(one.locator(".effect.off")).to_have_count(0)
+    assert len(bench.ask("all")["steps"]) == 4
+    size = size_of(bench)
+    unfold(one, "angle_random_walk")
+    one.get_by_label("hold angle random walk").check()
+    one.click("#refit")
+    expect(two.locator(".tread title").last).to_contain_text("Fitted around")
+    assert size_of(bench) == size
+
+
+def test_a_click_on_a_peak_adds_a_line_sharp_or_with_a_width(folder, opened, tabs):
+    wide = effect("narrow_band", frequency_hz=5.0, half_width_hz=0.2, std_dps=0.02)
+    sharp = effect("sinusoid", frequency_hz=0.7, amplitude_dps=0.02)
+    bench = opened(simulated(folder, wide, sharp))
+    page = tabs.open(bench)
+    for kind, f_hz, number in (("sinusoid", 0.7, 0), ("narrow_band", 5.0, 1)):
+        ranked(page)
+        tab(page, "spectrum")
+        point = page.locator("#spectrum circle").evaluate_all(HIGHEST, f_hz)
+        page.locator("#spectrum circle").nth(point).click()
+        page.locator("#peak button").nth(number).click()
+        expect(page.locator(f".effect[data-kind={kind}]")).to_be_visible()
+        card = next(one for one in bench.ask("step")["cards"] if one["kind"] == kind)
+        found = {one["name"]: one["value"] for one in card["parameters"]}
+        assert found["frequency_hz"] == pytest.approx(f_hz, rel=0.01 if number else 1e-4)
+
+
 def test_w_goes_to_the_cell_of_the_headline_and_arrows_move_from_it(folder, opened, tabs):
-    """Signs differ without colour, and titles are above their charts."""
-    bench = opened(simulated(folder, BURST, seconds=2400, seed=5))
+    burst = effect("noise_step", start_s=900.0, stop_s=930.0, ratio=6.0)
+    bench = opened(simulated(folder, burst, seconds=2400, seed=5))
     page = tabs.open(bench)
     ranked(page)
     named = bench.ask("step")["worst"]
@@ -246,101 +197,46 @@ def test_w_goes_to_the_cell_of_the_headline_and_arrows_move_from_it(folder, open
     expect(page.locator("#cell-spectrum svg")).to_be_visible()
     page.locator("#map svg").focus()
     start, stop = ends()
-    page.keyboard.press("ArrowRight")
-    expect(page.locator("#from")).to_have_value(f"{stop:g}")
-    page.keyboard.press("ArrowLeft")
-    expect(page.locator("#from")).to_have_value(f"{start:g}")
-    assert page.locator("#map svg").evaluate("(one) => one === document.activeElement")
-    heights = {}
+    for key, begin in (("ArrowRight", stop), ("ArrowLeft", start)):
+        page.keyboard.press(key)
+        expect(page.locator("#from")).to_have_value(f"{begin:g}")
+    heights = {}  # signs differ without colour
     for fill, height in page.locator("#map .strip rect").evaluate_all(BARS):
         heights.setdefault(fill, set()).add(round(float(height), 2))
     (low,), (high,) = heights["var(--meas)"], heights["var(--model)"]
     assert low / high == pytest.approx(2, abs=0.1)
-    for place in ("#samples-0", "#cell-spectrum"):
-        title = page.locator(f"{place} .ytitle").evaluate_all(BOXES)[0]
-        for curve in page.locator(f"{place} svg > g[clip-path]").evaluate_all(BOXES):
-            assert title["bottom"] <= curve["top"] + 1, place
 
 
-def test_a_given_model_has_the_list_and_can_be_fitted(folder, opened, tabs):
-    bench = opened(two_axes(folder / "rec.csv"), model=str(model_file(folder)))
-    page = tabs.open(bench)
-    ranked(page)  # the list is that of the same effects at their best
-    page.click("#refit")
-    expect(page.locator(".tread title").last).to_have_text("Fitted")
-    ranked(page)
-    size = size_of(bench)
-    bench.done("set", place=0, parameters={"coefficient_deg_per_sqrt_h": size * 1.5})
-    unfold(page, "angle_random_walk")
-    page.get_by_label("hold angle random walk").check()
-    page.click("#refit")
-    expect(page.locator(".tread title").last).to_contain_text("Fitted around")
-    assert size_of(bench) == size * 1.5
-
-
-def test_a_recording_that_is_held_out(folder, opened, tabs):
-    one, two = (simulated(folder, RAMP, seed=seed, name=f"{seed}.csv") for seed in (21, 22))
-    bench = opened(one)
-    page = tabs.open(bench)
-    page.set_input_files("#held-file", two)
-    expect(page.locator("#held-name")).to_have_text("22.csv")
-    expect(page.locator("#held-out-error")).to_contain_text("floor")
-    tab(page, "held")
-    expect(page.locator("#held-steps tbody tr")).to_have_count(1)
-    assert f"{bench.ask('held_out')['error']:.3f}" in page.inner_text("#held-out-error")
-    shot(page, "held-out")
-    late = held_back(page, re.compile("/api/(held_out|sight)"))
-    page.reload()
-    until(page, lambda: late)
-    tab(page, "where")
-    page.fill("#from", "0")
-    page.fill("#to", "300")
-    page.click("#alone")
-    until(page, lambda: len(late) == 2)
-    # what is not wanted any more shows nothing
-    assert page.inner_text("#held-out-error") == "held out …"
-    page.close()
-    bench.stop()
-
-    page = tabs.open(opened(one))
-    expect(page.locator("#held-out-error")).to_contain_text("floor")  # the session has it
-    wrong = noise(folder / "wrong.csv", "time_s,temp_degC", rows=1500)
-    page.set_input_files("#held-file", wrong)
-    expect(page.locator("#error")).to_contain_text("gyro_z_dps")
-    expect(page.locator("#held-name")).to_have_text("22.csv")
-    page.click("#error-close")
-    tab(page, "held")
-    page.click("#let-go")
-    expect(page.locator("#held-name")).to_have_text("")
-    tabs.forgive("400")
-
-
-def test_a_held_out_recording_without_the_column_costs_no_picture(folder, opened, tabs):
+def test_a_recording_is_held_out_and_one_without_the_column_is_named(folder, opened, tabs):
     one = two_axes(folder / "one.csv")
-    two = noise(folder / "two.csv", "time_s,gyro_z_dps")
     bench = opened(one)
     bench.done("sight", column="gyro_z_dps")
     page = tabs.open(bench)
-    page.set_input_files("#held-file", two)
+    page.set_input_files("#held-file", noise(folder / "two.csv", "time_s,gyro_z_dps"))
+    expect(page.locator("#held-name")).to_have_text("two.csv")
     expect(page.locator("#held-out-error")).to_contain_text("floor")
+    assert f"{bench.ask('held_out')['error']:.3f}" in page.inner_text("#held-out-error")
+    tab(page, "held")
+    expect(page.locator("#held-steps tbody tr")).to_have_count(1)
     page.select_option("#axis", "gyro_x_dps")
     expect(page.locator("#held-out-error")).to_contain_text("no column gyro_x_dps")
     for name in ("where", "spectrum", "columns", "sheet", "held"):
         tab(page, name)
     expect(page.locator("#axes svg")).to_be_attached()
+    page.click("#let-go")
+    expect(page.locator("#held-name")).to_have_text("")
     page.close()
-    (folder / "davarlab-files/two.csv").unlink()
+    bench.stop()
     page = tabs.open(opened(one))
-    expect(page.locator("#held-name")).to_contain_text("not held out any more")
+    wrong = noise(folder / "wrong.csv", "time_s,temp_degC", rows=1500)
+    page.set_input_files("#held-file", wrong)
+    expect(page.locator("#error")).to_contain_text("gyro_")
     tabs.forgive("400")
 
 
 def test_a_kalibr_file_is_drawn_as_a_data_sheet(folder, opened, tabs):
     page = tabs.open(opened(simulated(folder, seed=25)))
-    late = []
-    page.route(
-        re.compile("/api/axes"), lambda route: route.continue_() if late else late.append(route)
-    )
+    late = held_back(page, "**/api/axes*")
     page.reload()
     page.click("#tab-sheet")
     sheet = folder / "imu.yaml"
@@ -350,36 +246,10 @@ def test_a_kalibr_file_is_drawn_as_a_data_sheet(folder, opened, tabs):
     arw = float(page.input_value("#sheet-arw"))
     assert arw == pytest.approx(1e-4 * 180 / math.pi * 60, abs=1e-5)
     until(page, lambda: late)  # the data sheet may be there before the axes
-    late[0].continue_()
+    for route in late:
+        route.continue_()
+    page.unroute("**/api/axes*")
     expect(page.locator("#axes")).to_contain_text("data sheet")
     expect(page.locator("#error")).to_be_hidden()
     tab(page, "fit")
     expect(page.locator("#deviation")).to_contain_text("data sheet")
-
-
-def test_the_report_file_is_whole_at_a_desk_and_in_a_hand(folder, tabs):
-    model = model_file(folder, MODEL)
-    warm = effect("temperature", coefficient_dps_per_degC=0.02)
-    clean = simulated(folder, seconds=1800, seed=3, name="clean.csv")
-    warmed = simulated(folder, warm, seconds=1800, seed=3, name="warm.csv")
-    other = simulated(folder, warm, seconds=1800, seed=4, name="other.csv")
-    held_out = ("--held-out", other, "-o", folder / "better.toml")
-    for command, recording, options, words in (
-        ("compare", warmed, (), "does not fit"),
-        ("diagnose", clean, (), "Nothing is missing"),
-        ("diagnose", warmed, (), "The model lacks temperature"),
-        ("improve", warmed, held_out, "The model lacks temperature"),
-    ):
-        path = folder / f"{command}-{recording.stem}.html"
-        done = run(command, recording, "-m", model, "--report", path, *options)
-        assert done.returncode in (0, 1), done.stderr
-        charts = len(re.findall(r'class="plot', path.read_text()))
-        assert charts > 3
-        for width in (1280, 400):
-            page = tabs.open(path.as_uri(), width, 900)
-            assert page.evaluate("innerWidth") == width
-            assert page.evaluate("document.documentElement.scrollWidth") <= width
-            assert page.locator(".plot > svg").count() == charts
-            assert words in page.inner_text("#verdict")
-            shot(page, f"{path.stem}-{width}")
-            page.close()

@@ -1,22 +1,20 @@
 """What a page shows of an old state can do nothing: the server refuses actions on it, and the page
 is inert while another state is computed or no server answers. It sends its token to no other
-server, and goes on when its own is back.
+server, and continues when its own is back.
 """
 
-import contextlib
 import http.server
 import json
 import re
 import shlex
 import signal
-import socket
 import threading
 import time
 import urllib.parse
 
 from playwright.sync_api import expect
 from recordings_made import two_axes
-from visiting import accessible, effects, held_back, ranked, shot, until
+from visiting import accessible, effects, held_back, ranked, until
 
 ARW = {"coefficient_deg_per_sqrt_h": 1.0}
 DROP = """() => {
@@ -24,42 +22,6 @@ DROP = """() => {
   given.items.add(new File(["1,2"], "a.csv"));
   document.dispatchEvent(new DragEvent("drop", { dataTransfer: given, cancelable: true }));
 }"""
-
-
-class Line:
-    """The connection between a browser and a server: it can be cut, and joined again."""
-
-    def __init__(self, port):
-        self.port, self.ends = port, []
-        self.door = socket.create_server(("127.0.0.1", 0))
-        self.here = self.door.getsockname()[1]
-        threading.Thread(target=self.take, args=(self.door,), daemon=True).start()
-
-    def take(self, door):
-        with contextlib.suppress(OSError):
-            while True:
-                near, far = door.accept()[0], socket.create_connection(("127.0.0.1", self.port))
-                self.ends += [near, far]
-                for one, other in ((near, far), (far, near)):
-                    threading.Thread(target=self.carry, args=(one, other), daemon=True).start()
-
-    @staticmethod
-    def carry(one, other):
-        with contextlib.suppress(OSError):
-            while data := one.recv(1 << 16):
-                other.sendall(data)
-            other.shutdown(socket.SHUT_WR)
-
-    def cut(self):
-        for end in (self.door, *self.ends):
-            with contextlib.suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
-            end.close()
-        self.ends = []
-
-    def join(self):
-        self.door = socket.create_server(("127.0.0.1", self.here))
-        threading.Thread(target=self.take, args=(self.door,), daemon=True).start()
 
 
 def inert(page):
@@ -123,10 +85,7 @@ def test_while_another_axis_is_computed_nothing_of_the_old_one_can_be_added(fold
     page.select_option("#axis", "gyro_x_dps")
     until(page, lambda: late)  # the answer is under way, the old list is still there
     expect(old).to_be_visible()
-    assert page.evaluate("document.getElementById('bench').inert")
-    opacity = "getComputedStyle(document.getElementById('bench')).opacity"
-    assert float(page.evaluate(opacity)) < 1
-    shot(page, "stale")
+    assert inert(page)
     page.keyboard.press("1")
     page.keyboard.press("w")
     box = old.bounding_box()
@@ -147,27 +106,6 @@ def test_while_another_axis_is_computed_nothing_of_the_old_one_can_be_added(fold
     assert bench.ask("all")["column"] == "gyro_x_dps"
 
 
-def test_a_tab_whose_server_stops_for_a_while_goes_on_by_itself(folder, opened, tabs):
-    bench = opened(two_axes(folder / "rec.csv"))
-    line = Line(bench.port)
-    for name in ("address", "origin"):
-        setattr(bench, name, getattr(bench, name).replace(f":{bench.port}", f":{line.here}"))
-    try:
-        page = tabs.open(bench)
-        ranked(page)
-        line.cut()
-        expect(page.locator("#gone")).to_be_visible()
-        assert inert(page)
-        line.join()
-        expect(page.locator("#gone")).to_be_hidden()
-        expect(page.locator("#bench")).to_have_js_property("inert", False)
-        ranked(page).click()
-        effects(page, 3)
-    finally:
-        line.cut()
-    tabs.forgive()  # that nobody answered
-
-
 def test_a_tab_whose_server_was_killed_says_what_is_kept_and_what_to_type(folder, started, tabs):
     bench = started(two_axes(folder / "my rec.csv"))
     page = tabs.open(bench)
@@ -180,7 +118,6 @@ def test_a_tab_whose_server_was_killed_says_what_is_kept_and_what_to_type(folder
     expect(gone).to_contain_text("The 2 steps are saved in")
     command = f"tools/davarlab open '{folder}/my rec.csv' --port {bench.port}"
     expect(gone.locator("code")).to_have_text(command)
-    shot(page, "gone")
     page.keyboard.press("1")
     page.wait_for_timeout(1500)  # it has tried to come back meanwhile
     expect(page.locator("#error")).to_be_hidden()
@@ -226,7 +163,6 @@ def test_a_tab_gives_its_token_to_no_other_server_on_its_port(folder, started, t
         threading.Thread(target=thief.serve_forever, daemon=True).start()
         expect(gone).to_contain_text("Another server uses this address")
         until(page, lambda: len(sent) > 2)
-        shot(page, "gone-other")
         page.click("#close")
         page.evaluate(DROP)
         page.wait_for_timeout(300)
