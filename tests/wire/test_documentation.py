@@ -55,14 +55,6 @@ def test_the_tables_of_messages_and_signals_are_those_of_the_dbc(rows):
     assert messages == {m.name: (m.frame_id - 0x5D0, m.length) for m in dbc().messages}
 
 
-def test_every_signal_is_little_endian_and_the_header_is_everywhere():
-    for message in dbc().messages:
-        assert {signal.byte_order for signal in message.signals} == {"little_endian"}
-        wanted = {"Crc": (0, 8), "Counter": (8, 4), "Result": (12, 4)}
-        if message.name in ("DAVAR_State", "DAVAR_ResultFd", "DAVAR_Raw"):
-            del wanted["Result"]
-        found = {s.name: (s.start, s.length) for s in message.signals if s.name in HEADER}
-        assert found == wanted
 
 
 def test_the_table_of_reasons_is_that_of_the_dbc(rows):

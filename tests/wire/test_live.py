@@ -188,11 +188,3 @@ def test_a_line_names_the_reason_and_the_slow_terms():
     assert said == plain + "  BI 5.125 deg/h  RRW 12 deg/h/sqrt(h)"
 
 
-def test_davar_sim_uses_the_same_words():
-    source = re.sub(r'"\s*"', "", (ROOT / "host_sim/output/report.c").read_text())
-    hidden = "the noise is below half a count, so rounding hides the angle random walk"
-    low = "the short cluster sizes read low, as after a low-pass"
-    for reason, words in (("filtered", low), ("coarse", hidden)):
-        assert words in source
-        assert withheld.REASONS[reason].startswith(words)
-    assert f"#define FEW {withheld.FEW}U" in source

@@ -8,6 +8,7 @@ import contextlib
 import csv
 import errno
 import fcntl
+import gc
 import io
 import json
 import os
@@ -17,6 +18,7 @@ import signal
 import subprocess
 import sys
 import termios
+from array import array
 from unittest import mock
 
 import pytest
@@ -121,16 +123,16 @@ class Place:
         words |= {"raw": str(self.raw), "count": None, "idle": None, "json": True}
         return argparse.Namespace(**words, **others)
 
-    def live(self, sender):
+    def live(self, sender, out=None):
         """Runs the command in this process; returns the lines that it shows, and its messages."""
-        out, said = io.StringIO(), io.StringIO()
+        shown, said = io.StringIO(), io.StringIO()
         with (
             mock.patch.object(live, "Source", sender),
-            contextlib.redirect_stdout(out),
+            contextlib.redirect_stdout(out or shown),
             contextlib.redirect_stderr(said),
         ):
             assert live.run(self.options()) == 0
-        return out.getvalue().splitlines(), said.getvalue()
+        return shown.getvalue().splitlines(), said.getvalue()
 
     def recorded(self):
         """(rows, samples) in the files, including the header. Each must be complete."""
@@ -290,6 +292,35 @@ def test_killed_at_every_frame_and_started_again(place):
             known = {name: value for name, value in row.items() if value and name != "stretch"}
             assert agrees(truth[row["epoch"]], known)
         place.fresh()
+
+
+BLOCKS = 60  # additional memory blocks that Python may hold; one per restart is more
+
+
+def test_hundreds_of_restarts_use_no_more_memory_or_files(place):
+    """tests/kernel/test_day.py runs it for a day of clock time."""
+    warm, restarts = 40, 240
+    samples = counts(seeded("growth"), 300, gaps=0)
+    runs = [stream(samples, session=session) for session in (7, 9)]
+    blocks, files = (array("q", bytes(8 * restarts)) for _ in range(2))
+
+    def parts():
+        for n in range(restarts):
+            yield from runs[n % 2]
+            gc.collect()
+            blocks[n], files[n] = sys.getallocatedblocks(), len(os.listdir("/proc/self/fd"))
+
+    with open(os.devnull, "w", encoding="ascii") as shown:
+        _, told = place.live(Sender(parts()), shown)
+    assert f" 0 doubtful samples, {restarts - 1} restarts\n" in told
+    assert set(files[warm:]) == {files[warm]}
+    half = restarts // 2
+    assert max(blocks[half:]) - max(blocks[warm:half]) < BLOCKS
+    raw = list(place.folder.glob("raw*.csv"))
+    assert [path.read_bytes().count(b"\n") for path in raw] == [len(samples) + 3] * restarts
+    keys = [(int(row["stretch"]), int(row["epoch"])) for row in rows_of(place.record)]
+    wanted = [(stretch, epoch) for stretch in range(1, restarts + 1) for epoch in (99, 199, 299)]
+    assert [key for key in keys if key[1] < 300] == wanted
 
 
 # --- calls

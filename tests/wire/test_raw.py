@@ -223,10 +223,3 @@ def test_the_simulator_sends_its_input(lines, words):
     assert faults.total() == 0, faults
 
 
-def test_raw_without_a_link_or_a_folder_is_rejected(tmp_path):
-    done = subprocess.run([SIM, tmp_path, "--raw"], capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "--raw: needs --out can:IFACE or slcan:PATH" in done.stderr
-    missing = "--raw: /nonexistent/raw.csv: No such file or directory"
-    with pytest.raises(errors.BadInput, match=missing):
-        raw_record.RawRecorder("/nonexistent/raw.csv", print)

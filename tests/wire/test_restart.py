@@ -143,6 +143,27 @@ def test_a_hole_of_sixteen_results_in_the_middle_of_two(lost):
         assert (faults.incomplete_results, len(found)) == (cut, 60 - lost - cut)
 
 
+def test_without_health_and_setup():
+    """A filter on the way removes all other frames: only DAVAR_End shows which frames are one
+    result, and of which run.
+    """
+    sent = frames(run(1, 900, session=7))
+    receiver, found = receive([frame for frame in sent if frame[0] & 15 not in (5, 6)])
+    assert [result.epoch for result in found] == list(range(99, 90000, 100))
+    assert (receiver.faults.total(), receiver.channels[0].session) == (0, 7)
+
+
+def test_without_the_end_of_any_result():
+    """No result is complete, none is stored indefinitely, and each is counted."""
+    receiver = wire.Receiver()
+    for frame in frames(run(1, 900, session=7)):
+        if frame[0] & 15 != END:
+            assert receiver.push(*frame) is None
+            assert len(receiver.channels[0].bursts) <= wire.REACH + 1
+    assert receiver.finish() == []
+    assert (receiver.faults.incomplete_results, receiver.faults.total()) == (900, 900)
+
+
 # --- damage
 
 IMPOSSIBLE = [

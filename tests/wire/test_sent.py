@@ -235,16 +235,9 @@ def test_lines_that_are_no_counts_are_gaps_of_the_results():
 @pytest.mark.parametrize(
     ("bits", "value", "expected"),
     [
-        (16, 32767, 1),
-        (16, -32768, 1),
-        (16, 32766, 0),
-        (24, 32767, 0),
-        (24, 8388607, 1),
-        (24, -8388608, 1),
-        (24, 8388606, 0),
-        (32, 8388607, 0),
-        (32, 2147483647, 1),
-        (12, 2047, 1),
+        *((bits, 2 ** (bits - 1) - 1, 1) for bits in (12, 16, 24, 32)),
+        *((bits, -(2 ** (bits - 1)), 1) for bits in (16, 24)),
+        *((16, 32766, 0), (24, 32767, 0), (24, 8388606, 0), (32, 8388607, 0)),
     ],
 )
 def test_only_the_full_scale_of_the_width_is_saturated(bits, value, expected):
