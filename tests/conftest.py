@@ -232,6 +232,9 @@ class Run:
             counts += [f"{self.cached[part]} unchanged"] if self.cached[part] else []
             line = f"{part:<13} {', '.join(counts):<40} {work[part]:6.0f} s of work"
             terminalreporter.write_line(line)
+        terminalreporter.section("most work")
+        for group, seconds in sorted(self.cpu.items(), key=lambda one: -one[1])[:25]:
+            terminalreporter.write_line(f"{seconds:6.0f} s  {group}")
 
 
 def pytest_configure(config):

@@ -81,6 +81,7 @@ def headers():
 def tidied():
     for source in sorted(set(compile_commands()) & set(sources(".c"))):
         marks = [pytest.mark.slow, pytest.mark.xdist_group(f"tests/test_lint.py::{source}")]
+        marks += [pytest.mark.soak] if source.startswith("tests/") else []
         settings = (".clang-tidy", "tests/.clang-tidy")
         marks.append(pytest.mark.inputs(source, *included(source), *settings))
         yield pytest.param(source, marks=marks, id=source)
