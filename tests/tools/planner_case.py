@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 import os
 import shlex
 import subprocess
@@ -11,6 +12,9 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 from unittest import mock
+
+import numpy as np
+from scipy import signal
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools/plan"))
@@ -108,3 +112,22 @@ def gcc(folder, *options, compiler="gcc"):
 
 def printed_by(program):
     return subprocess.run(program, text=True, capture_output=True, check=True).stdout
+
+
+def after_two_poles(cutoff, count, noise):
+    """White noise of N = 1 per root sample after a Butterworth low-pass of two poles with its -3 dB
+    frequency at `cutoff` of the sample rate: ARMA(2, 1) with the autocovariance of the sampled
+    output, exp(-a k) (cos a k + sin a k).
+    """
+    a = 2 * math.pi * cutoff / math.sqrt(2)
+    lags = np.arange(1000)
+    half = np.exp(-a * lags) * (np.cos(a * lags) + np.sin(a * lags))
+    covariance = np.concatenate([half[:0:-1], half])
+    taps = np.array([1, -2 * math.exp(-a) * math.cos(a), math.exp(-2 * a)])
+    moving = np.convolve(np.convolve(covariance, taps), taps[::-1])
+    centre = len(moving) // 2
+    ratio = moving[centre + 1] / moving[centre]
+    theta = (1 - math.sqrt(1 - 4 * ratio**2)) / (2 * ratio)
+    size = math.sqrt(moving[centre] / (1 + theta**2) / covariance.sum())
+    shocks = noise.normal(0, size, count + 1000)
+    return signal.lfilter([1, theta], taps, shocks)[1000:]

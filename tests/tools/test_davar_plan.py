@@ -29,11 +29,7 @@ PLANS = [
         "{.cutoff = 0.25, .uncertainty = 0.01 * 5.0, .poles = 1U}",
     ),
     (OCTAVES, "--bandwidth cic:8", "{.averages = 1U, .length = 8U, .decimation = 8U}"),
-    (
-        OCTAVES,
-        "--bandwidth 250+sum:8 --rate 1000",
-        "{DAVAR_LOW_PASS(250, 1000, 2), DAVAR_SUM(8)}",
-    ),
+    (OCTAVES, "--bandwidth 250+sum:8 --rate 1000", "{DAVAR_LOW_PASS(250, 1000, 2), DAVAR_SUM(8)}"),
     (OCTAVES, "--bandwidth average2:4", "{.averages = 2U, .length = 4U, .decimation = 1U}"),
     (OCTAVES, "--bandwidth cic3:64", "{.averages = 3U, .length = 64U, .decimation = 64U}"),
 ]

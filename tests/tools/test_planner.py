@@ -162,14 +162,6 @@ def test_the_reason_is_the_option_that_is_out_of_reach(words, options, reason):
     assert found["together"] == (len(options) > 1)
 
 
-def test_the_precision_that_it_suggests_is_the_best_of_all_laws():
-    relaxed = {one["option"]: one["value"] for one in refused(IMPOSSIBLE[9])["relax"]}
-    best = float(relaxed["--arw-percent"])
-    words = IMPOSSIBLE[9].replace("--arw-percent 1", "--arw-percent {:.2f}")
-    assert command(words.format(best)).status == 0
-    assert command(words.format(0.95 * best)).status == 1
-
-
 def test_a_hint_is_not_a_reason():
     done = command(IMPOSSIBLE[7])
     assert "\n  and " not in done.err
@@ -211,37 +203,6 @@ def test_a_limit_just_below_the_need_is_shown_with_digits_that_differ():
             float, re.findall(r"[0-9.]+", refused(f"{words} {more}")["impossible"])
         )
         assert wish < need
-
-
-@pytest.mark.parametrize(
-    "one, other, texts",
-    (
-        (1.8, 1.81, ("1.8", "1.81")),
-        (1.8, 1.80002, ("1.8", "1.80002")),
-        (1000, 1000.4, ("1000", "1000.4")),
-        (1e6, 2e6, ("1000000", "2000000")),
-        (0.0012344, 0.0012341, ("0.0012344", "0.0012341")),
-    ),
-)
-def test_two_numbers_have_as_many_digits_as_it_takes_to_differ(one, other, texts):
-    assert choice.apart(one, other) == texts
-
-
-@pytest.mark.parametrize(
-    "size, text",
-    ((20480, "20k"), (20481, "20.1k"), (20582, "20.1k"), (20583, "20.2k"), (1, "0.1k")),
-)
-def test_a_size_is_rounded_up_so_that_it_suffices(size, text):
-    assert choice.kilobytes(size) == text
-    assert choice.sizes_apart(size, size + 2000)[0] == text
-    assert choice.sizes_apart(20481, 20482) == ("20481 bytes", "20482 bytes")
-
-
-def test_noise_below_a_count_is_no_plan():
-    done = command("--rate 100 --lsb 3 --noise 1 --core cortex-m0")
-    assert done.status == 1
-    assert "rounding hides it" in done.err
-    assert "a smaller range of the gyro" in done.err
 
 
 # --- bad input ---
@@ -306,14 +267,6 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
     assert (done.status, done.err.count("\n")) == (2, 1)
     assert "-o" in done.err
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
-
-
-@pytest.mark.parametrize(
-    "option, unit", (("--rate", "Hz"), ("--respond", "seconds"), ("--clock", "MHz"))
-)
-def test_a_number_that_is_refused_states_its_unit(option, unit):
-    done = command(f"{option} 1x --lsb 0.05 --core cortex-m0")
-    assert f"{option}: expected a number of {unit} above 0, found '1x'" in done.err
 
 
 # --- help, pages, sensors ---

@@ -13,8 +13,19 @@ import numpy as np
 import pytest
 from planner import costs, sensors
 from planner.design import Design
-from planner.wishes import Wishes, with_option
-from planner_case import EXAMPLE, ROOT, SIM, command, gcc, plan_of, planned, printed_by, write
+from planner.wishes import Wishes
+from planner_case import (
+    EXAMPLE,
+    ROOT,
+    SIM,
+    after_two_poles,
+    command,
+    gcc,
+    plan_of,
+    planned,
+    printed_by,
+    write,
+)
 from planner_case import refused as refused_by
 from scipy import signal, stats
 
@@ -32,9 +43,12 @@ def filtered(bandwidth, rate, count, noise):
     if bandwidth and bandwidth.startswith("average:"):
         length = int(bandwidth.partition(":")[2])
         return signal.lfilter(np.ones(length) / length, [1.0], white)
-    if bandwidth and bandwidth.endswith(":1"):  # one pole: the sampled output is AR(1)
-        pole = math.exp(-2 * math.pi * float(bandwidth.partition(":")[0]) / rate)
+    cutoff, _, poles = (bandwidth or "").partition(":")
+    if poles == "1":  # the sampled output is AR(1)
+        pole = math.exp(-2 * math.pi * float(cutoff) / rate)
         return signal.lfilter([1 - pole], [1.0, -pole], white)
+    if poles == "2":
+        return after_two_poles(float(cutoff) / rate, count, noise)
     assert bandwidth in (None, "none"), bandwidth
     return white
 
@@ -65,6 +79,7 @@ FIXED = (
     "--rate 100 --lsb 0.05 --bandwidth 5:1 --respond 20",
     "--rate 100 --lsb 0.05 --bandwidth none --noise 0.4 --respond 3",
     "--rate 100 --lsb 0.05 --bandwidth none --arw-percent 8",
+    "--rate 1000 --lsb 0.061 --bandwidth 250:2 --respond 2",
 )
 
 
@@ -93,19 +108,6 @@ def test_the_interval_of_arw_is_as_wide_as_promised_and_holds_the_truth(words):
     assert plan.promise.arw_percent == pytest.approx(width, rel=0.08)
     truth = 60 * sigma * (wishes.lsb or 1.0) / math.sqrt(wishes.rate_hz)
     assert np.mean((low <= truth) & (truth <= high)) > 0.9
-
-
-def ideal_percent(window):
-    """Half of the 95 % interval over the value if each sample were a degree of freedom."""
-    low, high = (math.sqrt(window / stats.chi2.ppf(p, window)) for p in (0.975, 0.025))
-    return 50 * (high - low)
-
-
-@pytest.mark.parametrize("words", FIXED)
-def test_no_promise_is_better_than_the_degrees_of_freedom_of_the_window(words):
-    plan = plan_of(f"{words} --core cortex-m4f")
-    ideal = ideal_percent(plan.design.window)
-    assert ideal < plan.promise.arw_percent < 4.5 * ideal
 
 
 @pytest.mark.parametrize(
@@ -267,29 +269,19 @@ def test_law_glr_has_whole_blocks_and_the_whitening_of_its_filter(words, stride,
 
 
 def check_files(plan, words, folder):
-    """The numbers of the written files are those of the design."""
+    """The options of the written files are those of the design. What they pass to the library:
+    test_planner_setup.py.
+    """
     design, wishes = plan.design, plan.design.wishes
     write(words, folder)
     source = (folder / "davar_setup.c").read_text()
-    config = source[source.index("davar_config_t config") :]
     sizes = len(design.taus) + len(design.long_taus) * (design.fit == "terms")
-    narrow = wishes.type == "int16"
     assert f"taus[] = {{{', '.join(map(str, design.taus))}}};" in source
     assert f".sizes = {sizes}," in source
-    assert float(re.search(r"\.rate_hz = ([^,]+),", config)[1]) == wishes.rate_hz
-    scale = "unit_per_count" if wishes.lsb else "full_scale"
-    value = wishes.lsb or wishes.full_scale
-    assert float(re.search(rf"\.{scale} = ([^,]+),", config)[1]) == value
-    assert f".stride = {design.stride}," in config
-    assert (f"DAVAR_FIXED({design.window})," in config) == (design.law == "fixed")
-    assert ("DAVAR_ENGINE_GRID" in config) == (design.engine == "grid" and design.law == "fixed")
-    assert f".tau_count = {len(design.taus)}," in config
-    options = dict(
-        re.findall(r"-DDAVAR_(\w+)=(\d+)", (folder / "davar_setup.args").read_text()),
-    )
+    options = dict(re.findall(r"-DDAVAR_(\w+)=(\d+)", (folder / "davar_setup.args").read_text()))
     assert options == {
         "TAUS_MAX": str(max(sizes, len(design.taus), len(design.long_taus))),
-        "Q31" if narrow else "Q15": "0",
+        "Q31" if wishes.type == "int16" else "Q15": "0",
         "GRID": str(int(design.engine == "grid")),
         "LAWS": str(int(design.law == "glr")),
         "CENTRED": "0",
@@ -369,25 +361,6 @@ def test_the_counts_of_every_sensor_are_those_of_its_range():
         assert part["lsb_dps"] == pytest.approx(expected, rel=0.002), name
 
 
-@pytest.mark.parametrize(
-    "option, text, field, value",
-    (
-        ("--ram", "20k", "ram_bytes", 20480),
-        ("--flash", "1.5K", "flash_bytes", 1536),
-        ("--ram", "777", "ram_bytes", 777),
-        ("--rate", "2e2", "rate_hz", 200.0),
-        ("--axes", "16", "axes", 16),
-        ("--respond", ".5", "respond_s", 0.5),
-        ("--arw-percent", "50", "arw_percent", 50.0),
-        ("--arw-percent", "0.1", "arw_percent", 0.1),
-        ("--clock", "48", "clock_mhz", 48.0),
-        ("--noise", "0.25", "noise", 0.25),
-    ),
-)
-def test_a_value_is_read_in_its_unit(option, text, field, value):
-    assert getattr(with_option(Wishes(1.0, ""), option, text), field) == value
-
-
 # --- what a setup costs ---
 
 COSTED = (
@@ -403,70 +376,8 @@ COSTED = (
 )
 
 
-def by_hand(core, found, design):
-    """The figures of a plan from costs.json, term by term."""
-    table = COSTS[core]
-    row = table["window"][f"{design.wishes.type} {found['law']} {found['engine']}"]
-    n, t, s = design.wishes.axes, len(design.taus), found["stride_s"] * design.wishes.rate_hz
-    copies = 1 if n > 1 else 0
-    plan = 8 * math.ceil(table["sizes"]["plan"][design.taus_max - 1] / 8)
-    doublings = math.log2(found["window_s"] * design.wishes.rate_hz / 10)
-    overlaps = 1 if 2 * max(design.taus) > s else 0
-    terms = {
-        "flash_bytes": (1, t, copies),
-        "push_stack_bytes": (1, t, copies),
-        "take_stack_bytes": (1, t),
-        "start_stack_bytes": (1, copies, n),
-        "mean_instructions": (copies, n, n * t, n / s, n * t / s),
-        "worst_push_instructions": (copies, n, n * t, n * t * overlaps),
-        "mean_take_instructions": (1, t),
-        "worst_take_instructions": (1, t),
-    }
-    if found["law"] == "glr":
-        terms["mean_instructions"] = (0, n, n * t, n / s, n / s * doublings)
-        terms["worst_push_instructions"] = (n, n * t, n * doublings)
-    in_table = {"mean_instructions": "mean_push_instructions"}
-    result = {
-        name: sum(map(lambda a, b: a * b, factors, row[in_table.get(name, name)]))
-        for name, factors in terms.items()
-    }
-    result["flash_bytes"] += plan
-    c = design.cascade_taus
-    if c:
-        slow = table["cascade"][f"{design.wishes.type} {found['fit']}"]
-        slide = found["engine"] == "slide"
-        result["flash_bytes"] += slow["flash_bytes"][0] + c * slow["flash_bytes"][1]
-        mean, often = slow["mean_push_instructions"]
-        result["mean_instructions"] += n * (mean + often * 64 / min(design.long_taus))
-        result["worst_push_instructions"] += n * slow["worst_push_instructions"][0 if slide else 1]
-        for name in ("push_stack_bytes", "start_stack_bytes"):
-            result[name] += slow[name][0] + copies * slow[name][1]
-        one, each = slow["take_stack_bytes"]
-        result["take_stack_bytes"] = max(result["take_stack_bytes"], one + c * each)
-        one, each = slow["curve_instructions"]
-        result["curve_instructions"] = one + c * each
-    return result
-
-
-@pytest.mark.parametrize("core", COSTS)
-@pytest.mark.parametrize("words", COSTED)
-def test_the_costs_are_the_sums_of_the_measured_table(core, words):
-    words = f"{words} --core {core}"
-    found, design = planned(words), plan_of(words).design
-    expected = by_hand(core, found, design)
-    for name, value in expected.items():
-        assert found[name] == pytest.approx(value, abs=0.51), name
-    deepest = max(found[f"{of}_stack_bytes"] for of in ("start", "push", "take"))
-    assert found["stack_bytes"] == deepest
-    million = design.wishes.rate_hz / 1e6
-    assert found["mean_mhz"] == pytest.approx(million * found["mean_instructions"], abs=1e-6)
-    assert found["worst_mhz"] == pytest.approx(million * found["worst_push_instructions"], abs=1e-6)
-    assert (found["curve_instructions"] is None) == (design.cascade_taus == 0)
-
-
 # What tests/target/test_setups.py measured on the emulated boards: renew a row with its figures.
 MEASURED = json.loads((ROOT / "tests/tools/measured_setups.json").read_text())
-WITHIN = 0.05
 
 
 @pytest.mark.parametrize("core, words, figures", MEASURED)
@@ -474,10 +385,15 @@ def test_the_costs_are_those_measured_on_the_board(core, words, figures):
     found = planned(f"{words} --core {core}")
     assert found["ram_bytes"] == figures.pop("ram_bytes")
     bounds = ("push_stack_bytes", "worst_push_instructions") if found["law"] == "glr" else ()
+    deepest = max(found[f"{of}_stack_bytes"] for of in ("start", "push", "take"))
+    assert found["stack_bytes"] == deepest
+    million = plan_of(f"{words} --core {core}").design.wishes.rate_hz / 1e6
+    assert found["mean_mhz"] == pytest.approx(million * found["mean_instructions"], abs=1e-6)
+    assert found["worst_mhz"] == pytest.approx(million * found["worst_push_instructions"], abs=1e-6)
     for name, value in figures.items():
-        assert value <= (1 + WITHIN) * found[name], name
+        assert value <= 1.05 * found[name], name
         if name not in bounds:
-            assert value >= (1 - WITHIN) * found[name], name
+            assert value >= 0.95 * found[name], name
 
 
 @pytest.mark.parametrize("words", COSTED)

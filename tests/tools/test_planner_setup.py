@@ -138,61 +138,6 @@ def test_cmake_builds_it_with_the_options_of_the_plan(tmp_path):
     assert subprocess.run([tmp_path / "build/app"]).returncode == 0
 
 
-# --- its promises with the whole library ---
-
-# wishes, FILTER of setup_promises.c, sigma after the filter
-SIMULATED = (
-    (
-        "--rate 1000 --lsb 0.061 --bandwidth 250:2 --respond 2 --core cortex-m4f",
-        "{DAVAR_LOW_PASS(250, 1000, 2)}",
-        30,
-    ),
-    (
-        "--rate 200 --type float --full-scale 500 --bandwidth none --respond 3 --core rv32imac",
-        "{0}",
-        1,
-    ),
-    (
-        "--rate 1000 --lsb 0.061 --bandwidth 100:2 --false-alarms-per-hour 0.1 --core cortex-m4f",
-        "{DAVAR_LOW_PASS(100, 1000, 2)}",
-        30,
-    ),
-    (
-        "--rate 200 --lsb 0.061 --bandwidth 74.6:2 --arw-percent 20 "
-        "--false-alarms-per-hour 0.003 --core cortex-m0",
-        "{DAVAR_LOW_PASS(74.6, 200, 2)}",
-        30,
-    ),
-)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("words, filter, sigma", SIMULATED)
-def test_intervals_are_as_narrow_and_changes_are_seen_as_soon_as_promised(
-    words, filter, sigma, tmp_path
-):
-    found, wishes = planned(words), plan_of(words).design.wishes
-    write(words, tmp_path)
-    stride = round(found["stride_s"] * wishes.rate_hz)
-    program = library_and(
-        "setup_promises.c",
-        tmp_path,
-        f"-DFILTER={filter}",
-        f"-DSAMPLE={SAMPLE[wishes.type]}",
-        f"-DUNIT={wishes.lsb or 1.0}",
-        f"-DRATE={wishes.rate_hz}",
-        f"-DQUIET={round(found['window_s'] * wishes.rate_hz) + 10 * stride + 200}U",
-        f"-DSTRIDE={stride}U",
-        f"-DALARMS={int(found['law'] == 'glr')}",
-    )
-    lines = printed_by([program, str(SEED), "300", str(sigma)]).splitlines()
-    measured = {name: float(value) for name, value in map(str.split, lines)}
-    assert measured["width"] / found["arw_percent"] == pytest.approx(1, abs=0.15)
-    assert measured["shown"] > 0.9
-    assert measured["held"] > 0.92
-    assert measured["late"] / wishes.rate_hz <= found["respond_s"]
-
-
 # --- take and curve in any order ---
 
 SAMPLES, SIGMA, UNIT, RATE = 40000, 20, 0.05, 100

@@ -7,8 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from planner_case import ROOT, gcc, printed_by, write
-from scipy import signal
+from planner_case import ROOT, after_two_poles, gcc, printed_by, write
 
 README = ROOT / "README.md"
 FIRMWARE = ROOT / "docs/FIRMWARE.md"  # each block continues the one before
@@ -24,25 +23,6 @@ def blocks(path):
     if path.suffix == ".h":
         text = re.sub(r"^ \* ?", "", text, flags=re.MULTILINE)
     return re.findall(r"^```c\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
-
-
-def after_two_poles(cutoff, count, seed):
-    """White noise of N = 1 per root sample after a Butterworth low-pass of two poles with its -3 dB
-    frequency at `cutoff` of the sample rate: ARMA(2, 1) with the autocovariance of the sampled
-    output, exp(-a k) (cos a k + sin a k).
-    """
-    a = 2 * math.pi * cutoff / math.sqrt(2)
-    lags = np.arange(1000)
-    half = np.exp(-a * lags) * (np.cos(a * lags) + np.sin(a * lags))
-    covariance = np.concatenate([half[:0:-1], half])
-    taps = np.array([1, -2 * math.exp(-a) * math.cos(a), math.exp(-2 * a)])
-    moving = np.convolve(np.convolve(covariance, taps), taps[::-1])
-    centre = len(moving) // 2
-    ratio = moving[centre + 1] / moving[centre]
-    theta = (1 - math.sqrt(1 - 4 * ratio**2)) / (2 * ratio)
-    size = math.sqrt(moving[centre] / (1 + theta**2) / covariance.sum())
-    shocks = np.random.default_rng(seed).normal(0, size, count + 1000)
-    return signal.lfilter([1, theta], taps, shocks)[1000:]
 
 
 def listed(counts):
@@ -82,7 +62,9 @@ def test_the_example_of_the_readme_measures_its_input(tmp_path):
     words = re.search(r"^tools/davar-plan (.*) -o \S+$", README.read_text(), re.MULTILINE)[1]
     write(words, tmp_path)
     # 1 deg/s is 16.4 counts; after the low-pass of 250 Hz at 1 kHz
-    axes = np.array([after_two_poles(0.25, 12000, seed) for seed in range(3)])
+    axes = np.array(
+        [after_two_poles(0.25, 12000, np.random.default_rng(seed)) for seed in range(3)]
+    )
     program = BESIDE_README.format(counts=listed(16.4 * axes.T))
     (tmp_path / "program.c").write_text(program, encoding="utf-8")
     (example,) = blocks(README)
@@ -123,7 +105,7 @@ int main(void)
 
 def test_the_example_by_hand_measures_its_input(library, tmp_path):
     # 20 counts are 1 deg/s: 6 deg/sqrt(h) at 100 Hz, after a low-pass at 33 Hz
-    counts = listed(20 * after_two_poles(0.33, 6000, 1))
+    counts = listed(20 * after_two_poles(0.33, 6000, np.random.default_rng(1)))
     example = blocks(FIRMWARE)[0]
     assert len(example.splitlines()) <= LINES_MAX
     (tmp_path / "example.c").write_text(example + BESIDE_FIRMWARE.format(counts=counts))

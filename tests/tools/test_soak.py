@@ -39,10 +39,7 @@ class Soak(unittest.TestCase):
             one = soak.Soak(list(checks), share, self.folder)
             if stop_after:
                 save = one.save
-                one.save = lambda: (
-                    save(),
-                    len(self.slices) >= stop_after and one.stopped.set(),
-                )
+                one.save = lambda: (save(), len(self.slices) >= stop_after and one.stopped.set())
             return one.run(), said.getvalue()
 
     def test_slices_add_up_and_a_check_of_one_slice_has_one(self):
@@ -92,9 +89,7 @@ class Soak(unittest.TestCase):
     def test_wrong_options_are_rejected_in_one_line(self):
         for words, name in ((["--only", "fuzz-x"], "fuzz-x"), (["--share", "0"], "--share 0")):
             done = subprocess.run(
-                [sys.executable, soak.__file__, *words],
-                text=True,
-                capture_output=True,
+                [sys.executable, soak.__file__, *words], text=True, capture_output=True
             )
             self.assertEqual(done.returncode, 2)
             self.assertIn(name, done.stderr.splitlines()[-1])
