@@ -1,12 +1,10 @@
 """Recordings of awkward sensors: what real ones do and textbooks do not. Numpy and scipy only,
 nothing of davarlab. 100 Hz, one hour, ARW 0.3 deg/sqrt(h), BI 5 deg/h unless a case says otherwise;
-all else is drawn. `awkward.py CASE SEED REC.csv` writes one.
+all else is drawn.
 
 A case is a row of ingredients (ingredients/) in the order of physics: what moves the rate, then the
 sensor's own filter, its counts, its clock. Each adds to the recording and to the truth.
 """
-
-import sys
 
 import numpy as np
 from ingredients import clock, lines, logged, motion, sensor, thermal, wander
@@ -115,7 +113,3 @@ def write(columns, path):
         header=",".join(columns),
         comments="",
     )
-
-
-if __name__ == "__main__":
-    write(case(sys.argv[1], int(sys.argv[2]))[0], sys.argv[3])

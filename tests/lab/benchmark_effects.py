@@ -8,6 +8,7 @@ baseline's Allan deviation ("visible"); "hard" takes 0.4 of the amplitude.
 import time
 from multiprocessing import Pool
 
+import elsewhere
 import numpy as np
 import oracle
 from davarlab import simulate
@@ -17,27 +18,29 @@ from davarlab.model import Model, Term
 
 RATE_HZ, COLUMN = 50.0, "gyro_z_dps"
 HARD = 0.4
-HIDDEN = (
-    "quantization",
-    "rate_random_walk",
-    "rate_ramp",
-    "gauss_markov",
-    "sinusoid",
-    "low_pass",
-    "temperature",
-    "temperature_rate",
-    "g_sensitivity",
-    "vibration_noise",
-    "vibration_rectification",
-    "warm_up",
-    "telegraph_noise",
-    "noise_step",
-    "shocks",
-    "bias_step",
-    "intermittent_line",
-    "narrow_band",
-    "moving_average",
-)
+SIZES = elsewhere.SIZES | {
+    "gauss_markov": {
+        "std_dps": (0.003, 0.008),
+        "correlation_time_s": (np.log(2), np.log(60), elsewhere.LOG),
+    },
+    "sinusoid": {
+        "amplitude_dps": (0.002, 0.02),
+        "frequency_hz": (np.log(0.01), np.log(20), elsewhere.LOG),
+    },
+    "vibration_rectification": {"coefficient_dps_per_g2": (3, 8), "axis": "xyz"},
+    "bias_step": {"time_s": (1000, 6000), "step_dps": (0.012, 0.03)},
+    "intermittent_line": {
+        "start_s": (500, 5000),
+        "frequency_hz": (np.log(0.5), np.log(20), elsewhere.LOG),
+        "amplitude_dps": (0.006, 0.02),
+        "stop_s": (100, 1500),
+    },
+    "narrow_band": {"std_dps": (0.01, 0.03), "frequency_hz": (3, 20), "half_width_hz": (0.1, 0.5)},
+    "moving_average": {"samples": (1.5, 3)},
+}
+# of either sign
+SIGNED = {"rate_ramp", "temperature", "temperature_rate", "g_sensitivity", "bias_step", "warm_up"}
+SIGNED |= {"vibration_rectification"}
 PAIRS = (
     ("temperature", "sinusoid"),
     ("gauss_markov", "vibration_noise"),
@@ -50,64 +53,16 @@ PAIRS = (
 
 def drawn(kind, rng, scale):
     """Parameters of an effect at a size that a person would see, times `scale`."""
-    u, sign = rng.uniform, rng.choice([-1.0, 1.0])
-    axis = str(rng.choice(["x", "y", "z"]))
-    return {
-        "quantization": lambda: {"coefficient_deg": scale * u(2e-4, 6e-4)},
-        "rate_random_walk": lambda: {"coefficient_deg_per_h_per_sqrt_h": scale * u(40, 80)},
-        "rate_ramp": lambda: {"coefficient_deg_per_h2": sign * scale * u(60, 120)},
-        "gauss_markov": lambda: {
-            "std_dps": scale * u(0.003, 0.008),
-            "correlation_time_s": float(np.exp(u(np.log(2), np.log(60)))),
-        },
-        "sinusoid": lambda: {
-            "amplitude_dps": scale * u(0.002, 0.02),
-            "frequency_hz": float(np.exp(u(np.log(0.01), np.log(20)))),
-        },
-        "low_pass": lambda: {"cutoff_hz": u(4, 15) / scale**0.5},
-        "temperature": lambda: {"coefficient_dps_per_degC": sign * scale * u(0.008, 0.02)},
-        "temperature_rate": lambda: {"coefficient_dps_per_degC_per_s": sign * scale * u(0.5, 2)},
-        "g_sensitivity": lambda: {
-            "coefficient_dps_per_g": sign * scale * u(0.3, 1.0),
-            "axis": axis,
-        },
-        "vibration_noise": lambda: {"coefficient_dps_per_g": scale * u(0.4, 1.0), "axis": axis},
-        "vibration_rectification": lambda: {
-            "coefficient_dps_per_g2": sign * scale * u(3, 8),
-            "axis": axis,
-        },
-        "warm_up": lambda: {
-            "amplitude_dps": sign * scale * u(0.03, 0.06),
-            "time_constant_s": u(200, 1200),
-        },
-        "telegraph_noise": lambda: {
-            "amplitude_dps": scale * u(0.005, 0.01),
-            "mean_dwell_s": u(30, 150),
-        },
-        "noise_step": lambda: (
-            lambda start: {
-                "start_s": start,
-                "stop_s": start + u(300, 2000),
-                "ratio": 1 + scale * u(0.4, 1.0),
-            }
-        )(u(500, 5000)),
-        "shocks": lambda: {"rate_per_hour": u(8, 40), "amplitude_dps": scale * u(0.4, 1.0)},
-        "narrow_band": lambda: {
-            "std_dps": scale * u(0.01, 0.03),
-            "frequency_hz": u(3, 20),
-            "half_width_hz": u(0.1, 0.5),
-        },
-        "moving_average": lambda: {"samples": 1 + u(0.5, 2) * scale},
-        "bias_step": lambda: {"time_s": u(1000, 6000), "step_dps": sign * scale * u(0.012, 0.03)},
-        "intermittent_line": lambda: (
-            lambda start: {
-                "frequency_hz": float(np.exp(u(np.log(0.5), np.log(20)))),
-                "amplitude_dps": scale * u(0.006, 0.02),
-                "start_s": start,
-                "stop_s": start + u(100, 1500),
-            }
-        )(u(500, 5000)),
-    }[kind]()
+    sign, axis = rng.choice([-1.0, 1.0]), str(rng.choice(["x", "y", "z"]))
+    found = elsewhere.drawn({name: of for name, of in SIZES[kind].items() if name != "axis"}, rng)
+    for name, value in found.items():
+        if name.startswith("coefficient") or name in ("std_dps", "amplitude_dps", "step_dps"):
+            found[name] = value * scale * (sign if kind in SIGNED else 1)
+        elif name in ("ratio", "samples"):
+            found[name] = 1 + (value - 1) * scale
+        elif name == "cutoff_hz":
+            found[name] = value / scale**0.5
+    return found | ({"axis": axis} if "axis" in SIZES[kind] else {})
 
 
 def sweep(t, rng):
@@ -128,7 +83,7 @@ OUTSIDE = {"sweeping tone": sweep, "breathing noise": breathing_noise, "square w
 
 def scenarios(size):
     """name -> kinds in it; names of effects outside the table have none."""
-    single = {kind: [kind] for kind in HIDDEN}
+    single = {kind: [kind] for kind in SIZES}
     pairs = {" + ".join(pair): list(pair) for pair in PAIRS} if size == "visible" else {}
     return {
         "none": [],

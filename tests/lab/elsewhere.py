@@ -1,16 +1,50 @@
 """Recordings made with formulas of their own: numpy and scipy only, nothing of davarlab, and where
 physics leaves a choice another one than davarlab's simulator (exact AR(1), sums of AR(1),
 exponential dwells, analogue poles, real rounding). 50 Hz, gyro, temperature, accelerometer.
-`elsewhere.py CASE SEED REC.csv` writes one.
 """
-
-import sys
 
 import numpy as np
 from scipy import signal
 
 RATE = 50.0
 DEG = 3600.0
+LOG = np.exp  # of the uniform logarithm of a parameter
+# kind -> parameter -> the range that it is drawn from, at a size that a person would see
+SIZES = {
+    "quantization": {"coefficient_deg": (2e-4, 6e-4)},
+    "rate_random_walk": {"coefficient_deg_per_h_per_sqrt_h": (40, 80)},
+    "rate_ramp": {"coefficient_deg_per_h2": (60, 120)},
+    "gauss_markov": {"std_dps": (0.003, 0.008), "correlation_time_s": (0.7, 4, LOG)},
+    "sinusoid": {"amplitude_dps": (0.002, 0.02), "frequency_hz": (-4, 3, LOG)},
+    "low_pass": {"cutoff_hz": (4, 15)},
+    "temperature": {"coefficient_dps_per_degC": (0.008, 0.02)},
+    "temperature_rate": {"coefficient_dps_per_degC_per_s": (0.5, 2)},
+    "g_sensitivity": {"coefficient_dps_per_g": (0.3, 1.0), "axis": "xyz"},
+    "vibration_noise": {"coefficient_dps_per_g": (0.4, 1.0), "axis": "xyz"},
+    "vibration_rectification": {"coefficient_dps_per_g2": (1.5, 6), "axis": "xyz"},
+    "warm_up": {"amplitude_dps": (0.03, 0.06), "time_constant_s": (200, 1200)},
+    "telegraph_noise": {"amplitude_dps": (0.005, 0.01), "mean_dwell_s": (30, 150)},
+    "noise_step": {"start_s": (500, 5000), "stop_s": (300, 2000), "ratio": (1.4, 2.0)},
+    "shocks": {"rate_per_hour": (8, 40), "amplitude_dps": (0.4, 1.0)},
+}
+
+
+def drawn(ranges, rng):
+    """Parameters from their ranges; a number is itself, of a word a letter, and a stop comes so
+    much after its start.
+    """
+    found = {}
+    for name, given in ranges.items():
+        if isinstance(given, str):
+            found[name] = str(rng.choice(list(given)))
+        elif isinstance(given, tuple):
+            low, high, *law = given
+            found[name] = float(law[0](rng.uniform(low, high)) if law else rng.uniform(low, high))
+        else:
+            found[name] = given
+    if "stop_s" in found:
+        found["stop_s"] += found["start_s"]
+    return found
 
 
 def ar1(count, decay, rng):
@@ -29,14 +63,12 @@ def flicker_sum(count, b_dps, rng):
     )
 
 
-def flicker_fft(count, b_dps, rng):
-    """A circle of eight records, of which one is kept."""
-    f = np.fft.rfftfreq(8 * count, 1 / RATE)
-    f[0] = f[1]
-    return np.fft.irfft(
-        np.fft.rfft(rng.standard_normal(8 * count)) * b_dps * np.sqrt(RATE / (2 * np.pi * f)),
-        8 * count,
-    )[:count]
+def flicker_fft(count, b_dps, rng, circle=8):
+    """A circle of some records, of which one is kept. The rate does not matter."""
+    nu = np.fft.rfftfreq(circle * count)
+    nu[0] = nu[1]
+    white = np.fft.rfft(rng.standard_normal(circle * count))
+    return np.fft.irfft(white * b_dps / np.sqrt(2 * np.pi * nu), circle * count)[:count]
 
 
 def flicker_kasdin(count, b_dps, rng):
@@ -146,46 +178,33 @@ def make(effects, seed, seconds=7200, n=0.3, b=5.0, **how):
 
 
 def course(kind, p, t, temp, felt, rng, how):
-    count = len(t)
+    """What an effect adds to the rate; nothing here of those that `make` makes."""
+    count, axis = len(t), p.get("axis")
+    size = next(value for name, value in p.items() if name != "rate_per_hour")
     if kind == "rate_random_walk":
-        return (
-            np.cumsum(rng.standard_normal(count))
-            * p["coefficient_deg_per_h_per_sqrt_h"]
-            / DEG
-            / 60
-            / np.sqrt(RATE)
-        )
-    if kind == "rate_ramp":
-        return p["coefficient_deg_per_h2"] / DEG**2 * t
+        return np.cumsum(rng.standard_normal(count)) * size / DEG / 60 / np.sqrt(RATE)
     if kind == "gauss_markov":
-        return p["std_dps"] * ar1(count, np.exp(-1 / (RATE * p["correlation_time_s"])), rng)
+        return size * ar1(count, np.exp(-1 / (RATE * p["correlation_time_s"])), rng)
     if kind == "sinusoid":
-        return sum(
-            p["amplitude_dps"]
-            / k
-            * np.sin(2 * np.pi * k * p["frequency_hz"] * t + rng.uniform(0, 6))
-            for k in range(1, how.get("harmonics", 1) + 1)
-        )
-    if kind == "temperature":
-        return p["coefficient_dps_per_degC"] * (temp - 25)
-    if kind == "temperature_rate":
-        return p["coefficient_dps_per_degC_per_s"] * np.gradient(temp, t)
-    if kind == "g_sensitivity":
-        return p["coefficient_dps_per_g"] * felt[p["axis"]][0]
-    if kind == "vibration_noise":
-        return p["coefficient_dps_per_g"] * felt[p["axis"]][1] * rng.standard_normal(count)
-    if kind == "vibration_rectification":
-        return p["coefficient_dps_per_g2"] * felt[p["axis"]][1] ** 2
-    if kind == "warm_up":
-        return p["amplitude_dps"] * np.exp(-t / p["time_constant_s"])
+        turns = 2 * np.pi * p["frequency_hz"] * t
+        harmonics = range(1, how.get("harmonics", 1) + 1)
+        return sum(size / k * np.sin(k * turns + rng.uniform(0, 6)) for k in harmonics)
     if kind == "telegraph_noise":
-        switches = np.cumsum(
-            rng.exponential(p["mean_dwell_s"], int(10 + 4 * t[-1] / p["mean_dwell_s"]))
-        )
-        return p["amplitude_dps"] * np.where(np.searchsorted(switches, t) % 2, 1.0, -1.0)
+        dwell = p["mean_dwell_s"]
+        switches = np.cumsum(rng.exponential(dwell, int(10 + 4 * t[-1] / dwell)))
+        return size * np.where(np.searchsorted(switches, t) % 2, 1.0, -1.0)
     if kind == "shocks":
         return shocks(p, t, rng, how.get("shocks", "sample"))
-    return np.zeros(count)
+    others = {
+        "rate_ramp": lambda: size / DEG**2 * t,
+        "temperature": lambda: size * (temp - 25),
+        "temperature_rate": lambda: size * np.gradient(temp, t),
+        "g_sensitivity": lambda: size * felt[axis][0],
+        "vibration_noise": lambda: size * felt[axis][1] * rng.standard_normal(count),
+        "vibration_rectification": lambda: size * felt[axis][1] ** 2,
+        "warm_up": lambda: size * np.exp(-t / p["time_constant_s"]),
+    }
+    return others.get(kind, lambda: np.zeros(count))()
 
 
 def shocks(p, t, rng, how):
@@ -202,194 +221,79 @@ def shocks(p, t, rng, how):
     return y
 
 
-def axis(rng):
-    return str(rng.choice(list("xyz")))
-
-
-def interval(rng):
-    start = rng.uniform(500, 5000)
-    return {
-        "noise_step": {
-            "start_s": start,
-            "stop_s": start + rng.uniform(300, 2000),
-            "ratio": 1 + rng.uniform(0.4, 1),
-        }
-    }
-
-
-WARMTH = "coefficient_dps_per_degC"
-# name -> (what is hidden, drawn with a generator; how it is made)
+COARSE = {"flicker": "kasdin", "temperature": "chamber", "thermometer": "slow"}
+WAYS = {  # kind -> (what is made in several ways, the ways)
+    "low_pass": ("low_pass", ("pole", "bilinear", "response", "analogue")),
+    "temperature": ("temperature", ("sine", "ramp", "walk", "chamber")),
+    "g_sensitivity": ("vibration", ("white", "band")),
+    "vibration_noise": ("vibration", ("white", "band")),
+    "vibration_rectification": ("vibration", ("white", "band")),
+    "shocks": ("shocks", ("sample", "normal", "ring")),
+}
+WARM = {"temperature": {"coefficient_dps_per_degC": 0.015}}
+# name -> (kind -> parameters that are not drawn from SIZES; how it is made)
 CASES = {
-    "clean": (lambda r: {}, {}),
-    "clean sum": (lambda r: {}, {"flicker": "sum", "temperature": "sine", "vibration": "band"}),
-    "clean kasdin": (
-        lambda r: {},
-        {"flicker": "kasdin", "temperature": "chamber", "thermometer": "slow"},
-    ),
-    "clean lsb": (lambda r: {}, {"lsb": 0.01, "temperature": "ramp"}),
-    "clean coarse lsb": (lambda r: {}, {"lsb": 0.0625}),
+    "clean": ({}, {}),
+    "clean sum": ({}, {"flicker": "sum", "temperature": "sine", "vibration": "band"}),
+    "clean kasdin": ({}, COARSE),
+    "clean lsb": ({}, {"lsb": 0.01, "temperature": "ramp"}),
+    "clean coarse lsb": ({}, {"lsb": 0.0625}),
     **{
-        f"low_pass {way}": (
-            lambda r: {"low_pass": {"cutoff_hz": r.uniform(4, 15)}},
-            {"low_pass": way},
-        )
-        for way in ("pole", "bilinear", "response", "analogue")
+        f"{kind} {way}": ({kind: {}}, {what: way})
+        for kind, (what, ways) in WAYS.items()
+        for way in ways
     },
-    "quantization": (lambda r: {"quantization": {"coefficient_deg": r.uniform(2e-4, 6e-4)}}, {}),
-    "rate_random_walk": (
-        lambda r: {"rate_random_walk": {"coefficient_deg_per_h_per_sqrt_h": r.uniform(40, 80)}},
-        {"flicker": "sum"},
-    ),
-    "rate_ramp": (
-        lambda r: {"rate_ramp": {"coefficient_deg_per_h2": r.uniform(60, 120)}},
-        {"temperature": "sine"},
-    ),
-    "gauss_markov": (
-        lambda r: {
-            "gauss_markov": {
-                "std_dps": r.uniform(0.003, 0.008),
-                "correlation_time_s": np.exp(r.uniform(0.7, 4)),
-            }
-        },
-        {"flicker": "kasdin"},
-    ),
-    "sinusoid": (
-        lambda r: {
-            "sinusoid": {
-                "amplitude_dps": r.uniform(0.002, 0.02),
-                "frequency_hz": np.exp(r.uniform(-4, 3)),
-            }
-        },
-        {},
-    ),
-    **{
-        f"temperature {way}": (
-            lambda r: {"temperature": {WARMTH: r.uniform(0.008, 0.02)}},
-            {"temperature": way},
-        )
-        for way in ("sine", "ramp", "walk", "chamber")
-    },
+    "quantization": ({"quantization": {}}, {}),
+    "rate_random_walk": ({"rate_random_walk": {}}, {"flicker": "sum"}),
+    "rate_ramp": ({"rate_ramp": {}}, {"temperature": "sine"}),
+    "gauss_markov": ({"gauss_markov": {}}, {"flicker": "kasdin"}),
+    "sinusoid": ({"sinusoid": {}}, {}),
     "temperature slow": (
-        lambda r: {"temperature": {WARMTH: r.uniform(0.008, 0.02)}},
+        {"temperature": {}},
         {"temperature": "chamber", "thermometer": "slow"},
     ),
     "temperature_rate sine": (
-        lambda r: {"temperature_rate": {"coefficient_dps_per_degC_per_s": r.uniform(2, 6)}},
+        {"temperature_rate": {"coefficient_dps_per_degC_per_s": (2, 6)}},
         {"temperature": "sine"},
     ),
-    "temperature_rate chamber": (
-        lambda r: {"temperature_rate": {"coefficient_dps_per_degC_per_s": r.uniform(0.5, 2)}},
-        {"temperature": "chamber"},
-    ),
-    **{
-        f"g_sensitivity {way}": (
-            lambda r: {
-                "g_sensitivity": {"coefficient_dps_per_g": r.uniform(0.3, 1), "axis": axis(r)}
-            },
-            {"vibration": way},
-        )
-        for way in ("white", "band")
-    },
-    **{
-        f"vibration_noise {way}": (
-            lambda r: {
-                "vibration_noise": {"coefficient_dps_per_g": r.uniform(0.4, 1), "axis": axis(r)}
-            },
-            {"vibration": way},
-        )
-        for way in ("white", "band")
-    },
-    **{
-        f"vibration_rectification {way}": (
-            lambda r: {
-                "vibration_rectification": {
-                    "coefficient_dps_per_g2": r.uniform(1.5, 6),
-                    "axis": axis(r),
-                }
-            },
-            {"vibration": way},
-        )
-        for way in ("white", "band")
-    },
-    "warm_up": (
-        lambda r: {
-            "warm_up": {
-                "amplitude_dps": r.uniform(0.03, 0.06),
-                "time_constant_s": r.uniform(200, 1200),
-            }
-        },
-        {"flicker": "sum"},
-    ),
-    "telegraph_noise": (
-        lambda r: {
-            "telegraph_noise": {
-                "amplitude_dps": r.uniform(0.005, 0.01),
-                "mean_dwell_s": r.uniform(30, 150),
-            }
-        },
-        {},
-    ),
+    "temperature_rate chamber": ({"temperature_rate": {}}, {"temperature": "chamber"}),
+    "warm_up": ({"warm_up": {}}, {"flicker": "sum"}),
+    "telegraph_noise": ({"telegraph_noise": {}}, {}),
     "telegraph fast": (
-        lambda r: {
-            "telegraph_noise": {
-                "amplitude_dps": r.uniform(0.01, 0.02),
-                "mean_dwell_s": r.uniform(3, 10),
-            }
-        },
+        {"telegraph_noise": {"amplitude_dps": (0.01, 0.02), "mean_dwell_s": (3, 10)}},
         {},
     ),
-    "noise_step": (interval, {}),
-    **{
-        f"shocks {way}": (
-            lambda r: {
-                "shocks": {"rate_per_hour": r.uniform(8, 40), "amplitude_dps": r.uniform(0.4, 1)}
-            },
-            {"shocks": way},
-        )
-        for way in ("sample", "normal", "ring")
-    },
-    "low_pass pole + rate_ramp": (
-        lambda r: {
-            "low_pass": {"cutoff_hz": r.uniform(5, 12)},
-            "rate_ramp": {"coefficient_deg_per_h2": r.uniform(60, 120)},
-        },
-        {},
-    ),
+    "noise_step": ({"noise_step": {}}, {}),
+    "low_pass pole + rate_ramp": ({"low_pass": {"cutoff_hz": (5, 12)}, "rate_ramp": {}}, {}),
     "sinusoid fan": (
-        lambda r: {"sinusoid": {"amplitude_dps": 0.008, "frequency_hz": r.uniform(1, 6)}},
+        {"sinusoid": {"amplitude_dps": 0.008, "frequency_hz": (1, 6)}},
         {"harmonics": 3},
     ),
     "quantization + temperature": (
-        lambda r: {
-            "temperature": {WARMTH: 0.015},
-            "quantization": {"coefficient_deg": r.uniform(3e-4, 6e-4)},
-        },
+        {**WARM, "quantization": {"coefficient_deg": (3e-4, 6e-4)}},
         {},
     ),
     "low_pass bilinear + gauss_markov": (
-        lambda r: {
-            "low_pass": {"cutoff_hz": r.uniform(5, 12)},
-            "gauss_markov": {"std_dps": 0.006, "correlation_time_s": r.uniform(3, 30)},
+        {
+            "low_pass": {"cutoff_hz": (5, 12)},
+            "gauss_markov": {"std_dps": 0.006, "correlation_time_s": (3, 30)},
         },
         {"low_pass": "bilinear"},
     ),
     "vibration_noise + vibration_rectification": (
-        lambda r: {
+        {
             "vibration_noise": {"coefficient_dps_per_g": 0.8, "axis": "x"},
             "vibration_rectification": {"coefficient_dps_per_g2": 4.0, "axis": "x"},
         },
         {},
     ),
     "telegraph_noise + temperature": (
-        lambda r: {
-            "telegraph_noise": {"amplitude_dps": 0.008, "mean_dwell_s": 60.0},
-            "temperature": {WARMTH: 0.015},
-        },
+        {"telegraph_noise": {"amplitude_dps": 0.008, "mean_dwell_s": 60.0}, **WARM},
         {"temperature": "chamber"},
     ),
     "sinusoid + shocks": (
-        lambda r: {
-            "sinusoid": {"amplitude_dps": 0.01, "frequency_hz": r.uniform(0.05, 10)},
+        {
+            "sinusoid": {"amplitude_dps": 0.01, "frequency_hz": (0.05, 10)},
             "shocks": {"rate_per_hour": 20, "amplitude_dps": 0.6},
         },
         {},
@@ -405,20 +309,5 @@ def recording(case, seed):
     number = sum(map(ord, case))
     rng = np.random.default_rng([seed, number])
     n, b = rng.uniform(0.2, 0.4), rng.uniform(2, 8)
-    effects = hidden(rng)
+    effects = {kind: drawn(SIZES[kind] | own, rng) for kind, own in hidden.items()}
     return make(effects, seed * 1000 + number, n=n, b=b, **how), effects, n, b
-
-
-def write(columns, path):
-    np.savetxt(
-        path,
-        np.column_stack(list(columns.values())),
-        fmt="%.9g",
-        delimiter=",",
-        header=",".join(columns),
-        comments="",
-    )
-
-
-if __name__ == "__main__":
-    write(recording(sys.argv[1], int(sys.argv[2]))[0], sys.argv[3])

@@ -3,18 +3,9 @@ nothing of davarlab. 50 Hz, one hour.
 """
 
 import numpy as np
+from elsewhere import flicker_fft
 
 RATE = 50.0
-
-
-def flicker(count, b_dps, rng):
-    """A circle of four records, of which one is kept."""
-    f = np.fft.rfftfreq(4 * count, 1 / RATE)
-    f[0] = f[1]
-    return np.fft.irfft(
-        np.fft.rfft(rng.standard_normal(4 * count)) * b_dps * np.sqrt(RATE / (2 * np.pi * f)),
-        4 * count,
-    )[:count]
 
 
 def late(x, lag_s):
@@ -33,14 +24,7 @@ def loop(x, width):
     """Backlash: x pushes the body along."""
     body, found = x[0], np.empty(len(x))
     for i, value in enumerate(x):
-        body = (
-            value + width / 2
-            if body > value + width / 2
-            else value - width / 2
-            if body < value - width / 2
-            else body
-        )
-        found[i] = body
+        body = found[i] = min(max(body, value - width / 2), value + width / 2)
     return found
 
 
@@ -70,7 +54,7 @@ def course(case, heat, t, rng):
         other = (
             0.05 * np.sin(2 * np.pi * t / 300)
             + 0.035 * rng.standard_normal(len(t))
-            + flicker(len(t), 5 / 3600, rng)
+            + flicker_fft(len(t), 5 / 3600, rng, 4)
         )
         return 0.1 * other, {"gyro_x_dps": other}
     known = {
@@ -94,7 +78,7 @@ def make(case, how, seed, seconds=3600):
     more, columns = course(case, heat, t, rng)
     return {
         "time_s": t,
-        "gyro_z_dps": white + flicker(len(t), 5 / 3600, rng) + more + 0.1,
+        "gyro_z_dps": white + flicker_fft(len(t), 5 / 3600, rng, 4) + more + 0.1,
         "temp_degC": heat + 0.02 * rng.standard_normal(len(t)),
     } | columns
 
@@ -107,7 +91,9 @@ def accelerometers(seed, seconds=3600):
     t = np.arange(int(seconds * RATE)) / RATE
     tilt = {axis: walk(len(t), rng) for axis in "xyz"}
     cause = walk(len(t), rng)
-    noise = 0.3 / 60 * np.sqrt(RATE) * rng.standard_normal(len(t)) + flicker(len(t), 5 / 3600, rng)
+    noise = 0.3 / 60 * np.sqrt(RATE) * rng.standard_normal(len(t)) + flicker_fft(
+        len(t), 5 / 3600, rng, 4
+    )
     logged = {
         axis: 0.01 * x / x.std() + 0.002 * rng.standard_normal(len(t)) for axis, x in tilt.items()
     }

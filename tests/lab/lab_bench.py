@@ -6,6 +6,7 @@ from asking import run, said
 from davarlab import simulate
 from davarlab.data.recording import Recording
 from davarlab.model import Model, Term
+from elsewhere import flicker_fft as flicker
 
 BASE = """[[effect]]
 kind = "angle_random_walk"
@@ -28,17 +29,9 @@ def model(rate_hz=50.0, n=0.3, b=5.0, column="gyro_z_dps"):
     return Model(rate_hz, column, terms(n, b))
 
 
-def flicker(count, rate_hz, b_dps, rng, circle=2):
-    """A circle of some records, of which one is kept."""
-    f = np.fft.rfftfreq(circle * count, 1 / rate_hz)
-    f[0] = f[1]
-    drawn = np.fft.rfft(rng.standard_normal(circle * count))
-    return np.fft.irfft(drawn * b_dps * np.sqrt(rate_hz / (2 * np.pi * f)), circle * count)[:count]
-
-
 def noise(count, rate_hz, rng, n=0.3, b=5.0):
     """White noise and flicker of a gyro, deg/s; n: deg/sqrt(h), b: deg/h."""
-    slow = flicker(count, rate_hz, b / 3600, rng)
+    slow = flicker(count, b / 3600, rng, 2)
     return n / 60 * rate_hz**0.5 * rng.standard_normal(count) + slow
 
 

@@ -3,17 +3,15 @@
 """
 
 import os
-import re
 from pathlib import Path
 from types import SimpleNamespace
-from unittest import mock
 
 import heat
 import lab_bench
 import numpy as np
 import pytest
 from davarlab import model, simulate
-from davarlab.candidates import columns, common_cause, doubts, identifiable
+from davarlab.candidates import columns, common_cause, doubts
 from davarlab.candidates.candidate import Candidate
 from davarlab.data import recording as logged
 from davarlab.data.observations import Observation
@@ -200,26 +198,6 @@ def test_a_leak_is_small_and_a_turn_about_an_oblique_axis_is_not():
         assert (why == "") == named, why
 
 
-def test_bands_that_are_turned_and_contradict_each_other_confirm_nothing():
-    found = [
-        (low, high, beta, 0.001, 1.0)
-        for low, high, beta in ((0.05, 0.25, 0.02), (0.25, 0.5, 0.02), (0.5, 2.5, -0.08))
-    ]
-    with mock.patch.object(common_cause, "in_bands", lambda *_: found):
-        assert common_cause.judge(
-            None, [], Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0})
-        ).disagrees
-
-
-def test_a_software_that_subtracts_the_bias_hides_what_is_slow():
-    subtracted = [Part("angle_random_walk"), Part("high_pass", {"corner_period_s": 100.0})]
-    for kind in ("warm_up", "rate_ramp", "temperature", "temperature_rate"):
-        assert "software" in doubts.of_software(subtracted, Part(kind))
-        assert doubts.of_software(subtracted[:1], Part(kind)) == ""
-    for kind in ("temperature_noise", "narrow_band", "g_sensitivity"):
-        assert doubts.of_software(subtracted, Part(kind)) == ""
-
-
 def test_harmonics_of_something_slow_are_one_wave_and_those_of_a_machine_are_lines():
     bench = SimpleNamespace(
         recording=Recording({"time_s": np.arange(7200.0)}, 1.0), y=np.zeros(7200)
@@ -285,16 +263,6 @@ def test_a_touch_is_no_vibration():
         blocks = changes.Blocks(energy * variance, 100, 1.0, 100.0)
         gain = changes.steady_gain(blocks, np.full(600, blocks.energy.mean()), variance)
         assert (gain > 20) == lasting, gain
-
-
-def test_every_pair_of_heat_has_a_measurement_that_decides():
-    for named in identifiable.HEAT:
-        for other in identifiable.HEAT + identifiable.NOISE + identifiable.COURSES:
-            if other != named:
-                assert re.search(
-                    r"^Undecided: .* or .*\. To decide, .*\.$",
-                    identifiable.alternative(named, other).confirm,
-                )
 
 
 @pytest.mark.slow

@@ -1,31 +1,19 @@
 """Rates and angles in counts, rounded by formulas of this file."""
 
+import lab_bench
 import numpy as np
 import pytest
-from davarlab import model
 from davarlab.data import counts
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import improve
 
 RATE, N, B = 100.0, 0.3, 5.0
 SIGMA = N / 60 * RATE**0.5
-MODEL = model.Model(
-    RATE,
-    "gyro_z_dps",
-    [
-        model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": N}),
-        model.Term("bias_instability", {"coefficient_deg_per_h": B}),
-    ],
-)
+MODEL = lab_bench.model(RATE, N, B)
 
 
 def gyro(samples, rng):
-    f = np.fft.rfftfreq(2 * samples, 1 / RATE)
-    f[0] = f[1]
-    flicker = np.fft.irfft(
-        np.fft.rfft(rng.standard_normal(2 * samples)) * B / 3600 * np.sqrt(RATE / (2 * np.pi * f))
-    )[:samples]
-    return SIGMA * rng.standard_normal(samples) + flicker + rng.uniform(-0.5, 0.5)
+    return lab_bench.noise(samples, RATE, rng, N, B) + rng.uniform(-0.5, 0.5)
 
 
 def rate_in_counts(y, q):

@@ -6,15 +6,11 @@ import binascii
 import functools
 import json
 import operator
-import shlex
 
 import asking
 import numpy as np
 import pytest
 from asking import ROOT
-from davarlab.errors import BadInput
-from davarlab.workbench import schema
-from davarlab.workbench.visit import visit
 from importing import Logs
 
 COUNT = 1200
@@ -255,14 +251,6 @@ def test_a_row_that_was_cut_off_at_the_beginning_is_no_header(logs):
     logs.check_gyro(logs.imported(log, "--names", "us,gx_dps,gy_dps,gz_dps")[1])
 
 
-def test_every_command_takes_names(logs):
-    log = logs.file("log.csv", rows(US, *GYRO.T))
-    names = ("--names", "us,gyro_x_dps,gyro_y_dps,gyro_z_dps")
-    model = logs.file("any.toml", logs.model.read_text().replace("rate_hz = 50.0\n", ""))
-    done = asking.run("compare", log, "-m", model, *names, "--json")
-    assert done.returncode in (0, 1), done.stderr
-
-
 def test_vectornav(logs):
     for crc in (False, True):
         text = "".join(
@@ -348,65 +336,6 @@ def test_utf_16(logs):
     log = logs.work / "log.csv"
     log.write_bytes(("t,gx_dps\n" + rows(TIME, TEMP)).encode("utf-16"))
     logs.rejected(log, "UTF-16", f"iconv -f UTF-16 -t UTF-8 {log}")
-
-
-# The workbench reads the same files: what a terminal is told to type, its page asks for.
-
-
-@pytest.fixture
-def intake(tmp_path):
-    return visit.Visit(tmp_path / "files").intake
-
-
-def read(intake, columns):
-    """As the page sends them."""
-    given = schema.request("read", json.dumps({"columns": columns}).encode())
-    return intake.read(**given)
-
-
-def test_names_are_typed_and_kept(logs, intake):
-    log = logs.file("log.csv", "Logger 7\n" + rows(US, *GYRO.T, TEMP, separator=";"))
-    shown = intake.open(str(log))["log"]
-    assert (shown["named"], shown["rate_hz"]) == (False, None)
-    assert [one["name"] for one in shown["columns"]] == [f"column_{n}" for n in range(1, 6)]
-    assert "separated by semicolons" in shown["said"]
-    with pytest.raises(BadInput, match="2 names for 5 columns"):
-        intake.names(["t", "gx"])
-    shown = intake.names(["usec", "gx_dps", "gy_dps", "gz_dps", "_"])["log"]
-    assert (shown["named"], shown["rate_hz"]) == (True, RATE_HZ)
-    now = read(intake, shown["columns"])
-    assert now["gyros"] == [f"gyro_{axis}_dps" for axis in "xyz"]
-    again = visit.Visit(logs.work / "files").intake.open(str(log))
-    assert again["commands"] == now["commands"]
-    assert "--names usec,gx_dps,gy_dps,gz_dps,_" in again["commands"][0]
-    words = shlex.split(again["commands"][0])[1:]
-    words[words.index("rec.csv")] = str(logs.out)
-    assert asking.run(*words).returncode == 0
-    assert len(logs.out.read_text().splitlines()) == COUNT + 1
-
-
-def test_a_column_of_text_needs_no_name(logs, intake):
-    log = logs.file("log.csv", rows(["imu"] * COUNT, US, *GYRO.T))
-    shown = intake.open(str(log))["log"]
-    assert [one["name"] for one in shown["columns"]] == [f"column_{n}" for n in range(2, 6)]
-    shown = intake.names(["usec", "gx_dps", "", "gz_dps"])["log"]
-    names = [one["name"] for one in shown["columns"]]
-    assert names == ["usec", "gx_dps", "column_4", "gz_dps"]
-    now = read(intake, shown["columns"])
-    assert "--names _,usec,gx_dps,column_4,gz_dps" in now["commands"][0]
-
-
-def test_quantities_are_chosen_without_names(logs, intake):
-    log = logs.file("log.csv", rows(US, *GYRO.T))
-    columns = intake.open(str(log))["log"]["columns"]
-    kinds = [("time", "", "us", 1e-6), *(("gyro", axis, "deg/s", 1.0) for axis in "xyz")]
-    for column, (quantity, axis, unit, factor) in zip(columns, kinds):
-        column.update(quantity=quantity, axis=axis, unit=unit, factor=factor)
-    now = read(intake, columns)
-    assert now["rate_hz"] == RATE_HZ
-    words = shlex.split(now["commands"][0])[1:]
-    words[words.index("rec.csv")] = str(logs.out)
-    assert asking.run(*words).returncode == 0
 
 
 # The documented path, on a file of a stranger: white noise of 0.3 deg/s at 100 Hz.

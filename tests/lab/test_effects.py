@@ -7,12 +7,10 @@ import heat
 import lab_bench
 import numpy as np
 import pytest
-from davarlab import kalibr, simulate
-from davarlab import model as models
+from davarlab import simulate
 from davarlab.data import guess
 from davarlab.data.recording import Recording
 from davarlab.effects import table
-from davarlab.inference import allan
 from davarlab.inference.parts import part_of, spectrum_of
 from davarlab.model import Model, Term
 from davarlab.report import export
@@ -166,46 +164,6 @@ def test_shocks_and_levels_come_as_often_as_is_stated():
     assert np.count_nonzero(np.diff(y)) == pytest.approx(2880, abs=4 * 2880**0.5)
 
 
-# Units: a number of a data sheet in deg, m and s, by hand.
-SHEETS = {
-    "gyro_z_dps": {
-        "1deg/sqrt(h)": ("angle_random_walk", 1 / 60),
-        "1deg/s/sqrt(Hz)": ("angle_random_walk", 1),
-        "1mdeg/s/sqrt(Hz)": ("angle_random_walk", 0.001),
-        "1rad/s/sqrt(Hz)": ("angle_random_walk", 57.29577951),
-        "1rad/sqrt(s)": ("angle_random_walk", 57.29577951),
-        "1deg/h/sqrt(Hz)": ("angle_random_walk", 1 / 3600),
-        "1deg/h": ("bias_instability", 1 / 3600),
-        "1deg/s": ("bias_instability", 1),
-        "1rad/s": ("bias_instability", 57.29577951),
-        "1deg/h/sqrt(h)": ("rate_random_walk", 1 / 3600 / 60),
-        "1rad/s^2/sqrt(Hz)": ("rate_random_walk", 57.29577951),
-        "1deg/s^2/sqrt(Hz)": ("rate_random_walk", 1),
-    },
-    "accel_x_g": {
-        "1m/s/sqrt(h)": ("angle_random_walk", 1 / 60),
-        "1m/s^2/sqrt(Hz)": ("angle_random_walk", 1),
-        "1ug/sqrt(Hz)": ("angle_random_walk", 9.80665e-6),
-        "1mg/sqrt(Hz)": ("angle_random_walk", 9.80665e-3),
-        "1g/sqrt(Hz)": ("angle_random_walk", 9.80665),
-        "1ug": ("bias_instability", 9.80665e-6),
-        "1mg": ("bias_instability", 9.80665e-3),
-        "1m/s^2": ("bias_instability", 1),
-        "1m/s^3/sqrt(Hz)": ("rate_random_walk", 1),
-    },
-}
-
-
-@pytest.mark.parametrize("column", SHEETS)
-def test_units_of_data_sheets(column):
-    for word, (kind, size) in SHEETS[column].items():
-        (term,) = kalibr.of_sheet([word], column, RATE).terms
-        assert term.kind == kind, word
-        assert table.find(kind).dps(term.parameters) == pytest.approx(size), word
-    known = kalibr.ACCEL_SHEET if column.startswith("accel") else kalibr.SHEET
-    assert {word[1:] for word in SHEETS[column]} == set(known)
-
-
 @pytest.mark.parametrize(
     "name, quantity, axis, factor",
     [
@@ -247,31 +205,11 @@ def test_units_by_numbers(name, values, unit):
     assert guess.of_column(name, np.asarray(values, float)).unit == unit
 
 
-def test_a_number_goes_to_the_file_and_back():
-    for kind, values in TERMS.items():
-        model = Model(RATE, "gyro_z_dps", [Term(kind, values)])
-        again = models.of_text(models.text_of(model), "text")
-        assert (again.rate_hz, again.column, again.kinds) == (RATE, "gyro_z_dps", [kind])
-        for name, value in values.items():
-            assert again.terms[0].parameters[name] == pytest.approx(value)
-
-
 @pytest.mark.parametrize("unit, factor", [("dps", 1.0), ("rad_s", 180 / math.pi)])
 def test_rates_of_a_column_are_in_degrees(unit, factor):
     name = f"gyro_z_{unit}"
     made = Recording({name: np.array([0.5, -1.0])}, RATE)
     np.testing.assert_allclose(made.rate_dps(name), np.array([0.5, -1.0]) * factor)
-
-
-def test_library_and_definition_agree_on_allan_deviations():
-    y = np.random.default_rng(6).standard_normal(3000)
-    found = allan.by_library(y, 1000, [1, 7, 64])
-    for row in range(3):
-        angle = np.concatenate([[0], np.cumsum(y[1000 * row : 1000 * (row + 1)])])
-        for place, m in enumerate((1, 7, 64)):
-            second = angle[2 * m :] - 2 * angle[m:-m] + angle[: -2 * m]
-            exact = np.sqrt(np.mean(second**2) / 2) / m
-            assert found[row, place] == pytest.approx(exact, rel=1e-4)
 
 
 @pytest.mark.parametrize("memory", [0.1, -0.25])

@@ -142,7 +142,7 @@ def test_a_score_is_what_the_fit_gains(role):
         assert score == pytest.approx(whittle.log_likelihood(data, residual, level) - before)
         assert score == pytest.approx(0.5 * beta[0] ** 2 / inverse[0, 0])
     else:
-        y = y + lab_bench.flicker(count, RATE, 20 / 3600, rng)
+        y = y + lab_bench.flicker(count, 20 / 3600, rng, 2)
         bench = benched(y)
         parts = [WHITE, Part("bias_instability")]
         before, after = bench.fit(parts[:1]), bench.fit(parts)
@@ -275,7 +275,7 @@ def test_white_noise_that_grows_beside_flicker_keeps_its_level():
     rng, count = np.random.default_rng(12), 60_000
     t = np.arange(count) / RATE
     white = 0.3 / 60 * RATE**0.5 * rng.standard_normal(count)
-    slow = lab_bench.flicker(count, RATE, 150 / 3600, rng)
+    slow = lab_bench.flicker(count, 150 / 3600, rng, 2)
     y = white * np.where((t >= 300) & (t < 800), 1.6, 1.0) + slow
     parts = [Part("bias_instability"), Part("noise_step", {"start_s": 300.0, "stop_s": 800.0})]
     found = fitted(y, *parts)[3]

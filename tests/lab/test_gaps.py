@@ -1,5 +1,6 @@
 """Missing samples against formulas of this file."""
 
+import lab_bench
 import numpy as np
 import pytest
 from davarlab.data import recording
@@ -7,20 +8,9 @@ from davarlab.data.recording import Recording
 from davarlab.diagnosis import improve
 from davarlab.inference import allan, estimate, gaps, images
 from davarlab.inference.parts import Bench, Part
-from davarlab.model import Model, Term
 from scipy import fft, linalg
 
 RATE, N_DEG, B_DEG = 50.0, 0.3, 6.0
-
-
-def noise(count, rng):
-    """White noise and flicker: a circle of four records, of which one is kept."""
-    f = np.fft.rfftfreq(4 * count, 1 / RATE)
-    f[0] = f[1]
-    density = (N_DEG / 60) ** 2 + (B_DEG / 3600) ** 2 / (2 * np.pi * f)
-    return np.fft.irfft(
-        np.fft.rfft(rng.standard_normal(4 * count)) * np.sqrt(density * RATE), 4 * count
-    )[:count]
 
 
 def losses(count, rng):
@@ -69,7 +59,7 @@ def test_noise_and_bias_instability_are_within_their_intervals():
     parts, inside, tries = [Part("angle_random_walk"), Part("bias_instability")], 0, 0
     for seed in range(4):
         rng = np.random.default_rng([3, seed])
-        y0 = noise(60000, rng)
+        y0 = lab_bench.noise(60000, RATE, rng, N_DEG, B_DEG)
         for known in losses(len(y0), rng).values():
             y = gaps.conditional_draw(
                 np.where(known, y0, 0),
@@ -157,14 +147,7 @@ def test_random_and_single_gaps_have_none():
 
 @pytest.mark.slow
 def test_a_diagnosis_names_the_line_and_nothing_else():
-    model = Model(
-        968.0,
-        "gyro_x_dps",
-        [
-            Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.04}),
-            Term("bias_instability", {"coefficient_deg_per_h": 1.0}),
-        ],
-    )
+    model = lab_bench.model(968.0, 0.04, 1.0, "gyro_x_dps")
     true, company = 60 * SIGMA / np.sqrt(968), 0
     for seed, f in zip(range(51, 57), (49.2, 133.7, 12.9, 300.1, 89.5, 221.4)):
         y, known, _ = filled(seed, (0.012, f))

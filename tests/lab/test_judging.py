@@ -12,7 +12,7 @@ from davarlab.diagnosis import state as state_of
 from davarlab.diagnosis.cells import Cell
 from davarlab.inference import adequacy, allan
 from davarlab.inference.parts import Part
-from davarlab.thresholds import CHANCE, JUDGE, SEARCH
+from davarlab.thresholds import CHANCE, JUDGE
 from scipy import stats
 
 
@@ -229,10 +229,6 @@ def rest_of(state, parts):
     made = Stand([])
     made.parts = list(parts)
     return made
-
-
-def test_the_slack_is_two_percent_of_the_floor():
-    assert SEARCH.slack == 0.02
 
 
 @pytest.mark.parametrize("after, lower", [(0.0899, True), (0.0901, False), (0.1, False)])

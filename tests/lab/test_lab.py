@@ -7,40 +7,6 @@ import pytest
 from asking import ROOT, run, said
 from lab_bench import BASE, SENSOR
 
-OWN = """from davarlab.effects.base import Effect, Parameter
-EFFECT = Effect("square_of_temperature", "The bias bends with temperature.",
-                (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", -1e9, 1e9),),
-                "Heat it.", "mean", "slow",
-                regressor=lambda recording, shape: (recording.column("temp_degC") - 25) ** 2,
-                needs=("temp_degC",))
-"""
-KINDS = {
-    *("quantization", "angle_random_walk", "bias_instability", "rate_random_walk", "rate_ramp"),
-    *("gauss_markov", "sinusoid", "low_pass", "temperature", "temperature_rate", "g_sensitivity"),
-    *("vibration_noise", "vibration_rectification", "warm_up", "telegraph_noise", "noise_step"),
-    *("shocks", "narrow_band", "high_pass", "temperature_squared", "temperature_hysteresis"),
-    *("temperature_noise", "follows", "moving_average", "intermittent_line", "drifting_line"),
-    "bias_step",
-}
-
-
-def test_improve_writes_a_model_that_fits(lab):
-    effect = '[[effect]]\nkind = "sinusoid"\nfrequency_hz = 0.7\namplitude_dps = 0.02\n'
-    recording, better = lab.simulated(effect, seconds=600), lab.work / "better.toml"
-    steps = said("improve", recording, "-m", lab.model, "-o", better)["steps"]
-    assert [step["added"] for step in steps] == [None, "sinusoid"]
-    assert steps[1]["error"] < steps[0]["error"]
-    assert run("compare", recording, "-m", lab.model).returncode == 1
-    assert run("compare", recording, "-m", better).returncode == 0
-
-
-def test_an_effect_of_ones_own_is_a_full_citizen(lab):
-    own = lab.file("own.py", OWN)
-    effect = '[[effect]]\nkind = "square_of_temperature"\ncoefficient_dps_per_degC2 = 0.02\n'
-    recording = lab.simulated(effect, options=("--effects", own))
-    found = lab.diagnosed(recording, "--effects", own)
-    assert found["verdict"] == "square_of_temperature"
-
 
 @pytest.mark.slow
 def test_true_models_are_rejected_as_often_as_stated():
@@ -59,24 +25,6 @@ def test_what_chance_gives_is_measured_for_every_candidate():
     found = said("nulls", "--recordings", 2, "--seconds", 600, "--jobs", 1)["candidates"]
     wanted = {"gauss_markov", "sinusoid", "noise_step", "temperature", "warm_up"}
     assert wanted <= set(found)
-
-
-def test_effects_lists_every_kind_of_the_contract():
-    assert {effect["kind"] for effect in said("effects")["effects"]} == KINDS
-
-
-def test_export_compiles_and_holds_white_noise(lab):
-    model = lab.file("white.toml", SENSOR + BASE.split('[[effect]]\nkind = "bias')[0])
-    table, use = lab.work / "table.h", lab.work / "use"
-    assert run("export", model, "-o", table).returncode == 0
-    source = lab.file(
-        "use.c", '#include "table.h"\nint main(void) { return davar_model_table[0].m != 1; }\n'
-    )
-    flags = ["gcc", "-Wall", "-Werror", f"-I{ROOT / 'lib/include'}"]
-    subprocess.run([*flags, source, "-o", use], check=True)
-    subprocess.run([use], check=True)
-    first = float(table.read_text().split("{ 1U, ")[1].split(",")[0])
-    assert first == pytest.approx(0.3 / 60 * 50**0.5, rel=2e-4)
 
 
 def test_export_says_what_it_leaves_out_and_refuses_what_cannot_be(lab):

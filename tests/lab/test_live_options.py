@@ -6,7 +6,6 @@ import os
 import pty
 
 import pytest
-from asking import run
 
 REFUSED = {
     "live lin:0": "dronecan:IFACE or cyphal:IFACE[@SUBJECT] expected, found 'lin:0'",
@@ -42,16 +41,3 @@ def test_a_recording_that_cannot_be_written_is_named(lab):
     lab.refused(why, "live", f"slcan:{os.ttyname(its)}", "--record", "/nonexistent/a.csv")
     os.close(its)
     os.close(ours)
-
-
-def test_help_says_what_is_run_and_what_is_kept():
-    said = " ".join(run("live", "--help").stdout.split())
-    assert "It runs with your rights: load only files that you trust" in said
-    assert "An existing file is appended to" in said
-
-
-def test_the_dbc_of_the_readme(lab):
-    output = lab.work / "my.dbc"
-    done = run("dbc", "--base", "600", "--channel", "2", "-o", output)
-    assert (done.returncode, done.stdout, done.stderr) == (0, f"{output}\n", "")
-    assert "BO_ 1568 DAVAR_Arw: 8" in output.read_text()

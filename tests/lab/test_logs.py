@@ -162,30 +162,6 @@ def rows_of(logs, name, header, row):
     )
 
 
-def test_semicolons_decimal_commas_odd_names_and_units(logs):
-    gyro, accel = logs.truth.rad_s, logs.truth.m_s2
-    log = rows_of(
-        logs,
-        "log.csv",
-        "Zeit;Time (ms);GyroX [rad/s];GyroY [rad/s];GyroZ [rad/s];AccX m/s2;AccY "
-        "m/s2;AccZ m/s2;Temperature",
-        lambda i: ";".join(
-            f"{value:.9f}" for value in (7, i * 5, *gyro[:, i], *accel[:, i], logs.truth.temp[i])
-        ).replace(".", ","),
-    )
-    done = run("import", log, "-o", logs.out)
-    assert "GyroX [rad/s] -> gyro_x_dps, rad/s by its name" in done.stderr
-    _, columns = logs.imported(log)
-    for axis, name in enumerate("xyz"):
-        np.testing.assert_allclose(
-            np.float64(columns[f"gyro_{name}_dps"]), logs.truth.gyro[axis], atol=1e-6
-        )
-        np.testing.assert_allclose(
-            np.float64(columns[f"accel_{name}_g"]), logs.truth.accel[axis], atol=1e-6
-        )
-    logs.check_stamps(columns, logs.truth.stamps_ns - writing.START_NS)
-
-
 def test_a_guess_is_shown_and_overridden(logs):
     log = rows_of(
         logs,

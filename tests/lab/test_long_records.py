@@ -2,32 +2,22 @@
 
 from unittest import mock
 
+import lab_bench
 import numpy as np
 import pytest
-from davarlab import model
 from davarlab.data import signals
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import improve
 
 RATE, COUNT = 100.0, 60000
-MODEL = model.Model(
-    RATE,
-    "gyro_z_dps",
-    [
-        model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}),
-        model.Term("bias_instability", {"coefficient_deg_per_h": 5.0}),
-    ],
-)
+MODEL = lab_bench.model(RATE)
 
 
 def recording(seed):
     """White and flicker noise, a line, and a temperature that the bias follows."""
     rng, time = np.random.default_rng([31, seed]), np.arange(COUNT) / RATE
-    f = np.fft.rfftfreq(2 * COUNT, 1 / RATE)
-    f[0] = f[1]
-    flicker = np.fft.rfft(rng.standard_normal(2 * COUNT)) * 5 / 3600 * np.sqrt(RATE / f / 2 / np.pi)
     warm = 25 + 8 * np.sin(2 * np.pi * time / 410)
-    y = 0.3 / 60 * RATE**0.5 * rng.standard_normal(COUNT) + np.fft.irfft(flicker)[:COUNT]
+    y = lab_bench.noise(COUNT, RATE, rng)
     y += 0.01 * (warm - 25) + 0.003 * np.sin(2 * np.pi * 17.31 * time)
     return Recording({"time_s": time, "gyro_z_dps": y, "temp_degC": warm}, RATE)
 

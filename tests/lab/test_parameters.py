@@ -5,21 +5,9 @@ reads them; davarlab sheet: the way back.
 import math
 import re
 
-import pytest
 import yaml
 from asking import run
 
-FORMATS = (
-    "kalibr",
-    "allan_variance_ros",
-    "px4",
-    "ardupilot",
-    "ros",
-    "gtsam",
-    "basalt",
-    "vins",
-    "matlab",
-)
 N, K = math.radians(0.3 / 60), math.radians(20 / 216000)  # of gyro x; y and z have less
 ACCEL_N = 0.06 / 60
 RATE = 200.0
@@ -102,22 +90,6 @@ def test_per_axis_values(lab):
             assert abs(found / value - 1) < 5e-5
 
 
-def test_each_file_says_unit_formula_source_and_why_it_is_not_inflated(lab):
-    for form in FORMATS:
-        comments = " ".join(
-            line.lstrip("#/% ")
-            for line in exported(lab, form).splitlines()
-            if line.startswith(("#", "//", "%"))
-        )
-        for words in (
-            "Source of the formulas",
-            "as measured",
-            "] = ",
-            "K from rate_random_walk",
-        ):
-            assert words in comments
-
-
 def test_inflation_is_said_and_squared_where_the_value_is_a_variance(lab):
     plain, ten = exported(lab, "gtsam"), exported(lab, "gtsam", options=("--inflate", "10"))
     assert (
@@ -144,22 +116,6 @@ def test_a_walk_of_the_bias_from_flicker_has_its_allan_deviation_at_the_time_tha
     walk = yaml.safe_load(text)["gyroscope_random_walk"]
     assert abs(walk * math.sqrt(100 / 3) / math.radians(0.664 * 10 / 3600) - 1) < 5e-4
     assert "bias_instability: 0.664 B" in text
-
-
-def test_back_from_kalibr_and_from_a_data_sheet(lab):
-    exported(lab, "kalibr")
-    out = lab.work / "back.toml"
-
-    def written(*words):
-        assert run("sheet", *words, "-o", out).returncode == 0
-        return float(re.search(r"coefficient_deg_per_sqrt_h = (\S+)", out.read_text())[1])
-
-    kalibr = ("--kalibr", lab.work / "out.kalibr", "--column", "gyro_x_dps")
-    assert written(*kalibr) == pytest.approx(0.3, abs=5e-6)
-    assert written("0.005deg/s/sqrt(Hz)", "10deg/h", "--rate", "100") == pytest.approx(
-        0.3, abs=1e-9
-    )
-    assert "coefficient_deg_per_h = 10.0" in out.read_text()
 
 
 def test_what_cannot_be_exported(lab):

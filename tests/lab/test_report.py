@@ -11,7 +11,7 @@ from html.parser import HTMLParser
 from types import SimpleNamespace
 
 import pytest
-from asking import run, said
+from asking import said
 from lab_bench import Lab
 
 TEMPERATURE = '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
@@ -188,20 +188,3 @@ def test_the_verdict_is_that_of_the_json(made):
         assert "The model lacks temperature" in made.pages[name].verdict
         for bound in estimate.values():
             assert f"{bound:.3g}" in made.pages[name].verdict
-
-
-@pytest.mark.parametrize("command", ["compare", "diagnose", "improve"])
-def test_a_path_that_cannot_be_written_is_refused_before_the_recording_is_read(lab, command):
-    (lab.work / "folder.html").mkdir()
-    for path in ("none/report.html", "folder.html", "model.toml/report.html"):
-        words = (command, lab.work / "none.csv", "-m", lab.model, "--report", lab.work / path)
-        lab.refused(f"{lab.work / path}: cannot be written", *words)
-
-
-def test_a_run_that_fails_leaves_the_old_report_and_nothing_else(lab):
-    old = lab.file("report.html", "old")
-    words = ("compare", lab.work / "none.csv", "-m", lab.model, "--report", old)
-    lab.refused("none.csv", *words)
-    assert run(*words).returncode == 2
-    assert old.read_text() == "old"
-    assert sorted(path.name for path in lab.work.iterdir()) == ["model.toml", "report.html"]

@@ -343,34 +343,6 @@ def test_the_judge_has_one_sentence_for_each_word():
         assert sentence in verdict.adequacy(judge.Judgement(word, 0.13, 0.03, 0.2, largest, 1.0))
 
 
-def test_gains_and_odds_are_written_as_they_are_meant():
-    def said(gain, log_p):
-        return evidence.why(Candidate("warm_up", Part("warm_up"), gain, log_p), None)
-
-    for gain in (-604.1, -0.04):
-        assert said(gain, 0.0).startswith("no likelihood gain. ")
-    assert "(p < 1e-300)" in said(4000.0, -4000.0)
-    assert "(p = 1e-10)" in said(25.0, -10 * np.log(10))
-    assert "%" not in said(25.0, -20.0)
-
-
-def test_an_interval_shows_its_ends():
-    assert terminal.interval(Estimate(0.35, 0.3499996, 0.3500004)) == "95 %: 0.3499996 .. 0.3500004"
-    assert (terminal.p_text(0.0), terminal.p_text(0.25)) == ("< 1e-12", "= 0.25")
-
-
-def test_the_misfit_names_the_farthest():
-    there = [
-        Cell(tau_s, 0.0, SPAN_S, 0.01 * ratio, 0.01, ratio, z, 10.0)
-        for tau_s, ratio, z in ((0.08, 1.01, 3.5), (1.28, 1.2, 26.0), (655.0, 3.8, 10.3))
-    ]
-    said = verdict.misfit(Made(where=there[1:], duration_s=SPAN_S))
-    assert (
-        "deviates from the model between 1.28 and 655 s (11 min). "
-        "The largest deviation is at 655 s (11 min): 3.8 times the model, +10"
-    ) in said
-
-
 def test_a_candidate_is_credited_with_what_it_takes_from_the_refit():
     def base(error):
         return improve.Step(None, [], error, 0.03, None, 0.2)
@@ -418,8 +390,3 @@ def test_a_column_that_does_not_move_is_named(moving):
     columns["temp_degC"] = 25 + moving * np.arange(50000) / 5e4
     notes = evidence.notes(Recording(columns, RATE), Model(RATE, "gyro_z_dps", []))
     assert any("temp_degC is constant: temperature, " in note for note in notes) != moving
-
-
-def test_a_terminal_of_any_encoding_can_show_it():
-    said = words.in_ascii(f"{words.number(-1.5e-7)} {words.chance(0.0)}, 95\u00a0%")
-    assert said == "-1.50e-7 below 1e-12, 95 %"

@@ -1,6 +1,7 @@
 """What the temperature does to the rate and its noise."""
 
 import numpy as np
+from heat import loop
 
 
 def temperature(bench):
@@ -18,21 +19,12 @@ def temperature_lag(bench):
     bench.truth.shape["temperature", "lag_s"] = (lag / 2.5, lag * 2.5)
 
 
-def played(x, width):
-    """A dead band of a width: the follower moves when it is pushed."""
-    y, out = x[0], np.empty(len(x))
-    for k, value in enumerate(x):
-        y = min(max(y, value - width / 2), value + width / 2)
-        out[k] = y
-    return out
-
-
 def temperature_hysteresis(bench):
     bench.temperature = bench.celsius(str(bench.rng.choice(["walk", "cycles"])))
     width = bench.rng.uniform(0.15, 0.4) * np.ptp(bench.temperature)
     coefficient = bench.sign() * bench.rng.uniform(0.01, 0.02)
     every = np.arange(0, bench.count, int(bench.rate))
-    felt = np.interp(bench.t, bench.t[every], played(bench.temperature[every], width))
+    felt = np.interp(bench.t, bench.t[every], loop(bench.temperature[every], width))
     bench.slow += coefficient * (felt - 25)
     bench.hide(
         "temperature_hysteresis", {"coefficient_dps_per_degC": coefficient, "width_degC": width}
