@@ -91,14 +91,6 @@ def test_a_torn_row_is_as_a_lost_row(tmp_path):
             assert row[name] == other[name]
 
 
-@pytest.mark.parametrize("lost", [999, 1001])
-def test_a_sample_beside_a_gap_is_not_judged(tmp_path, lost):
-    samples = counts(2000, 6)
-    samples[1000] += 256
-    lines = [line for i, line in enumerate(rows_of(samples)) if i != lost]
-    assert skipped(sim(recorded(tmp_path, "gap.csv", lines), *FIXED, SKIP)) == ([0], 1, 1)
-
-
 def test_a_row_is_skipped_in_every_column(tmp_path):
     left, right = counts(2000, 7), counts(2000, 8)
     left[700] += 256

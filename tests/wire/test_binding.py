@@ -81,8 +81,6 @@ def test_any_order_within_two_results(content):
         assert len(found) + faults.late_results == 60
 
 
-
-
 @pytest.mark.parametrize("content", CONTENTS)
 def test_every_frame_of_a_result_replaced_by_that_of_another_or_lost(content):
     """Sixteen results later Result is the same: one frame, or all but one."""

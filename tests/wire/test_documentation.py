@@ -55,8 +55,6 @@ def test_the_tables_of_messages_and_signals_are_those_of_the_dbc(rows):
     assert messages == {m.name: (m.frame_id - 0x5D0, m.length) for m in dbc().messages}
 
 
-
-
 def test_the_table_of_reasons_is_that_of_the_dbc(rows):
     documented = {row[0]: (int(row[1]), int(row[2])) for row in rows(4) if row[1].isdigit()}
     codes = []

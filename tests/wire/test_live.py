@@ -6,7 +6,6 @@ import csv
 import json
 import os
 import pty
-import re
 import subprocess
 import sys
 import threading
@@ -186,5 +185,3 @@ def test_a_line_names_the_reason_and_the_slow_terms():
     assert plain.endswith("window 600")
     said = live.line(values | {"bi_deg_per_h": 5.125, "rrw_deg_per_h_per_sqrt_h": 12.0})
     assert said == plain + "  BI 5.125 deg/h  RRW 12 deg/h/sqrt(h)"
-
-

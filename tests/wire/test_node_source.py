@@ -44,12 +44,6 @@ def test_every_tenth_line_is_no_number():
     assert (told["gaps"], told["missing samples"]) == (100, 100)
 
 
-@pytest.mark.parametrize("line", BAD, ids=lambda line: repr(line[:12]))
-def test_a_value_that_is_not_a_32_bit_integer_is_a_fault(line):
-    told = assert_counted([b"1", line, b"2"], 2)
-    assert (told["gaps"], told["missing samples"]) == (1, 1)
-
-
 @pytest.mark.parametrize(
     ("header", "lines", "samples"),
     [

@@ -3,10 +3,8 @@ swapped, repeated or restarted between them.
 """
 
 import csv
-import subprocess
 
 import pytest
-from davarlab import errors
 from davarlab.wire import frames as wire
 from davarlab.wire import raw_record
 from senders import (
@@ -221,5 +219,3 @@ def test_the_simulator_sends_its_input(lines, words):
         assert found[channel, 1] == pytest.approx(truth, rel=1e-7, abs=1e-9)
         assert list(found[channel, 1]) == list(truth)
     assert faults.total() == 0, faults
-
-

@@ -107,8 +107,6 @@ def test_every_injected_fault_is_detected_and_reported(faults):
     assert stream.receiver.faults == wanted
 
 
-
-
 def test_no_one_or_two_bit_error_and_no_burst_of_eight_bits_passes_the_crc():
     ones = [1 << bit for bit in range(64 + 11)]
     pairs = [a | b for a, b in itertools.combinations(ones, 2)]
@@ -141,8 +139,6 @@ def test_a_burst_that_passes_the_crc_is_detected_by_counter_or_result():
             frame = int.from_bytes(sealed(ARW, n, struct.pack("<Hf", 7, n), n), "big")
             receiver.push(ARW, (frame ^ (pattern if n == 10 else 0)).to_bytes(8, "big"))
         assert receiver.faults.total() > 0, hex(pattern)
-
-
 
 
 def test_a_frame_of_no_result_is_counted():

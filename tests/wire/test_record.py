@@ -5,7 +5,6 @@ names.
 import csv
 
 import pytest
-from davarlab import errors
 from davarlab.wire import frames as wire
 from davarlab.wire import record
 
@@ -50,8 +49,6 @@ def test_rows_wait_for_the_names_of_their_columns(recorder):
     channel.setup["rate_hz"], channel.clusters = 100.0, {0: 1, 1: 2, 2: 4}
     recorder.add(result(9), channel)
     assert [row["time_s"] for row in recorder.rows()] == [f"{0.01 * n:.9g}" for n in range(10)]
-
-
 
 
 def test_they_do_not_wait_for_ever(recorder):

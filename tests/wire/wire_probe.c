@@ -1,12 +1,11 @@
-/* davar tests - the codec as a filter, for a Python test that compares it with tools/davar.dbc.
+/* davar tests - the encoder as a program, for Python tests that read its frames.
  *
  *   wire_probe encode SEED RESULTS CONTENT CHANNEL   random results: their values, then their frames
  *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender to its end
  *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): frames
- *   wire_probe decode                                frames on standard input (candump): their
- * values */
+ */
 #include "davar/law.h"
-#include "davar_decode.h"
+#include "davar/wire.h"
 #include "davar_slcan.h"
 #include "random.h"
 
@@ -221,47 +220,6 @@ static int raw(bool floats, char **argv)
     return 0;
 }
 
-static void print_wire(davar_decode_status_t status, const davar_wire_t *wire)
-{
-    if (status != DAVAR_DECODED) {
-        (void)printf("E %d\n", (int)status);
-        return;
-    }
-    (void)printf("D %d %u %u %u %u %.9g %u %u %d %.9g %.9g %.9g", (int)wire->message, wire->channel,
-                 wire->counter, wire->result, wire->index, (double)wire->value, wire->number,
-                 wire->window_samples, (int)wire->unstable, (double)wire->relative_uncertainty,
-                 (double)wire->kurtosis, (double)wire->contribution);
-    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
-        (void)printf(" %.9g", (double)wire->coefficient[k]);
-    }
-    for (size_t t = 0; t < DAVAR_FD_TAUS; t++) {
-        (void)printf(" %.9g", (double)wire->adev[t]);
-    }
-    (void)printf(" %u %u %d %d %d %d %u %u %.9g", wire->worst, wire->session, wire->count[0],
-                 wire->count[1], (int)wire->alarm, (int)wire->young, wire->change_m,
-                 wire->cut_age_samples, (double)wire->dispersion);
-    (void)printf(" %d", (int)wire->noise);
-    (void)putchar('\n');
-}
-
-static int decode(void)
-{
-    char line[256];
-    while (fgets(line, sizeof line, stdin) != NULL) {
-        char *hex = strchr(line, '#');
-        davar_frame_t frame = {.identifier = (uint16_t)strtoul(line, NULL, 16)};
-        davar_wire_t wire;
-        for (const char *at = hex + 1; (at[0] > ' ') && (frame.length < 64U); at += 2) {
-            const char pair[3] = {at[0], at[1], '\0'};
-            frame.data[frame.length] = (uint8_t)strtoul(pair, NULL, 16);
-            frame.length++;
-        }
-        const davar_decode_status_t status = davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
-        print_wire(status, &wire);
-    }
-    return 0;
-}
-
 int main(int argc, char **argv)
 {
     if ((argc == 6) && (strcmp(argv[1], "encode") == 0)) {
@@ -273,5 +231,5 @@ int main(int argc, char **argv)
     if ((argc == 3) && ((strcmp(argv[1], "raw") == 0) || (strcmp(argv[1], "rates") == 0))) {
         return raw(strcmp(argv[1], "rates") == 0, argv);
     }
-    return ((argc == 2) && (strcmp(argv[1], "decode") == 0)) ? decode() : 2;
+    return 2;
 }
