@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from davarlab.effects import own
 from playwright.sync_api import sync_playwright
-from visiting import SHOTS, Inside, Started, Tabs
+from visiting import Inside, Started, Tabs
 
 
 def pytest_itemcollected(item):
@@ -26,7 +26,6 @@ def pytest_configure(config):
 # For the package, not the session: while Playwright runs, its event loop occupies the main thread.
 @pytest.fixture(scope="package")
 def chromium():
-    SHOTS.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path="/usr/bin/chromium", args=["--no-sandbox"]

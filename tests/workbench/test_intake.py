@@ -9,7 +9,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 from recordings_made import dead_zone, flight, foreign, noise, two_axes, written
-from visiting import export, held_back, ranked, shot, tab, until
+from visiting import export, held_back, ranked, tab, until
 
 ARW = "[data-kind=angle_random_walk] input[type=number]"
 
@@ -218,7 +218,6 @@ def test_numbers_of_a_recording_that_permits_no_model_are_withheld(folder, opene
     expect(page.locator("#headline")).to_contain_text("not what the sensor measures")
     expect(page.locator("#model .effect").first).to_have_text(re.compile("withheld"))
     expect(page.locator("#error")).to_be_hidden()
-    shot(page, "withheld")
     tab(page, "axes")
     expect(page.locator("#all-axes tbody td.n").first).to_have_text("withheld")
     page.click("#close")

@@ -14,7 +14,7 @@ import time
 import pytest
 from playwright.sync_api import expect
 from recordings_made import FIRST, model_file, smoothed
-from visiting import ROOT, run, shot
+from visiting import ROOT, run
 
 SIM = os.environ["DAVAR_SIM"]
 DEMO = (SIM, ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.001", "--stride", "100")
@@ -193,7 +193,6 @@ def test_the_screen_shows_what_the_server_has(opened, sender, tabs):
     height = [float(points.nth(at).get_attribute("cy")) for at in range(len(values))]
     downwards = [at for _, at in sorted(zip(values, height), reverse=True)]
     assert downwards == sorted(downwards)  # two close values may share a height
-    shot(page, "live")
     durations = {2e-6: "2 µs", 0.01: "10 ms", 0.9999: "1 s", 59.4: "59.4 s", 60: "1 min"}
     durations |= {5400: "1.5 h", 86400: "1 d", 2**31 / 100: "249 d"}
     said = "(s) => import('/page/words.js').then((m) => m.duration(s))"

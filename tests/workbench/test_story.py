@@ -8,7 +8,7 @@ import tomllib
 import pytest
 from playwright.sync_api import expect
 from recordings_made import effect, simulated
-from visiting import effects, error, export, ranked, shot, told
+from visiting import effects, error, export, ranked, told
 
 
 @pytest.mark.story
@@ -23,7 +23,6 @@ def test_a_first_visit_finds_what_is_missing(folder, started, tabs):
     best = ranked(page)
     assert best.get_attribute("data-kind") == "sinusoid"
     expect(page.locator(".card.best .to")).to_contain_text("→")
-    shot(page, "story-before")
     best.click()
     effects(page, 3)
     expect(page.locator("#headline h1")).to_have_text("The model fits")
@@ -31,7 +30,6 @@ def test_a_first_visit_finds_what_is_missing(folder, started, tabs):
     assert after < before / 2
     assert after < 1.25 * float(page.text_content("#floor-value"))
     assert after == pytest.approx(step["error"], abs=5.1e-4)
-    shot(page, "story-after")
 
     page.keyboard.press("u")
     effects(page, 2)

@@ -27,7 +27,6 @@ from planner import __main__ as planner
 from playwright.sync_api import expect
 
 ROOT = Path(__file__).resolve().parents[2]
-SHOTS = ROOT / "build/workbench"  # screenshots, to be looked at
 # A page that takes longer hangs; a busy machine is not a fault.
 HANG_MS = int(os.environ.get("DAVAR_HANG_MS", 600_000))
 # Actions on the step that a page shows.
@@ -73,7 +72,7 @@ def files_in(folder):
 
 
 class Bench:
-    """A running server. request() is what any program on this machine could send."""
+    """A running server."""
 
     def __init__(self, address):
         place = urllib.parse.urlsplit(address)
@@ -93,13 +92,11 @@ class Bench:
                 return why.code, why.read()
 
     def ask(self, what, **given):
-        """The answer to a question, which must succeed."""
         status, answer = self.tried(what, **given)
         assert status == 200, (what, given, answer)
         return answer
 
     def tried(self, what, **given):
-        """(status, answer) of a question."""
         given = self.shown(what, given) if what in ("ghost", "preview") else given
         status, text = self.request(f"/api/{what}?{urllib.parse.urlencode(given)}")
         return status, json.loads(text)
@@ -111,7 +108,6 @@ class Bench:
         return status, json.loads(text)
 
     def done(self, what, **given):
-        """The answer of an action that must succeed."""
         status, answer = self.act(what, **given)
         assert status == 200, (what, given, answer)
         return answer
@@ -150,7 +146,6 @@ class Bench:
         return text.decode()
 
     def candidate(self, kind):
-        """The place of a kind among the candidates."""
         listed = self.ask("candidates")["candidates"]
         return next(one["place"] for one in listed if one["kind"] == kind)
 
@@ -283,8 +278,6 @@ class Tabs:
             context.close()
 
 
-def shot(page, name, whole=True):
-    page.screenshot(path=str(SHOTS / f"{name}.png"), full_page=whole)
 
 
 def accessible(page, *about):
