@@ -142,7 +142,7 @@ class Live(KernelCase):
 
     def test_a_source_that_cannot_be_opened_is_reported(self):
         self.vcan(up=False)
-        for where, why in {  # others: tests/lab/test_live_options.py
+        for where, why in {  # others: tests/lab/test_bad_input.py
             "can:vcan9": "can:vcan9: no such interface",
             "can:vcan0": "Network is down",
             "can:": "expected, found 'can:'",

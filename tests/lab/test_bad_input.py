@@ -8,6 +8,7 @@ import gzip
 import io
 import math
 import os
+import pty
 import re
 import subprocess
 import sys
@@ -41,9 +42,59 @@ REFUSED = {
     "nulls --recordings 0": "--recordings: a whole number above 0",
     "nulls --recordings 1 --seconds 5": "--seconds: 5; at least 20",
     "export {model} -o {out}.txt": "the name must end in .h or .csv",
+    "export {model} -o {out}.csv --tolerance 1.5": "--tolerance",
+    "export {model} -o {out}.csv --tolerance nan": "--tolerance",
+    "export {model} -o {out}.csv --window 3": "--window",
+    "export {model} {model} --to plan -o {out}.h": "--to plan takes one model",
+    "export {model} --to plan -o {out}.c": "the name must end in .h",
+    "export {model} --recording {rec} -o {out}.h": "only --to plan uses it",
+    "compare none.csv -m {model}": "none.csv",
+    "effects --speed": "--speed",
+    "add {model} magic -o {out}": "unknown kind",
     "add {model} sinusoid frequency_hz=40 -o {out}": "above half the sample rate of 50 Hz",
     "add {model} sinusoid amplitude_dps=inf -o {out}": "amplitude_dps must be a finite number",
     "effects --effects {model}": "a Python file (.py) expected",
+    "live lin:0": "dronecan:IFACE or cyphal:IFACE[@SUBJECT] expected, found 'lin:0'",
+    "live mavlink:lin:0": "expected, found 'mavlink:lin:0'",
+    "live mavlink:udp:127.0.0.1": "mavlink:udp:127.0.0.1: HOST:PORT expected",
+    "live mavlink:udp::0": "mavlink:udp::0: HOST:PORT expected",
+    "live mavlink:udp:127.0.0.1:70000": "mavlink:udp:127.0.0.1:70000: ",
+    "live mavlink:serial:/nonexistent": "No such file or directory",
+    "live cyphal:nope": "cyphal:nope: ",
+    "live cyphal:nope@8192": "subject 0 to 8191 expected, found '8192'",
+    "live slcan:/nonexistent": "slcan:/nonexistent: No such file or directory",
+    "live slcan:/dev/null": "slcan:/dev/null: not a serial line",
+    "live can:nope": "can:nope: ",
+    "live can:vcan0 --count 0": "--count: a whole number above 0 expected, found '0'",
+    "live can:vcan0 --idle nan": "--idle: a number above 0 expected, found 'nan'",
+    "live can:vcan0 --base 800": "--base: a hexadecimal identifier up to 7F6 expected, found '800'",
+    "live": "source",
+    "dbc --base x -o {out}": "--base: a hexadecimal identifier up to 7F6 expected, found 'x'",
+    "dbc --base 7F0 --channel 1 -o {out}": "--channel: 1 does not fit into 11-bit identifiers from",
+    "dbc --channel -1 -o {out}": "--channel: a channel from 0 on expected, found '-1'",
+    "dbc -o /nonexistent/my.dbc": "/nonexistent/my.dbc: cannot be written",
+}
+HOT = '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 1\n'
+MODELS = {
+    "[sensor\n": "not TOML",
+    SENSOR + '[[effect]]\nkind = "magic"\n': "unknown kind 'magic'",
+    SENSOR + BASE + "speed = 3\n": "no parameter speed",
+    SENSOR + BASE.replace("0.3", "-1"): "outside",
+    SENSOR.replace("gyro_z", "gyro_q") + BASE: "no column gyro_q_dps",
+    SENSOR + BASE + HOT: "temp_degC",
+    "a = " + "[" * 20000 + "]" * 20000: "bad.toml: nested too deep",
+}
+EVEN = [f"{i / 50:.2f},{(i * 7919) % 101 * 0.01:.2f}" for i in range(1500)]
+ROWS = {  # rows of a recording: what is wrong
+    "not finite": ([*EVEN[:7], "0.14,nan"], "r.csv:9: column gyro_z_dps"),
+    "text": ([*EVEN[:7], "0.14,x"], "r.csv:9: column gyro_z"),
+    "too short": ([*EVEN[:7], "0.14", *EVEN[8:]], "r.csv:9: 1 fields"),
+    "backwards": ([*EVEN[:700], "0.5,1", *EVEN[701:]], "r.csv:702: column time_s: time runs"),
+    "none": ([], "no samples"),
+    "still": (
+        [f"{i / 50:.2f},{(i % 997 == 0) * 0.1}" for i in range(3000)],
+        "column gyro_z_dps hardly changes",
+    ),
 }
 OWN = {
     "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: r.time_s[1:])": (
@@ -115,9 +166,25 @@ def test_results_are_no_recording(lab, rec):
     lab.refused("results of davar-sim", "import", results, "-o", lab.work / "out")
 
 
-def test_a_model_that_is_nested_too_deep(lab, rec):
-    model = lab.file("deep.toml", "a = " + "[" * 20000 + "]" * 20000)
-    lab.refused(f"{model}: nested too deep", "compare", rec, "-m", model)
+@pytest.mark.parametrize("text", MODELS, ids=MODELS.values())
+def test_bad_models(lab, text):
+    recording = lab.file("r.csv", "time_s,gyro_z_dps\n" + "\n".join(EVEN) + "\n")
+    lab.refused(MODELS[text], "compare", recording, "-m", lab.file("bad.toml", text))
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_bad_rows(lab, name):
+    rows, why = ROWS[name]
+    recording = lab.file("r.csv", "\n".join(["time_s,gyro_z_dps", *rows, ""]))
+    lab.refused(why, "compare", recording, "-m", lab.model, lines=None)
+
+
+def test_a_recording_of_live_that_cannot_be_written(lab):
+    ours, its = pty.openpty()
+    why = "--record: /nonexistent/a.csv: No such file or directory"
+    lab.refused(why, "live", f"slcan:{os.ttyname(its)}", "--record", "/nonexistent/a.csv")
+    os.close(its)
+    os.close(ours)
 
 
 @pytest.mark.parametrize("text", OWN)

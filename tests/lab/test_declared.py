@@ -450,22 +450,6 @@ def test_a_filter_that_the_device_does_not_know_is_rejected(lab):
         assert not output.exists()
 
 
-def test_bad_options_are_rejected(lab):
-    model = lab.file("m.toml", WHITE + LOW.format(20, "sampled", 2))
-    for words, why in (
-        ((model, model, "--to", "plan", "-o", lab.work / "f.h"), "--to plan takes one model"),
-        ((model, "--to", "plan", "-o", lab.work / "f.c"), "the name must end in .h"),
-        ((model, "--recording", "r.csv", "-o", lab.work / "f.h"), "only --to plan uses it"),
-        (
-            (model, "--to", "plan", "--recording", "/nonexistent.csv", "-o", "f.h"),
-            "/nonexistent.csv: No such file",
-        ),
-    ):
-        done = run("export", *words)
-        assert (done.returncode, done.stdout) == (2, "")
-        assert why in done.stderr
-
-
 def test_a_model_that_does_not_fit_the_recording_is_rejected(lab):
     recording = lab.work / "rec.csv"
     values = np.random.default_rng(3).normal(0, 0.05, 20000)

@@ -73,43 +73,38 @@ def logs(tmp_path):
     return Dialects(tmp_path)
 
 
-def test_what_stands_between_and_above_the_numbers(logs):
-    """name of a file: its text. All hold TIME and GYRO."""
-    names = "t,gx_dps,gy_dps,gz_dps\n"
-    commas = plain(";").replace(".", ",")
-    files = {
-        "semicolons": names.replace(",", ";") + plain(";"),
-        "tabs": names.replace(",", "\t") + plain("\t"),
-        "spaces": names.replace(",", "  ") + plain("   "),
-        "comma and space": names.replace(",", ", ") + plain(", "),
-        "decimal commas": names.replace(",", ";") + commas,
-        "decimal commas and tabs": names.replace(",", "\t") + commas.replace(";", "\t"),
-        "crlf": (names + plain()).replace("\n", "\r\n"),
-        "byte order mark": "\ufeff" + names + plain(),
-        "excel": "sep=;\n" + names.replace(",", ";") + plain(";"),
-        "end of row": names.replace("\n", ",\n") + plain(end=","),
-        "end of row, of numbers only": names + plain(end=","),
-        "preamble": "Datalogger 7\nSerial number;12;rev 3\nStart: 2024-01-02 10:00:00\n\n"
-        + names
-        + plain(),
-        "preamble of pairs": 'version,1.3\ntscale,0.001\nid,"bench, left"\n' + names + plain(),
-        "comments": "// made by a logger\n// rate: 100 Hz\n% third\n" + names + plain(),
-        "two rows, units": "time,gx,gy,gz\ns,deg/s,deg/s,deg/s\n" + plain(),
-        "two rows, brackets": "Time;Gyro X;Gyro Y;Gyro Z\n[s]"
-        + ";[\u00b0/s]" * 3
-        + "\n"
-        + plain(";"),
-        "two rows, groups": "Time,Gyroscope,,\n,X (deg/s),Y (deg/s),Z (deg/s)\n" + plain(),
-        "three rows": ";Gyro;Gyro;Gyro\nTime;X;Y;Z\ns;deg/s;deg/s;deg/s\n" + plain(";"),
-        "names in a comment": "# t gx_dps gy_dps gz_dps\n" + plain(" "),
-        "names in a comment of percent": "%time,gx_dps,gy_dps,gz_dps\n" + plain(),
-        "dates beside it": "t,gx_dps,gy_dps,gz_dps,date\n" + plain(end=",2024-01-02 03:04:05"),
-        "bars": names.replace(",", "|") + plain("|"),
-        "comments below": names + plain().replace("\n", "\n# marker\n", 3),
-        "blank lines below": names + plain().replace("\n", "\n\n", 3),
-    }
-    for text in files.values():
-        logs.check_gyro(logs.imported(logs.file("log.csv", text))[1])
+NAMES = "t,gx_dps,gy_dps,gz_dps\n"
+TABLES = {  # texts, all of TIME and GYRO
+    "semicolons": NAMES.replace(",", ";") + plain(";"),
+    "tabs": NAMES.replace(",", "\t") + plain("\t"),
+    "spaces": NAMES.replace(",", "  ") + plain("   "),
+    "comma and space": NAMES.replace(",", ", ") + plain(", "),
+    "decimal commas": NAMES.replace(",", ";") + plain(";").replace(".", ","),
+    "decimal commas and tabs": NAMES.replace(",", "\t") + plain("\t").replace(".", ","),
+    "crlf": (NAMES + plain()).replace("\n", "\r\n"),
+    "byte order mark": "\ufeff" + NAMES + plain(),
+    "excel": "sep=;\n" + NAMES.replace(",", ";") + plain(";"),
+    "end of row": NAMES.replace("\n", ",\n") + plain(end=","),
+    "end of row, of numbers only": NAMES + plain(end=","),
+    "preamble": f"Datalogger 7\nSerial number;12;rev 3\nStart: 2024-01-02\n\n{NAMES}{plain()}",
+    "preamble of pairs": f'version,1.3\ntscale,0.001\nid,"bench, left"\n{NAMES}{plain()}',
+    "comments": f"// made by a logger\n// rate: 100 Hz\n% third\n{NAMES}{plain()}",
+    "two rows, units": "time,gx,gy,gz\ns,deg/s,deg/s,deg/s\n" + plain(),
+    "two rows, brackets": "Time;Gyro X;Gyro Y;Gyro Z\n[s]" + ";[\u00b0/s]" * 3 + "\n" + plain(";"),
+    "two rows, groups": "Time,Gyroscope,,\n,X (deg/s),Y (deg/s),Z (deg/s)\n" + plain(),
+    "three rows": ";Gyro;Gyro;Gyro\nTime;X;Y;Z\ns;deg/s;deg/s;deg/s\n" + plain(";"),
+    "names in a comment": "# t gx_dps gy_dps gz_dps\n" + plain(" "),
+    "names in a comment of percent": f"%{NAMES}{plain()}",
+    "dates beside it": "t,gx_dps,gy_dps,gz_dps,date\n" + plain(end=",2024-01-02 03:04:05"),
+    "bars": NAMES.replace(",", "|") + plain("|"),
+    "comments below": NAMES + plain().replace("\n", "\n# marker\n", 3),
+    "blank lines below": NAMES + plain().replace("\n", "\n\n", 3),
+}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_what_stands_between_and_above_the_numbers(logs, name):
+    logs.check_gyro(logs.imported(logs.file("log.csv", TABLES[name]))[1])
 
 
 def test_an_index_of_pandas_and_columns_of_text_and_of_nothing_are_beside_it(logs):
@@ -125,19 +120,12 @@ def test_an_index_of_pandas_and_columns_of_text_and_of_nothing_are_beside_it(log
     assert columns["column_1"][:3] == ("0", "1", "2")
 
 
-def test_how_it_was_read_is_said_and_nothing_of_plain_csv(logs):
-    text = "Logger\nZeit;Time;gx;gy;gz\n-;s;deg/s;deg/s;deg/s\n" + rows(
-        US, TIME, *GYRO.T, separator=";"
-    ).replace(".", ",")
-    said = logs.said(logs.file("log.csv", text))
-    for words in (
-        "separated by semicolons",
-        "decimal commas",
-        "1 line above the table skipped",
-        "names and units from lines 2 to 3",
-    ):
-        assert words in said
-    assert "separated" not in logs.said(logs.file("b.csv", "t,gx_dps\n" + rows(TIME, TEMP)))
+def stamped(ns, *columns):
+    """Text of stamps, words and numbers with nine decimals."""
+    return "".join(
+        ",".join(one if isinstance(one, str) else f"{one:.9f}" for one in (f"{stamp}", *row)) + "\n"
+        for stamp, *row in zip(ns.tolist(), *columns)
+    )
 
 
 def test_names_of_a_rostopic_and_of_euroc(logs):
@@ -146,10 +134,7 @@ def test_names_of_a_rostopic_and_of_euroc(logs):
     text = (
         "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
         "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n"
-    ) + "".join(
-        f"{stamp},{','.join(f'{one:.9f}' for one in (*w, *a))}\n"
-        for stamp, w, a in zip(ns.tolist(), gyro.tolist(), (FORCE * 9.80665).tolist())
-    )
+    ) + stamped(ns, *gyro.T, *(FORCE.T * 9.80665))
     columns = logs.imported(logs.file("data.csv", text))[1]
     logs.check_gyro(columns, time=False)
     logs.check_stamps(columns, ns)
@@ -157,10 +142,7 @@ def test_names_of_a_rostopic_and_of_euroc(logs):
     text = (
         "%time,field.header.seq,field.header.stamp,field.header.frame_id,"
         "field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z\n"
-    ) + "".join(
-        f"{stamp},{place},{stamp},imu,{','.join(f'{one:.9f}' for one in w)}\n"
-        for place, (stamp, w) in enumerate(zip(ns.tolist(), gyro.tolist()))
-    )
+    ) + stamped(ns, map(str, range(COUNT)), map(str, ns), ["imu"] * COUNT, *gyro.T)
     log = logs.file("echo.csv", text)
     columns = logs.imported(log, "--unit", "gyro=rad/s")[1]
     logs.check_gyro(columns, time=False)
@@ -209,20 +191,15 @@ def test_a_last_row_that_was_cut_off_is_left_out(logs):
 # Files without names.
 
 
-def test_names_are_asked_for_and_taken(logs):
-    for name, separator in (("log.csv", ","), ("log.txt", " "), ("log.tsv", "\t")):
-        log = logs.file(name, rows(US, *GYRO.T, TEMP, separator=separator))
-        logs.rejected(
-            log, f"{name}:1: no names", "--names time_us,gyro_x_dps,gyro_y_dps,gyro_z_dps,temp"
-        )
-        seconds = logs.file(name, rows(US / 1e6, *GYRO.T, TEMP, separator=separator))
-        logs.rejected(seconds, "--names time_s,gyro_x_dps,gyro_y_dps,gyro_z_dps,temp")
-        log = logs.file(name, rows(US, *GYRO.T, TEMP, separator=separator))
-        columns = logs.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,temp_degC")[1]
-        logs.check_gyro(columns)
-        np.testing.assert_allclose(np.float64(columns["temp_degC"]), TEMP)
-        columns = logs.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,_")[1]
-        assert set(columns) == {"time_s", *(f"gyro_{a}_dps" for a in "xyz")}
+@pytest.mark.parametrize("name, separator", [("a.csv", ","), ("a.txt", " "), ("a.tsv", "\t")])
+def test_names_are_asked_for_and_taken(logs, name, separator):
+    for clock, stamps in (("time_s", US / 1e6), ("time_us", US)):
+        log = logs.file(name, rows(stamps, *GYRO.T, TEMP, separator=separator))
+        proposed = f"--names {clock},gyro_x_dps,gyro_y_dps,gyro_z_dps,temp"
+        logs.rejected(log, f"{name}:1: no names", proposed)
+    columns = logs.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,_")[1]
+    logs.check_gyro(columns)
+    assert set(columns) == {"time_s", *(f"gyro_{a}_dps" for a in "xyz")}
 
 
 def test_what_the_refusal_proposes_can_be_typed(logs):
@@ -287,29 +264,28 @@ def test_sentences_of_another_maker_are_named_by_their_user(logs):
     logs.check_gyro(logs.imported(log, "--names", "ms,gx_dps,gy_dps,gz_dps")[1])
 
 
-def test_what_cannot_be_told_says_what_to_type(logs):
-    names = "t,gx_dps,gy_dps,gz_dps\n"
-    files = {
-        "decimal commas between commas": (names + plain().replace(".", ","), "Type"),
-        "thousands": (
-            "t;gx_raw\n"
-            + "".join(
-                f"{n};{n % 7},{n % 1000:03d}\n" * (n % 7 > 0) or f"{n};{n}\n" for n in range(300)
-            ),
-            "tr -d ,",
-        ),
-        "twins": ("t,x,y,z,x,y,z\n" + rows(TIME, *GYRO.T, *FORCE.T), "--names"),
-        "too few names": ("t,gx_dps\n" + plain(), "--names"),
-        "text in a gyro": (names + plain().replace("0.02,", "0.02,x", 1), ":4: column gx_dps"),
-        "a clock of text": (
-            "time,gx_dps\n" + "12:00:01.1,5\n12:00:01.2,6\n",
-            ":2: column time",
-        ),
-        "a row too long": (names + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
-        "no numbers": ("Some text,\nand more of it\n", ":2: no numbers"),
-    }
-    for text, words in files.values():
-        logs.rejected(logs.file("log.csv", text), "log.csv", words)
+THOUSANDS = "".join(f"{n};{n % 7},{n % 1000:03d}\n" if n % 7 else f"{n};{n}\n" for n in range(300))
+UNREADABLE = {
+    "decimal commas between commas": (NAMES + plain().replace(".", ","), "Type"),
+    "thousands": ("t;gx_raw\n" + THOUSANDS, "tr -d ,"),
+    "twins": ("t,x,y,z,x,y,z\n" + rows(TIME, *GYRO.T, *FORCE.T), "--names"),
+    "too few names": ("t,gx_dps\n" + plain(), "--names"),
+    "text in a gyro": (NAMES + plain().replace("0.02,", "0.02,x", 1), ":4: column gx_dps"),
+    "a clock of text": ("time,gx_dps\n12:00:01.1,5\n12:00:01.2,6\n", ":2: column time"),
+    "a row too long": (NAMES + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
+    "no numbers": ("Some text,\nand more of it\n", ":2: no numbers"),
+    "a serial monitor": ("12:00:01.123 -> 1,2,3\n" * 99, ":1: no names above the 3 columns"),
+    "UTF-16": ("\ufefft,gx_dps\n1,2\n", "iconv -f UTF-16 -t UTF-8 "),
+}
+
+
+@pytest.mark.parametrize("name", UNREADABLE)
+def test_what_cannot_be_told_says_what_to_type(logs, name):
+    text, words = UNREADABLE[name]
+    log = logs.file("log.csv", text)
+    if name == "UTF-16":
+        log.write_bytes(text.encode("utf-16-le"))
+    logs.rejected(log, "log.csv", words)
 
 
 def test_a_column_that_is_no_number_can_be_done_without(logs):
@@ -323,19 +299,6 @@ def test_a_column_that_is_no_number_can_be_done_without(logs):
         said = asking.run("import", path, "-o", logs.out).stderr
         names = said.split("--names ")[1].split()[0]
         logs.check_gyro(logs.imported(path, "--names", names, *rate)[1], time=not rate)
-
-
-def test_a_serial_monitor(logs):
-    log = logs.file(
-        "log.txt", "".join(f"12:00:01.123 -> {x},{y},{z}\n" for x, y, z in GYRO.tolist())
-    )
-    logs.rejected(log, "log.txt:1: no names above the 3 columns")
-
-
-def test_utf_16(logs):
-    log = logs.work / "log.csv"
-    log.write_bytes(("t,gx_dps\n" + rows(TIME, TEMP)).encode("utf-16"))
-    logs.rejected(log, "UTF-16", f"iconv -f UTF-16 -t UTF-8 {log}")
 
 
 # The documented path, on a file of a stranger: white noise of 0.3 deg/s at 100 Hz.
@@ -365,15 +328,9 @@ def test_without_a_model_it_starts_from_the_data(logs):
     assert len(json.loads(done.stdout)["axes"]) == 3
 
 
-def test_a_model_of_another_rate_says_the_way_on(logs):
+def test_a_fit_that_cannot_be_says_the_way_on(logs):
     log = logs.file("log.csv", "usec;wz_dps\n" + rows(US, GYRO[:, 2], separator=";"))
-    done = asking.run("fit", log, "-m", logs.model)
-    assert done.returncode == 2
-    assert "Remove rate_hz from the model, or fit without -m" in done.stderr
-
-
-def test_without_a_gyro_it_says_what_to_type(logs):
+    why = "Remove rate_hz from the model, or fit without -m"
+    logs.refused(why, "fit", log, "-m", logs.model, lines=None)
     log = logs.file("log.csv", "usec,accel_x,accel_y,accel_z\n" + rows(US, *FORCE.T))
-    done = asking.run("fit", log, "--sensor", "accel")
-    assert done.returncode == 2
-    assert "--axes accel" in done.stderr
+    logs.refused("--axes accel", "fit", log, "--sensor", "accel", lines=None)

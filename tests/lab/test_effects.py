@@ -164,6 +164,14 @@ def test_shocks_and_levels_come_as_often_as_is_stated():
     assert np.count_nonzero(np.diff(y)) == pytest.approx(2880, abs=4 * 2880**0.5)
 
 
+TIME_NAMES = {
+    1e-9: "t_ns, timestamp_ns, nsec",
+    1e-6: "time_us, usec, timestamp_us, micros, TimeUS, t [us], microseconds",
+    1e-3: "timestamp (ms), time_ms, msec, millis",
+    1: "time [s]",
+}
+
+
 @pytest.mark.parametrize(
     "name, quantity, axis, factor",
     [
@@ -173,10 +181,11 @@ def test_shocks_and_levels_come_as_often_as_is_stated():
         ("acc_y m/s2", "accel", "y", 1 / 9.80665),
         ("ax_mg", "accel", "x", 1e-3),
         ("az [g]", "accel", "z", 1),
-        ("time_us", "time", "", 1e-6),
-        ("t_ns", "time", "", 1e-9),
-        ("timestamp (ms)", "time", "", 1e-3),
-        ("time [s]", "time", "", 1),
+        *(
+            (name, "time", "", factor)
+            for factor, names in TIME_NAMES.items()
+            for name in names.split(", ")
+        ),
     ],
 )
 def test_units_that_a_name_says(name, quantity, axis, factor):

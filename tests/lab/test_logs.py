@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import writing_logs as writing
-from asking import ROOT, run
+from asking import MODEL, ROOT, run, said
 from importing import Logs
 
 REAL = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real")).parent / "logs"
@@ -22,52 +22,64 @@ def logs(tmp_path):
     return Logs(tmp_path)
 
 
-def test_px4_ulog_the_unit_named_with_its_temperature_and_the_accelerometer_at_its_stamps(logs):
-    log = logs.work / "log.ulg"
-    writing.ulog(log, logs.truth)
-    logs.rejected(log, "log.ulg", "--sensor", "sensor_gyro:0", "sensor_gyro:1")
-    _, columns = logs.imported(log, "--sensor", "sensor_gyro:1")
-    logs.check(columns, gyro=2, accel=False)
-    _, columns = logs.imported(log, "--sensor", "sensor_gyro:0")
-    logs.check(columns)  # accel: each second sample is its own, the others lie between
-    between = (logs.truth.accel[2, 0] + logs.truth.accel[2, 2]) / 2
-    assert abs(float(columns["accel_z_g"][1]) - between) < 5e-7
-    logs.check_stamps(columns, np.array(writing.boot_us(logs.truth)) * 1000)
+SINCE_START, OF_BOOT = "since the start", "since boot"
+LOGS = {  # name: (writer, origin of the stamps; what of it is not checked: options of check)
+    "log.log": (writing.dataflash_text, OF_BOOT, {}),
+    "log.bag": (writing.ros1, "unix", {}),
+    "log.mat": (writing.matlab_5, SINCE_START, {"temp": False}),
+    "new.mat": (writing.matlab_73, SINCE_START, {}),
+    "log.npz": (writing.npz, "unix", {}),
+    "apart.npz": (writing.apart, "unix", {"accel": False}),  # a temperature with its own time
+    "log.npy": (writing.npy, SINCE_START, {"accel": False, "temp": False}),
+    "log.parquet": (writing.table, "unix", {}),
+}
+UNITS = {  # logs of several units: (writer, name of a unit)
+    "log.ulg": (writing.ulog, "sensor_gyro"),
+    "log.bin": (writing.dataflash, "IMU"),
+}
 
 
-def test_ardupilot_dataflash_by_instance(logs):
-    log = logs.work / "log.bin"
-    writing.dataflash(log, logs.truth)
-    logs.rejected(log, "--sensor", "IMU:0", "IMU:1")
-    _, columns = logs.imported(log, "--sensor", "IMU:1")
-    logs.check(columns, gyro=2)
-    logs.check_stamps(columns, np.array(writing.boot_us(logs.truth)) * 1000)
+def stamps_of(truth, origin):
+    if origin == OF_BOOT:
+        return np.array(writing.boot_us(truth)) * 1000
+    return truth.stamps_ns - (writing.START_NS if origin == SINCE_START else 0)
 
 
-def test_ardupilot_dataflash_in_text(logs):
-    log = logs.work / "log.log"
-    writing.dataflash_text(log, logs.truth)
-    _, columns = logs.imported(log)
+@pytest.mark.parametrize("name", LOGS)
+def test_what_the_library_of_a_format_wrote_comes_back(logs, name):
+    write, origin, checked = LOGS[name]
+    write(logs.work / name, logs.truth)
+    _, columns = logs.imported(logs.work / name)
+    logs.check(columns, **checked)
+    logs.check_stamps(columns, stamps_of(logs.truth, origin))
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_of_several_units_one_is_named(logs, name):
+    write, unit = UNITS[name]
+    log = logs.work / name
+    write(log, logs.truth)
+    logs.rejected(log, "--sensor", f"{unit}:0", f"{unit}:1")
+    _, columns = logs.imported(log, "--sensor", f"{unit}:1")
+    logs.check(columns, gyro=2, accel=name != "log.ulg")
+    _, columns = logs.imported(log, "--sensor", f"{unit}:0")
     logs.check(columns)
-    logs.check_stamps(columns, np.array(writing.boot_us(logs.truth)) * 1000)
+    logs.check_stamps(columns, stamps_of(logs.truth, OF_BOOT))
+    if name == "log.ulg":  # each second sample of accel is its own, the others lie between
+        between = (logs.truth.accel[2, 0] + logs.truth.accel[2, 2]) / 2
+        assert abs(float(columns["accel_z_g"][1]) - between) < 5e-7
 
 
-def test_ros_1_bag_with_unix_stamps_to_the_nanosecond(logs):
-    log = logs.work / "log.bag"
-    writing.ros1(log, logs.truth)
-    _, columns = logs.imported(log)
-    logs.check(columns)
-    logs.check_stamps(columns, logs.truth.stamps_ns)
-
-
-def test_ros_2_db3_mcap_and_the_folder_of_a_bag(logs):
-    for storage in ("db3", "mcap"):
-        folder = logs.work / f"bag_{storage}"
-        file = writing.ros2(folder, logs.truth, storage)
-        for log in (file, folder):
-            _, columns = logs.imported(log)
-            logs.check(columns)
-            logs.check_stamps(columns, logs.truth.stamps_ns)
+@pytest.mark.parametrize("storage", ["db3", "mcap"])
+def test_ros_2_by_file_and_by_the_folder_of_a_bag(logs, storage):
+    file = writing.ros2(logs.work / "bag", logs.truth, storage)
+    for log in (file, file.parent):
+        _, columns = logs.imported(log)
+        logs.check(columns)
+        logs.check_stamps(columns, logs.truth.stamps_ns)
+    log = logs.work / f"log.{storage}"
+    log.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    logs.rejected(log, log.name)
 
 
 def test_two_topics_are_listed_and_one_is_chosen_by_name(logs):
@@ -85,37 +97,6 @@ def test_message_types_of_ones_own(logs):
     writing.ros1(bag, logs.truth, ("/raw",))
     logs.check(logs.imported(bag)[1])
     logs.check(logs.imported(writing.ros2(folder, logs.truth, "mcap", ("/raw",)))[1])
-
-
-def test_matlab_5_and_7_3(logs):
-    old, new = logs.work / "old.mat", logs.work / "new.mat"
-    writing.matlab_5(old, logs.truth)
-    _, columns = logs.imported(old)
-    logs.check(columns, temp=False)
-    logs.check_stamps(columns, logs.truth.stamps_ns - writing.START_NS)
-    writing.matlab_73(new, logs.truth)
-    _, columns = logs.imported(new)
-    logs.check(columns)
-    logs.check_stamps(columns, logs.truth.stamps_ns - writing.START_NS)
-
-
-def test_numpy_and_parquet(logs):
-    for name, write, rest in (
-        ("log.npz", writing.npz, True),
-        ("log.npy", writing.npy, False),
-        ("log.parquet", writing.table, True),
-    ):
-        write(logs.work / name, logs.truth)
-        _, columns = logs.imported(logs.work / name)
-        logs.check(columns, accel=rest, temp=rest)
-        logs.check_stamps(columns, logs.truth.stamps_ns - (0 if rest else writing.START_NS))
-
-
-def test_a_temperature_with_a_time_of_its_own(logs):
-    writing.apart(logs.work / "log.npz", logs.truth)
-    _, columns = logs.imported(logs.work / "log.npz")
-    logs.check(columns, accel=False)
-    logs.check_stamps(columns, logs.truth.stamps_ns)
 
 
 def test_message_types_that_the_bag_does_not_bring(logs):
@@ -136,24 +117,10 @@ def test_every_command_takes_a_log(logs):
     writing.npz(log, logs.truth)
     logs.imported(log)
     logs.out.rename(own)
-    found = [
-        json.loads(
-            run(
-                "compare",
-                path,
-                "-m",
-                logs.file(
-                    "m.toml",
-                    '[sensor]\ncolumn = "gyro_x_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
-                    "coefficient_deg_per_sqrt_h = 2.0\n",
-                ),
-                "--json",
-            ).stdout
-        )
-        for path in (log, own)
-    ]
-    assert found[0]["samples"] == 3000
-    assert abs(found[0]["error"] - found[1]["error"]) < 5e-6
+    model = logs.file("m.toml", MODEL.format(column="gyro_x_dps", n=2.0, b=1.0))
+    one, other = (said("compare", path, "-m", model, statuses=(0, 1)) for path in (log, own))
+    assert one["samples"] == 3000
+    assert abs(one["error"] - other["error"]) < 5e-6
 
 
 def rows_of(logs, name, header, row):
@@ -240,71 +207,40 @@ def test_what_import_writes_holds_only_what_was_measured(logs):
     assert len(logs.imported(log)[1]["time_s"]) == 380
 
 
-def test_a_log_cut_short_or_with_another_beginning(logs):
-    writers = {
-        "log.ulg": writing.ulog,
-        "log.bin": writing.dataflash,
-        "log.bag": writing.ros1,
-        "log.mat": writing.matlab_5,
-        "new.mat": writing.matlab_73,
-        "log.npz": writing.npz,
-        "log.npy": writing.npy,
-        "log.parquet": writing.table,
-    }
-    for name, write in writers.items():
-        whole = logs.work / "whole" / name
-        whole.parent.mkdir(exist_ok=True)
-        write(whole, logs.truth)
-        data = whole.read_bytes()
-        log = logs.work / name
-        for what, damaged in (
-            ("empty", b""),
-            ("half", data[: len(data) // 2]),
-            ("short", data[:-5]),
-            ("head", data[:20]),
-            ("other", b"something else" + data[14:]),
-        ):
-            if (name, what) not in (
-                ("log.mat", "short"),
-                ("new.mat", "other"),
-            ):  # padding of a text; the file proper begins behind 512 bytes
-                log.write_bytes(damaged)
-                named = {"log.ulg": "sensor_gyro:0", "log.bin": "IMU:0"}.get(name)
-                logs.rejected(log, name, options=("--sensor", named) if named else ())
-
-
-def test_ros_2_cut_short(logs):
-    for storage in ("db3", "mcap"):
-        data = writing.ros2(logs.work / storage, logs.truth, storage).read_bytes()
-        log = logs.file(f"log.{storage}", "")
-        log.write_bytes(data[: len(data) // 2])
-        logs.rejected(log, f"log.{storage}")
+@pytest.mark.parametrize("name", [*UNITS, *sorted(set(LOGS) - {"log.log", "apart.npz"})])
+def test_a_log_cut_short_or_with_another_beginning(logs, name):
+    log, (write, *_) = logs.work / name, {**LOGS, **UNITS}[name]
+    write(log, logs.truth)
+    data = log.read_bytes()
+    for what, damaged in (
+        ("empty", b""),
+        ("half", data[: len(data) // 2]),
+        ("short", data[:-5]),
+        ("head", data[:20]),
+        ("other", b"something else" + data[14:]),
+    ):
+        # padding of a text; the file proper begins behind 512 bytes
+        if (name, what) not in (("log.mat", "short"), ("new.mat", "other")):
+            log.write_bytes(damaged)
+            named = ("--sensor", f"{UNITS[name][1]}:0") if name in UNITS else ()
+            logs.rejected(log, name, options=named)
 
 
 def test_nan_empty_topics_and_text_in_numbers(logs):
     logs.truth.gyro[1, 17] = np.nan
-    for name, write, options in (
-        ("log.ulg", writing.ulog, ("--sensor", "sensor_gyro:0")),
-        ("log.bag", writing.ros1, ()),
-        ("log.npz", writing.npz, ()),
-        ("log.parquet", writing.table, ()),
+    for name, options in (
+        ("log.ulg", ("--sensor", "sensor_gyro:0")),
+        *((name, ()) for name in ("log.bag", "log.npz", "log.parquet")),
     ):
-        write(logs.work / name, logs.truth)
-        logs.rejected(
-            logs.work / name,
-            name,
-            "gyro_y_dps",
-            "not a finite number at sample 18",
-            options=options,
-        )
-    logs.rejected(
-        logs.file("a.csv", "t;gx_dps\n0,01;1\n0,02;one\n"),
-        "a.csv:3",
-        "gx_dps",
-        "not a number: 'one'",
-    )
-    logs.rejected(logs.file("b.csv", "t,gx_dps\n0.01,1\n0.02,nan\n"), "b.csv:3", "gx_dps")
-    logs.rejected(logs.file("c.csv", "a,b\n1,2\n3,4\n"), "c.csv", "no gyro")
+        {**LOGS, **UNITS}[name][0](logs.work / name, logs.truth)
+        why = (name, "gyro_y_dps", "not a finite number at sample 18")
+        logs.rejected(logs.work / name, *why, options=options)
+    for text, *why in (
+        ("t;gx_dps\n0,01;1\n0,02;one\n", "a.csv:3", "gx_dps", "not a number: 'one'"),
+        ("t,gx_dps\n0.01,1\n0.02,nan\n", "a.csv:3", "gx_dps"),
+        ("a,b\n1,2\n3,4\n", "a.csv", "no gyro"),
+    ):
+        logs.rejected(logs.file("a.csv", text), *why)
     writing.ros1(logs.work / "empty.bag", writing.Truth(0))
     logs.rejected(logs.work / "empty.bag", "empty.bag")
 
@@ -320,29 +256,24 @@ def test_time_backwards_and_no_time(logs):
 real = pytest.mark.skipif(not REAL.is_dir(), reason=f"no real logs in {REAL}")
 
 
-@real
-def test_px4_at_rest(logs):
-    _, columns = logs.imported(
-        REAL / "px4_cubeorange_at_rest_6s.ulg", "--sensor", "sensor_combined:0"
-    )
-    assert len(columns["time_s"]) == 1298
-    assert abs(abs(np.mean(np.float64(columns["accel_z_g"]))) - 1) <= 0.05
-    assert np.std(np.float64(columns["gyro_x_dps"])) < 1
-    assert abs(np.mean(np.float64(columns["temp_degC"])) - 40) <= 3
+REAL_LOGS = {  # name: (--sensor, samples, first stamp, mean temperature and how far off)
+    "px4_cubeorange_at_rest_6s.ulg": ("sensor_combined:0", 1298, "", 40, 3),
+    "arducopter_dataflash_51s.BIN": ("IMU", 1258, "402.644506", 27, 3),
+    "ros1_xsens_mtig_at_rest_18s.bag": (None, 356, "1326899528.368658417", 20.8, 0.2),
+}
 
 
 @real
-def test_ardupilot_in_flight(logs):
-    _, columns = logs.imported(REAL / "arducopter_dataflash_51s.BIN", "--sensor", "IMU")
-    assert (len(columns["time_s"]), columns["time_s"][0]) == (1258, "402.644506")
-    assert abs(np.mean(np.float64(columns["temp_degC"])) - 27) <= 3
-
-
-@real
-def test_ros_1_with_a_message_type_of_its_own(logs):
-    _, columns = logs.imported(REAL / "ros1_xsens_mtig_at_rest_18s.bag")
-    first = columns["time_s"][0], columns["temp_degC"][0]
-    assert (len(columns["time_s"]), *first) == (356, "1326899528.368658417", "20.8125")
+@pytest.mark.parametrize("name", REAL_LOGS)
+def test_a_real_log(logs, name):
+    sensor, samples, start, mean, off = REAL_LOGS[name]
+    _, columns = logs.imported(REAL / name, *(("--sensor", sensor) if sensor else ()))
+    assert len(columns["time_s"]) == samples
+    assert columns["time_s"][0] == start or not start
+    assert abs(np.mean(np.float64(columns["temp_degC"])) - mean) <= off
+    if "at_rest" in name:
+        assert abs(abs(np.mean(np.float64(columns["accel_z_g"]))) - 1) <= 0.05
+        assert np.std(np.float64(columns["gyro_x_dps"])) < 1
 
 
 @real
