@@ -119,3 +119,11 @@ def test_auto_learns_from_the_other_samples(tmp_path):
     done = sim(path, "--lsb", LSB, "--stride", 600, "--bandwidth", "auto", SKIP)
     assert (done.returncode, skipped(done)[0]) == (0, [len(places)])
     assert "white up to half the sample rate, no filter" in done.stderr
+
+
+@pytest.mark.parametrize("lost", [999, 1001])
+def test_a_sample_beside_a_gap_is_not_judged(tmp_path, lost):
+    samples = counts(2000, 6)
+    samples[1000] += 256
+    lines = [line for i, line in enumerate(rows_of(samples)) if i != lost]
+    assert skipped(sim(recorded(tmp_path, "gap.csv", lines), *FIXED, SKIP)) == ([0], 1, 1)

@@ -129,6 +129,10 @@ static void test_arw_its_uncertainty_and_the_reasons(void)
         TEST_ASSERT_EQUAL(DAVAR_NOISE_UNKNOWN, wire.noise);
         TEST_ASSERT_EQUAL_FLOAT(arw->value, wire.value);
     }
+    arw->high = 1e9; /* its code is a reason only where ARW is absent */
+    begin(0U);
+    receive(DAVAR_MESSAGE_ARW);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_UNKNOWN, wire.noise);
     for (uint32_t noise = 0U; noise <= (uint32_t)DAVAR_NOISE_FILTERED; noise++) {
         arw->value = (double)NAN;
         result.noise = (davar_noise_t)noise;
