@@ -32,6 +32,7 @@ def cases():
             marks = [pytest.mark.xdist_group(f"tests/test_library.py::{name}")]
             marks += [pytest.mark.inputs(*command)]
             marks += [pytest.mark.slow] if preset == "release" else []
+            marks += [pytest.mark.soak] if "soak" in labels else []
             yield pytest.param(command, id=name, marks=marks)
 
 

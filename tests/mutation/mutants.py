@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[2]
 BASE = ROOT / "build/mutants"
 HERE = ROOT / "tests/mutation"
 SEED = 16
-TRIALS = 50  # of tests/property, which are 1500 elsewhere
+TRIALS = 50  # of tests/property, which are 500 elsewhere
 # FOREVER_SAMPLES: of tests/tracking, which are 10^7 elsewhere
 FLAGS = "-w -O1 -fwrapv -D_GNU_SOURCE -DFOREVER_SAMPLES=200000U -include {}"
 SANITIZERS = " -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer"

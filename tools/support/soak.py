@@ -88,7 +88,7 @@ def set_up(words: str, log: str) -> str:
 def python() -> str:
     """The Python of the tests, after everything that they run is built."""
     with SETTING_UP:
-        for words in ("debug", *(f"tools {target}" for target in ALL_TOOLS)):
+        for words in ("debug", "release", *(f"tools {target}" for target in ALL_TOOLS)):
             set_up(f"build {words}", "soak-build.log")
         return test_python()
 
