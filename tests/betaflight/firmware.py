@@ -34,17 +34,9 @@ PLANS = {
 }
 
 HOOKS = ["gyroUpdate", "mspSerialProcess"]
-LOCKSTEP = [
-    "micros",
-    "millis",
-    "getCycleCounter",
-    "delayMicroseconds_real",
-    "dyad_setUpdateTimeout",
-    "dyad_update",
-    "mspFcProcessCommand",
-    "taskGyroSample",
-    "dynLpfGyroUpdate",
-]
+LOCKSTEP = ["micros", "millis", "getCycleCounter", "delayMicroseconds_real"]
+LOCKSTEP += ["dyad_setUpdateTimeout", "dyad_update", "mspFcProcessCommand"]
+LOCKSTEP += ["taskGyroSample", "dynLpfGyroUpdate"]
 SMALL = ["-Os", "-fno-move-loop-invariants", "-fno-schedule-insns2"]
 SECTIONS = ["-ffunction-sections", "-fdata-sections"]
 ARM = ["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]
@@ -110,18 +102,10 @@ def library(planned: Path, name: str, compiler: str, archiver: str, flags: Seque
     objects = WORK / f"{name}-objects"
     shutil.rmtree(objects, ignore_errors=True)
     objects.mkdir()
-    run(
-        compiler,
-        "-c",
-        "-std=c11",
-        *flags,
-        f"-I{ROOT / 'lib/include'}",
-        f"-I{ROOT / 'lib/src'}",
-        f"@{planned / 'davar_setup.args'}",
-        *sorted((ROOT / "lib/src").rglob("*.c")),
-        planned / "davar_setup.c",
-        cwd=objects,
-    )
+    places = [f"-I{ROOT / 'lib/include'}", f"-I{ROOT / 'lib/src'}"]
+    sources = [*sorted((ROOT / "lib/src").rglob("*.c")), planned / "davar_setup.c"]
+    words = [*places, f"@{planned / 'davar_setup.args'}", *sources]
+    run(compiler, "-c", "-std=c11", *flags, *words, cwd=objects)
     archive = WORK / f"{name}.a"
     archive.unlink(missing_ok=True)
     run(archiver, "rcs", archive, *sorted(objects.glob("*.o")))
@@ -200,19 +184,9 @@ def added_flash() -> int:
     goal = f"{WORK}/STM32F405/STM32F405/{ours.with_suffix('.o')}"
     make("STM32F405", planned, [ours], [], "ARM_SDK_PREFIX=arm-none-eabi-", goal)
     program = WORK / "added.elf"
-    run(
-        "arm-none-eabi-gcc",
-        *ARM,
-        "-Os",
-        "-nostdlib",
-        "-Wl,--gc-sections,--unresolved-symbols=ignore-all",
-        "-Wl,-e,davar_gyro_task,-u,davar_gyro_sample",
-        goal,
-        archive,
-        "-lgcc",
-        "-o",
-        program,
-    )
+    linking = ["-nostdlib", "-Wl,--gc-sections,--unresolved-symbols=ignore-all"]
+    linking += ["-Wl,-e,davar_gyro_task,-u,davar_gyro_sample"]
+    run("arm-none-eabi-gcc", *ARM, "-Os", *linking, goal, archive, "-lgcc", "-o", program)
     return flash(program)
 
 

@@ -179,13 +179,6 @@ class OtherRate(unittest.TestCase):
         self.assertEqual(list(mavlink), ["ARW_ALARMS"])
 
 
-class Alarms(unittest.TestCase):
-    def test_no_alarm_in_ten_minutes_of_steady_noise(self):
-        msp, mavlink = flight("alarm", 14, steady(600))
-        self.assertEqual(msp[-1, ALARMS], 0)
-        self.assertEqual(mavlink["ARW_ALARMS"][-1, 1], 0)
-
-
 class Motors(unittest.TestCase):
     def test_motor_outputs_are_identical_with_and_without_davar(self):
         """Armed for 18 s, in noise that doubles."""

@@ -7,6 +7,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "lib/src").rglob("*.c"))
 INCLUDE = ["-I", ROOT / "lib/include", "-I", ROOT / "lib/src"]
+OPTIONS = ROOT / "tests/consumer/options.c"
+PROGRAM_INCLUDE = ["-I", ROOT / "lib/include", "-I", ROOT / "tests/support"]  # of OPTIONS
 WARN = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
 

@@ -1,52 +1,90 @@
-/* Runs one stream through every configuration that a build can disable. Prints the status of init,
- * and a checksum of the bits of all results. */
+/* Runs streams through every configuration that a build can disable, with fits, frames and a
+ * monitor. Prints the status of init, and a checksum of the bits of all results. Its own arithmetic
+ * is exact: where a compiler flag changes a bit, it has changed the library. */
 #include "davar/cascade.h"
 #include "davar/davar.h"
+#include "davar/monitor.h"
+#include "davar/wire.h"
+#include "digest.h"
 
-#include <math.h>
 #include <stdio.h>
-#include <string.h>
 
-#define SAMPLES 2000
+#define SAMPLES 3000
+#define TAUS 7U
+#define RATE_HZ 99.6
+#define UNIT 0.045
 
-static const uint32_t taus[] = {1, 2, 5, 11};
-static uint64_t memory[2048];
+static const uint32_t taus[2][TAUS] = {{1, 2, 5, 11, 20, 37, 60}, {1, 2, 4, 8, 16, 32, 64}};
+static uint64_t memory[8192];
 static davar_t davar;
 static davar_plan_t plan;
-static uint64_t sum;
+static davar_encoder_t encoder;
+static davar_monitor_t monitor;
+static davar_result_t result;
 
-static void add(double value)
+static void add_frames(const davar_misfit_t *misfit)
 {
-    uint64_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    sum = (sum ^ (isnan(value) ? 1U : bits)) * UINT64_C(1099511628211);
-}
-
-static void add_result(const davar_config_t *config, davar_result_t *result)
-{
-    davar_fit(&plan, config->rate_hz, result);
-    add((double)result->epoch);
-    add((double)result->window_samples + result->kurtosis);
-    for (int t = 0; t < result->tau_count; t++) {
-        add(result->tau[t].adev);
-        add(result->tau[t].high);
-    }
-    for (int k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
-        add(result->coefficient[k].value);
-        add(result->coefficient[k].high);
+    static const davar_wire_health_t health;
+    davar_frame_t frame;
+    davar_encoder_monitor(&encoder, misfit);
+    davar_encoder_begin(&encoder, &result, &health);
+    while (davar_encoder_next(&encoder, &frame)) {
+        for (uint32_t i = 0U; i < frame.length; i++) {
+            add(frame.data[i]);
+        }
     }
 }
 
+static void add_result(const davar_config_t *config)
+{
+    static davar_misfit_t misfit;
+    davar_result_t white = result;
+    (void)davar_fit_white(&plan, config->rate_hz, &white);
+    add_fields(&white);
+    davar_fit(&plan, config->rate_hz, &result);
+    add_fields(&result);
+    davar_monitor_update(&monitor, &result, &misfit);
+    add_double(misfit.health);
+    add_double(misfit.slow);
+    add_frames(&misfit);
+}
+
+/* White noise, then louder noise, then with a walk, then a ramp and coarse steps: the fit uses every
+ * term. */
 static int32_t count_at(int i)
 {
+    static int32_t walk;
     const uint32_t x = (uint32_t)i * 2654435761U;
-    return (int32_t)(((x >> 16U) % 201U) + ((x >> 8U) % 101U)) - 150 +
-           ((i / 700) % 2 != 0 ? (int32_t)(x >> 24U) : 0);
+    const int32_t noise = (int32_t)(((x >> 16U) % 201U) + ((x >> 8U) % 101U)) - 150;
+    walk = (i == 0) ? 0 : (walk + (((i / 700) == 2) ? (noise / 4) : 0));
+    switch (i / 700) {
+    case 1:
+        return noise + (int32_t)(x >> 24U);
+    case 3:
+        return noise + walk + (((i % 2) * 900) - 450);
+    default:
+        return noise + walk + ((i >= 2800) ? (4 * (i - 2800)) : 0);
+    }
 }
 
 static int16_t narrow[SAMPLES];
 static int32_t wide[SAMPLES];
-static float rates[SAMPLES];
+static float rates[SAMPLES]; /* also NaN, infinity, tiny and saturating ones */
+
+static void make_samples(void)
+{
+    static const uint32_t special[] = {0x7FC00000U, 0x7F800000U, 0xFF800000U,
+                                       0x00000001U, 0x7F7FFFFFU, 0x80000000U};
+    for (int i = 0; i < SAMPLES; i++) {
+        const int32_t count = count_at(i);
+        narrow[i] = (int16_t)count;
+        wide[i] = count * 1024;
+        rates[i] = (float)count;
+        if ((i % 450) == 449) {
+            memcpy(&rates[i], &special[(i / 450) % 6], sizeof rates[i]);
+        }
+    }
+}
 
 static size_t push_until_result(char type, size_t from, size_t count)
 {
@@ -60,60 +98,57 @@ static size_t push_until_result(char type, size_t from, size_t count)
     }
 }
 
-static void push_all(char type, size_t count, const davar_config_t *config)
+/* Of every result, or of one in ten if each sample has one. */
+static void take(const davar_config_t *config)
 {
-    static davar_result_t result;
-    for (size_t done = 0; done < count;) {
-        done += push_until_result(type, done, count - done);
-        if (davar_take(&davar, &result)) {
-            add_result(config, &result);
-        }
+    if (davar_take(&davar, &result) && ((config->stride > 1U) || ((result.epoch % 10U) == 0U))) {
+        add_result(config);
     }
 }
 
 static void push(char type, const davar_config_t *config)
 {
-    static davar_result_t result;
-    for (int i = 0; i < SAMPLES; i++) {
-        wide[i] = count_at(i);
-        narrow[i] = (int16_t)wide[i];
-        rates[i] = 0.01F * (float)wide[i];
+    for (size_t done = 0U; done < SAMPLES;) {
+        done += push_until_result(type, done, SAMPLES - done);
+        take(config);
+        if ((done % 1000U) == 0U) {
+            davar_gap(&davar, 3);
+        }
     }
-    if (type == 'q') {
-        push_all(type, SAMPLES / 2, config);
-        davar_gap(&davar, 3);
+    while (davar_flush(&davar)) {
+        take(config);
     }
-    push_all(type, SAMPLES, config);
-    while (davar_flush(&davar) && davar_take(&davar, &result)) {
-        add_result(config, &result);
-    }
+    const davar_health_t health = davar_health(&davar);
+    add(health.gaps + (health.saturated * UINT64_C(1024)));
+    add(health.not_finite + (health.alarms * UINT64_C(1024)));
 }
 
 static davar_status_t start(char type, const davar_config_t *config)
 {
-    switch (type) {
-    case 'q':
-        return davar_init_q15(&davar, config, memory, sizeof memory);
-    case 'w':
-        return davar_init_q31(&davar, config, memory, sizeof memory);
-    default:
-        return davar_init_f32(&davar, config, memory, sizeof memory);
-    }
+    static davar_status_t (*const inits[])(davar_t *, const davar_config_t *, void *, size_t) = {
+        davar_init_q15, davar_init_q31, davar_init_f32};
+    return inits[(type == 'q') ? 0 : ((type == 'w') ? 1 : 2)](&davar, config, memory,
+                                                              sizeof memory);
+}
+
+static void report(char type, const char *way, davar_status_t status)
+{
+    printf("%c%s %s %016llx\n", type, way, davar_status_text(status),
+           (status == DAVAR_OK) ? (unsigned long long)digest : 0U);
 }
 
 /* The same for a cascade: "qc" and so on. */
 static void run_cascade(char type)
 {
-    static const davar_cascade_config_t config = {.rate_hz = 100.0,
-                                                  .unit_per_count = 0.01,
-                                                  .full_scale = 100.0,
+    static const davar_cascade_config_t config = {.rate_hz = RATE_HZ,
+                                                  .unit_per_count = UNIT,
+                                                  .full_scale = 1048576.0,
                                                   .shortest = 64,
                                                   .tau_count = 5,
                                                   .clusters = 4};
     static davar_cascade_t cascade;
-    static davar_result_t result;
     davar_status_t status = DAVAR_OK;
-    sum = 0;
+    digest_begin();
     if (type == 'q') {
         status = davar_cascade_init_q15(&cascade, &config, memory, sizeof memory);
     } else if (type == 'w') {
@@ -121,69 +156,97 @@ static void run_cascade(char type)
     } else {
         status = davar_cascade_init_f32(&cascade, &config, memory, sizeof memory);
     }
-    for (int i = 0; (i < SAMPLES) && (status == DAVAR_OK); i++) {
-        const int32_t wide_count = count_at(i);
-        const int16_t count = (int16_t)wide_count;
-        const float rate = 0.01F * (float)wide_count;
-        if (type == 'q') {
-            davar_cascade_push_q15(&cascade, &count, 1);
-        } else if (type == 'w') {
-            davar_cascade_push_q31(&cascade, &wide_count, 1);
-        } else {
-            davar_cascade_push_f32(&cascade, &rate, 1);
-        }
-    }
     if (status == DAVAR_OK) {
-        result.tau_count = 0U;
-        (void)davar_cascade_append(&cascade, &result);
-        for (int t = 0; t < result.tau_count; t++) {
-            add(result.tau[t].adev);
-            add(result.tau[t].high);
+        if (type == 'q') {
+            davar_cascade_push_q15(&cascade, narrow, SAMPLES);
+        } else if (type == 'w') {
+            davar_cascade_push_q31(&cascade, wide, SAMPLES);
+        } else {
+            davar_cascade_push_f32(&cascade, rates, SAMPLES);
         }
+        result = (davar_result_t){0};
+        (void)davar_cascade_append(&cascade, &result);
+        add_fields(&result);
     }
-    printf("%cc %s %016llx\n", type, davar_status_text(status), (unsigned long long)sum);
+    report(type, "c", status);
+}
+
+/* "ql" and so on: the limits of the settings, by their bits: just inside and just outside of 1e-50
+ * and 1e50, of 1e-20 and 1e20, not finite, subnormal, negative. */
+static void run_limits(char type, const davar_config_t *base)
+{
+    static const uint64_t bits[] = {0x358DEE7A4AD4B81FU, 0x358DEE7A4AD4B81DU, 0x4A511B0EC57E649AU,
+                                    0x4A511B0EC57E649BU, 0x7FF0000000000000U, 0x7FF8000000000000U,
+                                    0x8000000000000000U, 0x0000000000000001U, 0x3BC79CA10C924223U,
+                                    0x3BC79CA10C924222U, 0x4415AF1D78B58C41U, 0xBFF0000000000000U};
+    davar_config_t config = *base;
+    double *const settings[] = {&config.rate_hz, &config.full_scale, &config.moments.kurtosis_high};
+    const davar_status_t status = start(type, &config);
+    digest_begin();
+    for (size_t s = 0U; s < 3U; s++) {
+        const double usual = *settings[s];
+        for (size_t i = 0U; i < (sizeof bits / sizeof bits[0]); i++) {
+            memcpy(settings[s], &bits[i], sizeof bits[i]);
+            add((uint64_t)start(type, &config));
+        }
+        *settings[s] = usual;
+    }
+    report(type, "l", status);
+}
+
+/* Bits of the number: adaptive 1, centred 2, stride 4. 8 and 9 are policy glr, 9 with a stride. */
+static davar_config_t configured(char type, int number, bool automatic)
+{
+    davar_config_t config = davar_default_config;
+    const bool tracked = number >= 8;
+    config.rate_hz = RATE_HZ;
+    config.unit_per_count = UNIT;
+    config.full_scale = 1048576.0;
+    config.window.longest = 200;
+    config.window.shortest = tracked ? 20 : 120;
+    config.window.mode = (number & 2) != 0 ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+    config.window.mirrored_end = true;
+    config.law = (number & 1) != 0 ? &davar_law_or : NULL;
+    config.moments.segment = ((number & 1) != 0) && !tracked ? 40 : 0;
+    if (tracked) {
+        config.law = (type == 'q') ? &davar_law_glr_q15 : &davar_law_glr_q31;
+    }
+    config.stride = ((number & 4) != 0) || (number == 9) ? 20 : 1;
+    config.engine = automatic ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
+    config.taus = taus[number & 1];
+    config.tau_count = TAUS;
+    return config;
+}
+
+static void run(char type, int number, bool automatic)
+{
+    static const davar_model_tau_t model[] = {{1, 4.0, 0.0625}, {2, 3.0, 0.125}};
+    const davar_config_t config = configured(type, number, automatic);
+    const char way[] = {(char)('0' + number), automatic ? 'a' : '\0', '\0'};
+    const davar_status_t status = start(type, &config);
+    davar_plan_init_white(&plan, config.taus, TAUS);
+    (void)davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 23U);
+    (void)davar_monitor_init(&monitor, model, 2U, DAVAR_MONITOR_MEMORY);
+    digest_begin();
+    if (status == DAVAR_OK) {
+        push(type, &config);
+    }
+    report(type, way, status);
 }
 
 int main(void)
 {
-    static const char types[] = {'q', 'w', 'f'};
-    davar_plan_init_white(&plan, taus, 4);
-    for (int all = 0; all < 42; all++) {
-        const int number = all % 14;
-        const bool automatic = number >= 10;
-        const int way = automatic ? (number - 6) : number; /* 4 to 7 once more */
-        const bool tracked = way >= 8;
-        davar_config_t config = davar_default_config;
-        config.window.mode = DAVAR_MODE_CENTRED;
-        config.rate_hz = 100.0;
-        config.unit_per_count = 0.01;
-        config.full_scale = 100.0;
-        config.window.longest = 200;
-        config.window.shortest = 120;
-        config.moments.segment = (way & 1) != 0 ? 40 : 0;
-        config.law = (way & 1) != 0 ? &davar_law_or : NULL;
-        if (tracked) {
-            config.law = (types[all / 14] == 'q') ? &davar_law_glr_q15 : &davar_law_glr_q31;
-            config.moments.segment = 0;
-            config.window.shortest = 20;
+    make_samples();
+    for (const char *type = "qwf"; *type != '\0'; type++) {
+        const davar_config_t plain = configured(*type, 0, false);
+        for (int number = 0; number < 10; number++) {
+            run(*type, number, false);
         }
-        config.window.mode = (way & 2) != 0 ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-        config.stride = ((way & 4) != 0) || (way == 9) ? 20 : 1;
-        config.engine = automatic ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
-        config.window.mirrored_end = true;
-        config.taus = taus;
-        config.tau_count = 4;
-        const char type = types[all / 14];
-        const davar_status_t status = start(type, &config);
-        sum = 0;
-        if (status == DAVAR_OK) {
-            push(type, &config);
+        for (int number = 4; number < 8; number++) {
+            run(*type, number, true);
         }
-        printf("%c%d%s %s %016llx\n", type, way, automatic ? "a" : "", davar_status_text(status),
-               (unsigned long long)sum);
-    }
-    for (int type = 0; type < 3; type++) {
-        run_cascade(types[type]);
+        run_cascade(*type);
+        run_limits(*type, &plain);
     }
     return 0;
 }

@@ -1,5 +1,5 @@
 """A compiler flag leaves every bit of the library's results unchanged, or the library does not
-compile with it. The tables list flags one by one; TOGETHER has them in few builds.
+compile with it. TOGETHER has many flags in few builds.
 """
 
 import re
@@ -7,12 +7,11 @@ import shutil
 from pathlib import Path
 
 import pytest
-from compiling import INCLUDE, ROOT, SOURCES, attempt, objects, run
+from compiling import INCLUDE, OPTIONS, PROGRAM_INCLUDE, ROOT, SOURCES, attempt, objects, run
 
 # One instruction for a product and a sum.
 FUSED = re.compile(r"\t(vfn?m(add|sub)|fn?m(add|sub)\b|fn?m(add|sub)\.|vfn?m[as])")
 LONG = pytest.mark.soak
-FLAGS = ROOT / "tests/consumer/flags.c"
 
 # Error texts of the library.
 IEEE = "without -ffast-math"
@@ -40,73 +39,11 @@ REFUSED = {
         "-ffinite-math-only": NAN,
     },
 }
-SAME = {
-    "gcc": [
-        "-O0",
-        "-O1",
-        "-O2",
-        "-O3 -funroll-loops",
-        "-Os",
-        "-Og",
-        "-O1 -fno-inline",
-        "-O2 -flto",
-        "-O2 -mfma",
-        "-O2 -mfma -std=c11",
-        "-O3 -march=x86-64-v3",
-        "-O2 -mfma -ffp-contract=fast",
-        "-O1 -mfma -ffp-contract=on",
-        "-O1 -mrecip",
-        "-O1 -mpc32",
-        "-O1 -fno-signed-zeros",
-        "-O1 -fno-trapping-math",
-        "-O1 -frounding-math",
-        "-O1 -fsignaling-nans",
-        "-O1 -fno-math-errno",
-        "-O1 -fcx-limited-range",
-        "-O1 -fexcess-precision=fast",
-        "-O1 -ffloat-store",
-        "-O1 -mlong-double-64",
-        "-O1 -fshort-enums",
-        "-O1 -funsigned-char",
-        "-O1 -fwrapv",
-        "-O1 -ftrapv",
-        "-O2 -fno-strict-aliasing",
-        "-O1 -fpack-struct",
-        "-O1 -fno-common",
-        "-O1 -fno-builtin",
-        "-O1 -ffreestanding",
-        "-O1 -std=gnu2x",
-        "-O1 -fsanitize=undefined -fno-sanitize-recover=all",
-    ],
-    "clang-14": [
-        "-O0",
-        "-O2",
-        "-O3",
-        "-Oz",
-        "-O2 -mfma",
-        "-O3 -march=x86-64-v3",
-        "-O2 -mfma -ffp-contract=fast",
-        "-O1 -ffp-model=strict",
-        "-O2 -mrecip=all",
-        "-O2 -funsafe-math-optimizations",
-        "-O2 -fassociative-math -fno-signed-zeros",
-        "-O2 -freciprocal-math",
-        "-O1 -fno-signed-zeros",
-        "-O1 -fapprox-func",
-        "-O1 -fno-honor-nans",
-        "-O1 -fno-honor-infinities",
-        "-O1 -frounding-math",
-        "-O1 -fdenormal-fp-math=positive-zero",
-        "-O1 -fshort-enums",
-        "-O1 -funsigned-char",
-        "-O1 -fwrapv",
-    ],
-}
 TOGETHER = {
     "gcc": [
         "-O1 -mfma -ffp-contract=fast -mrecip -mpc32 -fno-signed-zeros -fno-trapping-math "
         "-fno-math-errno -fcx-limited-range -fexcess-precision=fast -fno-builtin",
-        "-O2 -march=x86-64-v3 -funroll-loops -std=gnu2x -fno-common -fpack-struct",
+        "-O2 -march=x86-64-v3 -funroll-loops -std=gnu2x -fno-common -fpack-struct -fwrapv",
         "-O0 -frounding-math -fsignaling-nans -ffloat-store -mlong-double-64 -fshort-enums "
         "-funsigned-char -ftrapv -fsanitize=undefined -fno-sanitize-recover=all",
     ],
@@ -116,6 +53,10 @@ TOGETHER = {
         "-O0 -ffp-model=strict -fno-honor-infinities -fshort-enums "
         "-fdenormal-fp-math=positive-zero -funsigned-char -fwrapv",
     ],
+}
+LEVELS = {
+    "gcc": ["-O2", "-O3 -mfma", "-Os", "-Og", "-O2 -flto", "-O2 -fno-strict-aliasing"],
+    "clang-14": ["-O2 -mfma", "-O3 -march=x86-64-v3", "-Oz"],
 }
 # Machines that fuse by default: their disassembly shows whether the library prevents it.
 CROSS = {
@@ -151,21 +92,21 @@ def can_run(flags):
 
 def compiled(one_file, folder, compiler, flags):
     """The objects of the library and of the program."""
-    flags = [*flags.split(), "-w", "-I", ROOT / "lib/include"]
-    return objects(folder, flags, [one_file / "davar.c", FLAGS], [compiler])
+    flags = [*flags.split(), "-w", *PROGRAM_INCLUDE]
+    return objects(folder, flags, [one_file / "davar.c", OPTIONS], [compiler])
 
 
 def bits(one_file, folder, compiler, flags):
     made = compiled(one_file, folder, compiler, flags)
     assert "-flto" in flags or not is_fused(made[0]), "a product and a sum are fused"
-    run(compiler, *flags.split(), "-w", *made, "-o", folder / "flags", "-lm")
-    return run(folder / "flags") if can_run(flags) else None
+    run(compiler, *flags.split(), "-w", *made, "-o", folder / "program", "-lm")
+    return run(folder / "program") if can_run(flags) else None
 
 
 @pytest.fixture(scope="module")
 def expected(one_file, tmp_path_factory):
     found = bits(one_file, tmp_path_factory.mktemp("expected"), "gcc", "-O1 -std=c11")
-    assert re.fullmatch("[0-9a-f]{16}\n", found)
+    assert found.count(" ok ") == found.count("\n") > 40
     return found
 
 
@@ -176,7 +117,7 @@ def test_a_flag_that_bends_arithmetic_is_rejected_by_name(one_file, compiler, fl
     assert REFUSED[compiler][flags] in said
 
 
-@pytest.mark.parametrize("compiler, flags", [*pairs(TOGETHER), *rows(SAME, LONG)])
+@pytest.mark.parametrize("compiler, flags", [*pairs(TOGETHER), *rows(LEVELS, LONG)])
 def test_any_other_flag_leaves_every_bit(one_file, expected, tmp_path, compiler, flags):
     assert bits(one_file, tmp_path, compiler, flags) in (expected, None)
 
@@ -184,8 +125,8 @@ def test_any_other_flag_leaves_every_bit(one_file, expected, tmp_path, compiler,
 def test_a_program_that_flushes_subnormals_gets_the_same_bits(one_file, expected, tmp_path):
     """If it is linked with this flag, a program sets the processor so."""
     made = compiled(one_file, tmp_path, "gcc", "-O1 -std=c11")
-    run("gcc", *made, "-ffast-math", "-o", tmp_path / "flags", "-lm")
-    assert run(tmp_path / "flags") == expected
+    run("gcc", *made, "-ffast-math", "-o", tmp_path / "program", "-lm")
+    assert run(tmp_path / "program") == expected
 
 
 def test_the_disassembly_shows_a_fused_instruction(tmp_path):

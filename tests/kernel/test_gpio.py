@@ -1,6 +1,5 @@
 """Data-ready edges and the alarm on a simulated chip of a real kernel (gpio-sim)."""
 
-import random
 import signal
 
 from kernel_case import ALARM, EDGE, IN_GUEST, NODE, PERIOD_S, Chip, KernelCase, settle
@@ -71,22 +70,6 @@ class Gpio(KernelCase):
         self.assertIn(True, seen[80:140], told)
         self.assertGreaterEqual(told["alarms"], 1)
         self.assertFalse(self.chip.alarm(), "low again at the end")
-
-    def test_policy_glr_raises_the_alarm_when_the_noise_has_changed(self):
-        noise = random.Random(5)
-        quiet, loud = ([round(noise.gauss(0, sigma)) for _ in range(250)] for sigma in (20, 60))
-        law = ["--policy", "glr", "--stride", "10", "--window-max", "600", "--window-min", "20"]
-        law += ["--segment", "0", "--long-cluster", "40"]
-        alarm = ("--alarm", f"{self.chip.name}:{ALARM}")
-        node = self.gateway(self.recording(quiet + loud), *alarm, *law)
-        seen = []
-        for _ in range(500):
-            self.chip.edge()
-            seen.append(self.chip.alarm())
-        told = self.stop(node)
-        self.assertNotIn(True, seen[:250], told)
-        self.assertIn(True, seen[250:400], told)
-        self.assertGreaterEqual(told["alarms"], 1)
 
     def test_a_value_file_is_read_at_each_edge(self):
         value = self.folder / "in_anglvel_z_raw"
