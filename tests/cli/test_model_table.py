@@ -49,6 +49,17 @@ def test_columns_follow_the_allan_deviations(tmp_path):
     assert rows[-1]["model_mean_deviation_4"] != ""
 
 
+def test_a_deviation_is_that_of_the_design(tmp_path):
+    _, rows = compared(tmp_path, table(1.1, 0.05))
+    for row in rows:
+        adev, high = float(row["adev_1"]), float(row["adev_high_1"])
+        # of the cube root of chi-square over edf, whose 2.5 % limit is adev^2 / high^2
+        root = (math.sqrt(1.96**2 + 4 * (1 - (adev / high) ** (2 / 3))) - 1.96) / 2
+        excess = (adev / (1.1 * WHITE)) ** (2 / 3) - 1 + root**2
+        z = excess / math.sqrt(root**2 + (0.1 / 3) ** 2)
+        assert float(row["model_deviation_1"]) == pytest.approx(z, abs=0.02 + 0.02 * abs(z))
+
+
 def test_two_channels_have_a_memory_each(tmp_path):
     quiet, loud = noise_rows(3000), noise_rows(3000, seed=2)
     rows = [[a[0], a[1], f"{2 * float(b[1]):.2f}"] for a, b in zip(quiet, loud)]
