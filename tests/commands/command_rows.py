@@ -69,7 +69,6 @@ ROWS = (
     Row(r"cmake -S davar -B b .*", "tests/consumer/test_install.py"),
     Row(r"cmake -S \. .*|cmake --install .*|conan .*|tools/release .*", soak=True),
     Row(r"pio (run|pkg pack)", "tests/packages/test_platformio.py"),
-    Row(r"compote .*", "tests/packages/test_esp_idf.py"),
     Row(r"dpkg -i .*", "tests/packages/test_debian.py"),
     Row(r"(idf\.py|cpackget|vcpkg) .*", "the tool is in no package of Debian or PyPI"),
     Row(r"python3 tests/betaflight/firmware\.py image", "fetches from the network"),

@@ -17,17 +17,7 @@ import threading
 import time
 from pathlib import Path
 
-from kernel_case import (
-    IN_GUEST,
-    NODE,
-    ROOT,
-    SIM,
-    KernelCase,
-    listeners,
-    near,
-    settle,
-    wait_for,
-)
+from kernel_case import IN_GUEST, NODE, ROOT, SIM, KernelCase, listeners, near, settle, wait_for
 
 pytestmark = IN_GUEST
 

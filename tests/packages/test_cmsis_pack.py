@@ -1,6 +1,5 @@
-"""The CMSIS-Pack. Its schema (PACK.xsd of Open-CMSIS-Pack) is not in a package of Debian, PyPI or
-npm. This test implements the rules for the elements that the description uses. It compiles the
-listed files with the listed paths, from the finished pack.
+"""The CMSIS-Pack: its names agree, and the listed files compile with the listed paths, from the
+finished pack.
 """
 
 import re
@@ -9,54 +8,6 @@ import zipfile
 
 import pytest
 from packaging_tools import CONSUMER, ROOT, run
-
-# PACK.xsd: element -> required children, optional children, required attributes, optional ones
-RULES = {
-    "package": (
-        "name vendor description url releases",
-        "license keywords components",
-        "schemaVersion",
-        "",
-    ),
-    "releases": ("release", "", "", ""),
-    "release": ("", "", "version", "date"),
-    "keywords": ("keyword", "", "", ""),
-    "components": ("component", "", "", ""),
-    "component": ("description files", "RTE_Components_h", "Cclass Cgroup Cversion", "Csub"),
-    "files": ("file", "", "", ""),
-    "file": ("", "", "category name", "scope"),
-}
-VALUES = {
-    "schemaVersion": r"\d+\.\d+(\.\d+)?",
-    "version": r"\d+\.\d+\.\d+",
-    "Cversion": r"\d+\.\d+(\.\d+)?",
-    "date": r"\d{4}-\d\d-\d\d",
-    "Cclass": r".{3,32}",
-    "Cgroup": r".{3,32}",
-    "Csub": r".{3,32}",
-    "category": r"doc|header|include|source",
-    "scope": "private",
-}
-LOCATION = "{http://www.w3.org/2001/XMLSchema-instance}noNamespaceSchemaLocation"
-
-
-def wrong(element):
-    """The errors that the schema would report, for an element and its descendants."""
-    rule = (set(names.split()) for names in RULES.get(element.tag, ("", "", "", "")))
-    must, may, needed, allowed = rule
-    children, attributes = {child.tag for child in element}, set(element.attrib) - {LOCATION}
-    said = [f"without {name}" for name in (must - children) | (needed - attributes)]
-    said += [f"with {name}" for name in (children - must - may) | (attributes - needed - allowed)]
-    said += [
-        f"{name}: {value}"
-        for name, value in element.attrib.items()
-        if name in VALUES and not re.fullmatch(VALUES[name], value)
-    ]
-    if element.tag in ("package", "component"):  # xs:all
-        said += [f"{name} twice" for name in children if len(element.findall(name)) > 1]
-    return [f"{element.tag}: {one}" for one in said] + [
-        x for child in element for x in wrong(child)
-    ]
 
 
 @pytest.fixture(scope="module")
@@ -72,16 +23,6 @@ def pack(draft, tmp_path_factory):
 
 def files_of(tree, category):
     return [file for file in tree.iter("file") if file.get("category") == category]
-
-
-def test_the_description_is_as_the_schema_says(pack):
-    _, tree = pack
-    assert wrong(tree) == []
-    tree = xml.etree.ElementTree.fromstring(xml.etree.ElementTree.tostring(tree))
-    spoiled = {"release": ("version", "1"), "component": ("Cgroup", "x"), "file": ("colour", "red")}
-    for found, (element, attribute) in enumerate(spoiled.items(), 1):  # the check can fail
-        next(tree.iter(element)).set(*attribute)
-        assert len(wrong(tree)) == found
 
 
 def test_names_and_files_agree(pack, draft):

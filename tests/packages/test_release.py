@@ -11,7 +11,6 @@ import sys
 import tarfile
 import zipfile
 from collections import defaultdict
-from unittest import mock
 
 import pytest
 import release
@@ -124,16 +123,6 @@ def test_the_bill_of_materials_is_valid(draft, tools):
     run(tools / "pyspdxtools", "-i", draft.package("*.spdx.json"))
 
 
-def test_a_tree_inside_another_repository_is_read_completely(tmp_path):
-    run("git", "init", "-q", tmp_path)
-    inner = tmp_path.resolve() / "davar"
-    inner.mkdir()
-    (inner / "a.c").write_text("int a;\n")
-    (tmp_path / ".gitignore").write_text("davar\n")
-    with mock.patch.object(release, "ROOT", inner):
-        assert release.tree() == ["a.c"]
-
-
 @pytest.mark.parametrize("seconds", ("soon", "-1", "1"))
 def test_a_wrong_time_is_rejected(tmp_path, seconds):
     said = run(*NO_DEB, tmp_path / "new", status=2, SOURCE_DATE_EPOCH=seconds)
@@ -166,9 +155,3 @@ def test_rejected_calls(tmp_path):
     assert "already exists" in run(*NO_DEB, tmp_path, status=2)
     with pytest.raises(release.Refused, match="@NOBODY@"):
         release.fill("version @NOBODY@", {"VERSION": "1.2.3"})
-
-
-def test_no_package_holds_a_build_or_a_cache(draft):
-    for path in draft.layout.rglob("*"):
-        assert path.name not in ("__pycache__", ".pio", "build", ".git"), path
-        assert path.suffix != ".in"

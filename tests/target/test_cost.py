@@ -12,12 +12,7 @@ import targets
 from on_boards import IN_CI, REFERENCE, figures_of, on_every_board
 
 WORSE = 1.02
-PUSH = (
-    "davar_push_q15",
-    "davar_push_q31",
-    "davar_cascade_push_q15",
-    "davar_cascade_push_q31",
-)
+PUSH = ("davar_push_q15", "davar_push_q31", "davar_cascade_push_q15", "davar_cascade_push_q31")
 # The functions of the laws that a sample calls: push, place and judge of glr, judge of [SONG18].
 LAW_FUNCTIONS = ("glr_push", "glr_place", "glr_judge", "judge_kurtosis", "judge_or", "judge_and")
 # Law glr passes a gap on with the first sample after it; a restart there divides.
