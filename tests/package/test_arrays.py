@@ -133,10 +133,6 @@ def test_so_does_that_of_the_other_arrays(name, value):
         assert value.ndim < 2 and value.dtype.kind in "iuf"
 
 
-
-
-
-
 FIELDS = st.one_of(
     st.floats().map(repr),
     st.integers().map(str),

@@ -100,10 +100,6 @@ def test_common_rules(call):
         refused(next(iter(both)), call, X, 1.0, **both)
 
 
-
-
-
-
 @pytest.mark.parametrize("text", (None, "", MODEL.replace("0.5", "-1"), MODEL.replace("0.4", "x")))
 def test_error_models(elsewhere, text):
     """Others: tests/cli/test_model_table.py."""

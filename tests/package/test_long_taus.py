@@ -112,10 +112,6 @@ def test_the_deviations_are_allantools_own_of_the_means_over_a_hop():
     assert compared == 4
 
 
-
-
-
-
 def here(chunks):
     """The newest row of davar.dynamic, as text, with the options of the week."""
     found = davar.dynamic(

@@ -8,7 +8,6 @@ import re
 import subprocess
 from pathlib import Path
 
-import allantools
 import numpy as np
 import pytest
 from together import davar, expect_equal, expect_printed, recording, simulator
@@ -87,8 +86,6 @@ def test_rates_with_every_policy_and_mode(options):
     x = noise(1)
     found = davar.dynamic(x, RATE_HZ, **options)
     expect_printed(found, printed({"gyro_z_dps": x}, {"rate": RATE_HZ, **options}))
-
-
 
 
 @pytest.mark.parametrize("details", ({}, {"details": True}))
@@ -302,8 +299,6 @@ def test_what_is_not_computed_at_once_is_the_same():
         rates = x * 0.01
         rates[holes] = np.nan
         expect_streamed(rates, lsb=0.01, segment=0, **FIXED)
-
-
 
 
 def with_holes():

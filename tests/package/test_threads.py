@@ -67,8 +67,6 @@ def test_gaps_and_the_end_from_other_threads():
     assert 1 <= stream.health["gaps"] <= 20
 
 
-
-
 def test_an_array_that_pushes_while_it_is_read():
     stream = davar.Stream(100.0, lsb=0.01)
 

@@ -65,10 +65,6 @@ def test_the_words_and_the_seconds_of_allantools_mean_the_same_here(rate_hz):
     np.testing.assert_array_equal(davar.adev(x, 50.0, clusters=[50, 500]), seconds)
 
 
-
-
-
-
 def expect(found, x, gaps=(), rtol=1e-8):
     expected = [by_definition(x, m, gaps) for m in SIZES]
     np.testing.assert_allclose(found.adev, [value for value, _ in expected], rtol=rtol)
@@ -89,8 +85,6 @@ def test_gaps_in_every_form():
         (holes, {"gaps": [101, 200]}, [200]),
     ):
         expect(davar.adev(samples, 10.0, clusters=SIZES, **options), samples, gaps)
-
-
 
 
 @pytest.mark.parametrize("gaps", ([], [7, 8191, 8192, 8193]))

@@ -148,13 +148,7 @@ def test_an_accelerometer_is_analysed_in_its_own_units(folder, opened, tabs):
     expect(page.locator(".tread title").last).to_contain_text("bias instability")
     size = bench.ask("step")["cards"][1]["parameters"][0]["value"]
     assert size == pytest.approx(40 * 9.80665e-6 * 3600, abs=1e-6)  # m/s/h
-    for what, words in (
-        ("toml", 'kind = "velocity_random_walk"'),
-        ("h", "velocity_random_walk: coefficient_m_per_s_per_sqrt_h = 0.1"),
-        ("h", "adev_mps2"),
-        ("kalibr", "accelerometer_noise_density"),
-    ):
-        assert words in bench.saved(what)
+    assert "adev_mps2" in bench.saved("h")
     report = export(page, "report").read_text()
     assert "m/s^2" in report and "deg/s" not in report
 

@@ -278,8 +278,6 @@ class Tabs:
             context.close()
 
 
-
-
 def accessible(page, *about):
     """axe finds nothing wrong."""
     found = Axe().run(page).response["violations"]
