@@ -16,6 +16,7 @@ kind = "bias_instability"
 coefficient_deg_per_h = 5.0
 """
 SENSOR = '[sensor]\nrate_hz = 50.0\ncolumn = "gyro_z_dps"\n'
+FLEET = SENSOR.replace("50.0", "20.0") + BASE.replace("0.3", "0.35").replace("5.0", "8.0")
 
 
 def terms(n=0.3, b=5.0):

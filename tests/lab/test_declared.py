@@ -4,7 +4,6 @@ recording is made here: noise of 16 times the sample rate behind a filter of sci
 
 import csv
 import gzip
-import json
 import os
 import re
 import subprocess
@@ -12,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asking import ROOT, run
+from asking import ROOT, run, said
+from lab_bench import write_csv
 from scipy import signal
 
 RATE, LSB, WINDOW, OVER = 100.0, 0.001, 600, 16
@@ -31,7 +31,7 @@ LOW = '[[effect]]\nkind = "low_pass"\ncutoff_hz = {}\nresponse = "{}"\norder = {
 MEAN = '[[effect]]\nkind = "moving_average"\nsamples = {}\n'
 FIRMWARE = """
 #include "davar/davar.h"
-#include "filter.h"
+#include "f.h"
 #include <stdio.h>
 static const davar_config_t config = {
     .rate_hz = 100.0, .unit_per_count = 0.001, .stride = 600, DAVAR_FIXED(600),
@@ -62,16 +62,17 @@ int main(void)
 """
 
 
+def export(lab, model, *options):
+    """The words of an export."""
+    return ("export", lab.file("m.toml", model), "--to", "plan", "-o", lab.work / "f.h", *options)
+
+
 def exported(lab, model, *options):
     """The text and the JSON of an export, with each command on one line."""
-    output = lab.work / "filter.h"
-    done = run(
-        "export", lab.file("m.toml", model), "--to", "plan", "-o", output, "--json", *options
-    )
-    assert done.returncode == 0, done.stderr
-    text = output.read_text()
+    found = said(*export(lab, model, *options))
+    text = (lab.work / "f.h").read_text()
     assert max(map(len, text.splitlines())) <= 100
-    return re.sub(r" \\\n \* +", " ", text), json.loads(done.stdout)
+    return re.sub(r" \\\n \* +", " ", text), found
 
 
 FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-ffp-contract=off"]
@@ -101,6 +102,35 @@ def simulated(recording, *options):
     done = subprocess.run(words, text=True, capture_output=True)
     assert done.returncode == 0, done.stderr
     return list(csv.DictReader(done.stdout.splitlines()))
+
+
+def band(random, samples, hz, half_width_hz, std):
+    """A line with a width: a carrier whose complex amplitude is a Gauss-Markov process."""
+    memory = np.exp(-2 * np.pi * half_width_hz / RATE)
+    steps = random.normal(0, std * np.sqrt(1 - memory**2), (2, samples + 2000))
+    slow = signal.lfilter([1], [1, -memory], steps)[:, 2000:]
+    turn = 2 * np.pi * hz / RATE * np.arange(samples)
+    return slow[0] * np.cos(turn) - slow[1] * np.sin(turn)
+
+
+def passed(random, samples, cutoff, order):
+    """White noise after an analogue low-pass, sampled."""
+    noise = random.normal(0, ARW / 60 * np.sqrt(OVER * RATE), (samples + 100) * OVER)
+    sections = signal.butter(order, cutoff, fs=OVER * RATE, output="sos")
+    return signal.sosfilt(sections, noise)[100 * OVER :: OVER]
+
+
+def holding(rows, arw):
+    """(windows, those with an interval, those whose interval holds arw)."""
+    limits = [[row[f"arw_{k}_deg_per_sqrt_h"] for k in ("low", "high")] for row in rows]
+    given = [(float(low), float(high)) for low, high in limits if low]
+    return len(rows), len(given), sum(low <= arw <= high for low, high in given)
+
+
+def in_windows(recording, options, column="gyro_z_dps", window=WINDOW):
+    """The results of davar-sim in windows that do not overlap."""
+    words = f"--policy fixed --mode trailing --stride {window} --window-max {window}".split()
+    return simulated(recording, "--column", column, *words, *options)
 
 
 @pytest.mark.slow
@@ -156,7 +186,7 @@ def test_davar_plan_makes_the_plan_of_the_header(lab, library):
         )
         assert done.returncode == 0, done.stderr
         program = done.stdout + (
-            '#include "filter.h"\n#include <string.h>\nint main(void)\n{\n'
+            '#include "f.h"\n#include <string.h>\nint main(void)\n{\n'
             "    static davar_plan_t plan;\n    davar_plan_init_filtered(&plan, "
             "davar_gyro_taus, DAVAR_GYRO_TAU_COUNT, &davar_gyro_filter);\n"
             "    return memcmp(&plan, &ready, sizeof plan) != 0;\n}\n"
@@ -164,92 +194,55 @@ def test_davar_plan_makes_the_plan_of_the_header(lab, library):
         assert subprocess.run([compiled(lab, library, program)]).returncode == 0
 
 
-def band(random, samples, hz, half_width_hz, std):
-    """A line with a width: a carrier whose complex amplitude is a Gauss-Markov process."""
-    memory = np.exp(-2 * np.pi * half_width_hz / RATE)
-    steps = random.normal(0, std * np.sqrt(1 - memory**2), (2, samples + 2000))
-    slow = signal.lfilter([1], [1, -memory], steps)[:, 2000:]
-    turn = 2 * np.pi * hz / RATE * np.arange(samples)
-    return slow[0] * np.cos(turn) - slow[1] * np.sin(turn)
-
-
-def passed(random, samples, cutoff, order):
-    """White noise after an analogue low-pass, sampled."""
-    noise = random.normal(0, ARW / 60 * np.sqrt(OVER * RATE), (samples + 100) * OVER)
-    sections = signal.butter(order, cutoff, fs=OVER * RATE, output="sos")
-    return signal.sosfilt(sections, noise)[100 * OVER :: OVER]
-
-
-def holding(rows, arw):
-    """(windows, those with an interval, those whose interval holds arw)."""
-    limits = [[row[f"arw_{k}_deg_per_sqrt_h"] for k in ("low", "high")] for row in rows]
-    given = [(float(low), float(high)) for low, high in limits if low]
-    return len(rows), len(given), sum(low <= arw <= high for low, high in given)
-
-
-def in_windows(recording, options, column="gyro_z_dps", window=WINDOW):
-    """The results of davar-sim in windows that do not overlap."""
-    words = f"--policy fixed --mode trailing --stride {window} --window-max {window}".split()
-    return simulated(recording, "--column", column, *words, *options)
-
-
-# The printed options give the true ARW, where davar-sim without them is wrong or withholds.
-
-
 def recorded(lab, rates, lsb):
-    recording = lab.work / "rec.csv"
-    lines = [f"{n / RATE:.2f},{round(rate / lsb) * lsb:.7f}" for n, rate in enumerate(rates)]
-    recording.write_text("time_s,gyro_z_dps\n" + "\n".join(lines) + "\n")
-    return recording
+    counted = {"time_s": np.arange(len(rates)) / RATE, "gyro_z_dps": np.round(rates / lsb) * lsb}
+    return write_csv(lab.work / "rec.csv", counted, ["%.2f", "%.7f"])
+
+
+def line(std, hz, half_width_hz):
+    return (
+        f'[[effect]]\nkind = "narrow_band"\nstd_dps = {std}\nfrequency_hz = {hz}\n'
+        f"half_width_hz = {half_width_hz}\n"
+    )
+
+
+SIGMA = ARW / 60 * np.sqrt(RATE)
+SENSORS = {  # name: (how it is made of so many samples, its counts, its model beside white noise)
+    "low-pass and line": (
+        lambda random, n: passed(random, n, 7.0, 1) + band(random, n, 31.4, 0.14, 0.01),
+        0.007,
+        LOW.format(7, "sampled", 1) + line(0.04, 31.4, 0.14),
+    ),
+    "line": (
+        lambda random, n: random.normal(0, SIGMA, n) + band(random, n, 31.4, 0.16, 0.6 * SIGMA),
+        0.005,
+        line(0.6 * SIGMA, 31.4, 0.16),
+    ),
+    "coarse counts": (lambda random, n: random.normal(0, SIGMA, n), 1.2 * SIGMA, ""),
+    "sum with the sample before": (
+        lambda random, n: signal.lfilter([0.85, 0.15], [1], random.normal(0, SIGMA, n)),
+        0.005,
+        MEAN.format(1.18),
+    ),
+}
 
 
 @pytest.mark.slow
-def test_the_intervals_of_the_printed_options_hold_the_true_arw(lab):
-    samples = 90_000
-    sigma = ARW / 60 * np.sqrt(RATE)
-    line = '[[effect]]\nkind = "narrow_band"\nstd_dps = {}\nfrequency_hz = {}\n'
-    line += "half_width_hz = {}\n"
-    for seed, (_, make, lsb, model) in enumerate(
-        (
-            (
-                "low-pass and line",
-                lambda random: (
-                    passed(random, samples, 7.0, 1) + band(random, samples, 31.4, 0.14, 0.01)
-                ),
-                0.007,
-                LOW.format(7, "sampled", 1) + line.format(0.04, 31.4, 0.14),
-            ),
-            (
-                "line",
-                lambda random: (
-                    random.normal(0, sigma, samples)
-                    + band(random, samples, 31.4, 0.16, 0.6 * sigma)
-                ),
-                0.005,
-                line.format(0.6 * sigma, 31.4, 0.16),
-            ),
-            ("coarse counts", lambda random: random.normal(0, sigma, samples), 1.2 * sigma, ""),
-            (
-                "sum with the sample before",
-                lambda random: signal.lfilter([0.85, 0.15], [1], random.normal(0, sigma, samples)),
-                0.005,
-                MEAN.format(1.18),
-            ),
-        ),
-        40,
-    ):
-        recording = recorded(lab, make(np.random.default_rng(seed)), lsb)
-        # The judge rejects some recordings of a line after a low-pass: no fit there.
-        stated = () if "low_pass" in model else ("--recording", recording)
-        _, found = exported(lab, WHITE + model, *stated, "--window", WINDOW)
-        if stated:
-            assert abs(found["lsb_dps"] / lsb - 1) < 1e-3
-        windows, _, held = holding(in_windows(recording, found["options"]), ARW)
-        assert held >= 0.9 * windows
-        default = in_windows(recording, [])
-        values = [float(row[NAME]) for row in default if row[NAME]]
-        assert found["device_default"]
-        assert holding(default, ARW)[2] < 0.8 * windows or abs(np.median(values) / ARW - 1) > 0.05
+@pytest.mark.parametrize("seed, name", enumerate(SENSORS, 40), ids=SENSORS)
+def test_the_printed_options_give_the_true_arw_where_the_default_does_not(lab, seed, name):
+    make, lsb, model = SENSORS[name]
+    recording = recorded(lab, make(np.random.default_rng(seed), 90_000), lsb)
+    # The judge rejects some recordings of a line after a low-pass: no fit there.
+    stated = () if "low_pass" in model else ("--recording", recording)
+    _, found = exported(lab, WHITE + model, *stated, "--window", WINDOW)
+    if stated:
+        assert abs(found["lsb_dps"] / lsb - 1) < 1e-3
+    windows, _, held = holding(in_windows(recording, found["options"]), ARW)
+    assert held >= 0.9 * windows
+    default = in_windows(recording, [])
+    values = [float(row[NAME]) for row in default if row[NAME]]
+    assert found["device_default"]
+    assert holding(default, ARW)[2] < 0.8 * windows or abs(np.median(values) / ARW - 1) > 0.05
 
 
 def test_a_rate_that_is_stated_comes_with_the_gaps_of_the_recording(lab):
@@ -297,92 +290,62 @@ def test_fit_warns_in_one_sentence_where_the_default_of_the_device_is_wrong(lab)
     recording = recorded(lab, passed(random, 90_000, 20.0, 2), LSB)
     model = lab.file("m.toml", WHITE + LOW.format(20, "sampled", 2))
     lines = run("fit", recording, "-m", model).stdout.splitlines()
-    said = [line for line in lines if line.startswith("Without --bandwidth, ")]
-    assert len(said) == 1
-    assert re.search(r"too low in windows of 600 samples; export --to plan", said[0])
-    done = run("fit", recording, "-m", model, "--json")
-    assert said[0] == json.loads(done.stdout)["device_default"]
+    (told,) = [line for line in lines if line.startswith("Without --bandwidth, ")]
+    assert "too low in windows of 600 samples; export --to plan" in told
+    assert told == said("fit", recording, "-m", model)["device_default"]
 
 
 def test_an_arw_that_the_device_cannot_separate_from_a_line_is_refused(lab):
-    line = '[[effect]]\nkind = "{}"\n{} = {}\nfrequency_hz = {}\n'
-    wide = "half_width_hz = 20\n"
+    sine = '[[effect]]\nkind = "sinusoid"\namplitude_dps = 0.02\nfrequency_hz = 1.1\n'
     for model, why in (
         # Lorentzian: its tail is as high as the white noise down to frequency 0.
-        (line.format("narrow_band", "std_dps", 0.1, 20) + wide, "again"),
+        (line(0.1, 20, 20), "again"),
         # A period of 91 samples: the line is in every long cluster size of 600 samples.
-        (line.format("sinusoid", "amplitude_dps", 0.02, 1.1), "Give --window"),
+        (sine, "Give --window"),
     ):
-        output = lab.work / "none.h"
-        model = lab.file("m.toml", WHITE + model)
-        words = ("export", model, "--to", "plan", "--window", "600", "-o", output)
-        done = run(*words)
-        assert (done.returncode, done.stdout) == (2, "")
-        assert re.search(r"\Adavarlab: [^\n]+\n\Z", done.stderr)
-        assert "the device cannot give the model's ARW" in done.stderr
-        assert why in done.stderr
-        assert not output.exists()
-    larger = re.search(r"--window (\d+)", done.stderr)[1]
-    exported(lab, model.read_text(), "--window", larger)
+        told = lab.refused(why, *export(lab, WHITE + model, "--window", 600))
+        assert "the device cannot give the model's ARW" in told
+    exported(lab, WHITE + sine, "--window", re.search(r"--window (\d+)", told)[1])
 
 
-# Of real sensors at rest: the printed options hold the ARW that the lab fits.
+FLICKER = '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 20\n'
+RAMP = '[[effect]]\nkind = "warm_up"\namplitude_dps = 0.1\ntime_constant_s = 300\n'
+BEHIND = "noise_behind_dps = 0.02\n"
+WIDE = line(0.15, 33.2, 2.8)  # its tail is 5 % of the Allan deviation everywhere
+AT_REST = [  # recording, axis, --rate, model beside white noise and flicker
+    ("rimu_lsm_40deg_steps", "x", None, LOW.format(8, "analogue", 1) + BEHIND),
+    ("rimu_lsm_40deg_steps", "z", None, LOW.format(6, "sampled", 1) + BEHIND + WIDE),
+    ("mpu6050_static_11min_jitter", "z", 99.3, line(0.06, 31.38, 0.16)),
+    ("mpu6050_temp_ramp_gaps", "z", None, RAMP),
+    ("adis16405_run1_static", "x", None, MEAN.format(1.17)),
+]
 
 
 @pytest.mark.slow
-def test_the_intervals_hold_the_arw_of_the_lab(lab):
-    line = '[[effect]]\nkind = "narrow_band"\nstd_dps = {}\nfrequency_hz = {}\n'
-    line += "half_width_hz = {}\n"
-    flicker = '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 20\n'
-    ramp = '[[effect]]\nkind = "warm_up"\namplitude_dps = 0.1\ntime_constant_s = 300\n'
-    behind = "noise_behind_dps = 0.02\n"
-    for name, axis, rate, model in (
-        ("rimu_lsm_40deg_steps", "x", None, LOW.format(8, "analogue", 1) + behind),
-        (
-            "rimu_lsm_40deg_steps",
-            "z",
-            None,
-            LOW.format(6, "sampled", 1) + behind + line.format(0.15, 33.2, 2.8),
-        ),
-        ("mpu6050_static_11min_jitter", "z", 99.3, line.format(0.06, 31.38, 0.16)),
-        ("mpu6050_temp_ramp_gaps", "z", None, ramp),
-        ("adis16405_run1_static", "x", None, MEAN.format(1.17)),
-    ):
-        path = REAL / f"{name}.csv.gz"
-        if not path.is_file():
-            pytest.skip(f"needs the recording {path.name}")
-        check(
-            lab,
-            path,
-            f"gyro_{axis}_dps",
-            rate,
-            WHITE.replace("_z_", f"_{axis}_").replace("rate_hz = 100.0\n", ""),
-            flicker + model,
-        )
-
-
-def check(lab, path, column, rate, white, model):
-    start, fitted = lab.file("start.toml", white + model), lab.work / "fitted.toml"
+@pytest.mark.parametrize("name, axis, rate, model", AT_REST)
+def test_the_intervals_of_a_real_sensor_hold_the_arw_of_the_lab(lab, name, axis, rate, model):
+    path = REAL / f"{name}.csv.gz"
+    if not path.is_file():
+        pytest.skip(f"needs the recording {path.name}")
+    white = WHITE.replace("_z_", f"_{axis}_").replace("rate_hz = 100.0\n", "")
+    start, fitted = lab.file("start.toml", white + FLICKER + model), lab.work / "fitted.toml"
     stated = ["--rate", rate] * bool(rate)
     with gzip.open(path, "rt") as file:
-        rows = [line for line in file if not line.startswith("#")][:100_001]
+        rows = [row for row in file if not row.startswith("#")][:100_001]
     recording = lab.file("rec.csv", "".join(rows))
-    done = run("fit", recording, "-m", start, "-o", fitted, "--json", *stated)
+    done = run("fit", recording, "-m", start, "-o", fitted, *stated)
     assert done.returncode == 0, done.stderr
-    text = fitted.read_text()
+    text, words = fitted.read_text(), ("--recording", recording, "--window", WINDOW)
     arw = float(re.search(r"coefficient_deg_per_sqrt_h = (\S+)", text)[1])
-    if "half_width_hz = 2.8" in model:  # its tail is 5 % of the Allan deviation everywhere
-        output = lab.work / "filter.h"
-        words = ("--to", "plan", "-o", output, "--window", "600", "--recording", recording)
-        done = run("export", fitted, *words)
-        assert done.returncode == 2
-        assert "narrow_band changes the Allan deviation at 16 samples" in done.stderr
+    if model.endswith(WIDE):
+        why = "narrow_band changes the Allan deviation at 16 samples"
+        lab.refused(why, *export(lab, text, *words), lines=None)
         return
-    _, found = exported(lab, text, "--recording", recording, "--window", WINDOW, *stated)
+    _, found = exported(lab, text, *words, *stated)
     at_rest = [
         row
-        for row in in_windows(recording, found["options"], column)
-        if "rimu" not in path.name
+        for row in in_windows(recording, found["options"], f"gyro_{axis}_dps")
+        if "rimu" not in name
         or all(
             not first - 1 < float(row["time_s"]) < last + 3 + WINDOW / RATE for first, last in TURNS
         )
@@ -442,22 +405,11 @@ def test_a_filter_that_the_device_does_not_know_is_rejected(lab):
         (WHITE.replace(f"{ARW}\n", "0\n") + low, "no angle_random_walk"),
         (WHITE.replace("rate_hz = 100.0\n", "") + low, "no rate_hz"),
     ):
-        output = lab.work / "none.h"
-        done = run("export", lab.file("m.toml", model), "--to", "plan", "-o", output)
-        assert (done.returncode, done.stdout) == (2, "")
-        assert re.search(r"\Adavarlab: [^\n]+\n\Z", done.stderr)
-        assert why in done.stderr
-        assert not output.exists()
+        lab.refused(why, *export(lab, model))
 
 
 def test_a_model_that_does_not_fit_the_recording_is_rejected(lab):
-    recording = lab.work / "rec.csv"
     values = np.random.default_rng(3).normal(0, 0.05, 20000)
     values[10000:] *= 3
-    lines = [f"{n / RATE:.2f},{value:.6f}" for n, value in enumerate(values)]
-    recording.write_text("time_s,gyro_z_dps\n" + "\n".join(lines) + "\n")
-    model, output = lab.file("m.toml", WHITE + MEAN.format(2)), lab.work / "f.h"
-    done = run("export", model, "--to", "plan", "--recording", recording, "-o", output)
-    assert done.returncode == 2, done.stderr
-    assert "the model does not fit" in done.stderr
-    assert not output.exists()
+    words = export(lab, WHITE + MEAN.format(2), "--recording", recorded(lab, values, 1e-6))
+    lab.refused("the model does not fit", *words, lines=None)

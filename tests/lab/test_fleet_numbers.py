@@ -5,9 +5,6 @@ normal values, hidden effects where there is none.
 import math
 from unittest import mock
 
-import asking  # noqa: F401  (it finds davarlab, and limits the threads before numpy loads)
-
-# isort: split
 import numpy as np
 import pytest
 from davarfleet import limits, population
@@ -37,9 +34,7 @@ def white(coefficient, seed):
 
 @pytest.mark.slow
 def test_units_at_the_limit_and_beside_it_fail_as_often_as_is_stated():
-    error = 1 / math.sqrt(
-        2 * 2000
-    )  # of the logarithm of a standard deviation of 2000 normal values: theory, not the code
+    error = 1 / math.sqrt(2 * 2000)  # of a logarithm of 2000 normal values: theory, not the code
     estimates = [white(0.3, seed) for seed in range(SENSORS)]
     for side in (1, -1):
         for off in (0.0, -1.5, 1.0):  # of the limit from the truth, in standard errors
@@ -55,58 +50,34 @@ def test_units_at_the_limit_and_beside_it_fail_as_often_as_is_stated():
             )
 
 
+def outcome(test, *estimate, **row):
+    return limits.outcome(test, {"coefficients": {"x": list(estimate)}, **row})
+
+
 def test_a_coefficient_with_an_even_interval():
-    rng = np.random.default_rng(2)
-    limit, test = (
-        limits.Limit("x", 0.001, 1),
-        limits.Test((limits.Limit("x", 0.001, 1),), 0.05, False),
-    )
+    rng, reach = np.random.default_rng(2), 2e-4 * CHANCE.normal_95
+    limit = limits.Limit("x", 0.001, 1)
+    test = limits.Test((limit,), 0.05, False)
     values = 0.0012 + 2e-4 * rng.standard_normal(4000)
-    fails = sum(
-        limits.outcome(
-            test, {"coefficients": {"x": [v, v - 1.959964 * 2e-4, v + 1.959964 * 2e-4]}}
-        )[0]
-        == "fail"
-        for v in values
-    )
+    fails = sum(outcome(test, v, v - reach, v + reach)[0] == "fail" for v in values)
     assert within(fails, 4000, limits.chance_of_fail(limit, 0.0012, 2e-4, False, 0.05)), fails
 
 
 def test_what_is_not_known_does_not_pass():
-    test = limits.Test((limits.Limit("x", 1.0, 1),), 0.025, True)
-    assert limits.outcome(
-        test, {"coefficients": {"x": [0.5, None, None]}, "adequacy": "statistical"}
-    ) == ("no result", ["x <= 1"])
-    assert limits.outcome(test, {"coefficients": {}, "adequacy": "statistical"})[0] == "no result"
-    assert (
-        limits.outcome(test, {"coefficients": {"x": [0.0, 0.0, 0.2]}, "adequacy": "statistical"})[0]
-        == "pass"
-    )
-    assert limits.outcome(test, {"coefficients": {"x": [0.5, 0.4, 0.625]}, "adequacy": "no"}) == (
-        "fail",
-        ["model adequate"],
-    )
+    test, fits = limits.Test((limits.Limit("x", 1.0, 1),), 0.025, True), {"adequacy": "statistical"}
+    assert outcome(test, 0.5, None, None, **fits) == ("no result", ["x <= 1"])
+    assert limits.outcome(test, {"coefficients": {}, **fits})[0] == "no result"
+    assert outcome(test, 0.0, 0.0, 0.2, **fits)[0] == "pass"
+    assert outcome(test, 0.5, 0.4, 0.625, adequacy="no") == ("fail", ["model adequate"])
 
 
 def test_the_value_that_95_of_100_units_fail_from():
-    rows = [
-        {
-            "coefficients": {
-                "x": [
-                    v,
-                    v * math.exp(-0.02 * CHANCE.normal_95),
-                    v * math.exp(0.02 * CHANCE.normal_95),
-                ]
-            }
-        }
-        for v in (0.9, 1.0, 1.1)
-    ]
+    wide = math.exp(0.02 * CHANCE.normal_95)
+    rows = [{"coefficients": {"x": [v, v / wide, v * wide]}} for v in (0.9, 1.0, 1.1)]
     test = limits.Test((limits.Limit("x", 1.5, 1),), 0.025, False)
     said = limits.stated(test, rows)[0]
-    assert (
-        abs(limits.chance_of_fail(test.limits[0], said["caught_from"], 0.02, True, 0.025) - 0.95)
-        < 5e-8
-    )
+    chance = limits.chance_of_fail(test.limits[0], said["caught_from"], 0.02, True, 0.025)
+    assert abs(chance - 0.95) < 5e-8
     assert said["median"] == 1.0
 
 
@@ -123,44 +94,39 @@ def test_one_group_in_a_hundred_of_normal_values_has_one():
 
 
 def test_a_unit_with_a_tenth_more_noise_is_found():
-    rng = np.random.default_rng(3)
-    rows = [
-        {
-            "file": str(place),
-            "batch": "",
-            "axis": "z",
-            "outlier": [],
-            "coefficients": {"x": [v, v * 0.99, v / 0.99]},
-        }
-        for place, v in enumerate(np.append(0.3 * np.exp(0.01 * rng.standard_normal(50)), 0.33))
+    noise = np.append(0.3 * np.exp(0.01 * np.random.default_rng(3).standard_normal(50)), 0.33)
+    units = [
+        {"file": str(place), "batch": "", "axis": "z", "outlier": [], "coefficients": coefficients}
+        for place, coefficients in enumerate({"x": [v, v * 0.99, v / 0.99]} for v in noise)
     ]
-    assert [one["file"] for one in population.summary(rows, "z", "", "x")["outliers"]] == ["50"]
+    assert [one["file"] for one in population.summary(units, "z", "", "x")["outliers"]] == ["50"]
 
 
 def rows(gains):
     return [{"gains": {f"kind {place}": value for place, value in enumerate(row)}} for row in gains]
 
 
+def hidden(own, null):
+    """What a batch with these gains hides, beside what chance gives."""
+    return population.hidden(rows(own), "z", "", [row["gains"] for row in rows(null)])
+
+
+def gains(rng, *shape):
+    return rng.chisquare(1, shape) / 2
+
+
 def test_where_nothing_is_hidden_p_is_evenly_spread():
     rng, found = np.random.default_rng(11), []
     with mock.patch.object(population, "PERMUTATIONS", 1000):
         for _ in range(150):
-            own, null = (rng.chisquare(1, (count, 6)) / 2 for count in (40, 30))
-            found.append(
-                min(
-                    one["p_value"]
-                    for one in population.hidden(
-                        rows(own), "z", "", [row["gains"] for row in rows(null)]
-                    )
-                )
-            )
+            own, null = gains(rng, 40, 6), gains(rng, 30, 6)
+            found.append(min(one["p_value"] for one in hidden(own, null)))
     assert stats.kstest(found, "uniform").pvalue > 1e-3
 
 
 def test_a_shift_of_one_kind_is_named_and_p_is_that_of_a_permutation_test():
     rng = np.random.default_rng(5)
-    own, null = (rng.chisquare(1, (count, 1)) / 2 for count in (60, 50))
-    own = own + 0.12
+    own, null = gains(rng, 60, 1) + 0.12, gains(rng, 50, 1)
     reference = stats.permutation_test(
         (np.minimum(own[:, 0], null.max()), null[:, 0]),
         lambda x, y: x.mean() - y.mean(),
@@ -168,8 +134,8 @@ def test_a_shift_of_one_kind_is_named_and_p_is_that_of_a_permutation_test():
         n_resamples=20000,
         rng=np.random.default_rng(1),
     ).pvalue
-    said = population.hidden(rows(own), "z", "", [row["gains"] for row in rows(null)])[0]["p_value"]
-    assert abs(said - reference) <= 4 * math.sqrt(2 * reference / 20000)
+    found = hidden(own, null)[0]["p_value"]
+    assert abs(found - reference) <= 4 * math.sqrt(2 * reference / 20000)
 
 
 def test_of_two_kinds_that_gain_alike_the_simpler_is_named_whichever_falls_below_the_threshold():
@@ -179,7 +145,7 @@ def test_of_two_kinds_that_gain_alike_the_simpler_is_named_whichever_falls_below
     named, kinds = [], ("temperature", "temperature_hysteresis", "gauss_markov")
     for seed in range(120):
         rng = np.random.default_rng(seed)
-        own, null = (rng.chisquare(1, (count, 1)) / 2 for count in (40, 60))
+        own, null = gains(rng, 40, 1), gains(rng, 60, 1)
         own, null = (
             np.hstack([x, x + rng.normal(0, 0.2, x.shape), rng.chisquare(1, x.shape) / 2])
             for x in (own + 0.36, null)
@@ -195,18 +161,12 @@ def test_of_two_kinds_that_gain_alike_the_simpler_is_named_whichever_falls_below
             for place, row in enumerate(np.vstack([own, null[:20]]))
         ]
         with mock.patch.object(population, "PERMUTATIONS", 4000):
-            said = {
-                one["kind"]: one for one in population.hidden_effects(rows) if one["batch"] == "B"
-            }
+            found = population.hidden_effects(rows)
+        said = {one["kind"]: one for one in found if one["batch"] == "B"}
         if any(one["found"] for one in said.values()):
             (one,) = (one for one in said.values() if one["named"])
-            named.append(
-                (
-                    one["kind"],
-                    said["temperature"]["p_value"] < 0.01,
-                    "temperature_hysteresis" in one["alternatives"],
-                )
-            )
+            below = said["temperature"]["p_value"] < 0.01
+            named.append((one["kind"], below, "temperature_hysteresis" in one["alternatives"]))
     assert ("temperature", False, True) in named  # found through the other alone
     assert len(named) > 40
     # by chance twice the scatter is exceeded on a side in one of 44
@@ -216,25 +176,18 @@ def test_of_two_kinds_that_gain_alike_the_simpler_is_named_whichever_falls_below
 
 def test_one_unit_that_shows_it_all_does_not_speak_for_its_batch():
     rng = np.random.default_rng(6)
-    own, null = (rng.chisquare(1, (count, 3)) / 2 for count in (60, 50))
+    own, null = gains(rng, 60, 3), gains(rng, 50, 3)
     own[7, 1] = 500.0
-    said = population.hidden(rows(own), "z", "", [row["gains"] for row in rows(null)])
-    assert min(one["p_value"] for one in said) > 0.01
+    assert min(one["p_value"] for one in hidden(own, null)) > 0.01
 
 
 def test_a_drift_by_date_is_found_within_batches_that_differ():
     rng, days = np.random.default_rng(8), np.arange(60)
+    values = (1 + days % 2) * np.exp(0.002 * days + 0.02 * rng.standard_normal(60))
     rows = [
-        {
-            "batch": "AB"[day % 2],
-            "start_s": 1.77e9 + 86400.0 * day,
-            "coefficients": {"x": [v, v * 0.99, v / 0.99]},
-        }
-        for day, v in zip(
-            days, (1 + days % 2) * np.exp(0.002 * days + 0.02 * rng.standard_normal(60))
-        )
+        {"batch": "AB"[day % 2], "start_s": 1.77e9 + 86400.0 * day, "coefficients": coefficients}
+        for day, coefficients in zip(days, ({"x": [v, v * 0.99, v / 0.99]} for v in values))
     ]
     said = population.trend(rows, "z", "x", "start_s")
-    assert said["low"] < 0.002
-    assert said["high"] > 0.002
+    assert said["low"] < 0.002 < said["high"]
     assert said["p_value"] < 1e-4

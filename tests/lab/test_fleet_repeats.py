@@ -14,6 +14,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import lab_bench
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -22,11 +23,6 @@ from asking import ROOT
 
 pytestmark = pytest.mark.slow
 
-MODEL = (
-    '[sensor]\nrate_hz = 20.0\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
-    "coefficient_deg_per_sqrt_h = 0.35\n"
-    '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 8.0\n'
-)
 UNITS, SECONDS, EFFECT = 16, 100.0, 0.04
 FEATURES = {  # from the widest vectors to the narrowest
     "SkylakeX": {"avx512f", "avx512vl"},
@@ -78,7 +74,7 @@ class Fleet:
         import make_fleet
 
         self.top = top
-        (top / "model.toml").write_text(MODEL)
+        (top / "model.toml").write_text(lab_bench.FLEET)
         make_fleet.make(top / "first", UNITS, EFFECT, SECONDS)
         # units that show what they lack by themselves, two of them of a kind that is hard to tell
         for place in range(4):
@@ -134,14 +130,11 @@ def test_the_fleet_is_worth_repeating(fleet):
     assert any(row["alternatives"] for row in rows)
 
 
-def test_one_worker_in_any_order_with_more_threads(fleet):
+def test_the_same_with_other_workers_order_threads_folder_and_load(fleet):
     names = list(fleet.names)
     random.Random(5).shuffle(names)
     threads = {f"{name}_NUM_THREADS": "4" for name in ("OPENBLAS", "OMP", "MKL")}
     assert_same(fleet.run("first", names, 1, PYTHONHASHSEED="77", **threads), fleet.first)
-
-
-def test_five_workers_on_a_busy_machine_in_another_folder(fleet):
     shutil.copytree(fleet.top / "first", fleet.top / "elsewhere/second")
     with busy():
         found = fleet.run("elsewhere/second", fleet.names[::-1], 5)
