@@ -8,6 +8,7 @@ not proved and exits with status 1 if there is one.
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -18,24 +19,10 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 CONTRACTS = {"slide": ("sum_slide", "slide_any", "slide_octaves")}
 STEPS = 10_000_000  # of a prover for each goal: the same on a busy machine
-OPTIONS = (
-    "-c11",
-    "-machdep",
-    "gcc_x86_64",
-    "-wp",
-    "-wp-rte",
-    "-wp-model",
-    "Typed+Cast",
-    "-wp-prover",
-    "z3,cvc4",
-    "-wp-timeout",
-    "3600",
-    "-wp-par",
-    str(os.cpu_count()),
-    "-kernel-warn-key",
-    "typing:implicit-conv-void-ptr=inactive",
-    "-wp-warn-key",
-    "pedantic-assigns=inactive",
+OPTIONS = shlex.split(
+    "-c11 -machdep gcc_x86_64 -wp -wp-rte -wp-model Typed+Cast -wp-prover z3,cvc4 -wp-timeout 3600 "
+    f"-wp-par {os.cpu_count()} -wp-warn-key pedantic-assigns=inactive "
+    "-kernel-warn-key typing:implicit-conv-void-ptr=inactive"
 )
 
 

@@ -7,6 +7,7 @@ with status 1 if one is not in alarms.txt.
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from collections import namedtuple
@@ -20,16 +21,8 @@ ROOT = HERE.parents[1]
 
 MANIFEST = [path.relative_to(ROOT).as_posix() for path in amalgamate.SOURCES]
 # The pipelines: the sources of a stream.
-STREAM = tuple(
-    source
-    for source in MANIFEST
-    if not source.startswith(
-        tuple(
-            f"lib/src/{room}/"
-            for room in ("filter", "fit", "cascade", "monitor", "select", "state", "wire")
-        )
-    )
-)
+OTHERS = ("filter", "fit", "cascade", "monitor", "select", "state", "wire")
+STREAM = tuple(name for name in MANIFEST if name.split("/")[2] not in OTHERS)
 # sources: in addition to prove_NAME.c; unroll: the largest number of loop iterations that are
 # followed one by one; more: options.
 Proof = namedtuple("Proof", "sources unroll more", defaults=(300, ()))
@@ -40,12 +33,8 @@ PROOFS = {
     ),
     "slcan": Proof(("port/wire/slcan.c",)),
     "number": Proof(
-        (
-            "lib/src/number/machine.c",
-            "lib/src/number/real.c",
-            "lib/src/number/scaled.c",
-            "lib/src/detector/logarithm.c",
-        )
+        tuple(f"lib/src/number/{name}.c" for name in ("machine", "real", "scaled"))
+        + ("lib/src/detector/logarithm.c",)
     ),
     "slide": Proof((), 5000),
     "restore": Proof(
@@ -55,23 +44,10 @@ PROOFS = {
     ),
     "push": Proof(STREAM, more=("-eva-split-return-function", "davar_init_wide:0")),
 }
-OPTIONS = (
-    "-c11",
-    "-eva",
-    "-main",
-    "prove",
-    "-machdep",
-    "gcc_x86_64",
-    "-warn-invalid-pointer",
-    "-warn-special-float",
-    "none",
-    "-eva-slevel",
-    "50",
-    "-eva-split-return",
-    "auto",
-    "-eva-msg-key=-final-states,-initial-state",
-    "-kernel-warn-key",
-    "typing:implicit-conv-void-ptr=inactive",
+OPTIONS = shlex.split(
+    "-c11 -eva -main prove -machdep gcc_x86_64 -warn-invalid-pointer -warn-special-float none "
+    "-eva-slevel 50 -eva-split-return auto -eva-msg-key=-final-states,-initial-state "
+    "-kernel-warn-key typing:implicit-conv-void-ptr=inactive"
 )
 # Functions without code and without a contract: Eva assumes correctly that they change nothing.
 WITHOUT_CODE = {"atomic_thread_fence"}
@@ -108,17 +84,10 @@ def prove(name, bounds=(), root=ROOT):
     flags = " ".join(
         ("-Ilib/include", "-Ilib/src", "-Iport/wire", f"-I{HERE}", "-U__SIZEOF_INT128__", *bounds)
     )
+    command = ["frama-c", *OPTIONS, *proof.more, "-eva-auto-loop-unroll", str(proof.unroll)]
+    command += [f"-cpp-extra-args={flags}", str(HERE / f"prove_{name}.c"), *proof.sources]
     done = subprocess.run(
-        [
-            "frama-c",
-            *OPTIONS,
-            *proof.more,
-            "-eva-auto-loop-unroll",
-            str(proof.unroll),
-            f"-cpp-extra-args={flags}",
-            str(HERE / f"prove_{name}.c"),
-            *proof.sources,
-        ],
+        command,
         cwd=root,
         env={**os.environ, "PWD": str(root)},
         text=True,

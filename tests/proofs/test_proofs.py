@@ -22,76 +22,34 @@ CASES = (
     ("restore", ("-DWIDE=1",)),
 )
 SHORT = ("-DPUSHES=12U", "-DGAPS=2U")
+NARROW, SIZES = ("-DWIDE=0",), ("-DLARGEST=16U",)
+LENGTH = "if (frame->length != message_length(message)) {"
+BARE = "if ((length != bare) && (length != bare + STAMP)) {"
+LEFT = "(left < sizeof part) ? left : sizeof part"
+RING = ("((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring")
+FULL = "gaps->count == gaps->capacity"
+SLIDE, PIPELINE = "lib/src/pipeline/slide.inc", "lib/src/pipeline"
+WIDTH = "typedef int%d_t difference_t"
 # Proof, file, original text, the fault, bounds that are enough to find it.
 FAULTS = (
-    (
-        "decode",
-        "port/wire/decode.c",
-        "if (frame->length != message_length(message)) {",
-        "if (frame->length > 80U) {",
-        (),
-    ),
+    ("decode", "port/wire/decode.c", LENGTH, "if (frame->length > 80U) {", ()),
     ("decode", "port/wire/decode.c", "wire->adev[t] =", "wire->adev[t + 1U] =", ()),
-    (
-        "slcan",
-        "port/wire/slcan.c",
-        "if ((length != bare) && (length != bare + STAMP)) {",
-        "if (length > bare + STAMP) {",
-        (),
-    ),
+    ("slcan", "port/wire/slcan.c", BARE, "if (length > bare + STAMP) {", ()),
     ("slcan", "port/wire/slcan.c", "(length < HEAD)", "(length < HEAD - 1U)", ()),
-    (
-        "number",
-        "lib/src/detector/logarithm.c",
-        "(mantissa >> 26U) & 31U",
-        "(mantissa >> 26U) & 63U",
-        (),
-    ),
+    ("number", "lib/src/detector/logarithm.c", ">> 26U) & 31U", ">> 26U) & 63U", ()),
     ("number", "lib/src/number/real.h", ">> (31U - zeros)", ">> (32U - zeros)", ()),
-    (
-        "slide",
-        "lib/src/pipeline/slide.inc",
-        "*(head - span)",
-        "*(head - span - 1U)",
-        ("-DLARGEST=16U",),
-    ),
-    (
-        "slide",
-        "lib/src/pipeline/type_q15.inc",
-        "typedef int32_t difference_t",
-        "typedef int16_t difference_t",
-        ("-DLARGEST=16U",),
-    ),
-    (
-        "restore",
-        "lib/src/state/image.c",
-        "(left < sizeof part) ? left : sizeof part",
-        "left",
-        ("-DWIDE=0",),
-    ),
-    ("restore", "lib/src/state/image.c", "& 15U]", "& 31U]", ("-DWIDE=0",)),
-    *(
-        (
-            "push",
-            "lib/src/pipeline/allan.inc",
-            "((ring->next < age) ? ring",
-            "((ring->next + 1U < age) ? ring",
-            bounds,
-        )
-        for bounds in (SHORT, ("-DSTRIDE=4", "-DPUSHES=12U", "-DGAPS=0U"))
-    ),
+    ("slide", SLIDE, "*(head - span)", "*(head - span - 1U)", SIZES),
+    ("slide", f"{PIPELINE}/type_q15.inc", WIDTH % 32, WIDTH % 16, SIZES),
+    ("restore", "lib/src/state/image.c", LEFT, "left", NARROW),
+    ("restore", "lib/src/state/image.c", "& 15U]", "& 31U]", NARROW),
+    ("push", f"{PIPELINE}/allan.inc", *RING, SHORT),
+    ("push", f"{PIPELINE}/allan.inc", *RING, ("-DSTRIDE=4", "-DPUSHES=12U", "-DGAPS=0U")),
+    ("push", "lib/src/core/gaps.c", FULL, "gaps->count > gaps->capacity", SHORT),
     (
         "push",
-        "lib/src/core/gaps.c",
-        "gaps->count == gaps->capacity",
-        "gaps->count > gaps->capacity",
-        SHORT,
-    ),
-    (
-        "push",
-        "lib/src/pipeline/type_q31.inc",
-        "typedef int64_t difference_t",
-        "typedef int32_t difference_t",
+        f"{PIPELINE}/type_q31.inc",
+        WIDTH % 64,
+        WIDTH % 32,
         ("-DWIDE=1", "-DPUSHES=4U", "-DGAPS=0U"),
     ),
 )

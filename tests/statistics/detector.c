@@ -1,19 +1,5 @@
 /* The detector of changes: how often it alarms without a change, and its delay after one. Noise of
- * known kind through lib/src/detector; 100 Hz and sigma 20 counts unless stated otherwise.
- *
- *   davar-statistics detector alarms NOISE HOURS PER_HOUR [BLOCK [SEED]]
- *   davar-statistics detector both NOISE HOURS PER_HOUR [BLOCK [SEED]]
- *   davar-statistics detector delay RATIO TRIALS PER_HOUR [BLOCK [SEED [NOISE]]]
- *   davar-statistics detector clusters KIND SHARE HOURS PER_HOUR [HOP [SEED]]
- *   davar-statistics detector later KIND SHARE RATIO TRIALS PER_HOUR [HOP [SEED]]
- *
- * NOISE: half, or one of heavy_noise.h: gauss uniform laplace student5 student4 student3 mixed
- * rare10 rare20 ar. both: also the second channel (clusters of 8 BLOCK), through davar.h. delay:
- * after two minutes sigma is RATIO times as large. clusters and later: the second channel alone, in
- * white noise and KIND (white flicker walk), whose Allan deviation at 4 HOP samples is SHARE times
- * that of the white noise, and after half an hour RATIO times as much. */
-#include "detector.h"
-
+ * known kind through lib/src/detector; 100 Hz and sigma 20 counts. */
 #include "detector/glr.h"
 #include "filter_cases.h"
 #include "filtered_noise.h"
@@ -43,9 +29,9 @@ typedef struct {
 
 /* assumed: the filter for whitening, or NULL. */
 static void start(detector_t *detector, const davar_filter_t *assumed, double rate_hz,
-                  double per_hour, uint32_t block)
+                  double per_hour)
 {
-    const davar_glr_wish_t wish = {rate_hz, per_hour, 300.0, 6000U, block, 2U, false};
+    const davar_glr_wish_t wish = {rate_hz, per_hour, 300.0, 6000U, BLOCK, 2U, false};
     davar_config_t config = davar_default_config;
     memset(detector, 0, sizeof *detector);
     if (assumed != NULL) {
@@ -53,7 +39,7 @@ static void start(detector_t *detector, const davar_filter_t *assumed, double ra
     }
     davar_glr_start(&detector->config, &wish);
     detector->config.floor =
-        davar_glr_floor(block, config.glr.whiten_first, config.glr.whiten_second);
+        davar_glr_floor(BLOCK, config.glr.whiten_first, config.glr.whiten_second);
     davar_glr_reset(&detector->state);
     detector->first = config.glr.whiten_first;
     detector->second = config.glr.whiten_second;
@@ -104,28 +90,26 @@ static const noise_kind_t *kind_of(const char *name)
             return &noise_kinds[i];
         }
     }
-    require(strcmp(name, "half") == 0, "no such noise");
     return &half_kind;
 }
 
 typedef struct {
     double alarms;
     double cuts;
-    double dropped;
     double dispersion;
 } counted_t;
 
 /* Two detectors in the same noise. */
 static void count_alarms(const noise_kind_t *kind, double hours, const double per_hour[2],
-                         uint32_t block, uint64_t seed, counted_t counted[2])
+                         uint64_t seed, counted_t counted[2])
 {
     static detector_t detectors[2];
     source_t source = source_seeded(seed);
     const uint64_t samples = (uint64_t)(hours * 3600.0 * RATE_HZ);
     const int count = (per_hour[1] > 0.0) ? 2 : 1;
     for (int d = 0; d < count; d++) {
-        start(&detectors[d], NULL, RATE_HZ, per_hour[d], block);
-        counted[d] = (counted_t){0.0, 0.0, 0.0, 0.0};
+        start(&detectors[d], NULL, RATE_HZ, per_hour[d]);
+        counted[d] = (counted_t){0.0, 0.0, 0.0};
     }
     for (uint64_t i = 0U; i < samples; i++) {
         const int32_t sample = sample_of(SIGMA * kind->next(&source));
@@ -134,28 +118,25 @@ static void count_alarms(const noise_kind_t *kind, double hours, const double pe
                 const davar_glr_event_t *const event = &detectors[d].event;
                 counted[d].alarms += event->is_alarm ? 1.0 : 0.0;
                 counted[d].cuts += event->is_cut ? 1.0 : 0.0;
-                counted[d].dropped += event->dropped;
                 counted[d].dispersion +=
                     davar_glr_dispersion(&detectors[d].state, GLR_TYPICAL) / 4096.0;
             }
         }
     }
-    const uint64_t blocks = samples / block;
     for (int d = 0; d < count; d++) {
-        counted[d].dispersion /= (double)blocks;
+        counted[d].dispersion /= (double)(samples / BLOCK);
     }
 }
 
 #define QUIET 12000U     /* samples before a step */
 #define PATIENCE 100000U /* samples after it */
-#define TRIALS_MOST 4000U
+#define STEPS 800U
 
 /* Seconds from the step to the alarm, or PATIENCE without an alarm. */
-static double delay_of(source_t *source, const noise_kind_t *kind, double ratio, double per_hour,
-                       uint32_t block)
+static double delay_of(source_t *source, const noise_kind_t *kind, double ratio)
 {
     static detector_t detector;
-    start(&detector, NULL, RATE_HZ, per_hour, block);
+    start(&detector, NULL, RATE_HZ, 0.01);
     const uint32_t quiet = QUIET + (uint32_t)(random_next(&source->random) % 5120U);
     for (uint32_t i = 0U; i < quiet; i++) {
         (void)push(&detector, sample_of(SIGMA * kind->next(source)));
@@ -169,21 +150,16 @@ static double delay_of(source_t *source, const noise_kind_t *kind, double ratio,
     return (double)PATIENCE / RATE_HZ;
 }
 
-static double delays[TRIALS_MOST];
+static double delays[STEPS];
 
-/* Returns their mean. */
-static double measure_delays(const noise_kind_t *kind, double ratio, uint32_t trials,
-                             double per_hour, uint32_t block, uint64_t seed)
+static double median_delay(const noise_kind_t *kind, double ratio, uint64_t seed)
 {
     source_t source = source_seeded(seed + 1U);
-    double sum = 0.0;
-    require((trials > 0U) && (trials <= TRIALS_MOST), "1 to 4000 trials");
-    for (uint32_t i = 0U; i < trials; i++) {
-        delays[i] = delay_of(&source, kind, ratio, per_hour, block);
-        sum += delays[i];
+    for (uint32_t i = 0U; i < STEPS; i++) {
+        delays[i] = delay_of(&source, kind, ratio);
     }
-    qsort(delays, trials, sizeof delays[0], ascending);
-    return sum / trials;
+    qsort(delays, STEPS, sizeof delays[0], ascending);
+    return delays[STEPS / 2U];
 }
 
 /* A row of the table of rates, in which `trials` are hours. Alarms over the stated ones, at 0.1 and
@@ -213,17 +189,15 @@ static void run_rates(const void *of, unsigned trials, uint64_t seed)
     const rates_row_t *const row = of;
     const noise_kind_t *const kind = kind_of(row->name);
     counted_t counted[2];
-    count_alarms(kind, trials, per_hour, BLOCK, seed, counted);
+    count_alarms(kind, trials, per_hour, seed, counted);
     rate("0.1/h", counted[0].alarms, 0.1 * trials);
     rate("1/h", counted[1].alarms, trials);
     value("cuts", counted[0].cuts / trials, 0.1);
     value("f", counted[0].dispersion, 0.0);
     report(row->name, row->holds);
     if (row->in_time != NULL) {
-        (void)measure_delays(kind, 1.5, 800U, 0.01, BLOCK, seed);
-        value("x1.5", delays[400], 0.0);
-        (void)measure_delays(kind, 2.0, 800U, 0.01, BLOCK, seed);
-        value("x2", delays[400], 0.0);
+        value("x1.5", median_delay(kind, 1.5, seed), 0.0);
+        value("x2", median_delay(kind, 2.0, seed), 0.0);
         report(row->name, row->in_time);
     }
 }
@@ -252,7 +226,7 @@ static void run_rare(const void *of, unsigned trials, uint64_t seed)
     double all = 0.0;
     (void)of;
     for (size_t i = 0U; i < COUNT_OF(names); i++) {
-        count_alarms(kind_of(names[i]), trials, per_hour, BLOCK, seed, counted);
+        count_alarms(kind_of(names[i]), trials, per_hour, seed, counted);
         rate("0.02/h", counted[0].alarms, 0.02 * trials);
         all += counted[0].alarms;
     }
@@ -283,7 +257,7 @@ static const setting_t settings[] = {{"100Hz", 100.0, 1.0, 150.0, 1.0},
 
 static filtered_noise_t noise;
 
-#define STEPS 200U
+#define FILTERED_STEPS 200U
 #define STEP_QUIET 4000U
 #define STEP_PATIENCE 6000U
 
@@ -293,8 +267,8 @@ static double step_delay(const davar_filter_t *filter, const davar_filter_t *ass
 {
     static detector_t detector;
     filtered_noise_start(&noise, filter, seed + 1U);
-    for (uint32_t t = 0U; t < STEPS; t++) {
-        start(&detector, assumed, 100.0, 0.5, BLOCK);
+    for (uint32_t t = 0U; t < FILTERED_STEPS; t++) {
+        start(&detector, assumed, 100.0, 0.5);
         const double mean = random_uniform(&noise.random);
         const uint32_t quiet = STEP_QUIET + (uint32_t)(random_next(&noise.random) % 5120U);
         for (uint32_t i = 0U; i < quiet; i++) {
@@ -308,9 +282,9 @@ static double step_delay(const davar_filter_t *filter, const davar_filter_t *ass
         }
         delays[t] = (double)i / 100.0;
     }
-    qsort(delays, STEPS, sizeof delays[0], ascending);
-    *nine = delays[(STEPS * 9U) / 10U];
-    return delays[STEPS / 2U];
+    qsort(delays, FILTERED_STEPS, sizeof delays[0], ascending);
+    *nine = delays[(FILTERED_STEPS * 9U) / 10U];
+    return delays[FILTERED_STEPS / 2U];
 }
 
 /* The settings hear the same noise. `trials`: hours at 100 Hz. Returns the alarms that came over the
@@ -328,7 +302,7 @@ static void count_whitened(const davar_filter_t *filter, unsigned trials, uint64
         const double hours = settings[s].hours * trials / 150.0;
         davar_filter_t assumed = *filter;
         assumed.cutoff *= settings[s].wrong;
-        start(&detectors[s], &assumed, settings[s].rate_hz, settings[s].per_hour, BLOCK);
+        start(&detectors[s], &assumed, settings[s].rate_hz, settings[s].per_hour);
         stated[s] = hours * settings[s].per_hour;
         samples[s] = (uint64_t)(hours * 3600.0 * settings[s].rate_hz);
         most = (samples[s] > most) ? samples[s] : most;
@@ -402,7 +376,7 @@ static void run_coarse(const void *of, unsigned trials, uint64_t seed)
     double count[COARSE_SIGMAS] = {0.0};
     filtered_noise_start(&noise, filter, seed);
     for (size_t s = 0U; s < COARSE_SIGMAS; s++) {
-        start(&detectors[s], filter, 100.0, 1.0, BLOCK);
+        start(&detectors[s], filter, 100.0, 1.0);
     }
     const double mean = random_uniform(&noise.random);
     for (uint64_t i = 0U; i < samples; i++) {
@@ -422,30 +396,14 @@ static void run_coarse(const void *of, unsigned trials, uint64_t seed)
 const group_t group_coarse = {
     "whitened-coarse", ROWS(coarse_rows), run_coarse, 1U, 40U, 0.0, 0U, 0U};
 
-/* What coarse counts cost: after narrow filters whitening then delays the alarm. */
-static void run_coarse_delays(const void *of, unsigned trials, uint64_t seed)
-{
-    static const double sigmas[] = {10.0, 5.0, 3.0, 1.0};
-    const coarse_t *const row = of;
-    const davar_filter_t *const filter = &cases[row->filter].filter;
-    double nine = 0.0;
-    (void)trials;
-    for (size_t s = 0U; s < COUNT_OF(sigmas); s++) {
-        value("whitened", step_delay(filter, filter, sigmas[s], seed, &nine), 0.0);
-    }
-    value("plain", step_delay(filter, NULL, 3.0, seed, &nine), 0.0);
-    value("plain", step_delay(filter, NULL, 1.0, seed, &nine), 0.0);
-    report(row->name, "whitened 0.6:60");
-}
-
-const group_t group_coarse_delays = {
-    "whitened-delays", ROWS(coarse_rows), run_coarse_delays, 1U, 1U, 0.0, 0U, 3U};
-
 /* ---- the second channel, which detects changes of clusters ---- */
 
 #define MARKOV 14U       /* states of the flicker noise, correlated for 1, 2, 4 .. hops */
 #define QUIET_S 1800.0   /* before a change */
 #define PATIENCE_S 600.0 /* after it */
+
+#define HOP 20U /* samples; a cluster has four */
+#define CHANGES_MOST 1000U
 
 typedef enum { WHITE, FLICKER, WALK } slow_t;
 
@@ -453,7 +411,6 @@ typedef enum { WHITE, FLICKER, WALK } slow_t;
 typedef struct {
     random_t random;
     slow_t kind;
-    uint32_t hop;
     double gain; /* of the kind, counts a hop */
     double kept[MARKOV];
     double state[MARKOV];
@@ -485,8 +442,8 @@ static double slow_next(hops_t *hops, double gain)
 static double next_difference(hops_t *hops, double white, double size)
 {
     double difference = 0.0;
-    hops->sum[hops->at % 8U] = (white * sqrt(hops->hop) * random_gauss(&hops->random)) +
-                               slow_next(hops, size * hops->gain);
+    hops->sum[hops->at % 8U] =
+        (white * sqrt(HOP) * random_gauss(&hops->random)) + slow_next(hops, size * hops->gain);
     for (unsigned i = 0U; i < 4U; i++) {
         difference += hops->sum[(hops->at - i) % 8U] - hops->sum[(hops->at + 4U - i) % 8U];
     }
@@ -495,10 +452,10 @@ static double next_difference(hops_t *hops, double white, double size)
 }
 
 /* White noise has D^2 = 2 m sigma^2 on average, and so has the kind. */
-static void start_hops(hops_t *hops, const char *kind, uint32_t hop, uint64_t seed)
+static void start_hops(hops_t *hops, const char *kind, uint64_t seed)
 {
     double squares = 0.0;
-    *hops = (hops_t){.random = random_seeded(seed), .hop = hop, .gain = 1.0};
+    *hops = (hops_t){.random = random_seeded(seed), .gain = 1.0};
     hops->kind =
         (strcmp(kind, "walk") == 0) ? WALK : ((strcmp(kind, "flicker") == 0) ? FLICKER : WHITE);
     for (unsigned i = 0U; i < MARKOV; i++) {
@@ -509,16 +466,15 @@ static void start_hops(hops_t *hops, const char *kind, uint32_t hop, uint64_t se
             const double difference = next_difference(hops, 0.0, 1.0);
             squares += (i < 8U) ? 0.0 : (difference * difference);
         }
-        hops->gain = SIGMA * sqrt(8.0 * hop / (squares / 399992.0));
+        hops->gain = SIGMA * sqrt(8.0 * HOP / (squares / 399992.0));
         memset(hops->state, 0, sizeof hops->state);
     }
 }
 
-static void start_clusters(davar_glr_t *state, davar_glr_config_t *config, double per_hour,
-                           uint32_t hop)
+static void start_clusters(davar_glr_t *state, davar_glr_config_t *config, double per_hour)
 {
     const davar_glr_wish_t wish = {
-        .rate_hz = RATE_HZ, .false_alarms_per_hour = per_hour, .block = hop};
+        .rate_hz = RATE_HZ, .false_alarms_per_hour = per_hour, .block = HOP};
     davar_glr_start_clusters(config, &wish);
     davar_glr_reset(state);
 }
@@ -530,35 +486,34 @@ static bool push_clusters(davar_glr_t *state, const davar_glr_config_t *config, 
     return event.is_alarm;
 }
 
-static double count_clusters(const char *kind, double size, double hours, double per_hour,
-                             uint32_t hop, uint64_t seed)
+/* Alarms at one in 10 h. */
+static double count_clusters(const char *kind, double size, double hours, uint64_t seed)
 {
     static davar_glr_t state;
     static hops_t hops;
     davar_glr_config_t config;
     double count = 0.0;
-    start_hops(&hops, kind, hop, seed);
-    start_clusters(&state, &config, per_hour, hop);
-    const uint64_t all = (uint64_t)(hours * 3600.0 * RATE_HZ / hop);
+    start_hops(&hops, kind, seed);
+    start_clusters(&state, &config, 0.1);
+    const uint64_t all = (uint64_t)(hours * 3600.0 * RATE_HZ / HOP);
     for (uint64_t i = 0U; i < all; i++) {
         count += push_clusters(&state, &config, next_difference(&hops, SIGMA, size)) ? 1.0 : 0.0;
     }
     return count;
 }
 
-/* Returns the share that is detected at all. */
-static double later(const char *kind, double size, double ratio, uint32_t trials, double per_hour,
-                    uint32_t hop, uint64_t seed)
+/* The median of `trials` delays at one false alarm in 100 h. */
+static double later(const char *kind, double size, double ratio, uint32_t trials, uint64_t seed)
 {
+    static double waits[CHANGES_MOST];
     static davar_glr_t state;
     static hops_t hops;
     davar_glr_config_t config;
-    double seen = 0.0;
-    require((trials > 0U) && (trials <= TRIALS_MOST), "1 to 4000 trials");
-    start_hops(&hops, kind, hop, seed);
-    const double hops_hz = (double)RATE_HZ / hop;
+    require((trials > 0U) && (trials <= CHANGES_MOST), "1 to 1000 changes");
+    start_hops(&hops, kind, seed);
+    const double hops_hz = (double)RATE_HZ / HOP;
     for (uint32_t t = 0U; t < trials; t++) {
-        start_clusters(&state, &config, per_hour, hop);
+        start_clusters(&state, &config, 0.01);
         const uint32_t quiet =
             (uint32_t)(QUIET_S * hops_hz) + (uint32_t)(random_next(&hops.random) % 512U);
         for (uint32_t i = 0U; i < quiet; i++) {
@@ -569,16 +524,14 @@ static double later(const char *kind, double size, double ratio, uint32_t trials
                !push_clusters(&state, &config, next_difference(&hops, SIGMA, size * ratio))) {
             i++;
         }
-        delays[t] = i / hops_hz;
-        seen += (delays[t] < PATIENCE_S) ? 1.0 : 0.0;
+        waits[t] = i / hops_hz;
     }
-    qsort(delays, trials, sizeof delays[0], ascending);
-    return seen / trials;
+    qsort(waits, trials, sizeof waits[0], ascending);
+    return waits[trials / 2U];
 }
 
 /* Alarms of both channels in the pipeline. */
-static davar_health_t both(const noise_kind_t *kind, double hours, double per_hour, uint32_t block,
-                           uint64_t seed)
+static davar_health_t both(double hours, double per_hour, uint64_t seed)
 {
     static const uint32_t taus[] = {1U, 2U, 4U, 8U};
     static uint64_t memory[8192];
@@ -596,13 +549,13 @@ static davar_health_t both(const noise_kind_t *kind, double hours, double per_ho
     config.stride = 60U;
     config.glr.false_alarms_per_hour = per_hour;
     config.glr.cut_interval_s = 300.0;
-    config.glr.block = block;
+    config.glr.block = BLOCK;
     config.glr.shock_blocks = 2U;
-    config.glr.long_cluster = 8U * block;
+    config.glr.long_cluster = 8U * BLOCK;
     require(davar_init_q15(&davar, &config, memory, sizeof memory) == DAVAR_OK, "both: init");
     const uint64_t samples = (uint64_t)(hours * 3600.0 * RATE_HZ);
     for (uint64_t i = 0U; i < samples; i++) {
-        const int16_t sample = (int16_t)sample_of(SIGMA * kind->next(&source));
+        const int16_t sample = (int16_t)sample_of(SIGMA * noise_gauss(&source));
         davar_push_q15(&davar, &sample, 1U);
     }
     return davar_health(&davar);
@@ -632,86 +585,14 @@ static void run_clusters(const void *of, unsigned trials, uint64_t seed)
 {
     const clusters_row_t *const row = of;
     if (row->kind == NULL) { /* ten times as many alarms in a tenth of the time */
-        rate("alarms", both(kind_of("gauss"), 0.1 * trials, 1.0, BLOCK, seed).alarms, 0.1 * trials);
+        rate("alarms", both(0.1 * trials, 1.0, seed).alarms, 0.1 * trials);
     } else if (row->ratio > 0.0) {
-        share("seen", later(row->kind, row->size, row->ratio, trials / 2U, 0.01, 20U, seed), 1.0);
-        value("median", delays[trials / 4U], 0.0);
+        value("median", later(row->kind, row->size, row->ratio, trials / 2U, seed), 0.0);
     } else {
-        rate("alarms", count_clusters(row->kind, row->size, trials, 0.1, 20U, seed), 0.1 * trials);
+        rate("alarms", count_clusters(row->kind, row->size, trials, seed), 0.1 * trials);
     }
     report(row->name, row->holds);
 }
 
 const group_t group_clusters = {
     "rates-clusters", ROWS(clusters_rows), run_clusters, 1U, 600U, 0.0, 0U, 0U};
-
-/* ---- the command line ---- */
-
-static double number_at(int argc, char **argv, int at, double otherwise)
-{
-    return (argc > at) ? strtod(argv[at], NULL) : otherwise;
-}
-
-static void print_alarms(const char *name, double hours, double per_hour, uint32_t block,
-                         uint64_t seed)
-{
-    const double rates[2] = {per_hour, 0.0};
-    counted_t counted[2];
-    count_alarms(kind_of(name), hours, rates, block, seed, counted);
-    printf("| %s | %g | %u | %g | %.0f | %.4f | %.2f | %.2f | %.2f |\n", name, per_hour,
-           (unsigned)block, hours, counted[0].alarms, counted[0].alarms / hours,
-           counted[0].cuts / hours, counted[0].dropped / hours, counted[0].dispersion);
-}
-
-static void print_both(const char *name, double hours, double per_hour, uint32_t block,
-                       uint64_t seed)
-{
-    const davar_health_t health = both(kind_of(name), hours, per_hour, block, seed);
-    printf("| %s, both | %g | %u | %g | %u | %.4f | %.2f | %.2f |\n", name, per_hour,
-           (unsigned)block, hours, (unsigned)health.alarms, health.alarms / hours,
-           health.cuts / hours, health.shocks / hours);
-}
-
-int detector_command(int argc, char **argv)
-{
-    const char *const verb = (argc > 1) ? argv[1] : "";
-    const bool is_later = (strcmp(verb, "later") == 0);
-    const int last = (is_later || (strcmp(verb, "clusters") == 0)) ? (is_later ? 6 : 5) : 4;
-    const double per_hour = number_at(argc, argv, last, 0.0);
-    const uint32_t block = (uint32_t)number_at(argc, argv, last + 1, (last == 4) ? 10.0 : 20.0);
-    const uint64_t seed = (uint64_t)number_at(argc, argv, last + 2, 1.0);
-    if (argc <= last) {
-        fputs("usage: davar-statistics detector alarms|both NOISE HOURS PER_HOUR [BLOCK [SEED]] | "
-              "delay RATIO TRIALS PER_HOUR [BLOCK [SEED [NOISE]]] | clusters KIND SHARE HOURS "
-              "PER_HOUR [HOP [SEED]] | later KIND SHARE RATIO TRIALS PER_HOUR [HOP [SEED]]\n",
-              stderr);
-        return 2;
-    }
-    const double hours = strtod(argv[3], NULL);
-    if (strcmp(verb, "alarms") == 0) {
-        print_alarms(argv[2], hours, per_hour, block, seed);
-    } else if (strcmp(verb, "both") == 0) {
-        print_both(argv[2], hours, per_hour, block, seed);
-    } else if (strcmp(verb, "delay") == 0) {
-        const char *const name = (argc > 7) ? argv[7] : "gauss";
-        const uint32_t trials = (uint32_t)hours;
-        const double mean =
-            measure_delays(kind_of(name), strtod(argv[2], NULL), trials, per_hour, block, seed);
-        printf("| %s x%s | %g | %u | %u | %.2f | %.2f | %.2f |\n", name, argv[2], per_hour,
-               (unsigned)block, (unsigned)trials, mean, delays[trials / 2U],
-               delays[(trials * 9U) / 10U]);
-    } else if (is_later) {
-        const uint32_t trials = (uint32_t)strtod(argv[5], NULL);
-        const double seen =
-            later(argv[2], hours, strtod(argv[4], NULL), trials, per_hour, block, seed);
-        printf("| %s %s x%s | %u | %g | %u | %.0f %% | %.1f | %.1f |\n", argv[2], argv[3], argv[4],
-               (unsigned)(4U * block), per_hour, (unsigned)trials, 100.0 * seen,
-               delays[trials / 2U], delays[(trials * 9U) / 10U]);
-    } else {
-        const double length = strtod(argv[4], NULL);
-        const double count = count_clusters(argv[2], hours, length, per_hour, block, seed);
-        printf("| %s %s | %u | %g | %g | %.0f | %.4f |\n", argv[2], argv[3], (unsigned)(4U * block),
-               per_hour, length, count, count / length);
-    }
-    return 0;
-}

@@ -4,10 +4,8 @@
  *   davar-statistics NAME                          as a test: status 1 if a limit is missed
  *   davar-statistics table NAME [TRIALS [SEED]]    with the trials of the documents; also of all
  *                                                  experiments called NAME-...
- *   davar-statistics detector ...                  see detector.c
  *
  * Without arguments it lists the names. */
-#include "detector.h"
 #include "statistics.h"
 
 #include <stdlib.h>
@@ -19,10 +17,9 @@ static const group_t *const groups[] = {
     &group_tails_of_laws,   &group_cascade,  &group_curve,      &group_levels,
     &group_resolved,        &group_monitor,  &group_rates,      &group_rates_other,
     &group_monitor_cascade, &group_rare,     &group_whitened,   &group_coarse,
-    &group_coarse_delays,   &group_clusters, &group_unstable,   &group_tracked,
-    &group_terms,           &group_steady,   &group_days,       &group_changing,
-    &group_switches,        &group_rides,    &group_delays,     &group_fused,
-    &group_faults};
+    &group_clusters,        &group_unstable, &group_tracked,    &group_terms,
+    &group_steady,          &group_days,     &group_changing,   &group_switches,
+    &group_rides,           &group_delays,   &group_fused,      &group_faults};
 
 typedef enum { SHARE, RATE, VALUE } figure_kind_t;
 
@@ -286,9 +283,6 @@ int main(int argc, char **argv)
 {
     const char *const verb = (argc > 1) ? argv[1] : "";
     const bool is_table = (strcmp(verb, "table") == 0) && (argc > 2);
-    if (strcmp(verb, "detector") == 0) {
-        return detector_command(argc - 1, argv + 1);
-    }
     if (is_table || (argc == 2)) {
         const unsigned trials = (argc > 3) ? (unsigned)strtoul(argv[3], NULL, 10) : 0U;
         if (run_groups(argv[is_table ? 2 : 1], is_table, trials, (argc > 4) ? argv[4] : NULL) >
@@ -296,8 +290,7 @@ int main(int argc, char **argv)
             return (missed > 0U) ? 1 : 0;
         }
     }
-    fputs("usage: davar-statistics NAME | table NAME [TRIALS [SEED]] | detector ...\nNAME:",
-          stderr);
+    fputs("usage: davar-statistics NAME | table NAME [TRIALS [SEED]]\nNAME:", stderr);
     for (size_t i = 0U; i < COUNT_OF(groups); i++) {
         fprintf(stderr, " %s", groups[i]->name);
     }

@@ -50,8 +50,6 @@ LONGEST = {
     "cascades": 200,
     "selections": 200,
     "messages": 600,
-    "state": 64,
-    "codec": 128,
     "source": 9000,
     "recording": 300,
     "options": 300,
