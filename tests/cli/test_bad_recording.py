@@ -63,28 +63,33 @@ OUTSIDE = ":101: column gyro_x_dps: value outside the count range (--bits, --lsb
 FLOAT = (
     ":101: column gyro_x_dps: value outside the range of the arithmetic (--arith), found '1e+39'"
 )
+# One field of the table: (row, column, field, the line after the path). The first row is line 2.
+ONE_FIELD = {
+    "unselected column": (99, 2, "a", ":101: column temp_degC: not a number, found 'a'"),
+    "time": (99, 0, "noon", ":101: column time_s: not a number, found 'noon'"),
+    "last row": (199, 2, "x", ":201: column temp_degC: not a number, found 'x'"),
+    "long row": (50, 2, "1,2,3", f"{TOO_LONG} 5"),
+    "zero byte": (50, 2, "1\0x", f":52: {NO_TEXT}00"),
+    "back": (60, 0, "0.58", ":62: column time_s: time runs backwards, found '0.58'"),
+    "above 16 bits": (99, 1, "327.68", f"{OUTSIDE} '327.68'"),
+    "below 16 bits": (99, 1, "-327.69", f"{OUTSIDE} '-327.69'"),
+    "above 24 bits": (99, 1, "83886.08", f"{OUTSIDE} '83886.08'"),
+    "above float32": (99, 1, "1e39", FLOAT),
+}
 # Name: (content, the line after the path).
 CASES = {
-    "unselected column": (
-        with_field(99, 2, "a"),
-        ":101: column temp_degC: not a number, found 'a'",
-    ),
-    "time": (with_field(99, 0, "noon"), ":101: column time_s: not a number, found 'noon'"),
-    "last row": (with_field(199, 2, "x"), ":201: column temp_degC: not a number, found 'x'"),
+    **{name: (with_field(*at), words) for name, (*at, words) in ONE_FIELD.items()},
     "comments": ("# a\n\n" + with_field(9, 0, "x"), ":13: column time_s: not a number, found 'x'"),
     "short row": (
         SHORT_ROW,
         ":52: column temp_degC: row too short: 3 columns in the header, found 2",
     ),
-    "long row": (with_field(50, 2, "1,2,3"), f"{TOO_LONG} 5"),
     "blank line": (with_line(52, ""), ":52: column time_s: empty row between rows, found ''"),
     "comment": (with_line(52, "# stop"), ":52: column time_s: not a number, found '# stop'"),
-    "zero byte": (with_field(50, 2, "1\0x"), f":52: {NO_TEXT}00"),
     "endless line": (
         "time_s,gyro_x_dps\n0,1\n" + "1" * 1000000,
         ":3: line longer than 262144 bytes; not a recording",
     ),
-    "back": (with_field(60, 0, "0.58"), ":62: column time_s: time runs backwards, found '0.58'"),
     "constant time": (CONSTANT, MEDIAN),
     "no time": (RATE_ONLY, ": no column time_s: the sample rate is unknown; give --rate"),
     "name twice": (
@@ -101,10 +106,6 @@ CASES = {
         COUNTS.replace(",77\n", ",12.5\n"),
         ":79: column gyro_x_counts: not a whole count, found '12.5'",
     ),
-    "above 16 bits": (with_field(99, 1, "327.68"), f"{OUTSIDE} '327.68'"),
-    "below 16 bits": (with_field(99, 1, "-327.69"), f"{OUTSIDE} '-327.69'"),
-    "above 24 bits": (with_field(99, 1, "83886.08"), f"{OUTSIDE} '83886.08'"),
-    "above float32": (with_field(99, 1, "1e39"), FLOAT),
     "empty": ("", ":0: empty recording: no header row"),
     "header only": (HEADER, ":1: no rows after the header"),
     "binary": (BINARY, f":1: {NO_TEXT}00"),

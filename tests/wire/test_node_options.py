@@ -45,11 +45,9 @@ TOGETHER = {
     **{f"--out {out}": f"--out: can:IFACE, slcan:PATH, {FORMS} '{out}'"
        for out in ("can:", "lin:0", "mavlink:", "mavlink:udp:")},
     "--out mavlink:udp:127.0.0.1": f"--out: mavlink:udp:127.0.0.1: {HOST}",
-    "--out mavlink:udp:127.0.0.1 --wait": f"--out: mavlink:udp:127.0.0.1: {HOST}",
     "--out mavlink:udp:127.0.0.1:": f"--out: mavlink:udp:127.0.0.1:: {HOST}",
     "--out mavlink:udp::14550": f"--out: mavlink:udp::14550: {HOST}",
     "--out mavlink:udp:127.0.0.1:http": "--out: mavlink:udp:127.0.0.1:http: ",
-    "--out mavlink:udp:127.0.0.1:http --wait": "--out: mavlink:udp:127.0.0.1:http: ",
     "--out mavlink:serial:/nonexistent": f"--out: mavlink:serial:/nonexistent: {NO_FILE}",
     "--out slcan:/nonexistent": f"--out: slcan:/nonexistent: {NO_FILE}",
     "--out slcan:/dev/null": "--out: slcan:/dev/null: ",
@@ -58,7 +56,7 @@ TOGETHER = {
     "--content fd": "--out: slcan:pty: a serial line carries no CAN FD frames",
     "--base 7F0 --channel 1": "--base: channel 1 does not fit into 11-bit identifiers",
     "--policy glr --alarm-on 1": "--alarm-on: cannot be used with --policy glr",
-    **{f"--out {out} --node-id 5": f"--node-id: needs --out {ANY}" for out in ("slcan:pty",)},
+    "--node-id 5": f"--node-id: needs --out {ANY}",
     **{f"--out {out} --system-id 5": "--system-id: needs --out mavlink:.."
        for out in ("slcan:pty", "dronecan:can0", "cyphal:can0")},
     **{f"--out {out} --subject-id 5": "--subject-id: needs --out cyphal:IFACE"

@@ -135,15 +135,6 @@ def test_davar_sim_sends_what_it_prints(name):
     assert {item: n for item, n in health.items() if n and item != "send retries"} == expected
 
 
-def test_davar_sim_sends_a_summary_of_six_frames():
-    sent, _ = on_a_line(
-        SIM, "-", "--lsb", UNIT, *SMALL, "--can-content", "summary", text=text_of([noise(500)])
-    )
-    kinds = [identifier - 0x5D0 for identifier, _ in sent]
-    assert kinds[:12] == [1, 2, 0, 5, 6, 11] * 2
-    assert kinds[60:] == [5] * 19  # ten results, then every counter once more
-
-
 def test_davar_sim_sends_the_deviations_of_a_model(tmp_path):
     table = tmp_path / "model.csv"
     table.write_text("m,adev_dps,relative_tolerance\n1,2,0\n4,1,0.1\n")
