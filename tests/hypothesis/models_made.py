@@ -20,6 +20,9 @@ SCALAR = st.one_of(
     st.just({}),
     st.sampled_from((5e-324, 1.7976931348623157e308, -0.0, 1e100, "x", "y", "bilinear")),
 )
+SIZES = st.one_of(  # of coefficients
+    st.floats(0, 1e9, exclude_min=True), st.sampled_from((5e-324, 1e-300, 1e-5, 2e-6, 1.0, 1e6))
+)
 PRINTED = st.characters(blacklist_categories=("Cs",), blacklist_characters=",\n\r")
 COLUMNS = st.sampled_from(("gyro_z_dps", "gyro_x_rad_s", "accel_x_mps2")) | st.text(
     PRINTED, min_size=1, max_size=8

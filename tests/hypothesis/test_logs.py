@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import writing_logs as writing
-from davarlab import model as models
 from davarlab.data import table
 from davarlab.report import parameters
 from hypothesis import assume, example, given
@@ -285,14 +284,3 @@ def test_arrays_of_any_values(work, rows, kind, clock, ordered, tick):
         exact = Decimal(stamp) * tick[1] / 10**9
         # a nanosecond, as far as the 53 bits of a double reach: 97 days
         assert abs(Decimal(text) - exact) <= max(Decimal("1.1e-9"), abs(exact) * Decimal("3e-16"))
-
-
-def test_a_model_of_a_kalibr_file_can_be_read(work):
-    done = read_by(work, "imu.yaml", KALIBR, ("sheet", "--kalibr", "IN", "-o", "OUT"))
-    assert done.status == 0
-    white, walk = models.read(work / "out").terms
-    degree = 180 / math.pi
-    assert white.parameters == {"coefficient_deg_per_sqrt_h": pytest.approx(1.5e-4 * degree * 60)}
-    assert walk.parameters == {
-        "coefficient_deg_per_h_per_sqrt_h": pytest.approx(2e-6 * degree * 3600 * 60)
-    }

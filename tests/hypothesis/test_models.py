@@ -15,7 +15,7 @@ from davarlab.errors import BadInput
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from lawful import damaged, examples
-from models_made import COLUMNS, SCALAR, terms, text_of, toml_of
+from models_made import COLUMNS, SCALAR, SIZES, terms, text_of, toml_of
 
 RAD = math.pi / 180
 BASE = (
@@ -25,9 +25,6 @@ BASE = (
 LIMITS = (
     "at_limit = 0.02\nadequate = true\n[[limit]]\n"
     'coefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"\nmin = 0.1\nmax = 0.4\n'
-)
-SIZES = st.one_of(
-    st.floats(0, 1e9, exclude_min=True), st.sampled_from((5e-324, 1e-300, 1e-5, 2e-6, 1.0, 1e6))
 )
 
 

@@ -21,15 +21,15 @@ from davarlab.wire import raw
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from lawful import examples, run
+from models_made import SIZES
 
 # deg, m and s
-NAMES = {"deg": 1.0, "mdeg": 1e-3, "rad": 180 / math.pi, "dps": 1.0}
-NAMES |= {"s": 1.0, "h": 3600.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "Hz": 1.0, "samples": 1.0}
-NAMES |= {"m": 1.0, "ug": 9.80665e-6, "mg": 9.80665e-3, "g": 9.80665, "degC": 1.0}
-NAMES |= {"sqrt": math.sqrt}
-SIZES = st.one_of(
-    st.floats(0, 1e9, exclude_min=True), st.sampled_from((5e-324, 1e-300, 1e-5, 2e-6, 1.0, 1e6))
-)
+ANGLES = {"deg": 1.0, "mdeg": 1e-3, "rad": 180 / math.pi, "m": 1.0, "sqrt": math.sqrt}
+OTHERS = {"degC": 1.0, "samples": 1.0}
+SECONDS = {"s": 1.0, "h": 3600.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+GRAVITIES = {"ug": 9.80665e-6, "mg": 9.80665e-3, "g": 9.80665}
+# power of a second in the unit of a coefficient of a gyro; of an accelerometer one less
+KINDS = {-0.5: "angle_random_walk", -1.0: "bias_instability", -1.5: "rate_random_walk"}
 DOUBLES = st.one_of(
     st.floats(),
     st.sampled_from((5e-324, 1.7976931348623157e308, -0.0, 1e-4, 9999.5, 999999.5, 1e6)),
@@ -37,9 +37,12 @@ DOUBLES = st.one_of(
 PLAIN = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
 
 
-def meaning(unit):
-    """A unit in deg, m and s, computed from its name."""
-    return eval(unit.replace("^", "**"), {"__builtins__": {}}, NAMES)
+def meaning(unit, second=1.0):
+    """A unit in deg, m and s, computed from its name; second: the size of a second."""
+    times = {name: size * second for name, size in SECONDS.items()}
+    forces = {name: size / second**2 for name, size in GRAVITIES.items()}
+    names = {**ANGLES, **OTHERS, **times, **forces, "Hz": 1 / second, "dps": 1 / second}
+    return eval(unit.replace("^", "**"), {"__builtins__": {}}, names)
 
 
 def units():
@@ -62,6 +65,16 @@ def test_every_unit_matches_its_name():
     assert len(found) > 30
     for what, factor, wanted in found:
         assert factor == pytest.approx(wanted, rel=1e-12), what
+
+
+@pytest.mark.parametrize(
+    "column, sheet, less", [("gyro_z_dps", kalibr.SHEET, 0), ("accel_z_g", kalibr.ACCEL_SHEET, 1)]
+)
+def test_the_kind_of_a_number_of_a_data_sheet_is_that_of_its_unit(column, sheet, less):
+    for unit in sheet:
+        power = math.log2(meaning(unit, 2.0) / meaning(unit)) + less
+        (kind,) = kalibr.of_sheet([f"1{unit}"], column, None).kinds
+        assert kind == KINDS[round(power, 9)], unit
 
 
 def exported(work, sizes, rate_hz, *options):

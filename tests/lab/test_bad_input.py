@@ -6,6 +6,7 @@ import contextlib
 import errno
 import gzip
 import io
+import json
 import math
 import os
 import pty
@@ -74,14 +75,40 @@ REFUSED = {
     "dbc --channel -1 -o {out}": "--channel: a channel from 0 on expected, found '-1'",
     "dbc -o /nonexistent/my.dbc": "/nonexistent/my.dbc: cannot be written",
 }
-HOT = '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 1\n'
+
+
+def effect(kind, column="gyro_z_dps", **parameters):
+    """A model with one effect."""
+    lines = [f"{name} = {json.dumps(value)}\n" for name, value in parameters.items()]
+    sensor = SENSOR.replace("gyro_z_dps", column)
+    return f'{sensor}[[effect]]\nkind = "{kind}"\n{"".join(lines)}'
+
+
 MODELS = {
     "[sensor\n": "not TOML",
-    SENSOR + '[[effect]]\nkind = "magic"\n': "unknown kind 'magic'",
+    effect("magic"): "unknown kind 'magic'",
     SENSOR + BASE + "speed = 3\n": "no parameter speed",
     SENSOR + BASE.replace("0.3", "-1"): "outside",
     SENSOR.replace("gyro_z", "gyro_q") + BASE: "no column gyro_q_dps",
-    SENSOR + BASE + HOT: "temp_degC",
+    effect("temperature", coefficient_dps_per_degC=1): "temp_degC",
+    effect("telegraph_noise", amplitude_dps=0.01, mean_dwell_s=2.0, levels=2.5): (
+        "levels = 2.5 must be a whole number"
+    ),
+    effect("intermittent_line", frequency_hz=7, amplitude_dps=0.05, start_s=100, stop_s=50): (
+        "intermittent_line: stop_s = 50 is before start_s = 100"
+    ),
+    **{
+        effect("drifting_line", amplitude_dps=0.05, course_hz=course): (
+            "course_hz must be 4 or more frequencies"
+        )
+        for course in ("9 9.2 9.9", "9 fast 9.9 9.7", "9 -9 9 9", "9 nan 9 9")
+    },
+    effect("drifting_line", amplitude_dps=0.05, course_hz="9 9 9 26"): (
+        "course_hz = 26 is above half the sample rate of 50 Hz"
+    ),
+    effect("white_phase_noise", column="phase_s", std=1e-9): (
+        "white_phase_noise has no parameter std (it has: std_s, memory)"
+    ),
     "a = " + "[" * 20000 + "]" * 20000: "bad.toml: nested too deep",
 }
 EVEN = [f"{i / 50:.2f},{(i * 7919) % 101 * 0.01:.2f}" for i in range(1500)]
@@ -166,7 +193,7 @@ def test_results_are_no_recording(lab, rec):
     lab.refused("results of davar-sim", "import", results, "-o", lab.work / "out")
 
 
-@pytest.mark.parametrize("text", MODELS, ids=MODELS.values())
+@pytest.mark.parametrize("text", MODELS, ids=[str(place) for place in range(len(MODELS))])
 def test_bad_models(lab, text):
     recording = lab.file("r.csv", "time_s,gyro_z_dps\n" + "\n".join(EVEN) + "\n")
     lab.refused(MODELS[text], "compare", recording, "-m", lab.file("bad.toml", text))

@@ -14,7 +14,7 @@ from davarfleet import command
 from davarlab import axes, cli
 from davarlab import model as models
 from davarlab.data.recording import Recording
-from davarlab.effects import clocks, table
+from davarlab.effects import table
 from davarlab.errors import BadInput
 from davarlab.inference import allan
 
@@ -164,14 +164,6 @@ def test_a_file_is_read_as_it_was_written():
                     assert abs(value - values[name]) < 5e-13
 
 
-def test_a_wrong_parameter_is_refused_in_the_language_of_the_file():
-    text = '[sensor]\ncolumn = "phase_s"\n[[effect]]\nkind = "white_phase_noise"\nstd = 1e-9\n'
-    with pytest.raises(
-        BadInput, match=r"white_phase_noise has no parameter std \(it has: std_s, memory\)"
-    ):
-        models.of_text(text, "text")
-
-
 def test_single_precision_is_too_coarse():
     recording = Recording({"phase_s": np.zeros(1200, np.float32)}, 1.0, "long.csv")
     with pytest.raises(BadInput, match="long.csv: column phase_s: .* single precision"):
@@ -189,11 +181,6 @@ def test_a_fleet_reads_clocks_and_confirmed_recordings():
     options = cli.parser().parse_args([*words, "--as-recorded"])
     how = command.work_of(options, ["a.csv"], models.Model(1.0, "x_phase_s"))[0].how
     assert (how.clocks, how.as_recorded) == (["x=phase"], True)
-
-
-def test_no_filter_of_a_gyro_is_looked_for_in_a_clock():
-    assert "high_pass" in clocks.not_of("phase_s")
-    assert clocks.not_of("gyro_x_dps") == set()
 
 
 def written(lab, name, header, *columns):

@@ -5,16 +5,14 @@ brute force and simulations with numpy.
 import re
 
 import numpy as np
-import pytest
 from davarlab.candidates import drifting
 from davarlab.candidates.candidate import Candidate
 from davarlab.data import observations, repeats, signals
 from davarlab.data.recording import Recording
-from davarlab.effects import filters, means
-from davarlab.errors import BadInput
+from davarlab.effects import filters
 from davarlab.inference.parts import Bench, Part, part_of
 from davarlab.model import Term
-from lab_bench import BASE, SENSOR, run
+from lab_bench import run
 from scipy import interpolate
 from scipy import signal as scipy_signal
 
@@ -109,16 +107,6 @@ def test_a_model_with_a_course_is_simulated_found_and_explains(lab):
     assert "lacks drifting line: " in done.stdout
     assert re.search(r"course (8\.9|9)\S* to (9\.9|10)\S* Hz \(\d+ knots\)", done.stdout)
     assert run("compare", recording, "-m", lab.work / better).returncode == 0
-
-
-def test_a_course_that_is_none_is_refused_with_what_to_write(lab):
-    for course in ("9 9.2 9.9", "9 fast 9.9 9.7", "9 -9 9 9", "9 nan 9 9"):
-        with pytest.raises(BadInput, match="course_hz must be 4 or more frequencies"):
-            means.course_hz({"course_hz": course})
-    model = lab.file("wrong.toml", SENSOR + BASE + drifting_term("9 9 9 26"))
-    done = run("compare", lab.simulated(seconds=60), "-m", model)
-    assert done.returncode == 2
-    assert "course_hz = 26 is above half the sample rate of 50 Hz" in done.stderr
 
 
 def counted(seed, per_noise, each=1.0, decay=0.0, count=60_000):

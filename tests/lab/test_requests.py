@@ -7,7 +7,6 @@ import json
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import typing
@@ -153,23 +152,6 @@ def test_what_is_no_object_is_refused(page, what):
         status, answer = page.request(f"/api/{what}", text)
         check(status, answer, text[:20])
         assert status == 400
-
-
-def test_paths_that_are_no_files_are_refused_by_name(page, monkeypatch):
-    monkeypatch.chdir(page.folder)
-    os.mkfifo("fifo.csv")
-    os.symlink("loop.csv", "loop.csv")
-    with socket.socket(socket.AF_UNIX) as there:
-        there.bind("socket.csv")
-        for path in (
-            *("fifo.csv", "loop.csv", "socket.csv", ".", "/dev/zero", "/proc/kmsg", "nowhere.csv"),
-            *("a" * 3000, "a/" * 2000),
-        ):
-            for fields in ({"path": path}, {"path": "rec.csv", "model": path}):
-                status, answer = page.call("open", fields)
-                assert status == 400, answer[:300]
-                assert path in json.loads(answer)["error"]
-    assert page.call("open", {"path": "rec.csv"})[0] == 200
 
 
 def refused(own):

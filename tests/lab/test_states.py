@@ -5,9 +5,7 @@ this file.
 import itertools
 
 import numpy as np
-import pytest
 from davarlab import model, simulate
-from davarlab.errors import BadInput
 from davarlab.inference import states
 from lab_scenarios import RATE, telegraph
 from scipy import stats
@@ -52,19 +50,6 @@ def test_the_simulator_makes_what_is_asked_for():
     levels = np.unique(np.round(y - y.min(), 9))
     np.testing.assert_allclose(levels, [0, 0.02, 0.04], atol=1e-9)
     assert abs(2000 / np.sum(np.diff(y) != 0) - 2.0) <= 0.25
-
-
-def test_levels_are_a_whole_number():
-    with pytest.raises(BadInput, match="levels = 2.5 must be a whole number"):
-        model.checked_term(
-            {
-                "kind": "telegraph_noise",
-                "amplitude_dps": 0.01,
-                "mean_dwell_s": 2.0,
-                "levels": 2.5,
-            },
-            "here",
-        )
 
 
 # Decoded paths, one value per sample, places 2 apart.

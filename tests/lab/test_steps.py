@@ -8,7 +8,6 @@ from davarlab import model, simulate
 from davarlab.candidates import intermittent, steps
 from davarlab.data import signals
 from davarlab.diagnosis import improve
-from davarlab.errors import BadInput
 from davarlab.thresholds import LINE, STEP, TRIES
 from scipy import stats
 
@@ -82,9 +81,3 @@ def test_in_a_model_file_it_is_fitted_and_simulated(term, holds):
     entries = improve.fit(made, given)[2]
     for name in holds:
         assert entries[2][name].low <= term[name] <= entries[2][name].high
-
-
-def test_a_visit_that_ends_before_it_begins_is_refused():
-    said = {"frequency_hz": 7.0, "amplitude_dps": 0.05, "start_s": 100.0, "stop_s": 50.0}
-    with pytest.raises(BadInput, match="intermittent_line: stop_s = 50 is before start_s = 100"):
-        model.checked_term({"kind": "intermittent_line", **said}, "here")

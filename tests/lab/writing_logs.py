@@ -67,27 +67,16 @@ def ulog(path, truth, gyros=2):
         message("A", struct.pack("<BH", one, number) + topic.encode())
         for number, (topic, one) in enumerate(topics)
     )
+
+    def data(topic, unit, us, values, temp):
+        return message("D", struct.pack("<HQQI4f", topic, us + 150, us, unit, *values, temp))
+
     for place, us in enumerate(boot_us(truth)):
+        temp = truth.temp[place]
         for unit in range(gyros):
-            out += message(
-                "D",
-                struct.pack(
-                    "<HQQI4f",
-                    unit,
-                    us + 150,
-                    us,
-                    unit,
-                    *(truth.rad_s[:, place] * (unit + 1)),
-                    truth.temp[place],
-                ),
-            )
+            out += data(unit, unit, us, truth.rad_s[:, place] * (unit + 1), temp)
         if place % 2 == 0:
-            out += message(
-                "D",
-                struct.pack(
-                    "<HQQI4f", gyros, us + 150, us, 9, *truth.m_s2[:, place], truth.temp[place]
-                ),
-            )
+            out += data(gyros, 9, us, truth.m_s2[:, place], temp)
     Path(path).write_bytes(out)
 
 
@@ -108,18 +97,10 @@ def dataflash(path, truth, instances=2):
         0x81, 3 + 8 + 1 + 28, b"IMU", b"QBfffffff", b"TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,T"
     )
     for place, us in enumerate(boot_us(truth)):
+        rest = (*truth.m_s2[:, place], truth.temp[place])
         for one in range(instances):
-            out += struct.pack(
-                "<BBBQB7f",
-                0xA3,
-                0x95,
-                0x81,
-                us,
-                one,
-                *(truth.rad_s[:, place] * (one + 1)),
-                *truth.m_s2[:, place],
-                truth.temp[place],
-            )
+            numbers = (*(truth.rad_s[:, place] * (one + 1)), *rest)
+            out += struct.pack("<BBBQB7f", 0xA3, 0x95, 0x81, us, one, *numbers)
     Path(path).write_bytes(out)
 
 
@@ -142,46 +123,33 @@ def vector(store, values):
     return store.types["geometry_msgs/msg/Vector3"](*map(float, values))
 
 
-def imu(store, truth, place, ros1):
-    types = store.types
+def header(store, truth, place, ros1):
     own = {"seq": place} if ros1 else {}
-    header = types["std_msgs/msg/Header"](
-        stamp=stamp_of(store, truth.stamps_ns[place]), frame_id="imu", **own
-    )
-    return types["sensor_msgs/msg/Imu"](
-        header=header,
-        orientation=types["geometry_msgs/msg/Quaternion"](0, 0, 0, 1),
-        orientation_covariance=np.zeros(9),
+    stamp = stamp_of(store, truth.stamps_ns[place])
+    return store.types["std_msgs/msg/Header"](stamp=stamp, frame_id="imu", **own)
+
+
+def imu(store, truth, place, head):
+    unknown = np.zeros(9)
+    return store.types["sensor_msgs/msg/Imu"](
+        header=head,
+        orientation=store.types["geometry_msgs/msg/Quaternion"](0, 0, 0, 1),
+        orientation_covariance=unknown,
         angular_velocity=vector(store, truth.rad_s[:, place]),
-        angular_velocity_covariance=np.zeros(9),
+        angular_velocity_covariance=unknown,
         linear_acceleration=vector(store, truth.m_s2[:, place]),
-        linear_acceleration_covariance=np.zeros(9),
+        linear_acceleration_covariance=unknown,
     )
 
 
-def temperature(store, truth, place, ros1):
-    own = {"seq": place} if ros1 else {}
-    header = store.types["std_msgs/msg/Header"](
-        stamp=stamp_of(store, truth.stamps_ns[place]), frame_id="imu", **own
-    )
-    return store.types["sensor_msgs/msg/Temperature"](
-        header=header, temperature=float(truth.temp[place]), variance=0.0
-    )
+def temperature(store, truth, place, head):
+    kind = store.types["sensor_msgs/msg/Temperature"]
+    return kind(header=head, temperature=float(truth.temp[place]), variance=0.0)
 
 
-def custom_store(stores):
-    store = get_typestore(stores)
-    store.register(get_types_from_msg(CUSTOM, "my_robot/msg/Raw"))
-    return store
-
-
-def custom(store, truth, place, ros1):
-    own = {"seq": place} if ros1 else {}
-    header = store.types["std_msgs/msg/Header"](
-        stamp=stamp_of(store, truth.stamps_ns[place]), frame_id="imu", **own
-    )
+def custom(store, truth, place, head):
     return store.types["my_robot/msg/Raw"](
-        header=header,
+        header=head,
         gyro_dps=truth.gyro[:, place].copy(),
         acc_g=truth.accel[:, place].copy(),
         temp=float(truth.temp[place]),
@@ -196,40 +164,33 @@ KINDS = {
 }  # topic: (type, maker, every how many samples)
 
 
+def fill(bag, truth, topics, ros1):
+    """Writes the messages of the topics, received 0.7 ms late."""
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg(CUSTOM, "my_robot/msg/Raw"))
+    written = store.serialize_ros1 if ros1 else store.serialize_cdr
+    topics = [
+        (bag.add_connection(topic, KINDS[topic][0], typestore=store), *KINDS[topic])
+        for topic in topics
+    ]
+    for place in range(truth.count):
+        head = header(store, truth, place, ros1)
+        for connection, kind, make, every in topics:
+            if place % every == 0:
+                data = written(make(store, truth, place, head), kind)
+                bag.write(connection, int(truth.stamps_ns[place]) + 700_000, data)
+
+
 def ros1(path, truth, topics=("/imu", "/temp")):
-    store = custom_store(Stores.ROS1_NOETIC)
     with rosbag1.Writer(path) as bag:
-        connections = {
-            topic: bag.add_connection(topic, KINDS[topic][0], typestore=store) for topic in topics
-        }
-        for place in range(truth.count):
-            for topic in topics:
-                kind, make, every = KINDS[topic]
-                if place % every == 0:
-                    bag.write(
-                        connections[topic],
-                        int(truth.stamps_ns[place]) + 700_000,
-                        store.serialize_ros1(make(store, truth, place, True), kind),
-                    )
+        fill(bag, truth, topics, True)
 
 
 def ros2(folder, truth, storage, topics=("/imu", "/temp")):
     """The path of the one file in the bag, db3 or mcap."""
-    store = custom_store(Stores.ROS2_HUMBLE)
     plugin = rosbag2.StoragePlugin.MCAP if storage == "mcap" else rosbag2.StoragePlugin.SQLITE3
     with rosbag2.Writer(folder, version=9, storage_plugin=plugin) as bag:
-        connections = {
-            topic: bag.add_connection(topic, KINDS[topic][0], typestore=store) for topic in topics
-        }
-        for place in range(truth.count):
-            for topic in topics:
-                kind, make, every = KINDS[topic]
-                if place % every == 0:
-                    bag.write(
-                        connections[topic],
-                        int(truth.stamps_ns[place]) + 700_000,
-                        store.serialize_cdr(make(store, truth, place, False), kind),
-                    )
+        fill(bag, truth, topics, False)
     return next(Path(folder).glob(f"*.{storage}"))
 
 
