@@ -59,9 +59,7 @@ LEVELS = {
     "clang-14": ["-O2 -mfma", "-O3 -march=x86-64-v3", "-Oz"],
 }
 # Machines that fuse by default: their disassembly shows whether the library prevents it.
-CROSS = {
-    "arm-none-eabi-gcc": ["-O1 -mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard"],
-}
+CROSS = {"arm-none-eabi-gcc": ["-O1 -mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard"]}
 LONG_CROSS = {
     "arm-none-eabi-gcc": ["-Os -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard"],
     "aarch64-linux-gnu-gcc": ["-O1", "-O2"],

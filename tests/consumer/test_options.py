@@ -5,17 +5,7 @@ the same bits. A wrong combination does not compile.
 import re
 
 import pytest
-from compiling import (
-    INCLUDE,
-    OPTIONS,
-    PROGRAM_INCLUDE,
-    ROOT,
-    SOURCES,
-    WARN,
-    attempt,
-    program,
-    run,
-)
+from compiling import INCLUDE, OPTIONS, PROGRAM_INCLUDE, ROOT, SOURCES, WARN, attempt, program, run
 
 FLAGS = [*WARN, "-O0", "-ffp-contract=off"]
 LEAN = ("GRID", "LAWS", "CENTRED", "Q31")

@@ -93,6 +93,7 @@ static void check_frame(const davar_frame_t *frame)
 {
     davar_wire_t wire;
     REQUIRE((frame->length == 8U) || (frame->length == 64U));
+    REQUIRE(davar_frame_crc(frame) == frame->data[0]);
     REQUIRE(davar_decode(frame, DAVAR_WIRE_BASE, &wire) == DAVAR_DECODED);
     if ((wire.message == DAVAR_MESSAGE_ARW) || (wire.message == DAVAR_MESSAGE_ADEV)) {
         REQUIRE(is_magnitude(wire.value));
