@@ -28,7 +28,9 @@ def member(data, extra):
 
 
 def flipped(data, at, bits):
-    return data[:at] + bytes([data[at] ^ bits]) + data[at + 1 :]
+    changed = bytearray(data)
+    changed[at] ^= bits
+    return bytes(changed)
 
 
 def damaged(data, source):
@@ -81,14 +83,8 @@ REJECTED = [
     (WHOLE + b"\x1f", ""),
     (WHOLE + b"\x1f\x8b", "truncated"),
     *((FIRST + SECOND[:length], "truncated") for length in (9, 10, 100, len(SECOND) - 1)),
-    *(
-        (flipped(FIRST, len(FIRST) - byte, 16) + SECOND, "corrupt gzip data")
-        for byte in range(1, 9)
-    ),
-    *(
-        (FIRST + flipped(SECOND, len(SECOND) - byte, 16), "corrupt gzip data")
-        for byte in range(1, 9)
-    ),
+    *((flipped(FIRST, -byte, 16) + SECOND, "corrupt gzip data") for byte in range(1, 9)),
+    *((FIRST + flipped(SECOND, -byte, 16), "corrupt gzip data") for byte in range(1, 9)),
 ]
 
 

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from planner import costs, sensors
 from planner.design import Design
-from planner.wishes import Wishes
 from planner_case import (
     EXAMPLE,
     ROOT,
@@ -30,7 +29,6 @@ from planner_case import refused as refused_by
 from scipy import signal, stats
 
 COSTS = json.loads((ROOT / "tools/plan/planner/costs.json").read_text())
-RECORDED = json.loads((ROOT / "docs/cost.json").read_text())
 SUM_BITS = {"int16": 32, "int32": 80, "float": 66}  # W m^2 of exact sums, lib/DESIGN.md (2.4)
 
 
@@ -409,26 +407,3 @@ def test_ram_is_what_the_compiler_allocates_for_the_written_files(words, tmp_pat
     constant = ("config", "slow")  # in flash on a board
     ram = sum(8 * math.ceil(size / 8) for name, size in sizes.items() if name not in constant)
     assert planned(words)["ram_bytes"] == ram
-
-
-@pytest.mark.parametrize("core", RECORDED)
-def test_memory_is_what_an_instance_needed_on_the_board(core):
-    """docs/cost.json: 8 cluster sizes, a window of 600. The macros of davar/instance.h have 16
-    bytes more, for a law that a fixed window does not have.
-    """
-    recorded, sizes = RECORDED[core], COSTS[core]["sizes"]
-    assert sizes["instance"] == recorded["state_bytes"]
-    assert 8 * math.ceil(sizes["plan"][7] / 8) == recorded["plan_bytes"]
-    assert sizes["result"][0] + 8 * sizes["result"][1] == recorded["result_bytes"]
-    taus = tuple(2**i for i in range(8))
-    for law, engine, stride, figure, more in (
-        ("fixed", "slide", 1, "ram_bytes", 16),
-        ("fixed", "slide", 2, "auto2_ram_bytes", 16),
-        ("fixed", "slide", 60, "auto60_ram_bytes", 16),
-        ("fixed", "grid", 10, "grid10_ram_bytes", 16),
-        ("fixed", "grid", 60, "grid60_ram_bytes", 16),
-        ("glr", "grid", 60, "ram_glr_bytes", 0),
-    ):
-        design = Design(Wishes(100.0, core), law, engine, "arw", 600, 600, stride, taus)
-        found = costs.memory_bytes(design, sizes) + sizes["instance"]
-        assert found == recorded[figure] + more, figure
