@@ -1,9 +1,5 @@
 """A day of davarlab live: its memory does not grow, each result is recorded once, every counter
-adds up.
-
-DAVAR_DAY=node: uses davar-node at 50 Hz with a result every 1.2 s (half an hour, run manually),
-instead of davar-sim with one every two minutes. DAVAR_DAY_HZ: samples per second of davar-sim
-(default 0.1), one result per twelve samples.
+adds up. DAVAR_DAY_HZ: samples per second of davar-sim (default 0.1), one result per twelve samples.
 """
 
 import csv
@@ -17,7 +13,17 @@ import threading
 import time
 from pathlib import Path
 
-from kernel_case import IN_GUEST, NODE, ROOT, SIM, KernelCase, listeners, near, settle, wait_for
+from kernel_case import (
+    IN_GUEST,
+    LIVE_OPTIONS,
+    ROOT,
+    SIM,
+    KernelCase,
+    listeners,
+    near,
+    settle,
+    wait_for,
+)
 
 pytestmark = IN_GUEST
 
@@ -27,7 +33,6 @@ WARM_H = 2  # from here onward nothing may grow
 BLOCKS = 100  # additional memory blocks that Python may hold: less than one per six results
 RSS_KIB = 512
 RATE_HZ = float(os.environ.get("DAVAR_DAY_HZ", "0.1"))
-NODE_HZ, NODE_STRIDE = 50, 60
 
 # Runs davarlab live, and writes a line to a descriptor every hour: blocks and objects that Python
 # holds, resident memory in KiB, open files.
@@ -40,9 +45,9 @@ def tell(*_):
     with open("/proc/self/status", encoding="ascii") as status:
         rss = next(line.split()[1] for line in status if line.startswith("VmRSS"))
     held = sys.getallocatedblocks(), len(gc.get_objects()), rss, len(os.listdir("/proc/self/fd"))
-    os.write(int(sys.argv[3]), (" ".join(map(str, held)) + "\\n").encode())
+    os.write(int(sys.argv[2]), (" ".join(map(str, held)) + "\\n").encode())
 
-source.POLL_S = float(sys.argv[2])
+source.POLL_S = 600
 signal.signal(signal.SIGALRM, tell)
 signal.setitimer(signal.ITIMER_REAL, 3600, 3600)
 sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))
@@ -52,30 +57,14 @@ sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))
 class Day(KernelCase):
     hang_s = 2 * HOURS * 3600
 
-    def live(self, interface, record, poll_s):
+    def live(self, interface, record):
         """Starts it. Its hourly lines go to the file `hours`, the results to the list `shown`."""
         self.hours, self.shown = self.folder / "hours", []
-        options = {
-            "source": f"can:{interface}",
-            "base": 0x5D0,
-            "record": str(record),
-            "raw": None,
-            "count": None,
-            "idle": None,
-            "json": True,
-        }
+        more = {"source": f"can:{interface}", "record": str(record), "json": True}
+        command = [sys.executable, "-B", "-c", LIVE, json.dumps({**LIVE_OPTIONS, **more})]
         with open(self.hours, "wb") as file:
-            process = self.start(
-                sys.executable,
-                "-B",
-                "-c",
-                LIVE,
-                json.dumps(options),
-                poll_s,
-                file.fileno(),
-                cwd=ROOT / "tools/lab",
-                pass_fds=(file.fileno(),),
-            )
+            out = file.fileno()
+            process = self.start(*command, out, cwd=ROOT / "tools/lab", pass_fds=(out,))
         reader = threading.Thread(
             target=lambda: self.shown.extend(self.key(json.loads(line)) for line in process.stdout)
         )
@@ -98,62 +87,14 @@ class Day(KernelCase):
             for _ in range(int(HOURS * 3600 // RUNS * rate)):
                 value = (1103515245 * value + 12345) % 2**31
                 file.write(f"{((value >> 16) % 200 - 100) * 0.01:.2f}\n")
-        options = [
-            SIM,
-            str(path),
-            "--rate",
-            str(rate),
-            "--lsb",
-            "0.01",
-            "--stride",
-            "12",
-            "--progress",
-            "never",
-        ]
-        wanted = list(
-            csv.DictReader(
-                subprocess.run(
-                    options, text=True, stdout=subprocess.PIPE, check=True
-                ).stdout.splitlines()
-            )
-        )
+        options = f"--rate {rate} --lsb 0.01 --stride 12 --progress never".split()
+        options = [SIM, str(path), *options]
+        done = subprocess.run(options, text=True, stdout=subprocess.PIPE, check=True)
+        wanted = list(csv.DictReader(done.stdout.splitlines()))
         for run in range(1, RUNS + 1):
             subprocess.run([*options, "--pace", "4", "--out", f"can:{interface}"], check=True)
             time.sleep(self.start_s + run * HOURS * 3600 / RUNS - time.monotonic())
         return [wanted] * RUNS
-
-    def of_node(self, interface):
-        """Runs of davar-node, whose counts arrive every second."""
-        wanted = []
-        for run in range(RUNS):
-            node = self.start(
-                NODE,
-                "--source",
-                "-",
-                "--rate",
-                NODE_HZ,
-                "--lsb",
-                "0.05",
-                "--stride",
-                NODE_STRIDE,
-                "--out",
-                f"can:{interface}",
-                stdin=subprocess.PIPE,
-            )
-            for second in range(HOURS * 3600 // RUNS):
-                self.feed(node, NODE_HZ, first=second + run)
-                time.sleep(1)
-            told = self.last_words(node)
-            samples = HOURS * 3600 // RUNS * NODE_HZ
-            first = (
-                -(-400 // NODE_STRIDE) * NODE_STRIDE - 1
-            )  # its windows are trailing, and results begin at 400 samples
-            wanted.append([{"epoch": str(epoch)} for epoch in range(first, samples, NODE_STRIDE)])
-            self.assertEqual((samples, len(wanted[-1])), (told["samples"], told["results"]))
-            self.assertLessEqual(set(told), {"samples", "results", "alarms"}, "nothing is lost")
-            print(f"run {run + 1}: {told['results']} results", flush=True)
-            settle()
-        return wanted
 
     def check_memory(self):
         hours = [
@@ -180,11 +121,10 @@ class Day(KernelCase):
                 self.assertLessEqual(after - before, most, (what, hours))
 
     def test_a_day_of_results_is_recorded_completely_in_constant_memory(self):
-        by_node = os.environ.get("DAVAR_DAY") == "node"
         interface, record = self.vcan(), self.folder / "arw.csv"
-        live, reader = self.live(interface, record, 0.05 if by_node else 600)
+        live, reader = self.live(interface, record)
         self.start_s = time.monotonic()
-        wanted = (self.of_node if by_node else self.of_simulator)(interface)
+        wanted = self.of_simulator(interface)
         self.assertAlmostEqual(HOURS * 3600, time.monotonic() - self.start_s, delta=300)
         settle()
         live.send_signal(2)

@@ -198,8 +198,8 @@ def random_examples(hours: float, number: int, folder: Path) -> Done:
 
 def slow_tests(hours: float, number: int, folder: Path) -> Done:
     """Every test marked soak that needs no kernel of its own."""
-    others = [f"--ignore=tests/{name}" for name in ("kernel", "kernel_board")]
-    return timed(pytest("-n2", "--dist=loadgroup", *others, "tests"), "tests", number, folder)
+    words = pytest("-n2", "--dist=loadgroup", "--ignore=tests/kernel", "tests")
+    return timed(words, "tests", number, folder)
 
 
 def m32(hours: float, number: int, folder: Path) -> Done:
@@ -239,12 +239,6 @@ def kernel(hours: float, number: int, folder: Path) -> Done:
     return done
 
 
-def kernel_board(hours: float, number: int, folder: Path) -> Done:
-    """An emulated board connected to such a kernel."""
-    words = pytest("tests/kernel_board")
-    return timed(words, "kernel_board", number, folder, DAVAR_KERNEL=linux())
-
-
 def week(hours: float, number: int, folder: Path) -> Done:
     """Hours of virtual time: davar-sim restarted every two hours, recorded by one davarlab live,
     whose memory must not grow (tests/kernel/test_day.py).
@@ -277,7 +271,6 @@ CHECKS = {
     "tests": Check(ONCE, slow_tests, tuple(PARTS), whole=True, packages=SLOW_TESTS),
     "m32": Check(ONCE, m32, (), whole=True, packages=("gcc-12-multilib",)),
     "kernel": Check(ONCE, kernel, ("kernel",), whole=True),
-    "kernel_board": Check(ONCE, kernel_board, ("kernel_board",), whole=True),
     **{f"mutants-{name}": Check(ONCE, partial(mutants, name), (), whole=True) for name in MUTATED},
     **{f"fuzz-{name}": Check(2.0, partial(fuzz, name), (), packages=FUZZER) for name in LONGEST},
     "hypothesis": Check(1.0, random_examples, ("hypothesis",)),
