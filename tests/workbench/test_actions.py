@@ -2,6 +2,7 @@
 come too late. No browser: the quick gear runs all of it.
 """
 
+import gzip
 import json
 
 import pytest
@@ -58,6 +59,28 @@ def test_another_file_of_the_same_name_takes_nothing_from_the_first(folder, open
 def test_the_command_refuses_what_is_not_there(words):
     done = run("open", "--no-browser", *words)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+
+
+def test_what_is_not_there_or_no_recording_is_refused_in_one_line(opened):
+    bench = opened()
+    for wanted, what, given in (
+        (409, "go", {"number": 3}),  # of a recording that is not open, or not any more
+        (409, "refit", {}),
+        (400, "open", {"path": "nowhere.csv"}),
+        (400, "listen", {"source": "can:nosuch0"}),
+        (400, "listen", {"source": "slcan:/etc/passwd"}),
+    ):
+        status, answer = bench.act(what, **given)
+        assert (status, "\n" in answer["error"]) == (wanted, False), (what, answer)
+    assert bench.tried("step")[0] == 409
+    for name, data in (
+        ("photo.png", b"\x89PNG\r\n\x1a\n\0\0\0"),
+        ("empty.csv", b""),
+        ("words.csv", b"time_s,gyro_z_dps\n0,fast\n"),
+        ("cut.csv.gz", gzip.compress(b"a,b\n1,2\n" * 1000)[:40]),
+    ):
+        status, answer = bench.drop(name, data)
+        assert (status, name in answer["error"], "\n" in answer["error"]) == (400, True, False)
 
 
 def test_a_sight_keeps_its_steps_and_nonsense_is_refused(folder, opened):
