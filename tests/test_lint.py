@@ -43,12 +43,14 @@ def test_clang_format():
     run("clang-format", "--dry-run", "-Werror", *sources(".c", ".h", ".inc"))
 
 
+@pytest.mark.slow
 def test_cppcheck():
     kinds = "--enable=warning,style,performance,portability"
     folders = ("lib/src", "port", "host_sim", "gateway", "python")
     run(*CPPCHECK.split(), kinds, *(f"-I{one}" for one in INCLUDES), *folders)
 
 
+@pytest.mark.slow
 def test_misra_has_the_places_of_its_page(tmp_path):
     """Per rule of MISRA C:2012, lib/ has as many violations as the page lists."""
     words = "--quiet --std=c11 --platform=unix64 --addon=misra --enable=style --max-configs=1 -j2"

@@ -18,6 +18,7 @@ EVERYWHERE = ["tests/conftest.py", "tests/parts.toml", "pyproject.toml", "LICENS
 EVERYWHERE += [f"tools/requirements-{name}.txt" for name in ("lab", "test")]
 # In --all the quick ones; tools/soak proves the others.
 PROVED_EACH_TIME = ("dialects", "readers")
+pytestmark = pytest.mark.slow
 
 
 def copied(folder, names):
@@ -50,7 +51,7 @@ def run(folder, *words):
 def whole_inputs():
     for name, part in PARTS.items():
         if (ROOT / "tests" / name).is_dir() and "." not in part["inputs"]:
-            marks = [pytest.mark.slow] if name in PROVED_EACH_TIME else [pytest.mark.soak]
+            marks = [] if name in PROVED_EACH_TIME else [pytest.mark.soak]
             yield pytest.param(name, marks=marks)
 
 
@@ -96,9 +97,7 @@ def test_the_tests_of_a_module_share_a_worker(small):
     assert len(found) == 2, done.stdout
 
 
-@pytest.mark.parametrize(
-    "words", [(), pytest.param(("-n2", "--dist=loadgroup"), marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("words", [(), ("-n2", "--dist=loadgroup")])
 def test_only_a_change_repeats_a_test_that_passed(small, words):
     first, second = run(small, *words), run(small, *words)
     assert "2 passed" in first.stdout and "2 unchanged" in second.stdout, second.stdout
