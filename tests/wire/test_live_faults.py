@@ -123,16 +123,18 @@ class Place:
         words |= {"raw": str(self.raw), "count": None, "idle": None, "json": True}
         return argparse.Namespace(**words, **others)
 
-    def live(self, sender, out=None):
+    def live(self, sender, shown=None, said=None):
         """Runs the command in this process; returns the lines that it shows, and its messages."""
-        shown, said = io.StringIO(), io.StringIO()
+        shown, said = shown or io.StringIO(), said or io.StringIO()
         with (
             mock.patch.object(live, "Source", sender),
-            contextlib.redirect_stdout(out or shown),
+            contextlib.redirect_stdout(shown),
             contextlib.redirect_stderr(said),
         ):
             assert live.run(self.options()) == 0
-        return shown.getvalue().splitlines(), said.getvalue()
+        shown.seek(0)
+        said.seek(0)
+        return shown.read().splitlines(), said.read()
 
     def recorded(self):
         """(rows, samples) in the files, including the header. Each must be complete."""
@@ -310,8 +312,8 @@ def test_hundreds_of_restarts_use_no_more_memory_or_files(place):
             gc.collect()
             blocks[n], files[n] = sys.getallocatedblocks(), len(os.listdir("/proc/self/fd"))
 
-    with open(os.devnull, "w", encoding="ascii") as shown:
-        _, told = place.live(Sender(parts()), shown)
+    with open(place.folder / "shown", "w+") as shown, open(place.folder / "said", "w+") as said:
+        _, told = place.live(Sender(parts()), shown, said)
     assert f" 0 doubtful samples, {restarts - 1} restarts\n" in told
     assert set(files[warm:]) == {files[warm]}
     half = restarts // 2
