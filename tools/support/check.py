@@ -3,6 +3,7 @@ tools/test. Standard library only.
 """
 
 import argparse
+import contextlib
 import json
 import os
 import shutil
@@ -114,7 +115,8 @@ def main() -> int:
     parser.add_argument("words", nargs="*")
     options = parser.parse_args()
     if options.list:
-        print(listing())
+        with contextlib.suppress(BrokenPipeError):  # of head
+            print(listing(), flush=True)
         return 0
     quick = not options.all and not options.only
     names = [name for name in options.only.split(",") if name] or [
