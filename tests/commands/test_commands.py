@@ -305,18 +305,3 @@ def test_the_benchmark_measures_everything(clone):
     for figures in (found["host"], *itertools.chain(*groups)):
         for name, value in figures.items():
             assert value is not None and value >= 0, name
-
-
-@pytest.mark.soak
-def test_the_recipes_of_the_packages_leave_their_files(clone):
-    run_page(clone, "docs/PACKAGES.md", long=True)
-    for pattern in (
-        "build/root/include/davar/davar.h",
-        "build/root/**/libdavar.a",
-        "build/root/**/davar.pc",
-        "build/deb/libdavar-dev_*.deb",
-        "build/deb/davar-tools_*.deb",
-        "build/packages/SHA256SUMS",
-        "build/packages/*.deb",
-    ):
-        assert list(clone.folder.glob(pattern)), pattern

@@ -10,7 +10,6 @@ from kernel_case import (
     IN_GUEST,
     NODE,
     REPLAY,
-    ROOT,
     SIM,
     KernelCase,
     SerialCan,
@@ -60,26 +59,6 @@ class Values(KernelCase):
             [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"], check=True
         )
         self.assertIn(" 5D8##5", dump.communicate(timeout=20)[0])
-
-    def test_candump_and_cantools_read_it(self):
-        interface = self.vcan()
-        command = f"candump -n 6 {interface} | cantools decode {ROOT}/tools/davar.dbc"
-        decoder = self.start("bash", "-c", command)
-        settle()
-        subprocess.run(
-            [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "summary"], check=True
-        )
-        text, errors = decoder.communicate(timeout=60)
-        arw = float(sim_csv()[0]["arw_deg_per_sqrt_h"])
-        for word in (
-            "DAVAR_State(",
-            "DAVAR_Stationarity(",
-            "DAVAR_Arw(",
-            f"ArwDegPerSqrtH: {arw:.5f}"[:-1],
-            "deg/sqrt(h)",
-            "DAVAR_End(",
-        ):
-            self.assertIn(word, text, errors)
 
 
 class Link(KernelCase):

@@ -3,7 +3,7 @@
 #include "autocovariance.h"
 #include "davar/average.h"
 #include "filter_cases.h"
-#include "low_pass.h"
+#include "filtered_noise.h"
 #include "observed.h"
 #include "statistics.h"
 
@@ -31,19 +31,6 @@ static const case_t sums[] = {
 #define SUM_SIGMAS 4U
 static const double sum_sigmas[SUM_SIGMAS] = {30.0, 3.0, 1.0, 0.6}; /* counts, of a fast sample */
 
-/* The fast gyro, with noise of N = 1 at the rate of the sums. */
-static void make_fast(const davar_filter_t *fast, random_t *random, double rate[], uint32_t count)
-{
-    low_pass_t low_pass = low_pass_of(fast, 1.0);
-    const bool has_two = (fast->poles == 2U);
-    low_pass.state[0] = random_gauss(random);
-    low_pass.state[1] = has_two ? random_gauss(random) : 0.0;
-    for (uint32_t i = 0U; i < count; i++) {
-        const double first = random_gauss(random);
-        rate[i] = low_pass_advance(&low_pass, 0.0, first, has_two ? random_gauss(random) : 0.0);
-    }
-}
-
 static void observe_sums(const double rate[], uint16_t length, double size, double mean,
                          double count)
 {
@@ -64,6 +51,7 @@ static void observe_sums(const double rate[], uint16_t length, double size, doub
 
 static void run_sums(const void *of, unsigned trials, uint64_t seed)
 {
+    static filtered_noise_t source;
     static autocovariance_t noise;
     static double rate[SUMS_WINDOW * SUMMED_MOST];
     static score_t scores[SUM_SIGMAS];
@@ -73,15 +61,17 @@ static void run_sums(const void *of, unsigned trials, uint64_t seed)
     davar_filter_t known = row->filter;
     uint32_t m[DAVAR_TAUS_MAX];
     char label[64];
-    random_t random = random_seeded(seed);
     known.uncertainty = 0.0;
     memset(scores, 0, sizeof scores);
     expect_window(&result, SUMS_WINDOW, m, davar_taus_octave(SUMS_WINDOW, m, DAVAR_TAUS_MAX));
     davar_plan_init_filtered(&plan, m, result.tau_count, &known);
     autocovariance_of(&fast, &noise);
+    filtered_noise_start(&source, &fast, seed);
     for (unsigned i = 0U; i < trials; i++) {
-        const double mean = 100.0 * random_uniform(&random);
-        make_fast(&fast, &random, rate, SUMS_WINDOW * length);
+        const double mean = 100.0 * random_uniform(&source.random);
+        for (uint32_t n = 0U; n < (SUMS_WINDOW * length); n++) {
+            rate[n] = filtered_noise_next(&source, 1.0);
+        }
         for (size_t s = 0U; s < SUM_SIGMAS; s++) {
             const double count = sqrt(length * noise.r[0] / noise.sum) / sum_sigmas[s];
             observe_sums(rate, length, sqrt((double)length / noise.sum) / count, mean, count);

@@ -3,6 +3,7 @@
 #include "autocovariance.h"
 #include "davar/average.h"
 #include "filter_cases.h"
+#include "filtered_noise.h"
 #include "low_pass.h"
 #include "observed.h"
 #include "statistics.h"
@@ -166,32 +167,8 @@ static const view_t views[] = {
 #define VIEWS COUNT_OF(views)
 
 static autocovariance_t of_noise;
-static random_t rng;
+static filtered_noise_t source;
 static double passed[3][LONGEST];
-
-/* Samples of white noise of N = 1 after the filter. */
-static void make_noise(const davar_filter_t *filter, uint32_t window)
-{
-    static double fine[(4U * LONGEST) + 16U];
-    double h[16];
-    low_pass_t low_pass = low_pass_of(filter, filter_decimation(filter));
-    const uint32_t taps = (uint32_t)impulse_response(filter, h);
-    const uint32_t step = (uint32_t)filter_decimation(filter);
-    low_pass.state[0] = random_gauss(&rng);
-    low_pass.state[1] = (filter->poles == 2U) ? random_gauss(&rng) : 0.0;
-    for (uint32_t i = 0U; i < (step * window) + taps; i++) {
-        const double first = random_gauss(&rng);
-        fine[i] = low_pass_advance(&low_pass, 0.0, first,
-                                   (filter->poles == 2U) ? random_gauss(&rng) : 0.0);
-    }
-    const double size = 1.0 / sqrt(of_noise.sum);
-    for (uint32_t i = 0U; i < window; i++) {
-        samples[i] = 0.0;
-        for (uint32_t j = 0U; j < taps; j++) {
-            samples[i] += size * h[j] * fine[(i * step) + j];
-        }
-    }
-}
 
 /* Without a low-pass, a sample is the mean over its time. Moving averages are left out: they would
  * lower short sizes further. */
@@ -291,7 +268,7 @@ static void run_filtered(const case_t *row, uint32_t window, bool is_declared, u
     bool used[VIEWS];
     uint32_t m[DAVAR_TAUS_MAX];
     char label[80];
-    rng = random_seeded(seed);
+    filtered_noise_start(&source, &row->filter, seed);
     expect_window(&result, window, m, davar_taus_octave(window, m, DAVAR_TAUS_MAX));
     autocovariance_of(&row->filter, &of_noise);
     for (size_t v = 0U; v < VIEWS; v++) {
@@ -300,9 +277,10 @@ static void run_filtered(const case_t *row, uint32_t window, bool is_declared, u
         init_plan(&plans[v], views[v].knowledge, &row->filter, m, result.tau_count);
     }
     for (unsigned i = 0U; i < trials; i++) {
-        make_noise(&row->filter, window);
-        memcpy(noise, samples, sizeof noise);
-        const double mean = 100.0 * random_uniform(&rng);
+        const double mean = 100.0 * random_uniform(&source.random);
+        for (uint32_t n = 0U; n < window; n++) { /* of N = 1 */
+            noise[n] = sqrt(of_noise.r[0]) * filtered_noise_next(&source, 1.0);
+        }
         if (window == DRIFT_WINDOW) {
             pass_drifts(&row->filter, i);
         }
