@@ -276,6 +276,7 @@ def test_a_held_out_recording_judges_each_step(folder, opened):
     assert again.ask("all")["held_out"].endswith("two.csv")
     again.done("let_go")
     assert again.ask("all")["held_out"] is None
+    assert opened(one).ask("all")["held_out"] is None  # nor in the session
     fast = noise(folder / "fast.csv", "time_s,gyro_z_dps", step=0.005)
     again.drop("fast.csv", fast.read_bytes(), **{"as": "held-out"})
     status, answer = again.tried("held_out")
