@@ -16,7 +16,9 @@ import urllib.request
 import numpy as np
 import pytest
 from asking import ROOT, run
+from davarlab.errors import BadInput
 from davarlab.workbench import schema
+from davarlab.workbench.steps import Steps
 from davarlab.workbench.visit import visit
 from lab_asgi import TOKEN, Page
 from websockets.sync.client import connect
@@ -187,6 +189,16 @@ def test_a_link_that_comes_later_is_not_written_through(own):
     target.write_bytes(kept)
     assert page.act("refit")[0] == 400
     assert target.read_bytes() == kept
+
+
+def test_markup_in_the_words_of_a_session_is_refused(own):
+    own()
+    whole = json.loads(own.session.read_text())
+    step = whole["trees"][whole["sight"]]["steps"][0]
+    step["did"] = '<a href="https://example.invalid/">x</a>'
+    own.session.write_text(json.dumps(whole))
+    with pytest.raises(BadInput, match="did"):
+        Steps.beside(own.recording)
 
 
 def test_a_held_out_recording_of_a_session_that_is_no_file_is_left(own):

@@ -9,6 +9,7 @@ from dataclasses import replace
 from types import SimpleNamespace as Made
 
 import asking
+import lab_bench
 import numpy as np
 import pytest
 from davarlab import model as models
@@ -254,14 +255,6 @@ def test_no_sentence_is_about_an_effect_that_is_absent():
             assert f"Confirm {words.name(kind)}:" not in said, seed
 
 
-def test_how_far_is_said_of_every_model_that_is_not_perfect():
-    for seed in SEEDS:
-        found = generated(seed).judgement
-        if found.testable and not found.adequate:
-            assert re.search(PLACE, verdict.adequacy(found)), seed
-            assert re.search(r"factor of|times|% (above|below)", verdict.adequacy(found)), seed
-
-
 # What commands and page really say of a recording that no effect describes: the level of its
 # noise changes forty times.
 
@@ -269,10 +262,8 @@ def test_how_far_is_said_of_every_model_that_is_not_perfect():
 def test_everywhere(lab):
     rng = np.random.default_rng(11)
     level = np.repeat(rng.choice([1.0, 4.0], 40), 500)
-    time = np.arange(len(level)) / RATE
-    path = lab.work / "rec.csv"
-    rows = zip(time, 0.02 * level * rng.normal(size=len(level)))
-    path.write_text("time_s,gyro_z_dps\n" + "".join(f"{t:.2f},{y:.9f}\n" for t, y in rows))
+    made = lab_bench.of_gyro(0.02 * level * rng.normal(size=len(level)))
+    path = lab_bench.write_csv(lab.work / "rec.csv", made.columns)
     start, better, page = (lab.work / name for name in ("a.toml", "b.toml", "page.html"))
     asking.run("fit", path, "-o", start)
     assert "# The model does not fit." in start.read_text()
@@ -310,37 +301,28 @@ def test_everywhere(lab):
         assert (verdict.UNKNOWN in said) == (not significant)
 
 
-OFF = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 7200.0}
+OFF = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 600.0}
+BELOW = {**OFF, "percent": -50.0, "ratio": 0.4, "tau_s": 7200.0}
+NO = "The model does not fit. At 2 s, from 0 to 600 s of the recording, its Allan deviation is too "
+SENTENCES = [  # adequacy, largest deviation, words
+    ("statistical", None, "The model fits: no check rejects it (p = 0.20)."),
+    ("practical", None, "The model fits: no deviation is proven (99 % confidence). "),
+    (
+        "practical",
+        {**OFF, "percent": -3.0, "ratio": 0.94},
+        "no deviation above 5 % is proven. The largest proven one is at 2 s, from 0 to 600 s of "
+        "the recording: 6 % below the model (at least 3 % with 99 % confidence).",
+    ),
+    ("no", OFF, NO + "low by a factor of 1.5 (at least 1.12 with 99 % confidence)."),
+    ("no", BELOW, "At 7200 s (2 h), from 0 to 600 s of the recording, its"),
+    ("no", BELOW, "too high by a factor of 2.5 (at least 2 with 99 % confidence)"),
+    ("no", None, "4.33 times that of a true model"),
+]
 
 
-def test_the_judge_has_one_sentence_for_each_word():
-    off = {**OFF, "stop_s": 600.0}
-    below = {**off, "percent": -50.0, "ratio": 0.4, "tau_s": 7200.0}
-    for word, largest, sentence in (
-        ("statistical", None, "The model fits: no check rejects it (p = 0.20)."),
-        ("practical", None, "The model fits: no deviation is proven (99 % confidence). "),
-        (
-            "practical",
-            {**off, "percent": -3.0, "ratio": 0.94},
-            "no deviation above 5 % is proven. The largest proven one is at 2 s, from 0 to "
-            "600 s of the recording: 6 % below the model (at least 3 % with 99 % confidence).",
-        ),
-        (
-            "no",
-            off,
-            "The model does not fit. At 2 s, from 0 to 600 s of the recording, its "
-            "Allan deviation is too low by a factor of 1.5 (at least 1.12 with 99 % "
-            "confidence).",
-        ),
-        (
-            "no",
-            below,
-            "At 7200 s (2 h), from 0 to 600 s of the recording, its Allan deviation is too high",
-        ),
-        ("no", below, "by a factor of 2.5 (at least 2 with 99 % confidence)"),
-        ("no", None, "4.33 times that of a true model"),
-    ):
-        assert sentence in verdict.adequacy(judge.Judgement(word, 0.13, 0.03, 0.2, largest, 1.0))
+@pytest.mark.parametrize("word, largest, sentence", SENTENCES)
+def test_the_judge_has_one_sentence_for_each_word(word, largest, sentence):
+    assert sentence in verdict.adequacy(judge.Judgement(word, 0.13, 0.03, 0.2, largest, 1.0))
 
 
 def test_a_candidate_is_credited_with_what_it_takes_from_the_refit():
@@ -390,3 +372,23 @@ def test_a_column_that_does_not_move_is_named(moving):
     columns["temp_degC"] = 25 + moving * np.arange(50000) / 5e4
     notes = evidence.notes(Recording(columns, RATE), Model(RATE, "gyro_z_dps", []))
     assert any("temp_degC is constant: temperature, " in note for note in notes) != moving
+
+
+def test_small_words_mean_what_they_say():
+    """The farthest misfit is named, no likelihood is gained below 0.05, p below the smallest double
+    is a bound, and a terminal of any encoding can show it."""
+    there = [
+        Cell(tau_s, 0.0, SPAN_S, 0.01 * ratio, 0.01, ratio, z, 10.0)
+        for tau_s, ratio, z in ((1.28, 1.2, 26.0), (655.0, 3.8, 10.3))
+    ]
+    misfit = verdict.misfit(Made(where=there, duration_s=SPAN_S))
+    assert "between 1.28 and 655 s (11 min). The largest deviation is at 655 s (11 min)" in misfit
+    for gain, log_p, why in (
+        (-604.1, 0.0, "no likelihood gain. "),
+        (4000.0, -4000.0, "likelihood gain 4000.0 (p < 1e-300)"),
+        (25.0, -10 * np.log(10), "likelihood gain 25.0 (p = 1e-10)"),
+    ):
+        said = evidence.why(Candidate("warm_up", Part("warm_up"), gain, log_p), None)
+        assert said.startswith(why)
+    said = words.in_ascii(f"{words.number(-1.5e-7)} {words.chance(0.0)}, 95\u00a0%")
+    assert said == "-1.50e-7 below 1e-12, 95 %"
