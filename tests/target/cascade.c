@@ -1,6 +1,6 @@
 /* davar tests - the cost of the cascade on this target, in instructions (exact under -icount) and
  * bytes. One line "name value" per figure; tools/support/targets.py reads them. */
-#include "board.h"
+#include "measuring.h"
 
 #include "davar/cascade.h"
 
@@ -21,18 +21,6 @@ static uint64_t memory[DAVAR_CASCADE_MEMORY(Q31, TAUS) / 8U];
 static davar_cascade_t cascade;
 static davar_result_t result;
 static volatile int32_t sink;
-static uint32_t state = 1U;
-
-/* Sum of four uniform variates: nearly Gaussian, sigma about 120 counts, and a mean of 20. */
-static int16_t next_sample(void)
-{
-    int32_t sum = 20;
-    for (unsigned k = 0U; k < 4U; k++) {
-        state = (state * 1664525U) + 1013904223U;
-        sum += (int32_t)(state >> 24U) - 128;
-    }
-    return (int16_t)sum;
-}
 
 static int16_t narrow[BATCH];
 static int32_t wide[BATCH];
@@ -42,20 +30,14 @@ static float rates[BATCH];
 static void make_samples(void)
 {
     for (uint32_t k = 0U; k < BATCH; k++) {
-        narrow[k] = next_sample();
+        narrow[k] = (int16_t)(20 + noise_of(4U)); /* sigma about 120 counts */
         wide[k] = narrow[k];
         large[k] = narrow[k] * 1048576;
         rates[k] = (float)narrow[k];
     }
 }
 
-/* Of the measurement itself, and with a loop over a batch whose body is empty. */
-static uint32_t instructions_of_nothing(void)
-{
-    const uint32_t mark = board_mark();
-    return board_instructions_since(mark);
-}
-
+/* Of a loop over a batch whose body is empty. */
 static uint32_t instructions_of_loop(void)
 {
     const uint32_t mark = board_mark();
@@ -86,7 +68,7 @@ static uint32_t instructions_of_loop(void)
             const uint32_t mark = board_mark();                                                    \
             davar_cascade_push_##type(&cascade, &(samples)[i % BATCH], 1U);                        \
             const uint32_t spent = board_instructions_since(mark) - nothing;                       \
-            worst = (spent > worst) ? spent : worst;                                               \
+            worst = larger(worst, spent);                                                          \
         }                                                                                          \
         board_figure("cascade_" #type "_" #samples "_push_x100",                                   \
                      (uint32_t)((100U * (uint64_t)total) / COUNT));                                \

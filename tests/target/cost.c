@@ -1,9 +1,10 @@
 /* davar tests - the cost of a sample and of a result on this target, in instructions (exact under
  * -icount), and in bytes of stack and RAM. One line "name value" per figure;
  * tools/support/targets.py reads them. */
-#include "board.h"
 #include "davar/davar.h"
 #include "davar_policy.h"
+
+#include "measuring.h"
 
 #define STACK_WORDS 1024U
 #include "stack_paint.h"
@@ -24,17 +25,10 @@ static davar_t davar;
 static davar_result_t result;
 static volatile int32_t sink;
 
-/* Sum of four uniform variates, a fixed seed: nearly Gaussian, sigma about 120 counts. */
 static void make_samples(void)
 {
-    uint32_t state = 1U;
     for (size_t i = 0U; i < (sizeof samples / sizeof samples[0]); i++) {
-        int32_t sum = 0;
-        for (unsigned k = 0U; k < 4U; k++) {
-            state = (state * 1664525U) + 1013904223U;
-            sum += (int32_t)(state >> 24U) - 128;
-        }
-        samples[i] = (int16_t)sum;
+        samples[i] = (int16_t)noise_of(4U); /* sigma about 120 counts */
     }
 }
 
@@ -109,7 +103,7 @@ static void measure_single(const char *mean_name, const char *worst_name)
         const uint32_t mark = board_mark();
         davar_push_q15(&davar, &samples[i % 900U], 1U);
         const uint32_t spent = board_instructions_since(mark);
-        worst = (spent > worst) ? spent : worst;
+        worst = larger(worst, spent);
     }
     board_figure(mean_name, (100U * total) / count);
     if (worst_name != NULL) {
@@ -247,7 +241,7 @@ static void push_roughly(rough_t *rough, uint32_t i)
     const uint32_t spent = board_instructions_since(mark);
     rough->total += spent;
     rough->pushes++;
-    rough->worst = (spent > rough->worst) ? spent : rough->worst;
+    rough->worst = larger(rough->worst, spent);
 }
 
 static rough_t measure_roughly(davar_policy_t policy, uint32_t stride, uint32_t take_every)
@@ -260,7 +254,7 @@ static rough_t measure_roughly(davar_policy_t policy, uint32_t stride, uint32_t 
             const uint32_t mark = board_mark();
             take();
             const uint32_t spent = board_instructions_since(mark);
-            rough.worst_take = (spent > rough.worst_take) ? spent : rough.worst_take;
+            rough.worst_take = larger(rough.worst_take, spent);
         }
     }
     return rough;
@@ -275,8 +269,7 @@ static void measure_default(void)
     const rough_t glr = measure_roughly(DAVAR_POLICY_GLR, STRIDE, 1U);
     board_figure("glr_worst_push", glr.worst);
     board_figure("grid_worst_push", grid.worst);
-    board_figure("worst_take",
-                 (each.worst_take > grid.worst_take) ? each.worst_take : grid.worst_take);
+    board_figure("worst_take", larger(each.worst_take, grid.worst_take));
 }
 
 /* The paper's law at its own settings in plain white noise, every result taken. */
@@ -285,15 +278,10 @@ static void measure_white(void)
     start(DAVAR_POLICY_OR, 1U);
     uint32_t push = 0U;
     uint32_t adev = 0U;
-    uint32_t state = 7U;
     const uint32_t count = 6000U;
+    noise_state = 7U;
     for (uint32_t i = 0U; i < count; i++) {
-        int32_t sum = 0;
-        for (unsigned k = 0U; k < 12U; k++) { /* with this many the kurtosis is 2.9 */
-            state = (state * 1664525U) + 1013904223U;
-            sum += (int32_t)(state >> 24U) - 128;
-        }
-        const int16_t sample = (int16_t)(sum / 2);
+        const int16_t sample = (int16_t)(noise_of(12U) / 2); /* the kurtosis is 2.9 */
         uint32_t mark = board_mark();
         davar_push_q15(&davar, &sample, 1U);
         push += board_instructions_since(mark);

@@ -1,6 +1,6 @@
 /* davar tests - the cost of davar/select.h on this target, in instructions (exact under -icount) and
  * bytes. One line "name value" per figure; tools/support/targets.py reads them. */
-#include "board.h"
+#include "measuring.h"
 
 #include "davar/select.h"
 
@@ -13,25 +13,7 @@ static davar_select_gyro_t gyro[DAVAR_SELECT_GYROS];
 static davar_select_pair_t pair[DAVAR_SELECT_PAIRS(DAVAR_SELECT_GYROS)];
 static davar_select_t selection;
 static davar_select_verdict_t verdict;
-static uint32_t state = 1U;
 static uint32_t checksum;
-
-/* Sum of four uniform variates: nearly Gaussian. */
-static float next_noise(void)
-{
-    int32_t sum = 0;
-    for (unsigned k = 0U; k < 4U; k++) {
-        state = (state * 1664525U) + 1013904223U;
-        sum += (int32_t)(state >> 24U) - 128;
-    }
-    return (float)sum * (1.0F / 4096.0F);
-}
-
-static uint32_t instructions_of_nothing(void)
-{
-    const uint32_t mark = board_mark();
-    return board_instructions_since(mark);
-}
 
 static void add_bits(void)
 {
@@ -73,7 +55,7 @@ static void measure(const davar_select_config_t *config, const char *add, const 
     for (uint32_t t = 0U; t < BLOCKS; t++) {
         for (uint32_t k = 0U; k < config->block; k++) {
             for (uint32_t i = 0U; i < values; i++) {
-                const float noise = next_noise();
+                const float noise = (float)noise_of(4U) * (1.0F / 4096.0F);
                 rates[i] = ((i + config->axes) < values) ? noise : spoilt(noise, t);
             }
             const uint32_t mark = board_mark();
@@ -84,7 +66,7 @@ static void measure(const davar_select_config_t *config, const char *add, const 
         davar_select_update(&selection, &verdict);
         const uint32_t spent = board_instructions_since(mark) - nothing;
         total += spent;
-        most = (spent > most) ? spent : most;
+        most = larger(most, spent);
         add_bits();
     }
     board_figure(add, added / (BLOCKS * config->block));

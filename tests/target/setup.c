@@ -9,33 +9,20 @@
 
 #ifdef MEASURED
 
-#include "board.h"
+#include "measuring.h"
 
 #define STACK_WORDS 832U
 #include "stack_paint.h"
 
 static SAMPLE samples[DAVAR_SETUP_AXES];
 static const davar_result_t *volatile taken;
-static uint32_t state = 1U;
 static uint32_t pushed;  /* samples so far */
 static uint32_t nothing; /* instructions of a measurement itself */
-
-/* Sum of twelve uniform variates, a fixed seed: nearly Gaussian, sigma 120 units about a mean of
- * 20. */
-static int32_t noise(void)
-{
-    int32_t sum = 0;
-    for (unsigned k = 0U; k < 12U; k++) {
-        state = (state * 1664525U) + 1013904223U;
-        sum += (int32_t)(state >> 24U) - 128;
-    }
-    return (sum / 2) + 20;
-}
 
 /* The same on all axes, so that everything that can happen in one push does. */
 static void next_samples(int32_t times)
 {
-    const int32_t value = times * noise();
+    const int32_t value = times * ((noise_of(12U) / 2) + 20); /* sigma 120 */
     for (unsigned a = 0U; a < DAVAR_SETUP_AXES; a++) {
         samples[a] = (SAMPLE)value * (SAMPLE)UNIT;
     }
@@ -60,11 +47,6 @@ static uint32_t spent_in(const davar_result_t *(*get)(uint8_t axis))
     }
     const uint32_t spent = board_instructions_since(mark);
     return (results == DAVAR_SETUP_AXES) ? (spent / results) : 0U;
-}
-
-static uint32_t larger(uint32_t a, uint32_t b)
-{
-    return (a > b) ? a : b;
 }
 
 /* White noise, every result taken. */
@@ -177,8 +159,7 @@ int main(void)
         board_figure("refused_with_status", (uint32_t)status);
         board_exit(1);
     }
-    const uint32_t mark = board_mark();
-    nothing = board_instructions_since(mark);
+    nothing = instructions_of_nothing();
     measure_quiet();
     measure_rough();
     measure_stack();

@@ -1,6 +1,6 @@
 /* davar tests - the cost of davar/torn.h on this target, in instructions (exact under -icount) and
  * bytes. One line "name value" per figure; tools/support/targets.py reads them. */
-#include "board.h"
+#include "measuring.h"
 
 #include "davar/torn.h"
 
@@ -11,18 +11,11 @@ static int16_t samples[COUNT];
 static davar_torn_t torn;
 static volatile uint32_t sink;
 
-/* Sum of four uniform variates: nearly Gaussian, sigma about 3 counts; one torn read, of the
- * largest power of two in 16 bits, which costs most. */
+/* Sigma about 3 counts; one torn read, of the largest power of two in 16 bits, which costs most. */
 static void make_samples(void)
 {
-    uint32_t state = 1U;
     for (uint32_t i = 0U; i < COUNT; i++) {
-        int32_t sum = 0;
-        for (unsigned k = 0U; k < 4U; k++) {
-            state = (state * 1664525U) + 1013904223U;
-            sum += (int32_t)(state >> 24U) - 128;
-        }
-        samples[i] = (int16_t)((sum / 40) - 16384 + ((i == AT) ? 32768 : 0));
+        samples[i] = (int16_t)((noise_of(4U) / 40) - 16384 + ((i == AT) ? 32768 : 0));
     }
 }
 
@@ -30,12 +23,6 @@ static void make_samples(void)
 __attribute__((noinline)) static davar_torn_step_t push(int32_t sample, int32_t *before)
 {
     return davar_torn_push(&torn, sample, before);
-}
-
-static uint32_t instructions_of_nothing(void)
-{
-    const uint32_t mark = board_mark();
-    return board_instructions_since(mark);
 }
 
 int main(void)
@@ -53,7 +40,7 @@ int main(void)
         const davar_torn_step_t step = push(sample, &before);
         const uint32_t spent = board_instructions_since(mark) - nothing;
         total += spent;
-        worst = (spent > worst) ? spent : worst;
+        worst = larger(worst, spent);
         checksum = (checksum * 31U) + (uint32_t)before + (uint32_t)step;
     }
     sink = checksum;
