@@ -123,8 +123,9 @@ static void count_alarms(const noise_kind_t *kind, double hours, const double pe
             }
         }
     }
+    const uint64_t blocks = samples / BLOCK;
     for (int d = 0; d < count; d++) {
-        counted[d].dispersion /= (double)(samples / BLOCK);
+        counted[d].dispersion /= (double)blocks;
     }
 }
 
