@@ -10,6 +10,7 @@ import heat
 import lab_bench
 import numpy as np
 import pytest
+from asking import ROOT
 from davarlab import model, simulate
 from davarlab.candidates import columns, common_cause, doubts
 from davarlab.candidates.candidate import Candidate
@@ -24,6 +25,7 @@ from davarlab.inference import changes
 from davarlab.inference.parts import Bench, Part
 
 MODEL, BASE = lab_bench.model(heat.RATE), lab_bench.terms()
+REAL = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real"))
 ALONG_X = Part("g_sensitivity", {"axis": "x"})
 
 
@@ -153,25 +155,14 @@ def test_an_axis_that_shares_no_more_than_a_drift_is_not_followed():
 
 
 def test_what_motion_leaves_behind_is_not_named_and_a_short_touch_forbids_nothing():
-    def seen(share):
-        return [
-            Observation("motion", [[1.0, 2.0]], share, ""),
-            Observation("jitter", [], 1.0, ""),
-        ]
-
-    for part in (
-        Part("noise_step", {}),
-        Part("vibration_noise", {"axis": "x"}),
-        Part("shocks"),
-    ):
-        assert "moved in 5 % of the record" in doubts.of_motion(seen(0.05), part)
-        assert doubts.of_motion(seen(0.005), part) == ""
-    for part in (
-        Part("g_sensitivity", {"axis": "x"}),
-        Part("narrow_band", {}),
-        Part("follows", {"column": "supply_V", "lag_s": 0.0}),
-    ):
-        assert doubts.of_motion(seen(0.05), part) == ""
+    touched, moved = ([Observation("motion", [[1.0, 2.0]], share, "")] for share in (0.005, 0.05))
+    left = (Part("noise_step", {}), Part("vibration_noise", {"axis": "x"}), Part("shocks"))
+    for part in left:
+        assert "moved in 5 % of the record" in doubts.of_motion(moved, part)
+        assert doubts.of_motion(touched, part) == ""
+    follows = Part("follows", {"column": "supply_V", "lag_s": 0.0})
+    for part in (ALONG_X, Part("narrow_band", {}), follows):
+        assert doubts.of_motion(moved, part) == ""
 
 
 def test_a_leak_is_small_and_a_turn_about_an_oblique_axis_is_not():
@@ -267,22 +258,12 @@ def test_a_touch_is_no_vibration():
 
 @pytest.mark.slow
 def test_the_drift_of_a_real_sensor_is_no_sensitivity_to_acceleration():
-    terms = [
-        model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 2.3}),
-        model.Term("bias_instability", {"coefficient_deg_per_h": 30.0}),
-    ]
     for name in ("adis16405_run1_static.csv.gz", "adis16405_run4_knocks.csv.gz"):
-        path = Path(
-            os.environ.get(
-                "DAVAR_REAL_DATA", Path(__file__).resolve().parents[3] / "shared/data/real"
-            ),
-            name,
-        )
+        path = REAL / name
         if not path.exists():
             pytest.skip(f"{name} is not here")
         found = logged.read(path)
-        state = state_of.start(found, model.Model(found.rate_hz, "gyro_x_dps", terms))
+        state = state_of.start(found, lab_bench.model(found.rate_hz, 2.3, 30.0, "gyro_x_dps"))
         for axis in "xyz":
-            assert common_cause.judge(
-                state.bench, state.parts, Part("g_sensitivity", {"axis": axis})
-            ).disagrees, axis
+            part = Part("g_sensitivity", {"axis": axis})
+            assert common_cause.judge(state.bench, state.parts, part).disagrees, axis
