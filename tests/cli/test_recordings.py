@@ -1,5 +1,6 @@
 """Alarms of policy glr in recordings of a real sensor, at one false alarm in 100 h."""
 
+import pytest
 from sim_case import REAL, needs, results
 
 AXES = "gyro_x_dps,gyro_y_dps,gyro_z_dps"
@@ -23,6 +24,7 @@ def alarms(name):
     ]
 
 
+@pytest.mark.slow
 def test_no_alarm_at_rest():
     assert alarms(REST) == []
 

@@ -155,6 +155,7 @@ def test_options_and_outputs(lab, rec, command):
     lab.refused(REFUSED[command], *words, lines=None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [
@@ -228,6 +229,7 @@ def test_a_scenario_is_a_model_and_what_is_assumed_is_said(lab, rec):
     assert "amplitude_dps = 0.001, frequency_hz = 0.001" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_spectrum_of_the_design_is_found(lab):
     text = (ROOT / "tools/lab/DESIGN.md").read_text()
     block = re.search(r"    # resonance\.py\n(?:(?:    .*)?\n)+", text)[0]

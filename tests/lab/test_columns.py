@@ -92,6 +92,7 @@ def test_all_kinds_are_simulated_and_fitted():
     assert 30 < shapes["temperature"]["lag_s"] < 120, shapes
 
 
+@pytest.mark.slow
 def test_columns_that_have_nothing_to_do_with_the_gyro_gain_nothing():
     """200 candidates, of which chance lets two pass 1 %."""
     few = 0

@@ -50,6 +50,7 @@ def interrupted(call, path, number, line):
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CALLS)
 def test_a_signal_at_every_line(tmp_path, name):
     call, contents = CALLS[name]

@@ -248,6 +248,7 @@ def test_the_workers_of_a_scheduler_that_is_there(made, some):
         assert (done.returncode, len(table(folder / "out"))) == (0, 2), done.stderr
 
 
+@pytest.mark.slow
 def test_all_axes_of_a_log(made, tmp_path):
     rng = np.random.default_rng(4)
     columns = {

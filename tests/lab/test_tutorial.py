@@ -12,6 +12,7 @@ from asking import ROOT
 
 CLOSE = 0.02  # relative: digits may differ between machines, the story may not
 PICTURE_BYTES_MAX = 150_000
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

@@ -53,6 +53,7 @@ def compiled(folder, library, taus, options, *more):
     return folder / "run"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taus, options, filter", PLANS)
 def test_it_equals_the_plan_of_the_library_and_gives_the_same_results(
     taus, options, filter, library, tmp_path

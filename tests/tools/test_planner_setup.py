@@ -178,6 +178,7 @@ def check_walk(call):
     assert abs(walk["value"] - truth) < walk["high"] - walk["low"] < truth
 
 
+@pytest.mark.slow
 def test_a_curve_without_a_fit_needs_no_result_and_takes_none(tmp_path):
     found, calls = returned(f"{TWO_AXES} --flash 24k", "curve", tmp_path)
     take, again, curve, same, other, of_other, late, after = calls

@@ -58,6 +58,7 @@ int main(void)
 """
 
 
+@pytest.mark.slow
 def test_the_example_of_the_readme_measures_its_input(tmp_path):
     words = re.search(r"^tools/davar-plan (.*) -o \S+$", README.read_text(), re.MULTILINE)[1]
     write(words, tmp_path)

@@ -51,6 +51,7 @@ def test_an_interrupted_run_continues(soaked):
     assert [number for *_, number in soaked.slices] == [0, 1, 2, 3]
 
 
+@pytest.mark.slow
 def test_a_check_that_has_found_something_stops_for_good(soaked):
     checks = {"a": soaked.check("a", 1, fault=1), "b": soaked.check("b", 0.1)}
     status, said = soaked(checks)
@@ -62,12 +63,14 @@ def test_a_check_that_has_found_something_stops_for_good(soaked):
     assert (soaked(checks)[0], len(soaked.slices)) == (1, count)
 
 
+@pytest.mark.slow
 def test_the_last_commit_without_a_finding_is_named(soaked):
     assert soaked({"a": soaked.check("a", 0.1)})[0] == 0
     status, said = soaked({"a": soaked.check("a", 0.1, fault=0)}, "later")
     assert (status, "(nothing was found on commit)" in said) == (1, True)
 
 
+@pytest.mark.slow
 def test_a_check_that_cannot_run_and_a_wrong_option_are_one_line(soaked):
     def broken(*_):
         raise soak.Broken("lines\nno compiler")

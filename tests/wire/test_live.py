@@ -110,6 +110,7 @@ def test_a_restart_is_reported_and_begins_a_new_section(listen):
     assert [*listen.rows()[0]][-4:] == ["adev_1", "adev_2", "adev_4", "adev_8"]
 
 
+@pytest.mark.slow
 def test_a_later_run_continues_and_a_row_broken_by_a_power_cut_is_removed(listen):
     one = frames(run(1, 20, session=7))
     for _ in range(2):
@@ -146,6 +147,7 @@ def test_a_device_that_is_always_full(listen):
 REASONS = ("", "", "mixed", "constant", "coarse", "filtered")
 
 
+@pytest.mark.slow
 def test_why_arw_is_absent_is_shown_recorded_and_explained_once(listen):
     """Sixty results for each reason."""
     one = run(1, 60, session=7)

@@ -197,6 +197,7 @@ def test_davar_node_sends_what_davar_sim_prints(name):
     node_and_sim(noise(1100, 500), words, wanted, sizes=sizes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [("--policy", "glr"), SLOW])
 def test_davar_node_reports_changes(words):
     wanted = SLOW if words == SLOW else GLR

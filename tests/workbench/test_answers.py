@@ -81,6 +81,7 @@ def test_a_step_is_what_a_terminal_prints(folder, opened):
     assert step["adequacy"] == compared["adequacy"]
 
 
+@pytest.mark.slow
 def test_the_tutorial_has_the_numbers_of_the_first_page(opened):
     """Digits may differ by 2 % between machines."""
     bench = opened()
@@ -229,6 +230,7 @@ def test_an_effect_is_worth_what_the_error_is_without_it(folder, opened):
     assert sizes(bench.ask("step"))["rate_ramp"][0] == close(card["parameters"][0]["value"], 1e-3)
 
 
+@pytest.mark.slow
 def test_a_held_effect_stays_and_the_others_are_fitted_around_it(folder, opened):
     bench = opened(simulated(folder, RAMP, seed=28))
     bench.done("add", place=bench.candidate("rate_ramp"))
@@ -255,6 +257,7 @@ def test_a_held_effect_stays_and_the_others_are_fitted_around_it(folder, opened)
         assert bench.act("refit", held=held)[0] == 400
 
 
+@pytest.mark.slow
 def test_a_held_out_recording_judges_each_step(folder, opened):
     one, two = (simulated(folder, RAMP, seed=seed, name=f"{seed}.csv") for seed in (21, 22))
     bench = opened(one)
@@ -438,6 +441,7 @@ exec {program} "$@"
 """
 
 
+@pytest.mark.slow
 def test_a_planner_that_computes_for_long_holds_nothing_up(folder, opened, monkeypatch):
     for name in ("PROGRAM", "PROMISE"):
         slow = folder / name

@@ -101,6 +101,7 @@ def test_why_there_is_no_angle_random_walk(folder, opened, sender):
     assert {row["arw_deg_per_sqrt_h"] for row in found["rows"]} == {None}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_ending_the_server_while_it_listens_keeps_what_came(folder, started, sender, number):
     _, source = sender(*DEMO, "--pace", "20")
@@ -116,6 +117,7 @@ def test_ending_the_server_while_it_listens_keeps_what_came(folder, started, sen
     assert None not in rows[-1].values()  # the last line is complete
 
 
+@pytest.mark.slow
 def test_raw_samples_are_frozen_while_more_come(folder, opened, sender):
     recording = folder / "sensor.csv"
     done = run("simulate", ROOT / "data/tutorial_sensor.toml", "-o", recording)
@@ -139,6 +141,7 @@ def test_raw_samples_are_frozen_while_more_come(folder, opened, sender):
     assert not bench.ask("live")["ended"]
 
 
+@pytest.mark.slow
 def test_the_allan_curve_grows_to_a_day(folder, opened, sender):
     """Two days and a half: white noise, from five minutes on a walk."""
     recording, source, walk = folder / "days.csv", random.Random(1), 0.0
