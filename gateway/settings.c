@@ -51,8 +51,6 @@ static const char *const HELP[] = {
     "                    (default 0.01)\n"
     "  --cut-interval S  glr: accepted mean time between false cuts of the window, in seconds\n"
     "                    (default 300)\n"
-    "  --long-cluster N  glr: also detect slow changes, in clusters of N samples: 40, 80, ...\n"
-    "                    480\n"
     "\n",
 
     "Output\n"
@@ -96,7 +94,7 @@ void settings_help(void)
     }
 }
 
-typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT, POLICY, FILTER } kind_t;
+typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT, POLICY, FILTER, REMOVED } kind_t;
 
 typedef struct {
     const char *name;
@@ -120,7 +118,7 @@ static const entry_t TABLE[] = {
     {"policy", POLICY, AT(config.law)},
     {"false-alarms-per-hour", REAL, AT(config.glr.false_alarms_per_hour)},
     {"cut-interval", REAL, AT(config.glr.cut_interval_s)},
-    {"long-cluster", WHOLE, AT(config.glr.long_cluster)},
+    {"long-cluster", REMOVED, 0},
     {"window-max", WHOLE, AT(config.window.longest)},
     {"window-min", WHOLE, AT(config.window.shortest)},
     {"segment", WHOLE, AT(config.moments.segment)},
@@ -201,6 +199,8 @@ static bool apply(node_settings_t *settings, const entry_t *entry, const char *t
     case FILTER:
         settings->declares_filter = davar_bandwidth_read(text, &settings->bandwidth);
         return settings->declares_filter;
+    case REMOVED:
+        return false;
     case REAL:
     case WHOLE:
     case HEX:
@@ -222,6 +222,17 @@ static const char *expected(const entry_t *entry)
     return (strcmp(entry->name, "bits") == 0) ? "2 to 32" : WORDS[entry->kind];
 }
 
+static void complain(const entry_t *entry, const char *text, char *why, size_t size)
+{
+    if (entry->kind == REMOVED) {
+        (void)snprintf(why, size,
+                       "--%s: removed; use --longest-tau to see slow changes of the noise",
+                       entry->name);
+        return;
+    }
+    (void)snprintf(why, size, "--%s: %s expected, found '%s'", entry->name, expected(entry), text);
+}
+
 static bool walk(node_settings_t *settings, int argc, char **argv, char *why, size_t size)
 {
     struct option options[ENTRIES + 1U] = {{0}};
@@ -240,8 +251,7 @@ static bool walk(node_settings_t *settings, int argc, char **argv, char *why, si
         }
         const entry_t *entry = &TABLE[found - 256];
         if (!apply(settings, entry, optarg)) {
-            (void)snprintf(why, size, "--%s: %s expected, found '%s'", entry->name, expected(entry),
-                           optarg);
+            complain(entry, optarg, why, size);
             return false;
         }
     }

@@ -39,7 +39,6 @@ static void set_tracking(davar_config_t *config, const options_t *options)
     }
     config->glr.block = either(&options->block, config->glr.block);
     config->glr.shock_blocks = either(&options->shock_blocks, config->glr.shock_blocks);
-    config->glr.long_cluster = either(&options->long_cluster, config->glr.long_cluster);
     if (options->false_alarms_per_hour > 0.0) {
         config->glr.false_alarms_per_hour = options->false_alarms_per_hour;
     }

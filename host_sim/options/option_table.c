@@ -174,9 +174,12 @@ static bool apply_shock_blocks(options_t *options, const char *text, sim_error_t
     return apply_count("shock-blocks", text, &options->shock_blocks, error);
 }
 
-static bool apply_long_cluster(options_t *options, const char *text, sim_error_t *error)
+static bool refuse_long_cluster(options_t *options, const char *text, sim_error_t *error)
 {
-    return apply_count("long-cluster", text, &options->long_cluster, error);
+    (void)options;
+    (void)text;
+    return sim_fail(error,
+                    "--long-cluster: removed; use --longest-tau to see slow changes of the noise");
 }
 
 static bool apply_block(options_t *options, const char *text, sim_error_t *error)
@@ -354,7 +357,7 @@ const option_entry_t OPTION_TABLE[] = {
     {"cut-interval", apply_cut_interval},
     {"shock-blocks", apply_shock_blocks},
     {"block", apply_block},
-    {"long-cluster", apply_long_cluster},
+    {"long-cluster", refuse_long_cluster},
     {"mode", apply_mode},
     {"window-max", apply_window_max},
     {"window-min", apply_window_min},

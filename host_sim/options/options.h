@@ -65,7 +65,6 @@ typedef struct {
     double cut_interval_s;        /* glr; 0: not given */
     optional_u32_t shock_blocks;  /* glr */
     optional_u32_t block;         /* glr */
-    optional_u32_t long_cluster;  /* glr */
     bool mode_given;
     davar_mode_t mode;
     optional_u32_t window_max;

@@ -79,8 +79,6 @@ static const char *const TEXT[] = {
     "                          (default 300)\n"
     "  --block N               samples per block (default 10)\n"
     "  --shock-blocks N        longest shock, in blocks (default 2)\n"
-    "  --long-cluster N        also detect slow changes, in clusters of N samples: a multiple\n"
-    "                          of 4 blocks, at most 512 samples (default: off)\n"
     "\n",
 
     "Output\n"

@@ -21,7 +21,6 @@ WHOLE = (
     "fit_every",
     "block",
     "shock_blocks",
-    "long_cluster",
     "bits",
 )  # options
 EXACT = 2**52  # up to here a double represents every whole number, and the difference of two

@@ -2,9 +2,10 @@
 
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,8 @@ from ._model import model_of
 from ._samples import Clock, There
 from ._types import Array, Floats, Pair, Path
 
+P = ParamSpec("P")
+R = TypeVar("R")
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "steady_samples", "gaps_in_window")
 FLAGS = ("unstable", "alarm", "coarse", "filtered")
 SCALES = (1e-40, 1e20)  # range of rates that the library accepts
@@ -102,8 +105,21 @@ OPTIONS = (
     "cut_interval",
     "block",
     "shock_blocks",
-    "long_cluster",
 )
+
+
+def refuses_removed(call: Callable[P, R]) -> Callable[P, R]:
+    """Names the replacement of an option that no longer exists."""
+
+    @wraps(call)
+    def checked(*arguments: P.args, **named: P.kwargs) -> R:
+        if "long_cluster" in named:
+            raise ValueError(
+                "long_cluster: removed; use longest_tau_s to see slow changes of the noise"
+            )
+        return call(*arguments, **named)
+
+    return checked
 
 
 def run_of(given: dict[str, Any], rate_hz: float) -> Run:
@@ -218,6 +234,7 @@ def admitted(run: Run, values: Floats, there: There, counted: bool) -> Floats:
     return found
 
 
+@refuses_removed
 def dynamic(
     x: npt.ArrayLike,
     rate_hz: float | None = None,
@@ -252,7 +269,6 @@ def dynamic(
     cut_interval: float | None = None,
     block: int | None = None,
     shock_blocks: int | None = None,
-    long_cluster: int | None = None,
     model_table: Path | None = None,
     details: bool = False,
 ) -> Epochs:
@@ -320,8 +336,6 @@ def dynamic(
         cut_interval: glr: accepted mean time between false cuts, seconds. Default 300.
         block: glr: samples per block. Default 10.
         shock_blocks: glr: longest shock, blocks. Default 2.
-        long_cluster: glr: also detect slow changes, in clusters of so many samples: a multiple of 4
-            blocks, at most 512. Off by default.
         model_table: file of an error model (`davarlab export MODEL -o TABLE.csv`), to compare each
             result with.
         details: adds columns.
@@ -346,7 +360,7 @@ def dynamic(
             + ("contradict the filter. Check" if known else "read low, as after a low-pass. Give")
             + ' bandwidth (data sheet: LPF, -3 dB; or "auto" for a record at rest; or "none"). '
             "A vibration tone has the same effect",
-            stacklevel=2,
+            stacklevel=3,  # the caller of the wrapper
         )
     return found
 
@@ -401,6 +415,7 @@ class Stream:
     ```
     """
 
+    @refuses_removed
     def __init__(
         self,
         rate_hz: float,
@@ -430,7 +445,6 @@ class Stream:
         cut_interval: float | None = None,
         block: int | None = None,
         shock_blocks: int | None = None,
-        long_cluster: int | None = None,
         model_table: Path | None = None,
         details: bool = False,
     ) -> None:

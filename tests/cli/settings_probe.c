@@ -25,7 +25,7 @@ int main(int count, char *word[])
     config.window.mode = DAVAR_MODE_CENTRED;
     uint64_t no_memory[1] = {0};
     davar_t davar;
-    if (count != 20) {
+    if (count != 19) {
         return 2;
     }
     config.law = davar_policy_law((davar_policy_t)whole(word[1]), true);
@@ -37,10 +37,9 @@ int main(int count, char *word[])
     config.stride = whole(word[7]);
     config.glr.block = whole(word[8]);
     config.glr.shock_blocks = whole(word[9]);
-    config.glr.long_cluster = whole(word[10]);
-    range(word[11], &config.moments.kurtosis_low, &config.moments.kurtosis_high);
-    range(word[12], &config.moments.contribution_low, &config.moments.contribution_high);
-    for (char *text = word[13]; config.tau_count < DAVAR_TAUS_MAX; text++) {
+    range(word[10], &config.moments.kurtosis_low, &config.moments.kurtosis_high);
+    range(word[11], &config.moments.contribution_low, &config.moments.contribution_high);
+    for (char *text = word[12]; config.tau_count < DAVAR_TAUS_MAX; text++) {
         taus[config.tau_count] = (uint32_t)strtoul(text, &text, 10);
         config.tau_count++;
         if (*text == '\0') {
@@ -48,12 +47,12 @@ int main(int count, char *word[])
         }
     }
     config.taus = taus;
-    config.engine = (davar_engine_t)whole(word[14]);
-    config.window.mode = (davar_mode_t)whole(word[15]);
-    config.glr.false_alarms_per_hour = strtod(word[16], NULL);
-    config.glr.cut_interval_s = strtod(word[17], NULL);
-    config.rate_hz = strtod(word[18], NULL);
-    config.unit_per_count = strtod(word[19], NULL);
+    config.engine = (davar_engine_t)whole(word[13]);
+    config.window.mode = (davar_mode_t)whole(word[14]);
+    config.glr.false_alarms_per_hour = strtod(word[15], NULL);
+    config.glr.cut_interval_s = strtod(word[16], NULL);
+    config.rate_hz = strtod(word[17], NULL);
+    config.unit_per_count = strtod(word[18], NULL);
     const davar_status_t status = davar_init_q31(&davar, &config, no_memory, 0U);
     (void)puts((status == DAVAR_ERR_MEMORY_SIZE) ? "ok" : davar_status_text(status));
     return 0;

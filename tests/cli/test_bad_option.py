@@ -72,6 +72,7 @@ TOGETHER = [
     ("--skip-torn-reads=1", "--skip-torn-reads value"),
     ("--details=yes", "--details value"),
     ("--rate", "--rate value"),
+    ("--long-cluster 80", "--long-cluster removed --longest-tau"),
     ("--windowmax 600", "--windowmax"),
     ("--window 600", "--window"),
     ("-q", "-q"),

@@ -71,7 +71,6 @@ ALARMS = {"false_alarms_per_hour": 0.5, "cut_interval": 60, "block": 8, "shock_b
         {"arith": "float", "full_scale": 2.0, "clusters": [1, 3, 9, 27]},
         {"taus": "geometric:9", "shrink": 0},
         {"engine": "grid", "stride": 10, "mode": "trailing"},
-        {"policy": "glr", "stride": 10, "long_cluster": 80},
         {"bandwidth": 40, "stride": 10, "details": True},
         {"bandwidth": "20:1:5+average:2", "stride": 10},
         {"bandwidth": "none", "stride": 10},

@@ -16,8 +16,7 @@ JOBS = {
     "the paper's window law": f"{TAUS} --stride 50",
     "trailing, both criteria": f"{TAUS} --stride 500 --mode trailing --policy and",
     "fixed window, no moments": "--policy fixed --segment 0 --stride 97",
-    "policy glr": "--taus 1,2,4,8,16,32,64 --policy glr --window-max 320 --stride 50 "
-    "--long-cluster 80",
+    "policy glr": "--taus 1,2,4,8,16,32,64 --policy glr --window-max 320 --stride 50",
     "a stride on a grid": f"{TAUS} --stride 20 --engine grid",
     "gaps restart the window": "--stride 60 --window-max 300",
     "a cascade": "--policy fixed --stride 600 --longest-tau 300",

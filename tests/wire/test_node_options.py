@@ -21,7 +21,6 @@ REFUSED = {
     "--window-min": "0 601 x",
     "--segment": "0 400 5000 1.5",
     "--stride": "0 16777217 -1",
-    "--long-cluster": "x -1",
     "--longest-tau": "0 -1 nan x 1.27 1e9",
     "--content": "all ''",
     "--base": "5D0h 800 7FF -1 ''",
@@ -41,6 +40,7 @@ LONG = "no interface has such a long name"
 TOGETHER = {
     "--bogus": "unknown option '--bogus'",
     "-x": "unknown option '-x'",
+    "--long-cluster 80": "--long-cluster: removed; use --longest-tau",
     "more": "unexpected argument 'more'",
     **{f"--out {out}": f"--out: can:IFACE, slcan:PATH, {FORMS} '{out}'"
        for out in ("can:", "lin:0", "mavlink:", "mavlink:udp:")},
