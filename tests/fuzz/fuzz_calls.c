@@ -327,9 +327,6 @@ static void choose(bytes_t *bytes)
     config.glr.whiten_first = (int16_t)((what < 240U) ? (512 * (what >> 2U)) : 0);
     config.glr.whiten_second = (int16_t)(((what & 2U) != 0U) ? -11000 : 0);
     config.glr.whiten_level = 1.0;
-    config.glr.long_cluster = ((config.law != NULL) && (config.law->push != NULL))
-                                  ? (8U * config.glr.block * (byte(bytes) % 2U))
-                                  : 0U;
     config.taus = taus;
     config.tau_count = (uint8_t)between(bytes, 1U, 5U);
     single = byte(bytes) % 2U != 0U;

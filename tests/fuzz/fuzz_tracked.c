@@ -37,7 +37,6 @@ static void choose_config(bytes_t *bytes)
     config.glr.shock_blocks = between(bytes, 0U, 2U);
     config.glr.false_alarms_per_hour = rates[between(bytes, 0U, 3U)];
     config.glr.cut_interval_s = (double)between(bytes, 1U, 100U);
-    config.glr.long_cluster = 4U * config.glr.block * between(bytes, 0U, 3U);
     config.window.gaps_max = 400U;
     config.taus = taus[0];
     config.tau_count = TAUS;
@@ -53,9 +52,6 @@ static void choose_more(bytes_t *bytes)
     if ((what & 1U) != 0U) {
         config.glr.block = between(bytes, GLR_BLOCK_MIN, GLR_BLOCK_MAX);
         config.window.longest = (8U * config.glr.block) + between(bytes, 0U, 200U);
-        config.glr.long_cluster =
-            4U * config.glr.block *
-            (byte(bytes) % ((GLR_CLUSTER_MAX / (4U * config.glr.block)) + 1U));
     }
     if ((what & 2U) != 0U) {
         config.stride *= between(bytes, 1U, 20U);

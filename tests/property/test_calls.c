@@ -1,5 +1,5 @@
 #include "../fuzz/fuzz_calls.c" /* NOLINT(bugprone-suspicious-include): the same inputs, in ctest */
 
 #define RECORDED_INPUTS 4000U
-#define RECORDED_DIGEST UINT64_C(0x5F7BC51791C6B4AB)
+#define RECORDED_DIGEST UINT64_C(0xA04816F0BD867BF9)
 #include "chains.h"

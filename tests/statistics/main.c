@@ -12,14 +12,17 @@
 #include <string.h>
 
 static const group_t *const groups[] = {
-    &group_coverage,        &group_filtered, &group_undeclared, &group_sums,
-    &group_rounding,        &group_mirrored, &group_tails,      &group_learned,
-    &group_tails_of_laws,   &group_cascade,  &group_curve,      &group_levels,
-    &group_resolved,        &group_monitor,  &group_rates,      &group_rates_other,
-    &group_monitor_cascade, &group_rare,     &group_whitened,   &group_coarse,
-    &group_clusters,        &group_unstable, &group_tracked,    &group_terms,
-    &group_steady,          &group_days,     &group_changing,   &group_switches,
-    &group_rides,           &group_delays,   &group_fused,      &group_faults};
+    &group_coverage,    &group_filtered,        &group_undeclared,
+    &group_sums,        &group_rounding,        &group_mirrored,
+    &group_tails,       &group_learned,         &group_tails_of_laws,
+    &group_cascade,     &group_curve,           &group_levels,
+    &group_resolved,    &group_monitor,         &group_rates,
+    &group_rates_other, &group_monitor_cascade, &group_rare,
+    &group_whitened,    &group_coarse,          &group_unstable,
+    &group_tracked,     &group_terms,           &group_steady,
+    &group_days,        &group_changing,        &group_switches,
+    &group_rides,       &group_delays,          &group_fused,
+    &group_faults};
 
 typedef enum { SHARE, RATE, VALUE } figure_kind_t;
 

@@ -48,7 +48,6 @@ extern const group_t group_rates_other;
 extern const group_t group_rare;
 extern const group_t group_whitened;
 extern const group_t group_coarse;
-extern const group_t group_clusters;
 extern const group_t group_unstable;
 extern const group_t group_tracked;
 extern const group_t group_terms;

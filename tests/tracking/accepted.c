@@ -5,13 +5,12 @@
 
 void accepted_start(accepted_t *accepted, const davar_config_t *config)
 {
-    const double share = (config->glr.long_cluster != 0U) ? 0.5 : 1.0;
-    davar_glr_wish_t wish = {.rate_hz = config->rate_hz,
-                             .false_alarms_per_hour = share * config->glr.false_alarms_per_hour,
-                             .cut_interval_s = config->glr.cut_interval_s,
-                             .longest = config->window.longest,
-                             .block = config->glr.block,
-                             .shock = config->glr.shock_blocks};
+    const davar_glr_wish_t wish = {.rate_hz = config->rate_hz,
+                                   .false_alarms_per_hour = config->glr.false_alarms_per_hour,
+                                   .cut_interval_s = config->glr.cut_interval_s,
+                                   .longest = config->window.longest,
+                                   .block = config->glr.block,
+                                   .shock = config->glr.shock_blocks};
     memset(accepted, 0, sizeof *accepted);
     accepted->is_behind_boundary = true;
     accepted->first = config->glr.whiten_first;
@@ -25,34 +24,6 @@ void accepted_start(accepted_t *accepted, const davar_config_t *config)
     accepted->config.floor =
         davar_glr_floor(config->glr.block, config->glr.whiten_first, config->glr.whiten_second);
     davar_glr_reset(&accepted->detector);
-    accepted->cluster = config->glr.long_cluster;
-    if (accepted->cluster != 0U) {
-        wish.block = accepted->cluster / 4U;
-        davar_glr_start_clusters(&accepted->cluster_config, &wish);
-        davar_glr_reset(&accepted->cluster_detector);
-    }
-}
-
-static int64_t phase_before(const accepted_t *accepted, uint32_t samples)
-{
-    return accepted->phase[(accepted->count + ACCEPTED_RING - 1U - samples) % ACCEPTED_RING];
-}
-
-/* The second channel takes the difference of two clusters a quarter of a cluster after the last,
- * and none that spans a boundary. */
-static void push_clusters(accepted_t *accepted)
-{
-    const uint32_t m = accepted->cluster;
-    const uint32_t run = accepted->run[(accepted->count - 1U) % ACCEPTED_RING];
-    if ((m == 0U) || (run < (2U * m)) || ((run % (m / 4U)) != 0U)) {
-        return;
-    }
-    davar_glr_event_t event;
-    const int64_t difference = phase_before(accepted, 0U) - (2 * phase_before(accepted, m)) +
-                               phase_before(accepted, 2U * m);
-    davar_glr_push_clusters_q31(&accepted->cluster_detector, &accepted->cluster_config, difference,
-                                &event);
-    accepted->alarms += event.is_alarm ? 1U : 0U;
 }
 
 static void accept(accepted_t *accepted, int32_t sample, uint64_t moment)
@@ -64,7 +35,6 @@ static void accept(accepted_t *accepted, int32_t sample, uint64_t moment)
     accepted->moment[n] = moment;
     accepted->is_behind_boundary = false;
     accepted->count++;
-    push_clusters(accepted);
 }
 
 /* The waiting samples from `first` onward become part of the record; all before them are
@@ -93,9 +63,6 @@ static void hear_block(accepted_t *accepted)
     davar_glr_push_q31(&accepted->detector, &accepted->config, sum, &squares, &event);
     accepted->cuts += event.is_cut ? 1U : 0U;
     accepted->alarms += event.is_alarm ? 1U : 0U;
-    if (event.is_alarm) {
-        davar_glr_begin_anew(&accepted->cluster_detector);
-    }
     accepted->shocks += (event.dropped > 0U) ? 1U : 0U;
     if (event.resolved > 0U) { /* all waiting samples */
         accept_waiting(accepted, event.dropped * block);

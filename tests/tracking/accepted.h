@@ -23,16 +23,13 @@ typedef struct {
     bool has_detector; /* other laws accept every sample */
     uint64_t now;      /* samples received */
     uint32_t cuts;
-    uint32_t alarms; /* of both channels */
+    uint32_t alarms;
     uint32_t shocks;
     int64_t phase[ACCEPTED_RING];   /* cumulative sums up to accepted sample n */
     uint32_t run[ACCEPTED_RING];    /* samples without a boundary up to it */
     uint64_t moment[ACCEPTED_RING]; /* when it was received */
     uint64_t count;                 /* accepted */
     bool is_behind_boundary;        /* the next one is */
-    uint32_t cluster;               /* samples in one of the second channel; 0: there is none */
-    davar_glr_config_t cluster_config;
-    davar_glr_t cluster_detector;
 } accepted_t;
 
 void accepted_start(accepted_t *accepted, const davar_config_t *config);

@@ -124,7 +124,7 @@ static void law_ask(law_best_t *best, uint32_t begin, uint32_t age, uint32_t h)
     const davar_spread_t older = sum_of(begin, law.now - age);
     const uint32_t newer = sum.blocks - older.blocks;
     const uint32_t n = (newer < older.blocks) ? newer : older.blocks;
-    if (n < config.least) {
+    if (n < 2U) {
         return;
     }
     davar_stretch_t stretch;

@@ -134,7 +134,6 @@ static void test_constants_of_every_block_are_as_stated(void)
             TEST_ASSERT_EQUAL_UINT32(wish.block, config.block);
             TEST_ASSERT_EQUAL_UINT32(256U * (wish.block - 1U), config.degrees);
             TEST_ASSERT_EQUAL_UINT32(wish.block * (wish.block - 1U), config.floor);
-            TEST_ASSERT_EQUAL_UINT32(2U, config.least);
             TEST_ASSERT_EQUAL_UINT32(longest, config.longest);
             TEST_ASSERT_EQUAL_UINT32(levels, config.levels);
             TEST_ASSERT_EQUAL_UINT32(2U, config.shock);
@@ -146,39 +145,6 @@ static void test_constants_of_every_block_are_as_stated(void)
             TEST_ASSERT_EQUAL_UINT32(at_least_one(600U / wish.block), config.far);
         }
     }
-}
-
-/* ... and of the second channel (10.13), with any content of the memory. */
-static void test_constants_of_the_second_channel_are_as_stated(void)
-{
-    davar_glr_wish_t wish = usual;
-    double alarm = 0.0;
-    for (wish.block = GLR_BLOCK_MIN; wish.block <= GLR_BLOCK_MAX; wish.block++) {
-        memset(&config, 0xA5, sizeof config);
-        davar_glr_start_clusters(&config, &wish);
-        TEST_ASSERT_EQUAL_UINT32(wish.block, config.block);
-        TEST_ASSERT_EQUAL_UINT32(16U, config.least);
-        TEST_ASSERT_EQUAL_UINT32(config.alarm, config.cut);
-        TEST_ASSERT_EQUAL_UINT32(4U * wish.block, config.floor);
-        TEST_ASSERT_EQUAL_UINT32(97U, config.degrees);
-        TEST_ASSERT_EQUAL_UINT32(GLR_LONGEST, config.longest);
-        TEST_ASSERT_EQUAL_UINT32(GLR_LEVELS, config.levels);
-        TEST_ASSERT_DOUBLE_WITHIN(1.0, 65536.0 / (3.0 * (97.0 / 256.0)), config.bias);
-        TEST_ASSERT_EQUAL_UINT32(0U, config.outlier | config.shock | config.step |
-                                         config.step_of_8 | config.half);
-        alarm += config.alarm - (65536.0 * (log(360000.0 * 100.0 / wish.block) + 1.0));
-    }
-    TEST_ASSERT_DOUBLE_WITHIN(0.5, -0.5, alarm / (double)(GLR_BLOCK_MAX - GLR_BLOCK_MIN + 1U));
-    wish.block = 20U;
-    davar_glr_start_clusters(&config, &wish);
-    davar_glr_push_clusters_q15(&state, &config, -1000, &event);
-    TEST_ASSERT_EQUAL_UINT64(6000000U + 80U, state.now.sum.low);
-    davar_glr_push_clusters_q31(&state, &config, INT64_C(1) << 40U, &event);
-    TEST_ASSERT_EQUAL_UINT64(6000000U + 160U, state.now.sum.low);
-    TEST_ASSERT_EQUAL_UINT32(6U << 16U, state.now.sum.high);
-    wish.false_alarms_per_hour = 1e6;
-    davar_glr_start_clusters(&config, &wish);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(768.0) + 1.0, config.alarm / 65536.0);
 }
 
 static void is_empty(const davar_spread_t *sum)
@@ -527,7 +493,6 @@ int main(void)
     RUN_TEST(test_thresholds_of_every_block_are_the_formulas);
     RUN_TEST(test_the_ends_of_the_constants);
     RUN_TEST(test_constants_of_every_block_are_as_stated);
-    RUN_TEST(test_constants_of_the_second_channel_are_as_stated);
     RUN_TEST(test_a_reset_clears_everything);
     RUN_TEST(test_the_logarithm_is_the_formula_of_its_tables);
     RUN_TEST(test_a_level_is_the_root_of_the_mean);

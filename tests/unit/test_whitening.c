@@ -372,35 +372,6 @@ static void test_settings_out_of_range_are_rejected(void)
     TEST_ASSERT_EQUAL(DAVAR_OK, status_of(0, 0, 1.0));
 }
 
-/* Without a filter everything is as before: the second channel, too. */
-static void test_clusters_take_the_samples_themselves(void)
-{
-    davar_result_t plain;
-    config.glr.long_cluster = 40U;
-    config.glr.whiten_first = 0;
-    config.glr.whiten_second = 0;
-    random_t random = random_seeded(10U);
-    for (uint32_t i = 0U; i < SAMPLES; i++) { /* a slow noise begins in the middle */
-        const double drift = (i > (SAMPLES / 2U)) ? (15.0 * sin((double)i * 0.04)) : 0.0;
-        stream[i] = (int32_t)floor((20.0 * random_gauss(&random)) + drift + 0.5);
-    }
-    for (int whitened = 0; whitened < 2; whitened++) {
-        init(Q15);
-        for (uint32_t i = 0U; i < SAMPLES; i++) {
-            push_one(Q15, stream[i]);
-        }
-        TEST_ASSERT_TRUE(davar_take(&davar, &result));
-        if (whitened == 0) {
-            plain = result;
-            config.glr.whiten_first = 1; /* 2^-14: e equals the sample almost always */
-        } else {
-            TEST_ASSERT_EQUAL_UINT32(40U, plain.change.m);
-            TEST_ASSERT_EQUAL_UINT32(plain.change.m, result.change.m);
-            TEST_ASSERT_EQUAL_DOUBLE(plain.change.newer, result.change.newer);
-        }
-    }
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -408,6 +379,5 @@ int main(void)
     RUN_TEST(test_blocks_of_32_bits_are_whitened);
     RUN_TEST(test_the_rest_is_clamped_and_no_sum_overflows);
     RUN_TEST(test_settings_out_of_range_are_rejected);
-    RUN_TEST(test_clusters_take_the_samples_themselves);
     return UNITY_END();
 }

@@ -87,9 +87,6 @@ static void shift(davar_t *davar, uint32_t offset)
         queue->cut += offset;
         queue->end += offset;
         shift_detector(&queue->detector, 0U - TURN);
-        if (queue->clusters != NULL) {
-            shift_detector(&queue->clusters->detector, 0U - TURN);
-        }
     }
     if (stages->grid != NULL) {
         stages->grid->next += offset;
@@ -197,8 +194,7 @@ static void test_positions_wrap_correctly_after_the_detector(void)
     }
 }
 
-/* Samples, blocks, the running sums and their counts wrap, with windows of many blocks and both
- * channels. */
+/* Samples, blocks, the running sums and their counts wrap, with windows of many blocks. */
 static void wrapped_long(uint32_t stride, uint32_t block)
 {
     config.law = &davar_law_glr_q15;
@@ -206,7 +202,6 @@ static void wrapped_long(uint32_t stride, uint32_t block)
     config.window.shortest = 3U * block;
     config.glr.block = block;
     config.stride = stride;
-    config.glr.long_cluster = 4U * block;
     config.window.gaps_max = 64U;
     fed = 1000U; /* the window is full */
     length = 3000U + (block * TURN);
