@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#define MAGIC UINT64_C(0x35424F4A52564144) /* "DAVRJOB5" */
+#define MAGIC UINT64_C(0x36424F4A52564144) /* "DAVRJOB6" */
 #define FILTER_WORDS 6U                    /* the last of the settings but one */
 #define HEALTH UINT64_MAX                  /* instead of a channel */
 

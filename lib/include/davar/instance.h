@@ -163,16 +163,15 @@ typedef struct davar {
 /** @} */
 
 /** @cond */
-#define DAVAR_GLR_BYTES_Q15 ((size_t)1304U + (2U * sizeof(void *)))
-#define DAVAR_GLR_BYTES_Q31 ((size_t)1328U + (2U * sizeof(void *)))
+#define DAVAR_GLR_BYTES_Q15 ((size_t)1304U)
+#define DAVAR_GLR_BYTES_Q31 ((size_t)1304U + (2U * sizeof(void *)))
 #define DAVAR_GLR_RECORDS(window_max, stride, block)                                               \
     (((((size_t)(window_max) + (stride)) / (block)) + 2U) + 2U)
 /** @endcond */
 
 /** @{ */
-/** The same for law glr in trailing mode with a stride above 1, no moments (moments.segment 0) and
- * no second channel (glr.long_cluster 0), in bytes. Such a grid records at every block of `block`
- * samples. Source: DESIGN 6. */
+/** The same for law glr in trailing mode with a stride above 1 and no moments (moments.segment 0),
+ * in bytes. Such a grid records at every block of `block` samples. Source: DESIGN 6. */
 #define DAVAR_MEMORY_GLR_Q15(window_max, stride, block, m_max, taus, gaps)                         \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
      DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \

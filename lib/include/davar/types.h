@@ -137,10 +137,8 @@ typedef struct {
         uint32_t block; /**< samples of a block, 5 to 64; default 10. Longer: less work, later */
         /** a shock of up to that many blocks counts as a gap, 0 to 2; default 2 */
         uint32_t shock_blocks;
-        /** second channel for clusters of 4 k blocks, up to 512 samples. 0 (default): none */
-        uint32_t long_cluster;
         /** @{ */
-        /** whitening after a filter: the first channel takes x[i] - (whiten_first x[i-1] +
+        /** whitening after a filter: the detector takes x[i] - (whiten_first x[i-1] +
          * whiten_second x[i-2]) / 2^14. |first| + |second| at most 49152. 0, 0 (default): the
          * samples. davar_whiten sets all four (10.16) */
         int16_t whiten_first;
@@ -266,13 +264,12 @@ typedef struct {
     double high;  /**< upper limit, same unit */
 } davar_coefficient_t;
 
-/** Law glr: the two levels that the newest alarm distinguished (10.12). Both are Allan deviations
- * at m samples, in deg/s. For m = 1 that is the standard deviation of a sample about the mean of
- * its block; times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h), if the noise is white. With
- * whitening, the levels are those before the filter (10.16). */
+/** Law glr: the two levels that the newest alarm distinguished (10.12), in deg/s: standard deviations
+ * of a sample about the mean of its block. If the noise is white, a level is the Allan deviation at
+ * m = 1, and times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h). With whitening, the levels are those
+ * before the filter (10.16). */
 typedef struct {
-    /** 1; long_cluster if the second channel raised it; 0: no alarm yet, the rest is NaN */
-    uint32_t m;
+    uint32_t m; /**< 1; 0: no alarm yet, the rest is NaN */
     /** level between the previous change and this one, over at most the longest window */
     double older;
     double newer; /**< level since this change; it improves with every block */
@@ -284,7 +281,7 @@ typedef struct {
  * noise does not change, all intervals of a section contain it, with a probability of 95 %. A
  * section ends at an alarm, or without one if its noise has changed slowly. Between a change and
  * its alarm, the intervals may miss the new level.
- * Levels are in deg/s as in davar_change_t with m = 1, but without rounding to counts. */
+ * Levels are in deg/s as in davar_change_t, but without rounding to counts. */
 typedef struct {
     /** accepted samples of the section; 0: too few, counts too coarse, or dispersion above 5 now or
      * in the last 2^14 blocks, and the rest is NaN */

@@ -32,12 +32,6 @@ void davar_glr_reset(davar_glr_t *state)
     state->settled = 1U;
 }
 
-void davar_glr_begin_anew(davar_glr_t *state)
-{
-    glr_place_copy(&state->alarm, &state->now);
-    glr_place_copy(&state->cut, &state->now);
-}
-
 uint32_t davar_glr_dispersion(const davar_glr_t *state, uint32_t octave)
 {
     const uint32_t larger =
@@ -254,38 +248,15 @@ void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, in
     davar_glr_push(state, config, &block, event);
 }
 
-/* factor * spread + floor as a block; below 2^96 */
-static void push_wide(davar_glr_t *state, const davar_glr_config_t *config,
-                      const davar_u128_t *spread, uint32_t factor, davar_glr_event_t *event)
-{
-    const davar_u128_t floor = {config->floor, 0U};
-    const davar_u128_t b = davar_u128_add(davar_u128_scale(*spread, factor), floor);
-    const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
-    davar_glr_push(state, config, &block, event);
-}
-
 void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum,
                         const davar_u128_t *squares, davar_glr_event_t *event)
 {
+    const davar_u128_t floor = {config->floor, 0U};
     const davar_u128_t scaled = davar_u128_scale(*squares, config->block);
     const davar_u128_t spread = davar_u128_subtract(scaled, davar_multiply_i64(sum, sum));
-    push_wide(state, config, &spread, 12U, event);
-}
-
-/* b = 6 D^2 + m: 6 times the variance of D, plus that of rounding */
-void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config,
-                                 int32_t difference, davar_glr_event_t *event)
-{
-    const uint64_t b = davar_scale_u64(davar_square_i32(difference), 6U) + config->floor;
-    const davar_spread_t block = {b, 0U, 1U};
+    const davar_u128_t b = davar_u128_add(davar_u128_scale(spread, 12U), floor); /* below 2^96 */
+    const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
     davar_glr_push(state, config, &block, event);
-}
-
-void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config,
-                                 int64_t difference, davar_glr_event_t *event)
-{
-    const davar_u128_t spread = davar_multiply_i64(difference, difference);
-    push_wide(state, config, &spread, 6U, event);
 }
 
 /* --- dispersion ------------------------------------------------------------------------------- */
@@ -338,11 +309,9 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 
 /* --- thresholds ------------------------------------------------------------------------------- */
 
-#define OF_ALARM 78643          /* 1.2, 16 digits: c of the thresholds (10.6) */
-#define OF_CUT 117965           /* 1.8 */
-#define OF_CLUSTERS 65536       /* 1; fitted together with DEGREES_OF_CLUSTERS */
-#define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
-#define MARGIN 65536            /* 1, 16 digits: least h above ln of the longest part */
+#define OF_ALARM 78643 /* 1.2, 16 digits: c of the thresholds (10.6) */
+#define OF_CUT 117965  /* 1.8 */
+#define MARGIN 65536   /* 1, 16 digits: least h above ln of the longest part */
 
 static int32_t logarithm_of(double value)
 {
@@ -359,11 +328,6 @@ static uint32_t threshold_of(double seconds, const davar_glr_wish_t *wish, int32
     const int32_t h = (blocks / 256) + c;
     const int32_t least = (davar_logarithm_of_count(longest) / 256) + MARGIN;
     return (uint32_t)((h > least) ? h : least);
-}
-
-static uint32_t threshold_of_alarm(const davar_glr_wish_t *wish, int32_t c, uint32_t longest)
-{
-    return threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, c, longest);
 }
 
 /* Whole blocks in so many samples, at least one. */
@@ -389,12 +353,12 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->block = wish->block;
     config->degrees = nu << 8U;
     config->floor = wish->block * nu;
-    config->least = 2U;
     config->longest = longest;
     config->levels = levels;
     config->shock = wish->shock;
     config->outlier = (wish->block < 18U) ? 1280U : 768U; /* 5 or 3 */
-    config->alarm = threshold_of_alarm(wish, OF_ALARM, longest);
+    config->alarm =
+        threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, OF_ALARM, longest);
     config->cut = smaller(threshold_of(wish->cut_interval_s, wish, OF_CUT, longest), config->alarm);
     config->step = davar_divided((nu * nu) << 14U, nu + 1U);
     config->step_of_8 = nu << 17U;
@@ -423,25 +387,6 @@ uint32_t davar_glr_rounding(uint32_t block, int16_t first, int16_t second)
     const uint64_t by_1 = davar_multiply_i32((int32_t)(block - 1U) * first, one - second);
     const uint64_t by_2 = davar_multiply_i32((int32_t)(block - 2U) * second, one);
     return (uint32_t)((apart + (2U * (by_1 + by_2)) + (UINT32_C(1) << 27U)) >> 28U);
-}
-
-/* Adjacent blocks share three quarters of their samples, so each has 0.38 degrees of freedom and a
- * part needs 16 of them. Sums of so many samples are Gaussian whatever the samples are, so the
- * dispersion does not learn. */
-void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t *wish)
-{
-    memset(config, 0, sizeof *config);
-    config->block = wish->block;
-    config->degrees = DEGREES_OF_CLUSTERS;
-    config->floor = 4U * wish->block;
-    config->least = 16U;
-    config->longest = GLR_LONGEST;
-    config->levels = GLR_LEVELS;
-    config->alarm = threshold_of_alarm(wish, OF_CLUSTERS, GLR_LONGEST);
-    config->cut = config->alarm;
-    config->bias = davar_divided(UINT32_C(1) << 24U, 3U * DEGREES_OF_CLUSTERS);
-    config->near = 1U;
-    config->far = 1U;
 }
 
 /* --- the window law --------------------------------------------------------------------------- */
@@ -491,11 +436,8 @@ DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
         (config->glr.shock_blocks > GLR_SHOCK_MAX)) {
         return DAVAR_ERR_TRACKING;
     }
-    const bool clusters = (config->glr.long_cluster <= GLR_CLUSTER_MAX) &&
-                          ((config->glr.long_cluster % (4U * block)) == 0U);
-    return (clusters && has_rates(config) && has_whitening(config) && has_windows(config))
-               ? DAVAR_OK
-               : DAVAR_ERR_TRACKING;
+    return (has_rates(config) && has_whitening(config) && has_windows(config)) ? DAVAR_OK
+                                                                               : DAVAR_ERR_TRACKING;
 }
 
 /* Centred windows have half a window of blocks on each side of the epoch (10.15). */

@@ -44,7 +44,6 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 #define GLR_BLOCK_MAX 64U     /* samples of a block */
 #define GLR_RECENT 64U        /* newest blocks that are stored one by one */
 #define GLR_CUTS 5U           /* stored cuts; the oldest is a bound */
-#define GLR_CLUSTER_MAX 512U  /* samples of a cluster of the second channel */
 #define GLR_WHITEN_MAX 49152U /* |first| + |second|: 3, 14 digits */
 #define GLR_HALF_MAX                                                                               \
     30U /* blocks of half a centred window: 2 * this + GLR_CUTS - 1 <= GLR_RECENT */
@@ -54,7 +53,6 @@ typedef struct {
     uint32_t block;     /* K, samples */
     uint32_t degrees;   /* nu = K - 1; 8 digits */
     uint32_t floor;     /* b of rounding alone: K nu, more with whitening (10.17) */
-    uint32_t least;     /* blocks in each part of a split, at least */
     uint32_t longest;   /* blocks of a window */
     uint32_t levels;    /* 1..GLR_LEVELS, so that 3 * 2^(levels - 1) >= longest */
     uint32_t shock;     /* blocks that may be dropped as a shock, 0..GLR_SHOCK_MAX; 0: never */
@@ -130,11 +128,6 @@ typedef struct {
 /* Computes thresholds and constants; every rate is a positive finite number. */
 void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish);
 
-/* The same for the second channel. Its blocks are b = 6 D^2 + m, one every wish->block samples; D
- * is the difference of two consecutive clusters of m = 4 wish->block samples. Its cuts are its
- * alarms; `longest` counts these blocks. */
-void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t *wish);
-
 /* config->floor for whitened samples, b of rounding alone: K nu, and twice the rounding that
  * whitening adds, rounded (10.17). */
 uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second);
@@ -145,21 +138,12 @@ uint32_t davar_glr_rounding(uint32_t block, int16_t first, int16_t second);
 
 void davar_glr_reset(davar_glr_t *state);
 
-/* Forgets the past, as at an alarm. */
-void davar_glr_begin_anew(davar_glr_t *state);
-
 /* The next block of K samples: their sum and the sum of their squares. O(levels), and at most five
  * splits per threshold. */
 void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum,
                         uint64_t squares, davar_glr_event_t *event);
 void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum,
                         const davar_u128_t *squares, davar_glr_event_t *event);
-
-/* For davar_glr_start_clusters(): D in counts. */
-void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config,
-                                 int32_t difference, davar_glr_event_t *event);
-void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config,
-                                 int64_t difference, davar_glr_event_t *event);
 
 /* Takes b directly; it is not 0. */
 void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
@@ -234,11 +218,11 @@ bool davar_steady_is_known(const davar_steady_sums_t *steady, const davar_glr_t 
 typedef struct {
     davar_spread_t older; /* before the newest reported change */
     davar_spread_t newer; /* after it */
-    uint32_t changed;     /* cluster that changed, samples; 0: no change */
     int32_t gain;
     uint32_t dispersion;   /* f, GAIN_DIGITS */
     davar_spread_t steady; /* since the last alarm: accepted blocks */
     davar_spread_t shocks; /* and dropped ones */
+    bool changed;          /* an alarm has been reported */
 } davar_glr_words_t;
 _Static_assert(sizeof(davar_glr_words_t) <= sizeof(davar_law_words_t), "words are too many");
 

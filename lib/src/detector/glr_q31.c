@@ -4,7 +4,6 @@
 
 #define NUMBER(name) davar_q31_##name
 typedef int32_t sample_t;
-typedef int64_t difference_t; /* also the sum of a cluster */
 
 /* The sums of a block of at most 64 samples. */
 typedef struct {
@@ -49,7 +48,6 @@ static inline sample_t whitened(int32_t first, int32_t second, sample_t sample, 
 }
 
 #define DETECTOR_NUMBER davar_number_q31
-#define DETECTOR_PUSH_CLUSTERS davar_glr_push_clusters_q31
 #define DETECTOR_LAW davar_law_glr_q31
 
 #include "detector/glr_queue.inc"

@@ -101,50 +101,47 @@ double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t un
                                   davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
 }
 
-static bool is_whitened(const davar_config_t *config, uint32_t m)
+static bool is_whitened(const davar_config_t *config)
 {
-    return (m == 1U) && ((config->glr.whiten_first != 0) || (config->glr.whiten_second != 0));
+    return (config->glr.whiten_first != 0) || (config->glr.whiten_second != 0);
 }
 
-static double dps_per_count(const davar_config_t *config, uint32_t m, double unit_per_count)
+static double dps_per_count(const davar_config_t *config, double unit_per_count)
 {
-    return is_whitened(config, m) ? davar_scale(unit_per_count, config->glr.whiten_level)
-                                  : unit_per_count;
+    return is_whitened(config) ? davar_scale(unit_per_count, config->glr.whiten_level)
+                               : unit_per_count;
 }
 
 /* b of the constant that is added to each block (10.17). */
-static uint32_t constant_of(const davar_config_t *config, uint32_t m)
+static uint32_t constant_of(const davar_config_t *config)
 {
-    return (m == 1U) ? davar_glr_floor(config->glr.block, config->glr.whiten_first,
-                                       config->glr.whiten_second)
-                     : m;
+    return davar_glr_floor(config->glr.block, config->glr.whiten_first, config->glr.whiten_second);
 }
 
 /* b of a level of one count. */
-static uint32_t unit_of(const davar_config_t *config, uint32_t m)
+static uint32_t unit_of(const davar_config_t *config)
 {
     const uint32_t block = config->glr.block;
-    return 12U * ((m == 1U) ? (block * (block - 1U)) : (m * m));
+    return 12U * block * (block - 1U);
 }
 
-/* The deviation from a sum of b (10.1) or of 6 D^2 + m (10.13). NaN if all blocks were lost in
- * gaps. */
-static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m,
+/* The deviation from a sum of b (10.12). NaN if all blocks were lost in gaps. */
+static double level_of(const davar_config_t *config, const davar_spread_t *sum,
                        double unit_per_count)
 {
     if (sum->blocks == 0U) {
         return (double)NAN;
     }
-    return davar_scale(davar_spread_level(sum, constant_of(config, m), unit_of(config, m)),
-                       dps_per_count(config, m, unit_per_count));
+    return davar_scale(davar_spread_level(sum, constant_of(config), unit_of(config)),
+                       dps_per_count(config, unit_per_count));
 }
 
 static void report_change(const davar_config_t *config, double unit_per_count,
                           const davar_glr_words_t *read, davar_change_t *change)
 {
-    change->m = read->changed;
-    change->older = level_of(config, &read->older, read->changed, unit_per_count);
-    change->newer = level_of(config, &read->newer, read->changed, unit_per_count);
+    change->m = 1U;
+    change->older = level_of(config, &read->older, unit_per_count);
+    change->newer = level_of(config, &read->newer, unit_per_count);
     change->gain = davar_scale(davar_double_of_u64((uint32_t)read->gain), 1.0 / (double)F_ONE);
 }
 
@@ -179,9 +176,9 @@ static void report_steady(const davar_config_t *config, double unit_per_count,
 {
     const uint32_t block = config->glr.block;
     const uint32_t nu = block - 1U;
-    const uint32_t unit = unit_of(config, 1U);
+    const uint32_t unit = unit_of(config);
     const uint32_t rounding =
-        constant_of(config, 1U) +
+        constant_of(config) +
         davar_glr_rounding(block, config->glr.whiten_first, config->glr.whiten_second);
     if (read->steady.blocks == 0U) {
         return;
@@ -191,13 +188,13 @@ static void report_steady(const davar_config_t *config, double unit_per_count,
     if ((s > WIDEST) || (level < COARSE)) {
         return;
     }
-    const bool whitened = is_whitened(config, 1U);
+    const bool whitened = is_whitened(config);
     const uint32_t twelfth = whitened ? (block * nu) : 0U; /* of a count^2 */
     davar_spread_t all = read->steady;
     spread_add(&all, &read->shocks);
     const double low = limit_of(&read->steady, rounding + (2U * twelfth), unit, 1.0 + s);
     const double high = limit_of(&all, rounding - twelfth, unit, 1.0 - s);
-    const double scale = dps_per_count(config, 1U, unit_per_count);
+    const double scale = dps_per_count(config, unit_per_count);
     const double tolerance = whitened ? (1.0 + config->glr.whiten_tolerance) : 1.0;
     steady->samples = davar_multiply_u32(read->steady.blocks, block);
     steady->level = davar_scale(level, scale);
@@ -211,7 +208,7 @@ void davar_glr_report(const davar_config_t *config, double unit_per_count,
     davar_glr_words_t read;
     memcpy(&read, words, sizeof read);
     result->dispersion = (double)read.dispersion / (double)F_ONE;
-    if (read.changed != 0U) {
+    if (read.changed) {
         report_change(config, unit_per_count, &read, &result->change);
     }
     report_steady(config, unit_per_count, &read, &result->steady);

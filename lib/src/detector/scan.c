@@ -69,6 +69,7 @@ int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *sp
 
 /* --- the scan over dyadic ages ---------------------------------------------------------------- */
 
+#define PART_LEAST 2U     /* blocks in each part of a split, at least */
 #define LN_2_ABOVE 45427U /* rounded up, 16 digits */
 
 /* One scan: what its splits share, and the best of them. */
@@ -110,7 +111,7 @@ static void test_split(scan_t *scan, uint32_t age, uint32_t level)
 {
     const davar_spread_t *const split = glr_record(scan->state, level, scan->state->now.at - age);
     const uint32_t older = split->blocks - scan->stretch.from->blocks;
-    if ((older - scan->config->least) > scan->room) {
+    if ((older - PART_LEAST) > scan->room) {
         return;
     }
     const uint32_t limit = scan->best[0].threshold - ((level + 2U) * LN_2_ABOVE);
@@ -145,7 +146,7 @@ void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config,
                     const davar_glr_place_t *begin, davar_split_t *split, uint32_t count)
 {
     scan_t scan;
-    scan.room = state->now.sum.blocks - begin->sum.blocks - (2U * config->least);
+    scan.room = state->now.sum.blocks - begin->sum.blocks - (2U * PART_LEAST);
     if ((int32_t)scan.room < 0) {
         return;
     }

@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-#define FORMAT 7U
+#define FORMAT 8U
 
 /* The instance without its pointers. */
 typedef struct {

@@ -66,7 +66,7 @@ def memory_bytes(design: Design, sizes: dict[str, Any]) -> int:
     grid = common + round8(sample * (4 * largest + 127)) + of_grid
     if design.law == "glr":
         blocks = (design.window + design.stride) // BLOCK + 4
-        law = (1304 if narrow else 1328) + 2 * pointer + round8(sample * 5 * BLOCK)
+        law = (1304 if narrow else 1304 + 2 * pointer) + round8(sample * 5 * BLOCK)
         return grid + blocks * record * count + law
     slots = design.window // design.stride + 2
     return grid + slots * (record * count + powers) + 2 * (record * count + powers) + 2 * powers
