@@ -132,7 +132,7 @@ static void test_constants_of_every_block_are_as_stated(void)
             wish.longest = (blocks * wish.block) + (blocks % wish.block);
             davar_glr_start(&config, &wish);
             TEST_ASSERT_EQUAL_UINT32(wish.block, config.block);
-            TEST_ASSERT_EQUAL_UINT32(256U * (wish.block - 1U), config.degrees);
+            TEST_ASSERT_EQUAL_UINT32(wish.block - 1U, config.degrees);
             TEST_ASSERT_EQUAL_UINT32(wish.block * (wish.block - 1U), config.floor);
             TEST_ASSERT_EQUAL_UINT32(longest, config.longest);
             TEST_ASSERT_EQUAL_UINT32(levels, config.levels);

@@ -16,9 +16,9 @@
 #define MEMORY 11U              /* the dispersion forgets over 2^11 blocks */
 #define MEMORY_OF_8 8U          /* and over 2^8 sums of eight */
 #define BODY (ONE + (ONE / 4U)) /* above this phi, few blocks have a larger f than many (10.3) */
-#define ENOUGH 25600U /* degrees of freedom of a mean that a shock is compared with; 8 digits */
-#define OVER_FLOOR 4U /* no shocks below this multiple of the variance of rounding */
-#define CALM 543U     /* a shock ends with a block below 2.12 means (widened); 8 digits */
+#define ENOUGH 100U             /* degrees of freedom of a mean that a shock is compared with */
+#define OVER_FLOOR 4U           /* no shocks below this multiple of the variance of rounding */
+#define CALM 543U               /* a shock ends with a block below 2.12 means (widened); 8 digits */
 
 static const davar_spread_t none = {0U, 0U, 0U};
 
@@ -351,7 +351,7 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
         levels++;
     }
     config->block = wish->block;
-    config->degrees = nu << 8U;
+    config->degrees = nu;
     config->floor = wish->block * nu;
     config->longest = longest;
     config->levels = levels;

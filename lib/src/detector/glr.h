@@ -51,7 +51,7 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 /* Thresholds and constants. "n digits": n binary digits after the point. */
 typedef struct {
     uint32_t block;     /* K, samples */
-    uint32_t degrees;   /* nu = K - 1; 8 digits */
+    uint32_t degrees;   /* nu = K - 1 */
     uint32_t floor;     /* b of rounding alone: K nu, more with whitening (10.17) */
     uint32_t longest;   /* blocks of a window */
     uint32_t levels;    /* 1..GLR_LEVELS, so that 3 * 2^(levels - 1) >= longest */

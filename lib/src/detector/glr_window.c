@@ -161,7 +161,7 @@ static int32_t ramp_gain(const davar_glr_config_t *config, const moment_t *momen
         davar_upper_product((uint32_t)slope << zeros, davar_reciprocal_of_mantissa(sum << zeros));
     const uint32_t rho = share >> 17U; /* 8 digits */
     const uint32_t square = davar_divided(rho * rho, (n * n) - 1U);
-    return (int32_t)(davar_multiply_u32(square, (3U * config->degrees * n) / 4U) >> 12U);
+    return (int32_t)(davar_multiply_u32(square, 3U * config->degrees * n) >> 6U);
 }
 
 /* Is past[i] a step, or part of a ramp? Tested with the blocks up to its neighbours. */

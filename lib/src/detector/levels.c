@@ -40,7 +40,7 @@ static bool parts_differ(const davar_spread_t *older, const davar_spread_t *newe
     const uint32_t step = (size < STEP_MOST) ? size : STEP_MOST;
     const uint64_t square = davar_multiply_u32(step, step); /* at most 2^32 */
     const uint64_t gain =
-        davar_scale_u64(davar_scale_u64(square, blocks) >> STEP_DIGITS, config->degrees) >> 3U;
+        davar_scale_u64(davar_scale_u64(square, blocks) >> STEP_DIGITS, config->degrees) << 5U;
     return gain > (davar_multiply_u32(f, config->alarm) >> 4U); /* both with 24 digits */
 }
 

@@ -63,8 +63,7 @@ int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *sp
     const davar_spread_t newer = spread_between(split, stretch->to);
     const uint64_t sum =
         part_of(stretch, &older) + part_of(stretch, &newer); /* >= 0 up to rounding */
-    return (int32_t)((int64_t)davar_scale_u64(sum, stretch->degrees) >>
-                     (24U + 8U + 1U - GAIN_DIGITS));
+    return (int32_t)((int64_t)davar_scale_u64(sum, stretch->degrees) >> (24U + 1U - GAIN_DIGITS));
 }
 
 /* --- the scan over dyadic ages ---------------------------------------------------------------- */

@@ -15,7 +15,7 @@ typedef struct {
     uint32_t sum;      /* the upper 21 bits of its sum */
     uint32_t weight;   /* f / nu times its sum */
     int32_t logarithm; /* of its mean block; INT32_MIN until needed */
-    uint32_t degrees;  /* nu, 8 digits */
+    uint32_t degrees;  /* nu */
 } davar_stretch_t;
 
 /* The section has 1 to 1023 blocks, and its sum is not 0. `f` has GAIN_DIGITS. */
