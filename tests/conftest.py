@@ -232,9 +232,10 @@ class Run:
             counts += [f"{self.cached[part]} unchanged"] if self.cached[part] else []
             line = f"{part:<13} {', '.join(counts):<40} {work[part]:6.0f} s of work"
             terminalreporter.write_line(line)
-        terminalreporter.section("most work")
-        for group, seconds in sorted(self.cpu.items(), key=lambda one: -one[1])[:25]:
-            terminalreporter.write_line(f"{seconds:6.0f} s  {group}")
+        longest = sorted(self.cpu.items(), key=lambda one: -one[1])[:25]
+        if lines := [f"{cpu:6.0f} s  {group}" for group, cpu in longest if cpu >= 1.0]:
+            terminalreporter.section("most work")
+            terminalreporter.write_line("\n".join(lines))
 
 
 def pytest_configure(config):

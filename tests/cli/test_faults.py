@@ -7,7 +7,6 @@ import errno
 import fcntl
 import io
 import os
-import resource
 import signal
 import subprocess
 import termios
@@ -251,25 +250,17 @@ def test_a_signal_while_the_reader_does_not_read(faulty, number, options, pace):
 # --- a disk that fills up
 
 
-def fill_up(ignored, limit):
-    """Limits the size of files of this process; at the limit comes SIGXFSZ, or an error."""
-    signal.signal(signal.SIGXFSZ, signal.SIG_IGN if ignored else signal.SIG_DFL)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-
-
 @pytest.mark.parametrize("ignored", [False, True])
 def test_a_disk_that_is_full_after_any_byte(faulty, sanitized, ignored):
+    """At the limit comes SIGXFSZ or, if that is ignored, an error."""
     whole, stride = sim(faulty.path, *LSB).stdout, 5 if sanitized else 1
     output = faulty.folder / "out.csv"
+    as_given = ("env", "--ignore-signal=XFSZ") if ignored else ()
     # at first the temporary file has no room
     for limit in (*range(0, 8000, 23 * stride), *range(8000, 8400, stride)):
         with open(output, "wb") as file:
-            done = subprocess.run(
-                [PROGRAM, faulty.path, *LSB],
-                stdout=file,
-                stderr=subprocess.PIPE,
-                preexec_fn=partial(fill_up, ignored, limit),
-            )
+            words = ["prlimit", f"--fsize={limit}", *as_given, PROGRAM, faulty.path, *LSB]
+            done = subprocess.run(words, stdout=file, stderr=subprocess.PIPE)
         assert done.returncode == (2 if ignored else -signal.SIGXFSZ), limit
         text = output.read_text()
         assert_lines(whole, text)
