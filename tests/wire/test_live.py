@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import pty
+import re
 import subprocess
 import sys
 import threading
@@ -187,3 +188,13 @@ def test_a_line_names_the_reason_and_the_slow_terms():
     assert plain.endswith("window 600")
     said = live.line(values | {"bi_deg_per_h": 5.125, "rrw_deg_per_h_per_sqrt_h": 12.0})
     assert said == plain + "  BI 5.125 deg/h  RRW 12 deg/h/sqrt(h)"
+
+
+def test_davar_sim_gives_the_same_reasons_with_the_same_limit():
+    source = re.sub(r'"\s*"', "", (ROOT / "host_sim/output/report.c").read_text())
+    hidden = "the noise is below half a count, so rounding hides the angle random walk"
+    low = "the short cluster sizes read low, as after a low-pass"
+    for reason, text in (("filtered", low), ("coarse", hidden)):
+        assert text in source
+        assert withheld.REASONS[reason].startswith(text)
+    assert f"#define FEW {withheld.FEW}U" in source
