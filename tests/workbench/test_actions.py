@@ -140,6 +140,22 @@ def test_a_doubtful_log_is_read_when_it_is_corrected_or_confirmed(folder, opened
     assert opened("other.csv").ask("all")["samples"] == 6000  # the session has it
 
 
+def test_columns_without_names_get_as_many_names_as_are_shown(folder, opened):
+    """A blank name keeps the number of the column, and `_` skips it."""
+    path = noise(folder / "rec.csv", "", *[lambda i: 0.0] * 3)
+    path.write_text(path.read_text().lstrip("\n"))
+    bench = opened(path)
+    shown = [one["name"] for one in bench.ask("all")["log"]["columns"]]
+    assert len(shown) == 4
+    for wrong in (["time_s"], ["time_s", "gyro_z_dps", "_", "", "temp_degC"]):
+        status, answer = bench.act("names", names=wrong)
+        assert (status, answer["error"].count("\n")) == (400, 0)
+        assert answer["error"].endswith(f": {len(wrong)} names for 4 columns")
+    assert [one["name"] for one in bench.ask("all")["log"]["columns"]] == shown
+    bench.done("names", names=["time_s", "gyro_z_dps", "_", " "])
+    assert "--names time_s,gyro_z_dps,_,column_4" in bench.ask("all")["commands"][0]
+
+
 def test_a_given_model_is_at_the_first_step(folder, opened):
     """Beside lines that are skipped."""
     path = folder / "rec.csv"
