@@ -205,6 +205,29 @@ def test_a_limit_just_below_the_need_is_shown_with_digits_that_differ():
         assert wish < need
 
 
+def test_noise_that_rounding_hides_has_no_plan():
+    done = command("--rate 100 --lsb 3 --noise 1 --core cortex-m0")
+    assert done.status == 1
+    assert "before the filter, and rounding hides it" in done.err
+    assert "a smaller range of the gyro" in done.err
+
+
+def test_numbers_are_shown_so_that_they_suffice_and_differ():
+    for size, text in ((1, "0.1k"), (20480, "20k"), (20481, "20.1k"), (20582, "20.1k")):
+        assert choice.kilobytes(size) == text
+    assert choice.kilobytes(20583) == "20.2k"
+    for function, one, other, texts in (
+        (choice.sizes_apart, 20480, 20481, ("20k", "20.1k")),
+        (choice.sizes_apart, 20481, 20482, ("20481 bytes", "20482 bytes")),
+        (choice.apart, 1.8, 1.80002, ("1.8", "1.80002")),
+        (choice.apart, 1e6, 2e6, ("1000000", "2000000")),
+    ):
+        assert function(one, other) == texts
+    for option, unit in (("--rate", "Hz"), ("--respond", "seconds"), ("--clock", "MHz")):
+        done = command(f"{option} 1x --lsb 0.05 --core cortex-m0")
+        assert f"{option}: expected a number of {unit} above 0, found '1x'" in done.err
+
+
 # --- bad input ---
 
 BAD = (
