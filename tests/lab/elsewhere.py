@@ -177,10 +177,28 @@ def make(effects, seed, seconds=7200, n=0.3, b=5.0, **how):
     }
 
 
+SIZE = {  # kind that course() makes -> its parameter that is a factor
+    "rate_random_walk": "coefficient_deg_per_h_per_sqrt_h",
+    "gauss_markov": "std_dps",
+    "sinusoid": "amplitude_dps",
+    "telegraph_noise": "amplitude_dps",
+    "shocks": "amplitude_dps",
+    "rate_ramp": "coefficient_deg_per_h2",
+    "temperature": "coefficient_dps_per_degC",
+    "temperature_rate": "coefficient_dps_per_degC_per_s",
+    "g_sensitivity": "coefficient_dps_per_g",
+    "vibration_noise": "coefficient_dps_per_g",
+    "vibration_rectification": "coefficient_dps_per_g2",
+    "warm_up": "amplitude_dps",
+}
+
+
 def course(kind, p, t, temp, felt, rng, how):
     """What an effect adds to the rate; nothing here of those that `make` makes."""
     count, axis = len(t), p.get("axis")
-    size = next(value for name, value in p.items() if name != "rate_per_hour")
+    if kind not in SIZE:
+        return np.zeros(count)
+    size = p[SIZE[kind]]
     if kind == "rate_random_walk":
         return np.cumsum(rng.standard_normal(count)) * size / DEG / 60 / np.sqrt(RATE)
     if kind == "gauss_markov":
@@ -204,7 +222,7 @@ def course(kind, p, t, temp, felt, rng, how):
         "vibration_rectification": lambda: size * felt[axis][1] ** 2,
         "warm_up": lambda: size * np.exp(-t / p["time_constant_s"]),
     }
-    return others.get(kind, lambda: np.zeros(count))()
+    return others[kind]()
 
 
 def shocks(p, t, rng, how):

@@ -84,32 +84,37 @@ def effect(kind, column="gyro_z_dps", **parameters):
     return f'{sensor}[[effect]]\nkind = "{kind}"\n{"".join(lines)}'
 
 
-MODELS = {
-    "[sensor\n": "not TOML",
-    effect("magic"): "unknown kind 'magic'",
-    SENSOR + BASE + "speed = 3\n": "no parameter speed",
-    SENSOR + BASE.replace("0.3", "-1"): "outside",
-    SENSOR.replace("gyro_z", "gyro_q") + BASE: "no column gyro_q_dps",
-    effect("temperature", coefficient_dps_per_degC=1): "temp_degC",
-    effect("telegraph_noise", amplitude_dps=0.01, mean_dwell_s=2.0, levels=2.5): (
-        "levels = 2.5 must be a whole number"
+MODELS = {  # a model: what is wrong
+    "not TOML": ("[sensor\n", "not TOML"),
+    "unknown kind": (effect("magic"), "unknown kind 'magic'"),
+    "unknown parameter": (SENSOR + BASE + "speed = 3\n", "no parameter speed"),
+    "negative": (SENSOR + BASE.replace("0.3", "-1"), "outside"),
+    "unknown column": (SENSOR.replace("gyro_z", "gyro_q") + BASE, "no column gyro_q_dps"),
+    "no temperature": (effect("temperature", coefficient_dps_per_degC=1), "temp_degC"),
+    "half a level": (
+        effect("telegraph_noise", amplitude_dps=0.01, mean_dwell_s=2.0, levels=2.5),
+        "levels = 2.5 must be a whole number",
     ),
-    effect("intermittent_line", frequency_hz=7, amplitude_dps=0.05, start_s=100, stop_s=50): (
-        "intermittent_line: stop_s = 50 is before start_s = 100"
+    "stop before start": (
+        effect("intermittent_line", frequency_hz=7, amplitude_dps=0.05, start_s=100, stop_s=50),
+        "intermittent_line: stop_s = 50 is before start_s = 100",
     ),
     **{
-        effect("drifting_line", amplitude_dps=0.05, course_hz=course): (
-            "course_hz must be 4 or more frequencies"
+        f"course {course}": (
+            effect("drifting_line", amplitude_dps=0.05, course_hz=course),
+            "course_hz must be 4 or more frequencies",
         )
         for course in ("9 9.2 9.9", "9 fast 9.9 9.7", "9 -9 9 9", "9 nan 9 9")
     },
-    effect("drifting_line", amplitude_dps=0.05, course_hz="9 9 9 26"): (
-        "course_hz = 26 is above half the sample rate of 50 Hz"
+    "course above half the rate": (
+        effect("drifting_line", amplitude_dps=0.05, course_hz="9 9 9 26"),
+        "course_hz = 26 is above half the sample rate of 50 Hz",
     ),
-    effect("white_phase_noise", column="phase_s", std=1e-9): (
-        "white_phase_noise has no parameter std (it has: std_s, memory)"
+    "parameter of another unit": (
+        effect("white_phase_noise", column="phase_s", std=1e-9),
+        "white_phase_noise has no parameter std (it has: std_s, memory)",
     ),
-    "a = " + "[" * 20000 + "]" * 20000: "bad.toml: nested too deep",
+    "nested": ("a = " + "[" * 20000 + "]" * 20000, "bad.toml: nested too deep"),
 }
 EVEN = [f"{i / 50:.2f},{(i * 7919) % 101 * 0.01:.2f}" for i in range(1500)]
 ROWS = {  # rows of a recording: what is wrong
@@ -152,7 +157,7 @@ def rec(lab):
 @pytest.mark.parametrize("command", REFUSED)
 def test_options_and_outputs(lab, rec, command):
     words = command.format(rec=rec, model=lab.model, out=lab.work / "out").split()
-    lab.refused(REFUSED[command], *words, lines=None)
+    lab.refused(REFUSED[command], *words)
 
 
 @pytest.mark.slow
@@ -194,17 +199,19 @@ def test_results_are_no_recording(lab, rec):
     lab.refused("results of davar-sim", "import", results, "-o", lab.work / "out")
 
 
-@pytest.mark.parametrize("text", MODELS, ids=[str(place) for place in range(len(MODELS))])
-def test_bad_models(lab, text):
+@pytest.mark.parametrize("name", MODELS)
+def test_bad_models(lab, name):
+    text, why = MODELS[name]
     recording = lab.file("r.csv", "time_s,gyro_z_dps\n" + "\n".join(EVEN) + "\n")
-    lab.refused(MODELS[text], "compare", recording, "-m", lab.file("bad.toml", text))
+    lab.refused(why, "compare", recording, "-m", lab.file("bad.toml", text))
 
 
 @pytest.mark.parametrize("name", ROWS)
 def test_bad_rows(lab, name):
     rows, why = ROWS[name]
     recording = lab.file("r.csv", "\n".join(["time_s,gyro_z_dps", *rows, ""]))
-    lab.refused(why, "compare", recording, "-m", lab.model, lines=None)
+    # What hardly changes is found after the note "reading the spectrum".
+    lab.refused(why, "compare", recording, "-m", lab.model, lines=2 if name == "still" else 1)
 
 
 def test_a_recording_of_live_that_cannot_be_written(lab):
@@ -218,7 +225,9 @@ def test_a_recording_of_live_that_cannot_be_written(lab):
 @pytest.mark.parametrize("text", OWN)
 def test_own_effects(lab, rec, text):
     own = lab.file("own.py", f"{HEAD}OWN = {text}\n")
-    lab.refused(OWN[text], "diagnose", rec, "-m", lab.model, "--effects", own, lines=None)
+    # An effect that can be read fails in the search, after the notes of its two steps.
+    lines = 1 if text == "Effect('own')" else 3
+    lab.refused(OWN[text], "diagnose", rec, "-m", lab.model, "--effects", own, lines=lines)
 
 
 def test_a_scenario_is_a_model_and_what_is_assumed_is_said(lab, rec):

@@ -322,7 +322,9 @@ AT_REST = [  # recording, axis, --rate, model beside white noise and flicker
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name, axis, rate, model", AT_REST)
+@pytest.mark.parametrize(
+    "name, axis, rate, model", AT_REST, ids=[f"{name} {axis}" for name, axis, *_ in AT_REST]
+)
 def test_the_intervals_of_a_real_sensor_hold_the_arw_of_the_lab(lab, name, axis, rate, model):
     path = REAL / f"{name}.csv.gz"
     if not path.is_file():

@@ -310,7 +310,7 @@ def test_the_fit_names_them_and_gets_the_noise_right():
     assert abs(fitted.terms[0].parameters[WHITE] / arw - 1) <= 0.03
 
 
-SHOCKS = {  # law of their sizes -> (draw, recordings of 150 or 200 that may be called torn)
+SHOCKS = {  # law of their sizes -> (draw, recordings of 150 that may be called torn)
     "student": (lambda rng, n: np.abs(rng.standard_t(2, n)), 5),
     "cauchy": (lambda rng, n: np.abs(rng.standard_cauchy(n)), 5),
     "pareto": (lambda rng, n: 1 + rng.pareto(1, n), 5),

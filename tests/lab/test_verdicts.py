@@ -374,15 +374,16 @@ def test_a_column_that_does_not_move_is_named(moving):
     assert any("temp_degC is constant: temperature, " in note for note in notes) != moving
 
 
-def test_small_words_mean_what_they_say():
-    """The farthest misfit is named, no likelihood is gained below 0.05, p below the smallest double
-    is a bound, and a terminal of any encoding can show it."""
+def test_the_largest_deviation_of_a_misfit_is_named():
     there = [
         Cell(tau_s, 0.0, SPAN_S, 0.01 * ratio, 0.01, ratio, z, 10.0)
         for tau_s, ratio, z in ((1.28, 1.2, 26.0), (655.0, 3.8, 10.3))
     ]
     misfit = verdict.misfit(Made(where=there, duration_s=SPAN_S))
     assert "between 1.28 and 655 s (11 min). The largest deviation is at 655 s (11 min)" in misfit
+
+
+def test_a_loss_is_no_gain_and_p_below_the_smallest_double_is_a_bound():
     for gain, log_p, why in (
         (-604.1, 0.0, "no likelihood gain. "),
         (4000.0, -4000.0, "likelihood gain 4000.0 (p < 1e-300)"),
@@ -390,5 +391,8 @@ def test_small_words_mean_what_they_say():
     ):
         said = evidence.why(Candidate("warm_up", Part("warm_up"), gain, log_p), None)
         assert said.startswith(why)
+
+
+def test_a_terminal_of_any_encoding_can_show_a_number():
     said = words.in_ascii(f"{words.number(-1.5e-7)} {words.chance(0.0)}, 95\u00a0%")
     assert said == "-1.50e-7 below 1e-12, 95 %"
