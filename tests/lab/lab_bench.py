@@ -1,5 +1,5 @@
-"""What the tests of the lab share: a folder with the usual model, noise by formulas of this file,
-recordings from text."""
+"""What the tests of the lab share: the usual model and its noise (flicker: elsewhere.py; or as
+davarlab simulates it), recordings and CSV files from columns, a folder to run commands in."""
 
 import numpy as np
 from asking import run, said

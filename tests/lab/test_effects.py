@@ -1,5 +1,5 @@
 """Every effect by textbook formulas: what a number of a model file means, in spectra, in Allan
-deviations, in simulated courses, in tables for the device and in data sheets."""
+deviations, in simulated courses and in tables for the device."""
 
 import math
 

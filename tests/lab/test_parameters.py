@@ -1,5 +1,5 @@
 """davarlab export --to FORMAT: numbers that were worked out by hand, read back as the other program
-reads them; davarlab sheet: the way back.
+reads them. What export and sheet refuse.
 """
 
 import math

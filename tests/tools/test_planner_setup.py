@@ -1,5 +1,5 @@
 """The setup that tools/davar-plan writes: it compiles, passes the planned numbers and every sample
-to the library, keeps its promises in simulations, and its calls may come in any order.
+to the library, and its calls may come in any order. test_planner_figures.py tests its promises.
 """
 
 import json

@@ -1,5 +1,5 @@
 """What the server answers, against computations of the test's own and what a terminal prints. No
-browser: the quick gear runs all of it.
+browser; the quick gear runs all of it that is not marked slow.
 """
 
 import json
