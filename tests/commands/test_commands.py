@@ -199,8 +199,24 @@ def clone(tmp_path_factory):
     return Clone(tmp_path_factory.mktemp("clone"))
 
 
-def run_page(clone, page, long):
-    """Runs the commands of a page in their order; the long ones only if `long`."""
+# Files that the commands of a page leave below build/, by page.
+LEFT = {
+    "docs/PACKAGES.md": (
+        "build/root/include/davar/davar.h",
+        "build/root/**/libdavar.a",
+        "build/root/**/davar.pc",
+        "build/deb/libdavar-dev_*.deb",
+        "build/deb/davar-tools_*.deb",
+        "build/packages/SHA256SUMS",
+        "build/packages/*.deb",
+    ),
+}
+
+
+def run_page(clone, page, long, patterns=()):
+    """Runs the commands of a page in their order; the long ones only if `long`. Then each pattern
+    of `patterns` has a file.
+    """
     wrong = []
     for one in RUN:
         row = row_of(one.text)
@@ -217,6 +233,7 @@ def run_page(clone, page, long):
     assert not wrong, "\n".join(wrong)
     left = clone.changes() - clone.before
     assert [line for line in left if not WRITTEN.match(line)] == []
+    assert [pattern for pattern in patterns if not any(clone.folder.glob(pattern))] == []
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -227,7 +244,7 @@ def test_the_commands_of_a_page(clone, page):
 @pytest.mark.soak
 @pytest.mark.parametrize("page", LONG_PAGES)
 def test_all_commands_of_a_page(clone, page):
-    run_page(clone, page, long=True)
+    run_page(clone, page, long=True, patterns=LEFT.get(page, ()))
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
