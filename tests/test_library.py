@@ -31,7 +31,8 @@ def cases():
             name = f"{preset}-{name}"
             marks = [pytest.mark.xdist_group(f"tests/test_library.py::{name}")]
             marks += [pytest.mark.inputs(*command)]
-            marks += [pytest.mark.slow] if preset == "release" else []
+            is_slow = preset == "release" or "slow" in labels
+            marks += [pytest.mark.slow] if is_slow else []
             marks += [pytest.mark.soak] if "soak" in labels else []
             yield pytest.param(command, id=name, marks=marks)
 
