@@ -1,6 +1,6 @@
 /* Which of several gyros to trust: wrong switches, delays, fused noise and faults over simulated
- * flights, on seeds that chose no constant. A trial is an hour of each flight, or as many as a row
- * states. */
+ * flights, beside simple rules. On seeds that chose no constant. A trial is an hour of each flight,
+ * or as many as a row states. */
 #include "flight.h"
 #include "statistics.h"
 
@@ -14,6 +14,7 @@ static davar_select_gyro_t gyro[DAVAR_SELECT_GYROS];
 static davar_select_pair_t pair[DAVAR_SELECT_PAIRS(DAVAR_SELECT_GYROS)];
 static davar_select_verdict_t verdict;
 static flight_t flight;
+static float square[DAVAR_SELECT_GYROS]; /* of the newest block */
 static uint64_t next_seed;
 
 static void configure(uint8_t gyros, uint8_t axes, float errors_per_1000_h)
@@ -47,6 +48,9 @@ static void fly(uint32_t stuck, uint32_t absent)
         const bool full = davar_select_add(&selection, rates);
         require(full == (k + 1U == config.block), "flights: a block");
     }
+    for (uint32_t i = 0U; i < config.gyros; i++) {
+        square[i] = gyro[i].square[0] + gyro[i].square[1] + gyro[i].square[2];
+    }
     davar_select_update(&selection, &verdict);
 }
 
@@ -61,19 +65,20 @@ typedef struct {
     double hours; /* of a trial, which is a third of an hour */
     double shake;
     double vibration;
-    double tone; /* at 23 Hz */
+    double tone;     /* at 23 Hz */
+    float tolerance; /* of time, s */
 } ride_t;
 
 /* A high stated rate makes short flights a strict test. */
 #define EQUAL(name, kind)                                                                          \
-    {name, kind, 2U, 1U, 10000.0F, 2.0, 0.0, 0.0, 0.0},                                            \
-        {name, kind, 4U, 1U, 10000.0F, 1.0, 0.0, 0.0, 0.0},                                        \
+    {name, kind, 2U, 1U, 10000.0F, 2.0, 0.0, 0.0, 0.0, 0.0005F},                                   \
+        {name, kind, 4U, 1U, 10000.0F, 1.0, 0.0, 0.0, 0.0, 0.0005F},                               \
     {                                                                                              \
-        name, kind, 3U, 3U, 10000.0F, 1.0, 0.0, 0.0, 0.0                                           \
+        name, kind, 3U, 3U, 10000.0F, 1.0, 0.0, 0.0, 0.0, 0.0005F                                  \
     }
 #define RARELY(name, kind)                                                                         \
     {                                                                                              \
-        name, kind, 2U, 1U, 100.0F, 20.0, 0.0, 0.0, 0.0                                            \
+        name, kind, 2U, 1U, 100.0F, 20.0, 0.0, 0.0, 0.0, 0.0005F                                   \
     }
 
 static const ride_t equal[] = {
@@ -93,14 +98,32 @@ static const ride_t equal[] = {
 
 /* At the default rate: a single switch fails. Mismatch of scale and time, within the tolerances,
  * makes gyros of equal noise look different. */
+#define RIDE(name, gyros, ...)                                                                     \
+    {                                                                                              \
+        name, NOISE_GAUSS, gyros, 1U, 1.0F, 1.0, __VA_ARGS__, 0.0005F                              \
+    }
+#define MORE_RIDES(name, gyros, ...)                                                               \
+    {name, NOISE_GAUSS, gyros, 3U, 1.0F, 1.0, __VA_ARGS__, 0.0005F},                               \
+        {name, NOISE_GAUSS, gyros, 3U, 1.0F, 1.0, __VA_ARGS__, 0.0012F},                           \
+    {                                                                                              \
+        name, NOISE_GAUSS, 2U, 3U, 1.0F, 1.0, __VA_ARGS__, 0.0012F                                 \
+    }
+
 static const ride_t rides[] = {
-    {"shake 150", NOISE_GAUSS, 3U, 1U, 1.0F, 1.0, 150.0, 0.0, 0.0},
-    {"shake 600", NOISE_GAUSS, 4U, 1U, 1.0F, 1.0, 600.0, 0.0, 0.0},
-    {"shake 1500", NOISE_GAUSS, 3U, 1U, 1.0F, 1.0, 1500.0, 0.0, 0.0},
-    {"vibration", NOISE_GAUSS, 4U, 1U, 1.0F, 1.0, 0.0, 5.0, 0.0},
-    {"tone 0.3", NOISE_GAUSS, 3U, 1U, 1.0F, 1.0, 0.0, 0.0, 0.3},
-    {"tone 1", NOISE_GAUSS, 4U, 1U, 1.0F, 1.0, 0.0, 0.0, 1.0},
-    {"tone 5", NOISE_GAUSS, 3U, 1U, 1.0F, 1.0, 0.0, 0.0, 5.0},
+    RIDE("shake 150", 3U, 150.0, 0.0, 0.0),
+    RIDE("shake 600", 4U, 600.0, 0.0, 0.0),
+    RIDE("shake 1500", 3U, 1500.0, 0.0, 0.0),
+    RIDE("vibration", 4U, 0.0, 5.0, 0.0),
+    RIDE("tone 0.3", 3U, 0.0, 0.0, 0.3),
+    RIDE("tone 1", 4U, 0.0, 0.0, 1.0),
+    RIDE("tone 5", 3U, 0.0, 0.0, 5.0),
+    MORE_RIDES("shake 150", 3U, 150.0, 0.0, 0.0),
+    MORE_RIDES("shake 600", 4U, 600.0, 0.0, 0.0),
+    MORE_RIDES("shake 1500", 3U, 1500.0, 0.0, 0.0),
+    MORE_RIDES("vibration", 4U, 0.0, 5.0, 0.0),
+    MORE_RIDES("tone 0.3", 3U, 0.0, 0.0, 0.3),
+    MORE_RIDES("tone 1", 4U, 0.0, 0.0, 1.0),
+    MORE_RIDES("tone 5", 3U, 0.0, 0.0, 5.0),
 };
 
 typedef struct {
@@ -148,6 +171,7 @@ static void run_rides(const void *of, unsigned trials, uint64_t seed)
     char label[80];
     next_seed = seed;
     configure(ride->gyros, ride->axes, ride->stated);
+    config.time_tolerance_s = ride->tolerance;
     for (uint32_t f = 0U; f < count; f++) {
         ride_once(ride, &counted);
     }
@@ -167,7 +191,7 @@ static void run_rides(const void *of, unsigned trials, uint64_t seed)
 const group_t group_switches = {
     "flights-equal", ROWS(equal), run_rides, UINT64_C(0x6A70C0DE), 9U, 0.0, 30U, 6U};
 const group_t group_rides = {
-    "flights-rides", ROWS(rides), run_rides, UINT64_C(0x6A70C1DE), 3U, 0.0, 30U, 0U};
+    "flights-rides", ROWS(rides), run_rides, UINT64_C(0x6A70C1DE), 3U, 0.0, 30U, 21U};
 
 /* ---- the time until a chosen gyro whose noise grows is left ---- */
 
@@ -223,7 +247,7 @@ static void run_delays(const void *of, unsigned trials, uint64_t seed)
 const group_t group_delays = {
     "flights-delays", ROWS(louder), run_delays, UINT64_C(0x6A70C2DE), 400U, 0.0, 0U, 0U};
 
-/* ---- fused noise ---- */
+/* ---- fused noise, and simple rules ---- */
 
 typedef enum { ALIKE, STEPS, REGIMES, CONSTANT } scene_t;
 
@@ -262,12 +286,49 @@ typedef struct {
     double equal; /* fused own noise over the optimum, sums over blocks */
     double fused;
     double single; /* of the chosen gyro over the quietest one */
+    double least;
+    double average;
     uint32_t switches;
+    uint32_t least_switches;
+    uint32_t average_switches;
     uint32_t wrong;
     uint32_t blocks;
 } tally_t;
 
-typedef double past_t[AHEAD][DAVAR_SELECT_GYROS]; /* own noise of the last blocks */
+typedef struct {
+    float totals[BLOCK][DAVAR_SELECT_GYROS];
+    double average[DAVAR_SELECT_GYROS]; /* of the noise, over 2 s */
+    double past[AHEAD][DAVAR_SELECT_GYROS];
+    uint32_t least;
+    uint32_t smooth;
+} rules_t;
+
+/* The gyro with the least variance of 1 s; the gyro that an average of 2 s shows 10 % quieter. */
+static void apply_rules(rules_t *rules, uint32_t t, tally_t *tally)
+{
+    uint32_t least = rules->least;
+    uint32_t smooth = rules->smooth;
+    double totals[DAVAR_SELECT_GYROS] = {0.0};
+    for (uint32_t i = 0U; i < config.gyros; i++) {
+        rules->totals[t % BLOCK][i] = square[i];
+        const double noise = sqrt((double)square[i]);
+        rules->average[i] += (noise - rules->average[i]) * ((t == 0U) ? 1.0 : 0.05);
+        for (uint32_t k = 0U; k < BLOCK; k++) {
+            totals[i] += (double)rules->totals[k][i];
+        }
+    }
+    for (uint32_t i = 0U; i < config.gyros; i++) {
+        least = (totals[i] < totals[least]) ? i : least;
+        smooth = ((rules->average[i] < 0.9 * rules->average[rules->smooth]) &&
+                  (rules->average[i] < rules->average[smooth]))
+                     ? i
+                     : smooth;
+    }
+    tally->least_switches += (least != rules->least) ? 1U : 0U;
+    tally->average_switches += (smooth != rules->smooth) ? 1U : 0U;
+    rules->least = least;
+    rules->smooth = smooth;
+}
 
 static double excess_of(uint32_t i, double best)
 {
@@ -275,7 +336,7 @@ static double excess_of(uint32_t i, double best)
     return sqrt(((flight.own[i] * flight.own[i]) + common) / (best + common)) - 1.0;
 }
 
-static void rate_block(tally_t *tally)
+static void rate_block(const rules_t *rules, tally_t *tally)
 {
     double inverse = 0.0;
     double equal_weights = 0.0;
@@ -292,15 +353,17 @@ static void rate_block(tally_t *tally)
     tally->equal += sqrt(equal_weights * inverse) - 1.0;
     tally->fused += sqrt(fused * inverse) - 1.0;
     tally->single += excess_of(verdict.chosen, best);
+    tally->least += excess_of(rules->least, best);
+    tally->average += excess_of(rules->smooth, best);
     tally->blocks++;
 }
 
 /* Was the new gyro not quieter than the old one at any time in the last 2 s? */
-static bool is_wrong(past_t past, uint32_t before)
+static bool is_wrong(const rules_t *rules, uint32_t before)
 {
     bool wrong = true;
     for (uint32_t k = 0U; k < AHEAD; k++) {
-        wrong = wrong && (past[k][verdict.chosen] >= past[k][before]);
+        wrong = wrong && (rules->past[k][verdict.chosen] >= rules->past[k][before]);
     }
     return wrong;
 }
@@ -354,17 +417,18 @@ static void run_fused(const void *of, unsigned trials, uint64_t seed)
     next_seed = seed;
     configure(row->gyros, row->axes, 1.0F);
     for (unsigned f = 0U; f < trials; f++) {
-        past_t past = {{0.0}};
+        rules_t rules = {.least = 0U};
         double due[6] = {5.0, 0.0, 0.0, 0.0, 0.0, 0.0};
         take_off(NOISE_GAUSS);
         for (uint32_t t = 0U; t < MINUTES_20; t++) {
             const uint32_t before = selection.chosen;
             change(row->scene, row->ratio, row->motion, 0.1 * t, due);
-            memcpy(past[t % AHEAD], flight.own, sizeof flight.own);
+            memcpy(rules.past[t % AHEAD], flight.own, sizeof flight.own);
             fly(0U, 0U);
-            rate_block(&tally);
+            apply_rules(&rules, t, &tally);
+            rate_block(&rules, &tally);
             tally.switches += verdict.switched ? 1U : 0U;
-            tally.wrong += (verdict.switched && is_wrong(past, before)) ? 1U : 0U;
+            tally.wrong += (verdict.switched && is_wrong(&rules, before)) ? 1U : 0U;
         }
     }
     const double hours = tally.blocks / 36000.0;
@@ -374,6 +438,10 @@ static void run_fused(const void *of, unsigned trials, uint64_t seed)
     value("select", percent * tally.single, 0.0);
     value("switches", tally.switches / hours, 0.0);
     value("wrong", tally.wrong, 0.0);
+    value("average", percent * tally.average, 0.0);
+    value("switches", tally.average_switches / hours, 0.0);
+    value("least", percent * tally.least, 0.0);
+    value("switches", tally.least_switches / hours, 0.0);
     (void)snprintf(label, sizeof label, "%s, %u gyros, %u axes", row->name, row->gyros, row->axes);
     report(label, row->holds);
 }

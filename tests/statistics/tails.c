@@ -443,5 +443,5 @@ static void run_learned(const void *of, unsigned trials, uint64_t seed)
     report(row->name, "rejected :2");
 }
 
-const group_t group_learned = {"learned", ROWS(learned_rows), run_learned, 33033U, 16U, 0.0, 0U,
+const group_t group_learned = {"learned", ROWS(learned_rows), run_learned, 33033U, 16U, 0.0, 40U,
                                0U};

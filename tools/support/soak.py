@@ -138,7 +138,6 @@ FUZZER = ("clang-14", "libclang-rt-14-dev")
 SLOW_TESTS = (
     *FUZZER,
     "BOARDS",
-    "gcc-12-multilib",
     "dpkg-dev",
     "frama-c-base",
     "why3",
