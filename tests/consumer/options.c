@@ -1,6 +1,6 @@
 /* Runs streams through every configuration that a build can disable, with fits, frames and a
- * monitor. Prints the status of init, and a checksum of the bits of all results. Its own arithmetic
- * is exact: where a compiler flag changes a bit, it has changed the library. */
+ * monitor. Prints the status of init, a checksum of the bits of all results and the number of gaps.
+ * Its own arithmetic is exact: where a compiler flag changes a bit, it has changed the library. */
 #include "davar/cascade.h"
 #include "davar/davar.h"
 #include "davar/monitor.h"
@@ -8,8 +8,10 @@
 #include "digest.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 
 #define SAMPLES 3000
+#define PIECE 1000 /* samples; a gap follows each */
 #define TAUS 7U
 #define RATE_HZ 99.6
 #define UNIT 0.045
@@ -49,8 +51,8 @@ static void add_result(const davar_config_t *config)
     add_frames(&misfit);
 }
 
-/* White noise, then louder noise, then with a walk, then a ramp and coarse steps: the fit uses every
- * term. */
+/* Starts with white noise, which becomes louder. Then come a walk, a ramp and coarse steps, so that
+ * the fit uses every term. */
 static int32_t count_at(int i)
 {
     static int32_t walk;
@@ -98,7 +100,7 @@ static size_t push_until_result(char type, size_t from, size_t count)
     }
 }
 
-/* Of every result, or of one in ten if each sample has one. */
+/* Adds every result, or one in ten if each sample has one. */
 static void take(const davar_config_t *config)
 {
     if (davar_take(&davar, &result) && ((config->stride > 1U) || ((result.epoch % 10U) == 0U))) {
@@ -106,12 +108,13 @@ static void take(const davar_config_t *config)
     }
 }
 
-static void push(char type, const davar_config_t *config)
+/* Returns the number of gaps. */
+static uint32_t push(char type, const davar_config_t *config)
 {
     for (size_t done = 0U; done < SAMPLES;) {
-        done += push_until_result(type, done, SAMPLES - done);
+        done += push_until_result(type, done, PIECE - (done % PIECE));
         take(config);
-        if ((done % 1000U) == 0U) {
+        if ((done % PIECE) == 0U) {
             davar_gap(&davar, 3);
         }
     }
@@ -121,6 +124,7 @@ static void push(char type, const davar_config_t *config)
     const davar_health_t health = davar_health(&davar);
     add(health.gaps + (health.saturated * UINT64_C(1024)));
     add(health.not_finite + (health.alarms * UINT64_C(1024)));
+    return health.gaps;
 }
 
 static davar_status_t start(char type, const davar_config_t *config)
@@ -131,10 +135,10 @@ static davar_status_t start(char type, const davar_config_t *config)
                                                               sizeof memory);
 }
 
-static void report(char type, const char *way, davar_status_t status)
+static void report(char type, const char *way, davar_status_t status, uint32_t gaps)
 {
-    printf("%c%s %s %016llx\n", type, way, davar_status_text(status),
-           (status == DAVAR_OK) ? (unsigned long long)digest : 0U);
+    printf("%c%s %s %016llx %u\n", type, way, davar_status_text(status),
+           (status == DAVAR_OK) ? (unsigned long long)digest : 0U, (unsigned)gaps);
 }
 
 /* The same for a cascade: "qc" and so on. */
@@ -168,7 +172,7 @@ static void run_cascade(char type)
         (void)davar_cascade_append(&cascade, &result);
         add_fields(&result);
     }
-    report(type, "c", status);
+    report(type, "c", status, 0U);
 }
 
 /* "ql" and so on: the limits of the settings, by their bits: just inside and just outside of 1e-50
@@ -191,7 +195,7 @@ static void run_limits(char type, const davar_config_t *base)
         }
         *settings[s] = usual;
     }
-    report(type, "l", status);
+    report(type, "l", status, 0U);
 }
 
 /* Bits of the number: adaptive 1, centred 2, stride 4. 8 and 9 are policy glr, 9 with a stride. */
@@ -225,13 +229,14 @@ static void run(char type, int number, bool automatic)
     const char way[] = {(char)('0' + number), automatic ? 'a' : '\0', '\0'};
     const davar_status_t status = start(type, &config);
     davar_plan_init_white(&plan, config.taus, TAUS);
-    (void)davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 23U);
-    (void)davar_monitor_init(&monitor, model, 2U, DAVAR_MONITOR_MEMORY);
-    digest_begin();
-    if (status == DAVAR_OK) {
-        push(type, &config);
+    if (!davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 23U) ||
+        !davar_monitor_init(&monitor, model, 2U, DAVAR_MONITOR_MEMORY)) {
+        fputs("options: the encoder or the monitor cannot be initialized\n", stderr);
+        exit(1);
     }
-    report(type, way, status);
+    digest_begin();
+    const uint32_t gaps = (status == DAVAR_OK) ? push(type, &config) : 0U;
+    report(type, way, status, gaps);
 }
 
 int main(void)

@@ -33,11 +33,11 @@ NEEDS = {
 
 
 def ways(folder, flags, sources):
-    """{configuration: (status of init, checksum of the results)}."""
+    """{configuration: (status of init, checksum of the results, number of gaps)}."""
     made = program(folder, [*FLAGS, *flags, *PROGRAM_INCLUDE], [OPTIONS, *sources])
     lines = run(made).splitlines()
     found = (line.split(" ", 1) for line in lines)
-    return {way: tuple(said.rsplit(" ", 1)) for way, said in found}
+    return {way: tuple(said.rsplit(" ", 2)) for way, said in found}
 
 
 @pytest.fixture(scope="module")
@@ -47,10 +47,16 @@ def whole(tmp_path_factory):
 
 
 def test_every_configuration_has_results_and_auto_is_grid(whole):
-    assert {status for status, _ in whole.values()} == {"ok"}
-    assert len({total for _, total in whole.values()}) > 15
+    assert {status for status, _, _ in whole.values()} == {"ok"}
+    assert len({total for _, total, _ in whole.values()}) > 15
     for way in [way for way in whole if way.endswith("a")]:
         assert whole[way[:-1]] == whole[way]
+
+
+def test_every_stream_has_gaps(whole):
+    """Three from calls of davar_gap. NaN and both infinities add one each."""
+    for way, (_, _, gaps) in whole.items():
+        assert gaps == ("0" if way[1] in "cl" else "6" if way[0] == "f" else "3"), way
 
 
 @pytest.mark.parametrize(
@@ -73,7 +79,7 @@ def test_disabled_features_are_rejected_and_others_have_the_same_bits(
         refused = any(NEEDS[name](way) for name in left_out)
         if way[1] == "l" and "LAWS" in left_out:  # init does not read the settings of the laws
             continue
-        assert answer == (("disabled in this build", "0" * 16) if refused else whole[way]), way
+        assert answer == (("disabled in this build", "0" * 16, "0") if refused else whole[way]), way
     assert found.keys() == whole.keys()
 
 
