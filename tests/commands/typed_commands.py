@@ -12,7 +12,7 @@ from typing import NamedTuple
 OURS = r"(?:tools|tests|build|data|examples)/[\w./-]+|davar-\w+|davarlab"
 PROGRAM = re.compile(
     r"(?:(?:[A-Z_]+=\S+|nice|sudo|time) )*"
-    rf"(?:{OURS}|cmake|ctest|cpack|pip|python3?|conan|pio|dpkg|compote|cpackget|idf\.py|vcpkg|west|ip"
+    rf"(?:{OURS}|cmake|ctest|cpack|pip|python3?|conan|pio|dpkg|cpackget|idf\.py|vcpkg|west|ip"
     r"|candump|cantools|slcand|git|gcc|[\w-]+-gcc|zcat|mkdir|cp|cd)(?= )|^\w+=\$\("
 )
 FENCE = re.compile(r"^( *)```(\w*)\n(.*?)^\1```$", re.DOTALL | re.MULTILINE)

@@ -38,7 +38,7 @@ def draft(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def tools():
-    """The folder with pio, conan, compote and python; only tools/soak needs it."""
+    """The folder with pio, conan and python; only tools/soak needs it."""
     words = "python_environment venv-packages tools/support/requirements-packages.txt"
     said = packaging_tools.run(
         "bash", "-c", f". tools/support/setup.sh && {words}", folder=ROOT
