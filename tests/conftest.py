@@ -238,6 +238,11 @@ class Run:
             terminalreporter.write_line("\n".join(lines))
 
 
+def pytest_make_parametrize_id(val, argname):
+    """Bytes are not part of a name: gzip's hold the time, and all workers must collect the same."""
+    return argname if isinstance(val, bytes) else None
+
+
 def pytest_configure(config):
     for line in (
         "slow: takes seconds; left out by the quick gear",
