@@ -1,5 +1,5 @@
-"""tools/davar-sim passes on the caller's folder, the output and the status. tools/davar-bench prints
-what was measured. data/make_demo.py makes the bundled recording.
+"""tools/davar-sim reads paths of the caller and passes on the output and the status.
+tools/davar-bench prints what was measured. The bundled recording is that of data/make_demo.py.
 """
 
 import gzip
