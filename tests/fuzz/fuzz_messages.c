@@ -89,10 +89,26 @@ static void choose_result(bytes_t *bytes)
 
 /* --- frames --- */
 
+/* CRC-8/SAE-J1850 bit by bit, independent of the table of the library. */
+static uint8_t crc_of(const davar_frame_t *frame)
+{
+    uint8_t crc = 0xFFU;
+    for (unsigned i = 0U; i < (frame->length + 1U); i++) {
+        const unsigned identifier = (i == 0U) ? frame->identifier & 0xFFU : frame->identifier >> 8U;
+        crc = (uint8_t)(crc ^ ((i < 2U) ? identifier : frame->data[i - 1U]));
+        for (unsigned bit = 0U; bit < 8U; bit++) {
+            crc = (uint8_t)(((crc & 0x80U) != 0U) ? ((unsigned)crc << 1U) ^ 0x1DU
+                                                  : (unsigned)crc << 1U);
+        }
+    }
+    return (uint8_t)~crc;
+}
+
 static void check_frame(const davar_frame_t *frame)
 {
     davar_wire_t wire;
     REQUIRE((frame->length == 8U) || (frame->length == 64U));
+    REQUIRE(crc_of(frame) == frame->data[0]);
     REQUIRE(davar_frame_crc(frame) == frame->data[0]);
     REQUIRE(davar_decode(frame, DAVAR_WIRE_BASE, &wire) == DAVAR_DECODED);
     if ((wire.message == DAVAR_MESSAGE_ARW) || (wire.message == DAVAR_MESSAGE_ADEV)) {
