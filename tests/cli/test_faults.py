@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 from device_answer import HEALTH, head, result
-from interposed import STOPS, environment, heeded, interposer
+from interposed import STOPS, default_signals, environment, interposer
 from sim_case import PROGRAM, SMALL_WINDOW, recording, sim, write
 
 pytestmark = pytest.mark.slow
@@ -100,7 +100,7 @@ def assert_lines(whole, text):
 
 @pytest.fixture
 def faulty(tmp_path, preloaded):
-    with heeded():
+    with default_signals():
         yield Faulty(tmp_path, preloaded)
 
 

@@ -90,7 +90,7 @@ def test_gaps_in_every_form():
 @pytest.mark.parametrize("gaps", ([], [7, 8191, 8192, 8193]))
 @pytest.mark.parametrize("largest", (1, 2**15, 2**31, 2**41))
 def test_long_records_have_every_bit_of_the_exact_sums(largest, gaps):
-    """Of whole numbers without a limit, with gaps and sums above 64 bits."""
+    """Compares with sums of Python's whole numbers, which have no limit. Some exceed 64 bits."""
     sizes = [1, 2, 3, 64, 1000, 4095, 4096, 4097, 8192, 10_000, 15_000]
     draw = np.random.default_rng([12, largest, len(gaps)])
     counts = draw.integers(-largest, largest, 40_000, endpoint=True)

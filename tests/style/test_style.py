@@ -40,8 +40,16 @@ MAY_INCLUDE = {
 }
 LIB_SYSTEM_HEADERS = {
     f"{name}.h"
-    for name in re.findall(
-        r"\w+", "assert float limits math stdatomic stdbool stddef stdint string"
+    for name in (
+        "assert",
+        "float",
+        "limits",
+        "math",
+        "stdatomic",
+        "stdbool",
+        "stddef",
+        "stdint",
+        "string",
     )
 }
 LIB_FORBIDDEN_CALLS = (

@@ -1,6 +1,6 @@
 /* davar tests - a number for all values that a test has seen: FNV-1a, a word at a time. It is the
- * same on every machine; every NaN counts as the same value. It does
- * without isnan, which a compiler flag may bend. */
+ * same on every machine; every NaN counts as the same value. It does without isnan, which a
+ * compiler flag may bend. */
 #ifndef DAVAR_TESTS_DIGEST_H
 #define DAVAR_TESTS_DIGEST_H
 

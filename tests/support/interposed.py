@@ -18,15 +18,17 @@ def interposer(folder, *flags):
 
 
 def environment(built, mark, fault=""):
-    """Of a program with the fault "function:kind:n"; the file `mark` exists after it."""
+    """The environment of a program with the fault "function:kind:n", which then creates `mark`."""
     mark.unlink(missing_ok=True)
     words = {"LD_PRELOAD": str(built), "FAULT": fault, "FAULT_MARK": str(mark)}
     return {**os.environ, **words}
 
 
 @contextlib.contextmanager
-def heeded():
-    """Programs inherit signals that the process that started the tests ignores."""
+def default_signals():
+    """Restores the default action of the stop signals inside the block. Programs would inherit
+    signals that the process that started the tests ignores.
+    """
     before = {number: signal.signal(number, signal.SIG_DFL) for number in STOPS}
     try:
         yield

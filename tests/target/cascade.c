@@ -37,7 +37,7 @@ static void make_samples(void)
     }
 }
 
-/* Of a loop over a batch whose body is empty. */
+/* Returns the instructions of a loop over a batch with an empty body. */
 static uint32_t instructions_of_loop(void)
 {
     const uint32_t mark = board_mark();

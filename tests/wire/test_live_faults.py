@@ -24,7 +24,7 @@ from unittest import mock
 import pytest
 from davarlab.wire import frames as wire
 from davarlab.wire import live, raw_record, record
-from interposed import STOPS, environment, heeded, interposer
+from interposed import STOPS, default_signals, environment, interposer
 from senders import ROOT, counts, frames, run, seeded, stream
 
 pytestmark = pytest.mark.slow
@@ -148,7 +148,7 @@ class Place:
 
 @pytest.fixture
 def place(tmp_path):
-    with heeded():
+    with default_signals():
         yield Place(tmp_path)
 
 

@@ -13,7 +13,7 @@ import time
 import pytest
 from davarlab.wire import frames as wire
 from davarlab.wire import source
-from interposed import STOPS, environment, heeded, interposer
+from interposed import STOPS, default_signals, environment, interposer
 from senders import NODE, Line, counters, seeded
 
 pytestmark = pytest.mark.slow
@@ -138,7 +138,7 @@ def is_refusal(status, said, sent=b""):
 
 @pytest.fixture
 def faulty(tmp_path, preloaded):
-    with heeded():
+    with default_signals():
         yield Faulty(tmp_path, preloaded)
 
 
