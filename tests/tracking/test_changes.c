@@ -28,7 +28,6 @@ static int16_t stream[SAMPLES];
 void setUp(void)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = UNIT;
     config.window.mode = DAVAR_MODE_TRAILING;
