@@ -10,7 +10,7 @@
 
 #include <math.h>
 
-#define K_MAX 25U
+#define K_MAX 60U
 
 static const davar_glr_wish_t usual = {100.0, 0.01, 300.0, 6000U, 10U, 2U, true};
 static davar_glr_config_t config;
@@ -35,6 +35,7 @@ static inline int16_t rounded(double value)
 
 static inline void fill(int16_t *sample, double sigma)
 {
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(K_MAX, config.block);
     for (uint32_t i = 0U; i < config.block; i++) {
         sample[i] = rounded(sigma * random_gauss(&rng));
     }
