@@ -8,10 +8,12 @@ import os
 import re
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from asking import ROOT, run, said
+from davarlab.report import declared
 from lab_bench import write_csv
 from scipy import signal
 
@@ -355,6 +357,13 @@ def test_the_intervals_of_a_real_sensor_hold_the_arw_of_the_lab(lab, name, axis,
     windows, given, held = holding(at_rest, arw)
     assert given >= 0.9 * windows
     assert held >= 0.9 * given
+
+
+@pytest.mark.parametrize("percent", (3.0, 12.0))
+def test_the_stated_doubt_is_one_standard_error(percent):
+    reach = 1.959964 * percent / 100 * 50  # of a 95 % interval
+    cutoff = SimpleNamespace(number=50.0, low=50 - reach, high=50 + reach)
+    assert declared.percent_of({"cutoff_hz": cutoff}, "m.toml") == percent
 
 
 def test_the_filters_of_a_model_are_those_of_the_option(lab):

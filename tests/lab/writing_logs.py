@@ -46,9 +46,9 @@ class Truth:
 
 
 def ulog(path, truth, gyros=2):
-    """PX4: sensor_gyro of several units, sensor_accel at half the rate, boot times. pyulog writes
-    only what it has read: the bytes are ours, by the documented layout of the format, and pyulog
-    reads them.
+    """PX4: sensor_gyro of several units, sensor_accel at half the rate and 10 degrees warmer, boot
+    times. pyulog writes only what it has read: the bytes are ours, by the documented layout of the
+    format, and pyulog reads them.
     """
 
     def message(kind, body):
@@ -76,7 +76,7 @@ def ulog(path, truth, gyros=2):
         for unit in range(gyros):
             out += data(unit, unit, us, truth.rad_s[:, place] * (unit + 1), temp)
         if place % 2 == 0:
-            out += data(gyros, 9, us, truth.m_s2[:, place], temp)
+            out += data(gyros, 9, us, truth.m_s2[:, place], temp + 10)
     Path(path).write_bytes(out)
 
 
