@@ -1,6 +1,7 @@
 """MATLAB files: version 5 read by scipy, version 7.3 (an HDF5 file, as others are too) by h5py.
 Arrays in structs go by STRUCT.FIELD."""
 
+import faulthandler
 import os
 import resource
 from collections.abc import Callable, Iterator, Mapping
@@ -26,6 +27,7 @@ def check_survived(path: StrPath, load: Callable[[StrPath], object]) -> None:
     if not child:
         status = 1
         try:
+            faulthandler.disable()
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             load(path)
             status = 0
