@@ -180,39 +180,34 @@ class Run:
         result = yield
         group = self.group_of(item)
         self.cpu[group] = self.cpu.get(group, 0.0) + seconds_of_cpu() - before
+        name = self.name_of(item.nodeid)
+        if self.outcomes[name] == {"passed"}:  # at once: an interrupted run keeps what it has
+            STORE.mkdir(parents=True, exist_ok=True)
+            with open(STORE / self.keys[name], "a") as stored:
+                stored.write(f"{name}\n")
         return result
 
+    def name_of(self, nodeid):
+        """Without the group that xdist appends."""
+        controls = self.config.getoption("dist", "no") == "loadgroup"
+        grouped = controls or getattr(self.config.option, "loadgroup", False)  # of a worker
+        return (nodeid.rpartition("@")[0] or nodeid) if grouped else nodeid
+
     def pytest_runtest_logreport(self, report):
-        name = report.nodeid
-        if self.config.getoption("dist", "no") == "loadgroup":
-            name = name.rpartition("@")[0] or name
-        self.outcomes[name].add("failed" if hasattr(report, "wasxfail") else report.outcome)
+        outcome = "failed" if hasattr(report, "wasxfail") else report.outcome
+        self.outcomes[self.name_of(report.nodeid)].add(outcome)
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node, error):
         done = getattr(node, "workeroutput", {})
-        self.keys |= done.get("keys", {})
         self.cached = Counter(done.get("cached", self.cached))
         for group, seconds in done.get("cpu", {}).items():
             self.cpu[group] = self.cpu.get(group, 0.0) + seconds
 
     def pytest_sessionfinish(self, session, exitstatus):
         if hasattr(self.config, "workeroutput"):
-            self.config.workeroutput |= {
-                "keys": self.keys,
-                "cached": dict(self.cached),
-                "cpu": self.cpu,
-            }
+            self.config.workeroutput |= {"cached": dict(self.cached), "cpu": self.cpu}
             return
-        passed = [name for name, seen in self.outcomes.items() if seen == {"passed"}]
-        lines = defaultdict(list)
-        for name in passed:
-            if name in self.keys:
-                lines[self.keys[name]].append(name)
-        STORE.mkdir(parents=True, exist_ok=True)
-        for key, names in lines.items():
-            with open(STORE / key, "a") as stored:
-                stored.write("\n".join(names) + "\n")
         MEASURED.parent.mkdir(parents=True, exist_ok=True)
         measured = known_costs() | {group: round(cpu, 1) for group, cpu in self.cpu.items()}
         MEASURED.write_text(json.dumps(measured, indent=0, sort_keys=True) + "\n")

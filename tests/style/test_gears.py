@@ -108,3 +108,10 @@ def test_only_a_change_repeats_a_test_that_passed(small, words):
         assert failing.returncode == 1 and "1 failed" in failing.stdout
     (small / "number").write_text("1")
     assert "2 unchanged" in run(small, *words).stdout
+
+
+def test_an_interrupted_run_keeps_what_it_has(small):
+    last = "def test_last():\n    raise KeyboardInterrupt\n"
+    (small / "tests/small/test_then.py").write_text(last)
+    assert run(small).returncode == 2
+    assert "2 unchanged" in run(small).stdout
