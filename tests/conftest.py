@@ -10,6 +10,7 @@ import json
 import os
 import resource
 import shutil
+import signal
 import sys
 import tomllib
 from collections import Counter, defaultdict
@@ -40,6 +41,9 @@ os.environ.setdefault("HYPOTHESIS_STORAGE_DIRECTORY", str(BUILD / "cache/hypothe
 os.environ.setdefault("MPLCONFIGDIR", str(BUILD / "cache/matplotlib"))
 if (ROOT.parent / "shared/data/real").is_dir():
     os.environ.setdefault("DAVAR_REAL_DATA", str(ROOT.parent / "shared/data/real"))
+
+# A shell starts what it puts into the background without SIGINT, and so would we the programs.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A test imports the packages of the checkout and the helpers of its folder. Names are unique.
 sys.dont_write_bytecode = not sys.pycache_prefix
