@@ -1,5 +1,5 @@
-"""The C suites of lib/, one program each: in the debug build, whose assertions are on, and in the
-release build, which also has the suites that take seconds (label long).
+"""The C suites of lib/, one program each: in the debug build, whose assertions are on. The release
+build has those that take seconds (label long), and the properties with more trials.
 """
 
 import json
@@ -28,6 +28,8 @@ def cases():
         for name, command, labels in programs(preset):
             if preset == "debug" and "long" in labels:
                 continue  # its numbers do not depend on assertions
+            if preset == "release" and not {"long", "property"} & set(labels):
+                continue
             name = f"{preset}-{name}"
             marks = [pytest.mark.xdist_group(f"tests/test_library.py::{name}")]
             marks += [pytest.mark.inputs(*command)]

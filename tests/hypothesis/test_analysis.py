@@ -55,7 +55,7 @@ EXTRA = st.dictionaries(
     report=st.booleans(),
     seed=st.integers(0, 99),
 )
-@examples(6)
+@examples(3)
 def test_a_result_or_an_error(
     work, command, shape, clock, extra, size, rate_hz, count, added, report, seed
 ):

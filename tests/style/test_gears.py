@@ -16,8 +16,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PARTS = tomllib.loads((ROOT / "tests/parts.toml").read_text())
 EVERYWHERE = ["tests/conftest.py", "tests/parts.toml", "pyproject.toml", "LICENSE"]
 EVERYWHERE += [f"tools/requirements-{name}.txt" for name in ("lab", "test")]
-# In --all the quick ones; tools/soak proves the others.
-PROVED_EACH_TIME = ("dialects", "readers")
+# In --all a quick one; tools/soak proves the others.
+PROVED_EACH_TIME = ("readers",)
 pytestmark = pytest.mark.slow
 
 

@@ -30,7 +30,7 @@ from senders import ROOT, counts, frames, run, seeded, stream
 pytestmark = pytest.mark.slow
 
 WATCHED = (live.__file__, wire.__file__, record.__file__, raw_record.__file__)
-LINES_APART = 23
+LINES_APART = 97
 RESULTS = 20
 
 # Runs davarlab live in a child process for every fault. argv: folder, frames as SLCAN text. It
@@ -160,7 +160,7 @@ def agrees(wanted, found):
 # --- signals
 
 
-def test_a_signal_at_every_line_of_the_program(place):
+def test_a_signal_at_any_line_of_the_program(place):
     """Everything read from the source is shown and recorded, or certainly not: nothing is partial,
     nothing repeats.
     """
@@ -265,7 +265,7 @@ def rows_of(path):
         return list(csv.DictReader(file))
 
 
-def test_killed_at_every_frame_and_started_again(place):
+def test_killed_at_any_frame_and_started_again(place):
     """A killed receiver has written complete rows, and the next one appends to them. No row is
     wrong or repeated.
     """
@@ -274,7 +274,7 @@ def test_killed_at_every_frame_and_started_again(place):
     truth = {row["epoch"]: row for row in rows_of(place.record)}
     assert len(truth) == RESULTS
     place.fresh()
-    for cut in range(0, len(sent), 3):
+    for cut in range(0, len(sent), 13):
         receiver, recorder = wire.Receiver(), record.Recorder(place.record)
         for frame in sent[:cut]:
             result = receiver.push(*frame)
@@ -299,6 +299,7 @@ def test_killed_at_every_frame_and_started_again(place):
 BLOCKS = 60  # additional memory blocks that Python may hold; one per restart is more
 
 
+@pytest.mark.soak
 def test_hundreds_of_restarts_use_no_more_memory_or_files(place):
     """tests/kernel/test_day.py runs it for a day of clock time."""
     warm, restarts = 40, 240
