@@ -9,6 +9,7 @@ from proving import ROOT, listed, prove
 
 pytestmark = pytest.mark.inputs("tests/proofs", "lib", "port/wire", "tools/support")
 
+NIGHT = pytest.mark.soak  # each takes a minute
 # Proof, its bounds.
 CASES = (
     ("decode", ()),
@@ -16,8 +17,8 @@ CASES = (
     ("number", ()),
     ("slide", ()),
     ("push", ()),
-    ("push", ("-DWIDE=1", "-DGAPS=3U")),
-    ("push", ("-DSTRIDE=4", "-DGAPS=3U")),
+    pytest.param("push", ("-DWIDE=1", "-DGAPS=3U"), marks=NIGHT),
+    pytest.param("push", ("-DSTRIDE=4", "-DGAPS=3U"), marks=NIGHT),
     ("restore", ("-DWIDE=0",)),
     ("restore", ("-DWIDE=1",)),
 )
@@ -44,7 +45,9 @@ FAULTS = (
     ("restore", "lib/src/state/image.c", "& 15U]", "& 31U]", NARROW),
     ("push", f"{PIPELINE}/allan.inc", *RING, SHORT),
     ("push", f"{PIPELINE}/allan.inc", *RING, ("-DSTRIDE=4", "-DPUSHES=12U", "-DGAPS=0U")),
-    ("push", "lib/src/core/gaps.c", FULL, "gaps->count > gaps->capacity", SHORT),
+    pytest.param(
+        *("push", "lib/src/core/gaps.c", FULL, "gaps->count > gaps->capacity", SHORT), marks=NIGHT
+    ),
     (
         "push",
         f"{PIPELINE}/type_q31.inc",

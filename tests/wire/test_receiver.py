@@ -76,7 +76,7 @@ class Stream:
         return frame.to_bytes(8, "big")
 
 
-@pytest.mark.parametrize("faults", [20_000, pytest.param(10**6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("faults", [20_000, pytest.param(10**6, marks=pytest.mark.soak)])
 def test_every_injected_fault_is_detected_and_reported(faults):
     source, stream, wanted = random.Random(1), Stream(), wire.Faults()
     stream.good(20)
