@@ -59,7 +59,7 @@ static bool walk_steps(uint64_t *gaps, spool_t *missing, const timing_t *timing,
                        const recording_t *recording, sim_error_t *error)
 {
     double time_s[CHUNK];
-    double newest_s = INFINITY;
+    double newest_s = (double)INFINITY;
     *gaps = 0;
     for (uint64_t first = 0; first < recording->rows; first += CHUNK) {
         const uint64_t left = recording->rows - first;
