@@ -74,13 +74,23 @@ def test_python() -> str:
     return python
 
 
+def compiled_python(names: list[str]) -> str:
+    """test_python(), with every module of the tests in the cache of compiled ones: otherwise each
+    worker would compile them all, at the same time."""
+    python = test_python()
+    words = [python, "-m", "pytest", "--collect-only", "-qq", *(str(where(name)) for name in names)]
+    # Without the builds, a module may refuse to be collected. It is compiled before.
+    subprocess.run(words, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return python
+
+
 def prepare(names: list[str], quick: bool) -> str:
     """Builds everything that these parts need. Returns the Python of the tests."""
     presets = dict.fromkeys(preset for name in names for preset in PARTS[name].get("builds", ()))
     wanted = [f"build {one}" for one in presets if not quick or one == "debug"]
     wanted += [f"build tools {target}" for target in (QUICK_TOOLS if quick else ALL_TOOLS)]
     with ThreadPoolExecutor() as pool:
-        python = pool.submit(test_python)
+        python = pool.submit(compiled_python, names)
         for words in wanted:  # one after the other: each uses every core
             setup_functions(words, "build.log")
         return python.result()
@@ -130,6 +140,7 @@ def main() -> int:
         print("\n".join(packages(names)))
         return 0
     use_ccache()
+    os.environ["PYTHONPYCACHEPREFIX"] = str(BUILD / "cache/pyc")  # compiled once, not in the tree
     (BUILD / "log").mkdir(parents=True, exist_ok=True)
     try:
         python = prepare(names, quick)
@@ -137,7 +148,6 @@ def main() -> int:
         print(why)
         return 1
     os.environ["DAVAR_BUILT"] = "1"
-    os.environ["PYTHONPYCACHEPREFIX"] = str(BUILD / "cache/pyc")  # compiled once, not in the tree
     command = [python, "-m", "pytest", f"--gear={'quick' if quick else 'all'}", "-q", "-rsfE"]
     command += [f"--numprocesses={WORKERS}", "--dist=loadgroup", "--no-loadscope-reorder"]
     return subprocess.run(
