@@ -109,7 +109,7 @@ def test_clang_tidy(source):
 @pytest.mark.soak
 @pytest.mark.parametrize("source", list(tidied()))
 def test_clang_tidy_with_its_analyzer(source):
-    """The analyzer follows paths: up to half a minute for a file of lib/, the rest half a second."""
+    """It follows paths: up to half a minute for a file of lib/, the rest half a second."""
     run("clang-tidy", "--quiet", "-p", "build/debug", source)
 
 
