@@ -90,9 +90,10 @@ def of_log(path: str, sensor: str | None) -> Recording:
         raise ImportError(f"{path}: not CSV; other logs need the extra lab ({lab.said(absent)})")
     from davarlab.errors import BadInput
     from davarlab.logs import formats
+    from davarlab.logs.options import Options
 
     try:
-        found = formats.samples(path, formats.Options(sensor=sensor))
+        found = formats.samples(path, Options(sensor=sensor))
     except BadInput as why:
         raise ValueError(str(why)) from None
     columns = {name: np.asarray(column) for name, column in found.columns.items()}

@@ -12,8 +12,7 @@ import benchmark_effects
 import numpy as np
 from davarlab import simulate
 from davarlab.data.recording import MINIMUM_SAMPLES
-from davarlab.diagnosis import search
-from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis import fitting, search
 from davarlab.errors import BadInput
 from davarlab.model import Model, Term
 from davarlab.thresholds import TRIES
@@ -40,13 +39,13 @@ def one(job):
         seed=int(rng.integers(1 << 31)),
         duration_s=seconds,
     )
-    state = state_of.start(
+    state = fitting.start(
         recording, Model(benchmark_effects.RATE_HZ, benchmark_effects.COLUMN, base)
     )
     gains = {c.kind: max(c.gain, 0.0) for c in reversed(search.ranking(state))} if tried else {}
     if tried:
         gains["sinusoid"] -= np.log(recording.samples)  # its own law: p = TRIALS n exp(-gain)
-    found = state_of.judged(state).adequacy
+    found = fitting.judged(state).adequacy
     return gains, {**found.tests, "whole model": found.p_value}
 
 

@@ -12,8 +12,7 @@ from davarlab.candidates import candidate
 from davarlab.candidates import ranking as candidates
 from davarlab.data import events, signals
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import diagnose
-from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis import diagnose, fitting
 from davarlab.effects import table
 from davarlab.inference import allan, estimate, refine, states, whittle
 from davarlab.inference.parts import Bench, Part
@@ -291,6 +290,6 @@ def test_the_response_may_be_left_out_of_a_model_file_and_is_then_found():
     )
     recording = Recording({"gyro_z_dps": np.fft.irfft(spectrum)}, RATE)
     terms = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}), term]
-    state = state_of.judged(state_of.start(recording, model.Model(RATE, "gyro_z_dps", terms)))
+    state = fitting.judged(fitting.start(recording, model.Model(RATE, "gyro_z_dps", terms)))
     assert state.parts[1].shape["response"] == "analogue"
     assert state.adequacy.p_value > 0.01

@@ -101,8 +101,9 @@ def test_an_oscillator_as_stable32_reads_it():
         if line.startswith("# stable32_oadev: ")
     }
     from davarlab.logs import formats
+    from davarlab.logs.options import Options
 
-    recording = formats.read(OCXO, formats.Options(clocks=["freq_hz=10e6"]))
+    recording = formats.read(OCXO, Options(clocks=["freq_hz=10e6"]))
     (name,) = recording.clocks
     found, model = axes.for_analysis(recording, models.Model(1.0, name))
     measured = deviations(found.rate_dps(model.column) * 1e-9, published)

@@ -17,8 +17,7 @@ from davarlab.candidates.candidate import Candidate
 from davarlab.data import recording as logged
 from davarlab.data.observations import Observation
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import combs, evidence
-from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis import combs, evidence, fitting
 from davarlab.effects import columns as effects
 from davarlab.errors import BadInput
 from davarlab.inference import changes
@@ -85,7 +84,7 @@ def test_all_kinds_are_simulated_and_fitted():
         model.Term("temperature_noise", {"relative_per_degC": 0.08}),
     ]
     found = simulate.make(terms, 50.0, seed=4, duration_s=3600)
-    state = state_of.judged(state_of.start(found, model.Model(50.0, "gyro_z_dps", terms)))
+    state = fitting.judged(fitting.start(found, model.Model(50.0, "gyro_z_dps", terms)))
     shapes = {part.kind: part.shape for part in state.parts}
     assert abs(shapes["temperature_noise"]["relative_per_degC"] - 0.08) <= 0.01
     assert state.adequacy.p_value > 0.01
@@ -102,7 +101,7 @@ def test_columns_that_have_nothing_to_do_with_the_gyro_gain_nothing():
             "gyro_x_dps": heat.make("none", "walk", seed + 99, 600)["gyro_z_dps"],
         }
         found = Recording(columns_of, heat.RATE)
-        state = state_of.start(found, MODEL)
+        state = fitting.start(found, MODEL)
         few += sum(
             one.log_p < np.log(0.01)
             for one in columns.tried(state.bench, state.parts, state.fit, "gyro_z_dps")
@@ -111,7 +110,7 @@ def test_columns_that_have_nothing_to_do_with_the_gyro_gain_nothing():
 
 
 def judged(columns_of, part=ALONG_X):
-    state = state_of.start(Recording(columns_of, heat.RATE), MODEL)
+    state = fitting.start(Recording(columns_of, heat.RATE), MODEL)
     return common_cause.judge(state.bench, state.parts, part)
 
 
@@ -184,7 +183,7 @@ def test_a_leak_is_small_and_a_turn_about_an_oblique_axis_is_not():
             "gyro_z_dps": quiet["gyro_z_dps"] + size * rocking,
             column: np.radians(rocking) if "rad" in column else rocking,
         }
-        state = state_of.start(Recording(quiet | logged, heat.RATE), MODEL)
+        state = fitting.start(Recording(quiet | logged, heat.RATE), MODEL)
         why = doubts.doubt(state.bench, seen, state.parts, Candidate("follows", part, 0.0, 0.0))
         assert ("rotates about an axis" in why) == (not named), why
         assert (why == "") == named, why
@@ -264,7 +263,7 @@ def test_the_drift_of_a_real_sensor_is_no_sensitivity_to_acceleration():
         if not path.exists():
             pytest.skip(f"{name} is not here")
         found = logged.read(path)
-        state = state_of.start(found, lab_bench.model(found.rate_hz, 2.3, 30.0, "gyro_x_dps"))
+        state = fitting.start(found, lab_bench.model(found.rate_hz, 2.3, 30.0, "gyro_x_dps"))
         for axis in "xyz":
             part = Part("g_sensitivity", {"axis": axis})
             assert common_cause.judge(state.bench, state.parts, part).disagrees, axis

@@ -6,10 +6,9 @@ import lab_bench
 import numpy as np
 import pytest
 from davarlab.candidates import candidate
-from davarlab.diagnosis import cells, judge, search
+from davarlab.diagnosis import cells, fitting, judge, search
 from davarlab.diagnosis import improve as improving
-from davarlab.diagnosis import state as state_of
-from davarlab.diagnosis.cells import Cell
+from davarlab.diagnosis.judge import Cell
 from davarlab.inference import adequacy, allan
 from davarlab.inference.parts import Part
 from davarlab.thresholds import CHANCE, JUDGE
@@ -103,19 +102,19 @@ def test_the_floor_is_the_error_of_true_models():
     rng = np.random.default_rng(4)
     freedoms = np.array([2.0, 5.0, 30.0, 500.0])
     drawn = [
-        cells.error_of([cell(np.sqrt(rng.chisquare(f) / f), f) for f in freedoms]) ** 2
+        judge.error_of([cell(np.sqrt(rng.chisquare(f) / f), f) for f in freedoms]) ** 2
         for _ in range(4000)
     ]
-    floor = cells.floor_of([cell(freedom=f) for f in freedoms])
+    floor = judge.floor_of([cell(freedom=f) for f in freedoms])
     assert np.sqrt(np.mean(drawn)) == pytest.approx(floor, rel=0.03)
-    assert cells.error_of([cell(10.0), cell(0.1), cell(1.0)]) == pytest.approx((2 / 3) ** 0.5)
+    assert judge.error_of([cell(10.0), cell(0.1), cell(1.0)]) == pytest.approx((2 / 3) ** 0.5)
 
 
 def test_the_words_of_the_judge():
     """Statistical: not proven off, p at least 1 %, error at most 1.25 floors; practical: proven
     off by 5 % at most."""
     fine = [cell(1.0, 1e4)] * 4
-    floor = cells.floor_of(fine)
+    floor = judge.floor_of(fine)
 
     def word(found, p=0.5, short=(), spoiled=""):
         return judge.judged(list(found), list(short), p, spoiled).adequacy
@@ -273,7 +272,7 @@ def test_an_error_that_rose_by_chance_is_accepted_within_the_slack(rise, accepte
 
 def test_the_error_of_a_true_model_is_near_its_floor():
     made = lab_bench.simulated(seconds=400.0)
-    judged = state_of.judged(state_of.start(made, lab_bench.model()))
+    judged = fitting.judged(fitting.start(made, lab_bench.model()))
     assert 0.4 < judged.judgement.error / judged.judgement.floor < 1.25
     assert judged.judgement.adequacy == "statistical"
     assert {part.kind for part in judged.parts} == {"angle_random_walk", "bias_instability"}
@@ -306,7 +305,7 @@ def test_a_known_course_makes_a_variance_scatter_less(share):
 
 def test_a_white_level_that_changes_scales_the_cells():
     made = lab_bench.simulated(seconds=100.0)
-    state = state_of.start(made, lab_bench.model(b=0.01))
+    state = fitting.start(made, lab_bench.model(b=0.01))
     plain, grown = (
         cells.cells_of(state, state.record, np.full(made.samples, level)) for level in (1.0, 2.0)
     )

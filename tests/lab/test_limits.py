@@ -14,8 +14,7 @@ from davarlab.candidates import doubts, own_noise
 from davarlab.candidates.candidate import Candidate
 from davarlab.data import signals
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import diagnose
-from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis import diagnose, fitting
 from davarlab.effects import own, table
 from davarlab.effects.base import INFINITE
 from davarlab.errors import BadInput
@@ -26,7 +25,7 @@ SEEDS = (1, 2, 3)
 
 
 def bench(columns):
-    state = state_of.start(Recording(columns, heat.RATE), MODEL)
+    state = fitting.start(Recording(columns, heat.RATE), MODEL)
     return state.bench, state.parts
 
 

@@ -7,8 +7,7 @@ import lab_bench
 import numpy as np
 import pytest
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import evidence, search
-from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis import evidence, fitting, search
 from davarlab.thresholds import SEARCH
 
 RATE, COLUMN = 50.0, "gyro_z_dps"
@@ -63,7 +62,7 @@ def crowded(lines, samples=20_000, seed=11):
 @pytest.fixture(scope="module")
 def start():
     with np.errstate(all="ignore"):
-        return state_of.start(crowded(12), MODEL)
+        return fitting.start(crowded(12), MODEL)
 
 
 def forward(start):
@@ -98,7 +97,7 @@ def test_a_search_ends_with_the_step_that_reaches_the_bound_and_says_so(start, m
 def test_a_search_without_anything_left_did_not_reach_a_bound():
     quiet = lab_bench.of_gyro(0.05 * np.random.default_rng(5).standard_normal(20_000))
     with np.errstate(all="ignore"):
-        way = search.forward(state_of.start(quiet, MODEL), 2, lambda text: None)
+        way = search.forward(fitting.start(quiet, MODEL), 2, lambda text: None)
     assert way.ended == ""
     assert evidence.notes(quiet, MODEL, (), way.ended) == []
     (note,) = evidence.notes(quiet, MODEL, (), "24 steps")

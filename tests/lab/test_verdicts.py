@@ -19,8 +19,8 @@ from davarlab.data import plausible
 from davarlab.data import recording as recordings
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import evidence, improve, judge, unexplained
-from davarlab.diagnosis.cells import Cell
 from davarlab.diagnosis.compare import Comparison
+from davarlab.diagnosis.judge import Cell
 from davarlab.effects import table
 from davarlab.inference.estimate import Estimate
 from davarlab.inference.parts import Part

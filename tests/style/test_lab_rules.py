@@ -21,7 +21,8 @@ ROOMS = re.findall(
     simulate kalibr inference axes candidates diagnosis report wire workbench commands cli""",
 )
 FILES_MAX = 12
-SEARCHING = ("diagnosis/state.py", "diagnosis/search.py")  # what they hold is frozen
+# What they hold is frozen.
+SEARCHING = ("diagnosis/state.py", "diagnosis/fitting.py", "diagnosis/search.py")
 COMMAND_FLEET = ("commands/logs.py", "run_fleet")  # imports davarfleet
 
 # Everything that opens a file by its path: functions of Python and of the readers of logs.

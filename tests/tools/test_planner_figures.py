@@ -7,11 +7,13 @@ import json
 import math
 import random
 import re
+import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from planner import costs, sensors
+from planner import costs, programs, sensors, text
 from planner.design import Design
 from planner_case import (
     EXAMPLE,
@@ -394,6 +396,35 @@ def test_the_costs_are_those_measured_on_the_board(core, words, figures):
             assert value >= 0.95 * found[name], name
 
 
+def of_shapes():
+    """Designs of each type, law and engine, with strides and cluster sizes that few wishes need."""
+    for type in SUM_BITS:
+        wishes = plan_of(f"--type {type} {SCALE[type]} --rate 100 --core rv64gc").design.wishes
+        alarms = replace(wishes, false_alarms_per_hour=0.1)
+        for stride in (1, 2, 3, 7, 60):
+            for taus in ((1,), (1, 2, 4, 8, 16), (1, 3, 5, 6, 7, 20)):
+                for engine in ("slide", "grid") if stride > 1 else ("slide",):
+                    window = max(9 * taus[-1], 8 * stride)
+                    yield Design(wishes, "fixed", engine, "arw", window, window, stride, taus)
+        for stride in (10, 50):
+            for taus in ((1, 2), (1, 2, 4, 8, 16)):
+                yield Design(alarms, "glr", "grid", "arw", 490, 40, stride, taus)
+
+
+SCALE = {
+    "int16": "--lsb 0.05",
+    "int32": "--lsb 0.002",
+    "float": "--full-scale 500",
+}
+
+
+def allocated(nm, made):
+    """The RAM of an object file. What is constant is in flash on a board."""
+    symbols = [line.split() for line in printed_by([nm, "-S", made]).splitlines()]
+    sizes = {one[3]: int(one[1], 16) for one in symbols if len(one) == 4 and one[2] in "bBdD"}
+    return sum(8 * math.ceil(n / 8) for name, n in sizes.items() if name not in ("config", "slow"))
+
+
 @pytest.mark.parametrize("words", COSTED)
 def test_ram_is_what_the_compiler_allocates_for_the_written_files(words, tmp_path):
     """Of the 64-bit core, whose sizes are those of this machine."""
@@ -402,8 +433,62 @@ def test_ram_is_what_the_compiler_allocates_for_the_written_files(words, tmp_pat
     options = ("@davar_setup.args", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow")
     done = gcc(tmp_path, "-Os", *options, "-Werror", "-c", "davar_setup.c", "-o", "setup.o")
     assert done == ""
-    symbols = [line.split() for line in printed_by(["nm", "-S", tmp_path / "setup.o"]).splitlines()]
-    sizes = {one[3]: int(one[1], 16) for one in symbols if len(one) == 4 and one[2] in "bBdD"}
-    constant = ("config", "slow")  # in flash on a board
-    ram = sum(8 * math.ceil(size / 8) for name, size in sizes.items() if name not in constant)
-    assert planned(words)["ram_bytes"] == ram
+    assert planned(words)["ram_bytes"] == allocated("nm", tmp_path / "setup.o")
+
+
+def test_the_memory_of_every_stride_law_and_list_of_sizes_is_what_the_library_needs(
+    library, tmp_path
+):
+    """davar_memory_size_* of the settings in the written files, which davar_init_* requires. The
+    macros may count more, which is the same for all of a type and law.
+    """
+    designs, blocks = list(of_shapes()), []
+    for design in designs:
+        source = text.files(design, "", [])["davar_setup.c"]
+        settings = re.search(
+            r"static const uint32_t taus.*?^};\n", source, re.DOTALL | re.MULTILINE
+        )
+        memory = re.search(r"memory\[DAVAR_SETUP_AXES\]\[\(([^;]*) \+ 7U\) / 8U\];", source)
+        size = f"davar_memory_size_{text.SUFFIX[design.wishes.type]}(&config)"
+        print_both = f'(void)printf("%zu %zu\\n", (size_t)({memory[1]}), {size});'
+        blocks.append(f"{{\n{settings[0]}{print_both}\n}}\n")
+    program = (
+        f'#include "davar/davar.h"\n#include <stdio.h>\nint main(void) {{\n{"".join(blocks)}}}\n'
+    )
+    (tmp_path / "sizes.c").write_text(program)
+    assert gcc(tmp_path, "-O0", "sizes.c", library, "-lm", "-o", "sizes") == ""
+    lines = printed_by([tmp_path / "sizes"]).splitlines()
+    found = [tuple(map(int, line.split())) for line in lines]
+    planned_sizes = [programs.memory(8, design.memory) for design in designs]
+    assert len(found) == len(designs) > 90
+    more = {}
+    for design, (written, needed), planned_size in zip(designs, found, planned_sizes):
+        assert written == planned_size, design
+        more.setdefault((design.wishes.type, design.law), set()).add(written - needed)
+    assert len(more) == 6
+    for kind, differences in more.items():
+        assert len(differences) == 1, kind
+        assert differences <= {0, 8, 16, 24}, kind
+
+
+CORES = {
+    "rv64gc": ("gcc",),  # whose sizes are those of this machine
+    "cortex-m0": ("arm-none-eabi-gcc", "-mcpu=cortex-m0", "-mthumb", "--specs=nano.specs"),
+}
+
+
+@pytest.mark.parametrize("core", CORES)
+def test_ram_of_every_stride_law_and_list_of_sizes_is_what_the_compiler_allocates(core, tmp_path):
+    """With the sizes of the types, for the pointers of the core."""
+    compiler, *options = CORES[core]
+    if not shutil.which(compiler):
+        pytest.skip(f"no {compiler}")
+    for design in list(of_shapes())[::7]:
+        for name, content in text.files(design, "", []).items():
+            (tmp_path / name).write_text(content)
+        done = gcc(tmp_path, *options, "@davar_setup.args", "-c", "davar_setup.c", "-o", "setup.o",
+                   compiler=compiler)  # fmt: skip
+        assert done == ""
+        of_type = COSTS[core]["sizes"]
+        nm = compiler.replace("gcc", "nm")
+        assert costs.ram_bytes(design, of_type, 0) == allocated(nm, tmp_path / "setup.o"), design

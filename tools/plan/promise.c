@@ -1,17 +1,21 @@
 /* davar-promise - what a setup can promise, for the planner in tools/plan/planner: how wide the
- * interval of the angle random walk is, and how late law glr shows that the noise has doubled. The
- * library itself fits simulated windows and detects simulated changes.
+ * interval of the angle random walk is, how late law glr shows that the noise has doubled, and how
+ * much memory an instance takes. The library itself fits simulated windows, detects simulated
+ * changes and has the macros of the memory.
  *
  *   davar-promise TAUS FILTER RATE WINDOW NOISE [ALARMS LONGEST STRIDE]
  *   davar-promise FILTER RATE
+ *   davar-promise memory POINTER NAME ARGUMENTS [NAME ARGUMENTS ..]
  *
  * TAUS, FILTER: as davar-plan; FILTER "-" is undeclared. RATE: Hz. WINDOW: samples of a usual
  * window. NOISE: white noise of a sample before the filter, in counts; 0: ignored. For law glr,
  * ALARMS: false alarms per hour; LONGEST, STRIDE: samples. The second form checks a filter and
- * prints the first octave that it passes, in samples. Prints lines "name value". Exit status: 2 for
- * an argument that the library rejects, with one line on standard error. */
+ * prints the first octave that it passes, in samples. The third is that of memory.h. Prints lines
+ * "name value". Exit status: 2 for an argument that the library rejects, with one line on standard
+ * error. */
 #include "davar/davar.h"
 #include "davar_bandwidth.h"
+#include "memory.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -249,6 +253,9 @@ int main(int count, char *words[])
     static davar_plan_t plan;
     uint32_t taus[DAVAR_TAUS_MAX];
     davar_filter_t filter;
+    if ((count > 3) && (strcmp(words[1], "memory") == 0)) {
+        return print_memory(count - 2, &words[2]);
+    }
     if (count == 3) {
         return print_passed(words[1], strtod(words[2], NULL));
     }

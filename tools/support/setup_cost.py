@@ -312,7 +312,7 @@ def other_ram_bytes(designs: Sequence[Design], found: Sequence[Figures], sizes: 
         int(f["ram_bytes"]) - costs.ram_bytes(design, sizes, 0) for f, design in zip(found, designs)
     }
     if len(added) != 1:
-        raise SystemExit(f"{designs[0].law}: memory_bytes() contradicts davar/instance.h: {added}")
+        raise SystemExit(f"{designs[0].law}: RAM is not that of davar/instance.h: {added}")
     return added.pop()
 
 

@@ -93,7 +93,7 @@ def undone(
     """(job, marker) of what is missing or has changed."""
     found = []
     for job in work:
-        marker = store.marker(sources.identity(job.address), job, version)
+        marker = jobs.marker(sources.identity(job.address), job, version)
         if not store.done(kept.kept(job.address), marker, job.chance):
             found.append((job, marker))
     progress(f"{len(work)} recordings: {len(work) - len(found)} finished, {len(found)} remaining")

@@ -6,21 +6,22 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from davarlab import arithmetic, axes, simulate
+from davarlab import arithmetic, axes, files, simulate
 from davarlab import model as models
 from davarlab.candidates.candidate import Candidate
 from davarlab.data import recording as recordings
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import diagnose, improve, search
-from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis import diagnose, fitting, improve, search
 from davarlab.diagnosis.improve import Estimates
 from davarlab.diagnosis.state import Judged, State
 from davarlab.effects import own, table
 from davarlab.errors import BadInput
 from davarlab.logs import formats
+from davarlab.logs.options import Options
 from davarlab.model import Model
 
-from . import sources
+from . import sources, store
+from .sources import Identity
 from .store import Done, Row
 
 # Unit at the end of a column's name -> factor to that of the analysis.
@@ -38,9 +39,24 @@ class Job:
     address: str
     model: str
     axes: str | None = None
-    how: formats.Options = field(default_factory=formats.Options)
+    how: Options = field(default_factory=Options)
     effects: tuple[str, ...] = ()
     chance: bool = False
+
+
+def marker(identity: Identity | None, job: Job, version: str) -> str | None:
+    """Equal for a job that would come to the same; None where a change of the file could not be
+    told.
+    """
+    how = [job.how.rate_hz, job.how.sensor, job.how.units, job.how.types, job.how.names]
+    own = [files.sha256(path) for path in job.effects]
+    return (
+        None
+        if identity is None
+        else store.digest(
+            [job.address, identity, job.model, job.axes, how, own, version, store.TABLE_VERSION]
+        )
+    )
 
 
 def known_effects(paths: Iterable[str]) -> None:
@@ -114,7 +130,7 @@ def row_of(recording: Recording, given: Model, job: Job) -> Row:
         "gains": gains(ranking),
     }
     if job.chance:
-        row["chance"] = gains(search.ranking(state_of.start(drawn(seen, fitted, state), model)))
+        row["chance"] = gains(search.ranking(fitting.start(drawn(seen, fitted, state), model)))
     return row
 
 
@@ -122,7 +138,7 @@ def asked(recording: Recording, model: Model) -> tuple[Judged, list[Candidate], 
     """(judged state of the model, candidates beside it, verdict, kinds that cannot be told from
     it): what diagnose says, without asking twice where no candidate is beyond chance.
     """
-    state = state_of.judged(state_of.start(recording, model))
+    state = fitting.judged(fitting.start(recording, model))
     ranking = search.ranking(state)
     if state.known is None and not search.significant(ranking):
         return state, ranking, "none" if state.judgement.adequate else "unknown", []

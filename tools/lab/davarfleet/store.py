@@ -6,15 +6,10 @@ import hashlib
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any, TypedDict
 
 from davarlab import files
 from davarlab.errors import BadInput
-
-from .sources import Identity
-
-if TYPE_CHECKING:
-    from .job import Job
 
 TABLE_VERSION = 2  # of the columns of the table and of the files beside it
 Row = dict[str, Any]  # of the table: plain values by the names of the columns
@@ -91,19 +86,6 @@ class Store:
             }
         )
         files.write_whole(self.path(address), text.encode())
-
-
-def marker(identity: Identity | None, job: "Job", version: str) -> str | None:
-    """Equal for a job that would come to the same; None where a change of the file could not be
-    told.
-    """
-    how = [job.how.rate_hz, job.how.sensor, job.how.units, job.how.types, job.how.names]
-    own = [files.sha256(path) for path in job.effects]
-    return (
-        None
-        if identity is None
-        else digest([job.address, identity, job.model, job.axes, how, own, version, TABLE_VERSION])
-    )
 
 
 def done(kept: Kept | None, wanted: str | None, chance: bool) -> bool:

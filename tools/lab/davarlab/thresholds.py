@@ -160,7 +160,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Start:
-    """May a recording be analysed at all (diagnosis/state.py)."""
+    """May a recording be analysed at all (diagnosis/fitting.py)."""
 
     least_s: int = of(
         4, "s", "choice", "length of a recording: slow noise is told from what a second holds"

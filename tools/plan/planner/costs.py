@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .design import BLOCK, GAPS, Design
+from . import programs
+from .design import BLOCK, NUMBER, Design
 
 Features = Callable[[Design], list[float]]
-
-OF_BOUNDS = 16  # DAVAR_SONG_BYTES; all macros but those of law glr have it
 
 TABLE_PATH = Path(__file__).parent / "costs.json"
 
@@ -50,41 +49,19 @@ def round8(size: int) -> int:
     return (size + 7) // 8 * 8
 
 
-def memory_bytes(design: Design, sizes: dict[str, Any]) -> int:
-    """Of one instance: the macros of davar/instance.h."""
-    narrow = design.wishes.type == "int16"
-    sample, pointer = (2 if narrow else 4), int(sizes["pointer"])
-    tau, record, powers = (16, 8, 32) if narrow else (32, 16, 64)
-    count, largest = len(design.taus), design.taus[-1]
-    stages = (96 if narrow else 168) + 6 * pointer
-    bounds = 0 if design.law == "glr" else OF_BOUNDS
-    common = stages + bounds + tau * count + round8(4 * GAPS)
-    if design.engine == "slide":
-        of_result = 8 + 2 * pointer + record * count if design.stride > 1 else 0
-        return common + round8(sample * (design.window + 2 * largest + 1)) + of_result
-    of_grid = round8(224 + 51 * pointer) + 2 * round8(4 * count)
-    grid = common + round8(sample * (4 * largest + 127)) + of_grid
-    if design.law == "glr":
-        blocks = (design.window + design.stride) // BLOCK + 4
-        law = (1304 if narrow else 1304 + 2 * pointer) + round8(sample * 5 * BLOCK)
-        return grid + blocks * record * count + law
-    slots = design.window // design.stride + 2
-    return grid + slots * (record * count + powers) + 2 * (record * count + powers) + 2 * powers
-
-
 def plan_bytes(design: Design, sizes: dict[str, Any]) -> int:
     return round8(int(sizes["plan"][design.taus_max - 1]))
 
 
 def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
-    """Exact. other: what the C library adds."""
-    axes, narrow = design.wishes.axes, design.wishes.type == "int16"
-    base, of_tau = sizes["result"]
-    total: int = axes * (round8(memory_bytes(design, sizes)) + sizes["instance"])
+    """Exact: the memory is that of the library's macros, the sizes of types are those of the core's
+    compiler. other: what the C library adds."""
+    axes, pointer, (base, of_tau) = design.wishes.axes, sizes["pointer"], sizes["result"]
+    total: int = axes * (round8(programs.memory(pointer, design.memory)) + sizes["instance"])
     total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other
     if design.cascade_taus:
-        stage = 224 if narrow else 256
-        total += axes * ((design.cascade_taus + 1) // 2 * stage + sizes["cascade"])
+        stages = [(f"CASCADE_{NUMBER[design.wishes.type]}", (design.cascade_taus,))]
+        total += axes * (programs.memory(pointer, stages) + sizes["cascade"])
     return total
 
 

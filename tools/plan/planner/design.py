@@ -27,6 +27,7 @@ CASCADE_TAUS_MOST = 24
 CASCADE_CLUSTERS = 32
 CASCADE_BITS = {"int16": 31, "int32": 27, "float": 28}  # of the largest size, (11.4)
 GAPS = 4
+NUMBER = {"int16": "Q15", "int32": "Q31", "float": "F32"}
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,18 @@ class Design:
     def respond_s(self) -> float:
         """Until a result of a fixed window depends on the new noise alone."""
         return (self.window + self.stride) / self.wishes.rate_hz
+
+    @property
+    def memory(self) -> list[tuple[str, tuple[int, ...]]]:
+        """The memory of an instance: names of macros DAVAR_MEMORY_, each with its arguments."""
+        kind, count, stride = NUMBER[self.wishes.type], len(self.taus), self.stride
+        tail = (self.taus[-1], count, GAPS)
+        if self.law == "glr":
+            return [(f"GLR_{kind}", (self.window, stride, BLOCK, *tail))]
+        if self.engine == "grid":
+            return [(f"GRID_{kind}", (self.window, 0, 0, stride, *tail))]
+        every_sample = (kind, (self.window, *tail))
+        return [every_sample] if stride == 1 else [every_sample, (f"STRIDE_{kind}", (0, count))]
 
     @property
     def kind(self) -> str:

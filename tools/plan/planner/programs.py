@@ -39,6 +39,12 @@ def _promised(*words: str) -> dict[str, float]:
     return {name: float(value) for name, value in map(str.split, lines)}
 
 
+def memory(pointer: int, terms: Sequence[tuple[str, Sequence[int]]]) -> int:
+    """Bytes of the library's macros. pointer: bytes of one on the core; terms: Design.memory."""
+    words = [word for name, arguments in terms for word in (name, _list(arguments))]
+    return int(_promised("memory", str(pointer), *words)["bytes"])
+
+
 def passed_samples(bandwidth: str, rate_hz: float) -> int:
     """The first octave of cluster sizes that a filter passes. Raises BadOption."""
     return int(_promised(bandwidth, repr(rate_hz))["passed_samples"])

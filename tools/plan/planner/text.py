@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from . import programs
-from .design import BLOCK, CASCADE_CLUSTERS, GAPS, Design
+from .design import BLOCK, CASCADE_CLUSTERS, GAPS, NUMBER, Design
 
-SUFFIX = {"int16": "q15", "int32": "q31", "float": "f32"}
+SUFFIX = {type: name.lower() for type, name in NUMBER.items()}
 SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
 TOGETHER = 16  # samples of an axis that a push hands on at once
 
@@ -48,16 +48,8 @@ def _window(design: Design, whitening: Sequence[str]) -> list[str]:
 
 
 def _memory(design: Design) -> str:
-    kind, largest, count = SUFFIX[design.wishes.type].upper(), design.taus[-1], len(design.taus)
-    window, stride = design.window, design.stride
-    if design.law == "glr":
-        return f"DAVAR_MEMORY_GLR_{kind}({window}, {stride}, {BLOCK}, {largest}, {count}, {GAPS})"
-    if design.engine == "grid":
-        return f"DAVAR_MEMORY_GRID_{kind}({window}, 0, 0, {stride}, {largest}, {count}, {GAPS})"
-    every_sample = f"DAVAR_MEMORY_{kind}({window}, {largest}, {count}, {GAPS})"
-    if stride == 1:
-        return every_sample
-    return f"{every_sample} +\n    DAVAR_MEMORY_STRIDE_{kind}(0, {count})"
+    terms = [f"DAVAR_MEMORY_{name}({', '.join(map(str, of))})" for name, of in design.memory]
+    return " +\n    ".join(terms)
 
 
 HEADER = """/* {title}
@@ -336,7 +328,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> s
             shortest=design.cascade_shortest,
             taus=design.cascade_taus,
             clusters=CASCADE_CLUSTERS,
-            type=suffix.upper(),
+            type=NUMBER[wishes.type],
         )
         if slow
         else "",

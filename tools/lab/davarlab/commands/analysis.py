@@ -6,8 +6,7 @@ from collections.abc import Callable
 from .. import axes, files
 from .. import model as models
 from ..data.recording import Recording
-from ..diagnosis import compare, evidence, improve
-from ..diagnosis import state as state_of
+from ..diagnosis import compare, evidence, fitting, improve
 from ..diagnosis.judge import Judgement
 from ..diagnosis.state import Judged, Progress
 from ..errors import BadInput
@@ -194,7 +193,7 @@ def report(
 
 def compare_one(options: argparse.Namespace) -> One:
     recording, model = load(options)
-    state = state_of.judged(state_of.start(recording, model, progress_of(options)))
+    state = fitting.judged(fitting.start(recording, model, progress_of(options)))
     found = compare.compare(recording, model, progress_of(options), state)
     report(options, recording, model, (found, state))
     return (

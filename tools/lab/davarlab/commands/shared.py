@@ -12,6 +12,7 @@ from .. import model as models
 from ..data import recording as recordings
 from ..errors import BadInput, printable, shown
 from ..logs import formats
+from ..logs.options import Options
 from ..report import values
 from . import option_types
 
@@ -32,9 +33,9 @@ def argument(*names: str, **settings: Any) -> Argument:
     return names, settings
 
 
-def log_options(options: argparse.Namespace) -> formats.Options:
+def log_options(options: argparse.Namespace) -> Options:
     """The options for reading a log, from the command line."""
-    return formats.Options(
+    return Options(
         options.rate,
         options.sensor,
         options.unit,

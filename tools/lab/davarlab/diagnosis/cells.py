@@ -2,35 +2,19 @@
 (DESIGN 8)."""
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from scipy import special
 
 from ..arrays import Bools, Floats
 from ..inference import adequacy, allan
 from ..inference.parts import Part, spectrum_of
 from ..thresholds import JUDGE, START
-
-if TYPE_CHECKING:
-    from .state import State
+from .judge import Cell
+from .state import State
 
 Chosen = Callable[[Part], bool]
-
-
-@dataclass
-class Cell:
-    """One window and one tau: measured and model Allan deviation, and how far apart they are."""
-
-    tau_s: float
-    start_s: float
-    stop_s: float
-    measured_dps: float
-    model_dps: float
-    ratio: float
-    z: float
-    freedom: float
 
 
 def narrow(part: Part, window_s: float) -> bool:
@@ -44,7 +28,7 @@ class Expectation:
     white noise, and the Allan variance of lines that keep their phase in a window; one value per
     tau."""
 
-    def __init__(self, state: "State") -> None:
+    def __init__(self, state: State) -> None:
         self.bench, self.parts, self.sizes = state.bench, state.parts, state.fit.sizes
         # None: a model without noise has one row all the same.
         self.noise: Sequence[Part | None] = [
@@ -92,13 +76,13 @@ class Expectation:
         )
 
 
-def cells_of(state: "State", y: Floats, relative: Floats | None = None) -> list[Cell]:
+def cells_of(state: State, y: Floats, relative: Floats | None = None) -> list[Cell]:
     """Cells of the record and of its quarters and sixteenths; `relative`: the white level per
     sample over its mean, None: constant."""
     return cells_in(state, y, relative, JUDGE.cell_windows, None)
 
 
-def short_cells(state: "State", y: Floats, relative: Floats | None = None) -> list[Cell]:
+def short_cells(state: State, y: Floats, relative: Floats | None = None) -> list[Cell]:
     return (
         []
         if state.bench.counts and state.bench.counts.unsteady
@@ -107,7 +91,7 @@ def short_cells(state: "State", y: Floats, relative: Floats | None = None) -> li
 
 
 def cells_in(
-    state: "State", y: Floats, relative: Floats | None, windows: Sequence[int], most: int | None
+    state: State, y: Floats, relative: Floats | None, windows: Sequence[int], most: int | None
 ) -> list[Cell]:
     """Cells of so many windows, of the `most` shortest averaging times."""
     bench = state.bench
@@ -164,7 +148,7 @@ def lost_between(known: Bools, valid: Floats) -> Bools:
     return found
 
 
-def row_cell(state: "State") -> list[Cell]:
+def row_cell(state: State) -> list[Cell]:
     """The Allan deviation of 16 samples of the rows as they were read, by their stamps, where the
     record was put on another grid (8.5): it does not depend on how that was done.
     """
@@ -218,9 +202,7 @@ def by_time(time: Floats, y: Floats, used: Bools, tau_s: float) -> tuple[float, 
     return (float(found.mean()), len(found) / tried) if len(found) else (0.0, 0.0)
 
 
-def course_variances(
-    state: "State", window: int, taus: Sequence[int], known: Bools | None
-) -> Floats:
+def course_variances(state: State, window: int, taus: Sequence[int], known: Bools | None) -> Floats:
     """Allan variances of the course of the fit in windows, measured once."""
     memory, key = state.fit.measured, (window, len(taus), known is None)
     if key not in memory:
@@ -275,19 +257,3 @@ def row_cells(
         )
         for i, m in enumerate(taus)
     ]
-
-
-def error_of(cells: Sequence[Cell]) -> float:
-    return (
-        float(np.sqrt(np.mean([np.log10(max(cell.ratio, 1e-9)) ** 2 for cell in cells])))
-        if cells
-        else float("nan")
-    )
-
-
-def floor_of(cells: Sequence[Cell]) -> float:
-    if not cells:
-        return float("nan")
-    half = np.array([cell.freedom for cell in cells]) / 2
-    square = special.polygamma(1, half) + (special.digamma(half) - np.log(half)) ** 2
-    return float(np.sqrt(np.mean(square) / 4) / np.log(10))

@@ -19,10 +19,8 @@ from ..inference.estimate import vector_likelihood
 from ..inference.parts import Bench, Part, part_of
 from ..inference.whittle import generalised_least_squares
 from ..model import Model, Term
-from . import judge
-from . import state as state_of
-from .cells import Cell
-from .judge import Judgement
+from . import fitting, judge
+from .judge import Cell, Judgement
 from .state import Judged, Progress, State
 
 Residual = tuple[Floats, Floats, Ints]  # f, measured over model, degrees of freedom
@@ -231,7 +229,7 @@ def given_p_value(fitted: Judged, state: State) -> float:
 def given(fitted: Judged, model: Model) -> Judged:
     """The state of the model with the parameters of the file, judged (7.4)."""
     state = replace(as_given(fitted, model), adequacy=fitted.adequacy)
-    found, short = state_of.cells_of(state, state_of.relative_variance(state))
+    found, short = fitting.cells_of(state, fitting.relative_variance(state))
     judgement = judge.judged(found, short, given_p_value(fitted, state), state.spoiled_by)
     return replace(state, cells=tuple(found), judgement=judgement)
 
@@ -243,6 +241,6 @@ def compare(
     fitted: Judged | None = None,
 ) -> Comparison:
     """The model as given against the recording."""
-    fitted = fitted or state_of.judged(state_of.start(recording, model, progress))
+    fitted = fitted or fitting.judged(fitting.start(recording, model, progress))
     progress("Allan deviations")
     return of_state(given(fitted, model), model.column)

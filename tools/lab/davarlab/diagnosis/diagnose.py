@@ -8,7 +8,8 @@ from ..data.recording import Recording
 from ..inference.parts import Part
 from ..model import Model
 from . import search
-from .state import Judged, Progress, start
+from .fitting import start
+from .state import Judged, Progress
 
 
 @dataclass

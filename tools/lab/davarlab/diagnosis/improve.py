@@ -12,8 +12,7 @@ from ..inference import estimate, refine
 from ..inference.parts import Part, as_spectra
 from ..model import Model, Term
 from ..thresholds import CHANCE, SEARCH
-from . import compare, diagnose, evidence
-from . import state as state_of
+from . import compare, diagnose, evidence, fitting
 from .diagnose import Diagnosis
 from .judge import Judgement
 from .state import Judged, Progress, State
@@ -118,9 +117,9 @@ def fit(
     recording: Recording, model: Model, progress: Progress = lambda text: None
 ) -> tuple[Judged, Model, list[Estimates]]:
     """(judged state, fitted model, its estimates) of the model's own effects on this recording."""
-    state = state_of.start(recording, model, progress)
+    state = fitting.start(recording, model, progress)
     progress("comparing model and recording")
-    state = state_of.judged(state)
+    state = fitting.judged(state)
     progress("computing the intervals")
     return state, *fitted_model(state, model)
 
@@ -181,7 +180,7 @@ def held_out_errors(
     """(error, floor) on the held-out recording of the model as it is; None, None without one."""
     if held_out is None or model is None:
         return None, None
-    found = compare.given(state_of.judged(state_of.start(held_out, model)), model).judgement
+    found = compare.given(fitting.judged(fitting.start(held_out, model)), model).judgement
     return found.error, found.floor
 
 
@@ -216,7 +215,7 @@ def with_candidate(found: Diagnosis, candidate: Lacking) -> State:
     was taken first."""
     first, second = found.states[0], found.states[min(1, len(found.states) - 1)]
     taken = [part.kind for part in first.parts] + [candidate.kind] == second.model_kinds
-    return second if taken else state_of.joined(first, candidate.part, candidate.replaces)
+    return second if taken else fitting.joined(first, candidate.part, candidate.replaces)
 
 
 def described(
@@ -230,7 +229,7 @@ def described(
         if rank < detail:
             state = with_candidate(found, candidate)
             joined, entries = fitted_model(state, model)
-            after = state_of.errors_of(state)[0]
+            after = fitting.errors_of(state)[0]
             outside = held_out_errors(held_out, joined)[0]
             parameters = entries[-1]
         out.append(

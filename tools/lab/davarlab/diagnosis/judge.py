@@ -11,7 +11,20 @@ from scipy import special
 from ..arrays import Floats
 from ..distributions import chi2_isf, chi2_ppf
 from ..thresholds import CHANCE, JUDGE
-from .cells import Cell, error_of, floor_of
+
+
+@dataclass
+class Cell:
+    """One window and one tau: measured and model Allan deviation, and how far apart they are."""
+
+    tau_s: float
+    start_s: float
+    stop_s: float
+    measured_dps: float
+    model_dps: float
+    ratio: float
+    z: float
+    freedom: float
 
 
 class Deviation(TypedDict):
@@ -51,6 +64,22 @@ class Judgement:
     def testable(self) -> bool:
         """Is the recording plausible, with an averaging time that can be tested."""
         return not self.spoiled_by and self.error == self.error
+
+
+def error_of(cells: Sequence[Cell]) -> float:
+    return (
+        float(np.sqrt(np.mean([np.log10(max(cell.ratio, 1e-9)) ** 2 for cell in cells])))
+        if cells
+        else float("nan")
+    )
+
+
+def floor_of(cells: Sequence[Cell]) -> float:
+    if not cells:
+        return float("nan")
+    half = np.array([cell.freedom for cell in cells]) / 2
+    square = special.polygamma(1, half) + (special.digamma(half) - np.log(half)) ** 2
+    return float(np.sqrt(np.mean(square) / 4) / np.log(10))
 
 
 def proven(cells: Sequence[Cell]) -> Floats:

@@ -20,7 +20,8 @@ from ..inference.parts import Part
 from ..model import Model
 from ..thresholds import CHANCE, SEARCH
 from . import combs
-from .state import Judged, Progress, State, errors_of, joined, judged, redrawn, with_parts
+from .fitting import errors_of, joined, judged, redrawn, with_parts
+from .state import Judged, Progress, State
 
 # Of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as
 # much.

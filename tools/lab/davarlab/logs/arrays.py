@@ -1,6 +1,6 @@
 """NumPy files and Parquet tables."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyarrow
@@ -10,10 +10,8 @@ from .. import files
 from ..errors import BadInput
 from ..files import StrPath
 from . import named
+from .options import Options
 from .sensor import Numbers
-
-if TYPE_CHECKING:
-    from .formats import Options
 
 ORDERS = {
     3: ["gyro_x", "gyro_y", "gyro_z"],
@@ -21,7 +19,7 @@ ORDERS = {
 }  # of the columns of an array without names
 
 
-def npy(path: StrPath, options: "Options") -> named.Log:
+def npy(path: StrPath, options: Options) -> named.Log:
     """A structured array by its fields; an array without names of 3 or 4 columns as (time,) gyro x,
     y, z; others must be named."""
     array = np.load(path, mmap_mode="r", allow_pickle=False)
@@ -50,7 +48,7 @@ def npy(path: StrPath, options: "Options") -> named.Log:
     )
 
 
-def npz(path: StrPath, options: "Options") -> named.Log:
+def npz(path: StrPath, options: Options) -> named.Log:
     with files.reading(path) as file, np.load(file, allow_pickle=False) as archive:
         found = {
             name: archive[name] for name in archive.files if member_kind(archive, name) in "iufM"
@@ -69,7 +67,7 @@ def member_kind(archive: Any, name: str) -> str:
         return "O"
 
 
-def table(path: StrPath, options: "Options") -> named.Log:
+def table(path: StrPath, options: Options) -> named.Log:
     file = parquet.ParquetFile(path)
     fields = [field for field in file.schema_arrow if numeric(field.type)]
     count = file.metadata.num_rows

@@ -9,7 +9,7 @@ import sys
 import tempfile
 from array import array
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pymavlink import DFReader
@@ -19,10 +19,8 @@ from ..arrays import Ints
 from ..errors import BadInput
 from ..files import StrPath
 from . import units
+from .options import Options
 from .sensor import Numbers, Samples, Sensor
-
-if TYPE_CHECKING:
-    from .formats import Options
 
 FIELDS = {"gyro": ("GyrX", "GyrY", "GyrZ"), "accel": ("AccX", "AccY", "AccZ"), "temp": ("T",)}
 KINDS = re.compile(r"^(IMU|GYR|ACC)([123]?)$")
@@ -62,7 +60,7 @@ def silenced() -> Iterator[list[str]]:
 class Log:
     """sensors: of the log; rows: name -> (Message or TextMessage, places of its messages)."""
 
-    def __init__(self, path: StrPath, options: "Options") -> None:
+    def __init__(self, path: StrPath, options: Options) -> None:
         self.path = path
         self.sensors: list[Sensor] = []
         self.rows: dict[str, tuple[Message | TextMessage, Ints]] = {}
@@ -199,7 +197,7 @@ class TextMessage:
 
 
 class TextLog(Log):
-    def __init__(self, path: StrPath, options: "Options") -> None:
+    def __init__(self, path: StrPath, options: Options) -> None:
         self.path, self.sensors, self.rows, self.notes = path, [], {}, {}
         found: dict[str, TextMessage] = {}
         with silenced():

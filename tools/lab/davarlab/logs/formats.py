@@ -3,7 +3,7 @@
 import importlib
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -20,31 +20,11 @@ from ..errors import BadInput
 from ..files import StrPath
 from . import sensor as sensors
 from . import text
+from .options import Options
 from .sensor import Log, Samples, Sensor
 
 SECOND = 10**9
 FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second near the first
-
-
-@dataclass
-class Options:
-    """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over
-    guesses; renames, scales: OLD=NEW, NAME=FACTOR; types: .msg files; names: of the columns of an
-    array without, or of a text, over its own; plain: a CSV as it is, without guesses; as_recorded:
-    rate, units and levels are right, however implausible; clocks: COLUMN=KIND pairs (text.py);
-    skip_lines: of a text, at its beginning."""
-
-    rate_hz: float | None = None
-    sensor: str | None = None
-    units: list[str] = field(default_factory=list)
-    renames: list[str] = field(default_factory=list)
-    scales: list[str] = field(default_factory=list)
-    types: list[str] = field(default_factory=list)
-    names: list[str] | None = None
-    plain: bool = False
-    as_recorded: bool = False
-    clocks: list[str] = field(default_factory=list)
-    skip_lines: int = 0
 
 
 Reader = Callable[[StrPath, Options], Log]

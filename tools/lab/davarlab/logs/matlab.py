@@ -5,7 +5,7 @@ import faulthandler
 import os
 import resource
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 import numpy as np
@@ -14,10 +14,8 @@ from scipy import io
 from ..errors import BadInput
 from ..files import StrPath
 from . import named
+from .options import Options
 from .sensor import Numbers
-
-if TYPE_CHECKING:
-    from .formats import Options
 
 
 def check_survived(path: StrPath, load: Callable[[StrPath], object]) -> None:
@@ -62,7 +60,7 @@ def loaded_5(path: StrPath) -> dict[str, Any]:
     return found
 
 
-def version_5(path: StrPath, options: "Options") -> named.Log:
+def version_5(path: StrPath, options: Options) -> named.Log:
     check_survived(path, loaded_5)
     found = dict(numeric(loaded_5(path)))
     return named.Log(
@@ -74,7 +72,7 @@ def version_5(path: StrPath, options: "Options") -> named.Log:
     )
 
 
-def hdf5(path: StrPath, options: "Options") -> named.Log:
+def hdf5(path: StrPath, options: Options) -> named.Log:
     shapes = {}
     with h5py.File(path, "r") as file:
         file.visititems(

@@ -6,7 +6,7 @@ import os
 from array import array
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from rosbags.highlevel import AnyReader
@@ -18,10 +18,8 @@ from ..data import guess
 from ..errors import BadInput
 from ..files import StrPath
 from . import named, units
+from .options import Options
 from .sensor import Numbers, Samples, Sensor
-
-if TYPE_CHECKING:
-    from .formats import Options
 
 IMU, TEMPERATURE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/Temperature"
 KNOWN = {
@@ -104,7 +102,7 @@ def check_databases(path: StrPath) -> None:
 
 
 class Log:
-    def __init__(self, path: StrPath, options: "Options") -> None:
+    def __init__(self, path: StrPath, options: Options) -> None:
         self.path, self.units, self.store = path, options.units, typestore(options.types)
         check_databases(path)
         self.sensors: list[Sensor] = []

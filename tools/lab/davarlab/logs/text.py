@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from ..arrays import Floats
 from ..data import dialect, guess, table
@@ -14,11 +13,8 @@ from ..data import recording as recordings
 from ..errors import BadInput
 from ..files import StrPath
 from . import named
+from .options import Options
 from .sensor import Samples, Sensor
-
-if TYPE_CHECKING:
-    from .formats import Options
-
 
 ACCEL = re.compile(r"accel_[xyz]_(g|mg|m_s2|mps2)")
 
@@ -173,7 +169,7 @@ class Own:
         )
 
 
-def log(path: StrPath, options: "Options") -> Own | named.Log:
+def log(path: StrPath, options: Options) -> Own | named.Log:
     clocks = [clock_of(pair) for pair in options.clocks]
     found = table.read(
         path,

@@ -5,7 +5,7 @@ import contextlib
 import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pyulog import ULog
@@ -15,10 +15,8 @@ from ..arrays import Ints
 from ..errors import BadInput
 from ..files import StrPath
 from . import units
+from .options import Options
 from .sensor import Numbers, Samples, Sensor
-
-if TYPE_CHECKING:
-    from .formats import Options
 
 SINCE_BOOT, SELECTION = "seconds since boot", "sensor_selection"
 XYZ = ("x", "y", "z")
@@ -44,7 +42,7 @@ NO_ACCEL = np.iinfo(
 
 
 class Log:
-    def __init__(self, path: StrPath, options: "Options") -> None:
+    def __init__(self, path: StrPath, options: Options) -> None:
         self.path = path
         with files.reading(path) as file, contextlib.redirect_stdout(io.StringIO()) as said:
             whole = Watched(file, os.path.getsize(path))

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..arrays import Floats, Ints
 from ..diagnosis import judge
-from ..diagnosis.cells import Cell
 from ..diagnosis.contributions import Contribution
+from ..diagnosis.judge import Cell
 from ..distributions import chi2_ppf
 from .values import Json
 

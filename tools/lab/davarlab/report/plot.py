@@ -9,8 +9,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 
 from ..arrays import Floats
-from ..diagnosis.cells import Cell
 from ..diagnosis.compare import Comparison
+from ..diagnosis.judge import Cell
 
 matplotlib.use("Agg")
 import matplotlib.pyplot

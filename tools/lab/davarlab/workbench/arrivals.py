@@ -2,7 +2,7 @@
 beside where the workbench was opened."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -17,6 +17,7 @@ TUTORIAL_NAME = "tutorial_sensor.csv"
 LIVE_NAME, RAW_NAME = "live.csv", "raw.csv"  # of what was heard on a wire: results, samples
 FROZEN_NAME = "frozen.csv"  # samples so far
 FOLDER = "davarlab-files"
+Tell = Callable[..., None]  # receives what is new, by name
 
 
 def free_name(path: Path, sha256: str) -> Path:

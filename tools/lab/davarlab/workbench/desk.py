@@ -17,8 +17,7 @@ from ..candidates.ranking import Trying
 from ..data import clock, guess, plausible
 from ..data import recording as recordings
 from ..data import table as tables
-from ..diagnosis import compare, improve, search
-from ..diagnosis import state as state_of
+from ..diagnosis import compare, fitting, improve, search
 from ..diagnosis.improve import Estimates
 from ..diagnosis.state import Judged, Progress
 from ..effects import columns as columns_of
@@ -26,6 +25,7 @@ from ..errors import BadInput
 from ..inference.parts import Part
 from ..logs import formats
 from ..logs import text as texts
+from ..logs.options import Options
 from ..logs.sensor import Samples, Sensor
 from ..report.values import Json
 from .steps import Sight
@@ -127,7 +127,7 @@ def looked_at(
     its own; skip: lines of it."""
     if formats.format_of(path)[1] is texts.log:
         return tables.read(path, names, skip=skip)
-    return formats.samples(path, formats.Options(sensor=sensor))
+    return formats.samples(path, Options(sensor=sensor))
 
 
 def clock_of(
@@ -160,7 +160,7 @@ def read(
     log with several; names: of the columns of a text, over its own; skip: lines of it; as_recorded:
     its rate, units and levels were confirmed."""
     renames, scales = pairs(guesses or [])
-    options = formats.Options(
+    options = Options(
         rate_hz, sensor, renames=renames, scales=scales, names=names, plain=True, skip_lines=skip
     )
     return replace(
@@ -172,7 +172,7 @@ def read(
 def as_it_is(path: str | Path, log: tables.Table | Samples) -> recordings.Recording:
     """The recording in what looked_at() found, if its columns are called as davarlab calls them."""
     if isinstance(log, tables.Table):
-        log = formats.checked(texts.Own(log).read(""), "", path, formats.Options())
+        log = formats.checked(texts.Own(log).read(""), "", path, Options())
     return formats.recording_of(log, path, None)
 
 
@@ -364,9 +364,9 @@ class Desk:
         raise."""
         fitted = self.of(text, True, progress).fitted
         asking = replace(fitted, bench=fitted.bench.asking(between))
-        state = state_of.joined(asking, candidate.part, candidate.replaces)
+        state = fitting.joined(asking, candidate.part, candidate.replaces)
         between()
-        state = state_of.judged(replace(state, bench=state.bench.asking(lambda: None)))
+        state = fitting.judged(replace(state, bench=state.bench.asking(lambda: None)))
         model, entries = improve.fitted_model(
             state, models.Model(self.recording.rate_hz, self.column)
         )

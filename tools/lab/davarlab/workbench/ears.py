@@ -1,17 +1,14 @@
 """Which source is listened to: one at a time, its results and raw samples kept in files."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import BadInput
 from ..report.values import Json
-from .arrivals import FROZEN_NAME, LIVE_NAME, RAW_NAME, Arrivals
+from .arrivals import FROZEN_NAME, LIVE_NAME, RAW_NAME, Arrivals, Tell
 
 if TYPE_CHECKING:
     from .listening import Listening
-
-Tell = Callable[..., None]  # receives what is new, by name
 
 
 class Ears:

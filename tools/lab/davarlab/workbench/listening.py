@@ -17,8 +17,8 @@ from ..wire.frames import Result
 from ..wire.raw_record import RawRecorder
 from ..wire.source import Source
 from ..wire.withheld import REASONS
+from .arrivals import Tell
 from .curve import curve
-from .ears import Tell
 
 BLOCK = 1 << 20
 KEPT = 1200  # results of a channel

@@ -32,8 +32,8 @@ from ..errors import BadInput, internal_error
 from ..report import values
 from . import schema
 from .visit import tokens
-from .visit.stepping import Stale
-from .visit.visit import ACTION, CODE, LOOK, PLAN, QUESTION, Call, Visit, Wish
+from .visit.standing import Stale, Wish
+from .visit.visit import ACTION, CODE, LOOK, PLAN, QUESTION, Call, Visit
 
 PAGE = Path(__file__).resolve().parent / "page"
 SERVED = {

@@ -15,10 +15,10 @@ from ..diagnosis import (
     compare,
     contributions,
     evidence,
+    fitting,
     search,
     unexplained,
 )
-from ..diagnosis import state as state_of
 from ..diagnosis.state import State
 from ..distributions import chi2_isf
 from ..effects import table
@@ -143,7 +143,7 @@ def losses(outcome: Outcome) -> list[tuple[float, float] | None]:
         found.append(
             (
                 search.loss_without(outcome.fitted, rest, part),
-                state_of.errors_of(state_of.with_parts(outcome.fitted, rest))[0],
+                fitting.errors_of(fitting.with_parts(outcome.fitted, rest))[0],
             )
             if noise and part.role != "events"
             else None

@@ -1,19 +1,16 @@
 """Looking closer at a step, and what is taken home of it."""
 
-from typing import TYPE_CHECKING
-
 from ... import kalibr
 from ... import model as models
-from ...diagnosis import state as state_of
+from ...diagnosis import fitting
+from ...diagnosis.state import spoiler_of
 from ...errors import BadInput
 from ...model import is_accel
 from ...report import declared, export, parameters, verdict
 from ...report.values import Json
 from .. import typed, views
-
-if TYPE_CHECKING:
-    from .visit import Visit
-
+from .standing import Standing
+from .stepping import Stepping
 
 WINDOW = 6000  # samples of the device's window, as davarlab export has it
 
@@ -21,12 +18,12 @@ WINDOW = 6000  # samples of the device's window, as davarlab export has it
 class Closer:
     """Answers what needs a fit, and writes files, for a visit. What needs no fit is in looks.py."""
 
-    def __init__(self, visit: "Visit") -> None:
-        self.visit = visit
+    def __init__(self, visit: Standing, stepping: Stepping) -> None:
+        self.visit, self.stepping = visit, stepping
 
     def against(self, column: str, lag_s: float = 0.0) -> Json:
         """What the model's courses leave of the gyro, beside another column."""
-        step = self.visit.stepping.here()
+        step = self.stepping.here()
         if column not in self.visit.open_desk.recording.columns:
             raise BadInput(f"no column {column}")
         if (
@@ -39,12 +36,12 @@ class Closer:
 
     def report(self, number: int | None = None, state: str | None = None) -> bytes:
         """The still page of a step: that of `davarlab compare --report`."""
-        step = self.visit.stepping.shown(number, state)
+        step = self.stepping.shown(number, state)
         if self.visit.open_desk.sight.alone or self.visit.open_desk.sight.cut:
             raise BadInput("a report is of a whole recording: look at all of it first")
         _, recording, rate = typed.in_terminal(self.visit.open_steps)
         return self.visit.open_desk.report(
-            self.visit.stepping.outcome(step),
+            self.stepping.outcome(step),
             self.visit.open_steps.recording,
             (recording, typed.MODEL_NAME, rate),
             self.visit.open_steps.way(step),
@@ -54,8 +51,8 @@ class Closer:
     def save(self, what: str, number: int | None = None, state: str | None = None) -> bytes:
         """The model to take home: toml, the table for the device (h), its filter (plan), or the
         parameters of another program."""
-        step, desk = self.visit.stepping.shown(number, state), self.visit.open_desk
-        spoiler = state_of.spoiler_of(state_of.observed(desk.recording, desk.column))
+        step, desk = self.stepping.shown(number, state), self.visit.open_desk
+        spoiler = spoiler_of(fitting.observed(desk.recording, desk.column))
         if spoiler:
             raise BadInput(f"no model is exported. {verdict.observation(spoiler)}")
         if what == "toml":

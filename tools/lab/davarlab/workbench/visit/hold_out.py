@@ -1,7 +1,5 @@
 """A second recording of the sensor, on which every step of a visit is judged and none is fitted."""
 
-from typing import TYPE_CHECKING
-
 from ... import axes
 from ...data import plausible
 from ...data.recording import Recording
@@ -9,21 +7,20 @@ from ...errors import BadInput
 from ...model import Model
 from ...report.values import Json
 from ..steps import Steps
-
-if TYPE_CHECKING:
-    from .visit import Visit
+from .standing import Standing, as_named
+from .stepping import Stepping
 
 
 class HoldOut:
     """Keeps the recording that a visit holds out."""
 
-    def __init__(self, visit: "Visit") -> None:
-        self.visit = visit
+    def __init__(self, visit: Standing, stepping: Stepping) -> None:
+        self.visit, self.stepping = visit, stepping
 
     def hold_out(self, path: str) -> Json:
         """A second recording of the same sensor: every step is judged on it too, and fitted on the
         first one only."""
-        self.visit.stepping.here()
+        self.stepping.here()
         held = self.beside(path, self.visit.open_steps, self.visit.open_desk.sight.column)
         self.visit.open_steps.hold_out(path)
         self.visit.held, self.visit.not_held = held, ""
@@ -31,7 +28,7 @@ class HoldOut:
 
     def beside(self, path: str, steps: Steps, column: str) -> Recording:
         """A recording to hold out. Raises BadInput where it has not the gyro column."""
-        held = self.visit.intake.as_named(path, steps)
+        held = as_named(path, steps)
         there, model = axes.for_analysis(held, Model(None, column))
         there.rate_dps(model.column)
         doubts = plausible.of(held, [column])
@@ -41,7 +38,7 @@ class HoldOut:
 
     def let_go(self) -> Json:
         """No recording is held out any more."""
-        self.visit.stepping.here()
+        self.stepping.here()
         self.visit.open_steps.hold_out(None)
         self.visit.held, self.visit.not_held = None, ""
         return self.visit.changed()
@@ -49,8 +46,8 @@ class HoldOut:
     def held_out(self, number: int | None = None) -> Json:
         """The error of a step on the recording that is held out, and its floor; None without
         one."""
-        step = self.visit.stepping.here(number)
+        step = self.stepping.here(number)
         error, floor = self.visit.open_desk.held_out(
-            step.text, self.visit.stepping.outcome(step).model, self.visit.held
+            step.text, self.stepping.outcome(step).model, self.visit.held
         )
         return {"number": step.number, "error": error, "floor": floor}

@@ -2,47 +2,28 @@
 it is a recording."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ... import axes
 from ... import model as models
-from ...data import dialect, guess, plausible
+from ...data import dialect, plausible
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
 from .. import desk as desks
-from ..steps import Log, Sight, Steps, Stretch
-
-if TYPE_CHECKING:
-    from .visit import Visit
-
-
-@dataclass
-class Waiting:
-    """A log that waits to be read. shown: what the page shows of it; guesses: for its columns, none
-    while the sensor is to be chosen."""
-
-    path: Path
-    shown: Json
-    guesses: list[guess.Guess] = field(default_factory=list)
-    sensor: str | None = None
-    model: str | None = None  # a model file to look at, once the sensor is known
-    names: list[str] | None = None  # of the columns, over those of the file
-    skip: int = 0  # lines of the file
-
-
-def named(log: Log | None) -> list[guess.Guess]:
-    """The columns of a log as the session has them; none where it is read as it is."""
-    return [guess.Guess(**one) for one in log["columns"]] if log else []
+from ..steps import Sight, Steps, Stretch
+from .hold_out import HoldOut
+from .own import Own
+from .standing import Standing, Waiting, as_named, named
+from .stepping import Stepping
 
 
 class Intake:
     """Opens recordings for a visit."""
 
-    def __init__(self, visit: "Visit") -> None:
-        self.visit = visit
+    def __init__(self, visit: Standing, own: Own, hold: HoldOut, stepping: Stepping) -> None:
+        self.visit, self.own, self.hold, self.stepping = visit, own, hold, stepping
 
     def open(
         self,
@@ -54,7 +35,7 @@ class Intake:
     ) -> Json:
         """A recording by its path. Which sensor is meant, and columns that are not called as
         davarlab calls them, are asked about first."""
-        with self.visit.own.of(path):
+        with self.own.of(path):
             return self.opened(path, model, sensor, names, skip)
 
     def opened(
@@ -97,7 +78,7 @@ class Intake:
                 "names": names,
                 "skip": skip,
             }
-        return self.begin(path, steps, recording or self.as_named(path, steps), model)
+        return self.begin(path, steps, recording or as_named(path, steps), model)
 
     def ask_about(self, waiting: Waiting) -> Json:
         self.visit.desk, self.visit.steps, self.visit.log = None, None, waiting
@@ -154,7 +135,7 @@ class Intake:
         held, self.visit.not_held = None, ""
         if steps.held_out:
             try:
-                held = self.visit.hold.beside(steps.held_out, steps, sight.column)
+                held = self.hold.beside(steps.held_out, steps, sight.column)
             except BadInput as why:
                 steps.held_out, self.visit.not_held = None, f"not held out any more: {why}"
         self.look_at(recording, steps, sight, given)
@@ -178,7 +159,7 @@ class Intake:
     ) -> None:
         """A sight of the recording, with a first step where there is none. It is on the desk when
         all of it is there."""
-        desk, before = self.desk_at(recording, sight), steps.sight
+        desk, before = self.visit.desk_at(recording, sight), steps.sight
         steps.sight = sight
         try:
             if given or not steps.steps:
@@ -192,28 +173,13 @@ class Intake:
                     if given
                     else "a first model: white noise and bias instability"
                 )
-                self.visit.stepping.grown(
-                    steps, desk, took, outcome, fitted=given is None, root=True
-                )
+                self.stepping.grown(steps, desk, took, outcome, fitted=given is None, root=True)
             else:
                 steps.save()
         except BaseException:
             steps.sight = before
             raise
         self.visit.desk, self.visit.steps, self.visit.log = desk, steps, None
-
-    def desk_at(self, recording: Recording, sight: Sight) -> desks.Desk:
-        """The desk of a sight. Those of complete axes stay, with the newest of what was computed on
-        them."""
-        kept = self.visit.desks
-        if any(one.whole is not recording for one in kept.values()):
-            kept.clear()
-        if sight.alone or sight.cut:
-            return desks.Desk(recording, sight)
-        if sight not in kept:
-            shared = next((one.outcomes for one in kept.values()), None)
-            kept[sight] = desks.Desk(recording, sight, shared)
-        return kept[sight]
 
     def sight(
         self,
@@ -223,7 +189,7 @@ class Intake:
     ) -> Json:
         """Another sight of the same recording: a gyro column, a stretch alone, all but what was cut
         out; each has steps of its own."""
-        self.visit.stepping.here()
+        self.stepping.here()
         span, column = (
             self.visit.open_desk.whole.samples / self.visit.open_desk.whole.rate_hz,
             column or self.visit.open_desk.sight.column,
@@ -265,7 +231,7 @@ class Intake:
             "names": waiting.names,
             "skip": waiting.skip,
         }
-        return self.begin(path, steps, self.as_named(path, steps), waiting.model)
+        return self.begin(path, steps, as_named(path, steps), waiting.model)
 
     def tutorial(self) -> Json:
         """The bundled sensor, opened like any recording."""
@@ -275,16 +241,3 @@ class Intake:
         """The raw samples of a channel that have come so far, opened as a recording; more may come
         meanwhile."""
         return self.open(str(self.visit.ears.freeze(channel)))
-
-    def as_named(self, path: str | Path, steps: Steps) -> Recording:
-        """A recording whose columns are those that the session's log was read with."""
-        log = steps.log
-        return desks.read(
-            path,
-            named(log),
-            log["rate_hz"] if log else None,
-            log["sensor"] if log else None,
-            log.get("as_recorded", False) if log else False,
-            log.get("names") if log else None,
-            log.get("skip", 0) if log else 0,
-        )

@@ -1,7 +1,5 @@
 """What a page may ask of the recording on the desk alone: it needs no fit, and waits for none."""
 
-from typing import TYPE_CHECKING
-
 from ... import axes
 from ... import model as models
 from ...effects import table
@@ -9,15 +7,13 @@ from ...errors import BadInput
 from ...report.values import Json
 from .. import views
 from ..desk import Desk
-
-if TYPE_CHECKING:
-    from .visit import Visit
+from .standing import Standing
 
 
 class Looks:
     """Answers what needs no fit of the recording that a visit has open."""
 
-    def __init__(self, visit: "Visit") -> None:
+    def __init__(self, visit: Standing) -> None:
         self.visit = visit
 
     def stretch(self, start_s: float, stop_s: float, every: bool = False) -> Json:

@@ -9,7 +9,6 @@ import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,9 +21,9 @@ from ...errors import BadInput
 from ...report.values import Json
 from .. import desk as desks
 from ..steps import ENDING
-
-if TYPE_CHECKING:
-    from .visit import Visit
+from .standing import Standing
+from .stepping import Stepping
+from .survey import Survey
 
 DENSITIES = 200  # points of a spectrum
 TEMPLATE = '''import numpy as np
@@ -76,8 +75,8 @@ class Own:
     """The effects of a visit. kept: by recording, kind -> (effect, file, text), the one that was
     written last at the end; they are in the table while that recording is open."""
 
-    def __init__(self, visit: "Visit") -> None:
-        self.visit = visit
+    def __init__(self, visit: Standing, stepping: Stepping, survey: Survey) -> None:
+        self.visit, self.stepping, self.survey = visit, stepping, survey
         self.kept: dict[str, dict[str, tuple[Effect, str, str]]] = {}
         self.at = ""  # the recording whose effects are in the table
 
@@ -162,17 +161,17 @@ class Own:
 
     def add(self, text: str, state: str) -> Json:
         """The effect joins the table and the model. Its file is written beside the session."""
-        step = self.visit.stepping.current(state)
+        step = self.stepping.current(state)
         effect, _ = self.checked(text)
         with self.keeping(effect, text):
-            best = self.visit.stepping.best(step)
+            best = self.stepping.best(step)
             found = search.ranking(best.fitted, only=[effect.kind])
             if not found:
                 raise BadInput(
                     f"{effect.kind}: it is in the model already, or it needs a column that this "
                     "recording lacks"
                 )
-            return self.visit.stepping.join(step, found[0])
+            return self.stepping.join(step, found[0])
 
     @contextlib.contextmanager
     def keeping(self, effect: Effect, text: str) -> Iterator[None]:
@@ -214,7 +213,7 @@ class Own:
             own.drop(kind)
         for desk in (self.visit.open_desk, *self.visit.desks.values()):
             desk.forget(fits=gone is not None)
-        self.visit.survey.beside = None
+        self.survey.beside = None
         if entry:
             own.install(entry[0], entry[1])
             mine[kind] = entry

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from ... import model as models
 from ...candidates.candidate import Candidate
@@ -13,9 +13,7 @@ from ...report.values import Json
 from .. import schema, views
 from ..desk import Desk, Outcome
 from ..steps import Step, Steps, fit_of
-
-if TYPE_CHECKING:
-    from .visit import Visit, Wish
+from .standing import Stale, Standing, Wish
 
 OfKind = TypeVar("OfKind", Candidate, models.Term)
 
@@ -24,14 +22,10 @@ class Superseded(Exception):
     """What was being computed is not wanted now."""
 
 
-class Stale(BadInput):
-    """An action on something that the page showed and that is not so any more."""
-
-
 class Stepping:
     """Takes the steps of a visit."""
 
-    def __init__(self, visit: "Visit") -> None:
+    def __init__(self, visit: Standing) -> None:
         self.visit = visit
 
     def here(self, number: int | None = None) -> Step:
@@ -159,7 +153,7 @@ class Stepping:
             )
         return found
 
-    def give_way(self, but: "Wish | None" = None) -> None:
+    def give_way(self, but: Wish | None = None) -> None:
         """Raises Superseded when somebody does something else than `but`, or holds a slider."""
         if self.visit.hurried(but):
             raise Superseded

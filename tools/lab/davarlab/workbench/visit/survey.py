@@ -2,7 +2,6 @@
 effect and the parameters, as its own page shows them."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from ... import axes
 from ...candidates.candidate import Candidate
@@ -15,20 +14,18 @@ from .. import desk as desks
 from .. import views
 from ..desk import Desk
 from ..steps import Log, Sight, Steps, fit_of
-from .stepping import Stale, Superseded
-
-if TYPE_CHECKING:
-    from .visit import Visit
+from .standing import Stale, Standing, as_named
+from .stepping import Stepping, Superseded
 
 
 class Beside:
     """Another sensor of the log that is open. of: path and sensor; session: the steps of its last
     visit; desks: of its axes."""
 
-    def __init__(self, visit: "Visit", path: str, sensor: str) -> None:
+    def __init__(self, path: str, sensor: str) -> None:
         self.of, self.session = (path, sensor), Steps.beside(path, sensor)
         self.session.log = self.session.log or Log(columns=[], rate_hz=None, sensor=sensor)
-        self.recording = visit.intake.as_named(path, self.session)
+        self.recording = as_named(path, self.session)
         if self.recording.samples < MINIMUM_SAMPLES:
             raise BadInput(
                 f"{self.recording.samples} samples; at least {MINIMUM_SAMPLES} are needed"
@@ -48,8 +45,8 @@ class Survey:
     """Computes the rows of all axes for a visit. beside: the sensor that was read last beside the
     open one."""
 
-    def __init__(self, visit: "Visit") -> None:
-        self.visit = visit
+    def __init__(self, visit: Standing, stepping: Stepping) -> None:
+        self.visit, self.stepping = visit, stepping
         self.beside: Beside | None = None
 
     def sensors(self) -> Json:
@@ -72,7 +69,7 @@ class Survey:
         path = self.visit.open_steps.recording
         if not self.beside or self.beside.of != (path, sensor):
             self.beside = None  # only one is in memory
-            self.beside = Beside(self.visit, path, sensor)
+            self.beside = Beside(path, sensor)
         return self.beside
 
     def axis(self, column: str, sensor: str | None = None) -> Json:
@@ -86,7 +83,7 @@ class Survey:
             desk = (
                 beside.desk(sight)
                 if beside
-                else self.visit.intake.desk_at(self.visit.open_desk.whole, sight)
+                else self.visit.desk_at(self.visit.open_desk.whole, sight)
             )
             row: Json = axes.spoken(self.row(desk, session, sight), column)
             return {"column": column, **row}
@@ -99,7 +96,7 @@ class Survey:
         sensor = (session.log and session.log["sensor"]) or ""
 
         def trying(text: str) -> None:
-            self.visit.stepping.give_way()
+            self.stepping.give_way()
             self.visit.tell(axis=sight.column, of=sensor, trying=text)
 
         def partly(kind: str, found: Sequence[Candidate | None]) -> None:
@@ -109,7 +106,7 @@ class Survey:
         step = tree["steps"][tree["current"]] if tree else None
         outcome = desk.of(step.text, step.fitted, trying) if step else desk.first(trying)
         fit = fit_of(step, tree["steps"]).text if tree and step else desk.text(outcome.model)
-        ranked = desk.ranked(fit, trying, partly, self.visit.stepping.give_way)
+        ranked = desk.ranked(fit, trying, partly, self.stepping.give_way)
         return {
             **views.headline(outcome, step is None or step.parent is None),
             "adequate": outcome.state.judgement.adequate,

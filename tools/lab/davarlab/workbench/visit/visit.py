@@ -1,5 +1,4 @@
-"""A visit to the workbench: what lies on the desk, and the table of everything that a page may ask
-or do."""
+"""A visit to the workbench: its parts, and the table of everything that a page may ask or do."""
 
 import os
 from collections.abc import Callable
@@ -9,20 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from ... import axes
-from ...data.recording import Recording
 from ...report.values import Json
 from .. import plans, typed
-from ..arrivals import Arrivals
-from ..desk import Desk
-from ..ears import Ears, Tell
-from ..steps import Sight, Steps
 from . import welcome
 from .closer import Closer
 from .hold_out import HoldOut
-from .intake import Intake, Waiting
+from .intake import Intake
 from .looks import Looks
 from .own import Own
-from .stepping import Stale, Stepping
+from .standing import Standing
+from .stepping import Stepping
 from .survey import Survey
 
 # Questions need the bench of a fit, looks only what is there, plans nothing of it; actions change
@@ -75,13 +70,6 @@ CALLS = {
 }
 
 
-Wish = tuple[str, dict[str, Any]]  # what somebody waits for: a call and what it is given
-
-
-def nobody(but: Wish | None = None) -> bool:
-    return False
-
-
 @dataclass(frozen=True)
 class Call:
     """kind: QUESTION, LOOK, PLAN, ACTION or CODE; run: a function of plain values that returns
@@ -91,57 +79,19 @@ class Call:
     run: Callable[..., Any]
 
 
-class Visit:
-    """calls: name -> Call, of CALLS. What lies on the desk is kept here; the parts of the visit
-    work on it. code: may a page run effects that somebody writes in it."""
+class Visit(Standing):
+    """calls: name -> Call, of CALLS; their parts work on what Standing keeps."""
 
     def __init__(self, folder: str | Path, code: bool = False) -> None:
-        self.code, self.port = code, 0
-        self.arrivals = Arrivals(folder)
-        self.desk: Desk | None = None
-        self.desks: dict[Sight, Desk] = {}  # of the complete axes of the recording
-        self.steps: Steps | None = None
-        self.held: Recording | None = None  # the recording that is held out
-        self.not_held = ""  # why what was held out in an earlier visit is not now
-        self.revision = 0  # counts the changes
-        self.log: Waiting | None = None  # one that waits to be read
-        self.tell: Tell = lambda **event: None
-        self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
-        # Does somebody wait for something else than `but`.
-        self.hurried: Callable[[Wish | None], bool] = nobody
-        self.intake, self.hold, self.stepping = Intake(self), HoldOut(self), Stepping(self)
-        self.looks, self.closer, self.plans = Looks(self), Closer(self), plans
-        self.own, self.survey = Own(self), Survey(self)
+        super().__init__(folder, code)
+        self.plans, self.looks, self.stepping = plans, Looks(self), Stepping(self)
+        self.closer = Closer(self, self.stepping)
+        self.hold, self.survey = HoldOut(self, self.stepping), Survey(self, self.stepping)
+        self.own = Own(self, self.stepping, self.survey)
+        self.intake = Intake(self, self.own, self.hold, self.stepping)
         self.calls = {
             name: Call(kind, attrgetter(path)(self)) for name, (kind, path) in CALLS.items()
         }
-
-    @property
-    def open_desk(self) -> Desk:
-        """The desk with its recording. Raises Stale while there is none."""
-        if not self.desk:
-            raise Stale("no recording is open")
-        return self.desk
-
-    @property
-    def open_steps(self) -> Steps:
-        """The steps of the recording on the desk. Raises Stale while there is none."""
-        if not self.steps:
-            raise Stale("no recording is open")
-        return self.steps
-
-    def spoken(self, found: Json) -> Json:
-        """What a page shows, in the language of a gyro or an accelerometer."""
-        said: Json = axes.spoken(found, self.open_desk.sight.column)
-        return said
-
-    def progress(self, text: str) -> None:
-        self.tell(progress=text)
-
-    def changed(self) -> Json:
-        self.revision += 1
-        self.tell(changed=self.revision)
-        return self.everything()
 
     def everything(self) -> Json:
         """Where the visit stands; `step` gives what a step looks like."""
