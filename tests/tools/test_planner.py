@@ -9,7 +9,7 @@ import subprocess
 from dataclasses import replace
 
 import pytest
-from planner import BadOption, choice, costs, plan, report, sensors, wishes
+from planner import BadOption, choice, costs, plan, programs, report, sensors, wishes
 from planner_case import EXAMPLE, ROOT, USUAL, WISHES, command, plan_of, planned, refused, run
 
 SLOW_CORE = "--rate 8000 --axes 3 --lsb 0.06 --bandwidth 2000 --core cortex-m0"
@@ -125,6 +125,10 @@ IMPOSSIBLE = (
     "--rate 1000 --lsb 0.06 --bandwidth 250 --respond 120 --ram 2k --core cortex-m4f",
     pytest.param(SLOW_ALARM, marks=pytest.mark.slow),
 )
+GLR = (
+    "--rate 200 --lsb 0.06 --bandwidth none --false-alarms-per-hour 1 --core cortex-m4f "
+    "--arw-percent 0.5"
+)
 
 
 @pytest.mark.parametrize("words", IMPOSSIBLE)
@@ -153,6 +157,7 @@ def test_the_reason_has_numbers_and_what_it_suggests_is_possible(words, tmp_path
         (IMPOSSIBLE[7], ["--arw-percent"], "ARW to 0.1 %: the longest window gives"),
         (IMPOSSIBLE[8], ["--arw-percent"], "ARW to 0.5 %: the longest window gives"),
         (IMPOSSIBLE[10], ["--ram", "--flash"], "RAM 1k: 3 axes"),
+        (GLR, ["--arw-percent"], "ARW to 0.5 %: the longest window of law glr gives"),
     ),
 )
 def test_the_reason_is_the_option_that_is_out_of_reach(words, options, reason):
@@ -373,8 +378,49 @@ def test_the_printed_report_states_the_figures_of_the_json(words):
     pushes = found["mean_instructions"], found["worst_push_instructions"]
     assert "{} instructions, at most about {};".format(*pushes) in text
     assert "a folder with -o" in text
+    if found["fit"] == "terms":  # where bias instability equals white noise: (1.2)
+        noise = plan_of(words).design.wishes.noise
+        edge = noise and noise / (0.664 * math.sqrt(max(found["taus_s"]) / 3600))
+        assert found["bias_instability_deg_per_h"] == pytest.approx(edge)
+        assert ("bias instability and random walk from that curve" in text) == bool(edge)
     alarms = {None: "", 0.01: "one false alarm in 4.17 days", 1.0: "one false alarm in 60 min"}
     assert alarms[found["false_alarms_per_hour"]] in text
     for remark in found["remarks"]:
         assert remark in text
     assert json.loads(json.dumps(found)) == found
+
+
+@pytest.mark.parametrize(
+    "text, size", (("1", 1), ("1.9", 1), ("1k", 1024), ("1.5K", 1536), ("0", None), ("0.9", None))
+)
+def test_a_limit_is_a_number_of_bytes(text, size):
+    words = f"{USUAL} --ram {text}".split()
+    if size is None:
+        said = "davar-plan: --ram: expected a number of bytes, such as 20480 or 20k, found"
+        assert run(words) == (2, "", f"{said} '{text}'\n")
+    else:
+        assert wishes.read(words, costs.cores()).wishes.ram_bytes == size
+
+
+@pytest.mark.parametrize("text", ("none", "250", "50:2", "20:1", "cic2:64"))
+def test_at_least_four_sizes_are_longer_than_the_filter_passes_on(text):
+    words = f"--rate 1000 --lsb 0.06 --bandwidth {text} --core cortex-m4f"
+    passed = programs.passed_samples(text, 1000)
+    first = 2 ** math.ceil(math.log2(2 * passed)) if text != "none" else 1
+    sizes = [round(1000 * tau) for tau in planned(words)["taus_s"]]
+    assert sizes == [2**i for i in range(max(8, round(math.log2(first)) + 3))]
+
+
+@pytest.mark.parametrize("words", (IMPOSSIBLE[0], IMPOSSIBLE[3], SLOW_CORE + " --clock 1.5"))
+def test_what_it_suggests_to_relax_is_the_nearest_that_helps(words):
+    """One axis more, or less than half of that response, is impossible."""
+    given = dict(zip(words.split()[::2], words.split()[1::2]))
+    for one in refused(words)["relax"]:
+        if one["option"] == "--axes":
+            nearer = {"--axes": str(int(one["value"]) + 1)}
+        elif one["option"] == "--respond":
+            nearer = {"--respond": str(float(one["value"]) * 0.49)}
+        else:
+            continue
+        again = " ".join(word for pair in (given | nearer).items() for word in pair)
+        assert command(again).status == 1, one
