@@ -1,4 +1,4 @@
-/* Converts results to frames (lib/WIRE.md) and sends one whenever the controller has room.
+/* Converts results to frames (addons/can/DESIGN.md) and sends one whenever the controller has room.
  *
  *   main loop:  bxcan_poll / fdcan_poll;  can_sender_step;
  *               davar_take -> davar_fit -> can_sender_result

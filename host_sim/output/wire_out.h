@@ -1,4 +1,4 @@
-/* davar-sim - sends results as frames (lib/WIRE.md), or in a dialect (docs/DIALECTS.md), through
+/* davar-sim - sends results as frames (addons/can/DESIGN.md), or in a dialect (docs/DIALECTS.md), through
  * the link contract. */
 #ifndef WIRE_OUT_H
 #define WIRE_OUT_H

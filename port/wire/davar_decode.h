@@ -20,9 +20,10 @@ typedef enum {
 
 /** The content of one frame. Absent values are NaN. Units as in davar_result_t. */
 typedef struct {
-    davar_message_t message; /**< which fields below have a value follows from it (lib/WIRE.md) */
-    uint8_t channel;         /**< from the identifier */
-    uint8_t counter;         /**< Counter, 0..15 */
+    davar_message_t
+        message;     /**< which fields below have a value follows from it (addons/can/DESIGN.md) */
+    uint8_t channel; /**< from the identifier */
+    uint8_t counter; /**< Counter, 0..15 */
     /** Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
     uint8_t result;
     uint8_t session; /**< DAVAR_End, DAVAR_Health, DAVAR_Setup: see davar_encoder_session */

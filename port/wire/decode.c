@@ -1,7 +1,7 @@
 /* davar - decodes frames, the inverse of encode.c, for gateways and other devices. */
 #include "davar_decode.h"
 
-#include "wire/frame_layout.h"
+#include "frame_layout.h"
 
 #include <float.h>
 #include <math.h>

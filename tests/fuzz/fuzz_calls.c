@@ -3,6 +3,7 @@
  * sample and every result is used or counted. `digest` adds up all that the caller gets. */
 #include "davar/davar.h"
 #include "davar/monitor.h"
+#include "davar/state.h"
 #include "davar/wire.h"
 #include "davar_decode.h"
 #include "davar_policy.h"

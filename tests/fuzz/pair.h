@@ -6,6 +6,7 @@
 #define SLOT ((size_t)8 * MEMORY_WORDS)
 
 #include "cells.h"
+#include "davar/state.h"
 #include "fuzzing.h"
 
 static uint64_t memory[2][MEMORY_WORDS];

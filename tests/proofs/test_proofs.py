@@ -7,7 +7,7 @@ import shutil
 import pytest
 from proving import ROOT, listed, prove
 
-pytestmark = pytest.mark.inputs("tests/proofs", "lib", "port/wire", "tools/support")
+pytestmark = pytest.mark.inputs("tests/proofs", "lib", "addons", "port/wire", "tools/support")
 
 NIGHT = pytest.mark.soak  # each takes a minute
 # Proof, its bounds.
@@ -41,8 +41,8 @@ FAULTS = (
     ("number", "lib/src/number/real.h", ">> (31U - zeros)", ">> (32U - zeros)", ()),
     ("slide", SLIDE, "*(head - span)", "*(head - span - 1U)", SIZES),
     ("slide", f"{PIPELINE}/type_q15.inc", WIDTH % 32, WIDTH % 16, SIZES),
-    ("restore", "lib/src/state/image.c", LEFT, "left", NARROW),
-    ("restore", "lib/src/state/image.c", "& 15U]", "& 31U]", NARROW),
+    ("restore", "addons/state/src/image.c", LEFT, "left", NARROW),
+    ("restore", "addons/state/src/image.c", "& 15U]", "& 31U]", NARROW),
     ("push", f"{PIPELINE}/allan.inc", *RING, SHORT),
     ("push", f"{PIPELINE}/allan.inc", *RING, ("-DSTRIDE=4", "-DPUSHES=12U", "-DGAPS=0U")),
     pytest.param(
@@ -65,7 +65,7 @@ def test_a_proof_has_no_other_alarms_than_those_listed(name, bounds):
 
 @pytest.mark.parametrize("name, file, text, fault, bounds", FAULTS)
 def test_a_proof_finds_a_fault(name, file, text, fault, bounds, tmp_path):
-    for part in ("lib", "port/wire"):
+    for part in ("lib", "addons", "port/wire"):
         shutil.copytree(ROOT / part, tmp_path / part)
     source = tmp_path / file
     before = source.read_text()

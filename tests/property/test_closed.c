@@ -7,6 +7,7 @@
 #include "states.h"
 
 #include "davar/davar.h"
+#include "davar/state.h"
 #include "unity.h"
 
 #include <stdio.h>

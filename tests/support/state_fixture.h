@@ -3,6 +3,7 @@
 #ifndef DAVAR_TESTS_STATE_FIXTURE_H
 #define DAVAR_TESTS_STATE_FIXTURE_H
 
+#include "davar/state.h"
 #include "small_config.h"
 #include "unity.h"
 

@@ -3,6 +3,7 @@
  * tools/davar-plan; 3 with a plan computed at run time; 4 everything except law glr: five terms,
  * gaps, flush, reset, the saved state, the monitor and frames; 5 also law glr. */
 #include "davar/davar.h"
+#include "davar/state.h"
 #include "davar/wire.h"
 
 #define TAUS 4U

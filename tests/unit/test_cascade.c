@@ -1,9 +1,9 @@
 /* davar tests - the sums of the cascade equal brute force over the samples, for every number type,
  * cluster size and memory, with gaps, wrapping sums and extreme samples. */
-#include "cascade/stage.h"
 #include "davar/cascade.h"
 #include "number/real.h"
 #include "random.h"
+#include "stage.h"
 #include "unity.h"
 
 #include <string.h>

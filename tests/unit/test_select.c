@@ -1,7 +1,7 @@
 /* davar tests - the selection of a gyro: settings, samples, and each kind of fault (DESIGN 13). */
 #include "davar/select.h"
 #include "random.h"
-#include "select/select_parts.h"
+#include "select_parts.h"
 #include "unity.h"
 
 #include <math.h>

@@ -24,7 +24,7 @@ extern "C" {
 #define DAVAR_SIZED(name) DAVAR_EXPAND(name, DAVAR_TAUS_MAX)
 /** @endcond */
 
-/** Why davar_init_* or davar_state_restore failed: one code per cause, with a value that never
+/** Why davar_init_* failed: one code per cause, with a value that never
  * changes. davar_status_text() describes it. */
 typedef enum {
     DAVAR_OK = 0,               /**< no error */
@@ -233,7 +233,7 @@ typedef struct {
     double high; /**< upper limit, as low; may be infinite */
     double edf;  /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
     /** relative power of the noise over the time that this size of a cascade remembers; the longest
-     * size has 1 (11.9). davar_cascade_append sets it, to 1 for the sizes of a window */
+     * size has 1 (11.9). A cascade sets it, to 1 for the sizes of a window */
     float power;
     /** how unevenly that power was spread, set with it: DAVAR_EVEN if it was constant, n DAVAR_EVEN
      * if it came from 1 / n of the time; at most 65535 */

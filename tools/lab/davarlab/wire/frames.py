@@ -1,4 +1,4 @@
-"""Frames of davar (lib/WIRE.md) to results: checks every frame, counts what is wrong, joins frames
+"""Frames of davar (addons/can/DESIGN.md) to results: checks every frame, counts what is wrong, joins frames
 to results.
 
 Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
