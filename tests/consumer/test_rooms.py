@@ -22,26 +22,17 @@ def test_a_sibling_builds_alone(tmp_path, room):
     run("gcc", *WARN, "-fsyntax-only", "-Iinclude", "-Isrc", *sources, folder=tmp_path)
 
 
-PARTS = sorted(
-    path.name for path in (ROOT / "addons").iterdir() if path.is_dir() and path.name != "state"
-)
+PARTS = sorted(path.name for path in (ROOT / "addons").iterdir() if path.is_dir())
 USES = {"can": ["monitor"], "state": ["cascade"]}  # headers of other parts
 
 
 @pytest.mark.parametrize("part", PARTS)
 def test_a_part_builds_alone(tmp_path, part):
-    for folder in (
-        "lib/include",
-        "lib/src/number",
-        *(f"addons/{one}" for one in (part, *USES.get(part, []))),
-    ):
+    parts = [f"addons/{one}" for one in (part, *USES.get(part, []))]
+    for folder in ("lib/include", "lib/src/number", *parts):
         shutil.copytree(ROOT / folder, tmp_path / folder)
     (header,) = (tmp_path / f"addons/{part}/include/davar").glob("*.h")
     (tmp_path / "program.c").write_text(f'#include "davar/{header.name}"\n')
     sources = sorted((tmp_path / f"addons/{part}").glob("src/*.c"))
-    include = [
-        "-Ilib/include",
-        "-Ilib/src",
-        *(f"-I{one}" for one in tmp_path.glob("addons/*/include")),
-    ]
+    include = ["-Ilib/include", "-Ilib/src", *(f"-I{one}/include" for one in parts)]
     run("gcc", *WARN, "-fsyntax-only", *include, "program.c", *sources, folder=tmp_path)

@@ -1,6 +1,7 @@
 /* davar tests - chains of public calls: push, gap, take, any fit, monitor, encode, decode, save,
  * restore, flush, reset. Every number that reaches a caller is in its range or absent, and every
  * sample and every result is used or counted. `digest` adds up all that the caller gets. */
+#include "davar/content.h"
 #include "davar/davar.h"
 #include "davar/monitor.h"
 #include "davar/state.h"
@@ -297,9 +298,15 @@ static void through_the_dark(bytes_t *bytes)
 {
     (void)bytes;
     REQUIRE(davar_state_bytes(&users[0].davar) <= SLOT);
-    REQUIRE(davar_state_save(&users[0].davar, &storage) == DAVAR_OK);
-    REQUIRE(init(0U) == DAVAR_OK);
-    REQUIRE(davar_state_restore(&users[0].davar, &storage) == DAVAR_OK);
+    const davar_state_status_t status = davar_state_save(&users[0].davar, &storage);
+    REQUIRE(strcmp(davar_state_status_text(status), "ok") == 0);
+    REQUIRE(strcmp(davar_status_text(init(0U)), "ok") == 0);
+    REQUIRE(davar_state_restore(&users[0].davar, &storage) == DAVAR_STATE_OK);
+    const davar_layout_t layout = davar_content_layout(&users[0].davar);
+    davar_content_t content;
+    REQUIRE(layout.bytes < davar_state_bytes(&users[0].davar));
+    davar_content_read(&users[0].davar, &content);
+    davar_content_write(&users[0].davar, &content); /* changes nothing */
 }
 
 /* --- a trial --- */

@@ -141,7 +141,7 @@ typedef enum { Q15, Q31, F32 } type_t;
 
 static void init(type_t type)
 {
-    davar_status_t status = DAVAR_OK;
+    davar_cascade_status_t status = DAVAR_CASCADE_OK;
     switch (type) {
     case Q15:
         status = davar_cascade_init_q15(&cascade, &config, memory, sizeof memory);
@@ -155,7 +155,7 @@ static void init(type_t type)
         config.unit_per_count = 1.0 / (double)cascade.counts_per_unit;
         break;
     }
-    TEST_ASSERT_EQUAL(DAVAR_OK, status);
+    TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK, status);
 }
 
 /* As if the stream had begun long ago: with a running sum and hop numbers that will wrap. */

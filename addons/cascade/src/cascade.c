@@ -412,15 +412,16 @@ static bool is_wide_type(uint8_t type)
     return type != CASCADE_Q15;
 }
 
-static davar_status_t check_cascade_scale(const davar_cascade_config_t *config, uint8_t type)
+static davar_cascade_status_t check_cascade_scale(const davar_cascade_config_t *config,
+                                                  uint8_t type)
 {
     const bool is_float = (type == CASCADE_F32);
     if (!davar_is_between(1e-50, config->rate_hz, 1e50)) {
-        return DAVAR_ERR_RATE;
+        return DAVAR_CASCADE_ERR_RATE;
     }
     const bool good = is_float ? davar_is_between(1e-20, config->full_scale, 1e20)
                                : davar_is_between(1e-50, config->unit_per_count, 1e50);
-    return good ? DAVAR_OK : DAVAR_ERR_SCALE;
+    return good ? DAVAR_CASCADE_OK : DAVAR_CASCADE_ERR_SCALE;
 }
 
 /* Do the sums hold (11.4)? */
@@ -435,19 +436,20 @@ static bool is_cascade_exact(const davar_cascade_config_t *config, uint8_t type)
     return !is_wide_type(type) || ((longest * longest) <= room);
 }
 
-static davar_status_t check_cascade_clusters(const davar_cascade_config_t *config, uint8_t type)
+static davar_cascade_status_t check_cascade_clusters(const davar_cascade_config_t *config,
+                                                     uint8_t type)
 {
     if ((config->shortest < SHORTEST_MIN) || (config->shortest > SHORTEST_MAX) ||
         ((config->shortest % CASCADE_OVERLAP) != 0U)) {
-        return DAVAR_ERR_CASCADE_SHORTEST;
+        return DAVAR_CASCADE_ERR_SHORTEST;
     }
     if ((config->clusters < CLUSTERS_MIN) || (config->clusters > CLUSTERS_MAX) ||
         ((config->clusters & (config->clusters - 1U)) != 0U)) {
-        return DAVAR_ERR_CASCADE_CLUSTERS;
+        return DAVAR_CASCADE_ERR_CLUSTERS;
     }
     const bool good = (config->tau_count >= 1U) && (config->tau_count <= DAVAR_CASCADE_TAUS_MAX) &&
                       is_cascade_exact(config, type);
-    return good ? DAVAR_OK : DAVAR_ERR_CASCADE_TAUS;
+    return good ? DAVAR_CASCADE_OK : DAVAR_CASCADE_ERR_TAUS;
 }
 
 static uint32_t stages_for(const davar_cascade_config_t *config)
@@ -468,27 +470,28 @@ _Static_assert((sizeof(cascade_stage_t) + ((size_t)4U * CASCADE_HOPS)) ==
                    DAVAR_CASCADE_STAGE_BYTES_Q31,
                "DAVAR_CASCADE_STAGE_BYTES_Q31");
 
-static davar_status_t check_cascade_memory(const davar_cascade_config_t *config, const void *memory,
-                                           size_t bytes, uint8_t type)
+static davar_cascade_status_t check_cascade_memory(const davar_cascade_config_t *config,
+                                                   const void *memory, size_t bytes, uint8_t type)
 {
     if (bytes < (stages_for(config) * cascade_stage_bytes(type))) {
-        return DAVAR_ERR_MEMORY_SIZE;
+        return DAVAR_CASCADE_ERR_MEMORY_SIZE;
     }
-    return (((uintptr_t)memory % 8U) != 0U) ? DAVAR_ERR_MEMORY_ALIGN : DAVAR_OK;
+    return (((uintptr_t)memory % 8U) != 0U) ? DAVAR_CASCADE_ERR_MEMORY_ALIGN : DAVAR_CASCADE_OK;
 }
 
-static davar_status_t check_cascade(const davar_cascade_t *cascade,
-                                    const davar_cascade_config_t *config, const void *memory,
-                                    size_t bytes, uint8_t type)
+static davar_cascade_status_t check_cascade(const davar_cascade_t *cascade,
+                                            const davar_cascade_config_t *config,
+                                            const void *memory, size_t bytes, uint8_t type)
 {
     if ((cascade == NULL) || (config == NULL) || (memory == NULL)) {
-        return DAVAR_ERR_NULL;
+        return DAVAR_CASCADE_ERR_NULL;
     }
-    davar_status_t status = check_cascade_scale(config, type);
-    if (status == DAVAR_OK) {
+    davar_cascade_status_t status = check_cascade_scale(config, type);
+    if (status == DAVAR_CASCADE_OK) {
         status = check_cascade_clusters(config, type);
     }
-    return (status == DAVAR_OK) ? check_cascade_memory(config, memory, bytes, type) : status;
+    return (status == DAVAR_CASCADE_OK) ? check_cascade_memory(config, memory, bytes, type)
+                                        : status;
 }
 
 /* The start is hop 0 of every stage, with the running sum 0. */
@@ -517,36 +520,39 @@ DAVAR_RARE static void cascade_start(davar_cascade_t *cascade, const davar_casca
     }
 }
 
-DAVAR_RARE static davar_status_t cascade_init(davar_cascade_t *cascade,
-                                              const davar_cascade_config_t *config, void *memory,
-                                              size_t bytes, uint8_t type)
+DAVAR_RARE static davar_cascade_status_t cascade_init(davar_cascade_t *cascade,
+                                                      const davar_cascade_config_t *config,
+                                                      void *memory, size_t bytes, uint8_t type)
 {
-    const davar_status_t status = check_cascade(cascade, config, memory, bytes, type);
-    if (status == DAVAR_OK) {
+    const davar_cascade_status_t status = check_cascade(cascade, config, memory, bytes, type);
+    if (status == DAVAR_CASCADE_OK) {
         cascade_start(cascade, config, memory, type);
     }
     return status;
 }
 
-davar_status_t davar_cascade_init_q15(davar_cascade_t *cascade,
-                                      const davar_cascade_config_t *config, void *memory,
-                                      size_t bytes)
+davar_cascade_status_t davar_cascade_init_q15(davar_cascade_t *cascade,
+                                              const davar_cascade_config_t *config, void *memory,
+                                              size_t bytes)
 {
-    return DAVAR_Q15 ? cascade_init(cascade, config, memory, bytes, CASCADE_Q15) : DAVAR_ERR_BUILD;
+    return DAVAR_Q15 ? cascade_init(cascade, config, memory, bytes, CASCADE_Q15)
+                     : DAVAR_CASCADE_ERR_BUILD;
 }
 
-davar_status_t davar_cascade_init_q31(davar_cascade_t *cascade,
-                                      const davar_cascade_config_t *config, void *memory,
-                                      size_t bytes)
+davar_cascade_status_t davar_cascade_init_q31(davar_cascade_t *cascade,
+                                              const davar_cascade_config_t *config, void *memory,
+                                              size_t bytes)
 {
-    return DAVAR_Q31 ? cascade_init(cascade, config, memory, bytes, CASCADE_Q31) : DAVAR_ERR_BUILD;
+    return DAVAR_Q31 ? cascade_init(cascade, config, memory, bytes, CASCADE_Q31)
+                     : DAVAR_CASCADE_ERR_BUILD;
 }
 
-davar_status_t davar_cascade_init_f32(davar_cascade_t *cascade,
-                                      const davar_cascade_config_t *config, void *memory,
-                                      size_t bytes)
+davar_cascade_status_t davar_cascade_init_f32(davar_cascade_t *cascade,
+                                              const davar_cascade_config_t *config, void *memory,
+                                              size_t bytes)
 {
-    return DAVAR_Q31 ? cascade_init(cascade, config, memory, bytes, CASCADE_F32) : DAVAR_ERR_BUILD;
+    return DAVAR_Q31 ? cascade_init(cascade, config, memory, bytes, CASCADE_F32)
+                     : DAVAR_CASCADE_ERR_BUILD;
 }
 
 DAVAR_RARE void davar_cascade_reset(davar_cascade_t *cascade)
@@ -557,4 +563,26 @@ DAVAR_RARE void davar_cascade_reset(davar_cascade_t *cascade)
 davar_cascade_health_t davar_cascade_health(const davar_cascade_t *cascade)
 {
     return cascade->health;
+}
+
+/* --- the reasons as text ---------------------------------------------------------------------- */
+
+const char *davar_cascade_status_text(davar_cascade_status_t status)
+{
+    static const char *const text[] = {
+        [DAVAR_CASCADE_OK] = "ok",
+        [DAVAR_CASCADE_ERR_NULL] = "a pointer is null",
+        [DAVAR_CASCADE_ERR_BUILD] = "disabled in this build",
+        [DAVAR_CASCADE_ERR_RATE] = "sample rate not a positive number",
+        [DAVAR_CASCADE_ERR_SCALE] =
+            "size of a count, or full scale, not a positive number in range",
+        [DAVAR_CASCADE_ERR_SHORTEST] =
+            "shortest cluster size not a multiple of 4 from 64 to 262140 samples",
+        [DAVAR_CASCADE_ERR_CLUSTERS] = "remembered clusters not a power of two from 4 to 2048",
+        [DAVAR_CASCADE_ERR_TAUS] =
+            "no cluster size, too many, or the longest too long for the exact sums",
+        [DAVAR_CASCADE_ERR_MEMORY_SIZE] = "memory too small",
+        [DAVAR_CASCADE_ERR_MEMORY_ALIGN] = "memory not aligned to 8 bytes",
+    };
+    return ((size_t)status < (sizeof text / sizeof text[0])) ? text[status] : "unknown status";
 }

@@ -34,24 +34,47 @@ static bool is_within(float value, float low, float high)
     return (value >= low) && (value <= high);
 }
 
-static bool is_valid(const davar_select_config_t *config)
+static davar_select_status_t check_sizes(const davar_select_config_t *config)
 {
-    return is_within((float)config->gyros, 2.0F, (float)DAVAR_SELECT_GYROS) &&
-           is_within((float)config->axes, 1.0F, (float)DAVAR_SELECT_AXES) &&
-           is_within((float)config->block, 4.0F, 1000.0F) &&
-           is_within((float)config->block, 0.04F * config->rate_hz, 0.25F * config->rate_hz) &&
-           is_within(config->errors_per_1000_h, 1e-3F, 1e6F) &&
-           is_within(config->scale_tolerance, 1e-9F, 1.0F) &&
-           is_within(config->time_tolerance_s, 1e-9F, 1.0F) &&
-           is_within(config->drift_tolerance_dps_per_s, 1e-9F, 1.0F);
+    if ((config->gyros < 2U) || (config->gyros > DAVAR_SELECT_GYROS)) {
+        return DAVAR_SELECT_ERR_GYROS;
+    }
+    if ((config->axes < 1U) || (config->axes > DAVAR_SELECT_AXES)) {
+        return DAVAR_SELECT_ERR_AXES;
+    }
+    if ((config->block < 4U) || (config->block > 1000U)) {
+        return DAVAR_SELECT_ERR_BLOCK;
+    }
+    return DAVAR_SELECT_OK;
 }
 
-bool davar_select_init(davar_select_t *select, const davar_select_config_t *config,
-                       davar_select_gyro_t *gyro, davar_select_pair_t *pair)
+static davar_select_status_t check_select(const davar_select_config_t *config)
 {
-    DAVAR_ASSERT((select != NULL) && (config != NULL) && (gyro != NULL) && (pair != NULL));
-    if (!is_valid(config)) {
-        return false;
+    const davar_select_status_t status = check_sizes(config);
+    if (status != DAVAR_SELECT_OK) {
+        return status;
+    }
+    if (!is_within((float)config->block, 0.04F * config->rate_hz, 0.25F * config->rate_hz)) {
+        return DAVAR_SELECT_ERR_RATE;
+    }
+    if (!is_within(config->errors_per_1000_h, 1e-3F, 1e6F)) {
+        return DAVAR_SELECT_ERR_ERRORS;
+    }
+    const bool tolerable = is_within(config->scale_tolerance, 1e-9F, 1.0F) &&
+                           is_within(config->time_tolerance_s, 1e-9F, 1.0F) &&
+                           is_within(config->drift_tolerance_dps_per_s, 1e-9F, 1.0F);
+    return tolerable ? DAVAR_SELECT_OK : DAVAR_SELECT_ERR_TOLERANCE;
+}
+
+davar_select_status_t davar_select_init(davar_select_t *select, const davar_select_config_t *config,
+                                        davar_select_gyro_t *gyro, davar_select_pair_t *pair)
+{
+    if ((select == NULL) || (config == NULL) || (gyro == NULL) || (pair == NULL)) {
+        return DAVAR_SELECT_ERR_NULL;
+    }
+    const davar_select_status_t status = check_select(config);
+    if (status != DAVAR_SELECT_OK) {
+        return status;
     }
     const float blocks = 3.6e6F * config->rate_hz / (float)config->block; /* in 1000 hours */
     const float tests = blocks * (float)(config->gyros - 1U);
@@ -69,7 +92,7 @@ bool davar_select_init(davar_select_t *select, const davar_select_config_t *conf
     for (uint32_t p = 0U; p < DAVAR_SELECT_PAIRS((uint32_t)config->gyros); p++) {
         pair[p] = (davar_select_pair_t){.noise = 0.564F}; /* of white noise (13.7) */
     }
-    return true;
+    return DAVAR_SELECT_OK;
 }
 
 /* --- a sample --- */
@@ -217,4 +240,21 @@ void davar_select_update(davar_select_t *select, davar_select_verdict_t *verdict
         verdict->fault[i] = select->gyro[i].fault;
     }
     empty(select);
+}
+
+/* --- the reasons as text --- */
+
+const char *davar_select_status_text(davar_select_status_t status)
+{
+    static const char *const text[] = {
+        [DAVAR_SELECT_OK] = "ok",
+        [DAVAR_SELECT_ERR_NULL] = "a pointer is null",
+        [DAVAR_SELECT_ERR_GYROS] = "2 to 4 gyros expected",
+        [DAVAR_SELECT_ERR_AXES] = "1 to 3 axes expected",
+        [DAVAR_SELECT_ERR_BLOCK] = "a block of 4 to 1000 samples expected",
+        [DAVAR_SELECT_ERR_RATE] = "a block of 0.04 to 0.25 s expected",
+        [DAVAR_SELECT_ERR_ERRORS] = "0.001 to 1e6 errors in 1000 hours expected",
+        [DAVAR_SELECT_ERR_TOLERANCE] = "tolerances above 0 and up to 1 expected",
+    };
+    return ((size_t)status < (sizeof text / sizeof text[0])) ? text[status] : "unknown status";
 }

@@ -37,8 +37,8 @@ DAVAR_RARE size_t davar_cascade_state_bytes(const davar_cascade_t *cascade)
     return davar_image_bytes(sizeof *cascade, cascade->memory_bytes);
 }
 
-DAVAR_RARE davar_status_t davar_cascade_save(const davar_cascade_t *cascade,
-                                             const davar_storage_t *storage)
+DAVAR_RARE davar_state_status_t davar_cascade_save(const davar_cascade_t *cascade,
+                                                   const davar_storage_t *storage)
 {
     davar_cascade_t saved = *cascade;
     saved.config = NULL;
@@ -48,13 +48,13 @@ DAVAR_RARE davar_status_t davar_cascade_save(const davar_cascade_t *cascade,
     return davar_image_save(&image, storage);
 }
 
-DAVAR_RARE davar_status_t davar_cascade_restore(davar_cascade_t *cascade,
-                                                const davar_storage_t *storage)
+DAVAR_RARE davar_state_status_t davar_cascade_restore(davar_cascade_t *cascade,
+                                                      const davar_storage_t *storage)
 {
     davar_cascade_t saved;
     const davar_image_t image = image_of_cascade(cascade, &saved);
-    const davar_status_t status = davar_image_restore(&image, storage);
-    if (status != DAVAR_OK) {
+    const davar_state_status_t status = davar_image_restore(&image, storage);
+    if (status != DAVAR_STATE_OK) {
         davar_cascade_reset(cascade);
         return status;
     }
@@ -62,5 +62,5 @@ DAVAR_RARE davar_status_t davar_cascade_restore(davar_cascade_t *cascade,
     saved.stages = cascade->stages;
     saved.tops = cascade->tops;
     *cascade = saved;
-    return DAVAR_OK;
+    return DAVAR_STATE_OK;
 }

@@ -148,40 +148,40 @@ static bool is_own(const header_t *header, const davar_image_t *image, size_t by
            (header->fingerprint == image->fingerprint);
 }
 
-DAVAR_RARE davar_status_t davar_image_restore(const davar_image_t *image,
-                                              const davar_storage_t *storage)
+DAVAR_RARE davar_state_status_t davar_image_restore(const davar_image_t *image,
+                                                    const davar_storage_t *storage)
 {
     const size_t bytes = davar_image_bytes(image->saved_bytes, image->memory_bytes);
     slots_t slots;
     bool unsteady = false;
     if ((storage->slot_bytes < bytes) || !read_slots(storage, &slots)) {
-        return DAVAR_ERR_STATE_STORAGE;
+        return DAVAR_STATE_ERR_STORAGE;
     }
     for (unsigned i = 0U; i < SLOTS; i++) {
         const unsigned slot = slots.newest ^ i;
         const header_t *const header = &slots.header[slot];
         if (slots.whole[slot] && is_own(header, image, bytes)) {
             if (read_payload(image, storage, slot, header)) {
-                return DAVAR_OK;
+                return DAVAR_STATE_OK;
             }
             unsteady = true;
         }
     }
     if (unsteady) {
-        return DAVAR_ERR_STATE_STORAGE;
+        return DAVAR_STATE_ERR_STORAGE;
     }
-    return (slots.whole[0] || slots.whole[1]) ? DAVAR_ERR_STATE_FOREIGN : DAVAR_ERR_STATE_NONE;
+    return (slots.whole[0] || slots.whole[1]) ? DAVAR_STATE_ERR_FOREIGN : DAVAR_STATE_ERR_NONE;
 }
 
 /* --- writing ---------------------------------------------------------------------------------- */
 
-DAVAR_RARE davar_status_t davar_image_save(const davar_image_t *image,
-                                           const davar_storage_t *storage)
+DAVAR_RARE davar_state_status_t davar_image_save(const davar_image_t *image,
+                                                 const davar_storage_t *storage)
 {
     slots_t slots;
     const size_t bytes = davar_image_bytes(image->saved_bytes, image->memory_bytes);
     if ((storage->slot_bytes < bytes) || !read_slots(storage, &slots)) {
-        return DAVAR_ERR_STATE_STORAGE;
+        return DAVAR_STATE_ERR_STORAGE;
     }
     const uint32_t order = slots.whole[slots.newest] ? (slots.header[slots.newest].order + 1U) : 0U;
     header_t header = {MAGIC, (uint32_t)(image->saved_bytes + image->memory_bytes),
@@ -194,5 +194,19 @@ DAVAR_RARE davar_status_t davar_image_save(const davar_image_t *image,
         storage->write(storage->context, payload + image->saved_bytes, image->memory,
                        image->memory_bytes) &&
         storage->write(storage->context, at, &header, sizeof header);
-    return written ? DAVAR_OK : DAVAR_ERR_STATE_STORAGE;
+    return written ? DAVAR_STATE_OK : DAVAR_STATE_ERR_STORAGE;
+}
+
+/* --- the reasons as text ---------------------------------------------------------------------- */
+
+const char *davar_state_status_text(davar_state_status_t status)
+{
+    static const char *const text[] = {
+        [DAVAR_STATE_OK] = "ok",
+        [DAVAR_STATE_ERR_STORAGE] = "storage slot too small, or storage failed",
+        [DAVAR_STATE_ERR_NONE] = "no intact image of a state",
+        [DAVAR_STATE_ERR_FOREIGN] =
+            "state of another version, number type, configuration or machine",
+    };
+    return ((size_t)status < (sizeof text / sizeof text[0])) ? text[status] : "unknown status";
 }

@@ -16,12 +16,13 @@ typedef struct {
 /* Bytes of a slot. */
 size_t davar_image_bytes(size_t saved_bytes, size_t memory_bytes);
 
-/* DAVAR_OK or DAVAR_ERR_STATE_STORAGE. */
-davar_status_t davar_image_save(const davar_image_t *image, const davar_storage_t *storage);
+/* DAVAR_STATE_OK or DAVAR_STATE_ERR_STORAGE. */
+davar_state_status_t davar_image_save(const davar_image_t *image, const davar_storage_t *storage);
 
-/* Reads the newest intact image with this fingerprint. Any other result than DAVAR_OK may have
+/* Reads the newest intact image with this fingerprint. Any other result than DAVAR_STATE_OK may have
  * overwritten the memory. */
-davar_status_t davar_image_restore(const davar_image_t *image, const davar_storage_t *storage);
+davar_state_status_t davar_image_restore(const davar_image_t *image,
+                                         const davar_storage_t *storage);
 
 /* CRC-32 over more bytes, or over a number in any byte order, for checks and fingerprints. */
 uint32_t davar_image_check(uint32_t check, const void *data, size_t bytes);

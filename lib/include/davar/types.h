@@ -59,16 +59,7 @@ typedef enum {
     DAVAR_ERR_TAU_ZERO = 24,  /**< cluster size 0 */
     DAVAR_ERR_TAU_LONG = 25,  /**< twice the longest cluster size is above window.longest */
     /** window.longest * m^2 exceeds the exact sums of this type (q15: use q31) */
-    DAVAR_ERR_TAU_OVERFLOW = 26,
-    DAVAR_ERR_STATE_STORAGE = 27, /**< state: a slot is too small, or the storage failed */
-    DAVAR_ERR_STATE_NONE = 28,    /**< state: no intact image */
-    /** state: an image of another version, number type, configuration or machine */
-    DAVAR_ERR_STATE_FOREIGN = 29,
-    DAVAR_ERR_CASCADE_SHORTEST = 30, /**< cascade: shortest not a multiple of 4 in 64..262140 */
-    DAVAR_ERR_CASCADE_CLUSTERS = 31, /**< cascade: clusters not a power of two in 4..2048 */
-    /** cascade: tau_count outside 1..24, or the longest cluster size above 2^31 samples or too
-     * long for the exact sums of this type */
-    DAVAR_ERR_CASCADE_TAUS = 32
+    DAVAR_ERR_TAU_OVERFLOW = 26
 } davar_status_t;
 
 /* A window law (davar/law.h). */

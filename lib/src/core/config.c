@@ -240,15 +240,6 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
         [DAVAR_ERR_TAU_LONG] = "twice the longest cluster size is above window_max",
         [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 too large for the exact sums of this type",
-        [DAVAR_ERR_STATE_STORAGE] = "storage slot too small, or storage failed",
-        [DAVAR_ERR_STATE_NONE] = "no intact image of a state",
-        [DAVAR_ERR_STATE_FOREIGN] =
-            "state of another version, number type, configuration or machine",
-        [DAVAR_ERR_CASCADE_SHORTEST] =
-            "cascade: shortest cluster size not a multiple of 4 from 64 to 262140 samples",
-        [DAVAR_ERR_CASCADE_CLUSTERS] = "cascade: clusters not a power of two from 4 to 2048",
-        [DAVAR_ERR_CASCADE_TAUS] =
-            "cascade: no cluster size, too many, or the longest too long for the exact sums",
     };
     return ((size_t)status < COUNT_OF(text)) ? text[status] : "unknown status";
 }

@@ -36,6 +36,26 @@
 extern "C" {
 #endif
 
+/** Why davar_cascade_init_* failed: one code per cause, with a value that never changes. */
+typedef enum {
+    DAVAR_CASCADE_OK = 0,           /**< no error */
+    DAVAR_CASCADE_ERR_NULL = 1,     /**< a required pointer is null */
+    DAVAR_CASCADE_ERR_BUILD = 2,    /**< number type disabled in this build (options.h) */
+    DAVAR_CASCADE_ERR_RATE = 3,     /**< rate_hz not a positive finite number */
+    DAVAR_CASCADE_ERR_SCALE = 4,    /**< unit_per_count (f32: full_scale) not positive and finite */
+    DAVAR_CASCADE_ERR_SHORTEST = 5, /**< shortest not a multiple of 4 in 64..262140 */
+    DAVAR_CASCADE_ERR_CLUSTERS = 6, /**< clusters not a power of two in 4..2048 */
+    /** tau_count outside 1..24, or the longest cluster size above 2^31 samples or too long for the
+     * exact sums of this type */
+    DAVAR_CASCADE_ERR_TAUS = 7,
+    DAVAR_CASCADE_ERR_MEMORY_SIZE = 8, /**< memory smaller than DAVAR_CASCADE_MEMORY */
+    DAVAR_CASCADE_ERR_MEMORY_ALIGN = 9 /**< memory not aligned to 8 bytes */
+} davar_cascade_status_t;
+
+/** Describes a status in English.
+ * @return A text that is never null and must not be changed. Threads: any. Cost: O(1). */
+const char *davar_cascade_status_text(davar_cascade_status_t status);
+
 /** Largest number of cluster sizes of a cascade. */
 #define DAVAR_CASCADE_TAUS_MAX 24
 
@@ -108,24 +128,24 @@ typedef struct davar_cascade {
 /** Starts a cascade.
  * The caller owns config and memory (8-byte aligned, DAVAR_CASCADE_MEMORY bytes). Both must outlive
  * the cascade, config unchanged.
- * @return DAVAR_OK, or the first error found; on error nothing is written:
- * - DAVAR_ERR_NULL, DAVAR_ERR_BUILD, DAVAR_ERR_RATE, DAVAR_ERR_SCALE: as davar_init_*
- * - DAVAR_ERR_CASCADE_SHORTEST: shortest out of range or not a multiple of 4
- * - DAVAR_ERR_CASCADE_CLUSTERS: clusters out of range or not a power of two
- * - DAVAR_ERR_CASCADE_TAUS: tau_count out of range, or the longest cluster size m above 2^31
+ * @return DAVAR_CASCADE_OK, or the first error found; on error nothing is written:
+ * - DAVAR_CASCADE_ERR_NULL, DAVAR_CASCADE_ERR_BUILD, DAVAR_CASCADE_ERR_RATE, DAVAR_CASCADE_ERR_SCALE: as davar_init_*
+ * - DAVAR_CASCADE_ERR_SHORTEST: shortest out of range or not a multiple of 4
+ * - DAVAR_CASCADE_ERR_CLUSTERS: clusters out of range or not a power of two
+ * - DAVAR_CASCADE_ERR_TAUS: tau_count out of range, or the longest cluster size m above 2^31
  *   samples; q31: clusters m^2 above 2^60; f32: above 2^62 (11.4)
- * - DAVAR_ERR_MEMORY_SIZE, DAVAR_ERR_MEMORY_ALIGN: as davar_init_*
+ * - DAVAR_CASCADE_ERR_MEMORY_SIZE, DAVAR_CASCADE_ERR_MEMORY_ALIGN: as davar_init_*
  *
  * Threads: stopped. Cost: O(bytes). */
-davar_status_t davar_cascade_init_q15(davar_cascade_t *cascade,
-                                      const davar_cascade_config_t *config, void *memory,
-                                      size_t bytes);
-davar_status_t davar_cascade_init_q31(davar_cascade_t *cascade,
-                                      const davar_cascade_config_t *config, void *memory,
-                                      size_t bytes);
-davar_status_t davar_cascade_init_f32(davar_cascade_t *cascade,
-                                      const davar_cascade_config_t *config, void *memory,
-                                      size_t bytes);
+davar_cascade_status_t davar_cascade_init_q15(davar_cascade_t *cascade,
+                                              const davar_cascade_config_t *config, void *memory,
+                                              size_t bytes);
+davar_cascade_status_t davar_cascade_init_q31(davar_cascade_t *cascade,
+                                              const davar_cascade_config_t *config, void *memory,
+                                              size_t bytes);
+davar_cascade_status_t davar_cascade_init_f32(davar_cascade_t *cascade,
+                                              const davar_cascade_config_t *config, void *memory,
+                                              size_t bytes);
 /** @} */
 
 /** @{ */

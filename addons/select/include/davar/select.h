@@ -60,6 +60,22 @@ typedef struct {
     .errors_per_1000_h = 1.0F, .scale_tolerance = 0.02F, .time_tolerance_s = 0.0005F,              \
     .drift_tolerance_dps_per_s = 0.002F
 
+/** Why davar_select_init failed: one code per cause, with a value that never changes. */
+typedef enum {
+    DAVAR_SELECT_OK = 0,           /**< no error */
+    DAVAR_SELECT_ERR_NULL = 1,     /**< a required pointer is null */
+    DAVAR_SELECT_ERR_GYROS = 2,    /**< gyros outside 2..4 */
+    DAVAR_SELECT_ERR_AXES = 3,     /**< axes outside 1..3 */
+    DAVAR_SELECT_ERR_BLOCK = 4,    /**< block outside 4..1000 */
+    DAVAR_SELECT_ERR_RATE = 5,     /**< block / rate_hz outside 0.04..0.25 s, or not a number */
+    DAVAR_SELECT_ERR_ERRORS = 6,   /**< errors_per_1000_h outside 0.001..1e6, or not a number */
+    DAVAR_SELECT_ERR_TOLERANCE = 7 /**< a tolerance outside 1e-9..1, or not a number */
+} davar_select_status_t;
+
+/** Describes a status in English.
+ * @return A text that is never null and must not be changed. Threads: any. Cost: O(1). */
+const char *davar_select_status_text(davar_select_status_t status);
+
 /** @{ */
 /** Faults of a gyro, as bits. */
 #define DAVAR_SELECT_ABSENT 1U /**< samples were missing in the last 20 blocks */
@@ -139,11 +155,14 @@ typedef struct {
 /** Starts a selection with gyro 0 as the chosen one.
  * `gyro` has config->gyros elements and `pair` DAVAR_SELECT_PAIRS(config->gyros); they and the
  * configuration must outlive the selection.
- * @return False, with nothing changed, if a setting is out of range or not a number.
+ * @return DAVAR_SELECT_OK, or the first error found. On error nothing is written, and *select must
+ *         not be used.
  *
  * Cost: O(gyros^2). */
-bool davar_select_init(davar_select_t *select, const davar_select_config_t *config,
-                       davar_select_gyro_t *gyro, davar_select_pair_t *pair);
+DAVAR_NODISCARD davar_select_status_t davar_select_init(davar_select_t *select,
+                                                        const davar_select_config_t *config,
+                                                        davar_select_gyro_t *gyro,
+                                                        davar_select_pair_t *pair);
 
 /** Adds one sample of every gyro: rates_dps[gyro * axes + axis] in deg/s, at most 1e4 without sign.
  * A rate that is not finite marks a missing sample: pass NAN for a gyro that delivered none. A jump

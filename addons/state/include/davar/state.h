@@ -19,6 +19,19 @@
 extern "C" {
 #endif
 
+/** Why a save or a restore failed: one code per cause, with a value that never changes. */
+typedef enum {
+    DAVAR_STATE_OK = 0,          /**< no error */
+    DAVAR_STATE_ERR_STORAGE = 1, /**< a slot is too small, or the storage failed */
+    DAVAR_STATE_ERR_NONE = 2,    /**< no intact image */
+    /** an image of another version, number type, configuration or machine */
+    DAVAR_STATE_ERR_FOREIGN = 3
+} davar_state_status_t;
+
+/** Describes a status in English.
+ * @return A text that is never null and must not be changed. Threads: any. Cost: O(1). */
+const char *davar_state_status_text(davar_state_status_t status);
+
 /** Memory that keeps its content without power: flash with an erase layer, FRAM, or a file.
  * Both functions move `bytes` bytes at `offset`, within 0 .. 2 slot_bytes, and return true on
  * success. The structure and the functions belong to the caller. */
@@ -36,25 +49,25 @@ typedef struct {
 size_t davar_state_bytes(const davar_t *davar);
 
 /** Saves the instance to the slot that does not hold the newest image.
- * @return DAVAR_OK, or DAVAR_ERR_STATE_STORAGE: a slot is too small, neither slot can be read, or
+ * @return DAVAR_STATE_OK, or DAVAR_STATE_ERR_STORAGE: a slot is too small, neither slot can be read, or
  *         writing failed. After an error the older image is still there.
  *
  * Cost: reads both slots once and writes the state once. */
-davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage);
+davar_state_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage);
 
 /** Restores the newest complete image. The stream then continues with the same results, bit for
  * bit; call davar_gap for the samples that were lost.
  * The instance must have just been initialised with the same number type, configuration and size of
  * memory. After an error it is as after init. The check detects accidents, not forgery.
- * @return DAVAR_OK, or one of these:
- * - DAVAR_ERR_STATE_STORAGE: a slot is too small, neither slot can be read, or a complete image
+ * @return DAVAR_STATE_OK, or one of these:
+ * - DAVAR_STATE_ERR_STORAGE: a slot is too small, neither slot can be read, or a complete image
  *   could not be read a second time or had changed;
- * - DAVAR_ERR_STATE_NONE: there is no complete image;
- * - DAVAR_ERR_STATE_FOREIGN: the only complete images have another version, number type,
+ * - DAVAR_STATE_ERR_NONE: there is no complete image;
+ * - DAVAR_STATE_ERR_FOREIGN: the only complete images have another version, number type,
  *   configuration, pointer size or byte order.
  *
  * Cost: reads both slots once and the image a second time; O(T) to set up the memory. */
-davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage);
+davar_state_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage);
 
 struct davar_cascade; /* davar/cascade.h */
 
@@ -63,9 +76,10 @@ struct davar_cascade; /* davar/cascade.h */
  * davar_cascade_gap for the samples that were lost. The slot needs the memory of the cascade and at
  * most 200 bytes more. */
 size_t davar_cascade_state_bytes(const struct davar_cascade *cascade);
-davar_status_t davar_cascade_save(const struct davar_cascade *cascade,
-                                  const davar_storage_t *storage);
-davar_status_t davar_cascade_restore(struct davar_cascade *cascade, const davar_storage_t *storage);
+davar_state_status_t davar_cascade_save(const struct davar_cascade *cascade,
+                                        const davar_storage_t *storage);
+davar_state_status_t davar_cascade_restore(struct davar_cascade *cascade,
+                                           const davar_storage_t *storage);
 /** @} */
 
 #ifdef __cplusplus
