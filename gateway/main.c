@@ -34,7 +34,7 @@ typedef struct {
     davar_plan_t plan;
     davar_node_channel_t channel;
     davar_node_t node;
-    davar_wire_health_t health;
+    davar_can_health_t health;
     int32_t count;
     davar_port_samples_t samples;
     uint64_t index; /* of the next sample */

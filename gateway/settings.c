@@ -1,7 +1,7 @@
 /* davar-node - command line. */
 #include "settings.h"
 
-#include "davar/wire.h"
+#include "davar/can.h"
 
 #include <getopt.h>
 #include <math.h>
@@ -355,11 +355,11 @@ static bool fill_output(node_settings_t *settings, char *why, size_t size)
         settings->content = 0U;
         return fill_address(settings, why, size);
     }
-    settings->base = (settings->base == NOT_GIVEN) ? DAVAR_WIRE_BASE : settings->base;
+    settings->base = (settings->base == NOT_GIVEN) ? DAVAR_CAN_BASE : settings->base;
     settings->content = (settings->content == NOT_GIVEN)
                             ? (DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS)
                             : settings->content;
-    if ((settings->base > DAVAR_WIRE_LAST_ID) || (settings->channel > 34U)) {
+    if ((settings->base > DAVAR_CAN_LAST_ID) || (settings->channel > 34U)) {
         (void)snprintf(why, size, "--%s: exceeds the 11-bit identifiers",
                        (settings->channel > 34U) ? "channel" : "base");
         return false;

@@ -19,7 +19,7 @@ BUILD = ROOT / "build"
 WITH_C = ("lib", "addons", "port", "host_sim", "gateway", "examples", "python", "tests", "tools")
 CPPCHECK = "cppcheck --quiet --error-exitcode=1 --std=c11 --inline-suppr -j2"
 CPPCHECK += " --suppressions-list=cmake/cppcheck.txt"
-INCLUDES = (*c_library.PUBLIC, "port/include", "port/node", "port/wire", "host_sim")
+INCLUDES = (*c_library.PUBLIC, "port/include", "port/node", "host_sim")
 BESIDE = Path(sys.executable).parent  # programs of the tests' own Python
 
 

@@ -1,10 +1,10 @@
 /* Runs streams through every configuration that a build can disable, with fits, frames and a
  * monitor. Prints the status of init, a checksum of the bits of all results and the number of gaps.
  * Its own arithmetic is exact: where a compiler flag changes a bit, it has changed the library. */
+#include "davar/can.h"
 #include "davar/cascade.h"
 #include "davar/davar.h"
 #include "davar/monitor.h"
-#include "davar/wire.h"
 #include "digest.h"
 
 #include <stdio.h>
@@ -27,7 +27,7 @@ static davar_result_t result;
 
 static void add_frames(const davar_misfit_t *misfit)
 {
-    static const davar_wire_health_t health;
+    static const davar_can_health_t health;
     davar_frame_t frame;
     davar_encoder_monitor(&encoder, misfit);
     davar_encoder_begin(&encoder, &result, &health);
@@ -230,7 +230,7 @@ static void run(char type, int number, bool automatic)
     const char way[] = {(char)('0' + number), automatic ? 'a' : '\0', '\0'};
     const davar_status_t status = start(type, &config);
     davar_plan_init_white(&plan, config.taus, TAUS);
-    if (!davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 23U) ||
+    if (!davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, 23U) ||
         !davar_monitor_init(&monitor, model, 2U, DAVAR_MONITOR_MEMORY)) {
         fputs("options: the encoder or the monitor cannot be initialized\n", stderr);
         exit(1);

@@ -31,8 +31,9 @@ def test_a_part_builds_alone(tmp_path, part):
     parts = [f"addons/{one}" for one in (part, *USES.get(part, []))]
     for folder in ("lib/include", "lib/src/number", *parts):
         shutil.copytree(ROOT / folder, tmp_path / folder)
-    (header,) = (tmp_path / f"addons/{part}/include/davar").glob("*.h")
-    (tmp_path / "program.c").write_text(f'#include "davar/{header.name}"\n')
+    headers = (tmp_path / f"addons/{part}/include/davar").glob("*.h")
+    program = "".join(f'#include "davar/{header.name}"\n' for header in headers)
+    (tmp_path / "program.c").write_text(program)
     sources = sorted((tmp_path / f"addons/{part}").glob("src/*.c"))
     include = ["-Ilib/include", "-Ilib/src", *(f"-I{one}/include" for one in parts)]
     run("gcc", *WARN, "-fsyntax-only", *include, "program.c", *sources, folder=tmp_path)

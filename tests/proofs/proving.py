@@ -31,10 +31,10 @@ STREAM = tuple(
 Proof = namedtuple("Proof", "sources unroll more", defaults=(300, ()))
 PROOFS = {
     "decode": Proof(
-        ("port/wire/decode.c", "addons/can/src/encode.c"),
+        ("addons/can/src/decode.c", "addons/can/src/encode.c"),
         more=("-eva-split-return-function", "davar_decode:0"),
     ),
-    "slcan": Proof(("port/wire/slcan.c",)),
+    "slcan": Proof(("addons/can/src/slcan.c",)),
     "number": Proof(
         tuple(f"lib/src/number/{name}.c" for name in ("machine", "real", "scaled"))
         + ("lib/src/detector/logarithm.c",)
@@ -86,8 +86,7 @@ def prove(name, bounds=(), root=ROOT):
     # parts.
     parts = [f"-I{path.relative_to(ROOT)}" for path in sorted(ROOT.glob("addons/*/*/"))]
     flags = " ".join(
-        ("-Ilib/include", "-Ilib/src", *parts, "-Iport/wire", f"-I{HERE}")
-        + ("-U__SIZEOF_INT128__", *bounds)
+        ("-Ilib/include", "-Ilib/src", *parts, f"-I{HERE}") + ("-U__SIZEOF_INT128__", *bounds)
     )
     command = ["frama-c", *OPTIONS, *proof.more, "-eva-auto-loop-unroll", str(proof.unroll)]
     command += [f"-cpp-extra-args={flags}", str(HERE / f"prove_{name}.c"), *proof.sources]

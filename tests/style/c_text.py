@@ -17,7 +17,6 @@ INCLUDE_PATH = (
     "port/node",
     "port/linux",
     "port/job",
-    "port/wire",
     "port/bare_metal",
     "host_sim",
     "python",

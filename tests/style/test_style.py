@@ -33,20 +33,18 @@ MAY_INCLUDE = {
     "addons/": "public lib/src",  # of lib/src only number, see below
     "port/include": "public",
     "port/node": "public port/include",
-    "port/wire": "public addons/can/src",  # the frame layout
-    "port/": "port/include port/wire public",
-    "firmware": "public port/include port/node port/job port/wire port/bare_metal",
+    "port/": "port/include public",
+    "firmware": "public port/include port/node port/job port/bare_metal",
     "gateway": "public port/include port/node port/linux",
     "host_sim": "public port/include port/node port/job host_sim",
-    "tests/unit": "public addons/src lib/src port/include port/node port/wire host_sim "
-    "tests/support",
+    "tests/unit": "public addons/src lib/src port/include port/node host_sim tests/support",
     "tests/tracking": "public lib/src port/bare_metal port/include tests/support",
-    "tests/proofs": "public lib/src port/wire",
+    "tests/proofs": "public lib/src",
     "tests/target": "public port/bare_metal port/include",
     "tests/port": "public port/include port/linux port/node port/template tests/support",
-    "tests/fuzz": "public port/include port/wire gateway host_sim tests/support tests/tracking",
+    "tests/fuzz": "public port/include gateway host_sim tests/support tests/tracking",
     "tests/statistics": "host_sim public lib/src tests/support",
-    "tests/": "public port/include port/node port/wire tests/support",
+    "tests/": "public port/include port/node tests/support",
     "tools/": "public port/include",
     "python": "public port/include host_sim",
 }

@@ -1,6 +1,6 @@
 /* davar - encodes results as frames. A table has one row per message, in the order on the wire. */
+#include "davar/can.h"
 #include "davar/law.h"
-#include "davar/wire.h"
 
 #include "frame_layout.h"
 #include "number/real.h"
@@ -96,7 +96,7 @@ static void put_arw(davar_frame_t *frame, const davar_scaled_t *uncertainty,
     const double most = (double)(absent - NOISE_CODES) * (double)uncertainty->unit;
     const double found = relative_uncertainty(arw->value, arw->low, arw->high);
     put_magnitude(frame, signal_value, arw->value);
-    if ((arw->value >= 0.0) && (arw->value <= (double)DAVAR_WIRE_MOST)) {
+    if ((arw->value >= 0.0) && (arw->value <= (double)DAVAR_CAN_MOST)) {
         put_scaled(frame, uncertainty, (found > most) ? (double)INFINITY : found);
     } else { /* NaN too */
         put(frame, uncertainty->at, absent - (uint32_t)result->noise);
@@ -348,8 +348,8 @@ bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, 
                         uint8_t channel, uint8_t content)
 {
     DAVAR_ASSERT((encoder != NULL) && (config != NULL));
-    const uint32_t first = base + DAVAR_WIRE_STEP * channel;
-    if (first + DAVAR_WIRE_STEP - 1U > DAVAR_WIRE_LAST_ID) {
+    const uint32_t first = base + DAVAR_CAN_STEP * channel;
+    if (first + DAVAR_CAN_STEP - 1U > DAVAR_CAN_LAST_ID) {
         return false;
     }
     *encoder = (davar_encoder_t){
@@ -358,7 +358,7 @@ bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, 
 }
 
 static void start(davar_encoder_t *encoder, const davar_result_t *result,
-                  const davar_wire_health_t *health)
+                  const davar_can_health_t *health)
 {
     DAVAR_ASSERT(health != NULL);
     encoder->result = result;
@@ -370,13 +370,13 @@ static void start(davar_encoder_t *encoder, const davar_result_t *result,
 }
 
 void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
-                         const davar_wire_health_t *health)
+                         const davar_can_health_t *health)
 {
     DAVAR_ASSERT(result != NULL);
     start(encoder, result, health);
 }
 
-void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health)
+void davar_encoder_finish(davar_encoder_t *encoder, const davar_can_health_t *health)
 {
     start(encoder, NULL, health);
 }

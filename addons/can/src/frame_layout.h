@@ -3,7 +3,7 @@
 #ifndef DAVAR_FRAME_LAYOUT_H
 #define DAVAR_FRAME_LAYOUT_H
 
-#include "davar/wire.h"
+#include "davar/can.h"
 #include "number/strict.h"
 
 typedef struct {

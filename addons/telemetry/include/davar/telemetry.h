@@ -10,7 +10,7 @@
  * docs/DIALECTS.md describes the messages. No heap, no I/O.
  *
  * An absent coefficient is sent as NaN, so that a receiver does not keep an old value. Magnitudes
- * have the same limits as in davar/wire.h.
+ * have the same limits as in davar/can.h.
  *
  * Threads: one object belongs to one thread. No function allocates memory or blocks. */
 #ifndef DAVAR_TELEMETRY_H

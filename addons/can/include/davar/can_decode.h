@@ -1,12 +1,16 @@
 /** @file
- * davar - the receiver of the frames of davar/wire.h: one frame to its values.
+ * davar - the receiver of the frames of davar/can.h: one frame to its values.
  *
- * Call davar_decode for each frame. davar/wire.h explains how frames join to results. No heap, no
+ * Call davar_decode for each frame. davar/can.h explains how frames join to results. No heap, no
  * I/O; the function keeps no state. */
-#ifndef DAVAR_DECODE_H
-#define DAVAR_DECODE_H
+#ifndef DAVAR_CAN_DECODE_H
+#define DAVAR_CAN_DECODE_H
 
-#include "davar/wire.h"
+#include "davar/can.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /** What davar_decode returns: the frame is valid, or why not. */
 typedef enum {
@@ -20,10 +24,9 @@ typedef enum {
 
 /** The content of one frame. Absent values are NaN. Units as in davar_result_t. */
 typedef struct {
-    davar_message_t
-        message;     /**< which fields below have a value follows from it (addons/can/DESIGN.md) */
-    uint8_t channel; /**< from the identifier */
-    uint8_t counter; /**< Counter, 0..15 */
+    davar_message_t message; /**< decides which fields below have a value (addons/can/DESIGN.md) */
+    uint8_t channel;         /**< from the identifier */
+    uint8_t counter;         /**< Counter, 0..15 */
     /** Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
     uint8_t result;
     uint8_t session; /**< DAVAR_End, DAVAR_Health, DAVAR_Setup: see davar_encoder_session */
@@ -53,13 +56,18 @@ typedef struct {
     float dispersion;          /**< item DAVAR_CHANGE_CUT only */
     float adev[DAVAR_FD_TAUS]; /**< DAVAR_ResultFd */
     float coefficient[DAVAR_COEFFICIENT_COUNT]; /**< DAVAR_ResultFd */
-} davar_wire_t;
+} davar_decoded_t;
 
 /** Decodes one frame of channel 0 and up at identifier `base`. Rejects values that cannot occur: a
  * deviation or coefficient that is negative, infinite (except an upper limit) or outside
- * DAVAR_WIRE_LEAST .. DAVAR_WIRE_MOST; a rate of 0; a window, stride, cluster size or number of
+ * DAVAR_CAN_LEAST .. DAVAR_CAN_MOST; a rate of 0; a window, stride, cluster size or number of
  * frames of 0.
  * @return DAVAR_DECODED if *wire is filled, otherwise the first reason. Cost: O(length). */
-davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_wire_t *wire);
+davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base,
+                                   davar_decoded_t *wire);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -1,5 +1,5 @@
 /** @file
- * davar - wire: results as frames for a CAN bus or a serial line.
+ * davar - can: results as frames for a CAN bus or a serial line.
  *
  * ```
  * result -> davar_encoder_begin -> davar_encoder_next (until false) -> frames
@@ -10,11 +10,12 @@
  *
  * A receiver joins the frames that carry the same Result. The result is complete if their number
  * and the sum of davar_frame_digest over them match its DAVAR_End. Otherwise a frame was lost or
- * belongs to another result, and the receiver drops them. davar's decoder is in port/wire.
+ * belongs to another result, and the receiver drops them. davar/can_decode.h is davar's
+ * decoder, and davar/slcan.h writes frames as text for a serial line.
  *
  * Threads: one encoder belongs to one thread. No function allocates memory or blocks. */
-#ifndef DAVAR_WIRE_H
-#define DAVAR_WIRE_H
+#ifndef DAVAR_CAN_H
+#define DAVAR_CAN_H
 
 #include "davar/monitor.h"
 
@@ -22,12 +23,12 @@
 extern "C" {
 #endif
 
-#define DAVAR_WIRE_BASE 0x5D0U    /**< default identifier of channel 0; standard 11 bit */
-#define DAVAR_WIRE_STEP 16U       /**< identifiers per channel */
-#define DAVAR_WIRE_LAST_ID 0x7FFU /**< largest identifier of a standard frame */
-#define DAVAR_FD_TAUS 8U          /**< Allan deviations in one DAVAR_ResultFd */
-#define DAVAR_WIRE_LEAST 1e-30F   /**< smallest magnitude of a float on the wire, except 0 */
-#define DAVAR_WIRE_MOST 1e30F     /**< largest magnitude of a float on the wire */
+#define DAVAR_CAN_BASE 0x5D0U    /**< default identifier of channel 0; standard 11 bit */
+#define DAVAR_CAN_STEP 16U       /**< identifiers per channel */
+#define DAVAR_CAN_LAST_ID 0x7FFU /**< largest identifier of a standard frame */
+#define DAVAR_FD_TAUS 8U         /**< Allan deviations in one DAVAR_ResultFd */
+#define DAVAR_CAN_LEAST 1e-30F   /**< smallest magnitude of a float on the wire, except 0 */
+#define DAVAR_CAN_MOST 1e30F     /**< largest magnitude of a float on the wire */
 
 /** Message of a channel: identifier = base + 16 channel + message. */
 typedef enum {
@@ -41,7 +42,7 @@ typedef enum {
     DAVAR_MESSAGE_MONITOR = 7,      /**< DAVAR_Monitor: health, or the deviation of one tau */
     DAVAR_MESSAGE_RESULT_FD = 8,    /**< DAVAR_ResultFd: a result in 64 bytes, for CAN FD */
     DAVAR_MESSAGE_RAW = 9,          /**< DAVAR_Raw: samples (davar_raw_form_t) */
-    DAVAR_MESSAGE_CHANGE = 10,      /**< DAVAR_Change: a change of the noise (policy glr) */
+    DAVAR_MESSAGE_CHANGE = 10,      /**< DAVAR_Change: a change of the noise (law glr) */
     DAVAR_MESSAGE_END = 11,         /**< DAVAR_End: last of a result; frames and digest */
     DAVAR_MESSAGE_COUNT = 12        /**< number of messages */
 } davar_message_t;
@@ -65,16 +66,16 @@ typedef enum {
     DAVAR_HEALTH_EDGES_LOST,         /**< source: data-ready edges that were not read */
     DAVAR_HEALTH_SOURCE_FAULTS,      /**< source: samples that could not be read */
     DAVAR_HEALTH_ALARMS,             /**< monitor: times its alarm was raised */
-    DAVAR_HEALTH_WINDOW_CUTS,        /**< policy glr: windows cut */
-    DAVAR_HEALTH_NOISE_ALARMS,       /**< policy glr: alarms raised */
-    DAVAR_HEALTH_SHOCKS,             /**< policy glr: shocks treated as gaps */
+    DAVAR_HEALTH_WINDOW_CUTS,        /**< law glr: windows cut */
+    DAVAR_HEALTH_NOISE_ALARMS,       /**< law glr: alarms raised */
+    DAVAR_HEALTH_SHOCKS,             /**< law glr: shocks treated as gaps */
     DAVAR_HEALTH_COUNT               /**< number of counters */
 } davar_health_item_t;
 
 /** The counters of one channel. The sender owns and updates them. */
 typedef struct {
     uint32_t count[DAVAR_HEALTH_COUNT]; /**< by davar_health_item_t */
-} davar_wire_health_t;
+} davar_can_health_t;
 
 /** Item of DAVAR_Setup. The cluster size of tau i is item DAVAR_SETUP_TAU + i. */
 typedef enum {
@@ -91,7 +92,7 @@ typedef enum {
     DAVAR_RAW_RATE = 2   /**< one float32, deg/s */
 } davar_raw_form_t;
 
-/** Item of DAVAR_Change (policy glr). Every item carries the alarm. Every result has item CUT: age of
+/** Item of DAVAR_Change (law glr). Every item carries the alarm. Every result has item CUT: age of
  * the cut and dispersion. Content DAVAR_SEND_ADEV or DAVAR_SEND_FD adds the others. */
 typedef enum {
     DAVAR_CHANGE_CUT = 0, /**< age of the cut, samples, and dispersion */
@@ -130,7 +131,7 @@ typedef struct {
     /** @privatesection */
     const davar_config_t *config;
     const davar_result_t *result;
-    const davar_wire_health_t *health;
+    const davar_can_health_t *health;
     const davar_misfit_t *misfit;
     uint32_t told[DAVAR_HEALTH_COUNT]; /* health counters as last sent */
     uint16_t base;
@@ -160,11 +161,11 @@ bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, 
 
 /** Starts the frames of one result.
  * The encoder reads *result and *health until davar_encoder_next returns false; do not change them
- * before. A NaN, a magnitude above DAVAR_WIRE_MOST or an unexpected negative number is sent as
- * absent, a magnitude below DAVAR_WIRE_LEAST as 0, an upper limit above DAVAR_WIRE_MOST as
+ * before. A NaN, a magnitude above DAVAR_CAN_MOST or an unexpected negative number is sent as
+ * absent, a magnitude below DAVAR_CAN_LEAST as 0, an upper limit above DAVAR_CAN_MOST as
  * infinity. Cost: O(1). */
 void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
-                         const davar_wire_health_t *health);
+                         const davar_can_health_t *health);
 
 /** Adds *misfit to every following result (content DAVAR_SEND_MONITOR); null stops that.
  * The encoder reads it between davar_encoder_begin and the last frame of the result; the caller
@@ -179,7 +180,7 @@ void davar_encoder_session(davar_encoder_t *encoder, uint8_t session);
 
 /** Starts the frames of the end: every health counter once more, so that the last loss is reported.
  * Cost: O(1). */
-void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health);
+void davar_encoder_finish(davar_encoder_t *encoder, const davar_can_health_t *health);
 
 /** Writes the next frame.
  * @return False if there is none; *frame is then unchanged. A frame counts as sent: if the caller

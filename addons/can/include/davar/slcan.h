@@ -6,7 +6,11 @@
 #ifndef DAVAR_SLCAN_H
 #define DAVAR_SLCAN_H
 
-#include "davar/wire.h"
+#include "davar/can.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 #define DAVAR_SLCAN_BYTES 22U /**< a classical frame of 8 bytes: t, 3 + 1 + 16 digits, return */
 
@@ -20,5 +24,9 @@ size_t davar_slcan_encode(const davar_frame_t *frame, char *text);
  * @return False if the line is not a standard data frame; *frame is then unspecified.
  *         Cost: O(length). */
 bool davar_slcan_decode(const char *text, size_t length, davar_frame_t *frame);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -1,5 +1,5 @@
 /* davar - SLCAN text. */
-#include "davar_slcan.h"
+#include "davar/slcan.h"
 
 #define HEAD 5U /* t5D08 */
 #define STAMP 4U
@@ -59,7 +59,7 @@ static bool get_head(const char *text, size_t length, davar_frame_t *frame)
         return false;
     }
     *frame = (davar_frame_t){.identifier = (uint16_t)identifier, .length = (uint8_t)bytes};
-    return (identifier <= DAVAR_WIRE_LAST_ID) && (bytes <= 8U);
+    return (identifier <= DAVAR_CAN_LAST_ID) && (bytes <= 8U);
 }
 
 bool davar_slcan_decode(const char *text, size_t length, davar_frame_t *frame)

@@ -1,5 +1,5 @@
 /* davar - decodes frames, the inverse of encode.c, for gateways and other devices. */
-#include "davar_decode.h"
+#include "davar/can_decode.h"
 
 #include "frame_layout.h"
 
@@ -35,7 +35,7 @@ static float get_scaled(const davar_frame_t *frame, const davar_scaled_t *scaled
 
 /* The uncertainty of ARW, or why ARW is absent. Other raw values of an absent ARW mean nothing. */
 static void read_arw(const davar_frame_t *frame, const davar_scaled_t *uncertainty,
-                     davar_wire_t *wire)
+                     davar_decoded_t *wire)
 {
     const uint32_t code = (1U << uncertainty->at.bits) - 1U - get(frame, uncertainty->at);
     wire->relative_uncertainty = get_scaled(frame, uncertainty);
@@ -48,17 +48,17 @@ static void read_arw(const davar_frame_t *frame, const davar_scaled_t *uncertain
 /* Absent, or a plausible magnitude. */
 static bool is_magnitude(float value)
 {
-    const bool tiny = (value > 0.0F) && (value < DAVAR_WIRE_LEAST);
-    return isnan(value) || ((value >= 0.0F) && !tiny && (value <= DAVAR_WIRE_MOST));
+    const bool tiny = (value > 0.0F) && (value < DAVAR_CAN_LEAST);
+    return isnan(value) || ((value >= 0.0F) && !tiny && (value <= DAVAR_CAN_MOST));
 }
 
-static bool is_coefficient(const davar_wire_t *wire)
+static bool is_coefficient(const davar_decoded_t *wire)
 {
     const bool unbounded = (wire->index >= 2U * DAVAR_COEFFICIENT_COUNT) && (wire->value > FLT_MAX);
     return unbounded || is_magnitude(wire->value);
 }
 
-static bool is_setup(const davar_wire_t *wire)
+static bool is_setup(const davar_decoded_t *wire)
 {
     if ((wire->index == (uint8_t)DAVAR_SETUP_RATE) || (wire->index == (uint8_t)DAVAR_SETUP_UNIT)) {
         return (wire->value > 0.0F) && is_magnitude(wire->value);
@@ -68,12 +68,12 @@ static bool is_setup(const davar_wire_t *wire)
            (wire->number > 0U);
 }
 
-static bool is_monitor(const davar_wire_t *wire)
+static bool is_monitor(const davar_decoded_t *wire)
 {
     return is_magnitude((wire->index < DAVAR_MONITOR_HEALTH) ? fabsf(wire->value) : wire->value);
 }
 
-static bool is_fd(const davar_wire_t *wire)
+static bool is_fd(const davar_decoded_t *wire)
 {
     bool good = (wire->window_samples > 0U);
     for (uint8_t k = 0U; k < (uint8_t)DAVAR_COEFFICIENT_COUNT; k++) {
@@ -85,7 +85,7 @@ static bool is_fd(const davar_wire_t *wire)
     return good;
 }
 
-static void read_fd(const davar_frame_t *frame, davar_wire_t *wire)
+static bool read_fd(const davar_frame_t *frame, davar_decoded_t *wire)
 {
     static const uint8_t kinds[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY,
                                      DAVAR_RATE_RANDOM_WALK, DAVAR_RATE_RAMP};
@@ -104,23 +104,45 @@ static void read_fd(const davar_frame_t *frame, davar_wire_t *wire)
         const davar_signal_t at = {(uint16_t)(FD_ADEV + 32U * t), 32U};
         wire->adev[t] = get_float(frame, at);
     }
+    return is_fd(wire);
 }
 
-static void read_state(const davar_frame_t *frame, davar_wire_t *wire)
+static bool read_state(const davar_frame_t *frame, davar_decoded_t *wire)
 {
     wire->window_samples = get(frame, signal_window);
     wire->unstable = (get(frame, signal_unstable) != 0U);
+    return wire->window_samples > 0U;
+}
+
+static bool read_stationarity(const davar_frame_t *frame, davar_decoded_t *wire)
+{
+    wire->kurtosis = get_scaled(frame, &scaled_kurtosis);
+    wire->contribution = get_scaled(frame, &scaled_contribution);
+    return true;
+}
+
+static bool read_arw_frame(const davar_frame_t *frame, davar_decoded_t *wire)
+{
+    read_arw(frame, &scaled_arw_uncertainty, wire);
+    return is_magnitude(wire->value);
+}
+
+static bool read_adev(const davar_frame_t *frame, davar_decoded_t *wire)
+{
+    wire->index = (uint8_t)get(frame, signal_tau_index);
+    wire->relative_uncertainty = get_scaled(frame, &scaled_adev_uncertainty);
+    return is_magnitude(wire->value);
 }
 
 static bool read_index(const davar_frame_t *frame, davar_signal_t at, uint32_t count,
-                       davar_wire_t *wire)
+                       davar_decoded_t *wire)
 {
     wire->index = (uint8_t)get(frame, at);
     return wire->index < count;
 }
 
 /* False: an impossible level or gain. */
-static bool read_change(const davar_frame_t *frame, davar_wire_t *wire)
+static bool read_change(const davar_frame_t *frame, davar_decoded_t *wire)
 {
     wire->index = (uint8_t)get(frame, signal_change_item);
     wire->alarm = (get(frame, signal_alarm) != 0U);
@@ -135,7 +157,7 @@ static bool read_change(const davar_frame_t *frame, davar_wire_t *wire)
 }
 
 /* False: an undefined form, or an impossible rate. */
-static bool read_raw(const davar_frame_t *frame, davar_wire_t *wire)
+static bool read_raw(const davar_frame_t *frame, davar_decoded_t *wire)
 {
     wire->index = (uint8_t)get(frame, signal_form);
     wire->number = get(frame, signal_index);
@@ -151,77 +173,65 @@ static bool read_raw(const davar_frame_t *frame, davar_wire_t *wire)
 }
 
 /* False: a result without frames. */
-static bool read_end(const davar_frame_t *frame, davar_wire_t *wire)
+static bool read_end(const davar_frame_t *frame, davar_decoded_t *wire)
 {
     wire->index = (uint8_t)get(frame, signal_frames);
     wire->session = (uint8_t)get(frame, signal_session);
     return wire->index > 0U;
 }
 
-/* Reads the fields of this message except `value` and `number`. False: an undefined index or
- * value. */
-static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
+static bool read_coefficient(const davar_frame_t *frame, davar_decoded_t *wire)
 {
-    bool good = true;
-    switch (wire->message) {
-    case DAVAR_MESSAGE_ARW:
-        read_arw(frame, &scaled_arw_uncertainty, wire);
-        good = is_magnitude(wire->value);
-        break;
-    case DAVAR_MESSAGE_STATE:
-        read_state(frame, wire);
-        good = (wire->window_samples > 0U);
-        break;
-    case DAVAR_MESSAGE_STATIONARITY:
-        wire->kurtosis = get_scaled(frame, &scaled_kurtosis);
-        wire->contribution = get_scaled(frame, &scaled_contribution);
-        break;
-    case DAVAR_MESSAGE_ADEV:
-        wire->index = (uint8_t)get(frame, signal_tau_index);
-        wire->relative_uncertainty = get_scaled(frame, &scaled_adev_uncertainty);
-        good = is_magnitude(wire->value);
-        break;
-    case DAVAR_MESSAGE_COEFFICIENT:
-        good = read_index(frame, signal_kind, KIND_COUNT, wire) && is_coefficient(wire);
-        break;
-    case DAVAR_MESSAGE_HEALTH:
-        good = read_index(frame, signal_health_index, (uint32_t)DAVAR_HEALTH_COUNT, wire);
-        wire->session = (uint8_t)get(frame, signal_session);
-        break;
-    case DAVAR_MESSAGE_SETUP:
-        good =
-            read_index(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + 32U, wire) && is_setup(wire);
-        wire->session = (uint8_t)get(frame, signal_session);
-        break;
-    case DAVAR_MESSAGE_MONITOR:
-        good = read_index(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH + 1U, wire) &&
-               is_monitor(wire);
-        wire->worst = (uint8_t)get(frame, signal_worst_tau);
-        break;
-    case DAVAR_MESSAGE_RAW:
-        good = read_raw(frame, wire);
-        break;
-    case DAVAR_MESSAGE_CHANGE:
-        good = read_change(frame, wire);
-        break;
-    case DAVAR_MESSAGE_END:
-        good = read_end(frame, wire);
-        break;
-    case DAVAR_MESSAGE_RESULT_FD:
-    case DAVAR_MESSAGE_COUNT:
-    default:
-        read_fd(frame, wire);
-        good = is_fd(wire);
-        break;
-    }
-    return good;
+    return read_index(frame, signal_kind, KIND_COUNT, wire) && is_coefficient(wire);
 }
 
-davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_wire_t *wire)
+static bool read_health(const davar_frame_t *frame, davar_decoded_t *wire)
+{
+    wire->session = (uint8_t)get(frame, signal_session);
+    return read_index(frame, signal_health_index, (uint32_t)DAVAR_HEALTH_COUNT, wire);
+}
+
+static bool read_setup(const davar_frame_t *frame, davar_decoded_t *wire)
+{
+    wire->session = (uint8_t)get(frame, signal_session);
+    return read_index(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + 32U, wire) && is_setup(wire);
+}
+
+static bool read_monitor(const davar_frame_t *frame, davar_decoded_t *wire)
+{
+    wire->worst = (uint8_t)get(frame, signal_worst_tau);
+    return read_index(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH + 1U, wire) &&
+           is_monitor(wire);
+}
+
+/* Reads the fields of this message except `value` and `number`. False: an undefined index or
+ * value. */
+static bool read_message(const davar_frame_t *frame, davar_decoded_t *wire)
+{
+    static bool (*const read[])(const davar_frame_t *, davar_decoded_t *) = {
+        [DAVAR_MESSAGE_ARW] = read_arw_frame,
+        [DAVAR_MESSAGE_STATE] = read_state,
+        [DAVAR_MESSAGE_STATIONARITY] = read_stationarity,
+        [DAVAR_MESSAGE_ADEV] = read_adev,
+        [DAVAR_MESSAGE_COEFFICIENT] = read_coefficient,
+        [DAVAR_MESSAGE_HEALTH] = read_health,
+        [DAVAR_MESSAGE_SETUP] = read_setup,
+        [DAVAR_MESSAGE_MONITOR] = read_monitor,
+        [DAVAR_MESSAGE_RESULT_FD] = read_fd,
+        [DAVAR_MESSAGE_RAW] = read_raw,
+        [DAVAR_MESSAGE_CHANGE] = read_change,
+        [DAVAR_MESSAGE_END] = read_end,
+    };
+    _Static_assert((sizeof read / sizeof read[0]) == (size_t)DAVAR_MESSAGE_COUNT,
+                   "every message has a reader");
+    return read[wire->message](frame, wire);
+}
+
+davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_decoded_t *wire)
 {
     const uint32_t offset =
         (uint32_t)frame->identifier - base; /* wraps if below base, to far above the last message */
-    const uint32_t message = offset % DAVAR_WIRE_STEP;
+    const uint32_t message = offset % DAVAR_CAN_STEP;
     if ((frame->identifier < base) || (message_length(message) == 0U)) {
         return DAVAR_DECODE_FOREIGN;
     }
@@ -231,11 +241,11 @@ davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, da
     if (get(frame, signal_crc) != davar_frame_crc(frame)) {
         return DAVAR_DECODE_CRC;
     }
-    *wire = (davar_wire_t){.message = (davar_message_t)message,
-                           .channel = (uint8_t)(offset / DAVAR_WIRE_STEP),
-                           .counter = (uint8_t)get(frame, signal_counter),
-                           .result = (uint8_t)get(frame, signal_result),
-                           .value = get_float(frame, signal_value),
-                           .number = get(frame, signal_value)};
+    *wire = (davar_decoded_t){.message = (davar_message_t)message,
+                              .channel = (uint8_t)(offset / DAVAR_CAN_STEP),
+                              .counter = (uint8_t)get(frame, signal_counter),
+                              .result = (uint8_t)get(frame, signal_result),
+                              .value = get_float(frame, signal_value),
+                              .number = get(frame, signal_value)};
     return read_message(frame, wire) ? DAVAR_DECODED : DAVAR_DECODE_VALUE;
 }
