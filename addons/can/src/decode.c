@@ -90,47 +90,45 @@ static bool read_fd(const davar_frame_t *frame, davar_decoded_t *wire)
     static const uint8_t kinds[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY,
                                      DAVAR_RATE_RANDOM_WALK, DAVAR_RATE_RAMP};
     wire->number = get(frame, fd_epoch);
-    wire->window_samples = get(frame, fd_window);
-    wire->unstable = (get(frame, fd_unstable) != 0U);
-    read_arw(frame, &fd_arw_uncertainty, wire);
+    wire->window_samples = get(frame, signal_window_samples);
+    wire->unstable = (get(frame, signal_unstable) != 0U);
+    read_arw(frame, &fd_arw_relative_uncertainty, wire);
     wire->kurtosis = get_scaled(frame, &fd_kurtosis);
     wire->contribution = get_scaled(frame, &fd_contribution);
     wire->coefficient[DAVAR_ANGLE_RANDOM_WALK] = wire->value;
     for (uint8_t k = 0U; k < 4U; k++) {
-        const davar_signal_t at = {(uint16_t)(FD_COEFFICIENT + 32U * k), 32U};
-        wire->coefficient[kinds[k]] = get_float(frame, at);
+        wire->coefficient[kinds[k]] = get_float(frame, fd_coefficient[k]);
     }
     for (uint8_t t = 0U; t < DAVAR_FD_TAUS; t++) {
-        const davar_signal_t at = {(uint16_t)(FD_ADEV + 32U * t), 32U};
-        wire->adev[t] = get_float(frame, at);
+        wire->adev[t] = get_float(frame, fd_adev[t]);
     }
     return is_fd(wire);
 }
 
 static bool read_state(const davar_frame_t *frame, davar_decoded_t *wire)
 {
-    wire->window_samples = get(frame, signal_window);
+    wire->window_samples = get(frame, signal_window_samples);
     wire->unstable = (get(frame, signal_unstable) != 0U);
     return wire->window_samples > 0U;
 }
 
 static bool read_stationarity(const davar_frame_t *frame, davar_decoded_t *wire)
 {
-    wire->kurtosis = get_scaled(frame, &scaled_kurtosis);
-    wire->contribution = get_scaled(frame, &scaled_contribution);
+    wire->kurtosis = get_scaled(frame, &signal_kurtosis);
+    wire->contribution = get_scaled(frame, &signal_contribution);
     return true;
 }
 
 static bool read_arw_frame(const davar_frame_t *frame, davar_decoded_t *wire)
 {
-    read_arw(frame, &scaled_arw_uncertainty, wire);
+    read_arw(frame, &signal_arw_relative_uncertainty, wire);
     return is_magnitude(wire->value);
 }
 
 static bool read_adev(const davar_frame_t *frame, davar_decoded_t *wire)
 {
     wire->index = (uint8_t)get(frame, signal_tau_index);
-    wire->relative_uncertainty = get_scaled(frame, &scaled_adev_uncertainty);
+    wire->relative_uncertainty = get_scaled(frame, &signal_adev_relative_uncertainty);
     return is_magnitude(wire->value);
 }
 
@@ -147,10 +145,10 @@ static bool read_change(const davar_frame_t *frame, davar_decoded_t *wire)
     wire->index = (uint8_t)get(frame, signal_change_item);
     wire->alarm = (get(frame, signal_alarm) != 0U);
     wire->young = (get(frame, signal_young) != 0U);
-    wire->change_m = get(frame, signal_change_m);
+    wire->change_m = get(frame, signal_change_cluster_samples);
     if (wire->index == (uint8_t)DAVAR_CHANGE_CUT) {
         wire->cut_age_samples = get(frame, signal_cut_age);
-        wire->dispersion = get_scaled(frame, &scaled_dispersion);
+        wire->dispersion = get_scaled(frame, &signal_dispersion);
         return true;
     }
     return is_magnitude(wire->value);
@@ -162,8 +160,8 @@ static bool read_raw(const davar_frame_t *frame, davar_decoded_t *wire)
     wire->index = (uint8_t)get(frame, signal_form);
     wire->number = get(frame, signal_index);
     if (wire->index == (uint8_t)DAVAR_RAW_PAIR) {
-        wire->count[0] = (int16_t)get(frame, signal_pair[0]);
-        wire->count[1] = (int16_t)get(frame, signal_pair[1]);
+        wire->count[0] = (int16_t)get(frame, signal_count0);
+        wire->count[1] = (int16_t)get(frame, signal_count1);
         return true;
     }
     wire->count[0] =

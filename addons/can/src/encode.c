@@ -8,6 +8,9 @@
 #include <math.h>
 
 #define COUNTER_MASK 15U
+/* The highest raw values of an uncertainty of ARW are absent, beyond and the reasons why ARW is
+ * absent (davar_noise_t); some are spare. */
+#define NOISE_CODES 8U
 #define STATE_WINDOW_MAX 0x7FFFFU
 #define CUT_AGE_MAX 0xFFFFFU
 
@@ -108,20 +111,20 @@ static void put_arw(davar_frame_t *frame, const davar_scaled_t *uncertainty,
 static void fill_state(davar_encoder_t *encoder, davar_frame_t *frame)
 {
     encoder->tag = encoder->counter[DAVAR_MESSAGE_STATE];
-    put(frame, signal_epoch, (uint32_t)encoder->result->epoch);
-    put(frame, signal_window, at_most(encoder->result->window_samples, STATE_WINDOW_MAX));
+    put(frame, signal_value, (uint32_t)encoder->result->epoch);
+    put(frame, signal_window_samples, at_most(encoder->result->window_samples, STATE_WINDOW_MAX));
     put(frame, signal_unstable, encoder->result->unstable ? 1U : 0U);
 }
 
 static void fill_stationarity(davar_encoder_t *encoder, davar_frame_t *frame)
 {
-    put_scaled(frame, &scaled_kurtosis, encoder->result->kurtosis);
-    put_scaled(frame, &scaled_contribution, encoder->result->contribution);
+    put_scaled(frame, &signal_kurtosis, encoder->result->kurtosis);
+    put_scaled(frame, &signal_contribution, encoder->result->contribution);
 }
 
 static void fill_arw(davar_encoder_t *encoder, davar_frame_t *frame)
 {
-    put_arw(frame, &scaled_arw_uncertainty, encoder->result);
+    put_arw(frame, &signal_arw_relative_uncertainty, encoder->result);
 }
 
 static void fill_change(davar_encoder_t *encoder, davar_frame_t *frame)
@@ -133,10 +136,10 @@ static void fill_change(davar_encoder_t *encoder, davar_frame_t *frame)
     put(frame, signal_change_item, index);
     put(frame, signal_alarm, result->alarm ? 1U : 0U);
     put(frame, signal_young, result->young ? 1U : 0U);
-    put(frame, signal_change_m, result->change.m);
+    put(frame, signal_change_cluster_samples, result->change.m);
     if (index == (uint8_t)DAVAR_CHANGE_CUT) {
         put(frame, signal_cut_age, at_most(result->cut_age_samples, CUT_AGE_MAX));
-        put_scaled(frame, &scaled_dispersion, result->dispersion);
+        put_scaled(frame, &signal_dispersion, result->dispersion);
     } else {
         put_magnitude(frame, signal_value, value[index]);
     }
@@ -149,7 +152,7 @@ static void fill_adev(davar_encoder_t *encoder, davar_frame_t *frame)
     const uint8_t t = (uint8_t)(first + index);
     const davar_adev_t *tau = &encoder->result->tau[t];
     put(frame, signal_tau_index, t);
-    put_scaled(frame, &scaled_adev_uncertainty,
+    put_scaled(frame, &signal_adev_relative_uncertainty,
                relative_uncertainty(tau->adev, tau->low, tau->high));
     put_magnitude(frame, signal_value, tau->adev);
 }
@@ -175,19 +178,18 @@ static void fill_fd(davar_encoder_t *encoder, davar_frame_t *frame)
                                      DAVAR_RATE_RANDOM_WALK, DAVAR_RATE_RAMP};
     const davar_result_t *result = encoder->result;
     encoder->tag = encoder->counter[DAVAR_MESSAGE_RESULT_FD];
-    put(frame, fd_window, at_most(result->window_samples, STATE_WINDOW_MAX));
-    put(frame, fd_unstable, result->unstable ? 1U : 0U);
-    put_arw(frame, &fd_arw_uncertainty, result);
+    put(frame, signal_window_samples, at_most(result->window_samples, STATE_WINDOW_MAX));
+    put(frame, signal_unstable, result->unstable ? 1U : 0U);
+    put_arw(frame, &fd_arw_relative_uncertainty, result);
     put(frame, fd_epoch, (uint32_t)result->epoch);
     put_scaled(frame, &fd_contribution, result->contribution);
     put_scaled(frame, &fd_kurtosis, result->kurtosis);
     for (uint8_t k = 0U; k < 4U; k++) {
-        const davar_signal_t at = {(uint16_t)(FD_COEFFICIENT + 32U * k), 32U};
-        put_magnitude(frame, at, result->coefficient[kinds[k]].value);
+        put_magnitude(frame, fd_coefficient[k], result->coefficient[kinds[k]].value);
     }
     for (uint8_t t = 0U; t < DAVAR_FD_TAUS; t++) {
-        const davar_signal_t at = {(uint16_t)(FD_ADEV + 32U * t), 32U};
-        put_magnitude(frame, at, (t < result->tau_count) ? result->tau[t].adev : (double)NAN);
+        const double adev = (t < result->tau_count) ? result->tau[t].adev : (double)NAN;
+        put_magnitude(frame, fd_adev[t], adev);
     }
 }
 
@@ -469,8 +471,8 @@ bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count,
     const bool follows = encoder->raw_held && ((uint32_t)index == encoder->raw_index + 1U);
     if (follows && is_narrow(encoder->raw_count) && is_narrow(count)) {
         open_raw(encoder, DAVAR_RAW_PAIR, encoder->raw_index, frame);
-        put(frame, signal_pair[0], (uint32_t)encoder->raw_count);
-        put(frame, signal_pair[1], (uint32_t)count);
+        put(frame, signal_count0, (uint32_t)encoder->raw_count);
+        put(frame, signal_count1, (uint32_t)count);
         seal(encoder, DAVAR_MESSAGE_RAW, frame);
         encoder->raw_held = false;
         return true;

@@ -5,8 +5,8 @@
  * result -> davar_encoder_begin -> davar_encoder_next (until false) -> frames
  * ```
  *
- * The layout is documented in addons/can/DESIGN.md for people and in tools/davar.dbc for tools. A
- * test compares both with this encoder bit by bit. No heap, no I/O, no floating-point division.
+ * tools/davar.dbc defines the layout, and addons/can/DESIGN.md explains it. Tests compare both with
+ * this encoder bit by bit. No heap, no I/O, no floating-point division.
  *
  * A receiver joins the frames that carry the same Result. The result is complete if their number
  * and the sum of davar_frame_digest over them match its DAVAR_End. Otherwise a frame was lost or
@@ -68,7 +68,7 @@ typedef enum {
     DAVAR_HEALTH_ALARMS,             /**< monitor: times its alarm was raised */
     DAVAR_HEALTH_WINDOW_CUTS,        /**< law glr: windows cut */
     DAVAR_HEALTH_NOISE_ALARMS,       /**< law glr: alarms raised */
-    DAVAR_HEALTH_SHOCKS,             /**< law glr: shocks treated as gaps */
+    DAVAR_HEALTH_SHOCKS_LEFT_OUT,    /**< law glr: shocks treated as gaps */
     DAVAR_HEALTH_COUNT               /**< number of counters */
 } davar_health_item_t;
 
