@@ -10,7 +10,7 @@
 #include "board.h"
 #include "job_file.h"
 
-#include "davar_slcan.h"
+#include "davar/slcan.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -79,7 +79,7 @@ void board_tick(void)
 
 static davar_result_t result;
 static davar_encoder_t encoder;
-static davar_wire_health_t health;
+static davar_can_health_t health;
 static char text[DAVAR_SLCAN_BYTES] = "\r"; /* ends an incomplete line of the reader */
 static size_t length = 1U;                  /* of the text */
 static size_t written;                      /* characters of it that are in the UART */
@@ -170,7 +170,7 @@ int main(void)
     }
     if ((sensor.job.channels != 1U) || (sensor.job.number != DAVAR_PORT_Q15) ||
         (job_file_cascade(&sensor, 0U) != NULL) ||
-        !davar_encoder_init(&encoder, &sensor.job.config, DAVAR_WIRE_BASE, 0U,
+        !davar_encoder_init(&encoder, &sensor.job.config, DAVAR_CAN_BASE, 0U,
                             DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS)) {
         return JOB_UNKNOWN;
     }

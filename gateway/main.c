@@ -34,7 +34,7 @@ typedef struct {
     davar_plan_t plan;
     davar_node_channel_t channel;
     davar_node_t node;
-    davar_wire_health_t health;
+    davar_can_health_t health;
     int32_t count;
     davar_port_samples_t samples;
     uint64_t index; /* of the next sample */
@@ -293,21 +293,25 @@ static bool start_library(gateway_t *gateway, char *why)
     const size_t cascade_bytes = davar_curve_bytes(curve, DAVAR_PORT_Q31);
     char *const memory = calloc(1U, own_bytes + cascade_bytes);
     gateway->memory = memory;
-    davar_status_t status =
+    const davar_status_t status =
         (memory == NULL)
             ? DAVAR_ERR_MEMORY_SIZE
             : davar_init_q31(&gateway->davar, &gateway->settings.config, memory, bytes);
+    davar_cascade_status_t cascade = DAVAR_CASCADE_OK;
     if ((status == DAVAR_OK) && (cascade_bytes > 0U)) {
         gateway->channel.cascade = &gateway->cascade;
-        status = davar_curve_start(curve, DAVAR_PORT_Q31, &gateway->cascade, memory + own_bytes,
-                                   cascade_bytes);
+        cascade = davar_curve_start(curve, DAVAR_PORT_Q31, &gateway->cascade, memory + own_bytes,
+                                    cascade_bytes);
     }
-    (void)snprintf(why, WHY_BYTES, "%s", davar_status_text(status));
-    if (status == DAVAR_OK) {
+    (void)snprintf(why, WHY_BYTES, "%s",
+                   (cascade == DAVAR_CASCADE_OK) ? davar_status_text(status)
+                                                 : davar_cascade_status_text(cascade));
+    const bool starts = (status == DAVAR_OK) && (cascade == DAVAR_CASCADE_OK);
+    if (starts) {
         davar_bandwidth_plan(&gateway->plan, curve->taus, curve->tau_count,
                              gateway->settings.declares_filter ? &gateway->settings.filter : NULL);
     }
-    return status == DAVAR_OK;
+    return starts;
 }
 
 static bool start(gateway_t *gateway, char *why)

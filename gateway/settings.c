@@ -1,7 +1,7 @@
 /* davar-node - command line. */
 #include "settings.h"
 
-#include "davar/wire.h"
+#include "davar/can.h"
 
 #include <getopt.h>
 #include <math.h>
@@ -16,7 +16,8 @@ static const char *const HELP[] = {
     "usage: davar-node --source SRC --rate HZ --lsb DPS --out LINK [options]\n"
     "\n"
     "Reads the counts of one gyro axis, computes their dynamic Allan variance and sends the\n"
-    "results to a CAN bus, a serial line or an autopilot (lib/WIRE.md, docs/DIALECTS.md).\n"
+    "results to a CAN bus, a serial line or an autopilot (addons/can/DESIGN.md, "
+    "docs/DIALECTS.md).\n"
     "One process handles one channel. For more axes start one davar-node each, with\n"
     "--channel 0, 1, 2.\n"
     "\n"
@@ -71,7 +72,7 @@ static const char *const HELP[] = {
     "Only for can: and slcan:\n"
     "  --content WHAT    frames of a result: summary, full (default), intervals or fd\n"
     "  --raw             also send frames of the counts, for davarlab live --raw (bus load:\n"
-    "                    lib/WIRE.md)\n"
+    "                    addons/can/DESIGN.md)\n"
     "  --base HEX        CAN identifier of channel 0 (default 5D0)\n"
     "\n"
     "Alarm\n"
@@ -354,11 +355,11 @@ static bool fill_output(node_settings_t *settings, char *why, size_t size)
         settings->content = 0U;
         return fill_address(settings, why, size);
     }
-    settings->base = (settings->base == NOT_GIVEN) ? DAVAR_WIRE_BASE : settings->base;
+    settings->base = (settings->base == NOT_GIVEN) ? DAVAR_CAN_BASE : settings->base;
     settings->content = (settings->content == NOT_GIVEN)
                             ? (DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS)
                             : settings->content;
-    if ((settings->base > DAVAR_WIRE_LAST_ID) || (settings->channel > 34U)) {
+    if ((settings->base > DAVAR_CAN_LAST_ID) || (settings->channel > 34U)) {
         (void)snprintf(why, size, "--%s: exceeds the 11-bit identifiers",
                        (settings->channel > 34U) ? "channel" : "base");
         return false;

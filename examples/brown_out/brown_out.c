@@ -48,7 +48,7 @@ davar_status_t brown_out_start(bool *is_restored)
     config.taus = taus;
     config.tau_count = TAUS;
     davar_status_t status = davar_init_q15(&gyro, &config, memory, sizeof memory);
-    *is_restored = (status == DAVAR_OK) && (davar_state_restore(&gyro, &storage) == DAVAR_OK);
+    *is_restored = (status == DAVAR_OK) && (davar_state_restore(&gyro, &storage) == DAVAR_STATE_OK);
     if (*is_restored) {
         davar_gap(&gyro, brown_out_missed());
     }
@@ -57,7 +57,8 @@ davar_status_t brown_out_start(bool *is_restored)
 
 bool brown_out_save(void)
 {
-    return davar_state_save(&gyro, &storage) == DAVAR_OK; /* on failure the older image remains */
+    return davar_state_save(&gyro, &storage) ==
+           DAVAR_STATE_OK; /* on failure the older image remains */
 }
 
 davar_t *brown_out_gyro(void)

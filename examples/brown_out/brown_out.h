@@ -3,6 +3,7 @@
 #define BROWN_OUT_H
 
 #include "davar/davar.h"
+#include "davar/state.h"
 
 #define BROWN_OUT_SLOT                                                                             \
     4096U /* bytes of each slot: at least davar_state_bytes(), and a whole number of flash pages */

@@ -2,7 +2,7 @@
 #ifndef BXCAN_H
 #define BXCAN_H
 
-#include "davar/wire.h"
+#include "davar/can.h"
 
 /* Its registers, RM0090 32.9. Registers that sending does not need have no name. */
 typedef volatile struct {

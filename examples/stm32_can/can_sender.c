@@ -1,4 +1,4 @@
-/* Converts results to frames (lib/WIRE.md) and sends one whenever the controller has room.
+/* Converts results to frames (addons/can/DESIGN.md) and sends one whenever the controller has room.
  *
  *   main loop:  bxcan_poll / fdcan_poll;  can_sender_step;
  *               davar_take -> davar_fit -> can_sender_result
@@ -8,7 +8,7 @@
 #include "can_sender.h"
 
 static davar_encoder_t encoder;
-static davar_wire_health_t counters;
+static davar_can_health_t counters;
 static davar_result_t result;
 static davar_frame_t frame;
 static bool holds; /* a frame is waiting for room */
@@ -18,10 +18,10 @@ static void *controller;
 void can_sender_start(const davar_config_t *config, uint8_t session, bool fd, can_send_t how,
                       void *with)
 {
-    (void)davar_encoder_init(&encoder, config, DAVAR_WIRE_BASE, 0U,
+    (void)davar_encoder_init(&encoder, config, DAVAR_CAN_BASE, 0U,
                              fd ? DAVAR_SEND_FD : (DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS));
     davar_encoder_session(&encoder, session);
-    counters = (davar_wire_health_t){{0}};
+    counters = (davar_can_health_t){{0}};
     holds = false;
     send = how;
     controller = with;

@@ -2,7 +2,7 @@
 #ifndef CAN_SENDER_H
 #define CAN_SENDER_H
 
-#include "davar/wire.h"
+#include "davar/can.h"
 
 /* Gives the controller a frame: bxcan_send or fdcan_send with a cast of the controller. False: no
  * room now. */

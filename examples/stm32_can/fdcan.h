@@ -2,7 +2,7 @@
 #ifndef FDCAN_H
 #define FDCAN_H
 
-#include "davar/wire.h"
+#include "davar/can.h"
 
 /* Its registers, RM0440 44.4. Registers that sending does not need have no name. */
 typedef volatile struct {

@@ -128,8 +128,8 @@ static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
 }
 
 /* Starts one channel in its `words` of memory, of which the instance takes `own_words`. */
-static davar_status_t start(engine_t *engine, size_t c, const davar_filter_t *filter, size_t words,
-                            size_t own_words, const options_t *options)
+static bool start(engine_t *engine, size_t c, const davar_filter_t *filter, size_t words,
+                  size_t own_words, const options_t *options, sim_error_t *error)
 {
     filtered_t *const filtered = &engine->filtered[c];
     uint64_t *const memory = engine->memory + c * words;
@@ -143,10 +143,15 @@ static davar_status_t start(engine_t *engine, size_t c, const davar_filter_t *fi
                                .plan = &filtered->plan};
     const davar_status_t status = init(engine->number, &engine->instances[c], &filtered->config,
                                        memory, own_words * sizeof *memory);
-    return ((status == DAVAR_OK) && has_cascade)
-               ? davar_curve_start(&engine->curve, engine->number, &engine->cascades[c],
-                                   memory + own_words, (words - own_words) * sizeof *memory)
-               : status;
+    if (status != DAVAR_OK) {
+        return settings_fail(status, options, error);
+    }
+    const davar_cascade_status_t cascade =
+        has_cascade ? davar_curve_start(&engine->curve, engine->number, &engine->cascades[c],
+                                        memory + own_words, (words - own_words) * sizeof *memory)
+                    : DAVAR_CASCADE_OK;
+    return (cascade == DAVAR_CASCADE_OK) ||
+           sim_fail(error, "--longest-tau: %s", davar_cascade_status_text(cascade));
 }
 
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
@@ -166,10 +171,9 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
         return false;
     }
     for (size_t c = 0; c < count; c++) {
-        const davar_status_t status =
-            start(engine, c, filter_of(engine, learned, options, c), words, own_words, options);
-        if (status != DAVAR_OK) {
-            return settings_fail(status, options, error);
+        const davar_filter_t *const filter = filter_of(engine, learned, options, c);
+        if (!start(engine, c, filter, words, own_words, options, error)) {
+            return false;
         }
     }
     engine->config = engine->filtered[0].config;

@@ -277,7 +277,7 @@ static bool apply_can_base(options_t *options, const char *text, sim_error_t *er
     const unsigned long value = strtoul(text, &end, 16);
     const size_t prefix = ((text[0] == '0') && ((text[1] == 'x') || (text[1] == 'X'))) ? 2U : 0U;
     const bool digits = (strspn(text + prefix, "0123456789abcdefABCDEF") == strlen(text + prefix));
-    if (!digits || (text[prefix] == '\0') || (value > DAVAR_WIRE_LAST_ID)) {
+    if (!digits || (text[prefix] == '\0') || (value > DAVAR_CAN_LAST_ID)) {
         return sim_fail(
             error, "--can-base: a hexadecimal identifier up to 7F0 expected, found '%s'", text);
     }

@@ -135,7 +135,7 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
 {
     *options = (options_t){.policy = DAVAR_POLICY_OR,
                            .mode = DAVAR_MODE_CENTRED,
-                           .can_base = DAVAR_WIRE_BASE,
+                           .can_base = DAVAR_CAN_BASE,
                            .can_content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS};
     options_status_t status = walk(options, argc, argv, error);
     if (status == OPTIONS_RUN) {

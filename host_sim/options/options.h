@@ -3,8 +3,8 @@
 #define OPTIONS_H
 
 #include "common/sim_error.h"
+#include "davar/can.h"
 #include "davar/types.h"
-#include "davar/wire.h"
 #include "davar_bandwidth.h"
 #include "davar_policy.h"
 

@@ -129,7 +129,7 @@ static void take_health(wire_out_t *wire, size_t channel)
     wire->health.count[DAVAR_HEALTH_RESULTS_MISSED] = health.missed;
     wire->health.count[DAVAR_HEALTH_WINDOW_CUTS] = health.cuts;
     wire->health.count[DAVAR_HEALTH_NOISE_ALARMS] = health.alarms;
-    wire->health.count[DAVAR_HEALTH_SHOCKS] = health.shocks;
+    wire->health.count[DAVAR_HEALTH_SHOCKS_LEFT_OUT] = health.shocks;
 }
 
 static bool send_all(wire_out_t *wire, size_t channel, sim_error_t *error)

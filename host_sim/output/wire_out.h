@@ -1,4 +1,4 @@
-/* davar-sim - sends results as frames (lib/WIRE.md), or in a dialect (docs/DIALECTS.md), through
+/* davar-sim - sends results as frames (addons/can/DESIGN.md), or in a dialect (docs/DIALECTS.md), through
  * the link contract. */
 #ifndef WIRE_OUT_H
 #define WIRE_OUT_H
@@ -13,7 +13,7 @@ typedef struct {
     const engine_t *engine;
     davar_encoder_t *encoder;     /* one per channel, of davar's own frames */
     davar_telemetry_t *telemetry; /* or of a dialect; otherwise null */
-    davar_wire_health_t health;
+    davar_can_health_t health;
 } wire_out_t;
 
 /* Samples of all channels without a loss between them: samples[c] points to `count` samples of

@@ -49,7 +49,7 @@ class Davar(ConanFile):
 
     def export_sources(self):
         root = str(Path(self.recipe_folder, "../.."))
-        for pattern in ("CMakeLists.txt", "LICENSE", "cmake/*", "lib/*"):
+        for pattern in ("CMakeLists.txt", "LICENSE", "cmake/*", "lib/*", "addons/*"):
             copy(self, pattern, root, self.export_sources_folder)
 
     def layout(self):

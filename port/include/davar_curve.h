@@ -69,9 +69,10 @@ static inline size_t davar_curve_bytes(const davar_curve_t *curve, davar_port_nu
 }
 
 /** Starts the cascade of one channel, as davar_cascade_init_*. */
-static inline davar_status_t davar_curve_start(const davar_curve_t *curve,
-                                               davar_port_number_t number, davar_cascade_t *cascade,
-                                               void *memory, size_t bytes)
+static inline davar_cascade_status_t davar_curve_start(const davar_curve_t *curve,
+                                                       davar_port_number_t number,
+                                                       davar_cascade_t *cascade, void *memory,
+                                                       size_t bytes)
 {
     switch (number) {
     case DAVAR_PORT_Q15:
@@ -93,7 +94,8 @@ static inline uint8_t davar_curve_most(const davar_config_t *config, davar_port_
         davar_cascade_t probe;
         uint64_t no_memory[1] = {0U};
         davar_curve_make(&curve, config, n); /* init checks the memory after everything else */
-        if (davar_curve_start(&curve, number, &probe, no_memory, 0U) != DAVAR_ERR_MEMORY_SIZE) {
+        if (davar_curve_start(&curve, number, &probe, no_memory, 0U) !=
+            DAVAR_CASCADE_ERR_MEMORY_SIZE) {
             break;
         }
         most = n;

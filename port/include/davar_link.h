@@ -10,8 +10,8 @@
 #ifndef DAVAR_LINK_H
 #define DAVAR_LINK_H
 
+#include "davar/can.h"
 #include "davar/telemetry.h"
-#include "davar/wire.h"
 #include "davar_port.h"
 
 #ifdef __cplusplus
@@ -81,7 +81,7 @@ void davar_link_wait(davar_link_t *link, uint32_t milliseconds);
 
 /** Writes the link's counters into *health, from DAVAR_HEALTH_FRAMES_DROPPED to
  * DAVAR_HEALTH_NOISE_BYTES. */
-void davar_link_health(const davar_link_t *link, davar_wire_health_t *health);
+void davar_link_health(const davar_link_t *link, davar_can_health_t *health);
 
 /** Returns a number for davar_encoder_session, derived from a clock: 1 to 255. 0: there is no
  * clock. */

@@ -190,7 +190,7 @@ void davar_link_wait(davar_link_t *link, uint32_t milliseconds)
     davar_link_poll(link);
 }
 
-void davar_link_health(const davar_link_t *link, davar_wire_health_t *health)
+void davar_link_health(const davar_link_t *link, davar_can_health_t *health)
 {
     for (size_t item = DAVAR_HEALTH_FRAMES_DROPPED; item <= (size_t)DAVAR_HEALTH_NOISE_BYTES;
          item++) {

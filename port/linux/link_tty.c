@@ -2,7 +2,7 @@
  * as the adapter; slcand or python-can is the host. */
 #include "link.h"
 
-#include "davar_slcan.h"
+#include "davar/slcan.h"
 
 #include <ctype.h>
 #include <errno.h>

@@ -54,7 +54,7 @@ void davar_link_wait(davar_link_t *link, uint32_t milliseconds)
     (void)milliseconds;
 }
 
-void davar_link_health(const davar_link_t *link, davar_wire_health_t *health)
+void davar_link_health(const davar_link_t *link, davar_can_health_t *health)
 {
     (void)link;
     (void)health;

@@ -17,8 +17,8 @@ static davar_port_read_t read_half(void *context, davar_port_block_t *block)
 }
 
 /* Here: send the result on the line, or queue it, and return DAVAR_PORT_SEND_DONE.
- * davar_encoder_begin and davar_encoder_next (davar/wire.h) convert it to CAN frames, and
- * davar_slcan_encode (port/wire/davar_slcan.h) converts those to text for a UART. */
+ * davar_encoder_begin and davar_encoder_next (davar/can.h) convert it to CAN frames, and
+ * davar_slcan_encode (davar/slcan.h) converts those to text for a UART. */
 static davar_port_send_t send_result(void *context, size_t channel, const davar_result_t *result)
 {
     (void)context;

@@ -35,7 +35,8 @@ void tearDown(void) {}
 
 static void init(void)
 {
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &config, memory, sizeof memory));
+    TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK,
+                      davar_cascade_init_q15(&cascade, &config, memory, sizeof memory));
 }
 
 /* --- init ------------------------------------------------------------------------------------- */
@@ -47,54 +48,58 @@ static const struct {
     uint32_t shortest;
     uint16_t clusters;
     uint8_t tau_count;
-    davar_status_t q15;
-    davar_status_t q31;
-    davar_status_t f32;
+    davar_cascade_status_t q15;
+    davar_cascade_status_t q31;
+    davar_cascade_status_t f32;
 } settings[] = {
-#define ALL(status) DAVAR_##status, DAVAR_##status, DAVAR_##status
+#define ALL(status) DAVAR_CASCADE_##status, DAVAR_CASCADE_##status, DAVAR_CASCADE_##status
     {0.0, 0.5, 300.0, 64U, 32U, 9U, ALL(ERR_RATE)},
     {-1.0, 0.5, 300.0, 64U, 32U, 9U, ALL(ERR_RATE)},
     {NAN, 0.5, 300.0, 64U, 32U, 9U, ALL(ERR_RATE)},
-    {1.0, 0.0, 300.0, 64U, 32U, 9U, DAVAR_ERR_SCALE, DAVAR_ERR_SCALE, DAVAR_OK},
-    {1.0, 1.0, INFINITY, 64U, 32U, 9U, DAVAR_OK, DAVAR_OK, DAVAR_ERR_SCALE},
-    {1.0, 0.5, 300.0, 0U, 32U, 1U, ALL(ERR_CASCADE_SHORTEST)},
-    {1.0, 0.5, 300.0, 60U, 32U, 1U, ALL(ERR_CASCADE_SHORTEST)},
-    {1.0, 0.5, 300.0, 63U, 32U, 1U, ALL(ERR_CASCADE_SHORTEST)},
+    {1.0, 0.0, 300.0, 64U, 32U, 9U, DAVAR_CASCADE_ERR_SCALE, DAVAR_CASCADE_ERR_SCALE,
+     DAVAR_CASCADE_OK},
+    {1.0, 1.0, INFINITY, 64U, 32U, 9U, DAVAR_CASCADE_OK, DAVAR_CASCADE_OK, DAVAR_CASCADE_ERR_SCALE},
+    {1.0, 0.5, 300.0, 0U, 32U, 1U, ALL(ERR_SHORTEST)},
+    {1.0, 0.5, 300.0, 60U, 32U, 1U, ALL(ERR_SHORTEST)},
+    {1.0, 0.5, 300.0, 63U, 32U, 1U, ALL(ERR_SHORTEST)},
     {1.0, 0.5, 300.0, 64U, 32U, 1U, ALL(OK)},
-    {1.0, 0.5, 300.0, 66U, 32U, 1U, ALL(ERR_CASCADE_SHORTEST)},
+    {1.0, 0.5, 300.0, 66U, 32U, 1U, ALL(ERR_SHORTEST)},
     {1.0, 0.5, 300.0, 68U, 32U, 1U, ALL(OK)},
     {1.0, 0.5, 300.0, 262140U, 32U, 1U, ALL(OK)},
-    {1.0, 0.5, 300.0, 262144U, 32U, 1U, ALL(ERR_CASCADE_SHORTEST)},
-    {1.0, 0.5, 300.0, UINT32_MAX - 3U, 32U, 1U, ALL(ERR_CASCADE_SHORTEST)},
-    {1.0, 0.5, 300.0, 64U, 0U, 9U, ALL(ERR_CASCADE_CLUSTERS)},
-    {1.0, 0.5, 300.0, 64U, 2U, 9U, ALL(ERR_CASCADE_CLUSTERS)},
-    {1.0, 0.5, 300.0, 64U, 3U, 9U, ALL(ERR_CASCADE_CLUSTERS)},
+    {1.0, 0.5, 300.0, 262144U, 32U, 1U, ALL(ERR_SHORTEST)},
+    {1.0, 0.5, 300.0, UINT32_MAX - 3U, 32U, 1U, ALL(ERR_SHORTEST)},
+    {1.0, 0.5, 300.0, 64U, 0U, 9U, ALL(ERR_CLUSTERS)},
+    {1.0, 0.5, 300.0, 64U, 2U, 9U, ALL(ERR_CLUSTERS)},
+    {1.0, 0.5, 300.0, 64U, 3U, 9U, ALL(ERR_CLUSTERS)},
     {1.0, 0.5, 300.0, 64U, 4U, 9U, ALL(OK)},
-    {1.0, 0.5, 300.0, 64U, 33U, 9U, ALL(ERR_CASCADE_CLUSTERS)},
+    {1.0, 0.5, 300.0, 64U, 33U, 9U, ALL(ERR_CLUSTERS)},
     {1.0, 0.5, 300.0, 64U, 2048U, 9U, ALL(OK)},
-    {1.0, 0.5, 300.0, 64U, 4096U, 9U, ALL(ERR_CASCADE_CLUSTERS)},
-    {1.0, 0.5, 300.0, 64U, 32U, 0U, ALL(ERR_CASCADE_TAUS)},
-    {1.0, 0.5, 300.0, 64U, 32U, DAVAR_CASCADE_TAUS_MAX + 1U, ALL(ERR_CASCADE_TAUS)},
+    {1.0, 0.5, 300.0, 64U, 4096U, 9U, ALL(ERR_CLUSTERS)},
+    {1.0, 0.5, 300.0, 64U, 32U, 0U, ALL(ERR_TAUS)},
+    {1.0, 0.5, 300.0, 64U, 32U, DAVAR_CASCADE_TAUS_MAX + 1U, ALL(ERR_TAUS)},
     /* (11.4): 16 m^2 is 2^60 at m = 2^28, 2^62 at m = 2^29; 2^31 is the largest m. */
     {1.0, 0.5, 300.0, 64U, 16U, 23U, ALL(OK)},
-    {1.0, 0.5, 300.0, 64U, 16U, 24U, DAVAR_OK, DAVAR_ERR_CASCADE_TAUS, DAVAR_OK},
-    {1.0, 0.5, 300.0, 64U, 32U, 23U, DAVAR_OK, DAVAR_ERR_CASCADE_TAUS, DAVAR_OK},
-    {1.0, 0.5, 300.0, 64U, 32U, 24U, DAVAR_OK, DAVAR_ERR_CASCADE_TAUS, DAVAR_ERR_CASCADE_TAUS},
+    {1.0, 0.5, 300.0, 64U, 16U, 24U, DAVAR_CASCADE_OK, DAVAR_CASCADE_ERR_TAUS, DAVAR_CASCADE_OK},
+    {1.0, 0.5, 300.0, 64U, 32U, 23U, DAVAR_CASCADE_OK, DAVAR_CASCADE_ERR_TAUS, DAVAR_CASCADE_OK},
+    {1.0, 0.5, 300.0, 64U, 32U, 24U, DAVAR_CASCADE_OK, DAVAR_CASCADE_ERR_TAUS,
+     DAVAR_CASCADE_ERR_TAUS},
     {1.0, 0.5, 300.0, 64U, 4U, 24U, ALL(OK)},
-    {1.0, 0.5, 300.0, 256U, 4U, 24U, DAVAR_OK, DAVAR_ERR_CASCADE_TAUS, DAVAR_ERR_CASCADE_TAUS},
-    {1.0, 0.5, 300.0, 260U, 4U, 24U, ALL(ERR_CASCADE_TAUS)},
+    {1.0, 0.5, 300.0, 256U, 4U, 24U, DAVAR_CASCADE_OK, DAVAR_CASCADE_ERR_TAUS,
+     DAVAR_CASCADE_ERR_TAUS},
+    {1.0, 0.5, 300.0, 260U, 4U, 24U, ALL(ERR_TAUS)},
 };
 
 /* An error writes nothing. */
 static void test_settings(void)
 {
-    static davar_status_t (*const start[])(davar_cascade_t *, const davar_cascade_config_t *,
-                                           void *, size_t) = {
-        davar_cascade_init_q15, davar_cascade_init_q31, davar_cascade_init_f32};
+    static davar_cascade_status_t (*const start[])(
+        davar_cascade_t *, const davar_cascade_config_t *, void *,
+        size_t) = {davar_cascade_init_q15, davar_cascade_init_q31, davar_cascade_init_f32};
     davar_cascade_t before;
     memset(&before, 0x5A, sizeof before);
     for (size_t i = 0U; i < sizeof settings / sizeof settings[0]; i++) {
-        const davar_status_t expected[] = {settings[i].q15, settings[i].q31, settings[i].f32};
+        const davar_cascade_status_t expected[] = {settings[i].q15, settings[i].q31,
+                                                   settings[i].f32};
         config.rate_hz = settings[i].rate_hz;
         config.unit_per_count = settings[i].unit_per_count;
         config.full_scale = settings[i].full_scale;
@@ -106,10 +111,13 @@ static void test_settings(void)
             memset(memory, 0x5A, sizeof memory);
             TEST_ASSERT_EQUAL(expected[type],
                               start[type](&cascade, &config, memory, sizeof memory));
-            TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, start[type](&cascade, &config, NULL, sizeof memory));
-            TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, start[type](&cascade, NULL, memory, sizeof memory));
-            TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, start[type](NULL, &config, memory, sizeof memory));
-            if (expected[type] != DAVAR_OK) {
+            TEST_ASSERT_EQUAL(DAVAR_CASCADE_ERR_NULL,
+                              start[type](&cascade, &config, NULL, sizeof memory));
+            TEST_ASSERT_EQUAL(DAVAR_CASCADE_ERR_NULL,
+                              start[type](&cascade, NULL, memory, sizeof memory));
+            TEST_ASSERT_EQUAL(DAVAR_CASCADE_ERR_NULL,
+                              start[type](NULL, &config, memory, sizeof memory));
+            if (expected[type] != DAVAR_CASCADE_OK) {
                 TEST_ASSERT_EQUAL_MEMORY(&before, &cascade, sizeof cascade);
                 TEST_ASSERT_EACH_EQUAL_HEX8(0x5A, memory, sizeof memory);
             }
@@ -117,20 +125,34 @@ static void test_settings(void)
     }
 }
 
+static void test_every_status_has_its_own_words(void)
+{
+    for (int i = DAVAR_CASCADE_OK; i <= DAVAR_CASCADE_ERR_MEMORY_ALIGN; i++) {
+        for (int j = DAVAR_CASCADE_OK; j < i; j++) {
+            TEST_ASSERT_TRUE(strcmp(davar_cascade_status_text((davar_cascade_status_t)i),
+                                    davar_cascade_status_text((davar_cascade_status_t)j)) != 0);
+        }
+    }
+    TEST_ASSERT_EQUAL_STRING("unknown status",
+                             davar_cascade_status_text((davar_cascade_status_t)99));
+}
+
 static void test_memory(void)
 {
     for (config.tau_count = 1U; config.tau_count <= 20U; config.tau_count++) {
         const size_t narrow = DAVAR_CASCADE_MEMORY(Q15, config.tau_count);
         const size_t wide = DAVAR_CASCADE_MEMORY(Q31, config.tau_count);
-        TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &config, memory, narrow));
-        TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q31(&cascade, &config, memory, wide));
-        TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE,
+        TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK,
+                          davar_cascade_init_q15(&cascade, &config, memory, narrow));
+        TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK,
+                          davar_cascade_init_q31(&cascade, &config, memory, wide));
+        TEST_ASSERT_EQUAL(DAVAR_CASCADE_ERR_MEMORY_SIZE,
                           davar_cascade_init_q15(&cascade, &config, memory, narrow - 1U));
-        TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE,
+        TEST_ASSERT_EQUAL(DAVAR_CASCADE_ERR_MEMORY_SIZE,
                           davar_cascade_init_f32(&cascade, &config, memory, wide - 1U));
     }
     TEST_ASSERT_EQUAL(
-        DAVAR_ERR_MEMORY_ALIGN,
+        DAVAR_CASCADE_ERR_MEMORY_ALIGN,
         davar_cascade_init_q15(&cascade, &config, (char *)memory + 4, sizeof memory - 4U));
 }
 
@@ -139,7 +161,7 @@ static void test_a_push_stays_inside_its_memory(void)
 {
     const size_t bytes = DAVAR_CASCADE_MEMORY(Q15, TAUS);
     memset(memory, 0x5A, sizeof memory);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &config, memory, bytes));
+    TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK, davar_cascade_init_q15(&cascade, &config, memory, bytes));
     for (uint32_t i = 0U; i < 100000U; i++) {
         const int16_t sample = (int16_t)(i * 40503U);
         davar_cascade_push_q15(&cascade, &sample, 1U);
@@ -200,7 +222,8 @@ static void test_the_first_difference(void)
 
 static void test_floats_at_full_scale_are_counted_and_clamped(void)
 {
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_f32(&cascade, &config, memory, sizeof memory));
+    TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK,
+                      davar_cascade_init_f32(&cascade, &config, memory, sizeof memory));
     for (uint32_t i = 0U; i < 128U; i++) {
         const float rate = (i < 64U) ? -1e30F : 300.0F;
         davar_cascade_push_f32(&cascade, &rate, 1U);
@@ -215,12 +238,12 @@ static void test_reset_returns_to_the_start(void)
 {
     davar_cascade_t fresh;
     for (int type = 0; type < 2; type++) {
-        davar_status_t (*const start)(davar_cascade_t *, const davar_cascade_config_t *, void *,
-                                      size_t) =
+        davar_cascade_status_t (*const start)(davar_cascade_t *, const davar_cascade_config_t *,
+                                              void *, size_t) =
             (type == 0) ? davar_cascade_init_q15 : davar_cascade_init_f32;
         const float rate = 2.0F;
         const int16_t count = 3;
-        TEST_ASSERT_EQUAL(DAVAR_OK, start(&cascade, &config, memory, sizeof memory));
+        TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK, start(&cascade, &config, memory, sizeof memory));
         memcpy(&fresh, &cascade, sizeof fresh);
         davar_cascade_gap(&cascade, 1U);
         for (uint32_t i = 0U; i < 1000U; i++) {
@@ -464,6 +487,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_settings);
+    RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_memory);
     RUN_TEST(test_a_push_stays_inside_its_memory);
     RUN_TEST(test_a_result_before_the_first_difference);

@@ -54,11 +54,11 @@ void tearDown(void) {}
 
 static void init(type_t type, davar_cascade_t *cascade, unsigned which)
 {
-    davar_status_t (*const start[])(davar_cascade_t *, const davar_cascade_config_t *, void *,
-                                    size_t) = {davar_cascade_init_q15, davar_cascade_init_q31,
-                                               davar_cascade_init_f32};
+    davar_cascade_status_t (*const start[])(davar_cascade_t *, const davar_cascade_config_t *,
+                                            void *, size_t) = {
+        davar_cascade_init_q15, davar_cascade_init_q31, davar_cascade_init_f32};
     memset(memory[which], 0xA5, sizeof memory[which]);
-    TEST_ASSERT_EQUAL(DAVAR_OK, start[type](cascade, &config, memory[which], BYTES));
+    TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK, start[type](cascade, &config, memory[which], BYTES));
 }
 
 static void step(type_t type, davar_cascade_t *cascade, random_t *random)
@@ -95,10 +95,10 @@ static void test_an_image_does_not_depend_on_addresses(void)
         step(Q31, &original, &random);
         step(Q31, &restored, &again);
     }
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_cascade_save(&original, &storage));
     memcpy(image, cells, sizeof image);
     memset(cells, 0xFF, sizeof cells);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_cascade_save(&restored, &storage));
     TEST_ASSERT_EQUAL_MEMORY(image, cells, sizeof image);
 }
 
@@ -106,7 +106,7 @@ static void assert_foreign(type_t type)
 {
     init(type, &restored, 1U);
     const davar_cascade_t fresh = restored;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_cascade_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_FOREIGN, davar_cascade_restore(&restored, &storage));
     TEST_ASSERT_EQUAL_MEMORY(&fresh, &restored, sizeof fresh);
 }
 
@@ -115,7 +115,7 @@ static void test_an_image_of_other_settings_or_type_is_foreign(void)
 {
     const davar_cascade_config_t saved = config;
     init(Q15, &original, 0U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_cascade_save(&original, &storage));
     for (uint32_t field = 0U; field < 6U; field++) {
         config.rate_hz += (field == 0U) ? 1.0 : 0.0;
         config.unit_per_count += (field == 1U) ? 0.25 : 0.0;
@@ -128,17 +128,17 @@ static void test_an_image_of_other_settings_or_type_is_foreign(void)
     }
     assert_foreign(Q31);
     init(Q15, &restored, 1U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_cascade_restore(&restored, &storage));
     init(Q31, &original, 0U);
     memset(cells, 0xFF, sizeof cells);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_cascade_save(&original, &storage));
     assert_foreign(F32);
 }
 
 static void test_no_image(void)
 {
     init(Q15, &restored, 1U);
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_NONE, davar_cascade_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_NONE, davar_cascade_restore(&restored, &storage));
 }
 
 static void test_a_slot_must_be_long_enough(void)
@@ -147,11 +147,11 @@ static void test_a_slot_must_be_long_enough(void)
     const size_t bytes = davar_cascade_state_bytes(&original);
     TEST_ASSERT_TRUE((bytes > original.memory_bytes) && (bytes <= (original.memory_bytes + 200U)));
     storage.slot_bytes = bytes - 1U;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_cascade_save(&original, &storage));
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_cascade_restore(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE, davar_cascade_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE, davar_cascade_restore(&original, &storage));
     storage.slot_bytes = bytes;
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_restore(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_cascade_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_cascade_restore(&original, &storage));
 }
 
 /* Wherever the power fails, the image before or the new one is restored. */
@@ -165,16 +165,16 @@ static void test_a_loss_of_power_leaves_the_older_image(void)
             step(Q15, &original, &random);
         }
         budget = SIZE_MAX;
-        TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_save(&original, &storage));
+        TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_cascade_save(&original, &storage));
         const uint64_t before = original.sum;
         for (uint32_t i = 0U; i < 50U; i++) {
             step(Q15, &original, &random);
         }
         budget = cut;
-        const davar_status_t status = davar_cascade_save(&original, &storage);
+        const davar_state_status_t status = davar_cascade_save(&original, &storage);
         init(Q15, &restored, 1U);
-        TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_restore(&restored, &storage));
-        TEST_ASSERT_TRUE(restored.sum == ((status == DAVAR_OK) ? original.sum : before));
+        TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_cascade_restore(&restored, &storage));
+        TEST_ASSERT_TRUE(restored.sum == ((status == DAVAR_STATE_OK) ? original.sum : before));
     }
 }
 

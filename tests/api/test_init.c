@@ -159,7 +159,7 @@ static void test_memory_never_shrinks_as_windows_grow(void)
 
 static void test_every_status_has_its_own_words(void)
 {
-    for (int i = DAVAR_OK; i <= DAVAR_ERR_CASCADE_TAUS; i++) {
+    for (int i = DAVAR_OK; i <= DAVAR_ERR_TAU_OVERFLOW; i++) {
         for (int j = DAVAR_OK; j < i; j++) {
             TEST_ASSERT_TRUE(strcmp(davar_status_text((davar_status_t)i),
                                     davar_status_text((davar_status_t)j)) != 0);

@@ -33,7 +33,7 @@ static bool read_unsure(void *context, size_t offset, void *data, size_t bytes)
 static void begin_save(void)
 {
     memcpy(before, cells, sizeof cells);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&original, &storage));
     memcpy(meant, cells, sizeof cells);
     memcpy(cells, before, sizeof cells);
     memset(unsure, 0, sizeof unsure);
@@ -61,18 +61,18 @@ static void learn(void)
     config.window.shortest = 10U;
     init(Q15, &original, 0U);
     feed(0U, 100U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&original, &storage));
     feed(100U, 150U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&original, &storage));
     init(Q15, &restored, 1U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&restored, &storage));
     listen(0U, 150U);
     const uint64_t epoch = restored_epoch();
     feed(150U, 200U);
     begin_save();
     memcpy(cells, meant, sizeof cells);
     init(Q15, &restored, 1U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&restored, &storage));
     listen(1U, 200U);
     TEST_ASSERT_EQUAL_UINT64(epoch + 50U, restored_epoch());
     memcpy(cells, before, sizeof cells);
@@ -96,7 +96,7 @@ static unsigned power_up(void)
 {
     init(Q15, &restored, 1U);
     storage.read = read_unsure;
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&restored, &storage));
     storage.read = read_cells;
     return state_of_restored();
 }
@@ -104,7 +104,7 @@ static unsigned power_up(void)
 /* A save after the failure is intact, whatever the failure left. */
 static void next_save_is_whole(void)
 {
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&original, &storage));
     memset(unsure, 0, sizeof unsure);
     TEST_ASSERT_EQUAL_UINT(1U, power_up());
 }

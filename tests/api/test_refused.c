@@ -128,13 +128,15 @@ static void test_a_push_of_another_type_to_a_cascade_is_counted(void)
     davar_cascade_t cascade;
     davar_result_t curve = {0};
     make_samples();
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_q15(&cascade, &settings, memory, sizeof memory));
+    TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK,
+                      davar_cascade_init_q15(&cascade, &settings, memory, sizeof memory));
     davar_cascade_push_q31(&cascade, wide, SAMPLES);
     davar_cascade_push_f32(&cascade, rates, SAMPLES);
     TEST_ASSERT_EQUAL_UINT32(2U * SAMPLES, davar_cascade_health(&cascade).missing);
     davar_cascade_flush(&cascade);
     TEST_ASSERT_FALSE(davar_cascade_append(&cascade, &curve));
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_cascade_init_f32(&cascade, &settings, memory, sizeof memory));
+    TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK,
+                      davar_cascade_init_f32(&cascade, &settings, memory, sizeof memory));
     davar_cascade_push_q15(&cascade, narrow, SAMPLES);
     TEST_ASSERT_EQUAL_UINT32(SAMPLES, davar_cascade_health(&cascade).missing);
 }
@@ -166,9 +168,9 @@ static void test_after_a_restored_end_nothing_is_accepted(void)
         TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
         push_all(type);
         TEST_ASSERT_TRUE(davar_flush(&davar));
-        TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&davar, &storage));
+        TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&davar, &storage));
         TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
-        TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&davar, &storage));
+        TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&davar, &storage));
         const davar_t as_it_was = davar;
         for (uint32_t other = 0U; other < 3U; other++) {
             TEST_ASSERT_EQUAL_size_t(1U, push(other));

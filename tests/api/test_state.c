@@ -13,7 +13,7 @@
 
 static void save(void)
 {
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&original, &storage));
 }
 
 /* `original` after `samples`, and its image. */
@@ -30,7 +30,7 @@ static void save_after(type_t type, uint32_t samples)
 static void restore(type_t type)
 {
     init(type, &restored, 1U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&restored, &storage));
 }
 
 static void same_step(type_t type, uint32_t n)
@@ -174,7 +174,7 @@ static void test_an_image_of_another_number_type_is_foreign(void)
         setUp();
         save_after(type, 1U);
         init((type_t)(i % 3U), &restored, 1U);
-        TEST_ASSERT_EQUAL((type == (type_t)(i % 3U)) ? DAVAR_OK : DAVAR_ERR_STATE_FOREIGN,
+        TEST_ASSERT_EQUAL((type == (type_t)(i % 3U)) ? DAVAR_STATE_OK : DAVAR_STATE_ERR_FOREIGN,
                           davar_state_restore(&restored, &storage));
     }
 }
@@ -202,7 +202,7 @@ static uint32_t bits_that_matter(size_t which)
         unsigned char *const byte = (unsigned char *)&config + fields[which].offset + (bit / 8U);
         *byte ^= (unsigned char)(1U << (bit % 8U));
         if (davar_init_q15(&restored, &config, memory[1], sizeof memory[1]) == DAVAR_OK) {
-            TEST_ASSERT_EQUAL_MESSAGE(DAVAR_ERR_STATE_FOREIGN,
+            TEST_ASSERT_EQUAL_MESSAGE(DAVAR_STATE_ERR_FOREIGN,
                                       davar_state_restore(&restored, &storage), fields[which].name);
             taken++;
         }
@@ -227,21 +227,21 @@ static void test_one_bit_of_the_configuration_makes_an_image_foreign(void)
     TEST_ASSERT_GREATER_THAN_UINT32(500U, taken);
     config.law = &davar_law_and;
     init(Q15, &restored, 1U);
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_FOREIGN, davar_state_restore(&restored, &storage));
     config.law = &davar_law_or;
     config.taus = other_taus;
     memcpy(&cells[SLOT], cells, SLOT); /* in the other slot alone */
     memset(cells, 0xFF, SLOT);
     init(Q15, &restored, 1U);
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_FOREIGN, davar_state_restore(&restored, &storage));
 }
 
 static void test_storage_that_is_too_small_is_rejected(void)
 {
     init(Q15, &original, 0U);
     storage.slot_bytes = davar_state_bytes(&original) - 1U;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_state_save(&original, &storage));
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_state_restore(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE, davar_state_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE, davar_state_restore(&original, &storage));
 }
 
 /* The CRC-32 of an image with `bytes` of payload: of all its bytes except the check itself. */
@@ -276,7 +276,7 @@ static void test_an_image_of_another_size_or_byte_order_is_foreign(void)
     cells[4]--; /* one byte less, and a matching check */
     uint32_t check = check_of_image(cells, payload - 1U);
     memcpy(&cells[16], &check, sizeof check);
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_FOREIGN, davar_state_restore(&restored, &storage));
     cells[4]++;
     for (unsigned field = 0U; field < 4U; field++) {
         reverse(&cells[(size_t)4U * field]);
@@ -284,12 +284,12 @@ static void test_an_image_of_another_size_or_byte_order_is_foreign(void)
     check = check_of_image(cells, payload);
     memcpy(&cells[16], &check, sizeof check);
     reverse(&cells[16]);
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_FOREIGN, davar_state_restore(&restored, &storage));
     cells[50] ^= 1U;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_NONE, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_NONE, davar_state_restore(&restored, &storage));
     cells[50] ^= 1U;
     cells[4] = 0xFFU; /* more bytes than a slot has */
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_NONE, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_NONE, davar_state_restore(&restored, &storage));
     for (unsigned i = 0U; i < 2U; i++) { /* next to it, and then over it */
         save();
         restore(Q15);
@@ -347,7 +347,7 @@ static void test_power_lost_at_any_byte_of_a_save_leaves_the_image_before(void)
     for (size_t bytes = 0U; bytes < davar_state_bytes(&original); bytes++) {
         memcpy(cells, before, sizeof cells);
         budget = bytes;
-        TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_state_save(&original, &storage));
+        TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE, davar_state_save(&original, &storage));
         TEST_ASSERT_EQUAL_UINT64(151U - 20U, restored_epoch());
     }
     memcpy(cells, before, sizeof cells);
@@ -363,7 +363,7 @@ static void test_a_single_damaged_byte_is_found(void)
         for (unsigned bit = 0U; bit < 8U; bit += 3U) {
             cells[byte] ^= (unsigned char)(1U << bit);
             init_afresh();
-            TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_NONE, davar_state_restore(&restored, &storage));
+            TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_NONE, davar_state_restore(&restored, &storage));
             is_as_after_init();
             cells[byte] ^= (unsigned char)(1U << bit);
         }
@@ -380,20 +380,20 @@ static void test_storage_that_fails_at_any_read_is_survived(void)
         if (images > 1U) {
             save();
         }
-        davar_status_t status = DAVAR_ERR_STATE_NONE;
-        for (size_t n = 1U; status != DAVAR_OK; n++) {
+        davar_state_status_t status = DAVAR_STATE_ERR_NONE;
+        for (size_t n = 1U; status != DAVAR_STATE_OK; n++) {
             reads = n;
             init_afresh();
             status = davar_state_restore(&restored, &storage);
-            if (status != DAVAR_OK) {
-                TEST_ASSERT_TRUE((status == DAVAR_ERR_STATE_STORAGE) ||
-                                 (status == DAVAR_ERR_STATE_NONE));
+            if (status != DAVAR_STATE_OK) {
+                TEST_ASSERT_TRUE((status == DAVAR_STATE_ERR_STORAGE) ||
+                                 (status == DAVAR_STATE_ERR_NONE));
                 is_as_after_init();
             }
-            TEST_ASSERT_TRUE((status != DAVAR_OK) || (n > 4U));
+            TEST_ASSERT_TRUE((status != DAVAR_STATE_OK) || (n > 4U));
         }
         reads = 2U;
-        TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_state_save(&original, &storage));
+        TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE, davar_state_save(&original, &storage));
         reads = SIZE_MAX;
         TEST_ASSERT_EQUAL_UINT64(101U - 20U, restored_epoch());
     }
@@ -416,14 +416,14 @@ static bool read_unsteady(void *context, size_t offset, void *data, size_t bytes
 }
 
 /* Restores while one bit of the second reading of a slot is flipped. */
-static davar_status_t restore_unsteadily(size_t offset, unsigned bit)
+static davar_state_status_t restore_unsteadily(size_t offset, unsigned bit)
 {
     flip_offset = offset;
     flip_mask = (unsigned char)(1U << bit);
     flip_seen = false;
     storage.read = read_unsteady;
     init_afresh();
-    const davar_status_t status = davar_state_restore(&restored, &storage);
+    const davar_state_status_t status = davar_state_restore(&restored, &storage);
     storage.read = read_cells;
     TEST_ASSERT_TRUE(flip_seen);
     return status;
@@ -441,7 +441,7 @@ static void test_a_second_reading_that_differs_is_rejected(void)
         save_after(Q15, 120U);
         const size_t bytes = davar_state_bytes(&original);
         for (size_t bit = (size_t)8U * HEADER_BYTES; bit < (8U * bytes); bit += bits_apart[i]) {
-            TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE,
+            TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE,
                               restore_unsteadily(bit / 8U, (unsigned)(bit % 8U)));
             is_as_after_init();
         }
@@ -454,7 +454,7 @@ static void test_the_other_slot_steps_in_for_a_reading_that_differs(void)
     const size_t bytes = davar_state_bytes(&original);
     for (size_t offset = SLOT + HEADER_BYTES; offset < (SLOT + bytes); offset++) {
         davar_result_t result;
-        TEST_ASSERT_EQUAL(DAVAR_OK, restore_unsteadily(offset, (unsigned)(offset % 8U)));
+        TEST_ASSERT_EQUAL(DAVAR_STATE_OK, restore_unsteadily(offset, (unsigned)(offset % 8U)));
         TEST_ASSERT_TRUE(step(Q15, &restored, 0U, &result));
         TEST_ASSERT_EQUAL_UINT64(101U - 20U, result.epoch);
     }
@@ -493,9 +493,21 @@ static void test_a_slot_that_cannot_be_read_costs_only_itself(void)
     save();
 }
 
+static void test_every_status_has_its_own_words(void)
+{
+    for (int i = DAVAR_STATE_OK; i <= DAVAR_STATE_ERR_FOREIGN; i++) {
+        for (int j = DAVAR_STATE_OK; j < i; j++) {
+            TEST_ASSERT_TRUE(strcmp(davar_state_status_text((davar_state_status_t)i),
+                                    davar_state_status_text((davar_state_status_t)j)) != 0);
+        }
+    }
+    TEST_ASSERT_EQUAL_STRING("unknown status", davar_state_status_text((davar_state_status_t)99));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
     RUN_TEST(test_a_waiting_result_survives);
     RUN_TEST(test_the_same_state_has_the_same_image);

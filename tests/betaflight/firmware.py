@@ -15,6 +15,8 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+import c_library
+
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 EXAMPLE = ROOT / "examples/betaflight"
@@ -102,9 +104,8 @@ def library(planned: Path, name: str, compiler: str, archiver: str, flags: Seque
     objects = WORK / f"{name}-objects"
     shutil.rmtree(objects, ignore_errors=True)
     objects.mkdir()
-    places = [f"-I{ROOT / 'lib/include'}", f"-I{ROOT / 'lib/src'}"]
-    sources = [*sorted((ROOT / "lib/src").rglob("*.c")), planned / "davar_setup.c"]
-    words = [*places, f"@{planned / 'davar_setup.args'}", *sources]
+    sources = [*c_library.SOURCES, planned / "davar_setup.c"]
+    words = [*c_library.FLAGS, f"@{planned / 'davar_setup.args'}", *sources]
     run(compiler, "-c", "-std=c11", *flags, *words, cwd=objects)
     archive = WORK / f"{name}.a"
     archive.unlink(missing_ok=True)
@@ -124,7 +125,7 @@ def make(
     for old in (*objects.glob("*.elf"), *objects.rglob("davar*.o"), *objects.rglob("hooks.o")):
         old.unlink()
     ours = [
-        *(f"-I{folder}" for folder in (ROOT / "lib/include", EXAMPLE, planned)),
+        *(f"-I{folder}" for folder in (*c_library.PUBLIC, EXAMPLE, planned)),
         *(planned / "davar_setup.args").read_text().split(),
         "-Wno-array-bounds",  # gcc 12 warns about Betaflight's pinio.c
         *flags,

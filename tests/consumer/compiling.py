@@ -4,11 +4,12 @@ import shutil
 import subprocess
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-SOURCES = sorted((ROOT / "lib/src").rglob("*.c"))
-INCLUDE = ["-I", ROOT / "lib/include", "-I", ROOT / "lib/src"]
+import c_library
+from c_library import ROOT, SOURCES  # noqa: F401 for the tests of this folder
+
+INCLUDE = c_library.FLAGS
 OPTIONS = ROOT / "tests/consumer/options.c"
-PROGRAM_INCLUDE = ["-I", ROOT / "lib/include", "-I", ROOT / "tests/support"]  # of OPTIONS
+PROGRAM_INCLUDE = [*c_library.PROGRAM_FLAGS, "-I", ROOT / "tests/support"]  # of OPTIONS
 WARN = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
 

@@ -1,5 +1,5 @@
-"""filter, fit, cascade, monitor, select, state and wire each build without the rest of the library:
-they need only public headers, number/ and their own files; fit also the header of filter.
+"""filter, fit and every part of addons/ each build without the rest of the library: they need only
+public headers, number/ and their own files; fit also the header of filter.
 """
 
 import shutil
@@ -7,10 +7,10 @@ import shutil
 import pytest
 from compiling import ROOT, WARN, run
 
-ALSO = {"state": ("core/instance.h",), "fit": ("filter/spectrum.h",)}  # lib/DESIGN.md
+ALSO = {"fit": ("filter/spectrum.h",)}  # lib/DESIGN.md
 
 
-@pytest.mark.parametrize("room", ("filter", "fit", "cascade", "monitor", "select", "state", "wire"))
+@pytest.mark.parametrize("room", ("filter", "fit"))
 def test_a_sibling_builds_alone(tmp_path, room):
     for part in ("include", "src/number", f"src/{room}"):
         shutil.copytree(ROOT / "lib" / part, tmp_path / part)
@@ -20,3 +20,20 @@ def test_a_sibling_builds_alone(tmp_path, room):
     sources = sorted((tmp_path / "src" / room).glob("*.c"))
     assert sources
     run("gcc", *WARN, "-fsyntax-only", "-Iinclude", "-Isrc", *sources, folder=tmp_path)
+
+
+PARTS = sorted(path.name for path in (ROOT / "addons").iterdir() if path.is_dir())
+USES = {"can": ["monitor"], "state": ["cascade"]}  # headers of other parts
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_a_part_builds_alone(tmp_path, part):
+    parts = [f"addons/{one}" for one in (part, *USES.get(part, []))]
+    for folder in ("lib/include", "lib/src/number", *parts):
+        shutil.copytree(ROOT / folder, tmp_path / folder)
+    headers = (tmp_path / f"addons/{part}/include/davar").glob("*.h")
+    program = "".join(f'#include "davar/{header.name}"\n' for header in headers)
+    (tmp_path / "program.c").write_text(program)
+    sources = sorted((tmp_path / f"addons/{part}").glob("src/*.c"))
+    include = ["-Ilib/include", "-Ilib/src", *(f"-I{one}/include" for one in parts)]
+    run("gcc", *WARN, "-fsyntax-only", *include, "program.c", *sources, folder=tmp_path)

@@ -88,7 +88,7 @@ def packets(dialect, made, channel=0, node=42, system=7, subject=3700):
 
 
 def sent(values, limit=False):
-    """float32 of the values as lib/include/davar/wire.h states: what is no magnitude is NaN, below
+    """float32 of the values as davar/can.h states: what is no magnitude is NaN, below
     1e-30 is 0, above 1e30 is NaN or, for an upper limit, infinity.
     """
     with np.errstate(invalid="ignore", over="ignore", under="ignore"):

@@ -7,12 +7,13 @@ import struct
 import subprocess
 from pathlib import Path
 
+import c_library
 import pytest
 
 ROOT, HERE = Path(__file__).resolve().parents[2], Path(__file__).resolve().parent
 STUB = HERE / "freertos_stub"
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
-FLAGS = ("-std=c11", *WARNINGS, "-O2", "-I", ROOT / "lib/include")
+FLAGS = ("-std=c11", *WARNINGS, "-O2", *c_library.PROGRAM_FLAGS)
 CORE = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-ffreestanding")
 
 pytestmark = pytest.mark.slow
@@ -36,8 +37,7 @@ def crc8(data, crc=0xFF):
 def build(tmp_path_factory):
     """Compiles a probe of this folder with the sources of an example."""
     folder = tmp_path_factory.mktemp("examples")
-    sources = sorted((ROOT / "lib/src").rglob("*.c"))
-    lib = ("-I", ROOT / "lib/src", "-r", "-nostdlib", *sources)
+    lib = ("-I", ROOT / "lib/src", "-r", "-nostdlib", *c_library.SOURCES)
     run("gcc", *FLAGS, *lib, "-o", folder / "davar.o")
 
     def program(probe, example):

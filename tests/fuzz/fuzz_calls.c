@@ -1,10 +1,12 @@
 /* davar tests - chains of public calls: push, gap, take, any fit, monitor, encode, decode, save,
  * restore, flush, reset. Every number that reaches a caller is in its range or absent, and every
  * sample and every result is used or counted. `digest` adds up all that the caller gets. */
+#include "davar/can.h"
+#include "davar/can_decode.h"
+#include "davar/content.h"
 #include "davar/davar.h"
 #include "davar/monitor.h"
-#include "davar/wire.h"
-#include "davar_decode.h"
+#include "davar/state.h"
 #include "davar_policy.h"
 #include "digest.h"
 #include "fuzzing.h"
@@ -81,9 +83,9 @@ static void watch(void)
 
 static void send(const davar_t *davar)
 {
-    davar_wire_health_t health = {{0U}};
+    davar_can_health_t health = {{0U}};
     davar_frame_t frame;
-    davar_wire_t wire;
+    davar_decoded_t wire;
     health.count[DAVAR_HEALTH_GAPS] = davar_health(davar).gaps;
     davar_encoder_begin(&encoder, &result, &health);
     for (uint32_t frames = 0U; davar_encoder_next(&encoder, &frame); frames++) {
@@ -92,7 +94,7 @@ static void send(const davar_t *davar)
         for (uint32_t i = 0U; i < frame.length; i++) {
             add(frame.data[i]);
         }
-        REQUIRE(davar_decode(&frame, DAVAR_WIRE_BASE, &wire) == DAVAR_DECODED);
+        REQUIRE(davar_decode(&frame, DAVAR_CAN_BASE, &wire) == DAVAR_DECODED);
         if (wire.message == DAVAR_MESSAGE_ADEV) {
             REQUIRE(isnan(wire.value) == (result.tau[wire.index].differences == 0U));
         }
@@ -296,9 +298,15 @@ static void through_the_dark(bytes_t *bytes)
 {
     (void)bytes;
     REQUIRE(davar_state_bytes(&users[0].davar) <= SLOT);
-    REQUIRE(davar_state_save(&users[0].davar, &storage) == DAVAR_OK);
-    REQUIRE(init(0U) == DAVAR_OK);
-    REQUIRE(davar_state_restore(&users[0].davar, &storage) == DAVAR_OK);
+    const davar_state_status_t status = davar_state_save(&users[0].davar, &storage);
+    REQUIRE(strcmp(davar_state_status_text(status), "ok") == 0);
+    REQUIRE(strcmp(davar_status_text(init(0U)), "ok") == 0);
+    REQUIRE(davar_state_restore(&users[0].davar, &storage) == DAVAR_STATE_OK);
+    const davar_layout_t layout = davar_content_layout(&users[0].davar);
+    davar_content_t content;
+    REQUIRE(layout.bytes < davar_state_bytes(&users[0].davar));
+    davar_content_read(&users[0].davar, &content);
+    davar_content_write(&users[0].davar, &content); /* changes nothing */
 }
 
 /* --- a trial --- */
@@ -357,7 +365,7 @@ static void start(bytes_t *bytes)
     start_plan(bytes);
     REQUIRE(davar_monitor_init(&monitor, model, config.tau_count, DAVAR_MONITOR_MEMORY));
     misfit = (davar_misfit_t){.health = (double)NAN, .fast = (double)NAN, .slow = (double)NAN};
-    REQUIRE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U,
+    REQUIRE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U,
                                DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS |
                                    DAVAR_SEND_MONITOR));
     davar_encoder_monitor(&encoder, &misfit);

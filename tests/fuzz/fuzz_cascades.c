@@ -44,11 +44,11 @@ static void choose(bytes_t *bytes)
     config.clusters = (uint16_t)(config.clusters + ((byte(bytes) < 4U) ? 1U : 0U));
 }
 
-static davar_status_t init(unsigned which)
+static davar_cascade_status_t init(unsigned which)
 {
-    static davar_status_t (*const inits[])(davar_cascade_t *, const davar_cascade_config_t *,
-                                           void *, size_t) = {
-        davar_cascade_init_q15, davar_cascade_init_q31, davar_cascade_init_f32};
+    static davar_cascade_status_t (*const inits[])(
+        davar_cascade_t *, const davar_cascade_config_t *, void *,
+        size_t) = {davar_cascade_init_q15, davar_cascade_init_q31, davar_cascade_init_f32};
     memset(memory[which], 0xA5, sizeof memory[which]);
     return inits[type](&cascades[which], &config, memory[which], sizeof memory[which]);
 }
@@ -131,9 +131,9 @@ static void through_the_dark(bytes_t *bytes)
 {
     (void)bytes;
     REQUIRE(davar_cascade_state_bytes(&cascades[0]) <= SLOT);
-    REQUIRE(davar_cascade_save(&cascades[0], &storage) == DAVAR_OK);
-    REQUIRE(init(0U) == DAVAR_OK);
-    REQUIRE(davar_cascade_restore(&cascades[0], &storage) == DAVAR_OK);
+    REQUIRE(davar_cascade_save(&cascades[0], &storage) == DAVAR_STATE_OK);
+    REQUIRE(init(0U) == DAVAR_CASCADE_OK);
+    REQUIRE(davar_cascade_restore(&cascades[0], &storage) == DAVAR_STATE_OK);
 }
 
 static void reset(void)
@@ -229,13 +229,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         lose, through_the_dark, flush, reset_at_times, append, append, push_block};
     bytes_t bytes = {data, data + size};
     choose(&bytes);
-    const davar_status_t status = init(0U);
-    REQUIRE(strlen(davar_status_text(status)) > 0U);
+    const davar_cascade_status_t status = init(0U);
+    REQUIRE(strlen(davar_cascade_status_text(status)) > 0U);
     add((uint64_t)status);
-    if (status != DAVAR_OK) {
+    if (status != DAVAR_CASCADE_OK) {
         return 0;
     }
-    REQUIRE(init(1U) == DAVAR_OK);
+    REQUIRE(init(1U) == DAVAR_CASCADE_OK);
     memset(cells, 0, sizeof cells);
     reset();
     while (bytes.next < bytes.end) {

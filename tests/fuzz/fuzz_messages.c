@@ -1,10 +1,11 @@
 /* davar tests - results of any bits as frames and as the packets of autopilots: each frame decodes
  * and is within its ranges, each packet fits, and the number of both is limited. */
+#include "davar/can.h"
+#include "davar/can_decode.h"
 #include "davar/davar.h"
+#include "davar/slcan.h"
 #include "davar/telemetry.h"
 #include "davar/torn.h"
-#include "davar/wire.h"
-#include "davar_decode.h"
 #include "digest.h"
 #include "fuzzing.h"
 
@@ -15,7 +16,7 @@ static const uint32_t taus[DAVAR_TAUS_MAX] = {1U};
 static davar_config_t config;
 static davar_result_t result;
 static davar_misfit_t misfit;
-static davar_wire_health_t health;
+static davar_can_health_t health;
 static davar_encoder_t encoder;
 static davar_telemetry_t telemetry;
 
@@ -106,15 +107,23 @@ static uint8_t crc_of(const davar_frame_t *frame)
 
 static void check_frame(const davar_frame_t *frame)
 {
-    davar_wire_t wire;
+    davar_decoded_t wire;
     REQUIRE((frame->length == 8U) || (frame->length == 64U));
     REQUIRE(crc_of(frame) == frame->data[0]);
     REQUIRE(davar_frame_crc(frame) == frame->data[0]);
-    REQUIRE(davar_decode(frame, DAVAR_WIRE_BASE, &wire) == DAVAR_DECODED);
+    REQUIRE(davar_decode(frame, DAVAR_CAN_BASE, &wire) == DAVAR_DECODED);
     if ((wire.message == DAVAR_MESSAGE_ARW) || (wire.message == DAVAR_MESSAGE_ADEV)) {
         REQUIRE(is_magnitude(wire.value));
     }
     add(davar_frame_digest(frame));
+    if (frame->length <= 8U) { /* a serial line has no CAN FD */
+        char text[DAVAR_SLCAN_BYTES];
+        davar_frame_t again;
+        const size_t length = davar_slcan_encode(frame, text);
+        REQUIRE(davar_slcan_decode(text, length - 1U, &again));
+        REQUIRE((again.identifier == frame->identifier) && (again.length == frame->length));
+        REQUIRE(memcmp(again.data, frame->data, frame->length) == 0);
+    }
 }
 
 static void check_frames(void)
@@ -247,7 +256,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     const uint8_t channel = byte(&bytes) % 16U;
-    if (!davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, channel, byte(&bytes))) {
+    if (!davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, channel, byte(&bytes))) {
         return 0;
     }
     while (bytes.next < bytes.end) {

@@ -57,7 +57,9 @@ static bool start(void)
     memset(gyros, 0xA5, sizeof gyros);
     memset(pairs, 0xA5, sizeof pairs);
     memcpy(before, &selection, sizeof before);
-    const bool starts = davar_select_init(&selection, &config, gyros, pairs);
+    const davar_select_status_t status = davar_select_init(&selection, &config, gyros, pairs);
+    const bool starts = (status == DAVAR_SELECT_OK);
+    REQUIRE(strlen(davar_select_status_text(status)) > 0U);
     REQUIRE(starts || (memcmp(before, (const unsigned char *)&selection, sizeof before) == 0));
     samples = 0U;
     chosen = 0U;

@@ -3,8 +3,8 @@
 #ifndef DAVAR_TESTS_FUZZING_H
 #define DAVAR_TESTS_FUZZING_H
 
+#include "davar/can.h"
 #include "davar/davar.h"
-#include "davar/wire.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -62,7 +62,7 @@ static inline davar_mode_t mode(bytes_t *bytes)
 static inline bool is_magnitude(float value)
 {
     return isnan(value) || ((value <= 0.0F) && (value >= 0.0F)) ||
-           ((value >= DAVAR_WIRE_LEAST) && (value <= DAVAR_WIRE_MOST));
+           ((value >= DAVAR_CAN_LEAST) && (value <= DAVAR_CAN_MOST));
 }
 
 static inline bool is_number(double value)

@@ -6,6 +6,7 @@
 #define SLOT ((size_t)8 * MEMORY_WORDS)
 
 #include "cells.h"
+#include "davar/state.h"
 #include "fuzzing.h"
 
 static uint64_t memory[2][MEMORY_WORDS];
@@ -29,10 +30,10 @@ static bool start_first(const davar_config_t *config, bool is_q31)
 
 static void change_over(const davar_config_t *config, bool is_q31)
 {
-    REQUIRE(davar_state_save(&instances[current], &storage) == DAVAR_OK);
+    REQUIRE(davar_state_save(&instances[current], &storage) == DAVAR_STATE_OK);
     REQUIRE(start(config, is_q31, 1U - current) == DAVAR_OK);
     current = 1U - current;
-    REQUIRE(davar_state_restore(&instances[current], &storage) == DAVAR_OK);
+    REQUIRE(davar_state_restore(&instances[current], &storage) == DAVAR_STATE_OK);
     memset(memory[1U - current], 0x5A, sizeof memory[0]); /* nothing of it may be read */
 }
 

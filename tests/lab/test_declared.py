@@ -10,6 +10,7 @@ import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 
+import c_library
 import numpy as np
 import pytest
 from asking import ROOT, run, said
@@ -78,15 +79,14 @@ def exported(lab, model, *options):
 
 
 FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-ffp-contract=off"]
-FLAGS += [f"-I{ROOT / 'lib/include'}", f"-I{ROOT / 'lib/src'}"]
+FLAGS += c_library.FLAGS
 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
     """The objects of the library."""
     folder = tmp_path_factory.mktemp("library")
-    sources = (ROOT / "lib/src").rglob("*.c")
-    subprocess.run(["gcc", *FLAGS, "-c", *sources], cwd=folder, check=True)
+    subprocess.run(["gcc", *FLAGS, "-c", *c_library.SOURCES], cwd=folder, check=True)
     return list(folder.glob("*.o"))
 
 

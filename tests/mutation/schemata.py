@@ -437,7 +437,8 @@ def compiler_flags(root):
         ["gcc", "-print-file-name=include"], check=True, text=True, stdout=subprocess.PIPE
     ).stdout.strip()
     folders = ["lib/include", "lib/src", "host_sim", "gateway"]
-    folders += sorted(str(path.relative_to(root)) for path in (root / "port").iterdir())
+    places = [*(root / "port").iterdir(), *root.glob("addons/*/*")]
+    folders += sorted(str(path.relative_to(root)) for path in places)
     return [
         *("-std=c11", "-DNDEBUG", "-D_GNU_SOURCE", "-isystem", builtin),
         *(f"-I{root / folder}" for folder in folders),

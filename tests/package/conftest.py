@@ -18,7 +18,7 @@ import result_cache
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILT = ("CMakeLists.txt", "LICENSE", "pyproject.toml", "cmake", "data", "docs/PYTHON.md")
-BUILT += ("host_sim", "lib", "packaging", "port", "python", "tools")
+BUILT += ("addons", "host_sim", "lib", "packaging", "port", "python", "tools")
 QUICK = "cmake.define.CMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG"  # the bits are those of -O3
 
 

@@ -1,5 +1,5 @@
 """longest_tau_s: the averaging times beyond the window, compared with AllanTools and with the
-definition of the cascade (lib/src/cascade/DESIGN.md).
+definition of the cascade (addons/cascade/DESIGN.md).
 """
 
 import allantools

@@ -6,8 +6,9 @@ import re
 import xml.etree.ElementTree
 import zipfile
 
+import c_library
 import pytest
-from packaging_tools import CONSUMER, ROOT, run
+from packaging_tools import CONSUMER, run
 
 
 @pytest.fixture(scope="module")
@@ -36,8 +37,9 @@ def test_names_and_files_agree(pack, draft):
     for path in wanted:
         assert (folder / path).is_dir() if path.endswith("/") else (folder / path).is_file(), path
     assert all(file.get("name").endswith("/") for file in files_of(tree, "include"))
-    sources = (path.relative_to(ROOT / "lib") for path in (ROOT / "lib/src").rglob("*.c"))
-    assert [file.get("name") for file in files_of(tree, "source")] == sorted(map(str, sources))
+    sources = [path.relative_to(folder).as_posix() for path in (folder / "src").rglob("*.c")]
+    assert [file.get("name") for file in files_of(tree, "source")] == sorted(sources)
+    assert len(sources) == len(c_library.SOURCES)
 
 
 def test_the_listed_files_compile_and_link_for_a_cortex_m4(pack, tmp_path):

@@ -77,7 +77,7 @@ def loops_of(name):
 
 @cache
 def sources():
-    return tuple(c_files("lib/src/", "lib/include/"))
+    return tuple(c_files("lib/src/", "lib/include/", "addons/"))
 
 
 @cache

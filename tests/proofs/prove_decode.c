@@ -1,15 +1,15 @@
 /* Statement: davar_decode, for any frame and any base, reads and writes inside its arguments, and
  * nothing overflows. Decoded indices stay inside the tables of davar_decode.h. All 64 data bytes,
  * the length and the identifier are arbitrary. No bound. */
-#include "davar_decode.h"
+#include "davar/can_decode.h"
 
 #include "proof.h"
 
 void prove(void)
 {
-    for (uint32_t message = 0U; message < DAVAR_WIRE_STEP; message++) {
+    for (uint32_t message = 0U; message < DAVAR_CAN_STEP; message++) {
         davar_frame_t frame;
-        davar_wire_t wire;
+        davar_decoded_t wire;
         any_bytes(&frame, sizeof frame);
         const uint16_t base = (uint16_t)any_u32(0U, UINT16_MAX);
         const davar_decode_status_t status = davar_decode(&frame, base, &wire);

@@ -4,6 +4,7 @@
  * configuration of each number type (q15, q31; a value at every sample; window 8, cluster sizes 1
  * and 2). */
 #include "davar/davar.h"
+#include "davar/state.h"
 
 #include "proof.h"
 

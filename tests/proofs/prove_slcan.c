@@ -1,7 +1,7 @@
 /* Statement: davar_slcan_decode, for any text of 0 to TEXT bytes, reads nothing after it, and
  * nothing overflows. An accepted frame has at most 8 bytes. Bound: TEXT; no accepted text is longer
  * than 25. */
-#include "davar_slcan.h"
+#include "davar/slcan.h"
 
 #include "proof.h"
 

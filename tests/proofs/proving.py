@@ -21,24 +21,27 @@ ROOT = HERE.parents[1]
 
 MANIFEST = [path.relative_to(ROOT).as_posix() for path in amalgamate.SOURCES]
 # The pipelines: the sources of a stream.
-OTHERS = ("filter", "fit", "cascade", "monitor", "select", "state", "wire")
-STREAM = tuple(name for name in MANIFEST if name.split("/")[2] not in OTHERS)
+STREAM = tuple(
+    name
+    for name in MANIFEST
+    if name.startswith("lib/") and name.split("/")[2] not in ("filter", "fit")
+)
 # sources: in addition to prove_NAME.c; unroll: the largest number of loop iterations that are
 # followed one by one; more: options.
 Proof = namedtuple("Proof", "sources unroll more", defaults=(300, ()))
 PROOFS = {
     "decode": Proof(
-        ("port/wire/decode.c", "lib/src/wire/encode.c"),
+        ("addons/can/src/decode.c", "addons/can/src/encode.c"),
         more=("-eva-split-return-function", "davar_decode:0"),
     ),
-    "slcan": Proof(("port/wire/slcan.c",)),
+    "slcan": Proof(("addons/can/src/slcan.c",)),
     "number": Proof(
         tuple(f"lib/src/number/{name}.c" for name in ("machine", "real", "scaled"))
         + ("lib/src/detector/logarithm.c",)
     ),
     "slide": Proof((), 5000),
     "restore": Proof(
-        (*STREAM, "lib/src/state/image.c", "lib/src/state/state.c"),
+        (*STREAM, "addons/state/src/image.c", "addons/state/src/state.c"),
         1100,
         ("-eva-split-return-function", "davar_init_wide:0"),
     ),
@@ -81,8 +84,9 @@ def prove(name, bounds=(), root=ROOT):
     proof = PROOFS[name]
     # Eva has no 128-bit integer: the compiler's is hidden, and davar computes its products by
     # parts.
+    parts = [f"-I{path.relative_to(ROOT)}" for path in sorted(ROOT.glob("addons/*/*/"))]
     flags = " ".join(
-        ("-Ilib/include", "-Ilib/src", "-Iport/wire", f"-I{HERE}", "-U__SIZEOF_INT128__", *bounds)
+        ("-Ilib/include", "-Ilib/src", *parts, f"-I{HERE}") + ("-U__SIZEOF_INT128__", *bounds)
     )
     command = ["frama-c", *OPTIONS, *proof.more, "-eva-auto-loop-unroll", str(proof.unroll)]
     command += [f"-cpp-extra-args={flags}", str(HERE / f"prove_{name}.c"), *proof.sources]

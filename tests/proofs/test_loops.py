@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from loops import Loop, all_loops, is_counted
 
-pytestmark = pytest.mark.inputs("tests/proofs", "lib", "tests/style/c_text.py")
+pytestmark = pytest.mark.inputs("tests/proofs", "lib", "addons", "tests/style/c_text.py")
 
 ROWS = [
     tuple(line.split(" | "))

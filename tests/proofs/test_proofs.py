@@ -7,7 +7,7 @@ import shutil
 import pytest
 from proving import ROOT, listed, prove
 
-pytestmark = pytest.mark.inputs("tests/proofs", "lib", "port/wire", "tools/support")
+pytestmark = pytest.mark.inputs("tests/proofs", "lib", "addons", "tools/support")
 
 NIGHT = pytest.mark.soak  # each takes a minute
 # Proof, its bounds.
@@ -33,16 +33,16 @@ SLIDE, PIPELINE = "lib/src/pipeline/slide.inc", "lib/src/pipeline"
 WIDTH = "typedef int%d_t difference_t"
 # Proof, file, original text, the fault, bounds that are enough to find it.
 FAULTS = (
-    ("decode", "port/wire/decode.c", LENGTH, "if (frame->length > 80U) {", ()),
-    ("decode", "port/wire/decode.c", "wire->adev[t] =", "wire->adev[t + 1U] =", ()),
-    ("slcan", "port/wire/slcan.c", BARE, "if (length > bare + STAMP) {", ()),
-    ("slcan", "port/wire/slcan.c", "(length < HEAD)", "(length < HEAD - 1U)", ()),
+    ("decode", "addons/can/src/decode.c", LENGTH, "if (frame->length > 80U) {", ()),
+    ("decode", "addons/can/src/decode.c", "wire->adev[t] =", "wire->adev[t + 1U] =", ()),
+    ("slcan", "addons/can/src/slcan.c", BARE, "if (length > bare + STAMP) {", ()),
+    ("slcan", "addons/can/src/slcan.c", "(length < HEAD)", "(length < HEAD - 1U)", ()),
     ("number", "lib/src/detector/logarithm.c", ">> 26U) & 31U", ">> 26U) & 63U", ()),
     ("number", "lib/src/number/real.h", ">> (31U - zeros)", ">> (32U - zeros)", ()),
     ("slide", SLIDE, "*(head - span)", "*(head - span - 1U)", SIZES),
     ("slide", f"{PIPELINE}/type_q15.inc", WIDTH % 32, WIDTH % 16, SIZES),
-    ("restore", "lib/src/state/image.c", LEFT, "left", NARROW),
-    ("restore", "lib/src/state/image.c", "& 15U]", "& 31U]", NARROW),
+    ("restore", "addons/state/src/image.c", LEFT, "left", NARROW),
+    ("restore", "addons/state/src/image.c", "& 15U]", "& 31U]", NARROW),
     ("push", f"{PIPELINE}/allan.inc", *RING, SHORT),
     ("push", f"{PIPELINE}/allan.inc", *RING, ("-DSTRIDE=4", "-DPUSHES=12U", "-DGAPS=0U")),
     pytest.param(
@@ -65,7 +65,7 @@ def test_a_proof_has_no_other_alarms_than_those_listed(name, bounds):
 
 @pytest.mark.parametrize("name, file, text, fault, bounds", FAULTS)
 def test_a_proof_finds_a_fault(name, file, text, fault, bounds, tmp_path):
-    for part in ("lib", "port/wire"):
+    for part in ("lib", "addons"):
         shutil.copytree(ROOT / part, tmp_path / part)
     source = tmp_path / file
     before = source.read_text()

@@ -7,6 +7,7 @@
 #include "states.h"
 
 #include "davar/davar.h"
+#include "davar/state.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -272,9 +273,9 @@ static void save_and_restore(void)
 {
     const state_key_t before = key_of();
     memset(cells, 0xFF, sizeof cells);
-    same("save", DAVAR_OK, davar_state_save(&now.davar, &storage), 0.0);
+    same("save", DAVAR_STATE_OK, davar_state_save(&now.davar, &storage), 0.0);
     start();
-    same("restore", DAVAR_OK, davar_state_restore(&now.davar, &storage), 0.0);
+    same("restore", DAVAR_STATE_OK, davar_state_restore(&now.davar, &storage), 0.0);
     const state_key_t after = key_of();
     same("state restored", 0.0, key_equal(&before, &after) ? 0.0 : 1.0, 0.0);
 }

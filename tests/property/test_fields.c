@@ -1,8 +1,8 @@
 /* davar tests - each field of the frames over its complete range, the others at their corners:
  * decode(encode(x)) is x. Fields of 32 bits are checked half by half. Of fields with 20 or 24 bits,
  * this checks every 7th or 251st value, and `test_fields long` every one, for a minute. */
+#include "davar/can_decode.h"
 #include "davar/law.h"
-#include "davar_decode.h"
 #include "unity.h"
 
 #include <math.h>
@@ -12,8 +12,8 @@ static const uint32_t taus[32] = {1U};
 static davar_config_t config;
 static davar_encoder_t encoder;
 static davar_result_t result;
-static davar_wire_health_t health;
-static davar_wire_t wire;
+static davar_can_health_t health;
+static davar_decoded_t wire;
 static bool is_long;
 static uint32_t step; /* from value to value of the long ranges; 1, but a prime in slower builds */
 
@@ -22,14 +22,14 @@ void setUp(void)
     config = (davar_config_t){
         .rate_hz = 100.0, .stride = 1U, .law = &davar_law_glr_q15, .taus = taus, .tau_count = 32U};
     result = (davar_result_t){.window_samples = 1U, .tau_count = 32U};
-    health = (davar_wire_health_t){{0}};
+    health = (davar_can_health_t){{0}};
 }
 
 void tearDown(void) {}
 
 static void begin(uint8_t content)
 {
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, content));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, content));
     davar_encoder_begin(&encoder, &result, &health);
 }
 
@@ -39,8 +39,8 @@ static void receive(davar_message_t message)
     davar_frame_t frame;
     do {
         TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
-    } while ((frame.identifier - DAVAR_WIRE_BASE) != (uint16_t)message);
-    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    } while ((frame.identifier - DAVAR_CAN_BASE) != (uint16_t)message);
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
 }
 
 /* Value i of HALVES values of 32 bits: each half over its range, the other at a corner. */
@@ -86,7 +86,7 @@ static double scaled(uint32_t raw, uint32_t bits, double unit)
     return (raw == ((1U << bits) - 1U)) ? (double)NAN : (unit * raw);
 }
 
-/* The value that WIRE.md gives to `raw`, as a float32. */
+/* The value that addons/can/DESIGN.md gives to `raw`, as a float32. */
 static void same_scaled(uint32_t raw, uint32_t bits, double unit, float found)
 {
     const float expected = (float)raw * (float)unit;
@@ -218,7 +218,7 @@ static void test_health_counters_and_session(void)
         for (uint8_t k = 0U; k <= item; k++) {
             TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
         }
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
         TEST_ASSERT_EQUAL(item, wire.index);
         TEST_ASSERT_EQUAL_HEX32(half(i), wire.number);
         TEST_ASSERT_EQUAL((uint8_t)i, wire.session);
@@ -235,14 +235,14 @@ static void test_pairs_and_counts_of_raw_samples(void)
         const int32_t second = (int16_t)corner;
         TEST_ASSERT_FALSE(davar_encoder_raw(&encoder, i, first, &frame));
         TEST_ASSERT_TRUE(davar_encoder_raw(&encoder, (uint64_t)i + 1U, second, &frame));
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
         TEST_ASSERT_EQUAL(DAVAR_RAW_PAIR, wire.index);
         TEST_ASSERT_EQUAL_UINT32(i, wire.number);
         TEST_ASSERT_EQUAL_INT32(first, wire.count[0]);
         TEST_ASSERT_EQUAL_INT32(second, wire.count[1]);
         TEST_ASSERT_FALSE(davar_encoder_raw(&encoder, i, (int32_t)half(i), &frame));
         TEST_ASSERT_TRUE(davar_encoder_raw_rest(&encoder, &frame));
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
         TEST_ASSERT_EQUAL_HEX32(half(i), (uint32_t)wire.count[0]);
     }
 }
@@ -254,11 +254,11 @@ static void check_float(uint32_t bits)
     float value;
     memcpy(&value, &bits, sizeof value);
     davar_encoder_raw_f32(&encoder, 0U, value, &frame);
-    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-    if (!(fabsf(value) <= DAVAR_WIRE_MOST)) {
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
+    if (!(fabsf(value) <= DAVAR_CAN_MOST)) {
         TEST_ASSERT_TRUE(isnan(wire.value));
     } else {
-        const float sent = (fabsf(value) < DAVAR_WIRE_LEAST) ? 0.0F : value;
+        const float sent = (fabsf(value) < DAVAR_CAN_LEAST) ? 0.0F : value;
         TEST_ASSERT_EQUAL_MEMORY(&sent, &wire.value, sizeof sent);
     }
 }

@@ -28,7 +28,7 @@ static void configure(uint8_t gyros, uint8_t axes, float errors_per_1000_h)
 
 static void take_off(flight_noise_t kind)
 {
-    require(davar_select_init(&selection, &config, gyro, pair), "flights: init");
+    require(davar_select_init(&selection, &config, gyro, pair) == DAVAR_SELECT_OK, "flights: init");
     flight_start(&flight, next_seed, &config, kind);
     next_seed++;
 }

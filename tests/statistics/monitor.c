@@ -95,7 +95,7 @@ static void start(const monitor_row_t *row, bool has_cascade, watch_t watches[FI
     config.tau_count = TAUS;
     require(davar_init_f32(&davar, &config, memory, sizeof memory) == DAVAR_OK, "monitor: init");
     require(davar_cascade_init_f32(&cascade, &long_config, long_memory, sizeof long_memory) ==
-                DAVAR_OK,
+                DAVAR_CASCADE_OK,
             "monitor: init of the cascade");
     davar_plan_init_white(&plan, taus, count);
     for (int f = 0; f < (int)FITS; f++) {

@@ -98,7 +98,7 @@ static void run_cascade(const void *of, unsigned trials, uint64_t seed)
         const uint32_t hops = row->hops - (uint32_t)(random_next(&random) % (row->hops / 4U));
         gyro_noise_fill(&noise, &random, rate, hops);
         require(davar_cascade_init_q31(&cascade, &config, cascade_memory, sizeof cascade_memory) ==
-                    DAVAR_OK,
+                    DAVAR_CASCADE_OK,
                 "cascade: init");
         push_hops(row, &random, rate, hops);
         result = (davar_result_t){0};
@@ -267,7 +267,7 @@ static void start_curve(void)
     require(davar_init_q31(&davar, &window_config, memory, sizeof memory) == DAVAR_OK,
             "curve: init of the window");
     require(davar_cascade_init_q31(&cascade, &cascade_config, cascade_memory,
-                                   sizeof cascade_memory) == DAVAR_OK,
+                                   sizeof cascade_memory) == DAVAR_CASCADE_OK,
             "curve: init of the cascade");
 }
 
@@ -495,7 +495,7 @@ static void run_resolved(const void *of, unsigned trials, uint64_t seed)
     davar_plan_init_white(&plan, sizes, COUNT_OF(sizes));
     require(davar_init_q15(&davar, &config, memory, sizeof memory) == DAVAR_OK, "resolved: init");
     require(davar_cascade_init_q15(&cascade, &long_config, cascade_memory, sizeof cascade_memory) ==
-                DAVAR_OK,
+                DAVAR_CASCADE_OK,
             "resolved: init of the cascade");
     for (unsigned n = 0U; n < trials; n++) {
         watch(gyro, &plan, seed + n);

@@ -6,15 +6,17 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+# The parts around the core.
+PARTS = sorted(path.name for path in (ROOT / "addons").iterdir() if path.is_dir())
 # Folders in which an included name is searched, after the includer's own folder.
 INCLUDE_PATH = (
     "lib/include",
+    *(f"addons/{part}/{kind}" for part in PARTS for kind in ("include", "src")),
     "lib/src",
     "port/include",
     "port/node",
     "port/linux",
     "port/job",
-    "port/wire",
     "port/bare_metal",
     "host_sim",
     "python",

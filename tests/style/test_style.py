@@ -7,36 +7,46 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from c_text import ROOT, bare, c_files, functions, functions_in, includes, listed, resolve, text_of
+from c_text import (
+    PARTS,
+    ROOT,
+    bare,
+    c_files,
+    functions,
+    functions_in,
+    includes,
+    listed,
+    resolve,
+    text_of,
+)
 
 FUNCTION_LINES_MAX = 60
 COMPLEXITY_MAX = 10
 DEPTH_MAX = 6
 HANG_S = 300
 VERSION_HEADER = "lib/include/davar/version.h"
-# The star: folder (first match) -> folders whose headers it may include, besides its own.
+# The star: folder (first match) -> folders whose headers it may include, besides its own. public:
+# the headers of core and parts; addons/src: the private ones of the parts.
 MAY_INCLUDE = {
-    "examples/": "lib/include",
-    "lib/include": "",
-    "lib/src": "lib/include lib/src",
-    "port/include": "lib/include",
-    "port/node": "lib/include port/include",
-    "port/wire": "lib/include lib/src",  # the frame layout
-    "port/": "port/include port/wire lib/include",
-    "firmware": "lib/include port/include port/node port/job port/wire port/bare_metal",
-    "gateway": "lib/include port/include port/node port/linux",
-    "host_sim": "lib/include port/include port/node port/job host_sim",
-    "tests/unit": "lib/include lib/src port/include port/node port/wire host_sim tests/support",
-    "tests/tracking": "lib/include lib/src port/bare_metal port/include tests/support",
-    "tests/proofs": "lib/include lib/src port/wire",
-    "tests/target": "lib/include port/bare_metal port/include",
-    "tests/port": "lib/include port/include port/linux port/node port/template tests/support",
-    "tests/fuzz": "lib/include port/include port/wire gateway host_sim tests/support "
-    "tests/tracking",
-    "tests/statistics": "host_sim lib/include lib/src tests/support",
-    "tests/": "lib/include port/include port/node port/wire tests/support",
-    "tools/": "lib/include port/include",
-    "python": "lib/include port/include host_sim",
+    "examples/": "public",
+    "lib/": "lib/include lib/src",
+    "addons/": "public lib/src",  # of lib/src only number, see below
+    "port/include": "public",
+    "port/node": "public port/include",
+    "port/": "port/include public",
+    "firmware": "public port/include port/node port/job port/bare_metal",
+    "gateway": "public port/include port/node port/linux",
+    "host_sim": "public port/include port/node port/job host_sim",
+    "tests/unit": "public addons/src lib/src port/include port/node host_sim tests/support",
+    "tests/tracking": "public lib/src port/bare_metal port/include tests/support",
+    "tests/proofs": "public lib/src",
+    "tests/target": "public port/bare_metal port/include",
+    "tests/port": "public port/include port/linux port/node port/template tests/support",
+    "tests/fuzz": "public port/include gateway host_sim tests/support tests/tracking",
+    "tests/statistics": "host_sim public lib/src tests/support",
+    "tests/": "public port/include port/node tests/support",
+    "tools/": "public port/include",
+    "python": "public port/include host_sim",
 }
 LIB_SYSTEM_HEADERS = {
     f"{name}.h"
@@ -61,8 +71,8 @@ MARKS = tuple(
 )
 
 # The rooms: which others each may include, besides itself. The entry functions lie beside them. Of
-# lib/src, filter, fit, cascade, monitor, select, state and wire include public headers and number
-# alone, and fit also filter (tests/consumer/test_rooms.py builds each of them without the rest).
+# lib/src, filter and fit include public headers and number alone, and fit also filter. So does each
+# part of addons (tests/consumer/test_rooms.py builds each of them without the rest).
 SIM_ROOMS = ("common", "options", "recording", "learning", "instances", "output", "replay")
 ROOMS = {
     "lib/src": {
@@ -72,18 +82,11 @@ ROOMS = {
         "pipeline": {"number", "core"},
         "detector": {"number", "core"},
         "fit": {"number", "filter"},
-        "cascade": {"number"},
-        "monitor": {"number"},
-        "select": {"number"},
-        "state": {"number"},
-        "wire": {"number"},
     },
     "host_sim": {room: set(SIM_ROOMS[:at]) for at, room in enumerate(SIM_ROOMS)},
 }
-# A file may include this one header of another directory, for the reason given.
-ROOM_EXCEPTIONS = {  # it saves the core's memory and lays it out again
-    ("lib/src/state/state.c", "lib/src/core/instance.h")
-}
+# The parts: which others each may include.
+PARTS_USE = {"can": {"monitor"}, "state": {"cascade"}}
 ROOM_FILES_MAX = {"lib/src": 12, "host_sim": 24}  # host_sim: a dozen pairs
 
 
@@ -103,14 +106,39 @@ def test_rooms_import_one_way_and_have_few_files(house):
             is_inside = target and target.startswith(f"{house}/")
             other = Path(target).parent.name if is_inside else room
             allowed = {room, *rooms[room]}
-            if other not in allowed and (name, target) not in ROOM_EXCEPTIONS:
+            if other not in allowed:
                 wrong.append(f"{name} includes {target}")
     assert wrong == []
     assert set(files) == set(rooms)
     assert max(files.values()) <= ROOM_FILES_MAX[house], files
 
 
+def test_a_part_includes_only_public_headers_and_number():
+    wrong = []
+    for name in c_files("addons/"):
+        part = name.split("/")[1]
+        others = "|".join(sorted(PARTS_USE.get(part, set()))) or "-"
+        allowed = rf"addons/{part}/|addons/({others})/include/|lib/include/|lib/src/number/"
+        for target in filter(None, (resolve(name, included) for included in includes(name))):
+            if not re.match(allowed, target):
+                wrong.append(f"{name} includes {target}")
+    assert wrong == []
+
+
+def test_the_core_knows_no_part():
+    """Neither its sources and headers nor its manifest name one."""
+    names = [*c_files("lib/"), "lib/CMakeLists.txt"]
+    words = "|".join(rf"davar_{part}\w*|DAVAR_{part.upper()}_\w+" for part in PARTS)
+    assert lines_with(rf"\b({words}|addons)\b", names) == []
+
+
 def test_every_source_of_the_library_belongs_to_one_room():
+    parts = re.findall(
+        r"^davar_part\((\w+)([^)]*)\)", text_of("addons/CMakeLists.txt"), re.MULTILINE
+    )
+    in_parts = [f"addons/{part}/{name}" for part, names in parts for name in names.split()]
+    assert sorted(in_parts) == [name for name in c_files("addons/") if name.endswith(".c")]
+    assert sorted(part for part, _ in parts) == PARTS
     manifest = text_of("lib/CMakeLists.txt")
     rooms = re.findall(r"^davar_room\(\s*(\w+)([^)]*)\)", manifest, re.MULTILINE)
     in_manifest = [f"lib/{name}" for _, names in rooms for name in names.split()]
@@ -118,6 +146,15 @@ def test_every_source_of_the_library_belongs_to_one_room():
     for room, names in rooms:
         if room not in ("core", "detector"):
             assert {str(Path(name).parent) for name in names.split()} == {f"src/{room}"}
+
+
+def expanded(folders):
+    """The folders of a row of the star."""
+    words = folders.split()
+    found = [*words, *(["lib/include"] if "public" in words else [])]
+    for word, kind in (("public", "include"), ("addons/src", "src")):
+        found += [f"addons/{part}/{kind}" for part in PARTS if word in words]
+    return found
 
 
 def test_everyone_includes_only_what_the_star_allows():
@@ -128,7 +165,7 @@ def test_everyone_includes_only_what_the_star_allows():
         if allowed is None:
             wrong.append(f"{name}: a folder that the star does not know")
             continue
-        allowed = allowed.split()
+        allowed = expanded(allowed)
         own = str(Path(name).parent)
         for included in includes(name):
             target = resolve(name, included)
@@ -141,10 +178,10 @@ def test_everyone_includes_only_what_the_star_allows():
 
 def test_lib_includes_itself_in_full_and_a_few_standard_headers():
     wrong = []
-    for name in c_files("lib/"):
+    for name in c_files("lib/", "addons/"):
         for included in includes(name):
             is_ours = resolve(name, included) is not None
-            is_short = name.startswith("lib/include/") and not included.startswith("davar/")
+            is_short = "/include/" in name and not included.startswith("davar/")
             if (is_ours and is_short) or (not is_ours and included not in LIB_SYSTEM_HEADERS):
                 wrong.append(f"{name} includes {included}")
     assert wrong == []
@@ -163,7 +200,7 @@ def depth(name, below, way=()):
 def test_no_chain_of_includes_is_long_or_a_circle():
     below = {}
     depths = {name: depth(name, below) for name in c_files("")}
-    long = [name for name in c_files("lib/") if depths[name] > DEPTH_MAX]
+    long = [name for name in c_files("lib/", "addons/") if depths[name] > DEPTH_MAX]
     assert long == []
 
 
@@ -182,7 +219,7 @@ def complexities_in(text):
 def test_a_function_fits_on_a_page_and_has_few_branches():
     found = [
         (f"{name}: {function}", lines, branches)
-        for name in c_files("lib/")
+        for name in c_files("lib/", "addons/")
         for (_, function, lines), (_, branches) in zip(
             functions(name), complexities_in(text_of(name)), strict=True
         )
@@ -196,7 +233,7 @@ def test_a_function_of_one_file_has_a_name_of_its_own():
     (tools/support/amalgamate.py).
     """
     places = {}
-    for name in c_files("lib/src/"):
+    for name in c_files("lib/src/", "addons/"):
         if name.endswith(".c"):
             for _, function, _ in functions(name):
                 places.setdefault(function, set()).add(re.sub(r"_q(15|31)\.c$", "", name))
@@ -207,7 +244,7 @@ def test_a_function_of_one_file_has_a_name_of_its_own():
 def test_lib_has_no_heap_no_output_and_no_clock():
     wrong = [
         f"{name}: {call.group()}"
-        for name in c_files("lib/")
+        for name in c_files("lib/", "addons/")
         for call in re.finditer(LIB_FORBIDDEN_CALLS, bare(text_of(name)))
     ]
     assert wrong == []
@@ -269,7 +306,7 @@ FUZZ_TARGETS = [name for name in listed() if re.match(r"tests/fuzz/\w+\.c$", nam
 def test_every_public_function_is_called_by_a_fuzz_target():
     """An endless loop was once in the one corner that fuzzing had left out."""
     declaration = re.compile(r"^(?!typedef|static|#)\w[\w\s*]*?\b(davar_\w+)\(", re.MULTILINE)
-    headers = [name for name in listed() if name.startswith("lib/include/")]
+    headers = [name for name in listed() if re.match(r"(lib|addons/\w+)/include/", name)]
     declared = {one for name in headers for one in declaration.findall(bare(text_of(name)))}
     targets = "".join(bare(text_of(name)) for name in FUZZ_TARGETS)
     assert len(declared) > 70

@@ -3,6 +3,7 @@
 #ifndef DAVAR_TESTS_STATE_FIXTURE_H
 #define DAVAR_TESTS_STATE_FIXTURE_H
 
+#include "davar/state.h"
 #include "small_config.h"
 #include "unity.h"
 
@@ -99,7 +100,7 @@ static uint64_t restored_epoch(void)
 {
     davar_result_t result;
     init(Q15, &restored, 1U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&restored, &storage));
     TEST_ASSERT_TRUE(step(Q15, &restored, 0U, &result));
     return result.epoch;
 }

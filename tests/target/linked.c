@@ -2,8 +2,9 @@
  * links. WHAT: 0 nothing; 1 Allan deviations; 2 also the angle random walk with a plan of
  * tools/davar-plan; 3 with a plan computed at run time; 4 everything except law glr: five terms,
  * gaps, flush, reset, the saved state, the monitor and frames; 5 also law glr. */
+#include "davar/can.h"
 #include "davar/davar.h"
-#include "davar/wire.h"
+#include "davar/state.h"
 
 #define TAUS 4U
 
@@ -53,14 +54,14 @@ static davar_plan_t plan;
 static davar_storage_t storage;
 static davar_encoder_t encoder;
 static davar_frame_t frame;
-static davar_wire_health_t health;
+static davar_can_health_t health;
 static davar_monitor_t monitor;
 static davar_misfit_t misfit;
 
 static void more(void)
 {
     static davar_model_tau_t model[TAUS];
-    (void)davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_ADEV);
+    (void)davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_ADEV);
     (void)davar_monitor_init(&monitor, model, TAUS, DAVAR_MONITOR_MEMORY);
     davar_gap(&davar, 1U);
     (void)davar_flush(&davar);

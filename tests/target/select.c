@@ -51,7 +51,9 @@ static void measure(const davar_select_config_t *config, const char *add, const 
     uint32_t added = 0U;
     uint32_t total = 0U;
     uint32_t most = 0U;
-    (void)davar_select_init(&selection, config, gyro, pair);
+    if (davar_select_init(&selection, config, gyro, pair) != DAVAR_SELECT_OK) {
+        board_exit(1);
+    }
     for (uint32_t t = 0U; t < BLOCKS; t++) {
         for (uint32_t k = 0U; k < config->block; k++) {
             for (uint32_t i = 0U; i < values; i++) {

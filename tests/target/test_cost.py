@@ -141,7 +141,7 @@ def test_what_an_instruction_takes_of_the_stack(line, taken):
 
 # Image, figures with their limits in CI. Those of cascade.c and torn.c are of a sample (mean and
 # worst, as docs/FIRMWARE.md states them), with bytes; those of select.c are of a sample, of a block
-# and bytes, by the number of gyros (lib/src/select/DESIGN.md).
+# and bytes, by the number of gyros (addons/select/DESIGN.md).
 BUDGETS = {
     ("cascade_cost", "cortex-m4f"): {"q15_narrow_push_x100": 2500, "q15_narrow_worst_push": 300},
     ("cascade_cost", "cortex-m0"): {"q15_narrow_push_x100": 4000, "q15_narrow_worst_push": 300},

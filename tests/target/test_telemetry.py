@@ -4,6 +4,7 @@ functions and tables, without those of the C library and the compiler.
 
 import subprocess
 
+import c_library
 import pytest
 from on_boards import boards
 from targets import ROOT
@@ -43,8 +44,8 @@ def run(folder, *command):
 def test_each_dialect_takes_at_most_one_and_a_half_kilobytes(core, tmp_path):
     compiler = ["arm-none-eabi-gcc", "-mthumb", *CORES[core].split(), "-std=c11", "-Os", "-DNDEBUG"]
     compiler += ["-ffunction-sections", "-fdata-sections"]
-    compiler += [f"-I{ROOT / place}" for place in ("lib/include", "lib/src")]
-    sources = [*sorted((ROOT / "lib/src/wire").glob("*.c")), REAL]
+    compiler += c_library.FLAGS
+    sources = [*sorted((ROOT / "addons/telemetry/src").glob("*.c")), REAL]
     run(tmp_path, *compiler, "-c", *sources)
     objects = [f"{source.stem}.o" for source in sources]
     listed = [line.split() for line in run(tmp_path, "arm-none-eabi-nm", *objects).splitlines()]

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 from unittest import mock
 
+import c_library
 import numpy as np
 from scipy import signal
 
@@ -103,7 +104,7 @@ def write(text, folder):
 def gcc(folder, *options, compiler="gcc"):
     """Runs the compiler in a folder. Returns its complaints."""
     language = "-std=c++17" if compiler == "g++" else "-std=c11"
-    places = [f"-I{ROOT / place}" for place in ("lib/include", "lib/src", "tests/support")]
+    places = [*c_library.FLAGS, f"-I{ROOT / 'tests/support'}"]
     words = [compiler, language, *places, f"-I{folder}", *map(str, options)]
     done = subprocess.run(words, text=True, capture_output=True, check=False, cwd=folder)
     assert bool(done.returncode) == ("error" in done.stderr), done.stderr

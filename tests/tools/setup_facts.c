@@ -85,15 +85,15 @@ void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *fitted)
     (void)fit("fit", plan, rate_hz, fitted);
 }
 
-davar_status_t SUFFIXED(davar_cascade_init)(davar_cascade_t *one,
-                                            const davar_cascade_config_t *with, void *at,
-                                            size_t bytes)
+davar_cascade_status_t SUFFIXED(davar_cascade_init)(davar_cascade_t *one,
+                                                    const davar_cascade_config_t *with, void *at,
+                                                    size_t bytes)
 {
     const int axis = (int)(one - cascade);
     (void)printf("slow_init %d %d %zu %.17g %.17g %.17g %" PRIu32 " %u %" PRIu32 "\n", axis,
                  at == stages[axis], bytes, with->rate_hz, with->unit_per_count, with->full_scale,
                  (uint32_t)with->shortest, (unsigned)with->tau_count, (uint32_t)with->clusters);
-    return DAVAR_OK;
+    return DAVAR_CASCADE_OK;
 }
 
 void SUFFIXED(davar_cascade_push)(davar_cascade_t *one, const SAMPLE *samples, size_t count)

@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 
+import c_library
 import pytest
 from planner_case import EXAMPLE, ROOT, WISHES, gcc, plan_of, planned, printed_by, run, write
 
@@ -17,9 +18,9 @@ SEED = 20261
 
 def library_and(program, folder, *options):
     """The program of this folder, compiled with the setup in `folder` and the whole library."""
-    sources = sorted((ROOT / "lib/src").rglob("*.c"))
     options = ("-O1", "@davar_setup.args", *options)
-    done = gcc(folder, *options, HERE / program, "davar_setup.c", *sources, "-lm", "-o", "run")
+    sources = [HERE / program, "davar_setup.c", *c_library.SOURCES]
+    done = gcc(folder, *options, *sources, "-lm", "-o", "run")
     assert done == ""
     return folder / "run"
 

@@ -5,6 +5,7 @@ README's is short and measures the noise with the setup that its command writes.
 import math
 import re
 
+import c_library
 import numpy as np
 import pytest
 from planner_case import ROOT, after_two_poles, gcc, printed_by, write
@@ -12,7 +13,8 @@ from planner_case import ROOT, after_two_poles, gcc, printed_by, write
 README = ROOT / "README.md"
 FIRMWARE = ROOT / "docs/FIRMWARE.md"  # each block continues the one before
 ALONE = [ROOT / "docs/DIALECTS.md", ROOT / "docs/GYROS.md", ROOT / "packaging/common/README.md"]
-HEADERS = sorted([*ROOT.glob("lib/include/**/*.h"), *ROOT.glob("port/**/*.h")])
+PUBLIC = (header for folder in c_library.PUBLIC for header in folder.rglob("*.h"))
+HEADERS = sorted([*PUBLIC, *ROOT.glob("port/**/*.h")])
 LINES_MAX = 15
 STRICT = ("-Wall", "-Wextra", "-Werror")
 
@@ -74,7 +76,7 @@ def test_the_example_of_the_readme_measures_its_input(tmp_path):
     options = ("-O1", *STRICT, "@davar_setup.args")
     renamed = "-Ddavar_setup_take=take_after_a_sample"
     assert gcc(tmp_path, *options, renamed, "-c", "example.c") == ""
-    sources = ["program.c", "davar_setup.c", *sorted((ROOT / "lib/src").rglob("*.c"))]
+    sources = ["program.c", "davar_setup.c", *c_library.SOURCES]
     assert gcc(tmp_path, *options, "example.o", *sources, "-lm", "-o", "program") == ""
     lines = printed_by([tmp_path / "program"]).splitlines()
     axis, _, low, high = np.array([list(map(float, line.split())) for line in lines]).T

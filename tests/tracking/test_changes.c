@@ -154,19 +154,19 @@ static void test_a_restored_stream_reports_the_same(void)
     make_stream(3U, 2.0);
     init_q15();
     (void)run(0U, STEP + 7U, &first);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&davar, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&davar, &storage));
     TEST_ASSERT_EQUAL_UINT32(1U, run(STEP + 7U, STEP + 3000U, &first));
     const uint32_t before = first;
     const davar_change_t expected = result.change;
     init_q15();
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&davar, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&davar, &storage));
     TEST_ASSERT_EQUAL_UINT32(1U, run(STEP + 7U, STEP + 3000U, &first));
     TEST_ASSERT_EQUAL_UINT32(before, first);
     TEST_ASSERT_EQUAL_DOUBLE(expected.older, result.change.older);
     TEST_ASSERT_EQUAL_DOUBLE(expected.newer, result.change.newer);
     config.glr.shock_blocks = 1U; /* another configuration */
     init_q15();
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&davar, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_FOREIGN, davar_state_restore(&davar, &storage));
 }
 
 /* A window that was just cut, or that excluded most samples since the cut, depends on its content
@@ -238,9 +238,9 @@ static void test_a_shock_at_the_end_is_left(void)
         TEST_ASSERT_TRUE(davar_take(&davar, &result));
     }
     TEST_ASSERT_EQUAL_UINT64(2989U, result.epoch);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&davar, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&davar, &storage));
     init_q15();
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&davar, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&davar, &storage));
     TEST_ASSERT_FALSE(davar_flush(&davar));
 #ifdef NDEBUG
     TEST_ASSERT_EQUAL_size_t(1U, davar_push_until_result_q15(&davar, stream, 1U));

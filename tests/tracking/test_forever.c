@@ -174,10 +174,10 @@ static davar_t *change_over(davar_t *davar)
 {
     const unsigned other = (davar == &instances[0]) ? 1U : 0U;
     memset(memory[other], 0xA5, sizeof memory[other]);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(davar, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(davar, &storage));
     TEST_ASSERT_EQUAL(
         DAVAR_OK, davar_init_q15(&instances[other], &config, memory[other], sizeof memory[other]));
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&instances[other], &storage));
+    TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&instances[other], &storage));
     return &instances[other];
 }
 

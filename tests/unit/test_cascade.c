@@ -1,9 +1,9 @@
 /* davar tests - the sums of the cascade equal brute force over the samples, for every number type,
  * cluster size and memory, with gaps, wrapping sums and extreme samples. */
-#include "cascade/stage.h"
 #include "davar/cascade.h"
 #include "number/real.h"
 #include "random.h"
+#include "stage.h"
 #include "unity.h"
 
 #include <string.h>
@@ -141,7 +141,7 @@ typedef enum { Q15, Q31, F32 } type_t;
 
 static void init(type_t type)
 {
-    davar_status_t status = DAVAR_OK;
+    davar_cascade_status_t status = DAVAR_CASCADE_OK;
     switch (type) {
     case Q15:
         status = davar_cascade_init_q15(&cascade, &config, memory, sizeof memory);
@@ -155,7 +155,7 @@ static void init(type_t type)
         config.unit_per_count = 1.0 / (double)cascade.counts_per_unit;
         break;
     }
-    TEST_ASSERT_EQUAL(DAVAR_OK, status);
+    TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK, status);
 }
 
 /* As if the stream had begun long ago: with a running sum and hop numbers that will wrap. */

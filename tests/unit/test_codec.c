@@ -1,8 +1,8 @@
 /* davar tests - frames: cases that tests/wire does not reach without Python, and rejected
  * values. */
+#include "davar/can_decode.h"
 #include "davar/law.h"
-#include "davar_decode.h"
-#include "davar_slcan.h"
+#include "davar/slcan.h"
 #include "unity.h"
 
 #include <math.h>
@@ -12,14 +12,14 @@ static const uint32_t taus[10] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512};
 static davar_config_t config;
 static davar_encoder_t encoder;
 static davar_result_t result;
-static davar_wire_health_t health;
+static davar_can_health_t health;
 static davar_frame_t frame;
-static davar_wire_t wire;
+static davar_decoded_t wire;
 
 void setUp(void)
 {
     config = (davar_config_t){.rate_hz = 100.0, .stride = 7U, .taus = taus, .tau_count = 3};
-    health = (davar_wire_health_t){{0}};
+    health = (davar_can_health_t){{0}};
     result = (davar_result_t){.epoch = 0x123456789AU,
                               .window_samples = 600U,
                               .unstable = true,
@@ -43,10 +43,10 @@ static size_t count_frames(uint8_t content, uint8_t tau_count)
     size_t count = 0;
     config.tau_count = tau_count;
     result.tau_count = tau_count;
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, content));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, content));
     davar_encoder_begin(&encoder, &result, &health);
     while (davar_encoder_next(&encoder, &frame)) {
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
         count++;
     }
     return count;
@@ -74,14 +74,14 @@ static void test_the_end_binds_the_frames_of_a_result(void)
 {
     uint32_t sums[2] = {0U, 0U};
     uint32_t arw[2] = {0U, 0U};
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_ADEV));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_ADEV));
     for (uint32_t n = 0U; n < 17U; n++) { /* result 16 has the Result of result 0 */
         uint32_t frames = 0U;
         result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value = 1.0 + (double)n;
         davar_encoder_begin(&encoder, &result, &health);
         sums[n / 16U] = 0U;
         while (davar_encoder_next(&encoder, &frame)) {
-            TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+            TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
             const bool own = (wire.message != DAVAR_MESSAGE_HEALTH) &&
                              (wire.message != DAVAR_MESSAGE_SETUP) &&
                              (wire.message != DAVAR_MESSAGE_END);
@@ -110,7 +110,7 @@ static void test_the_digest_is_fnv_1a(void)
 /* A result may begin while frames of the one before are left: each of its own is sent. */
 static void test_a_result_that_begins_early_is_complete(void)
 {
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_ADEV));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_ADEV));
     for (uint32_t sent = 0U; sent < 9U; sent++) {
         uint32_t frames = 0U;
         davar_encoder_begin(&encoder, &result, &health);
@@ -129,8 +129,8 @@ static void test_identifiers_beyond_eleven_bits_are_rejected(void)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, 0x7F0U, 0U, 0U));
     TEST_ASSERT_FALSE(davar_encoder_init(&encoder, &config, 0x7F1U, 0U, 0U));
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 34U, 0U));
-    TEST_ASSERT_FALSE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 35U, 0U));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 34U, 0U));
+    TEST_ASSERT_FALSE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 35U, 0U));
 }
 
 /* The item of the first health frame of the next result. */
@@ -139,7 +139,7 @@ static uint8_t next_health_item(void)
     davar_encoder_begin(&encoder, &result, &health);
     uint8_t item = 255U;
     while (davar_encoder_next(&encoder, &frame)) {
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
         item = (wire.message == DAVAR_MESSAGE_HEALTH) ? wire.index : item;
     }
     return item;
@@ -147,7 +147,7 @@ static uint8_t next_health_item(void)
 
 static void test_a_health_counter_that_changed_goes_first(void)
 {
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, 0U));
     TEST_ASSERT_EQUAL(0, next_health_item());
     TEST_ASSERT_EQUAL(1, next_health_item());
     health.count[DAVAR_HEALTH_BUS_OFF] = 1U;
@@ -158,10 +158,10 @@ static void test_a_health_counter_that_changed_goes_first(void)
 static void test_the_last_frames_send_every_counter(void)
 {
     uint32_t told = 0U;
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 2U, 3U));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 2U, 3U));
     davar_encoder_finish(&encoder, &health);
     while (davar_encoder_next(&encoder, &frame)) {
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
         TEST_ASSERT_EQUAL(2, wire.channel);
         told |= 1U << wire.index;
     }
@@ -174,12 +174,11 @@ static void read_monitor(const davar_misfit_t *misfit, float *deviations, float 
                          uint8_t *worst)
 {
     size_t next = 0;
-    TEST_ASSERT_TRUE(
-        davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_MONITOR));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_MONITOR));
     davar_encoder_monitor(&encoder, misfit);
     davar_encoder_begin(&encoder, &result, &health);
     while (davar_encoder_next(&encoder, &frame)) {
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
         if ((wire.message == DAVAR_MESSAGE_MONITOR) && (wire.index < DAVAR_MONITOR_HEALTH)) {
             TEST_ASSERT_EQUAL(next, wire.index);
             deviations[next++] = wire.value;
@@ -219,10 +218,10 @@ static void test_extreme_values_saturate_and_absent_ones_are_nan(void)
     result.kurtosis = 1e9;
     result.window_samples = UINT32_MAX;
     result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value = (double)NAN;
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_FD));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_FD));
     davar_encoder_begin(&encoder, &result, &health);
     TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
-    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
     TEST_ASSERT_EQUAL(0x7FFFF, wire.window_samples);
     TEST_ASSERT_EQUAL_FLOAT(65.534F, wire.kurtosis);
     TEST_ASSERT_TRUE(isnan(wire.contribution) && isnan(wire.value) &&
@@ -239,26 +238,26 @@ static void test_a_foreign_frame_is_reported(void)
 {
     frame = (davar_frame_t){.identifier = 0x5D4U, .length = 8U, .data = {0, 0, 15}};
     seal();
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
     frame.identifier = 0x5D6U;
     frame.data[2] = 2U;
     seal();
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
     frame.data[2] = 64U;
     seal();
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
     frame.identifier = 0x5D7U;
     frame.data[2] = 33U;
     seal();
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
     frame.data[3] = 1U;
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_CRC, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_CRC, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
     frame.length = 7U;
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_LENGTH, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_LENGTH, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
     frame.identifier = 0x5DCU;
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
     frame.identifier = 0x5CFU;
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
 }
 
 /* The receiver's status for a frame with this float (or count) after these bytes of its header. */
@@ -267,7 +266,7 @@ static davar_decode_status_t status_of(uint16_t identifier, uint8_t index, float
     frame = (davar_frame_t){.identifier = identifier, .length = 8U, .data = {0, 0, index}};
     memcpy(&frame.data[4], &value, sizeof value);
     seal();
-    return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
+    return davar_decode(&frame, DAVAR_CAN_BASE, &wire);
 }
 
 #define INDEX_OF_HIGH 10U /* an upper limit may be infinite */
@@ -315,10 +314,10 @@ static void test_a_zero_stride_cluster_or_window_is_rejected(void)
 
 static davar_decode_status_t status_of_fd(void)
 {
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_FD));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_FD));
     davar_encoder_begin(&encoder, &result, &health);
     TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
-    return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
+    return davar_decode(&frame, DAVAR_CAN_BASE, &wire);
 }
 
 /* The status of an FD frame with another float32 at this byte. */
@@ -327,7 +326,7 @@ static davar_decode_status_t status_of_fd_with(size_t at, float value)
     (void)status_of_fd();
     memcpy(&frame.data[at], &value, sizeof value);
     seal();
-    return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
+    return davar_decode(&frame, DAVAR_CAN_BASE, &wire);
 }
 
 static void test_every_value_of_an_fd_frame_is_looked_at(void)
@@ -381,7 +380,7 @@ static void test_slcan_text_that_is_no_frame_is_rejected(void)
 
 static davar_decode_status_t seen(void)
 {
-    return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
+    return davar_decode(&frame, DAVAR_CAN_BASE, &wire);
 }
 
 static void assert_raw(davar_raw_form_t form, uint32_t number, int32_t first, int32_t second)
@@ -396,7 +395,7 @@ static void assert_raw(davar_raw_form_t form, uint32_t number, int32_t first, in
 
 static void test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_other(void)
 {
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_RAW));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_RAW));
     TEST_ASSERT_FALSE(davar_encoder_raw_rest(&encoder, &frame));
     TEST_ASSERT_FALSE(davar_encoder_raw(&encoder, 0x123456789AU, -32768, &frame));
     TEST_ASSERT_TRUE(davar_encoder_raw(&encoder, 0x123456789BU, 32767, &frame));
@@ -422,16 +421,11 @@ static void test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_ot
 
 static void test_raw_rates_are_float32_and_impossible_ones_are_rejected(void)
 {
-    static const float least = 1.0001F * DAVAR_WIRE_LEAST;
-    static const float rates[] = {-2.5F,
-                                  1.0001F * DAVAR_WIRE_LEAST,
-                                  0.9999F * DAVAR_WIRE_LEAST,
-                                  0.0F,
-                                  1e-40F,
-                                  1e31F,
-                                  -INFINITY,
-                                  NAN};
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_RAW));
+    static const float least = 1.0001F * DAVAR_CAN_LEAST;
+    static const float rates[] = {
+        -2.5F, 1.0001F * DAVAR_CAN_LEAST, 0.9999F * DAVAR_CAN_LEAST, 0.0F, 1e-40F, 1e31F, -INFINITY,
+        NAN};
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_RAW));
     for (size_t i = 0; i < 8U; i++) {
         davar_encoder_raw_f32(&encoder, i, rates[i], &frame);
         assert_raw(DAVAR_RAW_RATE, (uint32_t)i, 0, 0);
@@ -454,7 +448,7 @@ static void test_the_setup_contains_the_size_of_a_count_when_counts_are_sent(voi
 {
     bool told = false;
     config.unit_per_count = 0.05;
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_RAW));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_RAW));
     for (unsigned n = 0U; n < 12U; n++) {
         config.unit_per_count = (n < 6U) ? 0.05 : 0.0; /* floats have none */
         davar_encoder_begin(&encoder, &result, &health);
@@ -475,7 +469,7 @@ static void test_the_checksum_is_sae_j1850_s(void)
     davar_frame_t nine = {
         .identifier = 0x3231U, .length = 8U, .data = {0xEEU, '3', '4', '5', '6', '7', '8', '9'}};
     TEST_ASSERT_EQUAL_HEX8(0x4BU, davar_frame_crc(&nine));
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, 0U));
     davar_encoder_begin(&encoder, &result, &health);
     while (davar_encoder_next(&encoder, &frame)) {
         TEST_ASSERT_EQUAL_HEX8(davar_frame_crc(&frame), frame.data[0]);

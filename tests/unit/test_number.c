@@ -1,7 +1,7 @@
 /* davar tests - numbers: wide integers, roots, quotients and conversions in integers, numbers of a
  * mantissa and a power of two, and pieces of memory, compared with another method or with the
  * compiler and its library, on every target. */
-#include "cascade/compact.h"
+#include "compact.h"
 #include "core/arena.h"
 #include "davar/fit.h"
 #include "number/real.h"

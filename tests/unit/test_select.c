@@ -1,7 +1,7 @@
 /* davar tests - the selection of a gyro: settings, samples, and each kind of fault (DESIGN 13). */
 #include "davar/select.h"
 #include "random.h"
-#include "select/select_parts.h"
+#include "select_parts.h"
 #include "unity.h"
 
 #include <math.h>
@@ -33,9 +33,14 @@ void setUp(void)
 }
 void tearDown(void) {}
 
-static bool starts(void)
+static davar_select_status_t start(void)
 {
     return davar_select_init(&selection, &config, gyro, pair);
+}
+
+static bool starts(void)
+{
+    return start() == DAVAR_SELECT_OK;
 }
 
 /* Blocks of noise. The bits of `present` and `moving` are gyros. */
@@ -61,7 +66,7 @@ static void fly(uint32_t blocks, uint8_t present, uint8_t moving)
 }
 
 /* A range includes its ends, and nothing beyond. */
-static void check_range(float *setting, float low, float high)
+static void check_range(float *setting, float low, float high, davar_select_status_t status)
 {
     const float good = *setting;
     const float ends[] = {low, high};
@@ -72,7 +77,7 @@ static void check_range(float *setting, float low, float high)
     }
     for (uint32_t i = 0U; i < 3U; i++) {
         *setting = bad[i];
-        TEST_ASSERT_FALSE(starts());
+        TEST_ASSERT_EQUAL(status, start());
     }
     *setting = good;
     TEST_ASSERT_TRUE(starts());
@@ -80,11 +85,12 @@ static void check_range(float *setting, float low, float high)
 
 static void test_settings_out_of_range_are_refused(void)
 {
-    check_range(&config.rate_hz, 40.0F, 250.00002F); /* of 10 samples, in floats */
-    check_range(&config.errors_per_1000_h, 1e-3F, 1e6F);
-    check_range(&config.scale_tolerance, 1e-9F, 1.0F);
-    check_range(&config.time_tolerance_s, 1e-9F, 1.0F);
-    check_range(&config.drift_tolerance_dps_per_s, 1e-9F, 1.0F);
+    check_range(&config.rate_hz, 40.0F, 250.00002F, /* of 10 samples, in floats */
+                DAVAR_SELECT_ERR_RATE);
+    check_range(&config.errors_per_1000_h, 1e-3F, 1e6F, DAVAR_SELECT_ERR_ERRORS);
+    check_range(&config.scale_tolerance, 1e-9F, 1.0F, DAVAR_SELECT_ERR_TOLERANCE);
+    check_range(&config.time_tolerance_s, 1e-9F, 1.0F, DAVAR_SELECT_ERR_TOLERANCE);
+    check_range(&config.drift_tolerance_dps_per_s, 1e-9F, 1.0F, DAVAR_SELECT_ERR_TOLERANCE);
     memset(&selection, 0x5A, sizeof selection);
     const davar_select_t before = selection;
     for (uint32_t bad = 0U; bad < 6U; bad++) {
@@ -93,9 +99,29 @@ static void test_settings_out_of_range_are_refused(void)
         config.axes = (uint8_t)((bad == 2U) ? 0U : ((bad == 3U) ? 4U : 1U));
         config.block = (uint16_t)((bad == 4U) ? 3U : ((bad == 5U) ? 1001U : 10U));
         config.rate_hz = 10.0F * (float)config.block;
-        TEST_ASSERT_FALSE(starts());
+        static const davar_select_status_t expected[] = {
+            DAVAR_SELECT_ERR_GYROS, DAVAR_SELECT_ERR_AXES, DAVAR_SELECT_ERR_BLOCK};
+        TEST_ASSERT_EQUAL(expected[bad / 2U], start());
         TEST_ASSERT_EQUAL_MEMORY(&before, &selection, sizeof before);
     }
+    setUp();
+    const davar_select_status_t null = DAVAR_SELECT_ERR_NULL;
+    TEST_ASSERT_EQUAL(null, davar_select_init(NULL, &config, gyro, pair));
+    TEST_ASSERT_EQUAL(null, davar_select_init(&selection, NULL, gyro, pair));
+    TEST_ASSERT_EQUAL(null, davar_select_init(&selection, &config, NULL, pair));
+    TEST_ASSERT_EQUAL(null, davar_select_init(&selection, &config, gyro, NULL));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &selection, sizeof before);
+}
+
+static void test_every_status_has_its_own_words(void)
+{
+    for (int i = DAVAR_SELECT_OK; i <= DAVAR_SELECT_ERR_TOLERANCE; i++) {
+        for (int j = DAVAR_SELECT_OK; j < i; j++) {
+            TEST_ASSERT_TRUE(strcmp(davar_select_status_text((davar_select_status_t)i),
+                                    davar_select_status_text((davar_select_status_t)j)) != 0);
+        }
+    }
+    TEST_ASSERT_EQUAL_STRING("unknown status", davar_select_status_text((davar_select_status_t)99));
 }
 
 static void test_the_threshold_follows_the_stated_rate(void)
@@ -467,6 +493,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_settings_out_of_range_are_refused);
+    RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_the_threshold_follows_the_stated_rate);
     RUN_TEST(test_the_quieter_gyro_is_chosen_and_weighs_more);
     RUN_TEST(test_common_motion_cancels_with_three_gyros_and_hides_the_noise_of_two);

@@ -1,8 +1,8 @@
 /* davar tests - telemetry: addresses, the limits of values, and packets byte by byte. tests/dialects
  * decodes a million of them with other decoders. */
 #include "davar/telemetry.h"
+#include "packet.h"
 #include "unity.h"
-#include "wire/packet.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,9 +3,10 @@
 import re
 
 import cantools
+import frame_layout
 import pytest
 from davarlab import errors
-from davarlab.wire import dbc
+from davarlab.wire import dbc, frames
 from senders import ROOT
 from senders import dbc as original
 
@@ -45,6 +46,41 @@ def test_every_message_is_at_its_place_with_the_same_layout(base, channel):
     for one, other in zip(original().messages, found, strict=True):
         assert (other.name, other.length) == (one.name, one.length)
         assert (other.frame_id, layout(other)) == (one.frame_id + shift, layout(one))
+
+
+def test_the_layout_in_c_is_made_from_the_dbc():
+    made = frame_layout.header(frame_layout.DBC.read_text(encoding="utf-8"))
+    assert frame_layout.HEADER.read_text(encoding="utf-8") == made, (
+        "run tools/support/frame_layout.py"
+    )
+
+
+def test_the_layout_in_c_has_every_signal_where_cantools_has_it():
+    """frame_layout.py reads the DBC with expressions of its own."""
+    found = frame_layout.messages(frame_layout.DBC.read_text(encoding="utf-8"))
+    there = sorted(original().messages, key=lambda message: message.frame_id)
+    for one, other in zip(found, there, strict=True):
+        assert (one.identifier, f"DAVAR_{one.name}", one.length) == (
+            *(other.frame_id, other.name, other.length),
+        )
+        assert sorted(one.signals) == sorted(
+            (signal.name, signal.start, signal.length, float(signal.scale))
+            for signal in other.signals
+        )
+
+
+def test_davarlab_has_the_identifiers_of_the_dbc():
+    identifiers = [message.frame_id for message in original().messages]
+    assert min(identifiers) == frames.BASE
+    assert max(identifiers) < frames.BASE + frames.STEP
+    counted = {
+        signal.name
+        for message in original().messages
+        if "Result" in {one.name for one in message.signals}
+        for signal in message.signals
+        if signal.is_multiplexer and message.name not in ("DAVAR_Health", "DAVAR_Setup")
+    }
+    assert counted == set(frames.PLACES)
 
 
 def test_every_line_has_the_form_that_savvycan_reads():

@@ -1,4 +1,4 @@
-"""lib/WIRE.md: every table, example and figure is recomputed."""
+"""addons/can/DESIGN.md: every table, example and figure is recomputed."""
 
 import re
 
@@ -14,7 +14,7 @@ FRAMES = {"summary": 6, "full": 6 + 8 + 5, "intervals": 6 + 8 + 15}
 
 @pytest.fixture(scope="module")
 def text():
-    return (ROOT / "lib/WIRE.md").read_text(encoding="utf-8")
+    return (ROOT / "addons/can/DESIGN.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ ARW, STATE, SETUP = 0x5D0, 0x5D1, 0x5D6
 
 @pytest.fixture(scope="module")
 def wire_md():
-    return " ".join((ROOT / "lib/WIRE.md").read_text(encoding="utf-8").split())
+    return " ".join((ROOT / "addons/can/DESIGN.md").read_text(encoding="utf-8").split())
 
 
 def sealed(identifier, counter, payload, result=0):

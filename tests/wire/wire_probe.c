@@ -4,9 +4,9 @@
  *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender to its end
  *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): frames
  */
+#include "davar/can.h"
 #include "davar/law.h"
-#include "davar/wire.h"
-#include "davar_slcan.h"
+#include "davar/slcan.h"
 #include "random.h"
 
 #include <stdio.h>
@@ -36,7 +36,7 @@ static double any(random_t *random)
     return (choice == 1U) ? 0.0 : pow(10.0, 14.0 * random_uniform(random) - 7.0);
 }
 
-static void make(random_t *random, davar_result_t *result, davar_wire_health_t *health)
+static void make(random_t *random, davar_result_t *result, davar_can_health_t *health)
 {
     *result = (davar_result_t){
         .epoch = random_next(random) >> (random_next(random) % 40U),
@@ -79,7 +79,7 @@ static void make_misfit(random_t *random, davar_misfit_t *misfit)
     }
 }
 
-static void print_result(const davar_result_t *result, const davar_wire_health_t *health)
+static void print_result(const davar_result_t *result, const davar_can_health_t *health)
 {
     (void)printf("R %llu %u %d %.17g %.17g %d\n", (unsigned long long)result->epoch,
                  result->window_samples, (int)result->unstable, result->kurtosis,
@@ -128,11 +128,11 @@ static int encode(char **argv)
     random_t random = random_seeded(strtoull(argv[2], NULL, 10));
     davar_encoder_t encoder;
     davar_result_t result;
-    davar_wire_health_t health = {{0}};
+    davar_can_health_t health = {{0}};
     davar_misfit_t misfit;
     davar_frame_t frame;
     config.law = (strtoul(argv[5], NULL, 10) >= 8U) ? &davar_law_glr_q15 : NULL;
-    if (!davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[5], NULL, 10),
+    if (!davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, (uint8_t)strtoul(argv[5], NULL, 10),
                             (uint8_t)strtoul(argv[4], NULL, 10))) {
         return 2;
     }
@@ -172,9 +172,9 @@ static int run(char **argv)
                                 .tau_count = 4};
     davar_encoder_t encoder;
     davar_result_t result;
-    davar_wire_health_t health = {{0}};
+    davar_can_health_t health = {{0}};
     uint64_t epoch = strtoull(argv[7], NULL, 10) - 1U;
-    (void)davar_encoder_init(&encoder, &own, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[8], NULL, 10),
+    (void)davar_encoder_init(&encoder, &own, DAVAR_CAN_BASE, (uint8_t)strtoul(argv[8], NULL, 10),
                              (uint8_t)strtoul(argv[6], NULL, 10));
     davar_encoder_session(&encoder, (uint8_t)strtoul(argv[4], NULL, 10));
     for (unsigned long n = strtoul(argv[3], NULL, 10); n > 0U; n--) {
@@ -199,7 +199,7 @@ static int raw(bool floats, char **argv)
     davar_encoder_t encoder;
     davar_frame_t frame;
     char line[256];
-    (void)davar_encoder_init(&encoder, &own, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[2], NULL, 10),
+    (void)davar_encoder_init(&encoder, &own, DAVAR_CAN_BASE, (uint8_t)strtoul(argv[2], NULL, 10),
                              DAVAR_SEND_RAW);
     while (fgets(line, sizeof line, stdin) != NULL) {
         char *value = NULL;

@@ -1,10 +1,12 @@
-"""Makes one davar.c and one davar.h from lib/, for projects that prefer two files to a folder.
+"""Makes one davar.c and one davar.h from lib/ and addons/, for projects that prefer two files to
+folders.
 
     python3 tools/support/amalgamate.py FOLDER     writes FOLDER/davar.h and FOLDER/davar.c
 
-lib/CMakeLists.txt is the manifest: it lists the sources. The .inc files are compiled once per
-number type, each time with different types for the same names. In one file each of those names gets
-its type as a suffix: tau_t becomes tau_t_q15 and tau_t_q31. Standard library only.
+lib/CMakeLists.txt and addons/CMakeLists.txt are the manifests: they list the sources. The .inc
+files are compiled once per number type, each time with different types for the same names. In one
+file each of those names gets its type as a suffix: tau_t becomes tau_t_q15 and tau_t_q31. Standard
+library only.
 """
 
 import re
@@ -12,39 +14,43 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-LIB = Path(__file__).resolve().parents[2] / "lib"
+ROOT = Path(__file__).resolve().parents[2]
+LIB, ADDONS = ROOT / "lib", ROOT / "addons"
 FIELDS = LIB / "include/davar/config_fields.inc"  # a list, expanded at each include
 TYPES = ("q15", "q31")
 INCLUDE = re.compile(r'^#include "(.+)"\n', re.MULTILINE)
 APART = re.compile(
     r'/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL
 )  # comments and strings
-MANIFEST = (LIB / "CMakeLists.txt").read_text()
+PUBLIC = [LIB / "include", *sorted(ADDONS.glob("*/include"))]
 
 
-def listed(call: str) -> list[Path]:
-    """The paths in the manifest's calls that begin with this text."""
+def listed(folder: Path, call: str) -> list[tuple[str, str]]:
+    """(name, source) of each source in the calls of a manifest."""
+    manifest = (folder / "CMakeLists.txt").read_text()
     return [
-        LIB / name
-        for names in re.findall(rf"^{call}\b([^)]*)\)", MANIFEST, re.MULTILINE)
-        for name in names.split()
+        (name, source)
+        for name, sources in re.findall(rf"^{call}\(\s*(\w+)([^)]*)\)", manifest, re.MULTILINE)
+        for source in sources.split()
     ]
 
 
-SOURCES = listed(r"davar_room\(\s*\w+")
+SOURCES = [LIB / source for _, source in listed(LIB, "davar_room")]
+SOURCES += [ADDONS / name / source for name, source in listed(ADDONS, "davar_part")]
 STARTS = {
     number: [path for path in SOURCES if path.stem.endswith(number)] for number in TYPES
 }  # pipeline/q15.c, detector/glr_q15.c
 PER_TYPE = {*(LIB / "src").rglob("*.inc"), *STARTS["q15"], *STARTS["q31"]}
 
 
-def find(name: str) -> Path:
-    return next(path for path in (LIB / "include" / name, LIB / "src" / name) if path.is_file())
+def find(name: str, includer: Path) -> Path:
+    folders = (includer.parent, *PUBLIC, LIB / "src")
+    return next(path for path in (folder / name for folder in folders) if path.is_file())
 
 
 def needed(path: Path) -> list[Path]:
     """The project files that a file includes, by their names in the include."""
-    return [find(name) for name in INCLUDE.findall(path.read_text())]
+    return [find(name, path) for name in INCLUDE.findall(path.read_text())]
 
 
 def all_needed(path: Path) -> set[Path]:
@@ -110,12 +116,15 @@ def flat(
     guard = re.search(r"^#ifndef (\w+)\n#define \1\n", text, re.MULTILINE)
     if guard:
         text = text[: guard.start()] + text[guard.end() : text.rindex("#endif")]
-    text = f"/* ---- {path.relative_to(LIB).as_posix()} ---- */\n\n{change(path, text).strip()}\n\n"
-    return INCLUDE.sub(lambda match: flat(find(match.group(1)), seen, change), text)
+    text = (
+        f"/* ---- {path.relative_to(ROOT).as_posix()} ---- */\n\n{change(path, text).strip()}\n\n"
+    )
+    return INCLUDE.sub(lambda match: flat(find(match.group(1), path), seen, change), text)
 
 
 def header(seen: set[Path]) -> str:
-    text = "".join(flat(path, seen) for path in sorted((LIB / "include/davar").glob("*.h")))
+    headers = (path for folder in PUBLIC for path in sorted((folder / "davar").glob("*.h")))
+    text = "".join(flat(path, seen) for path in headers)
     return (
         "/* davar - all public headers in one, made by tools/support/amalgamate.py. "
         "MIT licence. */\n"

@@ -12,18 +12,17 @@ import targets
 
 
 def sources(target: str, where: Path) -> dict[str, str]:
-    """Symbol -> source file of lib/ that defines it."""
-    rooms = where / "davar/lib/CMakeFiles"
-    lines = targets.tool(
-        target, "nm", "-A", "--defined-only", *sorted(rooms.glob("davar_*.dir/src/**/*.obj"))
-    ).splitlines()
-    places = {
-        line.split()[-1]: line.split(":", 1)[0] for line in lines if line.split()[-2] in "tTrRwW"
-    }
-    return {
-        name: Path(*Path(path).relative_to(rooms).parts[2:]).as_posix()[:-4]
-        for name, path in places.items()
-    }
+    """Symbol -> source file of lib/ or addons/ that defines it."""
+    places = {}
+    for folder in ("lib", "addons"):
+        built = where / "davar" / folder / "CMakeFiles"
+        objects = sorted(built.glob("davar_*.dir/**/*.obj"))
+        for line in targets.tool(target, "nm", "-A", "--defined-only", *objects).splitlines():
+            *_, kind, name = line.split()
+            if kind in "tTrRwW":  # CMakeFiles/TARGET/FILE.c.obj
+                file = Path(line.split(":", 1)[0]).relative_to(built).parts[1:]
+                places[name] = Path(folder, *file).as_posix()[:-4]
+    return places
 
 
 # Moving a double through a floating-point register is not arithmetic: a compiler for a Cortex-M7
@@ -209,11 +208,11 @@ def called_tables(unit: str) -> frozenset[str]:
     """The kinds of tables, "law" or "number", that a source file and its .inc files call through.
     The calls of headers do not count.
     """
-    text = (targets.ROOT / "lib/src" / unit).read_text(encoding="utf-8")
+    text = (targets.ROOT / unit).read_text(encoding="utf-8")
     kinds = set(re.findall(r"(law|number)->\w+\(", text))
     for part in re.findall(r'#include "(\S+\.inc)"', text):
         if (targets.ROOT / "lib/src" / part).exists():  # not a list of lib/include
-            kinds |= called_tables(part)
+            kinds |= called_tables(f"lib/src/{part}")
     return frozenset(kinds)
 
 
@@ -236,7 +235,7 @@ def reached(
 
 
 def unit_of(name: str, home: Mapping[str, str]) -> str | None:
-    """The source file of lib/ of a function, also of the compiler's copies of it."""
+    """The source file of a function of the library, also of the compiler's copies of it."""
     return home.get(name) or home.get(re.sub(r"\.(isra|part|constprop|cold)\.\d+|\.cold", "", name))
 
 

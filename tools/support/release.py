@@ -27,14 +27,17 @@ import materials
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRST_DAY = 315532800  # 1980-01-01, the first date that a zip file supports
-SOURCES = {"include": "lib/include", "src": "lib/src"}
-# Folder (or file) of the package -> of the tree. The manifests of packaging/NAME are added, with
-# licence and README.
+PARTS = sorted(path.name for path in (ROOT / "addons").iterdir() if path.is_dir())
+# Folder (or file) of the tree -> of the package, in which core and parts share include and src. The
+# manifests of packaging/NAME are added, with licence and README.
+SOURCES = {"lib/src": "src", **{f"addons/{part}/src": f"src/{part}" for part in PARTS}}
+HEADERS = ["lib/include/davar", *(f"addons/{part}/include/davar" for part in PARTS)]
+LIBRARY = {**SOURCES, **dict.fromkeys(HEADERS, "include/davar")}
 LAYOUTS = {
-    "platformio": {**SOURCES, "examples/arw": "examples/platformio"},
-    "arduino": {"src": "lib/src", "src/davar": "lib/include/davar", "examples": "examples/arduino"},
-    "esp-idf": {**SOURCES, "Kconfig.options": "packaging/common/Kconfig"},
-    "cmsis-pack": SOURCES,
+    "platformio": {**LIBRARY, "examples/platformio": "examples/arw"},
+    "arduino": {**SOURCES, **dict.fromkeys(HEADERS, "src/davar"), "examples/arduino": "examples"},
+    "esp-idf": {**LIBRARY, "packaging/common/Kconfig": "Kconfig.options"},
+    "cmsis-pack": LIBRARY,
     "vcpkg": {},
 }
 
@@ -148,14 +151,16 @@ def copy(source: Path, target: Path) -> None:
 def file_list() -> str:
     """The lines of a .pdsc that list every source."""
     names = sorted(
-        path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib/src").rglob("*.c")
+        f"{target}/{path.relative_to(ROOT / source).as_posix()}"
+        for source, target in SOURCES.items()
+        for path in (ROOT / source).rglob("*.c")
     )
     return "\n".join(f'        <file category="source" name="{name}"/>' for name in names)
 
 
 def lay_out(name: str, folder: Path, values: Mapping[str, str]) -> None:
     """Writes the layout of package `name` into `folder`, which must not exist."""
-    for target, source in LAYOUTS[name].items():
+    for source, target in LAYOUTS[name].items():
         for name_here in tree():
             if (
                 name_here == source or name_here.startswith(source + "/")

@@ -18,6 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import c_library
 import targets
 
 ROOT = targets.ROOT
@@ -46,17 +47,18 @@ def compiler(target: str) -> str:
 
 
 def archive(target: str, options: Sequence[str], where: Path) -> Path:
-    """An archive of the library with these options, made once for each content of lib/."""
-    sources = sorted((ROOT / "lib/src").rglob("*.c"))
+    """An archive of the library with these options, made once for each content of its files."""
     content = hashlib.sha256(" ".join([target, *FLAGS, *options]).encode())
-    for path in sorted((ROOT / "lib").rglob("*.[ch]*")) + sorted((ROOT / "lib").rglob("*.inc")):
-        content.update(path.read_bytes())
+    folders = (ROOT / "lib", ROOT / "addons")
+    for path in sorted(path for folder in folders for path in folder.rglob("*")):
+        if path.suffix in (".c", ".h", ".inc"):
+            content.update(path.read_bytes())
     folder = where / "library" / content.hexdigest()[:16]
     made = folder / "libdavar.a"
     if not made.exists():
         folder.mkdir(parents=True, exist_ok=True)
         objects = []
-        for source in sources:
+        for source in c_library.SOURCES:
             objects.append(folder / f"{source.parent.name}-{source.stem}.o")
             compile_one(target, source, objects[-1], options)
         making = folder / "new.a"
@@ -77,8 +79,7 @@ def compile_one(target: str, source: Path, made: Path, options: Sequence[str]) -
             *processor(target),
             *FLAGS,
             *options,
-            f"-I{ROOT / 'lib/include'}",
-            f"-I{ROOT / 'lib/src'}",
+            *c_library.FLAGS,
             "-c",
             source,
             "-o",

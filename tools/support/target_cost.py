@@ -20,6 +20,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import c_library
 import call_graph
 import targets
 
@@ -99,7 +100,7 @@ def linked_bytes(target: str, where: Path, what: int, options: Sequence[str]) ->
     """Text and data of a program of tests/target/linked.c at -Os, with everything that the compiler
     adds.
     """
-    lib, plan = targets.ROOT / "lib", where / "linked_plan.c"
+    plan = where / "linked_plan.c"
     made = next(
         line
         for line in (where / "davar/lib/CMakeFiles/davar.dir/flags.make").read_text().splitlines()
@@ -118,8 +119,7 @@ def linked_bytes(target: str, where: Path, what: int, options: Sequence[str]) ->
         "-fdata-sections",
         "-ffreestanding",
         *options,
-        f"-I{lib / 'include'}",
-        f"-I{lib / 'src'}",
+        *c_library.FLAGS,
     ]
     targets.run(
         [
@@ -135,7 +135,7 @@ def linked_bytes(target: str, where: Path, what: int, options: Sequence[str]) ->
         *compiled(
             target, where, [*flags, f"-DWHAT={what}"], [targets.ROOT / "tests/target/linked.c"]
         ),
-        *compiled(target, where, flags, [plan, *sorted((lib / "src").rglob("*.c"))]),
+        *compiled(target, where, flags, [plan, *c_library.SOURCES]),
     ]
     image = where / f"linked-{what}.elf"
     link = [
@@ -165,15 +165,15 @@ def flash(target: str, where: Path) -> dict[str, int]:
     own = {
         name
         for path in where.glob("CMakeFiles/*.dir/**/*.obj")
-        if "davar/lib" not in str(path)
+        if not any(part in str(path) for part in ("davar/lib", "davar/addons"))
         for name in symbols(target, path)
     }
     sizes = {"flash_push_bytes": 0, "flash_take_bytes": 0, "flash_compiler_bytes": 0}
     for name, size in symbols(target, where / "cost.elf").items():
         if name in home:
-            sizes["flash_take_bytes" if home[name].startswith("fit/") else "flash_push_bytes"] += (
-                size
-            )
+            sizes[
+                "flash_take_bytes" if home[name].startswith("lib/src/fit/") else "flash_push_bytes"
+            ] += size
         elif name not in own:
             sizes["flash_compiler_bytes"] += size
     return sizes

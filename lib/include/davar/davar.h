@@ -23,7 +23,6 @@
 #include "davar/fit.h"
 #include "davar/instance.h"
 #include "davar/law.h"
-#include "davar/state.h"
 #include "davar/types.h"
 #include "davar/version.h"
 

@@ -29,7 +29,7 @@ typedef struct davar_filter {
      * most DAVAR_FILTER_SPAN_MOST samples after the decimation */
     uint16_t length;
     uint16_t decimation; /**< every n-th sample is kept; 0 and 1: every sample */
-    /** counts that davar_average adds in a sample; above 1, averages is 1 and the two fields above
+    /** counts that are added up in a sample; above 1, averages is 1 and the two fields above
      * are the same number. 0 and 1: a sample is one count */
     uint16_t summed;
 } davar_filter_t;
@@ -42,8 +42,8 @@ typedef struct davar_filter {
 #define DAVAR_LOW_PASS(hz, rate_hz, order)                                                         \
     .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)
 
-/** The sums of `n` samples each that davar_average makes. 1: each sample is one count, for C++
- * compilers that warn about the fields that DAVAR_LOW_PASS omits. */
+/** The sums of `n` samples each. 1: each sample is one count, for C++ compilers that warn about the
+ * fields that DAVAR_LOW_PASS omits. */
 #define DAVAR_SUM(n) .averages = 1U, .length = (n), .decimation = (n), .summed = (n)
 
 /** Computes the power gain of a filter for white noise at a frequency, relative to that at 0.

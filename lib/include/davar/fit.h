@@ -137,10 +137,9 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  * results are equal. For any other mix result->noise is MIXED, a resolved term is present, and an
  * unresolved term has an upper limit.
  *
- * With sizes of a cascade (davar_cascade_append), a plan for all sizes is needed. Quantization and
- * the angle random walk then come from the window, because it is newer; bias instability, rate
- * random walk and rate ramp come from the cascade once four of its sizes have differences. If
- * the window is CONSTANT, COARSE or FILTERED, davar_fit ignores the cascade. Without a window, the
+ * With sizes of a cascade, a plan for all sizes is needed. Quantization and the angle random walk
+ * then come from the window, because it is newer; bias instability, rate random walk and rate ramp
+ * come from the cascade once four of its sizes have differences. If the window is CONSTANT, COARSE or FILTERED, davar_fit ignores the cascade. Without a window, the
  * cascade gives all terms, and the angle random walk is the mean over what its longest size
  * remembers. The fit distinguishes white noise that changed meanwhile from a drift, by the power
  * that each size of the cascade remembers (11.9). result->noise is WHITE only if white noise

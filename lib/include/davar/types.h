@@ -24,7 +24,7 @@ extern "C" {
 #define DAVAR_SIZED(name) DAVAR_EXPAND(name, DAVAR_TAUS_MAX)
 /** @endcond */
 
-/** Why davar_init_* or davar_state_restore failed: one code per cause, with a value that never
+/** Why davar_init_* failed: one code per cause, with a value that never
  * changes. davar_status_text() describes it. */
 typedef enum {
     DAVAR_OK = 0,               /**< no error */
@@ -59,16 +59,7 @@ typedef enum {
     DAVAR_ERR_TAU_ZERO = 24,  /**< cluster size 0 */
     DAVAR_ERR_TAU_LONG = 25,  /**< twice the longest cluster size is above window.longest */
     /** window.longest * m^2 exceeds the exact sums of this type (q15: use q31) */
-    DAVAR_ERR_TAU_OVERFLOW = 26,
-    DAVAR_ERR_STATE_STORAGE = 27, /**< state: a slot is too small, or the storage failed */
-    DAVAR_ERR_STATE_NONE = 28,    /**< state: no intact image */
-    /** state: an image of another version, number type, configuration or machine */
-    DAVAR_ERR_STATE_FOREIGN = 29,
-    DAVAR_ERR_CASCADE_SHORTEST = 30, /**< cascade: shortest not a multiple of 4 in 64..262140 */
-    DAVAR_ERR_CASCADE_CLUSTERS = 31, /**< cascade: clusters not a power of two in 4..2048 */
-    /** cascade: tau_count outside 1..24, or the longest cluster size above 2^31 samples or too
-     * long for the exact sums of this type */
-    DAVAR_ERR_CASCADE_TAUS = 32
+    DAVAR_ERR_TAU_OVERFLOW = 26
 } davar_status_t;
 
 /* A window law (davar/law.h). */
@@ -233,7 +224,7 @@ typedef struct {
     double high; /**< upper limit, as low; may be infinite */
     double edf;  /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
     /** relative power of the noise over the time that this size of a cascade remembers; the longest
-     * size has 1 (11.9). davar_cascade_append sets it, to 1 for the sizes of a window */
+     * size has 1 (11.9). A cascade sets it, to 1 for the sizes of a window */
     float power;
     /** how unevenly that power was spread, set with it: DAVAR_EVEN if it was constant, n DAVAR_EVEN
      * if it came from 1 / n of the time; at most 65535 */

@@ -212,43 +212,38 @@ const char *davar_status_text(davar_status_t status)
 {
     static const char *const text[] = {
         [DAVAR_OK] = "ok",
-        [DAVAR_ERR_NULL] = "a pointer is null (taus among them)",
+        [DAVAR_ERR_NULL] = "a pointer is null (cluster sizes among them)",
         [DAVAR_ERR_BUILD] = "disabled in this build",
-        [DAVAR_ERR_MEMORY_SIZE] = "memory smaller than davar_memory_size",
+        [DAVAR_ERR_MEMORY_SIZE] = "memory too small for this configuration",
         [DAVAR_ERR_MEMORY_ALIGN] = "memory not aligned to 8 bytes",
-        [DAVAR_ERR_RATE] = "rate_hz is not a positive number",
-        [DAVAR_ERR_SCALE] = "unit_per_count or full_scale is not a positive number in range",
-        [DAVAR_ERR_SAMPLE_BITS] = "sample_bits outside what the number type holds",
-        [DAVAR_ERR_MODE] = "mode is neither centred nor trailing",
+        [DAVAR_ERR_RATE] = "sample rate not a positive number in range",
+        [DAVAR_ERR_SCALE] = "size of a count, or full scale, not a positive number in range",
+        [DAVAR_ERR_SAMPLE_BITS] = "width of a count outside what the number type holds",
+        [DAVAR_ERR_MODE] = "window neither centred nor trailing",
         [DAVAR_ERR_LAW] = "law of another number type",
-        [DAVAR_ERR_WINDOW_MAX] = "window_max below 4, or too long for the number type",
-        [DAVAR_ERR_WINDOW_MIN] = "window_min 0, or above window_max",
-        [DAVAR_ERR_WINDOW_ODD] = "window_max or window_min odd in centred mode",
-        [DAVAR_ERR_SEGMENT] = "segment not below window_min, or 0 (which only fixed and glr allow)",
+        [DAVAR_ERR_WINDOW_MAX] = "longest window below 4 samples, or too long for the number type",
+        [DAVAR_ERR_WINDOW_MIN] = "shortest window 0, or above the longest",
+        [DAVAR_ERR_WINDOW_ODD] = "longest or shortest window odd in centred mode",
+        [DAVAR_ERR_SEGMENT] =
+            "short segment not below the shortest window, or 0 (allowed only for a "
+            "fixed window and law glr)",
         [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
         [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
-        [DAVAR_ERR_STEP] = "grow or shrink would move a window edge backwards (centred: 0 or 2)",
-        [DAVAR_ERR_SHRINK] = "shrink above 2^31 samples per stride",
+        [DAVAR_ERR_STEP] =
+            "growth or shrinkage would move a window edge backwards (centred: 0 or 2)",
+        [DAVAR_ERR_SHRINK] = "shrinkage above 2^31 samples per stride",
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
         [DAVAR_ERR_STRIDE_LONG] =
-            "stride above window_max: samples between two windows would never count",
+            "stride above the longest window: samples between two windows would never count",
         [DAVAR_ERR_ENGINE] = "engine unknown",
-        [DAVAR_ERR_TRACKING] =
-            "policy glr: block, shock_blocks, a window, stride or rate out of range",
-        [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",
+        [DAVAR_ERR_TRACKING] = "law glr: block, shock, window, stride or rate out of range",
+        [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than this build has room for",
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
-        [DAVAR_ERR_TAU_LONG] = "twice the longest cluster size is above window_max",
-        [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 too large for the exact sums of this type",
-        [DAVAR_ERR_STATE_STORAGE] = "storage slot too small, or storage failed",
-        [DAVAR_ERR_STATE_NONE] = "no intact image of a state",
-        [DAVAR_ERR_STATE_FOREIGN] =
-            "state of another version, number type, configuration or machine",
-        [DAVAR_ERR_CASCADE_SHORTEST] =
-            "cascade: shortest cluster size not a multiple of 4 from 64 to 262140 samples",
-        [DAVAR_ERR_CASCADE_CLUSTERS] = "cascade: clusters not a power of two from 4 to 2048",
-        [DAVAR_ERR_CASCADE_TAUS] =
-            "cascade: no cluster size, too many, or the longest too long for the exact sums",
+        [DAVAR_ERR_TAU_LONG] = "twice the longest cluster size is above the longest window",
+        [DAVAR_ERR_TAU_OVERFLOW] =
+            "longest window and cluster size too large for the exact sums of "
+            "this number type",
     };
     return ((size_t)status < COUNT_OF(text)) ? text[status] : "unknown status";
 }

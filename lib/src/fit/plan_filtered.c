@@ -30,7 +30,7 @@ static void add_point(sums_t *sums, double m, double sine_2, double angle, const
     turn_on(&sums->turn);
 }
 
-/* The filter of a count: without the sums that davar_average makes. */
+/* The filter of a count: without the sums of blocks. */
 static davar_filter_t before_counts(const davar_filter_t *filter)
 {
     if (filter->summed <= 1U) {

@@ -226,3 +226,27 @@ double davar_scale_by_integers(double a, double b)
     const double size = davar_double_of_mantissa(mantissa | ((rest != 0U) ? 1U : 0U), exponent);
     return davar_double_of_bits(sign | davar_bits_of_double(size));
 }
+
+/* --- values as float32, for frames and packets --- */
+
+uint32_t davar_single_bits(double value)
+{
+    return isnan(value) ? 0x7FC00000U : davar_bits_of_float((float)value);
+}
+
+double davar_single_signed(double value)
+{
+    const double size = fabs(value);
+    const double shown = (size < (double)DAVAR_SINGLE_LEAST) ? 0.0 : value;
+    return (size <= (double)DAVAR_SINGLE_MOST) ? shown : (double)NAN;
+}
+
+double davar_single_magnitude(double value)
+{
+    return davar_single_signed((value >= 0.0) ? value : (double)NAN);
+}
+
+double davar_single_limit(double value)
+{
+    return (value > (double)DAVAR_SINGLE_MOST) ? (double)INFINITY : davar_single_magnitude(value);
+}

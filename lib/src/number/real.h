@@ -155,4 +155,22 @@ static inline double davar_scale(double a, double b)
 #endif
 }
 
+/* --- values as float32, for frames and packets --- */
+
+/* Magnitudes that may be sent, except 0: the least and the most. */
+#define DAVAR_SINGLE_LEAST 1e-30F
+#define DAVAR_SINGLE_MOST 1e30F
+
+/* The bits of (float)value. NaN has the same bits on every machine. */
+uint32_t davar_single_bits(double value);
+
+/* The value, 0 below DAVAR_SINGLE_LEAST, or NaN above DAVAR_SINGLE_MOST. NaN stays NaN. */
+double davar_single_signed(double value);
+
+/* The same; a negative value becomes NaN. */
+double davar_single_magnitude(double value);
+
+/* The same for an upper limit: above DAVAR_SINGLE_MOST it is infinity, which is no limit. */
+double davar_single_limit(double value);
+
 #endif

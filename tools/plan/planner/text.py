@@ -335,9 +335,10 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> s
         suffix=suffix,
         start=""
         if not slow
-        else "        if (status == DAVAR_OK) {\n"
-        f"            status = davar_cascade_init_{suffix}(&cascade[a], &slow, stages[a],\n"
-        "                                              sizeof stages[a]);\n"
+        else "        if ((status == DAVAR_OK) &&\n"
+        f"            (davar_cascade_init_{suffix}(&cascade[a], &slow, stages[a], sizeof stages[a]) !=\n"
+        "             DAVAR_CASCADE_OK)) {\n"
+        "            status = DAVAR_ERR_BUILD; /* the planner checked the settings */\n"
         "        }\n",
         push=push,
         gap="        davar_cascade_gap(&cascade[a], missing);\n" if slow else "",

@@ -98,7 +98,7 @@ def description(table: Table) -> list[str]:
 
 
 def c_text(table: Table) -> str:
-    """A C header for davar_monitor_init (lib/include/davar/monitor.h)."""
+    """A C header for davar_monitor_init (addons/monitor/include/davar/monitor.h)."""
     lines = [
         "/* Written by davarlab export: the Allan deviation that the error model predicts, for "
         "davar_monitor_init.",

@@ -1,4 +1,4 @@
-"""Frames of davar (lib/WIRE.md) to results: checks every frame, counts what is wrong, joins frames
+"""Frames of davar (addons/can/DESIGN.md) to results: checks every frame, counts what is wrong, joins frames
 to results.
 
 Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
@@ -22,7 +22,7 @@ from .withheld import REASONS
 DBC_PATH = places.shared("tools/davar.dbc")
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
-LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/wire.h
+LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/can.h
 # Results of a channel that are joined at a time: one that is not complete when so many have begun
 # after it is dropped.
 REACH = 4

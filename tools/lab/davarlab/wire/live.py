@@ -1,4 +1,4 @@
-"""Live view of a sensor on a wire: checks, prints and records the stream (lib/WIRE.md,
+"""Live view of a sensor on a wire: checks, prints and records the stream (addons/can/DESIGN.md,
 docs/DIALECTS.md)."""
 
 import argparse
