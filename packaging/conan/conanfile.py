@@ -9,6 +9,13 @@ from conan.tools.cmake import CMake, CMakeToolchain, cmake_layout
 from conan.tools.files import copy
 
 CHOICES = ("q15", "q31", "grid", "laws", "centred")  # davar/options.h
+# addons/CMakeLists.txt: each part, and the others that it uses.
+PARTS = {
+    **dict.fromkeys(("average", "cascade", "monitor", "select", "telemetry", "torn"), ()),
+    "can": ("monitor",),
+    "state": ("cascade",),
+}
+IN_HEADERS = ("average", "torn")  # parts without a library
 
 
 class Davar(ConanFile):
@@ -78,8 +85,17 @@ class Davar(ConanFile):
         copy(self, "LICENSE", self.source_folder, str(Path(self.package_folder, "licenses")))
 
     def package_info(self):
-        self.cpp_info.libs = ["davar"]
-        self.cpp_info.defines = [f"{name}={value}" for name, value in self._choices().items()]
-        self.cpp_info.set_property("cmake_target_name", "davar::davar")
+        core = self.cpp_info.components["davar"]
+        core.libs = ["davar"]
+        core.defines = [f"{name}={value}" for name, value in self._choices().items()]
+        core.set_property("cmake_target_name", "davar::davar")
         if self.settings.os != "Windows":
-            self.cpp_info.system_libs = ["m"]
+            core.system_libs = ["m"]
+        for name, uses in PARTS.items():
+            part = self.cpp_info.components[name]
+            part.libs = [] if name in IN_HEADERS else [f"davar_{name}"]
+            part.requires = ["davar", *uses]
+            part.set_property("cmake_target_name", f"davar::{name}")
+        every = self.cpp_info.components["all"]
+        every.libs, every.requires = [], list(PARTS)
+        every.set_property("cmake_target_name", "davar::all")

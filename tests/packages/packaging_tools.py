@@ -7,6 +7,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "tests/packages"
 CONSUMER = ROOT / "tests/consumer/consumer.c"
+PARTS = ROOT / "tests/consumer/parts.c"
+PARTS_SAY = "parts ok ok ok 1 1 0 6 0\n"
 SAYS = r"davar \d+\.\d+\.\d+ epoch 99 window 60\n"  # printed by the consumer
 
 
@@ -31,12 +33,12 @@ def build(source, binary, *settings):
     run("cmake", "--build", binary)
 
 
-def consume(work, folder):
-    """Builds the consumer with the davar.pc in this folder. Returns the flags and its output."""
-    words = ["pkg-config", "--cflags", "--libs", "davar"]
+def consume(work, folder, source=CONSUMER, packages=("davar",)):
+    """Builds a program with the .pc files in this folder. Returns the flags and its output."""
+    words = ["pkg-config", "--cflags", "--libs", *packages]
     flags = run(*words, PKG_CONFIG_PATH=str(folder)).split()
-    run("gcc", CONSUMER, "-o", work / "consumer", *flags)
-    return flags, run(work / "consumer")
+    run("gcc", source, "-o", work / source.stem, *flags)
+    return flags, run(work / source.stem)
 
 
 def files_below(folder):

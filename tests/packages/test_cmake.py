@@ -5,7 +5,7 @@ reach the user through pkg-config.
 import re
 
 import pytest
-from packaging_tools import HERE, ROOT, SAYS, build, consume, run
+from packaging_tools import HERE, PARTS, PARTS_SAY, ROOT, SAYS, build, consume, run
 
 
 @pytest.fixture
@@ -39,6 +39,10 @@ def test_pkg_config_reports_disabled_features_wherever_installed(tmp_path):
     flags, said = consume(tmp_path, next((tmp_path / "second").rglob("davar.pc")).parent)
     assert options <= set(flags)
     assert re.fullmatch(SAYS, said)
+    folder = next((tmp_path / "second").rglob("davar.pc")).parent
+    parts = [path.stem for path in folder.glob("davar-*.pc")]
+    assert len(parts) == 8
+    assert consume(tmp_path, folder, PARTS, parts)[1] == PARTS_SAY
     port = (ROOT / "packaging/vcpkg/davar/portfile.cmake").read_text()
     config = tmp_path / "second" / re.search(r"CONFIG_PATH (\S+)\)", port)[1]
     assert (config / "davarConfig.cmake").is_file()

@@ -6,7 +6,7 @@
  * delivers each sample when the next one arrives. In the place of a torn read it reports a gap.
  *
  * The filter cannot distinguish a torn read from a shock of one sample that happens to be a power
- * of two (DESIGN 12). Use it if your bus tears reads, and fix the driver: read in one burst, or
+ * of two (addons/torn/DESIGN.md, section 12). Use it if your bus tears reads, and fix the driver: read in one burst, or
  * latch the registers (block data update).
  *
  * Threads: one davar_torn_t belongs to one thread or interrupt. */
