@@ -81,10 +81,11 @@ static void watch(void)
 
 static void send(const davar_t *davar)
 {
+    const davar_health_t of_instance = davar_health(davar);
     davar_wire_health_t health = {{0U}};
     davar_frame_t frame;
     davar_wire_t wire;
-    health.count[DAVAR_HEALTH_GAPS] = davar_health(davar).gaps;
+    davar_wire_health(&health, &of_instance);
     davar_encoder_begin(&encoder, &result, &health);
     for (uint32_t frames = 0U; davar_encoder_next(&encoder, &frame); frames++) {
         REQUIRE(frames < 200U);
