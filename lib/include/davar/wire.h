@@ -41,7 +41,7 @@ typedef enum {
     DAVAR_MESSAGE_MONITOR = 7,      /**< DAVAR_Monitor: health, or the deviation of one tau */
     DAVAR_MESSAGE_RESULT_FD = 8,    /**< DAVAR_ResultFd: a result in 64 bytes, for CAN FD */
     DAVAR_MESSAGE_RAW = 9,          /**< DAVAR_Raw: samples (davar_raw_form_t) */
-    DAVAR_MESSAGE_CHANGE = 10,      /**< DAVAR_Change: a change of the noise (policy glr) */
+    DAVAR_MESSAGE_CHANGE = 10,      /**< DAVAR_Change: a change of the noise (law glr) */
     DAVAR_MESSAGE_END = 11,         /**< DAVAR_End: last of a result; frames and digest */
     DAVAR_MESSAGE_COUNT = 12        /**< number of messages */
 } davar_message_t;
@@ -65,9 +65,9 @@ typedef enum {
     DAVAR_HEALTH_EDGES_LOST,         /**< source: data-ready edges that were not read */
     DAVAR_HEALTH_SOURCE_FAULTS,      /**< source: samples that could not be read */
     DAVAR_HEALTH_ALARMS,             /**< monitor: times its alarm was raised */
-    DAVAR_HEALTH_WINDOW_CUTS,        /**< policy glr: windows cut */
-    DAVAR_HEALTH_NOISE_ALARMS,       /**< policy glr: alarms raised */
-    DAVAR_HEALTH_SHOCKS,             /**< policy glr: shocks treated as gaps */
+    DAVAR_HEALTH_WINDOW_CUTS,        /**< law glr: windows cut */
+    DAVAR_HEALTH_NOISE_ALARMS,       /**< law glr: alarms raised */
+    DAVAR_HEALTH_SHOCKS,             /**< law glr: shocks treated as gaps */
     DAVAR_HEALTH_COUNT               /**< number of counters */
 } davar_health_item_t;
 
@@ -95,7 +95,7 @@ typedef enum {
     DAVAR_RAW_RATE = 2   /**< one float32, deg/s */
 } davar_raw_form_t;
 
-/** Item of DAVAR_Change (policy glr). Every item carries the alarm. Every result has item CUT: age of
+/** Item of DAVAR_Change (law glr). Every item carries the alarm. Every result has item CUT: age of
  * the cut and dispersion. Content DAVAR_SEND_ADEV or DAVAR_SEND_FD adds the others. */
 typedef enum {
     DAVAR_CHANGE_CUT = 0, /**< age of the cut, samples, and dispersion */

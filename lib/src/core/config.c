@@ -234,7 +234,7 @@ const char *davar_status_text(davar_status_t status)
             "stride above window_max: samples between two windows would never count",
         [DAVAR_ERR_ENGINE] = "engine unknown",
         [DAVAR_ERR_TRACKING] =
-            "policy glr: block, shock_blocks, a window, stride or rate out of range",
+            "law glr: block, shock_blocks, a window, stride or rate out of range",
         [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
