@@ -88,11 +88,7 @@ static uint32_t results;
 static void take_health(void)
 {
     const davar_health_t of_channel = davar_health(&davar);
-    health.count[DAVAR_HEALTH_GAPS] = of_channel.gaps;
-    health.count[DAVAR_HEALTH_MISSING_SAMPLES] = of_channel.missing;
-    health.count[DAVAR_HEALTH_SATURATED_SAMPLES] = of_channel.saturated;
-    health.count[DAVAR_HEALTH_WINDOW_RESTARTS] = of_channel.restarts;
-    health.count[DAVAR_HEALTH_RESULTS_MISSED] = of_channel.missed;
+    davar_can_health(&health, &of_channel);
     health.count[DAVAR_HEALTH_EDGES_LOST] = overruns;
 }
 

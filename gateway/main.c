@@ -169,11 +169,7 @@ static davar_port_read_t read_sample(void *context, davar_port_block_t *block)
 static void take_health(gateway_t *gateway)
 {
     const davar_health_t health = davar_health(&gateway->davar);
-    const uint32_t counts[] = {health.gaps,       health.missing,  health.saturated,
-                               health.not_finite, health.restarts, health.missed};
-    const uint32_t tracking[] = {health.cuts, health.alarms, health.shocks};
-    memcpy(gateway->health.count, counts, sizeof counts);
-    memcpy(&gateway->health.count[DAVAR_HEALTH_WINDOW_CUTS], tracking, sizeof tracking);
+    davar_can_health(&gateway->health, &health);
     davar_link_health(gateway->outbox.link, &gateway->health);
 }
 

@@ -41,7 +41,7 @@ static const char *const HELP[] = {
     "                    and back. Each is a lost sample. Samples arrive one later\n"
     "\n"
     "Window, in samples\n"
-    "  --policy or|glr   rule for the window length: the paper's law (default), or a likelihood\n"
+    "  --law or|glr      rule for the window length: the paper's law (default), or a likelihood\n"
     "                    ratio test that detects changes of the noise (docs/FIRMWARE.md)\n"
     "  --window-max N    longest window (default 600; glr: 6000)\n"
     "  --window-min N    shortest window (default 400; glr: 20)\n"
@@ -95,7 +95,7 @@ void settings_help(void)
     }
 }
 
-typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT, POLICY, FILTER, REMOVED } kind_t;
+typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT, LAW, FILTER, REMOVED } kind_t;
 
 typedef struct {
     const char *name;
@@ -116,7 +116,8 @@ static const entry_t TABLE[] = {
     {"alarm-on", REAL, AT(alarm_on_s)},
     {"alarm-off", REAL, AT(alarm_off_s)},
     {"bandwidth", FILTER, 0},
-    {"policy", POLICY, AT(config.law)},
+    {"law", LAW, AT(config.law)},
+    {"policy", LAW, AT(config.law)}, /* in older scripts */
     {"false-alarms-per-hour", REAL, AT(config.glr.false_alarms_per_hour)},
     {"cut-interval", REAL, AT(config.glr.cut_interval_s)},
     {"long-cluster", REMOVED, 0},
@@ -155,7 +156,7 @@ static bool set_content(node_settings_t *settings, const char *text)
     return false;
 }
 
-static bool set_policy(node_settings_t *settings, const char *text)
+static bool set_law(node_settings_t *settings, const char *text)
 {
     const bool tracks = (strcmp(text, "glr") == 0);
     settings->config.law = tracks ? &davar_law_glr_q31 : &davar_law_or;
@@ -195,8 +196,8 @@ static bool apply(node_settings_t *settings, const entry_t *entry, const char *t
         return true;
     case CONTENT:
         return set_content(settings, text);
-    case POLICY:
-        return set_policy(settings, text);
+    case LAW:
+        return set_law(settings, text);
     case FILTER:
         settings->declares_filter = davar_bandwidth_read(text, &settings->bandwidth);
         return settings->declares_filter;
@@ -216,7 +217,7 @@ static const char *expected(const entry_t *entry)
                                         [WHOLE] = "a whole number of at least 0",
                                         [HEX] = "a hexadecimal number",
                                         [CONTENT] = "summary, full, intervals or fd",
-                                        [POLICY] = "or or glr"};
+                                        [LAW] = "or or glr"};
     if (entry->kind == FILTER) {
         return DAVAR_BANDWIDTH_FORMS;
     }
@@ -383,7 +384,7 @@ static bool check(node_settings_t *settings, char *why, size_t size)
     if ((settings->alarm_on_s > 0.0) && (settings->config.law == &davar_law_glr_q31)) {
         (void)snprintf(
             why, size,
-            "--alarm-on: cannot be used with --policy glr, because its alarms have no duration");
+            "--alarm-on: cannot be used with --law glr, because its alarms have no duration");
         return false;
     }
     if ((settings->alarm_on_s > ALARM_S_MAX) || (settings->alarm_off_s > ALARM_S_MAX)) {
@@ -435,7 +436,7 @@ static const char *option_of(davar_status_t status)
                    {DAVAR_ERR_SCALE, "--lsb"},
                    {DAVAR_ERR_WINDOW_MIN, "--window-min"},
                    {DAVAR_ERR_SEGMENT, "--segment"},
-                   {DAVAR_ERR_TRACKING, "--policy glr"},
+                   {DAVAR_ERR_TRACKING, "--law glr"},
                    {DAVAR_ERR_STRIDE, "--stride"},
                    {DAVAR_ERR_STRIDE_LONG, "--stride"}};
     for (size_t i = 0; i < sizeof OPTIONS / sizeof OPTIONS[0]; i++) {

@@ -51,7 +51,7 @@ davar_python_t *davar_python_new(void)
 {
     davar_python_t *run = calloc(1U, sizeof *run);
     if (run != NULL) {
-        run->options.policy = DAVAR_POLICY_OR;
+        run->options.law = DAVAR_LAW_ID_OR;
         run->options.mode = DAVAR_MODE_CENTRED;
         run->fit_every = 1U;
     }
@@ -223,7 +223,7 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
         .tau_count = run->engine.curve.tau_count,
         .monitored = (run->model_count > 0U),
         .unfitted = (run->fit_every == 0U),
-        .tracked = (davar_law_id(&run->engine.config) == (uint8_t)DAVAR_POLICY_GLR),
+        .tracked = (davar_law_id(&run->engine.config) == (uint8_t)DAVAR_LAW_ID_GLR),
         .details = run->options.details};
     fields_make(&run->fields, &setup);
     return true;

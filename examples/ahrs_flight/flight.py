@@ -128,7 +128,7 @@ def measured_arw(counts: NDArray[np.int32]) -> Array:
     """
     squares = []
     for axis in counts.T:
-        epochs = davar.dynamic(axis, RATE_HZ, lsb=LSB, bandwidth="none", policy="glr", stride=STEP)
+        epochs = davar.dynamic(axis, RATE_HZ, lsb=LSB, bandwidth="none", law="glr", stride=STEP)
         seen = np.flatnonzero(np.isfinite(epochs.arw_deg_per_sqrt_h))
         steps = np.arange(len(counts) // STEP)
         newest = np.searchsorted(epochs["epoch"][seen], (steps + 1) * STEP - 1, "right") - 1

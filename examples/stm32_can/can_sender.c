@@ -32,11 +32,7 @@ void can_sender_result(const davar_result_t *newest, const davar_health_t *healt
     for (; holds; holds = davar_encoder_next(&encoder, &frame)) {
         counters.count[DAVAR_HEALTH_FRAMES_DROPPED]++;
     }
-    counters.count[DAVAR_HEALTH_GAPS] = health->gaps;
-    counters.count[DAVAR_HEALTH_MISSING_SAMPLES] = health->missing;
-    counters.count[DAVAR_HEALTH_SATURATED_SAMPLES] = health->saturated;
-    counters.count[DAVAR_HEALTH_WINDOW_RESTARTS] = health->restarts;
-    counters.count[DAVAR_HEALTH_RESULTS_MISSED] = health->missed;
+    davar_can_health(&counters, health);
     counters.count[DAVAR_HEALTH_BUS_OFF] = bus_off;
     result = *newest;
     davar_encoder_begin(&encoder, &result, &counters);

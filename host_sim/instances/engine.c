@@ -1,7 +1,7 @@
 /* davar-sim - instances. */
 #include "instances/engine.h"
 
-#include "davar_policy.h"
+#include "davar_law_id.h"
 
 #include <stdlib.h>
 
@@ -35,7 +35,7 @@ static davar_status_t init(davar_port_number_t number, davar_t *davar, const dav
 /* A window stores no more gaps than the recording has. Law glr treats shocks as gaps too. */
 static void limit_gaps(davar_config_t *config, uint64_t gaps)
 {
-    const bool is_glr = (davar_law_id(config) == (uint8_t)DAVAR_POLICY_GLR);
+    const bool is_glr = (davar_law_id(config) == (uint8_t)DAVAR_LAW_ID_GLR);
     if (!is_glr && (config->window.gaps_max > gaps)) {
         config->window.gaps_max = (uint16_t)gaps;
     }
@@ -51,11 +51,11 @@ static void configure(engine_t *engine, const settings_t *settings,
     engine->config.full_scale = quantisation->full_scale;
     engine->config.sample_bits = quantisation->sample_bits;
     engine->number = quantisation->number;
-    davar_policy_retype(&engine->config, engine->number != DAVAR_PORT_Q15);
+    davar_law_retype(&engine->config, engine->number != DAVAR_PORT_Q15);
     if ((engine->number == DAVAR_PORT_Q15) &&
         (memory_size(DAVAR_PORT_Q15, &engine->config) == 0U)) {
         engine->number = DAVAR_PORT_Q31;
-        davar_policy_retype(&engine->config, true);
+        davar_law_retype(&engine->config, true);
     }
 }
 

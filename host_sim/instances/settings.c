@@ -31,10 +31,10 @@ static void set_window(davar_config_t *config, const options_t *options)
     config->moments.segment = either(&options->segment, config->moments.segment);
 }
 
-/* Policy glr: the longest window has 600 blocks, the shortest has two, and there are no moments. */
+/* Law glr: the longest window has 600 blocks, the shortest has two, and there are no moments. */
 static void set_tracking(davar_config_t *config, const options_t *options)
 {
-    if (options->policy != DAVAR_POLICY_GLR) {
+    if (options->law != DAVAR_LAW_ID_GLR) {
         return;
     }
     config->glr.block = either(&options->block, config->glr.block);
@@ -106,8 +106,8 @@ static bool check_unstable_rate(const options_t *options, sim_error_t *error)
         return sim_fail(error, "--unstable-rate: sets the ranges of --kurtosis and --contribution; "
                                "give either it or them");
     }
-    return (options->policy != DAVAR_POLICY_GLR) ||
-           sim_fail(error, "--unstable-rate: not for --policy glr, which has "
+    return (options->law != DAVAR_LAW_ID_GLR) ||
+           sim_fail(error, "--unstable-rate: not for --law glr, which has "
                            "--false-alarms-per-hour");
 }
 
@@ -126,7 +126,7 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     config->unit_per_count = (options->lsb > 0.0) ? options->lsb : 1.0;
     config->full_scale = (options->full_scale > 0.0) ? options->full_scale : 1.0;
     config->window.mode = options->mode;
-    config->law = davar_policy_law(options->policy, true);
+    config->law = davar_law_of_id(options->law, true);
     set_window(config, options);
     set_steps(config, options);
     set_bounds(config, options);
@@ -174,7 +174,7 @@ static const char *option_of(davar_status_t status, const options_t *options)
         [DAVAR_ERR_SCALE] = "--lsb",
         [DAVAR_ERR_SAMPLE_BITS] = "--bits",
         [DAVAR_ERR_MODE] = "--mode",
-        [DAVAR_ERR_LAW] = "--policy",
+        [DAVAR_ERR_LAW] = "--law",
         [DAVAR_ERR_WINDOW_MAX] = "--window-max",
         [DAVAR_ERR_WINDOW_MIN] = "--window-min",
         [DAVAR_ERR_WINDOW_ODD] = "--window-max or --window-min",
@@ -186,7 +186,7 @@ static const char *option_of(davar_status_t status, const options_t *options)
         [DAVAR_ERR_STRIDE] = "--stride",
         [DAVAR_ERR_STRIDE_LONG] = "--stride or --window-max",
         [DAVAR_ERR_ENGINE] = "--engine",
-        [DAVAR_ERR_TRACKING] = "--policy glr",
+        [DAVAR_ERR_TRACKING] = "--law glr",
         [DAVAR_ERR_TAU_COUNT] = "--taus",
         [DAVAR_ERR_TAU_ORDER] = "--taus",
         [DAVAR_ERR_TAU_ZERO] = "--taus",

@@ -94,12 +94,12 @@ static bool apply_full_scale(options_t *options, const char *text, sim_error_t *
     return value_positive("full-scale", text, &options->full_scale, error);
 }
 
-static bool apply_policy(options_t *options, const char *text, sim_error_t *error)
+static bool apply_law(options_t *options, const char *text, sim_error_t *error)
 {
     static const char *const WORDS[] = {"fixed", "kurtosis", "or", "and", "glr"};
     size_t choice = 0;
-    const bool good = value_choice("policy", text, WORDS, 5, &choice, error);
-    options->policy = (davar_policy_t)choice;
+    const bool good = value_choice("law", text, WORDS, 5, &choice, error);
+    options->law = (davar_law_id_t)choice;
     return good;
 }
 
@@ -352,7 +352,8 @@ const option_entry_t OPTION_TABLE[] = {
     {"lsb", apply_lsb},
     {"bits", apply_bits},
     {"full-scale", apply_full_scale},
-    {"policy", apply_policy},
+    {"law", apply_law},
+    {"policy", apply_law}, /* in older scripts */
     {"false-alarms-per-hour", apply_false_alarms},
     {"cut-interval", apply_cut_interval},
     {"shock-blocks", apply_shock_blocks},

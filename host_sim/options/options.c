@@ -133,7 +133,7 @@ static bool sends_frames(const options_t *options)
 
 options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error)
 {
-    *options = (options_t){.policy = DAVAR_POLICY_OR,
+    *options = (options_t){.law = DAVAR_LAW_ID_OR,
                            .mode = DAVAR_MODE_CENTRED,
                            .can_base = DAVAR_CAN_BASE,
                            .can_content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS};

@@ -6,7 +6,7 @@
 #include "davar/can.h"
 #include "davar/types.h"
 #include "davar_bandwidth.h"
-#include "davar_policy.h"
+#include "davar_law_id.h"
 
 #define OPTIONS_COLUMNS_MAX 256U
 
@@ -60,7 +60,7 @@ typedef struct {
     bool learns_filter;                 /* --bandwidth auto */
     davar_bandwidth_t bandwidth;
     arith_t arith;
-    davar_policy_t policy;
+    davar_law_id_t law;
     double false_alarms_per_hour; /* glr; 0: not given */
     double cut_interval_s;        /* glr; 0: not given */
     optional_u32_t shock_blocks;  /* glr */

@@ -49,7 +49,7 @@ static const char *const TEXT[] = {
     "\n",
 
     "Window, in samples\n"
-    "  --policy fixed|kurtosis|or|and|glr  rule for the window length (default or: kurtosis OR\n"
+    "  --law fixed|kurtosis|or|and|glr  rule for the window length (default or: kurtosis OR\n"
     "                          contribution; glr: a likelihood ratio test starts the window\n"
     "                          where the noise changed)\n"
     "  --mode centred|trailing  the epoch is the centre of the window, or its newest sample\n"
@@ -72,7 +72,7 @@ static const char *const TEXT[] = {
     "                          size remembers its last 34 to 66 clusters before the newest\n"
     "                          sample, in centred mode too\n"
     "\n"
-    "Only for --policy glr\n"
+    "Only for --law glr\n"
     "  --false-alarms-per-hour X  accepted false alarms per hour of unchanged noise (default\n"
     "                          0.01)\n"
     "  --cut-interval S        accepted mean time between false cuts of the window, in seconds\n"
@@ -112,7 +112,7 @@ static const char *const TEXT[] = {
     "\n"
     "Examples\n"
     "  davar-sim flight.csv.gz --lsb 0.05 --stride 100 > arw.csv\n"
-    "  davar-sim flight.csv --column gyro_x_dps gyro_y_dps --policy fixed --window-max 6000 --out "
+    "  davar-sim flight.csv --column gyro_x_dps gyro_y_dps --law fixed --window-max 6000 --out "
     "jsonl\n"
     "  zcat flight.csv.gz | davar-sim - --rate 99.3 --mode trailing --pace realtime\n",
 };

@@ -47,7 +47,7 @@ typedef struct {
     const uint32_t *taus;
     uint8_t tau_count;
     bool monitored; /* results are compared with an error model */
-    bool tracked;   /* policy glr */
+    bool tracked;   /* law glr */
     bool unfitted;  /* no fields of the fit */
     /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
     bool details;

@@ -16,7 +16,7 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
     const fields_setup_t setup = {.taus = engine->curve.taus,
                                   .tau_count = engine->curve.tau_count,
                                   .monitored = (options->model_table != NULL),
-                                  .tracked = (options->policy == DAVAR_POLICY_GLR),
+                                  .tracked = (options->law == DAVAR_LAW_ID_GLR),
                                   .details = options->details};
     fields_make(&output->fields, &setup);
     return watch_open(&output->watch, options, engine, error) &&

@@ -73,11 +73,11 @@ static void note_unused_options(const options_t *options, const selection_t *sel
         note_unused("bits",
                     is_float ? "--arith float has no counts" : "without --lsb counts have 32 bits");
     }
-    if ((options->policy != DAVAR_POLICY_GLR) &&
+    if ((options->law != DAVAR_LAW_ID_GLR) &&
         ((options->false_alarms_per_hour > 0.0) || (options->cut_interval_s > 0.0) ||
          options->block.given || options->shock_blocks.given)) {
         note_unused("false-alarms-per-hour, --cut-interval, --block or --shock-blocks",
-                    "only --policy glr uses it");
+                    "only --law glr uses it");
     }
     if ((options->full_scale > 0.0) && !is_float) {
         note_unused("full-scale", "only --arith float uses it");

@@ -121,15 +121,7 @@ static void take_health(wire_out_t *wire, size_t channel)
     const davar_health_t health = davar_health(&wire->engine->instances[channel]);
     davar_link_poll(wire->link);
     davar_link_health(wire->link, &wire->health);
-    wire->health.count[DAVAR_HEALTH_GAPS] = health.gaps;
-    wire->health.count[DAVAR_HEALTH_MISSING_SAMPLES] = health.missing;
-    wire->health.count[DAVAR_HEALTH_SATURATED_SAMPLES] = health.saturated;
-    wire->health.count[DAVAR_HEALTH_NOT_FINITE_SAMPLES] = health.not_finite;
-    wire->health.count[DAVAR_HEALTH_WINDOW_RESTARTS] = health.restarts;
-    wire->health.count[DAVAR_HEALTH_RESULTS_MISSED] = health.missed;
-    wire->health.count[DAVAR_HEALTH_WINDOW_CUTS] = health.cuts;
-    wire->health.count[DAVAR_HEALTH_NOISE_ALARMS] = health.alarms;
-    wire->health.count[DAVAR_HEALTH_SHOCKS_LEFT_OUT] = health.shocks;
+    davar_can_health(&wire->health, &health);
 }
 
 static bool send_all(wire_out_t *wire, size_t channel, sim_error_t *error)

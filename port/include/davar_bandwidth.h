@@ -12,7 +12,7 @@
 #define DAVAR_BANDWIDTH_H
 
 #include "davar/fit.h"
-#include "davar_policy.h"
+#include "davar_law_id.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -129,7 +129,7 @@ static inline bool davar_bandwidth_at(const davar_bandwidth_t *bandwidth, double
 /** Whitens for law glr. filter null: nothing is known about a filter. */
 static inline void davar_bandwidth_whiten(davar_config_t *config, const davar_filter_t *filter)
 {
-    if ((filter != NULL) && (davar_law_id(config) == (uint8_t)DAVAR_POLICY_GLR)) {
+    if ((filter != NULL) && (davar_law_id(config) == (uint8_t)DAVAR_LAW_ID_GLR)) {
         davar_whiten(config, filter);
     }
 }

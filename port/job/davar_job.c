@@ -84,7 +84,7 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
     uint32_t taus[DAVAR_TAUS_MAX];
     job->number = (davar_port_number_t)words[1];
     job->channels = (uint32_t)words[2];
-    config->law = davar_policy_law((davar_policy_t)words[3], job->number != DAVAR_PORT_Q15);
+    config->law = davar_law_of_id((davar_law_id_t)words[3], job->number != DAVAR_PORT_Q15);
     const uint64_t *const filter = decode_fields(config, &words[4]);
     const uint64_t *const cascade_taus = filter + FILTER_WORDS;
     if ((words[0] != MAGIC) || ((cascade_taus + 1) != &words[DAVAR_JOB_SETTINGS]) ||

@@ -12,7 +12,7 @@
 #include "davar/davar.h"
 #include "davar_bandwidth.h"
 #include "davar_curve.h"
-#include "davar_policy.h"
+#include "davar_law_id.h"
 #include "davar_port.h"
 
 #ifdef __cplusplus

@@ -36,7 +36,7 @@ class Epochs(dict[str, Array]):
     - `filtered` (bool): the short cluster sizes read low, as after a low-pass, so the coefficients
       are withheld; give bandwidth.
     - `adev_M` (deg/s) for each cluster size M.
-    - Policy glr: `alarm` (bool), `cut_age_samples`, `dispersion`, `change_m`, `change_older`,
+    - Law glr: `alarm` (bool), `cut_age_samples`, `dispersion`, `change_m`, `change_older`,
       `change_newer`, `change_gain`, `young`, and the level since the last alarm with an interval
       for every moment: `steady_samples`, `steady`, `steady_low`, `steady_high` (deg/s).
     - details=True: `adev_low_M`, `adev_high_M` (95 %), `differences_M`, `gaps_in_window`, `coarse`
@@ -87,7 +87,7 @@ OPTIONS = (
     "arith",
     "full_scale",
     "bandwidth",
-    "policy",
+    "law",
     "mode",
     "window_max",
     "window_min",
@@ -108,8 +108,8 @@ OPTIONS = (
 )
 
 
-def refuses_removed(call: Callable[P, R]) -> Callable[P, R]:
-    """Names the replacement of an option that no longer exists."""
+def takes_old_names(call: Callable[P, R]) -> Callable[P, R]:
+    """Takes `policy` for `law`. Names the replacement of an option that no longer exists."""
 
     @wraps(call)
     def checked(*arguments: P.args, **named: P.kwargs) -> R:
@@ -117,6 +117,10 @@ def refuses_removed(call: Callable[P, R]) -> Callable[P, R]:
             raise ValueError(
                 "long_cluster: removed; use longest_tau_s to see slow changes of the noise"
             )
+        if named.get("policy") is not None and named.get("law") is not None:
+            raise ValueError("law: policy is its old name; give one of them")
+        if "policy" in named:
+            named["law"] = named.pop("policy")
         return call(*arguments, **named)
 
     return checked
@@ -234,7 +238,7 @@ def admitted(run: Run, values: Floats, there: There, counted: bool) -> Floats:
     return found
 
 
-@refuses_removed
+@takes_old_names
 def dynamic(
     x: npt.ArrayLike,
     rate_hz: float | None = None,
@@ -248,7 +252,7 @@ def dynamic(
     arith: str | None = None,
     full_scale: float | None = None,
     bandwidth: float | str | None = None,
-    policy: str | None = None,
+    law: str | None = None,
     mode: str | None = None,
     window_max: int | None = None,
     window_min: int | None = None,
@@ -299,9 +303,9 @@ def dynamic(
             counts; "HZ+average:N", both; or "none", white noise. "auto" learns it from the whole
             record, which needs 4352 samples at rest; the attribute bandwidth of the result is what
             was found. Default: unknown, and results that a filter could falsify are withheld (NaN,
-            and True in the column `filtered`), with a warning if they are more than a few. Policy
+            and True in the column `filtered`), with a warning if they are more than a few. Law
             glr whitens for it.
-        policy: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
+        law: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its
             newest sample ("trailing", the default with glr).
@@ -415,7 +419,7 @@ class Stream:
     ```
     """
 
-    @refuses_removed
+    @takes_old_names
     def __init__(
         self,
         rate_hz: float,
@@ -424,7 +428,7 @@ class Stream:
         full_scale: float | None = None,
         bandwidth: float | str | None = None,
         bits: int | None = None,
-        policy: str | None = None,
+        law: str | None = None,
         mode: str | None = None,
         window_max: int | None = None,
         window_min: int | None = None,

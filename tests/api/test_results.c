@@ -17,7 +17,7 @@ static void test_results_that_were_not_taken_are_counted(void)
     TEST_ASSERT_EQUAL_UINT32(10U, davar_health(&davar).missed);
     TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT64(10U, result.epoch);
-    TEST_ASSERT_FALSE(result.young); /* only policy glr sets it */
+    TEST_ASSERT_FALSE(result.young); /* only law glr sets it */
     TEST_ASSERT_FALSE(take_fitted(&davar, &result));
 }
 

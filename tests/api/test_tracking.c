@@ -1,4 +1,4 @@
-/* davar tests - policy glr from outside: a change is reported and the window begins after it; shocks,
+/* davar tests - law glr from outside: a change is reported and the window begins after it; shocks,
  * gaps, restarts and settings. tests/tracking/test_forever.c compares the sums with brute
  * force. */
 #include "davar/davar.h"

@@ -13,7 +13,7 @@ class Setting:
     """The options of davar-sim, by their names."""
 
     mode: str = "centred"
-    policy: str = "or"
+    law: str = "or"
     longest: int = 60
     shortest: int = 40
     segment: int = 10
@@ -26,7 +26,7 @@ class Setting:
 
     def words(self):
         return (
-            *("--mode", self.mode, "--policy", self.policy, "--window-max", self.longest),
+            *("--mode", self.mode, "--law", self.law, "--window-max", self.longest),
             *("--window-min", self.shortest, "--segment", self.segment, "--stride", self.stride),
             *("--grow", self.grow, "--shrink", self.shrink),
             *("--kurtosis", "{}:{}".format(*self.kurtosis)),
@@ -47,7 +47,7 @@ def judge(samples, setting):
     change = abs(whole - first) / whole
     f1 = not math.isnan(whole) and not setting.kurtosis[0] <= whole <= setting.kurtosis[1]
     f2 = not math.isnan(change) and not setting.contribution[0] <= change <= setting.contribution[1]
-    unstable = {"kurtosis": f1, "and": f1 and f2}.get(setting.policy, f1 or f2)
+    unstable = {"kurtosis": f1, "and": f1 and f2}.get(setting.law, f1 or f2)
     return whole, change, unstable
 
 
@@ -90,11 +90,11 @@ def results(counts, gaps, setting):
                 "gaps_in_window": len(inside),
                 "adev": {m: deviation_of(window, inside, m) for m in setting.taus},
             }
-        if unstable and setting.policy != "fixed":
+        if unstable and setting.law != "fixed":
             filling, change = False, -setting.shrink
         else:
             filling = filling and length < setting.longest
             change = setting.grow if centred else 1 if filling else min(setting.grow, 1)
-            change = max(change, 1) if setting.policy == "fixed" else change
+            change = max(change, 1) if setting.law == "fixed" else change
         length += change * setting.stride
         length = max(setting.shortest, length) if change < 0 else min(setting.longest, length)

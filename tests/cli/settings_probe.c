@@ -1,7 +1,7 @@
 /* Prints the status of davar_init_q31 for given settings, as davar_status_text. The arguments are
  * the values of the options in test_settings.py, in its order. */
 #include "davar/davar.h"
-#include "davar_policy.h"
+#include "davar_law_id.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -28,7 +28,7 @@ int main(int count, char *word[])
     if (count != 19) {
         return 2;
     }
-    config.law = davar_policy_law((davar_policy_t)whole(word[1]), true);
+    config.law = davar_law_of_id((davar_law_id_t)whole(word[1]), true);
     config.window.longest = whole(word[2]);
     config.window.shortest = whole(word[3]);
     config.moments.segment = whole(word[4]);

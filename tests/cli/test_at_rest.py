@@ -55,7 +55,7 @@ def windows(recording, window, arw, turns, *options):
     """Windows with an interval of x, y and z, and how many of these contain `arw` of the axis."""
     rows = results(
         recording,
-        *("--column", ",".join(AXES), "--policy", "fixed", "--mode", "trailing"),
+        *("--column", ",".join(AXES), "--law", "fixed", "--mode", "trailing"),
         *("--window-max", window, "--window-min", window, "--stride", window, *options),
     )
     given, held = [0, 0, 0], [0, 0, 0]

@@ -23,7 +23,7 @@ REFUSED = {
     "--lsb": "0 -0.05 nan x 1e-999 1e999 1e51 1e-51",
     "--gap": "0 1 0.5 -2 x",
     "--bits": "0 8 17 33 x",
-    "--policy": "none OR '' kurtosi",
+    "--law": "none OR '' kurtosi",
     "--mode": "center '' Trailing",
     "--arith": "double '' q15",
     "--bandwidth": "'' x -1 0 10:3 10:2:x average:0 cic9:4",
@@ -48,7 +48,7 @@ TOGETHER = [
     ("--window-max 300 --stride 301", "--stride never"),
     ("--unstable-rate 0.01 --kurtosis 2:4", "--unstable-rate either it or"),
     ("--unstable-rate 0.01 --contribution 0:1", "--unstable-rate either it or"),
-    ("--unstable-rate 0.01 --policy glr", "--unstable-rate --false-alarms-per-hour"),
+    ("--unstable-rate 0.01 --law glr", "--unstable-rate --false-alarms-per-hour"),
     ("--lsb 0.01 --longest-tau 1.27", "--longest-tau 1.28 100 Hz|64 samples|found 1.27"),
     ("--lsb 0.01 --longest-tau 21475000", "--longest-tau 21474836.5"),  # 2^31 samples
     ("--lsb 0.01 --longest-tau 1e300", "--longest-tau 21474836.5"),
@@ -121,6 +121,16 @@ def test_values_at_the_limit_are_accepted(tmp_path):
     most = ",".join(str(m) for m in range(1, 32))
     rows = results(path, "--longest-tau", 2, "--taus", most, "--stride", 600)
     assert list(rows[0])[-1] == "adev_124"
+
+
+def test_scripts_with_the_old_name_of_the_law_still_work(tmp_path):
+    path = recording(tmp_path, count=700)
+    for law in ("fixed", "glr"):
+        new, old = (sim(path, name, law, "--stride", "100") for name in ("--law", "--policy"))
+        assert new.returncode == 0
+        assert (new.returncode, new.stdout, new.stderr) == (old.returncode, old.stdout, old.stderr)
+    assert_refused(sim(path, "--policy", "none"), "--law")
+    assert "policy" not in sim("--help").stdout
 
 
 def test_help_names_every_option_and_version_needs_no_recording():

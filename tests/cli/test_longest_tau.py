@@ -19,7 +19,7 @@ CLUSTERS = 32
 TAUS = (1, 2, 4, 8, 16, 32, 64)
 LONG = (128, 256, 512, 1024, 2048, 4096, 8192)
 LONGEST = ("--longest-tau", 100, "--details")  # 81.92 s is the last octave
-FIXED = ("--policy", "fixed", "--stride", STRIDE)
+FIXED = ("--law", "fixed", "--stride", STRIDE)
 TRAILING = (*FIXED, "--mode", "trailing")
 GAPS = {9000: 7, 9100: 1, 31_313: 400}  # sample: how many are missing before it
 
@@ -111,7 +111,7 @@ def test_every_row_is_brute_force(recordings, kind, words):
 
 def test_glr_gives_the_cascade_every_sample_at_once(recordings):
     """Samples of the window wait in a queue. The last result has no later ones."""
-    glr = ("--policy", "glr", "--stride", 10, "--window-max", 600, "--lsb", LSB)
+    glr = ("--law", "glr", "--stride", 10, "--window-max", 600, "--lsb", LSB)
     octaves = ("--taus", ",".join(map(str, TAUS)))
     rows = results(recordings["between hops"], *glr, *LONGEST, *octaves)
     for row in rows[:-1]:  # the window of an epoch waits for later samples
@@ -160,7 +160,7 @@ def test_several_columns_have_a_cascade_each(recordings):
 
 def test_columns_ascend_after_the_window_s(recordings):
     words = (recordings["short"], "--lsb", LSB, "--stride", 600, "--longest-tau", 5.12)
-    rows = results(*words, "--details", "--mode", "trailing", "--policy", "fixed")
+    rows = results(*words, "--details", "--mode", "trailing", "--law", "fixed")
     names, sizes = list(rows[0]), [*TAUS, 128, 256, 512]
     at = names.index("adev_1")
     assert names[at : at + len(sizes) + 1] == [*(f"adev_{m}" for m in sizes), "adev_low_1"]
@@ -191,7 +191,7 @@ def real(name, gap_s, rate_hz, first, count, *options):
             values.append(float(row["gyro_x_dps"]))
     gaps = [i for i in range(1, len(times)) if times[i] - times[i - 1] > gap_s]
     sums, sizes = [0.0, *accumulate(values)], [first << k for k in range(count)]
-    words = ("--column", "gyro_x_dps", "--mode", "trailing", "--policy", "fixed", "--details")
+    words = ("--column", "gyro_x_dps", "--mode", "trailing", "--law", "fixed", "--details")
     words = (*words, "--bandwidth", "none", "--longest-tau", 1e5 / rate_hz)
     last = results(REAL / name, *words, *options)[-1]
     end = int(last["epoch"]) + 1

@@ -16,7 +16,7 @@ from sim_case import (
 
 HEAD = "m,tau_s,adev_dps,relative_tolerance"
 WHITE = 0.3  # deg/s, of sim_case.noise_rows
-OPTIONS = (*SMALL_WINDOW, "--stride", "60", "--policy", "fixed", "--details")
+OPTIONS = (*SMALL_WINDOW, "--stride", "60", "--law", "fixed", "--details")
 
 
 def table(scale=1.0, tolerance=0.0, sizes=(1, 2, 4), rate_hz=100.0):

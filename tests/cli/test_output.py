@@ -42,7 +42,7 @@ SAMPLES = 20_000
         ("", [*COMMON, *FIT, "adev_1", "adev_2", "adev_4"]),
         ("--taus 1,3,9", [*COMMON, *FIT, "adev_1", "adev_3", "adev_9"]),
         (
-            "--policy glr --window-max 100 --window-min 20 --segment 0 --taus 1",
+            "--law glr --window-max 100 --window-min 20 --segment 0 --taus 1",
             [*COMMON, *FIT, *TRACKING, "adev_1"],
         ),
         ("--taus 1,5 --details", [*COMMON, *FIT, "adev_1", "adev_5", *LIMITS, *DETAILS]),
@@ -88,7 +88,7 @@ def test_each_coefficient_is_that_of_its_noise_in_its_own_column(tmp_path, name)
     rates = make(source) + source.normal(0, 1e-4, SAMPLES) * (name == "rr")
     rows = zip((f"{i / RATE_HZ:.2f}" for i in range(SAMPLES)), map(repr, rates.tolist()))
     path = write(tmp_path / "rec.csv", as_text("time_s,gyro_x_dps", rows))
-    whole = ("--mode", "trailing", "--policy", "fixed", "--window-max", SAMPLES)
+    whole = ("--mode", "trailing", "--law", "fixed", "--window-max", SAMPLES)
     whole = (*whole, "--window-min", SAMPLES, "--stride", SAMPLES, "--bandwidth", "none")
     (row,) = results(path, *whole, "--lsb", 1e-6, "--bits", 32, "--details")
     value, low, high = (
@@ -107,7 +107,7 @@ def test_law_glr_reports_a_change_in_its_columns(tmp_path):
     rates = source.normal(0, 0.5, 6000) * np.where(np.arange(6000) < 3000, 1, 3)
     rows = [[f"{i / 100:.2f}", repr(float(rate))] for i, rate in enumerate(rates)]
     path = write(tmp_path / "rec.csv", as_text("time_s,gyro_x_dps", rows))
-    found = results(path, "--policy", "glr", "--stride", 10, "--lsb", 1e-3)
+    found = results(path, "--law", "glr", "--stride", 10, "--lsb", 1e-3)
     alarms = [row for row in found if row["alarm"] == "1"]
     first = alarms[0]
     assert 3000 <= int(first["epoch"]) < 3100
@@ -128,7 +128,7 @@ def test_law_glr_reports_a_change_in_its_columns(tmp_path):
 def test_law_glr_reports_the_steady_level_in_its_columns(tmp_path):
     rates = np.random.default_rng(6).normal(0, 0.5, 20_000).tolist()
     path = write(tmp_path / "rec.csv", as_text("gyro_x_dps", ([repr(rate)] for rate in rates)))
-    rows = results(path, "--policy", "glr", "--stride", 1000, "--lsb", 1e-3, "--rate", 100)
+    rows = results(path, "--law", "glr", "--stride", 1000, "--lsb", 1e-3, "--rate", 100)
     low, level, high = (float(rows[-1][f"steady{limit}"]) for limit in ("_low", "", "_high"))
     assert low < level < high < low + 0.05
     assert low < 0.5 < high
@@ -147,7 +147,7 @@ def test_law_glr_reports_the_steady_level_in_its_columns(tmp_path):
         ("--full-scale 9", "--full-scale is not used"),
         ("--bits 16", "--bits is not used"),
         ("--lsb 0.01 --arith float", "--lsb is not used"),
-        ("--lsb 0.01 --block 20", "only --policy glr uses it"),
+        ("--lsb 0.01 --block 20", "only --law glr uses it"),
         ("--lsb 0.8", "300 of 300 results: the noise is below half a count"),
         ("--lsb 0.01", None),
         ("--lsb 0.001", None),
@@ -166,7 +166,7 @@ def test_coarse_and_filtered_results_are_marked(tmp_path):
     for name, values in kinds.items():
         rows = [[f"{i / 100:.2f}", round(value)] for i, value in enumerate(values.tolist())]
         path = write(tmp_path / f"{name}.csv", as_text("time_s,gyro_x_counts", rows))
-        words = ("--lsb", 0.01, "--stride", 600, "--details", "--policy", "fixed")
+        words = ("--lsb", 0.01, "--stride", 600, "--details", "--law", "fixed")
         done = sim(path, *words)
         found = results(path, *words)
         for column in ("coarse", "filtered"):
@@ -245,7 +245,7 @@ def test_progress_is_a_line_a_second_when_asked_for(tmp_path):
     ("words", "low", "high"),
     [
         ("", 0.15, 0.23),  # the bounds of the paper are wrong for one window in five
-        ("--policy and", 0.015, 0.045),
+        ("--law and", 0.015, 0.045),
         ("--kurtosis 2:4 --contribution 0:0.2", 0.0, 0.01),
         ("--unstable-rate 0.01", 0.0, 0.012),
     ],

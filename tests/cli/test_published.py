@@ -12,7 +12,7 @@ from sim_case import REAL, as_text, needs, results, write
 def whole_record(path, count, *options):
     """One window over the complete recording: the ordinary overlapping Allan deviation."""
     one = ("--window-max", count, "--window-min", count, "--stride", count, "--details")
-    return results(path, "--mode", "trailing", "--policy", "fixed", *one, *options)
+    return results(path, "--mode", "trailing", "--law", "fixed", *one, *options)
 
 
 # --- NIST SP 1065 (Riley), 1000 points; published to seven digits

@@ -16,7 +16,7 @@ from sim_case import results as rows_of
 
 RATE_HZ = 128.0  # a period that a double holds exactly
 LSB = 0.0625
-FIXED = ("--policy", "fixed", *SMALL_WINDOW, "--lsb", "0.01")
+FIXED = ("--law", "fixed", *SMALL_WINDOW, "--lsb", "0.01")
 
 
 def counts_of(number, seed=1):
@@ -64,16 +64,16 @@ def assert_rows(rows, counts, gaps, setting, times, unit=LSB, absolute=0.0, rela
 
 
 LAWS = [
-    Setting(mode=mode, policy=policy, stride=stride)
+    Setting(mode=mode, law=law, stride=stride)
     for mode in ("centred", "trailing")
-    for policy in ("fixed", "kurtosis", "or", "and")
+    for law in ("fixed", "kurtosis", "or", "and")
     for stride in (1, 7)
 ]
 OTHERS = [
     Setting(shrink=0, grow=2),
     Setting(mode="trailing", grow=0, shrink=5, longest=61, shortest=37, segment=1),
     Setting(kurtosis=(1.0, 9.0), contribution=(0.01, 0.05), taus=(1, 3, 20)),
-    Setting(mode="trailing", stride=60, policy="or", taus=(20,)),
+    Setting(mode="trailing", stride=60, law="or", taus=(20,)),
     Setting(stride=60, longest=60, shortest=42, taus=(1, 2, 3, 5, 7, 11, 13)),
 ]
 GAPS = {40: 5.0, 41: 2.0, 100: 1.75, 101: 1.5, 250: 2.7, 333: 61.4, 398: 3.5}  # 101: no gap
@@ -170,10 +170,10 @@ def test_only_the_full_scale_of_the_width_is_saturated(tmp_path, bits, value, ex
     path = write(tmp_path / "rec.csv", text_of(counts, None, 1, "gyro_x_counts"))
     default = [()] if bits == 24 else []
     for words in (("--bits", bits), *default):
-        done = sim(path, "--lsb", 1e-3, *words, *SMALL_WINDOW, "--details", "--policy", "fixed")
+        done = sim(path, "--lsb", 1e-3, *words, *SMALL_WINDOW, "--details", "--law", "fixed")
         assert done.returncode == 0, done.stderr
         assert counters(done) == (0, 0, expected)
-        setting = Setting(policy="fixed", taus=(1, 2, 4))
+        setting = Setting(law="fixed", taus=(1, 2, 4))
         assert_rows(parsed(done.stdout), counts, [], setting, stamps(100), 1e-3, 0, 1e-8)
 
 
@@ -233,7 +233,7 @@ def test_what_counts_as_a_gap(tmp_path, words, periods, missing):
 
 
 def arw(path, *options):
-    words = ("--policy", "fixed", *SMALL_WINDOW, "--lsb", LSB, "--bandwidth", "none")
+    words = ("--law", "fixed", *SMALL_WINDOW, "--lsb", LSB, "--bandwidth", "none")
     return float(rows_of(path, *words, *options)[100]["arw_deg_per_sqrt_h"])
 
 

@@ -1,10 +1,10 @@
-"""Alarms of policy glr in recordings of a real sensor, at one false alarm in 100 h."""
+"""Alarms of law glr in recordings of a real sensor, at one false alarm in 100 h."""
 
 import pytest
 from sim_case import REAL, needs, results
 
 AXES = "gyro_x_dps,gyro_y_dps,gyro_z_dps"
-GLR = "--lsb 0.05 --policy glr --stride 10 --false-alarms-per-hour 0.01"
+GLR = "--lsb 0.05 --law glr --stride 10 --false-alarms-per-hour 0.01"
 REST, KNOCKS = "adis16405_run1_static.csv.gz", "adis16405_run4_knocks.csv.gz"
 pytestmark = [needs(REST), needs(KNOCKS)]
 

@@ -11,13 +11,13 @@ import pytest
 from sim_case import assert_refused, recording, sim
 
 PROBE = os.environ.get("DAVAR_SETTINGS_PROBE", "settings_probe")
-POLICIES = ("fixed", "kurtosis", "or", "and", "glr")
-BY_CODE = {"--policy": POLICIES, "--mode": ("trailing", "centred"), "--engine": ("auto", "grid")}
+LAWS = ("fixed", "kurtosis", "or", "and", "glr")
+BY_CODE = {"--law": LAWS, "--mode": ("trailing", "centred"), "--engine": ("auto", "grid")}
 TAUS = ("1", "1,2", "2,1", "1,1", "0,1", "1,4294967295")
 # In the order of settings_probe: the usual value, and values near the limits. W is the longest
 # window and B the block; davar-sim would choose nearly all of them differently.
 OPTIONS = {
-    "--policy": ("or", POLICIES),
+    "--law": ("or", LAWS),
     "--window-max": (600, (2, 4, 5, 60, 79, 80, 81, 100, 599, 600, 601, 6000, 7680, 7690)),
     "--window-min": (400, (0, 1, 2, 20, "W//3*2", "W//2*2", "W-1", "W", "W+1")),
     "--segment": (100, (0, 1, 10, "W//6", "W-1", "W", "W+1")),
@@ -44,8 +44,8 @@ def settings(source):
         name: source.choice(near) if name in odd else usual
         for name, (usual, near) in OPTIONS.items()
     }
-    if "--policy" not in odd:
-        chosen["--policy"] = source.choice(POLICIES[:3])
+    if "--law" not in odd:
+        chosen["--law"] = source.choice(LAWS[:3])
     known = {"W": chosen["--window-max"], "B": chosen["--block"], "max": max}
     for name, value in chosen.items():
         if isinstance(value, str) and re.search("[WB]", value):

@@ -10,7 +10,7 @@ from sim_case import SMALL_WINDOW, as_text, parsed, results, sim, write
 RATE_HZ, LSB, SIGMA = 104.0, 0.00875, 3.0  # an LSM6DSL
 TRUE_ARW = 60.0 * SIGMA * LSB / math.sqrt(RATE_HZ)
 ROWS = 120_000
-FIXED = ("--lsb", LSB, "--policy", "fixed", "--mode", "trailing", "--bandwidth", "none")
+FIXED = ("--lsb", LSB, "--law", "fixed", "--mode", "trailing", "--bandwidth", "none")
 SKIP = "--skip-torn-reads"
 
 

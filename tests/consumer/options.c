@@ -199,7 +199,7 @@ static void run_limits(char type, const davar_config_t *base)
     report(type, "l", davar_status_text(status), 0U);
 }
 
-/* Bits of the number: adaptive 1, centred 2, stride 4. 8 and 9 are policy glr, 9 with a stride. */
+/* Bits of the number: adaptive 1, centred 2, stride 4. 8 and 9 are law glr, 9 with a stride. */
 static davar_config_t configured(char type, int number, bool automatic)
 {
     davar_config_t config = davar_default_config;

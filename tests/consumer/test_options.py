@@ -16,7 +16,7 @@ int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t))
 
 
 def features(way):
-    """Bits of the digit: adaptive 1, centred 2, stride 4. 8 and 9 are policy glr, 9 with a stride;
+    """Bits of the digit: adaptive 1, centred 2, stride 4. 8 and 9 are law glr, 9 with a stride;
     a: engine auto; c and l, a cascade and limits, need their number type alone.
     """
     return 0 if way[1] in "cl" else int(way[1])

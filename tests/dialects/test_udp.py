@@ -21,7 +21,7 @@ NODE = os.environ.get("DAVAR_NODE", "davar-node")
 SIM = os.environ.get("DAVAR_SIM", "davar-sim")
 WINDOW = ("--window-max", "200", "--window-min", "100", "--segment", "30", "--stride", "50")
 SETUP = ("--rate", "100", "--lsb", "0.05", *WINDOW)
-TRAILING = ("--mode", "trailing", "--policy", "or", "--grow", "1")
+TRAILING = ("--mode", "trailing", "--law", "or", "--grow", "1")
 HANG_S = 600  # however busy the machine is
 
 

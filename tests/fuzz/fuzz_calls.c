@@ -7,7 +7,7 @@
 #include "davar/davar.h"
 #include "davar/monitor.h"
 #include "davar/state.h"
-#include "davar_policy.h"
+#include "davar_law_id.h"
 #include "digest.h"
 #include "fuzzing.h"
 #include "random.h"
@@ -83,10 +83,11 @@ static void watch(void)
 
 static void send(const davar_t *davar)
 {
+    const davar_health_t of_instance = davar_health(davar);
     davar_can_health_t health = {{0U}};
     davar_frame_t frame;
     davar_decoded_t wire;
-    health.count[DAVAR_HEALTH_GAPS] = davar_health(davar).gaps;
+    davar_can_health(&health, &of_instance);
     davar_encoder_begin(&encoder, &result, &health);
     for (uint32_t frames = 0U; davar_encoder_next(&encoder, &frame); frames++) {
         REQUIRE(frames < 200U);
@@ -162,7 +163,7 @@ static void push_whole(davar_t *davar, const block_t *block, size_t from, size_t
 }
 
 /* Time has advanced by every pushed sample: the newest result of a trailing window is less than a
- * stride old, and with policy glr less than the samples that may wait. */
+ * stride old, and with law glr less than the samples that may wait. */
 static void check_epoch(void)
 {
     const uint64_t late = ((config.law != NULL) && (config.law->push != NULL))
@@ -319,7 +320,7 @@ static void choose(bytes_t *bytes)
     config.full_scale = 300.0;
     type = (type_t)between(bytes, 0U, 2U);
     config.window.mode = mode(bytes);
-    config.law = davar_policy_law((davar_policy_t)between(bytes, 0U, 4U), type != Q15);
+    config.law = davar_law_of_id((davar_law_id_t)between(bytes, 0U, 4U), type != Q15);
     config.window.longest = 2U * between(bytes, 4U, 80U);
     config.window.shortest = 2U * between(bytes, 2U, config.window.longest / 2U);
     config.moments.segment = between(bytes, 0U, config.window.shortest - 1U);

@@ -35,7 +35,7 @@ static void check_ranges(const options_t *options)
             is_positive_or_absent(options->full_scale) && is_positive_or_absent(options->pace) &&
             is_positive_or_absent(options->false_alarms_per_hour));
     REQUIRE((options->gap_factor > 1.0) || !(options->gap_factor > 0.0));
-    REQUIRE((options->policy >= DAVAR_POLICY_FIXED) && (options->policy <= DAVAR_POLICY_GLR));
+    REQUIRE((options->law >= DAVAR_LAW_ID_FIXED) && (options->law <= DAVAR_LAW_ID_GLR));
     REQUIRE(!options->kurtosis.given || (options->kurtosis.low <= options->kurtosis.high));
     REQUIRE(!options->contribution.given ||
             (options->contribution.low <= options->contribution.high));

@@ -1,7 +1,7 @@
 /* davar tests - calls of the library compared with brute force. The bytes select a configuration,
  * then samples in pieces, gaps, results that are not taken, saves and restores. Every taken result
  * equals the one computed from the complete record. */
-#include "davar_policy.h"
+#include "davar_law_id.h"
 #include "reference.h"
 
 #include <math.h>
@@ -33,7 +33,7 @@ static void choose_config(trial_t *trial, bytes_t *bytes)
     config->rate_hz = 100.0;
     config->unit_per_count = 1.0;
     config->window.mode = mode(bytes);
-    config->law = davar_policy_law((davar_policy_t)between(bytes, 0U, 3U), false);
+    config->law = davar_law_of_id((davar_law_id_t)between(bytes, 0U, 3U), false);
     config->window.longest = 2U * between(bytes, 4U, 24U);
     config->window.shortest = 2U * between(bytes, 2U, config->window.longest / 2U);
     config->window.shrink = 2U * between(bytes, 0U, 2U);

@@ -1,4 +1,4 @@
-/* davar tests - policy glr compared with brute force. The bytes select a configuration, trailing or
+/* davar tests - law glr compared with brute force. The bytes select a configuration, trailing or
  * centred, then sections of noise of any level, shocks, stuck values, gaps, delayed takes, saves
  * and restores. Every taken result is that of the samples accepted by the test's own detector. If a
  * configuration stores so few gaps that windows restart or shocks are merged, every result is

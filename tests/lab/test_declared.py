@@ -131,7 +131,7 @@ def holding(rows, arw):
 
 def in_windows(recording, options, column="gyro_z_dps", window=WINDOW):
     """The results of davar-sim in windows that do not overlap."""
-    words = f"--policy fixed --mode trailing --stride {window} --window-max {window}".split()
+    words = f"--law fixed --mode trailing --stride {window} --window-max {window}".split()
     return simulated(recording, "--column", column, *words, *options)
 
 
@@ -164,7 +164,7 @@ def test_the_fitted_filter_gives_the_true_arw_on_the_device_and_in_davar_sim(lab
     assert np.mean(holds) >= 0.93  # 600 windows: 95 % less two standard errors
     assert abs(np.mean([value for value, _, _ in present]) / ARW - 1) < 0.02
 
-    options = f"--rate 100 --lsb {LSB} --bits 32 --policy fixed --mode trailing --stride 600"
+    options = f"--rate 100 --lsb {LSB} --bits 32 --law fixed --mode trailing --stride 600"
     options += f" --window-max 600 --bandwidth {found['bandwidth']}"
     names = [f"arw_{part}deg_per_sqrt_h" for part in ("", "low_", "high_")]
     rows = [[row[name] for name in names] for row in simulated(recording, *options.split())]

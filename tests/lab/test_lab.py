@@ -48,7 +48,7 @@ def healths(lab, recording, model):
     """The health of the monitor of davar-sim with the exported table, window by window."""
     table = lab.work / f"{model.stem}.csv"
     assert run("export", model, "-o", table, "--window", "6000").returncode == 0
-    words = "--column gyro_z_dps --window-max 6000 --policy fixed --mode trailing --stride 6000"
+    words = "--column gyro_z_dps --window-max 6000 --law fixed --mode trailing --stride 6000"
     command = [ROOT / "tools/davar-sim", recording, *words.split(), "--model-table", table]
     done = subprocess.run(command, text=True, capture_output=True)
     assert done.returncode == 0, done.stderr

@@ -89,7 +89,7 @@ def test_values_use_the_present_samples(drawn):
 @given(series())
 def test_windows_and_streams_see_the_same_samples(drawn):
     handed, there, lsb = drawn
-    options = {"policy": "fixed", "mode": "trailing", "segment": 0, "clusters": SIZES, "lsb": 0.5}
+    options = {"law": "fixed", "mode": "trailing", "segment": 0, "clusters": SIZES, "lsb": 0.5}
     options |= {"window_max": 12, "window_min": 12}
     if np.isfinite(there).sum() < 12:
         with pytest.raises(ValueError, match="^x: "):

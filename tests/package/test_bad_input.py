@@ -53,9 +53,9 @@ WINDOWS = (
     *({"window_max": value} for value in (3, 601, 600.5, -600)),
     *({"stride": value} for value in (0, "many")),
     *({"kurtosis": value} for value in ((3, 2), 3)),
-    *({"unstable_rate": 0.5}, {"unstable_rate": 0.01, "policy": "glr"}),
+    *({"unstable_rate": 0.5}, {"unstable_rate": 0.01, "law": "glr"}),
     *({"window_min": 700}, {"segment": 500}, {"grow": 3}, {"contribution": ("a", "b")}),
-    *({"policy": "magic"}, {"mode": "left"}, {"arith": "double"}, {"bits": 12}, {"block": -1}),
+    *({"law": "magic"}, {"mode": "left"}, {"arith": "double"}, {"bits": 12}, {"block": -1}),
     *({"full_scale": -1, "arith": "float"}, {"false_alarms_per_hour": 0}, {"cut_interval": -1}),
     *({"engine": "steam"}, {"long_cluster": 80}, {"model_table": 5}),
     *({"bandwidth": text} for text in ("", "wide", "20Hz", "20:3", "average:0")),
@@ -118,7 +118,8 @@ def test_options_that_contradict_each_other():
         refused("data_type", davar.adev, X, 1.0, data_type=data_type)
     for scale in (5e307, 1e-300, 5e-324):
         refused("x", davar.adev, X * scale, 1.0)
-    refused("policy glr", davar.dynamic, X, 1.0, policy="glr", block=2)
+    refused("law glr", davar.dynamic, X, 1.0, law="glr", block=2)
+    refused("law: policy is its old name", davar.dynamic, X, 1.0, law="or", policy="glr")
     for x in (X[:100], X * 1e300, X * 1e20, X * 1e-300):
         refused("x", davar.dynamic, x, 1.0)
     refused("rate_hz", davar.dynamic, X, 1e60)

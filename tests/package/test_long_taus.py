@@ -13,7 +13,7 @@ from together import davar, expect_equal
 RATE_HZ = 100.0
 LSB = 0.01
 CLUSTERS = 32  # remembered by each size, and up to twice as many
-WINDOW = {"policy": "fixed", "mode": "trailing", "window_max": 200, "window_min": 200}
+WINDOW = {"law": "fixed", "mode": "trailing", "window_max": 200, "window_min": 200}
 WINDOW |= {"clusters": [1, 4, 20], "bandwidth": "none", "details": True}
 FIRST = 80  # the first octave of 20 that is at least 64 and a multiple of 4
 # Epochs at the mirrored end come after the last hop has been added.

@@ -16,7 +16,7 @@ from together import ROOT
 
 RATE_HZ, SECONDS = 200, 60
 ARW = (0.2, 0.5, 1.1)  # deg/sqrt(h)
-OPTIONS = {"policy": "fixed", "window_max": 4000, "window_min": 1000, "segment": 500}
+OPTIONS = {"law": "fixed", "window_max": 4000, "window_min": 1000, "segment": 500}
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 
 

@@ -63,10 +63,10 @@ ALARMS = {"false_alarms_per_hour": 0.5, "cut_interval": 60, "block": 8, "shock_b
     "options",
     (
         {},
-        {"policy": "fixed", "window_max": 500, "stride": 7},
-        {"policy": "kurtosis", "mode": "trailing", "details": True},
-        {"policy": "and", **LIMITS},
-        {"policy": "glr", "stride": 10, **ALARMS},
+        {"law": "fixed", "window_max": 500, "stride": 7},
+        {"law": "kurtosis", "mode": "trailing", "details": True},
+        {"law": "and", **LIMITS},
+        {"law": "glr", "stride": 10, **ALARMS},
         {"arith": "float"},
         {"arith": "float", "full_scale": 2.0, "clusters": [1, 3, 9, 27]},
         {"taus": "geometric:9", "shrink": 0},
@@ -74,14 +74,14 @@ ALARMS = {"false_alarms_per_hour": 0.5, "cut_interval": 60, "block": 8, "shock_b
         {"bandwidth": 40, "stride": 10, "details": True},
         {"bandwidth": "20:1:5+average:2", "stride": 10},
         {"bandwidth": "none", "stride": 10},
-        {"policy": "glr", "stride": 10, "bandwidth": 20},
-        {"policy": "kurtosis", "unstable_rate": 0.02, "bandwidth": "20:1"},
+        {"law": "glr", "stride": 10, "bandwidth": 20},
+        {"law": "kurtosis", "unstable_rate": 0.02, "bandwidth": "20:1"},
         {"longest_tau_s": 9, "stride": 10, "details": True},
-        {"longest_tau_s": 9, "stride": 10, "policy": "glr", "clusters": [1, 5, 31]},
+        {"longest_tau_s": 9, "stride": 10, "law": "glr", "clusters": [1, 5, 31]},
         {"longest_tau_s": 6.5, "stride": 10, "arith": "float", "bandwidth": 40},
     ),
 )
-def test_rates_with_every_policy_and_mode(options):
+def test_rates_with_every_law_and_mode(options):
     x = noise(1)
     found = davar.dynamic(x, RATE_HZ, **options)
     expect_printed(found, printed({"gyro_z_dps": x}, {"rate": RATE_HZ, **options}))
@@ -153,7 +153,17 @@ def test_a_learned_filter():
     assert found.filtered.mean() > 0.05
 
 
-@pytest.mark.parametrize("options", ({}, {"bandwidth": "auto"}, {"policy": "glr", "stride": 10}))
+def test_the_old_name_of_the_law_still_works():
+    new, old = (
+        davar.dynamic(noise(12), RATE_HZ, stride=50, **{name: "glr"}) for name in ("law", "policy")
+    )
+    assert "alarm" in new
+    assert list(new) == list(old)
+    for name, values in new.items():
+        np.testing.assert_array_equal(values, old[name])
+
+
+@pytest.mark.parametrize("options", ({}, {"bandwidth": "auto"}, {"law": "glr", "stride": 10}))
 def test_torn_reads(options):
     made = np.random.default_rng(6)
     time_s = np.arange(6000) / 128.0
@@ -210,8 +220,8 @@ OF_A_FIT = ("arw_", "bi_", "rrw_", "rr_", "qn_", "filtered", "coarse", "adev_low
     "x, options",
     (
         (noise(12), {}),
-        (noise(13), {"policy": "glr", "stride": 10, "details": True}),
-        (noise(14), {"policy": "fixed", "mode": "trailing", "details": True}),
+        (noise(13), {"law": "glr", "stride": 10, "details": True}),
+        (noise(14), {"law": "fixed", "mode": "trailing", "details": True}),
         (counts_of(15), {"lsb": 0.01, "longest_tau_s": 8.0}),
     ),
 )
@@ -231,7 +241,7 @@ def test_fewer_fits_change_no_other_value(x, options):
 def test_withheld_results_are_compared_with_the_fitted_ones():
     smooth = np.convolve(np.random.default_rng(17).normal(0, 1, 4000), np.ones(4) / 4)
     with pytest.warns(UserWarning, match="of 31 results withheld"):
-        found = davar.dynamic(smooth, RATE_HZ, policy="fixed", mode="trailing", fit_every=120)
+        found = davar.dynamic(smooth, RATE_HZ, law="fixed", mode="trailing", fit_every=120)
     assert len(found.epoch) == 120 * 30 + 4
 
 
@@ -265,7 +275,7 @@ def test_any_window_gives_the_results_of_a_stream(seed):
         np.rint(x).clip(-(2**15), 2**15 - 1).astype(int),
         lsb=float(draw.choice([0.01, 2.0**-7, 1.0])),
         bits=int(draw.choice([16, 24])),
-        policy="fixed",
+        law="fixed",
         segment=0,
         mode=str(draw.choice(["trailing", "centred"])),
         window_max=longest,
@@ -276,7 +286,7 @@ def test_any_window_gives_the_results_of_a_stream(seed):
     )
 
 
-FIXED = {"policy": "fixed", "mode": "trailing"}
+FIXED = {"law": "fixed", "mode": "trailing"}
 
 
 # 968 000 is the largest for which every sum of squares has 63 bits.
@@ -308,7 +318,7 @@ def with_holes():
 
 @pytest.mark.parametrize(
     "options",
-    ({}, {"mode": "trailing", "stride": 13}, {"policy": "glr", "stride": 10}, {"fit_every": 7}),
+    ({}, {"mode": "trailing", "stride": 13}, {"law": "glr", "stride": 10}, {"fit_every": 7}),
 )
 @pytest.mark.parametrize("x", (counts_of(5), with_holes()))
 def test_any_blocks_give_the_results_of_one_call(x, options):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from together import davar, expect_equal
 
-OPTIONS = {"lsb": 0.01, "stride": 10, "policy": "glr", "window_max": 1000, "segment": 0}
+OPTIONS = {"lsb": 0.01, "stride": 10, "law": "glr", "window_max": 1000, "segment": 0}
 
 
 def in_threads(count, work):

@@ -141,7 +141,7 @@ def test_intervals_are_those_of_dynamic_for_one_window():
     noise = np.random.default_rng(5)
     x = noise.normal(0, 1, 5000) + 0.1 * np.cumsum(noise.normal(0, 1, 5000))
     found = davar.adev(x, 100.0)
-    options = {"policy": "fixed", "mode": "trailing", "segment": 0, "grow": 1, "details": True}
+    options = {"law": "fixed", "mode": "trailing", "segment": 0, "grow": 1, "details": True}
     options |= {"window_max": 5000, "window_min": 5000, "stride": 5000, "bandwidth": "none"}
     there = davar.dynamic(x, 100.0, **options)
     for name, values in {

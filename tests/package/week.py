@@ -59,7 +59,7 @@ def on_board(
     """The newest row of tools/davar-mcu --longest-tau."""
     command = (
         [ROOT / "tools/davar-mcu", "--target", target, "-", "--rate", RATE_HZ, "--lsb", LSB_DPS]
-        + ["--bits", 16, "--policy", "fixed", "--segment", 0, "--mode", "trailing", "--details"]
+        + ["--bits", 16, "--law", "fixed", "--segment", 0, "--mode", "trailing", "--details"]
         + ["--window-max", WINDOW, "--window-min", WINDOW, "--stride", WINDOW]
         + ["--engine", "grid"]
         + ["--taus", "1,2,4,8,16,32,64", "--bandwidth", "none", "--longest-tau", longest_s]

@@ -1,5 +1,5 @@
 /* Statement: davar_decode, for any frame and any base, reads and writes inside its arguments, and
- * nothing overflows. Decoded indices stay inside the tables of davar_decode.h. All 64 data bytes,
+ * nothing overflows. Decoded indices stay inside the tables of davar/can_decode.h. All 64 data bytes,
  * the length and the identifier are arbitrary. No bound. */
 #include "davar/can_decode.h"
 

@@ -3,7 +3,7 @@
  * overflows. Every sample has any value of its type. Gaps: any one place among the pushes, any
  * number missing; then two more, each GAP_APART pushes later (gaps_max 2, so the window restarts).
  * Bound: PUSHES pushes from the start, which turns the ring over; window 8, cluster sizes 1, 2
- * (octaves) or 1, 3; centred and trailing; policy fixed, or with ADAPTIVE 1 the window follows
+ * (octaves) or 1, 3; centred and trailing; law fixed, or with ADAPTIVE 1 the window follows
  * kurtosis and contribution; a result every STRIDE samples, by engine auto or with GRID 1 on a grid. */
 #include "davar/davar.h"
 

@@ -1,7 +1,7 @@
 /* davar tests - random configurations and records. Every epoch is compared with brute force,
  * integers bit for bit. */
 #include "davar/davar.h"
-#include "davar_policy.h"
+#include "davar_law_id.h"
 #include "fitted.h"
 #include "random.h"
 #include "reference.h"
@@ -65,7 +65,7 @@ static void choose_config(random_t *random, trial_t *trial)
     config->rate_hz = 100.0;
     config->unit_per_count = 1.0;
     config->window.mode = (random_next(random) % 2U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-    config->law = davar_policy_law((davar_policy_t)between(random, 0U, 3U), false);
+    config->law = davar_law_of_id((davar_law_id_t)between(random, 0U, 3U), false);
     config->window.longest = 2U * between(random, 4U, 60U);
     config->window.shortest = 2U * between(random, 2U, config->window.longest / 2U);
     if (config->window.mode == DAVAR_MODE_TRAILING) {
@@ -155,7 +155,7 @@ static const char *context(const trial_t *trial, const reference_epoch_t *epoch,
 {
     const davar_config_t *const c = &trial->config;
     snprintf(message, sizeof message,
-             "%s: seed %" PRIu64 " number %d mode %d policy %d W %u..%u l %u grow %u shrink %u K "
+             "%s: seed %" PRIu64 " number %d mode %d law %d W %u..%u l %u grow %u shrink %u K "
              "%u engine %d N %lld epoch %lld "
              "[%lld, %lld)",
              what, trial->seed, (int)trial->number, (int)c->window.mode, (int)davar_law_id(c),
@@ -335,14 +335,14 @@ static void run_small(trial_t *trial)
     trial->seed++;
 }
 
-/* With every policy of the paper's law, stride and engine. */
+/* With every law of the paper's law, stride and engine. */
 static void run_small_window(trial_t *trial)
 {
     davar_config_t *const config = &trial->config;
     const uint32_t longest =
         (SMALL_STRIDE < config->window.longest) ? SMALL_STRIDE : config->window.longest;
     for (uint32_t each = 0U; each < (8U * longest); each++) {
-        config->law = davar_policy_law((davar_policy_t)(each % 4U), false);
+        config->law = davar_law_of_id((davar_law_id_t)(each % 4U), false);
         if ((config->law != NULL) && (config->moments.segment == 0U)) {
             continue;
         }

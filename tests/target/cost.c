@@ -2,7 +2,7 @@
  * -icount), and in bytes of stack and RAM. One line "name value" per figure;
  * tools/support/targets.py reads them. */
 #include "davar/davar.h"
-#include "davar_policy.h"
+#include "davar_law_id.h"
 
 #include "measuring.h"
 
@@ -34,17 +34,17 @@ static void make_samples(void)
 
 static davar_engine_t engine = DAVAR_ENGINE_GRID;
 
-static void start(davar_policy_t policy, uint32_t stride)
+static void start(davar_law_id_t id, uint32_t stride)
 {
     config = davar_default_config;
     config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
-    config.law = davar_policy_law(policy, false);
+    config.law = davar_law_of_id(id, false);
     config.window.longest = WINDOW;
     config.window.shortest =
-        (policy == DAVAR_POLICY_FIXED) ? WINDOW : ((policy == DAVAR_POLICY_GLR) ? 20U : 360U);
-    config.moments.segment = (policy == DAVAR_POLICY_OR) ? 120U : 0U;
+        (id == DAVAR_LAW_ID_FIXED) ? WINDOW : ((id == DAVAR_LAW_ID_GLR) ? 20U : 360U);
+    config.moments.segment = (id == DAVAR_LAW_ID_OR) ? 120U : 0U;
     config.glr.block = glr_block;
     config.stride = stride;
     config.engine = engine;
@@ -57,9 +57,9 @@ static void start(davar_policy_t policy, uint32_t stride)
         board_exit(1);
     }
     davar_plan_init_white(&plan, config.taus, config.tau_count);
-    const char *const slides = (policy == DAVAR_POLICY_FIXED) ? "ram_bytes" : "ram_or_bytes";
+    const char *const slides = (id == DAVAR_LAW_ID_FIXED) ? "ram_bytes" : "ram_or_bytes";
     const char *const ram = (stride == 1U) ? slides : "ram_grid_bytes";
-    board_figure((policy == DAVAR_POLICY_GLR) ? "ram_glr_bytes" : ram,
+    board_figure((id == DAVAR_LAW_ID_GLR) ? "ram_glr_bytes" : ram,
                  (uint32_t)(bytes + sizeof davar)); /* of glr, the last one counts: stride 60 */
 }
 
@@ -113,7 +113,7 @@ static void measure_single(const char *mean_name, const char *worst_name)
 
 static void measure_every_sample(void)
 {
-    start(DAVAR_POLICY_FIXED, 1U);
+    start(DAVAR_LAW_ID_FIXED, 1U);
     feed(2U * WINDOW);
     measure_single("every_sample_push_x100", "every_sample_worst_push");
 }
@@ -121,7 +121,7 @@ static void measure_every_sample(void)
 /* Blocks of one stride, as from a DMA, with every result taken. */
 static void measure_grid(void)
 {
-    start(DAVAR_POLICY_OR, STRIDE);
+    start(DAVAR_LAW_ID_OR, STRIDE);
     feed(2U * WINDOW);
     take();
     uint32_t push = 0U;
@@ -165,25 +165,25 @@ static uint32_t push_blocks(uint32_t block, uint32_t rounds)
     return total;
 }
 
-/* A fixed window in blocks of 64, newest result only; the additional cost of policy glr in blocks,
+/* A fixed window in blocks of 64, newest result only; the additional cost of law glr in blocks,
  * and the whole cost of a result at every sample. */
 static void measure_blocks(void)
 {
-    start(DAVAR_POLICY_FIXED, 64U);
+    start(DAVAR_LAW_ID_FIXED, 64U);
     feed(2U * WINDOW);
     board_figure("block64_x100", (100U * push_blocks(64U, 64U)) / (64U * 64U));
-    start(DAVAR_POLICY_FIXED, STRIDE);
+    start(DAVAR_LAW_ID_FIXED, STRIDE);
     feed(2U * WINDOW);
     const uint32_t fixed = push_blocks(STRIDE, 64U);
     for (glr_block = 10U; glr_block <= 25U; glr_block += 15U) {
-        start(DAVAR_POLICY_GLR, STRIDE);
+        start(DAVAR_LAW_ID_GLR, STRIDE);
         feed(2U * WINDOW);
         const uint32_t spent = push_blocks(STRIDE, 64U) - fixed;
         board_figure((glr_block == 10U) ? "glr_x100" : "glr_of_25_x100",
                      (100U * spent) / (64U * STRIDE));
     }
     glr_block = 10U;
-    start(DAVAR_POLICY_GLR, 1U);
+    start(DAVAR_LAW_ID_GLR, 1U);
     feed(2U * WINDOW);
     measure_single("glr_every_sample_x100", NULL);
 }
@@ -193,7 +193,7 @@ static void measure_blocks(void)
 static void measure_engine(davar_engine_t by, uint32_t stride, const char *const names[4])
 {
     engine = by;
-    start(DAVAR_POLICY_FIXED, stride);
+    start(DAVAR_LAW_ID_FIXED, stride);
     feed(2U * WINDOW);
     measure_single(names[0], names[1]);
     board_figure(names[2], (100U * push_blocks(stride, 60U)) / (60U * stride));
@@ -244,10 +244,10 @@ static void push_roughly(rough_t *rough, uint32_t i)
     rough->worst = larger(rough->worst, spent);
 }
 
-static rough_t measure_roughly(davar_policy_t policy, uint32_t stride, uint32_t take_every)
+static rough_t measure_roughly(davar_law_id_t id, uint32_t stride, uint32_t take_every)
 {
     rough_t rough = {0U, 0U, 0U, 0U};
-    start(policy, stride);
+    start(id, stride);
     for (uint32_t i = 0U; i < 5600U; i++) {
         push_roughly(&rough, i);
         if ((i % take_every) == 0U) {
@@ -262,11 +262,11 @@ static rough_t measure_roughly(davar_policy_t policy, uint32_t stride, uint32_t 
 
 static void measure_default(void)
 {
-    const rough_t each = measure_roughly(DAVAR_POLICY_OR, 1U, 50U);
+    const rough_t each = measure_roughly(DAVAR_LAW_ID_OR, 1U, 50U);
     board_figure("default_push_x100", (100U * (each.total / 100U)) / (each.pushes / 100U));
     board_figure("default_worst_push", each.worst);
-    const rough_t grid = measure_roughly(DAVAR_POLICY_OR, STRIDE, 1U);
-    const rough_t glr = measure_roughly(DAVAR_POLICY_GLR, STRIDE, 1U);
+    const rough_t grid = measure_roughly(DAVAR_LAW_ID_OR, STRIDE, 1U);
+    const rough_t glr = measure_roughly(DAVAR_LAW_ID_GLR, STRIDE, 1U);
     board_figure("glr_worst_push", glr.worst);
     board_figure("grid_worst_push", grid.worst);
     board_figure("worst_take", larger(each.worst_take, grid.worst_take));
@@ -275,7 +275,7 @@ static void measure_default(void)
 /* The paper's law at its own settings in plain white noise, every result taken. */
 static void measure_white(void)
 {
-    start(DAVAR_POLICY_OR, 1U);
+    start(DAVAR_LAW_ID_OR, 1U);
     uint32_t push = 0U;
     uint32_t adev = 0U;
     const uint32_t count = 6000U;
@@ -342,7 +342,7 @@ static void measure_stack(void)
 {
     uint32_t push = 0U;
     uint32_t deepest = 0U;
-    start(DAVAR_POLICY_OR, 1U);
+    start(DAVAR_LAW_ID_OR, 1U);
     for (uint32_t i = 0U; i < 2000U; i++) {
         const int16_t sample =
             (int16_t)((((i / 300U) % 2U) == 0U) ? sample_at(i) : (20 * sample_at(i)));

@@ -21,7 +21,7 @@ JOBS = (
     ("--lsb 0.002 --mode trailing --taus 1,2,4,8,16", 0),
     ("--arith float --stride 70", 0),
     ("--window-max 0", 2),
-    ("--policy guess", 2),
+    ("--law guess", 2),
     ("--lsb -1", 2),
     ("--column absent", 2),
 )

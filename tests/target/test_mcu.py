@@ -14,13 +14,13 @@ TAUS = "--taus 1,2,4,8,16,32,64,128"
 SHORT, LONG = 3000, SAMPLES
 JOBS = {
     "the paper's window law": f"{TAUS} --stride 50",
-    "trailing, both criteria": f"{TAUS} --stride 500 --mode trailing --policy and",
-    "fixed window, no moments": "--policy fixed --segment 0 --stride 97",
-    "policy glr": "--taus 1,2,4,8,16,32,64 --policy glr --window-max 320 --stride 50",
+    "trailing, both criteria": f"{TAUS} --stride 500 --mode trailing --law and",
+    "fixed window, no moments": "--law fixed --segment 0 --stride 97",
+    "law glr": "--taus 1,2,4,8,16,32,64 --law glr --window-max 320 --stride 50",
     "a stride on a grid": f"{TAUS} --stride 20 --engine grid",
     "gaps restart the window": "--stride 60 --window-max 300",
-    "a cascade": "--policy fixed --stride 600 --longest-tau 300",
-    "a cascade after a filter": "--policy fixed --mode trailing --stride 600 --longest-tau 20 "
+    "a cascade": "--law fixed --stride 600 --longest-tau 300",
+    "a cascade after a filter": "--law fixed --mode trailing --stride 600 --longest-tau 20 "
     "--bandwidth 30",
 }
 
@@ -34,7 +34,7 @@ def random_job(draw):
     options = (
         f"--window-max {longest} --window-min {shortest} --segment {draw.randrange(1, shortest)} "
         f"--taus {','.join(map(str, taus))} --stride {draw.choice((1, 11, 20, 40))} "
-        f"--policy {draw.choice(('fixed', 'kurtosis', 'or', 'and'))} "
+        f"--law {draw.choice(('fixed', 'kurtosis', 'or', 'and'))} "
         f"--mode {draw.choice(('centred', 'trailing'))} --lsb {draw.choice(('0.01', '0.002'))}"
     )
     return options + (" --shrink 0" if draw.random() < 0.3 else "")
@@ -88,14 +88,14 @@ def test_the_same_bytes_as_davar_sim(target, samples, options, recordings):
 # Options, words of the error; None: those of davar-sim.
 REFUSED = (
     ("cortex-m4f", "--window-max 0", None),
-    ("cortex-m4f", "--policy guess", None),
+    ("cortex-m4f", "--law guess", None),
     ("cortex-m4f", "--lsb -1", None),
     ("z80", "", "found 'z80'"),
     ("cortex-m0", "--lsb 0.01 --window-max 6000 --taus 1,2,4", "too little memory"),
     *(
         (
             "cortex-m0",
-            "--lsb 0.01 --window-max 1200 --policy fixed --longest-tau 40000 " + options,
+            "--lsb 0.01 --window-max 1200 --law fixed --longest-tau 40000 " + options,
             words,
         )
         for options, words in (

@@ -18,7 +18,7 @@ RECORDING = (
     ROOT / "data/demo_disturbance.csv.gz",
     *("--lsb", "0.05", "--mode", "trailing", "--progress", "never"),
 )
-SHORT_WINDOW = ("--policy", "fixed", "--window-max", "300", "--window-min", "300")
+SHORT_WINDOW = ("--law", "fixed", "--window-max", "300", "--window-min", "300")
 SAMPLES = 6000
 EVERY_MS = 1000  # us
 EVERY_80_US = 80

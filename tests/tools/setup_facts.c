@@ -62,6 +62,17 @@ bool davar_take(davar_t *davar, davar_result_t *taken)
     return davar != &gyro[DAVAR_SETUP_AXES - 1];
 }
 
+void davar_reset(davar_t *davar)
+{
+    (void)printf("reset %d\n", axis_of(davar));
+}
+
+davar_health_t davar_health(const davar_t *davar)
+{
+    const davar_health_t health = {.gaps = 1U + (uint32_t)axis_of(davar)};
+    return health;
+}
+
 static bool fit(const char *name, const davar_plan_t *plan, double rate_hz, davar_result_t *fitted)
 {
     (void)printf("%s %d %d %.17g\n", name, (int)fitted->window_samples - 1,
@@ -106,6 +117,11 @@ void davar_cascade_gap(davar_cascade_t *one, uint32_t missing)
     (void)printf("slow_gap %d %" PRIu32 "\n", (int)(one - cascade), missing);
 }
 
+void davar_cascade_reset(davar_cascade_t *one)
+{
+    (void)printf("slow_reset %d\n", (int)(one - cascade));
+}
+
 bool davar_cascade_append(const davar_cascade_t *one, davar_result_t *longer)
 {
     (void)printf("append %d %u\n", (int)(one - cascade), (unsigned)longer->tau_count);
@@ -146,5 +162,12 @@ int main(int argc, char *argv[])
         (void)printf("curve %d %d\n", a, davar_setup_curve(a) != NULL);
 #endif
     }
+    davar_setup_restart();
+    for (uint8_t a = 0U; a <= DAVAR_SETUP_AXES; a++) {
+        const davar_t *const davar = davar_setup_instance(a);
+        (void)printf("instance %d %d\n", a, (davar == NULL) ? -1 : axis_of(davar));
+        (void)printf("health %d %d\n", a, (int)davar_setup_health(a).gaps);
+    }
+    (void)printf("config 0 %d\n", davar_setup_config() == &config);
     return 0;
 }

@@ -93,7 +93,7 @@ def test_the_interval_of_arw_is_as_wide_as_promised_and_holds_the_truth(words):
     noise = np.random.default_rng(len(words))
     samples = filtered(wishes.bandwidth, wishes.rate_hz, WINDOWS * window + 1000, noise)[1000:]
     counts = sigma * samples if wishes.type == "float" else np.rint(sigma * samples)
-    rows = simulated(plan, counts, "--policy", "fixed", "--stride", window)
+    rows = simulated(plan, counts, "--law", "fixed", "--stride", window)
     found = np.array(
         [
             [float(row[f"arw_{what}deg_per_sqrt_h"]) for what in ("", "low_", "high_")]
@@ -131,7 +131,7 @@ def test_an_alarm_comes_as_soon_as_promised_and_the_window_is_as_long(words):
         rows = simulated(
             plan,
             np.rint(40 * samples * scale),
-            *("--policy", "glr", "--false-alarms-per-hour", wishes.false_alarms_per_hour),
+            *("--law", "glr", "--false-alarms-per-hour", wishes.false_alarms_per_hour),
         )
         alarms = [int(row["epoch"]) for row in rows if row["alarm"] == "1"]
         late.append(next((at - start + 1 for at in alarms if at >= start), math.inf))

@@ -4,11 +4,13 @@ to the library, and its calls may come in any order. test_planner_figures.py tes
 
 import json
 import math
+import shutil
 import subprocess
 
 import c_library
+import numpy as np
 import pytest
-from planner_case import EXAMPLE, ROOT, WISHES, gcc, plan_of, planned, printed_by, run, write
+from planner_case import EXAMPLE, ROOT, USUAL, WISHES, gcc, plan_of, planned, printed_by, run, write
 
 FILES = {"davar_setup.h", "davar_setup.c", "davar_setup.args", "davar_setup.cmake"}
 HERE = ROOT / "tests/tools"
@@ -98,6 +100,105 @@ def test_a_result_is_of_its_axis_and_fitted_with_the_plan_of_the_files(words, tm
         sizes[-1] = len(design.taus)
         assert [more for name, _, more in calls if name == "fit"] == [[1, rate]] * axes
     assert appended[-1:] == sizes[-1:] if design.cascade_taus else appended == []
+
+
+@pytest.mark.parametrize("words", (WISHES[3], WISHES[7]))
+def test_restart_health_and_instance_are_those_of_the_axis(words, tmp_path):
+    axes, calls = plan_of(words).design.wishes.axes, called(words, tmp_path)
+    for name in ("reset", *(["slow_reset"] if "longest-tau" in words else [])):
+        assert [axis for one, axis, _ in calls if one == name] == list(range(axes))
+    instances = [more for name, _, more in calls if name == "instance"]
+    assert instances == [[a] for a in range(axes)] + [[-1]]  # null for an axis that is not there
+    assert [more for name, _, more in calls if name == "health"] == [
+        [a] for a in [*range(1, axes + 1), 0]
+    ]
+    assert [more for name, _, more in calls if name == "config"] == [[1]]
+
+
+# Pushes white noise of sigma 20 counts; prints each result, and the health of axis 0 at the end.
+ALONE = """#include "davar_setup.h"
+#include <stdio.h>
+static uint64_t state = 1;
+static int16_t noise(void)
+{
+    double sum = -6.0;
+    for (int k = 0; k < 12; k++) {
+        state = (state * UINT64_C(6364136223846793005)) + UINT64_C(1442695040888963407);
+        sum += (double)(state >> 11U) / 9007199254740992.0;
+    }
+    return (int16_t)((20.0 * sum) + 1000.5);
+}
+int main(void)
+{
+    if (davar_setup_start() != DAVAR_OK) {
+        return 1;
+    }
+    for (int i = 0; i < 40000; i++) {
+        int16_t samples[DAVAR_SETUP_AXES];
+        for (int a = 0; a < DAVAR_SETUP_AXES; a++) {
+            samples[a] = noise();
+        }
+        davar_setup_push(samples, 1);
+        const davar_result_t *const result = davar_setup_take(0);
+        if (result != NULL) {
+            const davar_coefficient_t *const arw =
+                &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
+            printf("%d %g %g %g\\n", arw->present, arw->value, arw->low, arw->high);
+        }
+    }
+    davar_setup_gap(7);
+    return (davar_setup_health(0).missing == 7) ? 0 : 2;
+}
+"""
+STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
+M0 = ("arm-none-eabi-gcc", "-mcpu=cortex-m0", "-mthumb", "--specs=nosys.specs")
+
+
+def compiled_alone(folder, *compiler):
+    """A self-contained setup with a program, without any include path or option of davar."""
+    sources = ("davar.c", "davar_setup.c", "program.c")
+    words = [*compiler, *STRICT, "-O0", *sources, "-lm", "-o", "program"]
+    done = subprocess.run(words, text=True, capture_output=True, cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+SLOW = [
+    pytest.param(more, marks=pytest.mark.slow)
+    for more in (" --longest-tau 100", " --false-alarms-per-hour 0.1")
+]
+
+
+@pytest.mark.parametrize("more", ["", *SLOW])
+def test_a_self_contained_setup_compiles_alone_and_measures_noise(more, tmp_path):
+    words = f"--rate 100 --lsb 0.05 --bandwidth none --core cortex-m0{more}"
+    folder = tmp_path / "setup"
+    done = run([*words.split(), "-o", str(folder), "--self-contained"])
+    assert (done.status, done.err) == (0, "")
+    names = {"davar.h", "davar.c", "davar_setup.h", "davar_setup.c"}
+    assert {path.name for path in folder.iterdir()} == names
+    (folder / "program.c").write_text(ALONE)
+    compiled_alone(folder, "gcc")
+    lines = printed_by([folder / "program"]).splitlines()
+    present, value, low, high = np.array([list(map(float, line.split())) for line in lines]).T
+    truth = 60 * 20 * 0.05 / math.sqrt(100)  # 6 deg/sqrt(h)
+    assert len(lines) > 40
+    assert np.mean(present) > 0.9
+    there = present == 1
+    assert np.mean((low[there] <= truth) & (truth <= high[there])) > 0.85
+    assert np.median(value[there]) == pytest.approx(truth, rel=0.05)
+    if shutil.which(M0[0]):
+        compiled_alone(folder, *M0)
+
+
+def test_a_self_contained_setup_refuses_contradicting_options_and_needs_a_folder(tmp_path):
+    words = USUAL.split()
+    assert run([*words, "-o", str(tmp_path), "--self-contained"]).status == 0
+    assert "redefined" in gcc(tmp_path, "-DDAVAR_TAUS_MAX=3", "-fsyntax-only", "davar_setup.c")
+    done = run([*words, "--self-contained"])
+    assert (done.status, done.out) == (2, "")
+    assert done.err == (
+        "davar-plan: --self-contained: needs -o FOLDER, where the files are written\n"
+    )
 
 
 def test_the_header_refuses_other_options_and_serves_c_plus_plus(tmp_path):

@@ -1,4 +1,4 @@
-/* davar tests - how policy glr reports a change: the levels before and after it. Waiting samples at
+/* davar tests - how law glr reports a change: the levels before and after it. Waiting samples at
  * the end of a record are processed. */
 #include "davar/davar.h"
 #include "davar/fit.h"
@@ -110,7 +110,7 @@ static void test_a_step_reports_both_levels(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-8 * expected, expected, result.change.newer);
 }
 
-static void test_other_policies_report_no_change(void)
+static void test_other_laws_report_no_change(void)
 {
     uint32_t first = 0U;
     make_stream(1U, 2.0);
@@ -254,7 +254,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_step_reports_both_levels);
-    RUN_TEST(test_other_policies_report_no_change);
+    RUN_TEST(test_other_laws_report_no_change);
     RUN_TEST(test_a_sensor_that_is_stuck_has_level_0);
     RUN_TEST(test_a_restored_stream_reports_the_same);
     RUN_TEST(test_intervals_of_a_chosen_window_are_wider);

@@ -1,4 +1,4 @@
-/* davar tests - policy glr: the stride only sets how often results come. Streams with steps, shocks
+/* davar tests - law glr: the stride only sets how often results come. Streams with steps, shocks
  * and gaps: each result equals that of the same stream with a stride of one block, in window, age
  * of the cut, `young` and every bit of the deviations. */
 #include "davar/davar.h"

@@ -155,6 +155,40 @@ static void test_a_health_counter_that_changed_goes_first(void)
     TEST_ASSERT_EQUAL(DAVAR_HEALTH_BUS_OFF + 1, next_health_item());
 }
 
+static void test_the_counters_of_an_instance_go_to_their_frames_and_leave_the_others(void)
+{
+    static const struct {
+        davar_health_item_t item;
+        uint32_t count;
+    } own[] = {{DAVAR_HEALTH_GAPS, 1U},
+               {DAVAR_HEALTH_MISSING_SAMPLES, 2U},
+               {DAVAR_HEALTH_SATURATED_SAMPLES, 3U},
+               {DAVAR_HEALTH_NOT_FINITE_SAMPLES, 4U},
+               {DAVAR_HEALTH_WINDOW_RESTARTS, 5U},
+               {DAVAR_HEALTH_RESULTS_MISSED, 6U},
+               {DAVAR_HEALTH_WINDOW_CUTS, 7U},
+               {DAVAR_HEALTH_NOISE_ALARMS, 8U},
+               {DAVAR_HEALTH_SHOCKS_LEFT_OUT, 9U}};
+    davar_can_health_t expected;
+    for (size_t i = 0; i < DAVAR_HEALTH_COUNT; i++) {
+        health.count[i] = 100U + (uint32_t)i;
+    }
+    expected = health;
+    for (size_t i = 0; i < (sizeof own / sizeof own[0]); i++) {
+        expected.count[own[i].item] = own[i].count;
+    }
+    davar_can_health(&health, &(davar_health_t){.gaps = 1U,
+                                                 .missing = 2U,
+                                                 .saturated = 3U,
+                                                 .not_finite = 4U,
+                                                 .restarts = 5U,
+                                                 .missed = 6U,
+                                                 .cuts = 7U,
+                                                 .alarms = 8U,
+                                                 .shocks = 9U});
+    TEST_ASSERT_EQUAL_MEMORY(&expected, &health, sizeof health);
+}
+
 static void test_the_last_frames_send_every_counter(void)
 {
     uint32_t told = 0U;
@@ -485,6 +519,7 @@ int main(void)
     RUN_TEST(test_a_result_that_begins_early_is_complete);
     RUN_TEST(test_identifiers_beyond_eleven_bits_are_rejected);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);
+    RUN_TEST(test_the_counters_of_an_instance_go_to_their_frames_and_leave_the_others);
     RUN_TEST(test_the_last_frames_send_every_counter);
     RUN_TEST(test_a_misfit_goes_over_the_wire_and_only_with_its_content);
     RUN_TEST(test_extreme_values_saturate_and_absent_ones_are_nan);

@@ -3,7 +3,7 @@
  * intended change, store the number that the failure prints and describe the change in
  * CHANGELOG.md. */
 #include "davar/davar.h"
-#include "davar_policy.h"
+#include "davar_law_id.h"
 #include "fit/plan.h"
 #include "number/real.h"
 
@@ -124,7 +124,7 @@ static void run(bool is_wide, const davar_config_t *config)
     TEST_ASSERT_TRUE_MESSAGE(digest == first, "different bits after a reset");
 }
 
-static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32_t stride)
+static davar_config_t config_of(davar_law_id_t id, davar_mode_t mode, uint32_t stride)
 {
     davar_config_t config = davar_default_config;
     config.window.mode = DAVAR_MODE_CENTRED;
@@ -133,10 +133,9 @@ static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32
     config.full_scale = 500.0;
     config.window.longest = 600U;
     config.window.shortest =
-        (policy == DAVAR_POLICY_FIXED) ? 600U : ((policy == DAVAR_POLICY_GLR) ? 64U : 128U);
-    config.moments.segment =
-        ((policy == DAVAR_POLICY_FIXED) || (policy == DAVAR_POLICY_GLR)) ? 0U : 60U;
-    config.law = davar_policy_law(policy, false);
+        (id == DAVAR_LAW_ID_FIXED) ? 600U : ((id == DAVAR_LAW_ID_GLR) ? 64U : 128U);
+    config.moments.segment = ((id == DAVAR_LAW_ID_FIXED) || (id == DAVAR_LAW_ID_GLR)) ? 0U : 60U;
+    config.law = davar_law_of_id(id, false);
     config.window.mode = mode;
     config.stride = stride;
     config.taus = taus;
@@ -145,19 +144,18 @@ static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32
     return config;
 }
 
-static void run_policy(bool is_wide, davar_policy_t policy, davar_engine_t engine)
+static void run_law(bool is_wide, davar_law_id_t id, davar_engine_t engine)
 {
     davar_plan_init_white(&plan, taus, 5U);
     static const uint32_t strides[] = {
         1U, 20U, 7U, 23U}; /* the latter two: windows whose edges lie between results */
     for (uint32_t way = 0U; way < 8U; way++) {
-        davar_config_t config =
-            config_of(policy, ((way & 1U) != 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING,
-                      strides[way / 2U]);
+        davar_config_t config = config_of(
+            id, ((way & 1U) != 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING, strides[way / 2U]);
         config.window.mirrored_end = (way == 1U);
         config.engine = engine;
         config.glr.block = (way < 4U) ? (6U + (2U * way)) : 10U;
-        davar_policy_retype(&config, is_wide);
+        davar_law_retype(&config, is_wide);
         run(is_wide, &config);
     }
 }
@@ -177,15 +175,15 @@ static void test_results(void)
         {false, true, DAVAR_ENGINE_AUTO, UINT64_C(0xD48826A0BCBE902E)},
         {true, true, DAVAR_ENGINE_AUTO, UINT64_C(0x829D74617F230AD6)},
     };
-    static const davar_policy_t policies[] = {DAVAR_POLICY_FIXED, DAVAR_POLICY_KURTOSIS,
-                                              DAVAR_POLICY_OR, DAVAR_POLICY_AND};
+    static const davar_law_id_t ids[] = {DAVAR_LAW_ID_FIXED, DAVAR_LAW_ID_KURTOSIS, DAVAR_LAW_ID_OR,
+                                         DAVAR_LAW_ID_AND};
     for (size_t i = 0U; i < sizeof cases / sizeof cases[0]; i++) {
         digest_begin();
         for (uint32_t p = 0U; !cases[i].is_glr && (p < 4U); p++) {
-            run_policy(cases[i].is_wide, policies[p], cases[i].engine);
+            run_law(cases[i].is_wide, ids[p], cases[i].engine);
         }
         if (cases[i].is_glr) {
-            run_policy(cases[i].is_wide, DAVAR_POLICY_GLR, cases[i].engine);
+            run_law(cases[i].is_wide, DAVAR_LAW_ID_GLR, cases[i].engine);
         }
         expect(cases[i].recorded);
     }

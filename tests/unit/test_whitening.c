@@ -1,4 +1,4 @@
-/* davar tests - whitening before the detector (10.16): policy glr after a filter compared with
+/* davar tests - whitening before the detector (10.16): law glr after a filter compared with
  * a detector of blocks that the test whitens itself, from the samples since the last gap. */
 #include "davar/davar.h"
 #include "detector/glr.h"

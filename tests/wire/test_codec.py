@@ -189,7 +189,7 @@ MONITOR = ["Monitor"] * (TAUS + 1)
         (4, 15, 0, ["ResultFd", *REST, *TAIL]),
         (7, 16, 1, [*HEAD, *MONITOR, *TAIL]),
         (8, 24, 0, ["ResultFd", *REST, *MONITOR, *TAIL]),
-        # policy glr reports its changes
+        # law glr reports its changes
         (9, 0, 8, [*HEAD, "Change", *TAIL]),
         (10, 3, 34, [*HEAD, *["Change"] * 4, *ADEVS, *["Coefficient"] * 5, *TAIL]),
         (11, 8, 9, ["ResultFd", *["Change"] * 4, *REST, *TAIL]),

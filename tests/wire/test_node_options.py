@@ -16,7 +16,7 @@ REFUSED = {
     "--lsb": "0 -1 nan x",
     "--bits": "1 33 x -8 4294967312",
     "--bandwidth": "'' x 0.01 -1",
-    "--policy": "and ''",
+    "--law": "and ''",
     "--window-max": "0 3 4294967296 -600 6e2 100000000",
     "--window-min": "0 601 x",
     "--segment": "0 400 5000 1.5",
@@ -55,7 +55,8 @@ TOGETHER = {
     "--out can:a_name_that_is_too_long": LONG,
     "--content fd": "--out: slcan:pty: a serial line carries no CAN FD frames",
     "--base 7F0 --channel 1": "--base: channel 1 does not fit into 11-bit identifiers",
-    "--policy glr --alarm-on 1": "--alarm-on: cannot be used with --policy glr",
+    **{f"{name} glr --alarm-on 1": "--alarm-on: cannot be used with --law glr"
+       for name in ("--law", "--policy")},  # its old name
     "--node-id 5": f"--node-id: needs --out {ANY}",
     **{f"--out {out} --system-id 5": "--system-id: needs --out mavlink:.."
        for out in ("slcan:pty", "dronecan:can0", "cyphal:can0")},
@@ -122,4 +123,5 @@ def test_help_states_that_a_process_has_one_channel():
     done = node("--help")
     assert (done.returncode, done.stderr) == (0, "")
     assert "One process handles one channel" in done.stdout
+    assert "policy" not in done.stdout
     assert max(map(len, done.stdout.splitlines())) <= 100

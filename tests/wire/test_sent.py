@@ -107,8 +107,8 @@ def assert_rows(rows, found, sizes, coefficients=5):
 OCTAVES = (1, 2, 4, 8, 16)
 SETTINGS = {
     "or": ("--mode", "trailing", *SMALL),
-    "and, centred": ("--policy", "and", *SMALL),
-    "fixed, list": ("--policy", "fixed", "--taus", "1,3,9", *SMALL),
+    "and, centred": ("--law", "and", *SMALL),
+    "fixed, list": ("--law", "fixed", "--taus", "1,3,9", *SMALL),
     "longest tau": ("--mode", "trailing", *SMALL, "--longest-tau", 2.6),
 }
 SIZES = {"fixed, list": (1, 3, 9), "longest tau": (*OCTAVES, 64, 128, 256)}
@@ -138,7 +138,7 @@ def test_davar_sim_sends_what_it_prints(name):
 def test_davar_sim_sends_the_deviations_of_a_model(tmp_path):
     table = tmp_path / "model.csv"
     table.write_text("m,adev_dps,relative_tolerance\n1,2,0\n4,1,0.1\n")
-    words = ("--policy", "fixed", *SMALL, "--model-table", table)
+    words = ("--law", "fixed", *SMALL, "--model-table", table)
     columns = [noise(600), noise(600, 100)]
     both = ("--column", "gyro_x_counts,gyro_y_counts")
     rows = csv_of(columns, *words, *both)
@@ -171,7 +171,7 @@ def node_and_sim(counts, words, wanted, text=None, steps=None, sizes=OCTAVES):
 
 LONG = (1, 2, 4, 8, 16, 32, 64)
 DEFAULT = ("--window-max", 600, "--window-min", 400, "--segment", 100, "--stride", 100)
-GLR = ("--policy", "glr", "--window-max", 6000, "--window-min", 20, "--segment", 0, "--stride", 100)
+GLR = ("--law", "glr", "--window-max", 6000, "--window-min", 20, "--segment", 0, "--stride", 100)
 FREQUENT = (*GLR, "--cut-interval", 2, "--false-alarms-per-hour", 1)
 CUTOFF = ("--bandwidth", "20:1:5")
 NODES = {
@@ -198,7 +198,7 @@ def test_davar_node_sends_what_davar_sim_prints(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", [("--policy", "glr"), FREQUENT])
+@pytest.mark.parametrize("words", [("--law", "glr"), FREQUENT])
 def test_davar_node_reports_changes(words):
     wanted = FREQUENT if words == FREQUENT else GLR
     octaves = tuple(1 << k for k in range(10))

@@ -22,7 +22,7 @@ static const uint32_t taus[TAUS] = {
     1U << 8,  1U << 9,  1U << 10, 1U << 11, 1U << 12, 1U << 13, 1U << 14, 1U << 15,
     1U << 16, 1U << 17, 1U << 18, 1U << 19, 1U << 20, 1U << 21, 1U << 22, 1U << 23,
     1U << 24, 1U << 25, 1U << 26, 1U << 27, 1U << 28, 1U << 29, 1U << 30, UINT32_MAX};
-/* Channels from 8 onward have policy glr. */
+/* Channels from 8 onward have law glr. */
 static davar_config_t config = {
     .rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = TAUS};
 

@@ -61,8 +61,8 @@ def listening(page, source):
 
 def test_what_is_sent_is_shown_and_kept(folder, opened, sender):
     bench = opened()
-    process, source = sender(*DEMO, "--policy", "glr")
-    truth = {int(row["epoch"]): row for row in printed(*DEMO, "--policy", "glr")}
+    process, source = sender(*DEMO, "--law", "glr")
+    truth = {int(row["epoch"]): row for row in printed(*DEMO, "--law", "glr")}
     shown = heard(bench, source)["rows"]
     assert process.wait() == 0
     assert [row["epoch"] for row in shown] == sorted(truth)[-len(shown) :]
@@ -173,7 +173,7 @@ def test_the_allan_curve_grows_to_a_day(folder, opened, sender):
 
 
 def test_the_screen_shows_what_the_server_has(opened, sender, tabs):
-    _, source = sender(*DEMO, "--policy", "glr", "--longest-tau", "110")
+    _, source = sender(*DEMO, "--law", "glr", "--longest-tau", "110")
     bench = opened()
     page = listening(tabs.open(bench), source)
     expect(page.locator("#live-state")).to_contain_text("ended")

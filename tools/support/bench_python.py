@@ -59,7 +59,7 @@ def options(window: int) -> dict[str, Any]:
     return {
         "rate_hz": RATE_HZ,
         "lsb": LSB_DPS,
-        "policy": "fixed",
+        "law": "fixed",
         "mode": "trailing",
         "window_max": window,
         "window_min": window,

@@ -193,6 +193,19 @@ static void fill_fd(davar_encoder_t *encoder, davar_frame_t *frame)
     }
 }
 
+void davar_can_health(davar_can_health_t *frames, const davar_health_t *health)
+{
+    frames->count[DAVAR_HEALTH_GAPS] = health->gaps;
+    frames->count[DAVAR_HEALTH_MISSING_SAMPLES] = health->missing;
+    frames->count[DAVAR_HEALTH_SATURATED_SAMPLES] = health->saturated;
+    frames->count[DAVAR_HEALTH_NOT_FINITE_SAMPLES] = health->not_finite;
+    frames->count[DAVAR_HEALTH_WINDOW_RESTARTS] = health->restarts;
+    frames->count[DAVAR_HEALTH_RESULTS_MISSED] = health->missed;
+    frames->count[DAVAR_HEALTH_WINDOW_CUTS] = health->cuts;
+    frames->count[DAVAR_HEALTH_NOISE_ALARMS] = health->alarms;
+    frames->count[DAVAR_HEALTH_SHOCKS_LEFT_OUT] = health->shocks;
+}
+
 /* The next counter that has changed, otherwise the next one. */
 static uint8_t next_health(const davar_encoder_t *encoder)
 {

@@ -8,18 +8,18 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import choice, costs, design, report, sensors, text, wishes
+from . import choice, costs, design, programs, report, sensors, text, wishes
 from .choice import Impossible, Plan
 from .wishes import BadOption
 
 USAGE = """\
-usage: tools/davar-plan --rate HZ --lsb X --core CORE [options] [-o FOLDER] [--json]
-       tools/davar-plan --sensor NAME@RATE --core CORE [options] [-o FOLDER] [--json]
+usage: tools/davar-plan --rate HZ --lsb X --core CORE [options]
+       tools/davar-plan --sensor NAME@RATE --core CORE [options]
        tools/davar-plan --taus M,M,... [--long M,M,...] [--bandwidth FILTER --rate HZ]
                         [--name NAME] > plan.c
 
 The first two forms plan a setup of davar for your gyro, your chip and your wishes. They print its
-promises and its costs, and write it to FOLDER as C: davar_setup.h and davar_setup.c with the
+promises and its costs. With -o FOLDER they write it as C: davar_setup.h and davar_setup.c with the
 functions start, push and take, and the options of the build. The third form writes the plan of a
 fit alone: see --taus --help.
 
@@ -48,6 +48,8 @@ What you want
                        an alarm when the noise changes, and X false alarms in an hour
 
   -o FOLDER            write the files; without it, only print
+  --self-contained     with -o: also write davar itself, as davar.c and davar.h, so that FOLDER
+                       compiles alone
   --json               one JSON object on standard output
   --help
 
@@ -82,10 +84,12 @@ def write(folder: Path, contents: dict[str, str]) -> None:
         raise BadOption(f"-o: cannot write {why.filename}: {why.strerror}") from None
 
 
-def files(plan: Plan, command: str) -> dict[str, str]:
-    """Name -> content. command: the one that makes these files."""
+def files(plan: Plan, command: str, self_contained: bool = False) -> dict[str, str]:
+    """Name -> content. command: the one that makes these files; self_contained: with davar."""
     title = f"davar - a setup for {report.subject(plan)}, written by tools/davar-plan."
-    return text.files(plan.design, title, report.comment(plan, command))
+    library = programs.library() if self_contained else None
+    about = report.comment(plan, command, self_contained)
+    return text.files(plan.design, title, about, library)
 
 
 def run(words: Sequence[str]) -> int:
@@ -100,7 +104,7 @@ def run(words: Sequence[str]) -> int:
         return 1
     wrote = "nothing: give a folder with -o to get the C files"
     if command.folder is not None:
-        contents = files(plan, "tools/davar-plan " + shlex.join(words))
+        contents = files(plan, "tools/davar-plan " + shlex.join(words), command.self_contained)
         write(Path(command.folder), contents)
         wrote = f"{', '.join(contents)} in {command.folder}"
     if command.json:

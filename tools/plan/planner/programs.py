@@ -3,6 +3,8 @@
 import os
 import re
 import subprocess
+import sys
+import tempfile
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -16,6 +18,9 @@ PROGRAM = Path(
     )
 )
 PROMISE = PROGRAM.with_name("davar-promise")
+
+
+AMALGAMATE = Path(__file__).resolve().parents[2] / "support/amalgamate.py"
 
 
 class FitPlan(NamedTuple):
@@ -37,6 +42,15 @@ def run(program: Path, *words: str) -> str:
 def _promised(*words: str) -> dict[str, float]:
     lines = run(PROMISE, *words).splitlines()
     return {name: float(value) for name, value in map(str.split, lines)}
+
+
+def library() -> dict[str, str]:
+    """davar as two files: name -> content. Raises BadOption."""
+    if not AMALGAMATE.exists():
+        raise BadOption("--self-contained: needs the sources of davar: run it in a checkout")
+    with tempfile.TemporaryDirectory() as folder:
+        run(Path(sys.executable), str(AMALGAMATE), folder)
+        return {name: Path(folder, name).read_text("utf-8") for name in ("davar.h", "davar.c")}
 
 
 def memory(pointer: int, terms: Sequence[tuple[str, Sequence[int]]]) -> int:

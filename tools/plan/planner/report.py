@@ -203,22 +203,34 @@ def lines(plan: Plan) -> list[str]:
     return found
 
 
-def comment(plan: Plan, command: str) -> list[str]:
-    """The comment at the top of davar_setup.h."""
+def _build(plan: Plan, self_contained: bool) -> list[str]:
+    """How to compile it."""
+    if self_contained:
+        return [
+            "Compile davar.c and davar_setup.c of this folder with your program. They need C11 and",
+            "libm, and no options: davar.h has those of this setup.",
+        ]
     options = " ".join(f"-D{define}" for define in text.defines(plan.design))
+    return [
+        "Compile this file, davar and everything that includes its headers with",
+        "",
+        f"    {options}",
+        "",
+        "which davar_setup.args has for gcc and clang (@davar_setup.args), and davar_setup.cmake",
+        "for CMake (include it before add_subdirectory of davar).",
+    ]
+
+
+def comment(plan: Plan, command: str, self_contained: bool = False) -> list[str]:
+    """The comment at the top of davar_setup.h."""
     return [
         "",
         f"    {command}",
         "",
         *lines(plan),
         "",
-        "Figures are for -Os and emulated cores (docs/PLANNER.md). Compile this file, davar and",
-        "everything that includes its headers with",
-        "",
-        f"    {options}",
-        "",
-        "which davar_setup.args has for gcc and clang (@davar_setup.args), and davar_setup.cmake",
-        "for CMake (include it before add_subdirectory of davar).",
+        "Figures are for -Os and emulated cores (docs/PLANNER.md).",
+        *_build(plan, self_contained),
     ]
 
 

@@ -58,10 +58,10 @@ HEADER = """/* {title}
 #ifndef DAVAR_SETUP_H
 #define DAVAR_SETUP_H
 
-#include "davar/davar.h"
+#include "{davar}"
 
 #if {conditions}
-#error "compile davar and everything that includes its headers with the options of davar_setup.args"
+#error "{wrong}"
 #endif
 
 #ifdef __cplusplus
@@ -88,6 +88,23 @@ void davar_setup_gap(uint32_t missing);
  *   noise: why a coefficient is absent */
 const davar_result_t *davar_setup_take(uint8_t axis);
 {curve}
+/* Returns to the state after davar_setup_start, counters included. Call it while no push is at
+ * work, for example after the gyro was configured again. */
+void davar_setup_restart(void);
+
+/* Returns the counts of gaps, lost and clipped samples, missed results and alarms of an axis since
+ * the start; all are 0 if there is no such axis. Call it in the main loop. davar_can_health copies
+ * them to the counters of CAN and serial frames. */
+davar_health_t davar_setup_health(uint8_t axis);
+
+/* Returns the instance of an axis, or null if there is no such axis, for the other functions of
+ * davar. davar_setup_take takes its results: each is there once. */
+davar_t *davar_setup_instance(uint8_t axis);
+
+/* Returns the configuration of all instances: rate, stride, window and cluster sizes. The encoder
+ * of frames needs it (davar_encoder_init). */
+const davar_config_t *davar_setup_config(void);
+
 #ifdef __cplusplus
 }}
 #endif
@@ -120,8 +137,8 @@ const davar_result_t *davar_setup_curve(uint8_t axis);
 }
 
 
-def header(design: Design, title: str, about: Sequence[str]) -> str:
-    """davar_setup.h. about: lines for the comment at the top."""
+def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str:
+    """davar_setup.h. about: lines for the comment at the top; alone: see files()."""
     axes = design.wishes.axes
     unit = "deg/s" if design.wishes.type == "float" else "counts"
     each = (
@@ -138,7 +155,12 @@ def header(design: Design, title: str, about: Sequence[str]) -> str:
     return HEADER.format(
         title=title,
         about="\n".join(f" * {line}".rstrip() for line in about),
+        davar="davar.h" if alone else "davar/davar.h",
         conditions=" || \\\n    ".join(lines),
+        wrong="this is another davar.h, or -DDAVAR_ options contradict it"
+        if alone
+        else "compile davar and everything that includes its headers with the options of "
+        "davar_setup.args",
         axes=axes,
         rate=design.wishes.rate_hz,
         each=each,
@@ -198,7 +220,30 @@ const davar_result_t *davar_setup_take(uint8_t axis)
     (void){white}(&davar_setup_plan, config.rate_hz, &result);
     return &result;
 }}
-{curve}"""
+{curve}
+void davar_setup_restart(void)
+{{
+    for (size_t a = 0; a < DAVAR_SETUP_AXES; a++) {{
+        davar_reset(&gyro[a]);
+{restart}    }}
+}}
+
+davar_health_t davar_setup_health(uint8_t axis)
+{{
+    const davar_health_t none = {{0}};
+    return (axis < DAVAR_SETUP_AXES) ? davar_health(&gyro[axis]) : none;
+}}
+
+davar_t *davar_setup_instance(uint8_t axis)
+{{
+    return (axis < DAVAR_SETUP_AXES) ? &gyro[axis] : NULL;
+}}
+
+const davar_config_t *davar_setup_config(void)
+{{
+    return &config;
+}}
+"""
 
 PUSH_ONE = """void davar_setup_push(const {sample} *samples, size_t count)
 {{
@@ -286,15 +331,14 @@ const davar_result_t *davar_setup_curve(uint8_t axis)
 }
 """,
 }
-INCLUDES = {
-    "arw": "",
-    "curve": '#include "davar/cascade.h"\n\n#include <math.h>\n#include <string.h>\n',
-    "terms": '#include "davar/cascade.h"\n\n#include <math.h>\n#include <string.h>\n',
-}
+CASCADE_HEADER = '#include "davar/cascade.h"\n\n'
+STANDARD = "#include <math.h>\n#include <string.h>\n"
 
 
-def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> str:
-    """davar_setup.c. plan: the text of the fit plan; whitening: settings of law glr."""
+def source(design: Design, title: str, plan: str, whitening: Sequence[str], alone: bool) -> str:
+    """davar_setup.c. plan: the text of the fit plan; whitening: settings of law glr; alone: see
+    files().
+    """
     wishes, slow = design.wishes, design.cascade_taus > 0
     suffix, sample = SUFFIX[wishes.type], SAMPLE[wishes.type]
     rate, scale = wishes.rate_hz, _scale(design)
@@ -310,7 +354,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> s
     )
     return SOURCE.format(
         title=title,
-        includes=INCLUDES[design.fit],
+        includes="" if not slow else STANDARD if alone else CASCADE_HEADER + STANDARD,
         plan=plan,
         taus=", ".join(map(str, design.taus)),
         rate=rate,
@@ -342,6 +386,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str]) -> s
         "        }\n",
         push=push,
         gap="        davar_cascade_gap(&cascade[a], missing);\n" if slow else "",
+        restart="        davar_cascade_reset(&cascade[a]);\n" if slow else "",
         curve=CURVE[design.fit],
         white="davar_fit_white" if design.fit == "terms" else "davar_fit_white_ready",
     )
@@ -355,13 +400,32 @@ def cmake(design: Design) -> str:
     )
 
 
-def files(design: Design, title: str, about: Sequence[str]) -> dict[str, str]:
-    """Name -> content. about: lines for the comment at the top of the header."""
-    long_taus = design.long_taus if design.fit == "terms" else ()
+def with_options(design: Design, library: dict[str, str]) -> dict[str, str]:
+    """The library as two files whose header has the options of the build."""
+    defined = "".join(f"#define {d.replace('=', ' ')}\n" for d in defines(design))
+    guard = "#define DAVAR_ONE_H\n"
+    before, found, rest = library["davar.h"].partition(guard)
+    assert found
+    about = "/* The options of davar_setup.h, by tools/davar-plan. */"
+    return {**library, "davar.h": f"{before}{guard}\n{about}\n{defined}{rest}"}
+
+
+def files(
+    design: Design, title: str, about: Sequence[str], library: dict[str, str] | None = None
+) -> dict[str, str]:
+    """Name -> content. about: lines for the comment at the top of the header. library: davar as two
+    files, so that the folder compiles alone and without options; None: from a folder of davar.
+    """
+    long_taus, alone = design.long_taus if design.fit == "terms" else (), library is not None
     plan = programs.fit_plan(design.wishes, design.taus, long_taus)
+    setup = {
+        "davar_setup.h": header(design, title, about, alone),
+        "davar_setup.c": source(design, title, plan.text, plan.whitening, alone),
+    }
+    if library is not None:
+        return {**setup, **with_options(design, library)}
     return {
-        "davar_setup.h": header(design, title, about),
-        "davar_setup.c": source(design, title, plan.text, plan.whitening),
+        **setup,
         "davar_setup.args": "".join(f"-D{define}\n" for define in defines(design)),
         "davar_setup.cmake": cmake(design),
     }

@@ -10,6 +10,7 @@ from . import sensors
 
 TYPES = ("int16", "int32", "float")
 AXES_MOST = 16
+FLAGS = ("--json", "--self-contained")
 OF_A_FIT = ("--taus", "--long", "--name")  # options of the program in C
 
 
@@ -125,21 +126,22 @@ class Command:
     wishes: Wishes
     folder: str | None
     json: bool
+    self_contained: bool
 
 
 def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
-    """Option -> its word. --json has none."""
+    """Option -> its word; "" of a flag."""
     found: dict[str, str] = {}
     rest = list(words)
     while rest:
         option, *inside = rest.pop(0).split("=", 1)
         if option in OF_A_FIT:
             raise BadOption(f"{option}: only for the plan of a fit, where --taus is the first word")
-        if option not in options or (option == "--json" and inside):
+        if option not in options or (option in FLAGS and inside):
             raise BadOption(f"{option}: unknown option (see --help)")
         if option in found:
             raise BadOption(f"{option}: given twice")
-        if option == "--json":
+        if option in FLAGS:
             found[option] = ""
             continue
         if not inside and (not rest or rest[0] in options):
@@ -177,7 +179,7 @@ def checked(wishes: Wishes) -> Wishes:
 def read(words: Sequence[str], cores: Sequence[str]) -> Command:
     """Reads a command line. Raises BadOption."""
     readers = _readers(cores)
-    texts = _values(words, [*readers, "-o", "--json"])
+    texts = _values(words, [*readers, "-o", *FLAGS])
     if "--sensor" in texts and "--rate" in texts:
         raise BadOption("--rate: not with --sensor NAME@RATE, which states it")
     stated: dict[str, object] = of_sensor(texts["--sensor"]) if "--sensor" in texts else {}
@@ -195,4 +197,6 @@ def read(words: Sequence[str], cores: Sequence[str]) -> Command:
     if not texts.get("-o", "."):
         raise BadOption("-o: expected a folder, found ''")
     wishes = replace(Wishes(rate_hz=0.0, core=""), **stated)  # type: ignore[arg-type]
-    return Command(checked(wishes), texts.get("-o"), "--json" in texts)
+    if "--self-contained" in texts and "-o" not in texts:
+        raise BadOption("--self-contained: needs -o FOLDER, where the files are written")
+    return Command(checked(wishes), texts.get("-o"), "--json" in texts, "--self-contained" in texts)

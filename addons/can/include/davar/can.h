@@ -48,7 +48,7 @@ typedef enum {
 } davar_message_t;
 
 /** Counters of losses and faults; DAVAR_Health carries one of them at a time. The first six and the
- * last three are the fields of davar_health_t; the sender fills the others. */
+ * last three are those of davar_health_t (davar_can_health); the sender fills the others. */
 typedef enum {
     DAVAR_HEALTH_GAPS = 0,           /**< gaps */
     DAVAR_HEALTH_MISSING_SAMPLES,    /**< samples */
@@ -76,6 +76,10 @@ typedef enum {
 typedef struct {
     uint32_t count[DAVAR_HEALTH_COUNT]; /**< by davar_health_item_t */
 } davar_can_health_t;
+
+/** Copies the counters of an instance (davar_health) to *frames. The counters of link, source and
+ * monitor keep their values. Cost: O(1). */
+void davar_can_health(davar_can_health_t *frames, const davar_health_t *health);
 
 /** Item of DAVAR_Setup. The cluster size of tau i is item DAVAR_SETUP_TAU + i. */
 typedef enum {

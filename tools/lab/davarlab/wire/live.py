@@ -28,7 +28,7 @@ def say(text: str) -> None:
 
 
 def alarm(values: Row) -> str:
-    """What policy glr has to say, in words."""
+    """What law glr has to say, in words."""
     if not values.get("alarm"):
         return ""
     older, newer, m = (values.get(name) for name in ("change_older", "change_newer", "change_m"))

@@ -44,7 +44,7 @@ TRACKED = [
     "change_newer",
     "change_gain",
     "young",
-]  # policy glr
+]  # law glr
 WAITING_MAX = 64  # results: DAVAR_Setup names every cluster size within 35
 ROW_BYTES_MAX = 1 << 16
 

@@ -67,7 +67,7 @@ const TERMS = [["bi_deg_per_h", "BI", "deg/h"], ["rrw_deg_per_h_per_sqrt_h", "RR
 const resolved = (row) => TERMS.filter(([name]) => row[name]).map(([name, short, unit]) => `, ${short} ${number(row[name])} ${unit}`).join("");
 
 function said(last, shown, chosen) {
-  const changed = shown.findLast((row) => row.alarm); // policy glr
+  const changed = shown.findLast((row) => row.alarm); // law glr
   const arw = last.arw_deg_per_sqrt_h, health = counts(standing.health[chosen] || {});
   fill("live-said", element("b", { id: "live-arw" }, arw === undefined || arw === null ? "ARW absent" : `ARW ${number(arw, 4)}`),
     ` deg/√h${last.arw_low_deg_per_sqrt_h ? ` [${number(last.arw_low_deg_per_sqrt_h)}, ${number(last.arw_high_deg_per_sqrt_h)}]` : ""}`,
@@ -111,7 +111,7 @@ function when(shown) {
   return [{ clock: true }, shown.map((row) => row.time_s)];
 }
 
-// Crosses: unstable windows, or alarms of policy glr.
+// Crosses: unstable windows, or alarms of law glr.
 function rolling(shown) {
   const [axis, x] = when(shown), of = (name) => shown.map((row) => row[name] ?? null), marked = shown.map((row, i) => ((row.alarm ?? row.unstable) ? i : -1)).filter((i) => i >= 0), arw = of("arw_deg_per_sqrt_h");
   const top = Math.max(...arw, ...of("arw_high_deg_per_sqrt_h")) * 1.1 || 1;

@@ -1,0 +1,44 @@
+/** @file
+ * davar - the window laws by number, for programs whose user selects one.
+ *
+ * A file that includes this header links all laws. */
+#ifndef DAVAR_LAW_ID_H
+#define DAVAR_LAW_ID_H
+
+#include "davar/law.h"
+
+/** The ids of the laws (davar/law.h). */
+typedef enum {
+    DAVAR_LAW_ID_FIXED = 0,    /**< no law: the window keeps its length */
+    DAVAR_LAW_ID_KURTOSIS = 1, /**< davar_law_kurtosis */
+    DAVAR_LAW_ID_OR = 2,       /**< davar_law_or */
+    DAVAR_LAW_ID_AND = 3,      /**< davar_law_and */
+    DAVAR_LAW_ID_GLR = 4       /**< davar_law_glr_q15 or davar_law_glr_q31 */
+} davar_law_id_t;
+
+/** Returns the law for counts of 16 bits, or for wider ones and floats (is_wide). Null for the
+ * fixed window. */
+static inline const davar_law_t *davar_law_of_id(davar_law_id_t id, bool is_wide)
+{
+    switch (id) {
+    case DAVAR_LAW_ID_KURTOSIS:
+        return &davar_law_kurtosis;
+    case DAVAR_LAW_ID_OR:
+        return &davar_law_or;
+    case DAVAR_LAW_ID_AND:
+        return &davar_law_and;
+    case DAVAR_LAW_ID_GLR:
+        return is_wide ? &davar_law_glr_q31 : &davar_law_glr_q15;
+    case DAVAR_LAW_ID_FIXED:
+    default:
+        return NULL;
+    }
+}
+
+/** Sets the same law for the other number type in *config. */
+static inline void davar_law_retype(davar_config_t *config, bool is_wide)
+{
+    config->law = davar_law_of_id((davar_law_id_t)davar_law_id(config), is_wide);
+}
+
+#endif
