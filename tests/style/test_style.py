@@ -25,6 +25,7 @@ MAY_INCLUDE = {
     "port/": "port/include port/wire lib/include",
     "firmware": "lib/include port/include port/node port/job port/wire port/bare_metal",
     "gateway": "lib/include port/include port/node port/linux",
+    "host_sim/centred": "lib/include lib/src port/include host_sim",  # the library's arithmetic
     "host_sim": "lib/include port/include port/node port/job host_sim",
     "tests/unit": "lib/include lib/src port/include port/node port/wire host_sim tests/support",
     "tests/tracking": "lib/include lib/src port/bare_metal port/include tests/support",
@@ -63,7 +64,10 @@ MARKS = tuple(
 # The rooms: which others each may include, besides itself. The entry functions lie beside them. Of
 # lib/src, filter, fit, cascade, monitor, select, state and wire include public headers and number
 # alone, and fit also filter (tests/consumer/test_rooms.py builds each of them without the rest).
-SIM_ROOMS = ("common", "options", "recording", "learning", "instances", "output", "replay")
+SIM_ROOMS = (
+    *("common", "options", "recording", "learning", "centred"),
+    *("instances", "output", "replay"),
+)
 ROOMS = {
     "lib/src": {
         "number": set(),
