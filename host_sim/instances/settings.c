@@ -62,7 +62,7 @@ static void set_tracking(davar_config_t *config, const options_t *options)
 static void set_steps(settings_t *settings, const options_t *options)
 {
     davar_config_t *const config = &settings->config;
-    config->window.grow = either(&options->grow, settings->is_centred ? 2U : 1U);
+    config->window.grow = either(&options->grow, settings->is_centred ? 2U : config->window.grow);
     config->window.shrink = either(&options->shrink, config->window.shrink);
     config->stride = either(&options->stride, config->stride);
     config->engine = options->engine;
@@ -201,15 +201,12 @@ static const char *option_of(davar_status_t status, const options_t *options)
         [DAVAR_ERR_RATE] = "--rate",
         [DAVAR_ERR_SCALE] = "--lsb",
         [DAVAR_ERR_SAMPLE_BITS] = "--bits",
-        [DAVAR_ERR_MODE] = "--mode",
         [DAVAR_ERR_LAW] = "--policy",
         [DAVAR_ERR_WINDOW_MAX] = "--window-max",
         [DAVAR_ERR_WINDOW_MIN] = "--window-min",
-        [DAVAR_ERR_WINDOW_ODD] = "--window-max or --window-min",
         [DAVAR_ERR_SEGMENT] = "--segment",
         [DAVAR_ERR_KURTOSIS] = "--kurtosis",
         [DAVAR_ERR_CONTRIBUTION] = "--contribution",
-        [DAVAR_ERR_STEP] = "--grow or --shrink",
         [DAVAR_ERR_SHRINK] = "--shrink",
         [DAVAR_ERR_STRIDE] = "--stride",
         [DAVAR_ERR_STRIDE_LONG] = "--stride or --window-max",

@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-#define FORMAT 8U
+#define FORMAT 9U
 
 /* The instance without its pointers. */
 typedef struct {
@@ -32,8 +32,6 @@ typedef struct {
 #define CHECK_U16(check, value) davar_image_check_u32(check, value)
 #define CHECK_I16(check, value) davar_image_check_u32(check, (uint32_t)(value))
 #define CHECK_U8(check, value) davar_image_check_u32(check, value)
-#define CHECK_BOOL(check, value) davar_image_check_u32(check, (uint32_t)(value))
-#define CHECK_MODE(check, value) davar_image_check_u32(check, (uint32_t)(value))
 #define CHECK_ENGINE(check, value) davar_image_check_u32(check, (uint32_t)(value))
 
 /* Covers everything that an image depends on. Field by field, because padding is undefined. */
