@@ -457,8 +457,6 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
                                   .system_id = NOT_GIVEN,
                                   .subject_id = NOT_GIVEN,
                                   .config = davar_default_config};
-    settings->config.window.mode = DAVAR_MODE_TRAILING;
-    settings->config.window.grow = 1U;
     settings->config.stride = NOT_GIVEN;
     settings->config.window.longest = NOT_GIVEN;
     settings->config.window.shortest = NOT_GIVEN;

@@ -9,6 +9,7 @@
 #include "output/report.h"
 #include "recording/torn.h"
 #include "replay/device.h"
+#include "replay/host.h"
 #include "replay/replay.h"
 
 #include <inttypes.h>
@@ -37,13 +38,13 @@ static bool fail_short(const run_t *run, sim_error_t *error)
                     "%s: too short: %" PRIu64 " samples, but one epoch needs at least %" PRIu64
                     " (see --window-max)",
                     run->options->recording, run->recording.rows,
-                    settings_samples_needed(&run->settings.config));
+                    settings_samples_needed(&run->settings));
 }
 
 static bool skip_torn(run_t *run, sim_error_t *error)
 {
     return torn_skip(run->torn, &run->recording, &run->timing, error) &&
-           ((run->recording.rows >= settings_samples_needed(&run->settings.config)) ||
+           ((run->recording.rows >= settings_samples_needed(&run->settings)) ||
             fail_short(run, error));
 }
 
@@ -54,7 +55,7 @@ static bool load(run_t *run, sim_error_t *error)
         !recording_load(&run->recording, options, &run->progress, error)) {
         return false;
     }
-    if (run->recording.rows < settings_samples_needed(&run->settings.config)) {
+    if (run->recording.rows < settings_samples_needed(&run->settings)) {
         return fail_short(run, error);
     }
     run->quantisation = quantise_plan(options, &run->recording.extent);
@@ -94,6 +95,11 @@ static bool replay(run_t *run, sim_error_t *error)
     stop_catch();
     if (run->options->device != NULL) {
         return device_replay(run->options->device, &run->replay, &run->engine, &run->health, error);
+    }
+    if (run->settings.is_centred) {
+        const bool good = host_replay(&run->replay, &run->engine);
+        run->health = engine_health(&run->engine);
+        return good;
     }
     const davar_port_t port = replay_port(&run->replay);
     davar_node_init(&run->node, run->engine.channels, run->engine.count, &port);

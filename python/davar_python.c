@@ -52,7 +52,7 @@ davar_python_t *davar_python_new(void)
     davar_python_t *run = calloc(1U, sizeof *run);
     if (run != NULL) {
         run->options.law = DAVAR_LAW_ID_OR;
-        run->options.mode = DAVAR_MODE_CENTRED;
+        run->options.mode = MODE_CENTRED;
         run->fit_every = 1U;
     }
     return run;
@@ -98,7 +98,7 @@ bool davar_python_configure(davar_python_t *run, uint64_t *needed)
     if (!settings_make(&run->settings, &run->options, &run->error)) {
         return false;
     }
-    *needed = settings_samples_needed(&run->settings.config);
+    *needed = settings_samples_needed(&run->settings);
     return true;
 }
 
@@ -247,10 +247,7 @@ static davar_cascade_t *cascade_of(const davar_python_t *run)
 
 void davar_python_gap(davar_python_t *run, uint32_t missing)
 {
-    davar_gap(run->engine.instances, missing);
-    if (cascade_of(run) != NULL) {
-        davar_cascade_gap(cascade_of(run), missing);
-    }
+    engine_gap(&run->engine, 0U, missing);
 }
 
 static void convert(davar_python_t *run, const double *values, size_t count)
@@ -267,9 +264,31 @@ static void convert(davar_python_t *run, const double *values, size_t count)
     }
 }
 
+/* The samples as the member of their number type. */
+static davar_port_samples_t converted(const davar_python_t *run)
+{
+    davar_port_samples_t samples = {0};
+    switch (run->engine.number) {
+    case DAVAR_PORT_Q15:
+        samples.q15 = run->samples.q15;
+        break;
+    case DAVAR_PORT_Q31:
+        samples.q31 = run->samples.q31;
+        break;
+    case DAVAR_PORT_F32:
+    default:
+        samples.f32 = run->samples.f32;
+        break;
+    }
+    return samples;
+}
+
 static size_t push_some(davar_python_t *run, size_t from, size_t count)
 {
     davar_t *davar = run->engine.instances;
+    if (run->engine.centred != NULL) {
+        return centred_push(run->engine.centred[0], converted(run), from, from + count);
+    }
     switch (run->engine.number) {
     case DAVAR_PORT_Q15:
         return davar_push_until_result_q15(davar, run->samples.q15 + from, count);
@@ -278,23 +297,6 @@ static size_t push_some(davar_python_t *run, size_t from, size_t count)
     case DAVAR_PORT_F32:
     default:
         return davar_push_until_result_f32(davar, run->samples.f32 + from, count);
-    }
-}
-
-static void push_cascade(davar_python_t *run, size_t from, size_t count)
-{
-    davar_cascade_t *const cascade = cascade_of(run);
-    switch (run->engine.number) {
-    case DAVAR_PORT_Q15:
-        davar_cascade_push_q15(cascade, run->samples.q15 + from, count);
-        break;
-    case DAVAR_PORT_Q31:
-        davar_cascade_push_q31(cascade, run->samples.q31 + from, count);
-        break;
-    case DAVAR_PORT_F32:
-    default:
-        davar_cascade_push_f32(cascade, run->samples.f32 + from, count);
-        break;
     }
 }
 
@@ -382,9 +384,21 @@ static void write_deviations(const davar_python_t *run, const rows_t *rows, size
     }
 }
 
+static bool take(davar_python_t *run)
+{
+    return (run->engine.centred != NULL) ? centred_take(run->engine.centred[0], &run->result)
+                                         : davar_take(run->engine.instances, &run->result);
+}
+
+static bool flush(davar_python_t *run)
+{
+    return (run->engine.centred != NULL) ? centred_flush(run->engine.centred[0])
+                                         : davar_flush(run->engine.instances);
+}
+
 static void take_row(davar_python_t *run, rows_t *rows)
 {
-    if (davar_take(run->engine.instances, &run->result)) {
+    if (take(run)) {
         if (cascade_of(run) != NULL) {
             (void)davar_cascade_append(cascade_of(run), &run->result);
         }
@@ -404,7 +418,7 @@ static size_t push_chunk(davar_python_t *run, size_t count, rows_t *rows)
             break;
         }
         if (cascade_of(run) != NULL) {
-            push_cascade(run, done, more);
+            davar_curve_push(cascade_of(run), run->engine.number, converted(run), done, more);
         }
         done += more;
         take_row(run, rows);
@@ -438,7 +452,7 @@ size_t davar_python_flush(davar_python_t *run, double *first, size_t stride, siz
     if (cascade_of(run) != NULL) {
         davar_cascade_flush(cascade_of(run));
     }
-    while ((rows.written < room) && davar_flush(run->engine.instances)) {
+    while ((rows.written < room) && flush(run)) {
         take_row(run, &rows);
     }
     return rows.written;
@@ -511,6 +525,7 @@ size_t davar_python_slide(davar_python_t *run, const double *values, size_t coun
     rows.first = first;
     const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U);
     size_t written = 0;
+    slide.is_centred = run->settings.is_centred;
     if (alone && slide_open(&slide, &run->engine.config, &run->quantisation, values, count)) {
         run->result = (davar_result_t){.tau_count = slide.config->tau_count,
                                        .unit_per_count = slide.config->unit_per_count,
@@ -530,7 +545,9 @@ size_t davar_python_slide(davar_python_t *run, const double *values, size_t coun
 
 void davar_python_health(const davar_python_t *run, uint32_t *counters)
 {
-    const davar_health_t health = davar_health(run->engine.instances);
+    const davar_health_t health = (run->engine.centred != NULL)
+                                      ? centred_health(run->engine.centred[0])
+                                      : davar_health(run->engine.instances);
     const uint32_t all[] = {health.gaps,       health.missing,  health.saturated,
                             health.not_finite, health.restarts, health.missed,
                             health.cuts,       health.alarms,   health.shocks};

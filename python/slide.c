@@ -56,9 +56,10 @@ static bool split(slide_t *slide, uint64_t range)
 bool slide_open(slide_t *slide, const davar_config_t *config, const quantisation_t *quantisation,
                 const double *values, size_t count)
 {
-    const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
+    const bool centred = slide->is_centred;
     const size_t longest = config->window.longest;
     *slide = (slide_t){.config = config,
+                       .is_centred = centred,
                        .count = count,
                        .mirrored = centred ? (longest / 2U) : 0U,
                        .shortest = centred ? longest : config->window.shortest};

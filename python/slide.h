@@ -16,6 +16,7 @@ typedef struct {
 
 typedef struct {
     const davar_config_t *config;
+    bool is_centred; /* set it before slide_open */
     size_t count;    /* samples of the record */
     size_t mirrored; /* samples of the mirror image before the record, and after it */
     size_t shortest; /* the window of the first row; it grows to the longest */

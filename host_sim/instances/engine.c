@@ -112,19 +112,38 @@ static void adapt(filtered_t *filtered, const davar_curve_t *curve, const davar_
     davar_bandwidth_plan(&filtered->plan, curve->taus, curve->tau_count, filter);
 }
 
-static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
+static bool fail_memory(const engine_t *engine, sim_error_t *error)
+{
+    return sim_fail(error, "--window-max: out of memory for %u samples, %zu channels",
+                    engine->config.window.longest, engine->count);
+}
+
+static bool allocate(engine_t *engine, size_t words, bool is_centred, sim_error_t *error)
 {
     engine->instances = calloc(engine->count, sizeof *engine->instances);
     engine->cascades = calloc(engine->count, sizeof *engine->cascades);
     engine->channels = calloc(engine->count, sizeof *engine->channels);
     engine->memory = calloc(engine->count, words * sizeof *engine->memory);
     engine->filtered = calloc(engine->count, sizeof *engine->filtered);
-    if ((engine->instances == NULL) || (engine->cascades == NULL) || (engine->channels == NULL) ||
-        (engine->memory == NULL) || (engine->filtered == NULL)) {
-        return sim_fail(error, "--window-max: out of memory for %u samples, %zu channels",
-                        engine->config.window.longest, engine->count);
+    if (is_centred) {
+        engine->centred = calloc(engine->count, sizeof(centred_t *));
+    }
+    if ((is_centred && (engine->centred == NULL)) || (engine->instances == NULL) ||
+        (engine->cascades == NULL) || (engine->channels == NULL) || (engine->memory == NULL) ||
+        (engine->filtered == NULL)) {
+        return fail_memory(engine, error);
     }
     return true;
+}
+
+/* Starts the instance of one channel in its memory. Centred windows have their own; the library then
+ * only checks the configuration, and for that it gets too little memory. */
+static davar_status_t start_instance(engine_t *engine, size_t c, uint64_t *memory, size_t words)
+{
+    const davar_config_t *const config = &engine->filtered[c].config;
+    const davar_status_t status =
+        init(engine->number, &engine->instances[c], config, memory, words * sizeof *memory);
+    return ((engine->centred != NULL) && (status == DAVAR_ERR_MEMORY_SIZE)) ? DAVAR_OK : status;
 }
 
 /* Starts one channel in its `words` of memory, of which the instance takes `own_words`. */
@@ -141,8 +160,7 @@ static bool start(engine_t *engine, size_t c, const davar_filter_t *filter, size
                                .number = engine->number,
                                .cascade = has_cascade ? &engine->cascades[c] : NULL,
                                .plan = &filtered->plan};
-    const davar_status_t status = init(engine->number, &engine->instances[c], &filtered->config,
-                                       memory, own_words * sizeof *memory);
+    const davar_status_t status = start_instance(engine, c, memory, own_words);
     if (status != DAVAR_OK) {
         return settings_fail(status, options, error);
     }
@@ -154,6 +172,12 @@ static bool start(engine_t *engine, size_t c, const davar_filter_t *filter, size
            sim_fail(error, "--longest-tau: %s", davar_cascade_status_text(cascade));
 }
 
+static bool open_centred(engine_t *engine, size_t c)
+{
+    engine->centred[c] = centred_open(&engine->filtered[c].config, engine->number);
+    return engine->centred[c] != NULL;
+}
+
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
                   const timing_t *timing, size_t count, const learned_t *learned,
                   const options_t *options, sim_error_t *error)
@@ -163,11 +187,12 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
     if (!declare(engine, learned, options, error) || !extend(engine, options, error)) {
         return false;
     }
+    const bool is_centred = settings->is_centred;
     const size_t bytes = memory_size(engine->number, &engine->config);
-    const size_t own_words = bytes / sizeof *engine->memory + 1U;
+    const size_t own_words = is_centred ? 1U : (bytes / sizeof *engine->memory + 1U);
     const size_t words =
         own_words + davar_curve_bytes(&engine->curve, engine->number) / sizeof *engine->memory;
-    if (!allocate(engine, words, error)) {
+    if (!allocate(engine, words, is_centred, error)) {
         return false;
     }
     for (size_t c = 0; c < count; c++) {
@@ -175,9 +200,25 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
         if (!start(engine, c, filter, words, own_words, options, error)) {
             return false;
         }
+        if (is_centred && !open_centred(engine, c)) {
+            return fail_memory(engine, error);
+        }
     }
     engine->config = engine->filtered[0].config;
     return true;
+}
+
+void engine_gap(const engine_t *engine, size_t c, uint32_t missing)
+{
+    davar_cascade_t *const cascade = engine->channels[c].cascade;
+    if (engine->centred != NULL) {
+        centred_gap(engine->centred[c], missing);
+    } else {
+        davar_gap(&engine->instances[c], missing);
+    }
+    if (cascade != NULL) {
+        davar_cascade_gap(cascade, missing);
+    }
 }
 
 void engine_add_health(davar_health_t *sum, const davar_health_t *one)
@@ -194,7 +235,8 @@ davar_health_t engine_health(const engine_t *engine)
 {
     davar_health_t sum = {0};
     for (size_t c = 0; c < engine->count; c++) {
-        const davar_health_t one = davar_health(&engine->instances[c]);
+        const davar_health_t one = (engine->centred != NULL) ? centred_health(engine->centred[c])
+                                                             : davar_health(&engine->instances[c]);
         engine_add_health(&sum, &one);
     }
     return sum;
@@ -202,6 +244,10 @@ davar_health_t engine_health(const engine_t *engine)
 
 void engine_free(engine_t *engine)
 {
+    for (size_t c = 0; (c < engine->count) && (engine->centred != NULL); c++) {
+        centred_close(engine->centred[c]);
+    }
+    free(engine->centred);
     free(engine->instances);
     free(engine->cascades);
     free(engine->channels);

@@ -3,6 +3,7 @@
 #ifndef ENGINE_H
 #define ENGINE_H
 
+#include "centred/centred.h"
 #include "davar_curve.h"
 #include "davar_node.h"
 #include "instances/settings.h"
@@ -24,7 +25,8 @@ typedef struct {
     const davar_filter_t *declared; /* the filter of channel 0, or null: unknown */
     davar_port_number_t number;
     size_t count;
-    davar_t *instances;
+    davar_t *instances;        /* trailing windows */
+    centred_t **centred;       /* centred windows: one per channel instead; null: trailing */
     davar_cascade_t *cascades; /* started if the curve has one */
     uint64_t *memory;
     davar_node_channel_t *channels;
@@ -38,6 +40,9 @@ typedef struct {
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
                   const timing_t *timing, size_t count, const learned_t *learned,
                   const options_t *options, sim_error_t *error);
+
+/* Reports `missing` lost samples to channel c, and its cascade. */
+void engine_gap(const engine_t *engine, size_t c, uint32_t missing);
 
 /* Adds the counters of one more channel. Gaps and missing samples are the same in all channels and
  * are not summed. */

@@ -14,6 +14,13 @@ static uint32_t either(const optional_u32_t *option, uint32_t otherwise)
     return option->given ? option->value : otherwise;
 }
 
+/* Devices compute trailing windows, and law glr has no others. */
+static bool is_centred(const options_t *options)
+{
+    const bool is_usual = (options->law != DAVAR_LAW_ID_GLR) && (options->device == NULL);
+    return (options->mode == MODE_CENTRED) && (is_usual || options->mode_given);
+}
+
 static uint32_t at_least_1(uint32_t value)
 {
     return (value > 1U) ? value : 1U;
@@ -45,18 +52,17 @@ static void set_tracking(davar_config_t *config, const options_t *options)
     if (options->cut_interval_s > 0.0) {
         config->glr.cut_interval_s = options->cut_interval_s;
     }
-    config->window.mode = options->mode_given ? options->mode : DAVAR_MODE_TRAILING;
     config->window.longest = either(&options->window_max, GLR_BLOCKS * config->glr.block);
     config->window.shortest = either(&options->window_min, 2U * config->glr.block);
     config->moments.segment = either(&options->segment, 0U);
     config->window.grow = either(&options->grow, 1U);
 }
 
-/* A trailing window cannot grow faster than samples arrive. */
-static void set_steps(davar_config_t *config, const options_t *options)
+/* A trailing window grows by the newest sample, a centred one by a sample at each end. */
+static void set_steps(settings_t *settings, const options_t *options)
 {
-    const bool trailing = (options->mode == DAVAR_MODE_TRAILING);
-    config->window.grow = either(&options->grow, trailing ? 1U : config->window.grow);
+    davar_config_t *const config = &settings->config;
+    config->window.grow = either(&options->grow, settings->is_centred ? 2U : config->window.grow);
     config->window.shrink = either(&options->shrink, config->window.shrink);
     config->stride = either(&options->stride, config->stride);
     config->engine = options->engine;
@@ -122,13 +128,13 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
 {
     davar_config_t *config = &settings->config;
     *config = davar_default_config;
+    settings->is_centred = is_centred(options);
     config->rate_hz = (options->rate_hz > 0.0) ? options->rate_hz : 1.0;
     config->unit_per_count = (options->lsb > 0.0) ? options->lsb : 1.0;
     config->full_scale = (options->full_scale > 0.0) ? options->full_scale : 1.0;
-    config->window.mode = options->mode;
     config->law = davar_law_of_id(options->law, true);
     set_window(config, options);
-    set_steps(config, options);
+    set_steps(settings, options);
     set_bounds(config, options);
     set_tracking(config, options);
     set_taus(settings, options);
@@ -137,9 +143,29 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     config->window.gaps_max = (config->window.longest < (UINT16_MAX / 2U))
                                   ? (uint16_t)(2U * config->window.longest)
                                   : UINT16_MAX;
-    config->window.mirrored_end = (config->window.mode == DAVAR_MODE_CENTRED);
     return check_unstable_rate(options, error) && check_torn(options, error) &&
            settings_check(settings, options, error);
+}
+
+static bool is_centred_step(uint32_t samples)
+{
+    return (samples == 0U) || (samples == 2U);
+}
+
+/* The rules of centred windows, which the library does not know. */
+static bool check_centred(const davar_config_t *config, sim_error_t *error)
+{
+    if ((config->law != NULL) && (config->law->push != NULL)) {
+        return sim_fail(error, "--mode centred: not for --policy glr, whose windows end at the "
+                               "newest sample; give --mode trailing, or another law");
+    }
+    if (((config->window.longest % 2U) != 0U) || ((config->window.shortest % 2U) != 0U)) {
+        return sim_fail(error, "--window-max or --window-min: window_max or window_min odd in "
+                               "centred mode");
+    }
+    return (is_centred_step(config->window.grow) && is_centred_step(config->window.shrink)) ||
+           sim_fail(error, "--grow or --shrink: grow or shrink would move a window edge backwards "
+                           "(centred: 0 or 2)");
 }
 
 /* The widest count that quantise_plan may choose; 0 leaves it to the type. */
@@ -162,8 +188,10 @@ bool settings_check(const settings_t *settings, const options_t *options, sim_er
     const davar_status_t status = (options->arith == ARITH_FLOAT)
                                       ? davar_init_f32(&probe, &config, no_memory, 0)
                                       : davar_init_q31(&probe, &config, no_memory, 0);
-    const bool accepted = (status == DAVAR_OK) || (status == DAVAR_ERR_MEMORY_SIZE);
-    return accepted || settings_fail(status, options, error);
+    if ((status != DAVAR_OK) && (status != DAVAR_ERR_MEMORY_SIZE)) {
+        return settings_fail(status, options, error);
+    }
+    return !settings->is_centred || check_centred(&config, error);
 }
 
 /* The option that caused a status; "internal" if no option did. */
@@ -173,15 +201,12 @@ static const char *option_of(davar_status_t status, const options_t *options)
         [DAVAR_ERR_RATE] = "--rate",
         [DAVAR_ERR_SCALE] = "--lsb",
         [DAVAR_ERR_SAMPLE_BITS] = "--bits",
-        [DAVAR_ERR_MODE] = "--mode",
         [DAVAR_ERR_LAW] = "--law",
         [DAVAR_ERR_WINDOW_MAX] = "--window-max",
         [DAVAR_ERR_WINDOW_MIN] = "--window-min",
-        [DAVAR_ERR_WINDOW_ODD] = "--window-max or --window-min",
         [DAVAR_ERR_SEGMENT] = "--segment",
         [DAVAR_ERR_KURTOSIS] = "--kurtosis",
         [DAVAR_ERR_CONTRIBUTION] = "--contribution",
-        [DAVAR_ERR_STEP] = "--grow or --shrink",
         [DAVAR_ERR_SHRINK] = "--shrink",
         [DAVAR_ERR_STRIDE] = "--stride",
         [DAVAR_ERR_STRIDE_LONG] = "--stride or --window-max",
@@ -206,14 +231,13 @@ bool settings_fail(davar_status_t status, const options_t *options, sim_error_t 
     return sim_fail(error, "%s: %s", option_of(status, options), davar_status_text(status));
 }
 
-/* Centred: half a window gives the first epoch, because the ends are mirrored. Trailing, or a law
- * with a queue: the shortest window gives it. In both cases the first epoch is the last sample of a
- * stride. */
-uint64_t settings_samples_needed(const davar_config_t *config)
+/* Centred: half a window gives the first epoch, because the ends are mirrored. Trailing: the
+ * shortest window gives it. In both cases the first epoch is the last sample of a stride. */
+uint64_t settings_samples_needed(const settings_t *settings)
 {
+    const davar_config_t *const config = &settings->config;
     const uint64_t stride = config->stride;
-    if ((config->window.mode == DAVAR_MODE_TRAILING) ||
-        ((config->law != NULL) && (config->law->push != NULL))) {
+    if (!settings->is_centred) {
         return (config->window.shortest + stride - 1U) / stride * stride;
     }
     const uint64_t half = config->window.longest / 2U;

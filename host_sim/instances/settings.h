@@ -8,6 +8,7 @@
 /* The configuration and the arrays it points to: do not copy or move it. */
 typedef struct {
     davar_config_t config; /* rate and scale are set later */
+    bool is_centred;
     uint32_t taus[DAVAR_TAUS_MAX];
 } settings_t;
 
@@ -23,6 +24,6 @@ bool settings_check(const settings_t *settings, const options_t *options, sim_er
 bool settings_fail(davar_status_t status, const options_t *options, sim_error_t *error);
 
 /* The fewest samples that give one epoch. */
-uint64_t settings_samples_needed(const davar_config_t *config);
+uint64_t settings_samples_needed(const settings_t *settings);
 
 #endif

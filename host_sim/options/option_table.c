@@ -116,10 +116,10 @@ static bool apply_cut_interval(options_t *options, const char *text, sim_error_t
 static bool apply_mode(options_t *options, const char *text, sim_error_t *error)
 {
     options->mode_given = true;
-    static const char *const WORDS[] = {"trailing", "centred"}; /* in the order of davar_mode_t */
+    static const char *const WORDS[] = {"trailing", "centred"}; /* in the order of window_mode_t */
     size_t choice = 0;
     const bool good = value_choice("mode", text, WORDS, 2, &choice, error);
-    options->mode = (davar_mode_t)choice;
+    options->mode = (window_mode_t)choice;
     return good;
 }
 

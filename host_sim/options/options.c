@@ -134,7 +134,7 @@ static bool sends_frames(const options_t *options)
 options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error)
 {
     *options = (options_t){.law = DAVAR_LAW_ID_OR,
-                           .mode = DAVAR_MODE_CENTRED,
+                           .mode = MODE_CENTRED,
                            .can_base = DAVAR_CAN_BASE,
                            .can_content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS};
     options_status_t status = walk(options, argc, argv, error);
@@ -144,6 +144,12 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
     if ((status == OPTIONS_RUN) && (options->device != NULL) && (options->pace > 0.0)) {
         (void)sim_fail(error,
                        "--pace: cannot be used with --device, because a device has its own clock");
+        status = OPTIONS_BAD;
+    }
+    if ((status == OPTIONS_RUN) && (options->device != NULL) && options->mode_given &&
+        (options->mode == MODE_CENTRED)) {
+        (void)sim_fail(error, "--mode centred: cannot be used with --device, because a device "
+                              "computes trailing windows; give --mode trailing");
         status = OPTIONS_BAD;
     }
     if ((status == OPTIONS_RUN) && options->raw && (options->device != NULL)) {

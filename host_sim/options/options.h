@@ -15,6 +15,12 @@ typedef enum {
     ARITH_FLOAT,
 } arith_t;
 
+/* Where the epoch is in its window. */
+typedef enum {
+    MODE_TRAILING = 0, /* the newest sample */
+    MODE_CENTRED,      /* the middle (centred/) */
+} window_mode_t;
+
 typedef enum {
     TAUS_OCTAVE = 0,
     TAUS_GEOMETRIC,
@@ -66,7 +72,7 @@ typedef struct {
     optional_u32_t shock_blocks;  /* glr */
     optional_u32_t block;         /* glr */
     bool mode_given;
-    davar_mode_t mode;
+    window_mode_t mode;
     optional_u32_t window_max;
     optional_u32_t window_min;
     optional_u32_t segment;

@@ -53,7 +53,7 @@ static const char *const TEXT[] = {
     "                          contribution; glr: a likelihood ratio test starts the window\n"
     "                          where the noise changed)\n"
     "  --mode centred|trailing  the epoch is the centre of the window, or its newest sample\n"
-    "                          (default centred; glr: trailing)\n"
+    "                          (default centred; glr, --device: always trailing)\n"
     "  --window-max N          longest window (default 600; glr: 600 blocks)\n"
     "  --window-min N          shortest window (default 2/3 of the longest; glr: 2 blocks)\n"
     "  --segment N             short segment of the contribution test (default 1/6 of the\n"

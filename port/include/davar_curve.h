@@ -144,6 +144,24 @@ static inline bool davar_curve_reach(davar_curve_t *curve, const davar_config_t 
     return false;
 }
 
+/** Pushes `count` samples from samples[from] on to the cascade. */
+static inline void davar_curve_push(davar_cascade_t *cascade, davar_port_number_t number,
+                                    davar_port_samples_t samples, size_t from, size_t count)
+{
+    switch (number) {
+    case DAVAR_PORT_Q15:
+        davar_cascade_push_q15(cascade, samples.q15 + from, count);
+        break;
+    case DAVAR_PORT_Q31:
+        davar_cascade_push_q31(cascade, samples.q31 + from, count);
+        break;
+    case DAVAR_PORT_F32:
+    default:
+        davar_cascade_push_f32(cascade, samples.f32 + from, count);
+        break;
+    }
+}
+
 #ifdef __cplusplus
 }
 #endif

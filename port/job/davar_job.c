@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#define MAGIC UINT64_C(0x36424F4A52564144) /* "DAVRJOB6" */
+#define MAGIC UINT64_C(0x37424F4A52564144) /* "DAVRJOB7" */
 #define FILTER_WORDS 6U                    /* the last of the settings but one */
 #define HEALTH UINT64_MAX                  /* instead of a channel */
 
@@ -27,17 +27,13 @@ static double double_of(uint64_t bits)
 #define WORD_OF_U16(value) (uint64_t)(value)
 #define WORD_OF_I16(value) (uint64_t)(value)
 #define WORD_OF_U8(value) (uint64_t)(value)
-#define WORD_OF_MODE(value) (uint64_t)(value)
 #define WORD_OF_ENGINE(value) (uint64_t)(value)
-#define WORD_OF_BOOL(value) (uint64_t)(value)
 #define OF_WORD_F64(word) double_of(word)
 #define OF_WORD_U32(word) (uint32_t)(word)
 #define OF_WORD_U16(word) (uint16_t)(word)
 #define OF_WORD_I16(word) (int16_t)(word)
 #define OF_WORD_U8(word) (uint8_t)(word)
-#define OF_WORD_MODE(word) (davar_mode_t)(word)
 #define OF_WORD_ENGINE(word) (davar_engine_t)(word)
-#define OF_WORD_BOOL(word) ((word) != 0U)
 
 void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
                       davar_port_number_t number, uint32_t channels, const davar_filter_t *filter,

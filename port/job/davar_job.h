@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 #define DAVAR_JOB_TAUS 32U
-#define DAVAR_JOB_SETTINGS 38U
+#define DAVAR_JOB_SETTINGS 36U
 #define DAVAR_JOB_WORDS (DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS)
 #define DAVAR_JOB_HEAD 22U
 #define DAVAR_JOB_RESULT_WORDS                                                                     \

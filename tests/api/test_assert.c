@@ -30,7 +30,6 @@ static void aborted(int signal_number)
 void setUp(void)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1.0;
     config.unit_per_count = 1.0;
     config.full_scale = 1.0;
@@ -77,8 +76,10 @@ static void test_a_push_of_another_type_to_a_cascade(void)
 static void test_a_sample_or_a_gap_after_the_record_was_finished(void)
 {
     const int16_t count = 0;
+    config.law = &davar_law_glr_q15;
+    config.moments.segment = 0U;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
-    for (unsigned i = 0U; i < 600U; i++) {
+    for (unsigned i = 0U; i < 605U; i++) {
         davar_push_q15(&davar, &count, 1U);
     }
     TEST_ASSERT_TRUE(davar_flush(&davar));

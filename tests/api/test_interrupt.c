@@ -23,7 +23,6 @@ static volatile uint32_t pushed;
 void setUp(void)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.rate_hz = 1000.0;
     config.unit_per_count = 1.0;
     config.window.longest = WINDOW;

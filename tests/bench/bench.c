@@ -194,7 +194,6 @@ static double run_brute_force(const davar_config_t *config)
 static davar_config_t plain(uint32_t window, uint8_t tau_count)
 {
     davar_config_t config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.full_scale = 300.0;
@@ -210,7 +209,6 @@ static davar_config_t plain(uint32_t window, uint8_t tau_count)
 static davar_config_t adaptive(uint32_t stride)
 {
     davar_config_t config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.taus = octaves;
@@ -224,7 +222,6 @@ static davar_config_t fine_grid(uint32_t window)
 {
     davar_config_t config = adaptive(4U);
     config.engine = DAVAR_ENGINE_GRID;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.window.longest = window;
     config.window.shortest = window / 2U;
     config.moments.segment = window / 8U;

@@ -1,8 +1,9 @@
 /* davar tests - every window law on the same signals: the error of its angle random walk, and its
- * rate of alarms. 100 Hz, counts of sigma 20, trailing windows, a result every ten samples. One
+ * rate of alarms. 100 Hz, counts of sigma 20, a result every ten samples. Centred windows are those of davar-sim. One
  * table row per signal.
  *
  *   davar-laws [HOURS [SEED]]     HOURS of each signal (default 1) */
+#include "centred/centred.h"
 #include "davar/davar.h"
 
 #include "random.h"
@@ -33,7 +34,8 @@ static const law_t laws[] = {
     {"glr", &davar_law_glr_q15, 6000U, 20U},
 };
 #define LAWS (sizeof laws / sizeof laws[0])
-#define ROWS (LAWS + 1U) /* and an exponential mean */
+#define CENTRED_LAWS (LAWS - 1U) /* all but glr */
+#define ROWS (LAWS + 1U)         /* and an exponential mean */
 
 /* --- signals --- */
 
@@ -176,7 +178,7 @@ static void add(mean_square_t *mean, double error)
     mean->count++;
 }
 
-static void judge(errors_t *errors, const signal_t *signal, davar_mode_t mode, uint64_t epoch,
+static void judge(errors_t *errors, const signal_t *signal, bool is_centred, uint64_t epoch,
                   double arw)
 {
     const uint32_t i = (uint32_t)epoch;
@@ -187,7 +189,7 @@ static void judge(errors_t *errors, const signal_t *signal, davar_mode_t mode, u
     }
     const double error = log(arw / truth_at(signal, i));
     add(&errors->whole, error);
-    const bool before = (mode == DAVAR_MODE_CENTRED) && (until_change(signal, i) < NEAR);
+    const bool before = is_centred && (until_change(signal, i) < NEAR);
     if ((since_change(signal, i) < NEAR) || before) {
         add(&errors->near, error);
     }
@@ -206,36 +208,49 @@ static double arw_of(davar_plan_t *plan, davar_result_t *result)
 typedef struct {
     davar_config_t config;
     davar_t davar;
+    centred_t *centred; /* null: trailing */
     uint64_t memory[32768];
     davar_plan_t plan;
 } instance_t;
 
-static void start(instance_t *instance, const law_t *law, davar_mode_t mode)
+static void start(instance_t *instance, const law_t *law, bool is_centred)
 {
     davar_config_t *const config = &instance->config;
     *config = davar_default_config;
-    config->window.mode = DAVAR_MODE_CENTRED;
     config->rate_hz = RATE_HZ;
     config->unit_per_count = 1.0;
-    config->window.mode = mode;
     config->law = law->law;
     config->window.longest = law->longest;
     config->window.shortest = law->shortest;
     config->moments.segment = (law->law == &davar_law_glr_q15) ? 0U : (law->shortest / 4U);
-    config->window.grow = (mode == DAVAR_MODE_CENTRED) ? 2U : 1U;
+    config->window.grow = is_centred ? 2U : 1U;
     config->stride = STRIDE;
     config->window.gaps_max = 64U;
     config->taus = taus;
     config->tau_count = (law->longest < 600U) ? 6U : TAUS;
     davar_plan_init_white(&instance->plan, taus, config->tau_count);
-    if (davar_init_q15(&instance->davar, config, instance->memory, sizeof instance->memory) !=
-        DAVAR_OK) {
+    instance->centred = is_centred ? centred_open(config, DAVAR_PORT_Q15) : NULL;
+    if ((is_centred && (instance->centred == NULL)) ||
+        (davar_init_q15(&instance->davar, config, instance->memory, sizeof instance->memory) !=
+         DAVAR_OK)) {
         fprintf(stderr, "davar-laws: %s: rejected by init\n", law->name);
         exit(1);
     }
 }
 
-static void run(const signal_t *signal, davar_mode_t mode, uint32_t samples, uint64_t seed,
+/* True if the sample completes a result. */
+static bool push(instance_t *instance, int16_t sample, davar_result_t *result)
+{
+    const davar_port_samples_t samples = {.q15 = &sample};
+    if (instance->centred != NULL) {
+        (void)centred_push(instance->centred, samples, 0U, 1U);
+        return centred_take(instance->centred, result);
+    }
+    davar_push_q15(&instance->davar, &sample, 1U);
+    return davar_take(&instance->davar, result);
+}
+
+static void run(const signal_t *signal, bool is_centred, uint32_t samples, uint64_t seed,
                 errors_t errors[ROWS])
 {
     static instance_t instances[LAWS];
@@ -243,15 +258,16 @@ static void run(const signal_t *signal, davar_mode_t mode, uint32_t samples, uin
     random_t random = random_seeded(seed);
     double mean = SIGMA * SIGMA; /* exponential, of half a squared difference, over 300 samples */
     int16_t before = 0;
-    for (size_t l = 0; l < LAWS; l++) {
-        start(&instances[l], &laws[l], mode);
+    const size_t count = is_centred ? CENTRED_LAWS : LAWS;
+    for (size_t l = 0; l < count; l++) {
+        start(&instances[l], &laws[l], is_centred);
     }
     for (uint32_t i = 0U; i < samples; i++) {
         const int16_t sample = sample_at(signal, i, &random);
-        for (size_t l = 0; l < LAWS; l++) {
-            davar_push_q15(&instances[l].davar, &sample, 1U);
-            if (davar_take(&instances[l].davar, &result)) {
-                judge(&errors[l], signal, mode, result.epoch, arw_of(&instances[l].plan, &result));
+        for (size_t l = 0; l < count; l++) {
+            if (push(&instances[l], sample, &result)) {
+                judge(&errors[l], signal, is_centred, result.epoch,
+                      arw_of(&instances[l].plan, &result));
                 errors[l].alarms += result.alarm ? 1U : 0U;
             }
         }
@@ -259,8 +275,11 @@ static void run(const signal_t *signal, davar_mode_t mode, uint32_t samples, uin
         mean += ((0.5 * difference * difference) - mean) / 300.0;
         before = sample;
         if ((i % STRIDE) == (STRIDE - 1U)) {
-            judge(&errors[LAWS], signal, mode, i, fmax(60.0 * sqrt(mean / RATE_HZ), 0.1));
+            judge(&errors[LAWS], signal, is_centred, i, fmax(60.0 * sqrt(mean / RATE_HZ), 0.1));
         }
+    }
+    for (size_t l = 0; l < count; l++) {
+        centred_close(instances[l].centred);
     }
 }
 
@@ -286,22 +305,25 @@ static void pool(errors_t *all, const errors_t *one)
     all->near.count += one->near.count;
 }
 
-/* The mean of squares uses past samples only, so it has no centred form. Returns the alarms of glr
- * without a change. */
-static uint32_t print_table(davar_mode_t mode, double hours, uint64_t seed)
+/* glr and the mean of squares use past samples only, so they have no centred form. Returns the
+ * alarms of glr without a change. */
+static uint32_t print_table(bool is_centred, double hours, uint64_t seed)
 {
-    const size_t rows = (mode == DAVAR_MODE_CENTRED) ? LAWS : ROWS;
+    const size_t rows = is_centred ? CENTRED_LAWS : ROWS;
     errors_t pooled[ROWS] = {{{0.0, 0U}, {0.0, 0U}, 0U}};
     uint32_t quiet_alarms = 0U;
     printf("| signal |");
-    for (size_t l = 0; l < LAWS; l++) {
-        printf(" %s |", laws[l].name);
+    for (size_t l = 0; l < rows; l++) {
+        printf(" %s |", (l < LAWS) ? laws[l].name : "exponential");
     }
-    printf("%s\n|---|---|---|---|---|---|---|---|%s\n", (rows > LAWS) ? " exponential |" : "",
-           (rows > LAWS) ? "---|" : "");
+    printf("\n|---|");
+    for (size_t l = 0; l < rows; l++) {
+        printf("---|");
+    }
+    printf("\n");
     for (size_t s = 0; s < SIGNALS; s++) {
         errors_t errors[ROWS] = {{{0.0, 0U}, {0.0, 0U}, 0U}};
-        run(&signals[s], mode, (uint32_t)(hours * 3600.0 * RATE_HZ), seed + s, errors);
+        run(&signals[s], is_centred, (uint32_t)(hours * 3600.0 * RATE_HZ), seed + s, errors);
         print_row(signals[s].name, errors, rows, false);
         for (size_t l = 0; changes(&signals[s]) && (l < ROWS); l++) {
             pool(&pooled[l], &errors[l]);
@@ -318,9 +340,9 @@ int main(int argc, char **argv)
     const double hours = (argc > 1) ? strtod(argv[1], NULL) : 1.0;
     const uint64_t seed = (argc > 2) ? strtoull(argv[2], NULL, 10) : 1U;
     printf("Trailing windows.\n\n");
-    const uint32_t alarms = print_table(DAVAR_MODE_TRAILING, hours, seed);
+    const uint32_t alarms = print_table(false, hours, seed);
     printf("\nglr, alarms while nothing changed: %u in %g h.\n\nCentred windows.\n\n",
            (unsigned)alarms, 3.0 * hours);
-    (void)print_table(DAVAR_MODE_CENTRED, hours, seed);
+    (void)print_table(true, hours, seed);
     return 0;
 }

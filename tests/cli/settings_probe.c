@@ -22,10 +22,9 @@ int main(int count, char *word[])
 {
     static uint32_t taus[DAVAR_TAUS_MAX];
     davar_config_t config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     uint64_t no_memory[1] = {0};
     davar_t davar;
-    if (count != 19) {
+    if (count != 18) {
         return 2;
     }
     config.law = davar_law_of_id((davar_law_id_t)whole(word[1]), true);
@@ -48,11 +47,10 @@ int main(int count, char *word[])
     }
     config.taus = taus;
     config.engine = (davar_engine_t)whole(word[13]);
-    config.window.mode = (davar_mode_t)whole(word[14]);
-    config.glr.false_alarms_per_hour = strtod(word[15], NULL);
-    config.glr.cut_interval_s = strtod(word[16], NULL);
-    config.rate_hz = strtod(word[17], NULL);
-    config.unit_per_count = strtod(word[18], NULL);
+    config.glr.false_alarms_per_hour = strtod(word[14], NULL);
+    config.glr.cut_interval_s = strtod(word[15], NULL);
+    config.rate_hz = strtod(word[16], NULL);
+    config.unit_per_count = strtod(word[17], NULL);
     const davar_status_t status = davar_init_q31(&davar, &config, no_memory, 0U);
     (void)puts((status == DAVAR_ERR_MEMORY_SIZE) ? "ok" : davar_status_text(status));
     return 0;

@@ -11,10 +11,8 @@ static davar_plan_t plan; /* of the fit */
 int main(void)
 {
     davar_config_t config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.window.longest = 60;
     config.window.shortest = 40;
     config.moments.segment = 10;

@@ -8,7 +8,7 @@ import pytest
 from compiling import INCLUDE, OPTIONS, PROGRAM_INCLUDE, ROOT, SOURCES, WARN, attempt, program, run
 
 FLAGS = [*WARN, "-O0", "-ffp-contract=off"]
-LEAN = ("GRID", "LAWS", "CENTRED", "Q31")
+LEAN = ("GRID", "LAWS", "Q31")
 SIZES = """#include "davar/davar.h"
 #include <stdio.h>
 int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t)); return 0; }
@@ -16,7 +16,7 @@ int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t))
 
 
 def features(way):
-    """Bits of the digit: adaptive 1, centred 2, stride 4. 8 and 9 are law glr, 9 with a stride;
+    """Bits of the digit: adaptive 1, stride 2. 4 and 5 are law glr, 5 with a stride;
     a: engine auto; c and l, a cascade and limits, need their number type alone.
     """
     return 0 if way[1] in "cl" else int(way[1])
@@ -24,9 +24,8 @@ def features(way):
 
 # Features that a configuration of options.c needs.
 NEEDS = {
-    "LAWS": lambda way: features(way) & 9,
-    "CENTRED": lambda way: features(way) & 2,
-    "GRID": lambda way: (features(way) & 4 or way[1] == "9") and not way.endswith("a"),
+    "LAWS": lambda way: features(way) & 5,
+    "GRID": lambda way: (features(way) & 2 or way[1] == "5") and not way.endswith("a"),
     "Q15": lambda way: way[0] == "q",
     "Q31": lambda way: way[0] in "wf",
 }
@@ -64,7 +63,6 @@ def test_every_stream_has_gaps(whole):
     (
         ("GRID",),
         ("LAWS",),
-        ("CENTRED",),
         ("Q15",),
         LEAN,
         pytest.param(("Q31",), marks=pytest.mark.soak),

@@ -162,15 +162,14 @@ static void push_whole(davar_t *davar, const block_t *block, size_t from, size_t
     }
 }
 
-/* Time has advanced by every pushed sample: the newest result of a trailing window is less than a
- * stride old, and with law glr less than the samples that may wait. */
+/* Time has advanced by every pushed sample: the newest result is less than a stride
+ * old, and with law glr less than the samples that may wait. */
 static void check_epoch(void)
 {
     const uint64_t late = ((config.law != NULL) && (config.law->push != NULL))
                               ? ((config.glr.shock_blocks + 3U) * config.glr.block)
                               : 0U;
-    REQUIRE((config.window.mode == DAVAR_MODE_CENTRED) ||
-            ((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed)));
+    REQUIRE((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed));
 }
 
 static void take_second(void)
@@ -319,20 +318,17 @@ static void choose(bytes_t *bytes)
     config.unit_per_count = 0.01;
     config.full_scale = 300.0;
     type = (type_t)between(bytes, 0U, 2U);
-    config.window.mode = mode(bytes);
     config.law = davar_law_of_id((davar_law_id_t)between(bytes, 0U, 4U), type != Q15);
     config.window.longest = 2U * between(bytes, 4U, 80U);
     config.window.shortest = 2U * between(bytes, 2U, config.window.longest / 2U);
     config.moments.segment = between(bytes, 0U, config.window.shortest - 1U);
-    config.window.grow = (config.window.mode == DAVAR_MODE_CENTRED) ? 2U : 1U;
-    config.window.shrink = (config.window.mode == DAVAR_MODE_CENTRED) ? 2U : between(bytes, 1U, 9U);
+    config.window.shrink = between(bytes, 1U, 9U);
     config.stride = between(bytes, 1U, 40U);
     config.engine = (davar_engine_t)between(bytes, 0U, 1U);
     config.window.gaps_max = (uint16_t)between(bytes, 0U, 5U);
     config.glr.block = between(bytes, 5U, 12U);
     config.glr.shock_blocks = between(bytes, 0U, 2U);
     const uint8_t what = byte(bytes);
-    config.window.mirrored_end = (what % 2U) != 0U;
     config.glr.whiten_first = (int16_t)((what < 240U) ? (512 * (what >> 2U)) : 0);
     config.glr.whiten_second = (int16_t)(((what & 2U) != 0U) ? -11000 : 0);
     config.glr.whiten_level = 1.0;

@@ -60,7 +60,7 @@ static void configure(const options_t *options)
                              ? davar_memory_size_f32(&config)
                              : (davar_memory_size_q15(&config) + davar_memory_size_q31(&config));
     REQUIRE(bytes > 0U);
-    REQUIRE(settings_samples_needed(&config) > 0U);
+    REQUIRE(settings_samples_needed(&settings) > 0U);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

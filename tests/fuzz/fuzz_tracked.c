@@ -1,6 +1,6 @@
-/* davar tests - law glr compared with brute force. The bytes select a configuration, trailing or
- * centred, then sections of noise of any level, shocks, stuck values, gaps, delayed takes, saves
- * and restores. Every taken result is that of the samples accepted by the test's own detector. If a
+/* davar tests - law glr compared with brute force. The bytes select a configuration,
+ * then sections of noise of any level, shocks, stuck values, gaps, delayed takes, saves and
+ * restores. Every taken result is that of the samples accepted by the test's own detector. If a
  * configuration stores so few gaps that windows restart or shocks are merged, every result is
  * within its bounds. */
 #include "accepted.h"
@@ -25,7 +25,6 @@ static void choose_config(bytes_t *bytes)
     config = davar_default_config;
     config.rate_hz = 100.0;
     config.unit_per_count = 1.0;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.moments.segment = 0U;
     config.glr.block = between(bytes, GLR_BLOCK_MIN, 12U);
     config.window.longest = (8U * config.glr.block) + between(bytes, 0U, 200U);
@@ -45,7 +44,7 @@ static void choose_config(bytes_t *bytes)
 }
 
 /* The bytes after the first ones select larger blocks and strides, other cluster sizes, few gaps,
- * centred windows. */
+ * long windows. */
 static void choose_more(bytes_t *bytes)
 {
     const uint8_t what = byte(bytes);
@@ -68,18 +67,8 @@ static void choose_more(bytes_t *bytes)
     }
     config.taus = taus[(what >> 3U) % 4U];
     if ((what & 32U) != 0U) {
-        config.window.mode = DAVAR_MODE_CENTRED;
         config.window.longest = 600U + between(bytes, 0U, 255U);
     }
-}
-
-/* One after the newest accepted sample of the result's window. Centred windows may end before the
- * newest of all. */
-static uint64_t head_of(const davar_result_t *result)
-{
-    const davar_window_t *const window = &instances[current].window;
-    return (config.window.mode == DAVAR_MODE_CENTRED) ? (window->received - window->lag)
-                                                      : accepted_head(&accepted, result->epoch);
 }
 
 static void check(const davar_result_t *result)
@@ -91,11 +80,8 @@ static void check(const davar_result_t *result)
     if (config.window.gaps_max < 400U) {
         return;
     }
-    const uint64_t head = head_of(result);
+    const uint64_t head = accepted_head(&accepted, result->epoch);
     REQUIRE((head >= result->window_samples) && (head > 0U));
-    if (config.window.mode == DAVAR_MODE_CENTRED) {
-        REQUIRE(accepted_holds(&accepted, head - result->window_samples, head, result->epoch));
-    }
     for (uint32_t t = 0U; t < TAUS; t++) {
         uint32_t differences = 0U;
         const double m = (double)config.taus[t];

@@ -53,11 +53,6 @@ static inline uint64_t word(bytes_t *bytes, unsigned count)
 /* The types of samples. */
 typedef enum { Q15 = 0, Q31, F32 } type_t;
 
-static inline davar_mode_t mode(bytes_t *bytes)
-{
-    return (between(bytes, 0U, 1U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-}
-
 /* A value of a frame: 0, absent, or of a magnitude that a sender writes. */
 static inline bool is_magnitude(float value)
 {

@@ -11,6 +11,8 @@
 #define TAUS 2U
 #define CHANNELS ((size_t)3U)
 #define SAMPLES 330U
+#define FIRST 7U /* epoch: the shortest window has 8 samples */
+#define EPOCHS (SAMPLES - FIRST)
 #define RESULTS_MAX (CHANNELS * SAMPLES)
 #define STEPS_MAX 100000U
 
@@ -130,11 +132,9 @@ static void fake_fault(void *context, davar_port_fault_t what)
     self->faults[what]++;
 }
 
-static void start(size_t channels, script_t script)
+/* Starts the node with instances that are started already. */
+static void restart(size_t channels, script_t script)
 {
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&instance[0], &config, memory[0], sizeof memory[0]));
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&instance[1], &config, memory[1], sizeof memory[1]));
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&instance[2], &config, memory[2], sizeof memory[2]));
     for (size_t c = 0; c < CHANNELS; c++) {
         channel[c].davar = &instance[c];
     }
@@ -145,6 +145,14 @@ static void start(size_t channels, script_t script)
     fake.script = script;
     fake.time_us = UINT32_MAX - 10U;
     davar_node_init(&node, channel, channels, &port);
+}
+
+static void start(size_t channels, script_t script)
+{
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&instance[0], &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&instance[1], &config, memory[1], sizeof memory[1]));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&instance[2], &config, memory[2], sizeof memory[2]));
+    restart(channels, script);
 }
 
 /* Steps until the stream is done, past all faults. */
@@ -192,7 +200,6 @@ void setUp(void)
         third[i] = (float)first[i];
     }
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 10.0;
     config.unit_per_count = 1.0;
     config.full_scale = 1024.0;
@@ -201,7 +208,6 @@ void setUp(void)
     config.moments.segment = 2U;
     config.taus = taus;
     config.tau_count = TAUS;
-    config.window.mirrored_end = true;
     const davar_port_t works = {&fake, fake_read, fake_send, fake_now_us, fake_fault};
     port = works;
 }
@@ -211,10 +217,10 @@ void tearDown(void) {}
 static void test_every_sample_gets_a_result_in_every_channel_epoch_by_epoch(void)
 {
     run_plain();
-    TEST_ASSERT_EQUAL_size_t(CHANNELS * SAMPLES, fake.sent_count);
+    TEST_ASSERT_EQUAL_size_t(CHANNELS * EPOCHS, fake.sent_count);
     for (size_t i = 0; i < fake.sent_count; i++) {
         TEST_ASSERT_EQUAL_size_t(i % CHANNELS, fake.sent[i].channel);
-        TEST_ASSERT_EQUAL_UINT64(i / CHANNELS, fake.sent[i].result.epoch);
+        TEST_ASSERT_EQUAL_UINT64(FIRST + i / CHANNELS, fake.sent[i].result.epoch);
     }
 }
 
@@ -265,8 +271,8 @@ static void test_a_busy_bus_stops_reading_and_keeps_the_result(void)
     TEST_ASSERT_EQUAL_UINT32(11U, fake.sends);
     fake.script.send_again = 0U;
     run();
-    TEST_ASSERT_EQUAL_size_t(SAMPLES, fake.sent_count);
-    TEST_ASSERT_EQUAL_UINT64(0U, fake.sent[0].result.epoch);
+    TEST_ASSERT_EQUAL_size_t(EPOCHS, fake.sent_count);
+    TEST_ASSERT_EQUAL_UINT64(FIRST, fake.sent[0].result.epoch);
 }
 
 static void test_a_read_fault_is_counted_reported_and_stepped_over(void)
@@ -306,8 +312,8 @@ static void test_a_gap_reaches_every_channel(void)
         TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&instance[c]).gaps);
         TEST_ASSERT_EQUAL_UINT32(7U, davar_health(&instance[c]).missing);
     }
-    TEST_ASSERT_EQUAL_UINT32(1U, fake.sent[CHANNELS * 40U].result.gaps_in_window);
-    TEST_ASSERT_EQUAL_UINT32(0U, fake.sent[CHANNELS * 20U].result.gaps_in_window);
+    TEST_ASSERT_EQUAL_UINT32(0U, fake.sent[CHANNELS * (39U - FIRST)].result.gaps_in_window);
+    TEST_ASSERT_EQUAL_UINT32(1U, fake.sent[CHANNELS * (40U - FIRST)].result.gaps_in_window);
 }
 
 /* A float channel with its own lost samples falls behind. Each channel still has all its results in
@@ -318,7 +324,7 @@ static void test_a_channel_out_of_step_does_not_disturb_the_others(void)
     third[30] = INFINITY;
     const script_t script = {.block = 16U};
     run_script(script);
-    uint64_t next[CHANNELS] = {0U, 0U, 0U};
+    uint64_t next[CHANNELS] = {FIRST, FIRST, FIRST};
     for (size_t i = 0; i < fake.sent_count; i++) {
         const size_t c = fake.sent[i].channel;
         TEST_ASSERT_EQUAL_UINT64(next[c], fake.sent[i].result.epoch);
@@ -329,14 +335,10 @@ static void test_a_channel_out_of_step_does_not_disturb_the_others(void)
     TEST_ASSERT_EQUAL_UINT64(SAMPLES - 1U, next[2]);
 }
 
-static void test_a_grid_and_a_trailing_window_end_properly(void)
+static void test_a_grid_ends_properly(void)
 {
     config.stride = 4U;
     config.engine = DAVAR_ENGINE_GRID;
-    run_plain();
-    TEST_ASSERT_EQUAL_size_t(CHANNELS * (SAMPLES / 4U), fake.sent_count);
-    config.window.mode = DAVAR_MODE_TRAILING;
-    config.window.grow = 1U;
     run_plain();
     TEST_ASSERT_EQUAL_UINT64(7U, fake.sent[0].result.epoch);
     TEST_ASSERT_EQUAL_UINT64(SAMPLES - 3U, fake.sent[fake.sent_count - 1U].result.epoch);
@@ -358,7 +360,7 @@ static void test_counters_and_the_longest_step(void)
     run_script(script);
     TEST_ASSERT_EQUAL_UINT32((SAMPLES + 39U) / 40U, node.counters.blocks);
     TEST_ASSERT_EQUAL_UINT64(SAMPLES, node.counters.samples);
-    TEST_ASSERT_EQUAL_UINT64(CHANNELS * SAMPLES, node.counters.results);
+    TEST_ASSERT_EQUAL_UINT64(CHANNELS * EPOCHS, node.counters.results);
     TEST_ASSERT_EQUAL_UINT32(3U, node.counters.longest_step_us);
 }
 
@@ -390,8 +392,24 @@ static void test_a_plan_adds_the_fit(void)
     assert_same_results(plain.sent, fake.sent, plain.sent_count);
 }
 
-/* The same samples and gaps reach a cascade, and its sizes follow those of the window: after the
- * end, those of all samples. The window of a result ends half its length after its epoch. */
+/* Law glr has results after the end: those of the samples in its queue, channel by channel. */
+static void test_the_results_of_a_flush_are_sent_epoch_by_epoch(void)
+{
+    const script_t works = {.block = 7U};
+    config.law = &davar_law_glr_q15;
+    config.window.longest = 80U;
+    config.moments.segment = 0U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&instance[0], &config, memory[0], sizeof memory[0]));
+    restart(1U, works);
+    run();
+    const size_t alone = fake.sent_count;
+    TEST_ASSERT_EQUAL_UINT64(SAMPLES - 1U, fake.sent[alone - 1U].result.epoch);
+    for (size_t i = 0; i < alone; i++) {
+        TEST_ASSERT_EQUAL_UINT64(fake.sent[0].result.epoch + i, fake.sent[i].result.epoch);
+    }
+}
+
+/* The same samples and gaps reach a cascade, and its sizes follow those of the window. */
 static void test_a_cascade_follows_every_channel(void)
 {
     static const davar_cascade_config_t long_config = {.rate_hz = 10.0,
@@ -447,6 +465,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_plan_adds_the_fit);
+    RUN_TEST(test_the_results_of_a_flush_are_sent_epoch_by_epoch);
     RUN_TEST(test_a_cascade_follows_every_channel);
 #ifdef NDEBUG
     RUN_TEST(test_samples_of_another_type_are_counted_as_missing);
@@ -461,7 +480,7 @@ int main(void)
     RUN_TEST(test_a_fault_is_a_state_of_its_own);
     RUN_TEST(test_a_gap_reaches_every_channel);
     RUN_TEST(test_a_channel_out_of_step_does_not_disturb_the_others);
-    RUN_TEST(test_a_grid_and_a_trailing_window_end_properly);
+    RUN_TEST(test_a_grid_ends_properly);
     RUN_TEST(test_done_is_final_and_read_is_not_called_again);
     RUN_TEST(test_counters_and_the_longest_step);
     RUN_TEST(test_a_port_without_clock_and_fault_works);

@@ -16,11 +16,9 @@ static davar_port_t port;
 void setUp(void)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1000.0;
     config.unit_per_count = 0.01;
     config.law = NULL;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.window.longest = 128U;
     config.window.shortest = 128U;
     config.moments.segment = 0U;

@@ -40,7 +40,6 @@ static const uint32_t taus[2] = {1U, 2U};
 void prove(void)
 {
     davar_config_t config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.law = NULL;

@@ -20,7 +20,6 @@ typedef struct {
     int32_t next;      /* length of the next window */
     int32_t length;    /* window of the newest epoch; 0 before the first */
     int32_t age;       /* samples since that epoch was complete */
-    int32_t end;       /* of the recording, after a flush; otherwise a large number */
     uint32_t restarts; /* since the reset */
     bool filling;
     bool reported; /* the newest epoch has a result */
@@ -35,23 +34,16 @@ typedef struct {
     bool outside[2]; /* kurtosis, contribution: of their bounds */
 } small_moments_t;
 
-static bool small_is_centred(const small_t *small)
-{
-    return small->config->window.mode == DAVAR_MODE_CENTRED;
-}
-
 static void small_begin(small_t *small)
 {
     const davar_config_t *const config = small->config;
     const int32_t stride = (int32_t)config->stride;
-    const int32_t longest = (int32_t)config->window.longest;
     small->count = 0;
-    small->wait = small_is_centred(small) ? (stride - 1 + (longest / 2)) : stride;
-    small->next = small_is_centred(small) ? longest : stride;
+    small->wait = stride;
+    small->next = stride;
     small->length = 0;
     small->age = 0;
-    small->end = INT32_MAX / 2;
-    small->filling = !small_is_centred(small);
+    small->filling = true;
     small->reported = false;
     small->unstable = false;
     memset(small->sample, 0, sizeof small->sample);
@@ -68,21 +60,17 @@ static void small_start(small_t *small, const davar_config_t *config)
 /* (4.2): the window of the newest epoch is [tail, tail + length), in samples since the start. */
 static int32_t small_tail(const small_t *small)
 {
-    const int32_t rest = (int32_t)small->config->window.longest - small->length;
-    const int32_t lag = small_is_centred(small) ? (rest / 2) : 0;
-    return small->count - small->age - lag - small->length;
+    return small->count - small->age - small->length;
 }
 
-/* Before the start: the mirror image. */
 static int64_t small_sample(const small_t *small, int32_t position)
 {
-    return small->sample[small->count - 1 - ((position < 0) ? (-1 - position) : position)];
+    return small->sample[small->count - 1 - position];
 }
 
 static bool small_gap(const small_t *small, int32_t position)
 {
-    const int32_t at = (position < 0) ? -position : position;
-    return (at != 0) && small->gap[small->count - at];
+    return (position != 0) && small->gap[small->count - position];
 }
 
 /* (1.5): boundaries in (from, to), both excluded. */
@@ -182,11 +170,7 @@ static void small_decide(small_t *small)
     const int32_t stride = (int32_t)config->stride;
     const int32_t longest = (int32_t)config->window.longest;
     const int32_t shortest = (int32_t)config->window.shortest;
-    int32_t grow = (int32_t)config->window.grow;
-    if (!small_is_centred(small)) {
-        const bool follows = small->filling || (config->law == NULL);
-        grow = (follows || (grow > 1)) ? 1 : grow;
-    }
+    const bool grows = small->filling || (config->law == NULL) || (config->window.grow > 0U);
     if ((config->law != NULL) && small->unstable) {
         const int32_t length = small->length - ((int32_t)config->window.shrink * stride);
         small->filling = false;
@@ -196,7 +180,7 @@ static void small_decide(small_t *small)
     if (small->filling && (small->length >= longest)) {
         small->filling = false;
     }
-    const int32_t length = small->length + (grow * stride);
+    const int32_t length = small->length + (grows ? stride : 0);
     small->next = (length < longest) ? length : longest;
 }
 
@@ -205,8 +189,7 @@ static void small_epoch(small_t *small)
     small->length = small->next;
     small->age = 0;
     small->wait = (int32_t)small->config->stride;
-    small->reported =
-        small_is_centred(small) || (small->length >= (int32_t)small->config->window.shortest);
+    small->reported = (small->length >= (int32_t)small->config->window.shortest);
     small->unstable =
         small->reported && (small->config->moments.segment > 0U) && small_verdict(small);
     small_decide(small);
@@ -247,30 +230,6 @@ static void small_missing(small_t *small)
     small->skip = (stride - (int32_t)(small->total % (uint64_t)stride)) % stride;
     small->restarts++;
     small_begin(small);
-}
-
-/* The mirror image of the last half window (2.11). False: no epoch is left. */
-static bool small_flush(small_t *small)
-{
-    const int32_t half = (int32_t)small->config->window.longest / 2;
-    const bool begun = small->end < (INT32_MAX / 2);
-    if (!small_is_centred(small) || (small->skip > 0) || (!begun && (small->count < half))) {
-        return false;
-    }
-    if (!begun) {
-        small->end = small->count;
-        small->gap[0] = false;
-    }
-    while ((small->count - small->end) < (half - 1)) {
-        const int32_t after = small->count - small->end;
-        const int64_t image = small_sample(small, small->end - 1 - after);
-        small->gap[0] = (after > 0) && small_gap(small, small->end - after);
-        small_push(small, (int16_t)image);
-        if (small->age == 0) {
-            return true;
-        }
-    }
-    return false;
 }
 
 /* Forgets what no later result depends on, so that equal futures are equal bytes. */

@@ -1,5 +1,5 @@
 #include "../fuzz/fuzz_calls.c" /* NOLINT(bugprone-suspicious-include): the same inputs, in ctest */
 
 #define RECORDED_INPUTS 4000U
-#define RECORDED_DIGEST UINT64_C(0xA04816F0BD867BF9)
+#define RECORDED_DIGEST UINT64_C(0x93397CE789CE1FC0)
 #include "chains.h"

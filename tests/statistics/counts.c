@@ -1,6 +1,7 @@
 /* Noise in counts through the complete library: rounded (5.15), summed by davar_average, and near
  * the ends of a record. */
 #include "autocovariance.h"
+#include "centred/centred.h"
 #include "davar/average.h"
 #include "filter_cases.h"
 #include "filtered_noise.h"
@@ -124,7 +125,6 @@ static void start_rounding(uint32_t window)
     config = davar_default_config;
     config.rate_hz = ROUNDING_HZ;
     config.unit_per_count = ROUNDING_UNIT;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
     config.window.longest = window;
     config.window.shortest = window;
@@ -237,7 +237,6 @@ const group_t group_rounding = {"rounding", ROWS(rounding), run_rounding, 201808
 /* ---- near the ends of a record, where a centred window contains part of it twice ---- */
 
 #define RECORD 1000U
-#define MIRRORED_WINDOW 600U
 #define MIRRORED_TAUS 7U
 #define PLACES 7U
 #define COUNT 0.001 /* deg/s */
@@ -247,28 +246,43 @@ static const uint64_t places[PLACES] = {0U, 50U, 150U, 250U, 300U, 800U, RECORD 
 static const char *const mirrored[] = {"white"};
 
 /* A result waits: is it at one of the places? */
-static void score_place(score_t scores[PLACES], const double adev[])
+static void score_place(centred_t *centred, score_t scores[PLACES], const double adev[])
 {
-    const uint64_t epoch = davar.window.origin + davar.window.received - (MIRRORED_WINDOW / 2U);
+    require(centred_take(centred, &result), "mirrored: a sample without a result");
     for (unsigned p = 0U; p < PLACES; p++) {
-        if ((epoch == places[p]) && davar_take(&davar, &result)) {
+        if (result.epoch == places[p]) {
             davar_fit(&plan, 1.0, &result);
             score_add(&scores[p], &result, truth_1, adev);
         }
     }
 }
 
+static void score_record(score_t scores[PLACES], const int16_t *sample, const double adev[])
+{
+    const davar_port_samples_t samples = {.q15 = sample};
+    centred_t *const centred = centred_open(&config, DAVAR_PORT_Q15);
+    require(centred != NULL, "mirrored: memory");
+    for (size_t n = 0U; n < RECORD;) {
+        n += centred_push(centred, samples, n, RECORD);
+        score_place(centred, scores, adev);
+    }
+    while (centred_flush(centred)) {
+        score_place(centred, scores, adev);
+    }
+    centred_close(centred);
+}
+
 static void run_mirrored(const void *of, unsigned trials, uint64_t seed)
 {
     static score_t scores[PLACES];
     static double noise[RECORD];
+    static int16_t sample[RECORD];
     double adev[MIRRORED_TAUS];
     char label[32];
     random_t random = random_seeded(seed);
     (void)of;
     memset(scores, 0, sizeof scores);
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1.0;
     config.unit_per_count = COUNT;
     config.law = NULL;
@@ -278,18 +292,12 @@ static void run_mirrored(const void *of, unsigned trials, uint64_t seed)
     for (unsigned t = 0U; t < MIRRORED_TAUS; t++) {
         adev[t] = 1.0 / sqrt((double)mirrored_taus[t]);
     }
-    require(davar_init_q15(&davar, &config, memory, sizeof memory) == DAVAR_OK, "mirrored: init");
     for (unsigned i = 0U; i < trials; i++) {
         gyro_noise_fill(&(gyro_noise_t){.white = 1.0}, &random, noise, RECORD);
-        davar_reset(&davar);
         for (unsigned n = 0U; n < RECORD; n++) {
-            const int16_t sample = (int16_t)lround(noise[n] / COUNT);
-            davar_push_q15(&davar, &sample, 1U);
-            score_place(scores, adev);
+            sample[n] = (int16_t)lround(noise[n] / COUNT);
         }
-        while (davar_flush(&davar)) {
-            score_place(scores, adev);
-        }
+        score_record(scores, sample, adev);
     }
     for (unsigned p = 0U; p < PLACES; p++) {
         (void)snprintf(label, sizeof label, "epoch %u", (unsigned)places[p]);

@@ -31,7 +31,7 @@ typedef struct {
 static void start(detector_t *detector, const davar_filter_t *assumed, double rate_hz,
                   double per_hour)
 {
-    const davar_glr_wish_t wish = {rate_hz, per_hour, 300.0, 6000U, BLOCK, 2U, false};
+    const davar_glr_wish_t wish = {rate_hz, per_hour, 300.0, 6000U, BLOCK, 2U};
     davar_config_t config = davar_default_config;
     memset(detector, 0, sizeof *detector);
     if (assumed != NULL) {

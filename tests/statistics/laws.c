@@ -17,7 +17,7 @@ static uint64_t memory[131072];
 #define SIGMA 20.0
 #define BINS 6U
 
-typedef enum { SINCE_CUT, SINCE, TO_NEAREST } when_t;
+typedef enum { SINCE_CUT, SINCE } when_t;
 
 typedef struct {
     const char *name;
@@ -37,11 +37,6 @@ typedef struct {
     {                                                                                              \
         50U, 100U, 200U, 500U, 1500U, 6000U                                                        \
     }
-#define NEAREST                                                                                    \
-    10U, 6000U, 2U, 12U,                                                                           \
-    {                                                                                              \
-        50U, 200U, 300U, 500U, 3001U, 3001U                                                        \
-    }
 /* 1 kHz; the stretch is no multiple of a stride */
 #define STRIDE(samples)                                                                            \
     samples, 6007U, 3U, 23U,                                                                       \
@@ -59,11 +54,6 @@ static const tracked_t tracked[] = {
     {"x1.5", HELD "98:", 1.5, SINCE_CUT, 100.0, SINCE_STEP},
     {"x2", HELD "99.5:", 2.0, SINCE_CUT, 100.0, SINCE_STEP},
     {"x3", HELD "99.5:", 3.0, SINCE_CUT, 100.0, SINCE_STEP},
-    {"none, centred", "held 95.3:97.3, offered 95:", 1.0, TO_NEAREST, 100.0, NEAREST},
-    {"x1.25, centred", "held 95:97.5", 1.25, TO_NEAREST, 100.0, NEAREST},
-    {"x1.5, centred", "held 94.5:97.5", 1.5, TO_NEAREST, 100.0, NEAREST},
-    {"x2, centred", "held 95:97.5", 2.0, TO_NEAREST, 100.0, NEAREST},
-    {"x3, centred", "held 95:97.7", 3.0, TO_NEAREST, 100.0, NEAREST},
     {"stride 7", "held 94.5:97, late :1", 2.0, SINCE, 1000.0, STRIDE(7U)},
     {"stride 10", "held 94.5:97, late :1", 2.0, SINCE, 1000.0, STRIDE(10U)},
     {"stride 33", "held 94.5:97, late :1", 2.0, SINCE, 1000.0, STRIDE(33U)},
@@ -87,7 +77,6 @@ static void start_tracked(const tracked_t *row)
     config = davar_default_config;
     config.rate_hz = row->rate_hz;
     config.unit_per_count = 1.0;
-    config.window.mode = (row->time == TO_NEAREST) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
     config.window.longest = 6000U;
     config.window.shortest = 20U;
@@ -111,11 +100,9 @@ static void judge_tracked(const tracked_t *row, bin_t bins[BINS])
     const double sigma = sigma_at(row, result.epoch);
     const double truth = 60.0 * sqrt(((sigma * sigma) + (1.0 / 12.0)) / row->rate_hz);
     const uint64_t since = result.epoch % row->stretch;
-    const bool is_near = (row->time == TO_NEAREST) && (since >= (row->stretch / 2U));
-    const uint64_t time = is_near ? (row->stretch - since) : since;
     const bool is_cut = (row->ratio <= 1.0) || (result.cut_age_samples <= (since + 30U));
     bin_t *bin = bins;
-    while (time >= row->until[bin - bins]) {
+    while (since >= row->until[bin - bins]) {
         bin++;
     }
     (void)davar_fit_white(&plan, row->rate_hz, &result);
@@ -286,7 +273,6 @@ static void run_law(const signal_t *signal, const law_t *law, const int32_t samp
     config.unit_per_count = 1.0;
     config.law = law->law;
     config.stride = law->stride;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.window.longest = law->longest;
     config.window.shortest = law->shortest;
     config.window.grow = 1U;
@@ -423,7 +409,6 @@ static void start_steady(const steady_t *row)
     static const uint32_t taus[] = {1U, 2U, 4U};
     config = davar_default_config;
     config.law = &davar_law_glr_q15;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.window.longest = 6000U;
     config.window.shortest = 20U;
     config.moments.segment = 0U;

@@ -85,7 +85,6 @@ static void start(const monitor_row_t *row, bool has_cascade, watch_t watches[FI
     config = davar_default_config;
     config.rate_hz = 1.0;
     config.full_scale = 65536.0;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
     config.window.longest = WINDOW;
     config.window.shortest = WINDOW;

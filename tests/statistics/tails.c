@@ -27,7 +27,6 @@ static void configure(uint32_t window, bool has_kurtosis)
 {
     config = davar_default_config;
     config.law = NULL;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.window.longest = window;
     config.window.shortest = window;
     config.moments.segment = has_kurtosis ? 100U : 0U;

@@ -36,12 +36,16 @@ MAY_INCLUDE = {
     "port/": "port/include public",
     "firmware": "public port/include port/node port/job port/bare_metal",
     "gateway": "public port/include port/node port/linux",
+    "host_sim/centred": "public lib/src port/include host_sim",  # the library's arithmetic
     "host_sim": "public port/include port/node port/job host_sim",
     "tests/unit": "public addons/src lib/src port/include port/node host_sim tests/support",
     "tests/tracking": "public lib/src port/bare_metal port/include tests/support",
     "tests/proofs": "public lib/src",
     "tests/target": "public port/bare_metal port/include",
     "tests/port": "public port/include port/linux port/node port/template tests/support",
+    "tests/property": "public port/include host_sim tests/support",
+    "tests/published": "public port/include host_sim tests/support",
+    "tests/bench": "public port/include host_sim tests/support",
     "tests/fuzz": "public port/include gateway host_sim tests/support tests/tracking",
     "tests/statistics": "host_sim public lib/src tests/support",
     "tests/": "public port/include port/node tests/support",
@@ -73,7 +77,10 @@ MARKS = tuple(
 # The rooms: which others each may include, besides itself. The entry functions lie beside them. Of
 # lib/src, filter and fit include public headers and number alone, and fit also filter. So does each
 # part of addons (tests/consumer/test_rooms.py builds each of them without the rest).
-SIM_ROOMS = ("common", "options", "recording", "learning", "instances", "output", "replay")
+SIM_ROOMS = (
+    *("common", "options", "recording", "learning", "centred"),
+    *("instances", "output", "replay"),
+)
 ROOMS = {
     "lib/src": {
         "number": set(),

@@ -30,16 +30,16 @@ static bool gap_at(const reference_record_t *record, int64_t position)
     return (position != 0) && (position != record->count) && record->gap_before[position];
 }
 
-void reference_start(reference_t *reference, const davar_config_t *config,
+void reference_start(reference_t *reference, const davar_config_t *config, bool is_centred,
                      reference_record_t record)
 {
-    const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
     reference->config = config;
+    reference->is_centred = is_centred;
     reference->record = record;
     reference->due_epoch = (int64_t)config->stride - 1;
-    const bool longest = centred || (config->stride > config->window.longest);
+    const bool longest = is_centred || (config->stride > config->window.longest);
     reference->length = longest ? (int64_t)config->window.longest : (int64_t)config->stride;
-    reference->filling = !centred;
+    reference->filling = !is_centred;
 }
 
 static reference_real_t kurtosis_of(const reference_record_t *record, int64_t from, int64_t to)
@@ -103,7 +103,7 @@ static void decide(reference_t *reference, bool unstable)
 {
     const davar_config_t *const config = reference->config;
     const bool fixed = (config->law == NULL);
-    const bool trailing = (config->window.mode == DAVAR_MODE_TRAILING);
+    const bool trailing = !reference->is_centred;
     const int64_t stride = config->stride;
     int64_t grow = config->window.grow;
     if (trailing) {
@@ -124,7 +124,7 @@ static void decide(reference_t *reference, bool unstable)
 bool reference_next(reference_t *reference, reference_epoch_t *epoch)
 {
     const davar_config_t *const config = reference->config;
-    const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
+    const bool centred = reference->is_centred;
     if (centred && (reference->record.count < (int64_t)(config->window.longest / 2))) {
         return false;
     }

@@ -30,13 +30,14 @@ typedef struct {
  * kept between calls. */
 typedef struct {
     const davar_config_t *config;
+    bool is_centred; /* the epoch is the middle of its window, otherwise its newest sample */
     reference_record_t record;
     int64_t due_epoch;
     int64_t length;
     bool filling;
 } reference_t;
 
-void reference_start(reference_t *reference, const davar_config_t *config,
+void reference_start(reference_t *reference, const davar_config_t *config, bool is_centred,
                      reference_record_t record);
 bool reference_next(reference_t *reference, reference_epoch_t *epoch);
 

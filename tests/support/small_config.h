@@ -8,7 +8,6 @@
 static inline davar_config_t small_config(const uint32_t *taus, uint8_t count)
 {
     davar_config_t config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.full_scale = 300.0;

@@ -37,7 +37,6 @@ static davar_engine_t engine = DAVAR_ENGINE_GRID;
 static void start(davar_law_id_t id, uint32_t stride)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.law = davar_law_of_id(id, false);
@@ -48,7 +47,6 @@ static void start(davar_law_id_t id, uint32_t stride)
     config.glr.block = glr_block;
     config.stride = stride;
     config.engine = engine;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.taus = octaves;
     config.tau_count = TAUS;
     const size_t bytes = davar_memory_size_q15(&config);

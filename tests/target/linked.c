@@ -33,10 +33,8 @@ static const davar_config_t config = {.rate_hz = 100.0,
                                       .moments.kurtosis_high = 3.3,
                                       .moments.contribution_high = 0.07,
                                       .stride = 60U,
-                                      .window.mode = DAVAR_MODE_CENTRED,
 #else
                                       .stride = 1U,
-                                      .window.mode = DAVAR_MODE_TRAILING,
 #endif
                                       .window.gaps_max = 4U};
 static uint64_t memory[1024];

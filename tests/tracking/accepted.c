@@ -129,20 +129,6 @@ uint64_t accepted_head(const accepted_t *accepted, uint64_t epoch)
                                                                                          : 0U;
 }
 
-bool accepted_holds(const accepted_t *accepted, uint64_t tail, uint64_t head, uint64_t epoch)
-{
-    const uint32_t block = accepted->config.block;
-    const uint32_t blocks = 300U / block;
-    const uint32_t half = ((blocks < 30U) ? blocks : 30U) * block;
-    const uint64_t newest = accepted->moment[(accepted->count - 1U) % ACCEPTED_RING];
-    const bool is_over = (epoch + half) > newest; /* time continues without samples */
-    const uint64_t received = is_over ? (accepted->count + (epoch + half - newest))
-                                      : accepted_head(accepted, epoch + half);
-    const uint64_t place = received - half; /* one after the epoch's sample */
-    return (received > half) && (tail < place) &&
-           (place <= (head + (is_over ? (block - 1U) : 0U))) && (head <= accepted->count);
-}
-
 double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m,
                     uint32_t *differences)
 {

@@ -45,11 +45,6 @@ void accepted_end(accepted_t *accepted);
 /* One after the accepted sample received at `epoch`; 0: there is none. */
 uint64_t accepted_head(const accepted_t *accepted, uint64_t epoch);
 
-/* True if the samples [tail, head) are accepted ones, and contain that of a centred window's epoch
- * (10.15). Its distance, in accepted samples, from the newest of its time equals the delay of the
- * epoch. In the last, incomplete block of a record the window ends before it. */
-bool accepted_holds(const accepted_t *accepted, uint64_t tail, uint64_t head, uint64_t epoch);
-
 /* Sum of D^2 over the accepted samples [tail, head) and its count; none spans a boundary. D = P[i]
  * - 2 P[i - m] + P[i - 2 m]. Exact below 2^53, and to a rounding of each 64 bits above. */
 double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m,

@@ -30,7 +30,6 @@ void setUp(void)
     config = davar_default_config;
     config.rate_hz = 100.0;
     config.unit_per_count = UNIT;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
     config.window.longest = 1200U;
     config.window.shortest = 20U;

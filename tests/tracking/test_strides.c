@@ -37,10 +37,8 @@ static row_t expected[SAMPLES];
 void setUp(void)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1000.0;
     config.unit_per_count = 1.0;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
     config.moments.segment = 0U;
     config.window.grow = 1U;
@@ -141,15 +139,14 @@ static uint32_t run(uint32_t stride, bool is_reference)
 }
 
 /* Strides of whole blocks; where shocks and gaps shift epochs, the count may differ by 2. */
-static void check_strides(uint32_t block, double rate_hz, davar_mode_t mode)
+static void check_strides(uint32_t block, double rate_hz)
 {
     static const uint32_t factors[] = {2U, 3U, 10U, 25U, 50U, 100U};
     config.glr.block = block;
     config.rate_hz = rate_hz;
-    config.window.mode = mode;
     config.window.longest = 120U * block;
     config.window.shortest = 2U * block;
-    make_stream((UINT64_C(10) * block) + (uint64_t)mode, true);
+    make_stream(UINT64_C(10) * block, true);
     memset(expected, 0, sizeof expected);
     const uint32_t all = run(block, true);
     for (uint32_t i = 0U; i < sizeof factors / sizeof factors[0]; i++) {
@@ -162,13 +159,10 @@ static void check_strides(uint32_t block, double rate_hz, davar_mode_t mode)
 
 static void test_a_stride_changes_no_result(void)
 {
-    static const davar_mode_t modes[] = {DAVAR_MODE_TRAILING, DAVAR_MODE_CENTRED};
-    for (uint32_t i = 0U; i < 2U; i++) {
-        check_strides(5U, 100.0, modes[i]);
-        check_strides(10U, 1000.0, modes[i]);
-        check_strides(25U, 50.0, modes[i]);
-        check_strides(64U, 8000.0, modes[i]);
-    }
+    check_strides(5U, 100.0);
+    check_strides(10U, 1000.0);
+    check_strides(25U, 50.0);
+    check_strides(64U, 8000.0);
 }
 
 static const uint32_t strides[] = {7U, 10U, 33U, 100U, 250U, 500U, 1000U};
@@ -184,8 +178,7 @@ static void check_shortest(uint32_t stride, uint32_t window_min)
         davar_push_q15(&davar, &stream[i], 1U);
         if (davar_take(&davar, &result)) {
             TEST_ASSERT_GREATER_OR_EQUAL_UINT32(window_min, result.window_samples);
-            if ((config.window.mode == DAVAR_MODE_TRAILING) &&
-                (result.cut_age_samples < window_min)) {
+            if (result.cut_age_samples < window_min) {
                 TEST_ASSERT_LESS_THAN_UINT32(window_min + config.glr.block, result.window_samples);
             }
             shortest = (result.window_samples < shortest) ? result.window_samples : shortest;
@@ -201,9 +194,6 @@ static void test_the_shortest_window_has_its_effect_at_every_stride(void)
     for (uint32_t i = 0U; i < sizeof strides / sizeof strides[0]; i++) {
         check_shortest(strides[i], 400U);
         check_shortest(strides[i], 405U);
-        config.window.mode = DAVAR_MODE_CENTRED;
-        check_shortest(strides[i], 400U);
-        config.window.mode = DAVAR_MODE_TRAILING;
     }
 }
 

@@ -12,7 +12,7 @@
 
 #define K_MAX 60U
 
-static const davar_glr_wish_t usual = {100.0, 0.01, 300.0, 6000U, 10U, 2U, true};
+static const davar_glr_wish_t usual = {100.0, 0.01, 300.0, 6000U, 10U, 2U};
 static davar_glr_config_t config;
 static const davar_spread_t no_blocks = {0U, 0U, 0U};
 static davar_glr_t state;

@@ -107,12 +107,9 @@ static void test_the_ends_of_the_constants(void)
     davar_glr_start(&config, &wish);
     TEST_ASSERT_EQUAL(GLR_LONGEST, config.longest);
     TEST_ASSERT_EQUAL(GLR_LEVELS, config.levels);
-    TEST_ASSERT_EQUAL(GLR_HALF_MAX, config.half);
     wish.block = 400U;
-    wish.is_centred = false;
     davar_glr_start(&config, &wish);
     TEST_ASSERT_EQUAL(1, config.near);
-    TEST_ASSERT_EQUAL(0, config.half);
 }
 
 /* The constants documented in glr.h, for every block size and windows near those that need one
@@ -166,23 +163,13 @@ static void test_a_reset_clears_everything(void)
     for (uint32_t i = 0U; i < GLR_SHOCK_MAX; i++) {
         is_empty(&state.waiting[i]);
     }
-    for (uint32_t i = 0U; i < GLR_CUTS; i++) {
-        is_empty(&state.past[i].sum);
-        TEST_ASSERT_EQUAL_UINT32(state.now.at, state.past[i].at);
-    }
-    for (uint32_t i = 0U; i < GLR_RECENT; i++) {
-        TEST_ASSERT_EQUAL_HEX16(0U, state.recent[i]);
-    }
     is_empty(&state.eight);
     is_empty(&state.now.sum);
     is_empty(&state.alarm.sum);
     is_empty(&state.cut.sum);
     TEST_ASSERT_EQUAL_UINT32(state.now.at, state.alarm.at);
     TEST_ASSERT_EQUAL_UINT32(state.now.at, state.cut.at);
-    TEST_ASSERT_EQUAL_UINT32(1U, state.counts);
-    TEST_ASSERT_EQUAL_UINT32(1U, state.settled);
-    TEST_ASSERT_EQUAL_UINT32(1U, state.cuts);
-    TEST_ASSERT_EQUAL_UINT32(0U, (uint32_t)state.turn + state.seen + state.pending);
+    TEST_ASSERT_EQUAL_UINT32(0U, state.pending);
 }
 
 /* The upper half of a product of two. */
@@ -214,35 +201,9 @@ static void test_the_logarithm_is_the_formula_of_its_tables(void)
     }
 }
 
-/* The age at which this many blocks were accepted, counted one by one; dropped ones have an age
- * too. */
-static void test_an_age_counts_the_accepted_blocks(void)
-{
-    for (uint32_t trial = 0U; trial < 200U; trial++) {
-        const uint32_t dropped = 1U + (uint32_t)(random_next(&rng) % 40U);
-        state.now.at = (uint32_t)random_next(&rng);
-        for (uint32_t i = 0U; i < GLR_RECENT; i++) {
-            state.recent[i] = ((random_next(&rng) % dropped) == 1U) ? 0U : 512U;
-        }
-        uint32_t accepted = 0U;
-        for (uint32_t age = 1U; age <= GLR_RECENT; age++) {
-            const uint32_t before = accepted;
-            accepted += (state.recent[(state.now.at - age) % GLR_RECENT] != 0U) ? 1U : 0U;
-            if (accepted != before) {
-                TEST_ASSERT_EQUAL_UINT32(age, davar_glr_age_of(&state, accepted));
-            }
-        }
-        TEST_ASSERT_EQUAL_UINT32(0U, davar_glr_age_of(&state, 0U));
-        TEST_ASSERT_EQUAL_UINT32(GLR_RECENT, davar_glr_age_of(&state, accepted + 1U));
-    }
-}
-
 /* After 2^32 blocks the count of blocks is 0 again, which every power of two divides. */
 static void test_the_count_of_blocks_wraps(void)
 {
-    davar_glr_wish_t wish = usual;
-    wish.is_centred = false;
-    davar_glr_start(&config, &wish);
     state.now.at = 0U - 512U;
     state.cut.at = state.now.at;
     state.alarm.at = state.now.at;
@@ -366,53 +327,6 @@ static void test_wide_samples_decide_as_narrow_ones_whatever_their_size(void)
 
 /* ---- windows ---- */
 
-/* So many cuts that the oldest are discarded; then no cut for so long that all are. */
-static void test_the_oldest_cut_that_is_remembered_bounds_the_window(void)
-{
-    davar_glr_window_t window;
-    for (uint32_t n = 0U; n < 150U; n++) {
-        push_noise((((n / 10U) % 2U) == 0U) ? 20.0 : 400.0);
-        (void)davar_glr_centred(&state, &config, config.half, &window);
-        TEST_ASSERT_LESS_OR_EQUAL_UINT32(60U, window.end - window.begin);
-    }
-    TEST_ASSERT_EQUAL(GLR_CUTS, state.cuts);
-    config.cut = config.alarm;
-    push_quiet(1500U);
-    (void)davar_glr_centred(&state, &config, config.half, &window);
-    TEST_ASSERT_EQUAL(0, state.cuts);
-    TEST_ASSERT_GREATER_THAN_UINT32(200U, window.end - window.begin);
-    skip(70U);
-    (void)blocks_to_alarm(400.0, 20U);
-    TEST_ASSERT_EQUAL(1, state.cuts);
-}
-
-/* Between the blocks of 10^6 and those a fifth louder there is a gap; the cut is at the gap. */
-static void test_a_cut_near_a_gap_counts(void)
-{
-    davar_glr_wish_t wish = usual;
-    wish.block = 25U;
-    davar_glr_start(&config, &wish);
-    push_blocks(1000000U, 287U);
-    skip(13U);
-    push_blocks(1190000U, 36U);
-    TEST_ASSERT_EQUAL_UINT32(288U, state.cut.at);
-    push_blocks(1190000U, 4U);
-    TEST_ASSERT_BIT_HIGH((int)(state.cuts - 1U), state.counts);
-}
-
-/* A change so small that its cut is older than the blocks that are stored one by one. */
-static void test_a_cut_that_came_late_counts(void)
-{
-    push_blocks(1000000U, 320U);
-    uint32_t n = 0U;
-    for (; (n < 300U) && (state.cut.at == 0U); n++) {
-        push_blocks(1170000U, 1U);
-    }
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(GLR_RECENT, state.now.at - state.cut.at);
-    push_blocks(1170000U, 4U);
-    TEST_ASSERT_BIT_HIGH((int)(state.cuts - 1U), state.counts);
-}
-
 #define STEPS 6000U
 
 static bool heard[STEPS + 1U]; /* block n was accepted */
@@ -426,26 +340,17 @@ static uint32_t heard_between(uint32_t begin, uint32_t end)
     return count;
 }
 
-/* A window [begin, end) about the block that is followed by `accepted` accepted ones: within the
- * record, not empty, with the stated number of blocks. If no record contains its beginning, only
- * the newest blocks are counted one by one. */
-static void check_centred_window(uint32_t accepted)
+/* The window: within the record, not empty, with the number of blocks that were accepted in it. If
+ * no record contains its beginning, it has some of them. */
+static void check_window(void)
 {
-    davar_glr_window_t window;
+    davar_glr_place_t begin;
+    davar_glr_begin(&state, &config, &begin);
     const uint32_t now = state.now.at;
-    const uint32_t age = davar_glr_age_of(&state, accepted);
-    if (!davar_glr_centred(&state, &config, age, &window)) {
-        return;
-    }
-    const uint32_t newest = (now > GLR_RECENT) ? (now - GLR_RECENT) : 0U;
-    const uint32_t from = (window.begin > newest) ? window.begin : newest;
-    TEST_ASSERT_TRUE((int32_t)(window.end - window.begin) > 0);
-    TEST_ASSERT_LESS_OR_EQUAL_UINT32(now, window.end);
-    TEST_ASSERT_TRUE((now - window.begin) >= age);
-    TEST_ASSERT_TRUE((now - window.end) < age);
-    TEST_ASSERT_EQUAL_UINT32(heard_between(window.end, now), window.after);
-    TEST_ASSERT_LESS_OR_EQUAL_UINT32(heard_between(window.begin, window.end), window.blocks);
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(heard_between(from, window.end), window.blocks);
+    const uint32_t blocks = state.now.sum.blocks - begin.sum.blocks;
+    TEST_ASSERT_TRUE((int32_t)(now - begin.at) >= 0);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(state.cut.at, begin.at);
+    TEST_ASSERT_EQUAL_UINT32(heard_between(begin.at, now), blocks);
 }
 
 /* Steps and gaps next to each other: where gaps leave few of many blocks, the records as old as the
@@ -469,7 +374,7 @@ static void check_windows_beside_gaps(uint32_t block, uint32_t gaps)
         for (uint32_t i = 0U; i < event.resolved; i++) {
             heard[before + i] = (i >= event.dropped);
         }
-        check_centred_window(config.half + 1U + (before % 4U));
+        check_window();
     }
 }
 
@@ -488,7 +393,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_the_logarithm_is_within_2e_minus_7);
     RUN_TEST(test_the_gain_is_the_formulas_and_the_bound_never_below);
-    RUN_TEST(test_an_age_counts_the_accepted_blocks);
     RUN_TEST(test_the_count_of_blocks_wraps);
     RUN_TEST(test_thresholds_of_every_block_are_the_formulas);
     RUN_TEST(test_the_ends_of_the_constants);
@@ -499,9 +403,6 @@ int main(void)
     RUN_TEST(test_the_dispersion_moves_as_the_formula_says);
     RUN_TEST(test_the_factor_of_the_thresholds_is_that_of_the_formula);
     RUN_TEST(test_wide_samples_decide_as_narrow_ones_whatever_their_size);
-    RUN_TEST(test_the_oldest_cut_that_is_remembered_bounds_the_window);
-    RUN_TEST(test_a_cut_near_a_gap_counts);
-    RUN_TEST(test_a_cut_that_came_late_counts);
     RUN_TEST(test_windows_near_gaps);
     return UNITY_END();
 }

@@ -117,7 +117,7 @@ static davar_glr_event_t event;
 
 static void begin(void)
 {
-    const davar_glr_wish_t wish = {100.0, 0.01, 300.0, 600U, BLOCK, 2U, false};
+    const davar_glr_wish_t wish = {100.0, 0.01, 300.0, 600U, BLOCK, 2U};
     davar_glr_start(&config, &wish);
     davar_glr_reset(&detector);
     memset(&event, 0, sizeof event);

@@ -27,7 +27,6 @@ static moments_of_t first;
 void setUp(void)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     source = random_seeded(31U);
 }
 

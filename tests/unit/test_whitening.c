@@ -25,7 +25,6 @@ static bool gap_before[SAMPLES];
 void setUp(void)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.5;
     config.window.longest = 6000U;
@@ -83,7 +82,7 @@ static uint32_t withheld;    /* runs until the interval is shown again */
 
 static void reference_start(void)
 {
-    const davar_glr_wish_t wish = {100.0, 1.0, 300.0, 6000U, BLOCK, 2U, false};
+    const davar_glr_wish_t wish = {100.0, 1.0, 300.0, 6000U, BLOCK, 2U};
     davar_glr_start(&thresholds, &wish);
     thresholds.floor =
         davar_glr_floor(thresholds.block, config.glr.whiten_first, config.glr.whiten_second);

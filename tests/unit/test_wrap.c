@@ -22,7 +22,6 @@ static davar_config_t config;
 void setUp(void)
 {
     config = davar_default_config;
-    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1.0;
     config.unit_per_count = 1.0;
     config.window.longest = 60U;
@@ -60,9 +59,6 @@ static void shift_detector(davar_glr_t *detector, uint32_t blocks)
     shift_place(&detector->now, blocks);
     shift_place(&detector->alarm, blocks);
     shift_place(&detector->cut, blocks);
-    for (uint32_t i = 0U; i < GLR_CUTS; i++) {
-        shift_place(&detector->past[i], blocks);
-    }
     for (uint32_t i = 0U; i < (GLR_LEVELS * GLR_RECORDS); i++) {
         davar_glr_place_t place = {detector->record[i / GLR_RECORDS][i % GLR_RECORDS], 0U};
         shift_place(&place, blocks);
@@ -93,9 +89,9 @@ static void shift(davar_t *davar, uint32_t offset)
         stages->grid->sum_next += offset;
         for (unsigned i = 0U; i < RESIDUES_MAX; i++) {
             shift_records(&stages->grid->tail[i], offset, stages->allan.count);
-            shift_records(&stages->grid->head[i], offset, stages->allan.count);
-            shift_records(&stages->grid->middle[i], offset, stages->allan.count);
         }
+        shift_records(&stages->grid->head, offset, stages->allan.count);
+        shift_records(&stages->grid->middle, offset, stages->allan.count);
     }
 }
 
@@ -167,11 +163,8 @@ static void test_positions_wrap_unnoticed(void)
         setUp();
         config.stride = (way == 0U) ? 1U : 7U;
         config.engine = (way == 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
-        config.window.mirrored_end = (way > 0U);
         wrapped(90U); /* n = 490 = 3 * 130 + 100: a gap right on the wrap */
         wrapped(333U);
-        config.window.mode = DAVAR_MODE_TRAILING;
-        wrapped(90U);
     }
 }
 
@@ -181,14 +174,12 @@ static void test_positions_wrap_correctly_after_the_detector(void)
     config.law = &davar_law_glr_q15;
     config.window.shortest = 20U;
     for (uint32_t i = 0U; i < 3U; i++) {
-        config.window.mode = DAVAR_MODE_TRAILING;
         config.window.longest = 80U;
         config.stride = 1U;
         wrapped(before[i]);
         config.stride = 7U;
         wrapped(before[i]);
-        config.window.mode = DAVAR_MODE_CENTRED;
-        config.window.longest = 660U;
+        config.window.longest = 660U; /* the wrap comes while the window fills */
         config.stride = 20U;
         wrapped(before[i]);
     }
@@ -211,25 +202,22 @@ static void wrapped_long(uint32_t stride, uint32_t block)
 
 static void test_blocks_wrap_unnoticed(void)
 {
-    for (int mode = DAVAR_MODE_TRAILING; mode <= DAVAR_MODE_CENTRED; mode++) {
-        config.window.mode = (davar_mode_t)mode;
-        wrapped_long(1U, 5U);
-        wrapped_long(10U, 10U);
-        wrapped_long(33U, 10U);
-    }
+    wrapped_long(1U, 5U);
+    wrapped_long(10U, 10U);
+    wrapped_long(33U, 10U);
 }
 
-/* The record ends exactly at the wrap and anywhere in the half window after it: the last half
- * window is not lost. */
+/* A record of law glr ends exactly at the wrap and anywhere in the samples after it that wait: they
+ * are not lost. */
 static void test_a_record_that_ends_after_the_wrap_is_flushed(void)
 {
+    config.law = &davar_law_glr_q15;
+    config.window.longest = 80U;
+    config.window.shortest = 20U;
     for (uint32_t behind = 0U; behind < 35U; behind++) {
-        setUp();
+        config.stride = 1U;
         wrapped(1000U - behind);
-        config.window.mirrored_end = true;
         config.stride = 7U;
-        wrapped(1000U - behind);
-        config.engine = DAVAR_ENGINE_GRID;
         wrapped(1000U - behind);
     }
 }
@@ -268,15 +256,14 @@ static void forgotten(uint32_t first, uint32_t later)
 static void test_an_old_gap_is_forgotten(void)
 {
     static const uint32_t later[] = {0x7FFFFE00U, 0x80000000U, 0xFFFFFFFFU - 600U};
-    for (unsigned i = 0U; i < 18U; i++) { /* each mode at every sample, at a stride, on a grid */
-        config.window.mode = (i % 2U == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-        config.stride = ((i / 2U) % 3U == 0U) ? 1U : 7U;
-        config.engine = ((i / 2U) % 3U == 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
-        forgotten(100U, later[i / 6U]);
+    for (unsigned i = 0U; i < 9U; i++) { /* at every sample, at a stride, on a grid */
+        config.stride = (i % 3U == 0U) ? 1U : 7U;
+        config.engine = (i % 3U == 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
+        forgotten(100U, later[i / 3U]);
     }
 }
 
-/* The window leaves its mirrored start and the gap at the same epoch, and glides from then on. */
+/* A gap among the first samples, of a window that fills and glides from then on. */
 static void test_a_gap_next_to_the_start_is_forgotten(void)
 {
     config.law = NULL;

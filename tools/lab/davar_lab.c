@@ -45,11 +45,9 @@ int davar_lab_windows(const float *rates, size_t count, double full_scale, uint3
     config.full_scale = full_scale;
     config.taus = taus;
     config.tau_count = tau_count;
-    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
     config.window.longest = config.window.shortest = window;
     config.moments.segment = 0;
-    config.window.grow = 1;
     config.stride = stride;
     const size_t bytes = davar_memory_size_f32(&config);
     void *memory = malloc(bytes > 0 ? bytes : 8);

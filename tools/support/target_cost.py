@@ -32,7 +32,6 @@ COSTS = targets.ROOT / "docs/COST.md"
 LEAN = (
     "-DDAVAR_GRID=0",
     "-DDAVAR_LAWS=0",
-    "-DDAVAR_CENTRED=0",
     "-DDAVAR_Q31=0",
     "-DDAVAR_TAUS_MAX=4",
 )

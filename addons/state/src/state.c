@@ -9,7 +9,7 @@
 #include "davar/davar.h"
 #include "davar/version.h"
 
-#define FORMAT 8U
+#define FORMAT 9U
 
 /* Adds a field to the fingerprint, by its kind. */
 #define CHECK_F64(check, value) davar_image_check_f64(check, &(value))
@@ -17,8 +17,6 @@
 #define CHECK_U16(check, value) davar_image_check_u32(check, value)
 #define CHECK_I16(check, value) davar_image_check_u32(check, (uint32_t)(value))
 #define CHECK_U8(check, value) davar_image_check_u32(check, value)
-#define CHECK_BOOL(check, value) davar_image_check_u32(check, (uint32_t)(value))
-#define CHECK_MODE(check, value) davar_image_check_u32(check, (uint32_t)(value))
 #define CHECK_ENGINE(check, value) davar_image_check_u32(check, (uint32_t)(value))
 
 /* Covers everything that an image depends on. Field by field, because padding is undefined. */

@@ -112,12 +112,10 @@ void davar_gap(davar_t *davar, uint32_t missing);
 #define davar_take DAVAR_SIZED(davar_take)
 bool davar_take(davar_t *davar, davar_result_t *result);
 
-/** Completes the next result after the last sample. Centred mode mirrors the end; law glr uses the
- * samples in its queue, except a possible shock.
- * @return True if a result waits: take it and call again. False at the end, and immediately if the
- *         recording is shorter than longest / 2 or a grid was configured without
- *         window.mirrored_end. In both cases push no sample before davar_reset (asserted). In
- *         trailing mode without glr it returns false and changes nothing.
+/** Completes the next result after the last sample, for law glr: it uses the samples in its queue,
+ * except a possible shock.
+ * @return True if a result waits: take it and call again. False at the end; then push no sample
+ *         before davar_reset (asserted). With other laws it returns false and changes nothing.
  *
  * Threads: stopped. Cost: O(K T). */
 bool davar_flush(davar_t *davar);

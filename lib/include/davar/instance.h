@@ -12,20 +12,17 @@ extern "C" {
 
 /** Which samples are in the window. Fields are private.
  * Positions count samples modulo 2^32 from the start (or the last restart). The window is
- * [received - lag - length, received - lag). The lag is measured back from the newest sample, so it
- * stays constant while the window slides. DESIGN (4.2). */
+ * [received - lag - length, received - lag). DESIGN (4.2). */
 typedef struct {
     /** @privatesection */
     uint64_t origin;      /* sample index of position 0 */
     uint32_t received;    /* samples in since the start: the position of the next one */
-    uint32_t lag;         /* samples from the end of the window to the newest sample */
+    uint32_t lag;         /* on a grid: samples since the end of the window; otherwise 0 */
     uint32_t length;      /* of the window */
     uint32_t next_length; /* of the next window, as the law decided */
     uint32_t wait;        /* samples until the next epoch is complete */
-    uint32_t end;         /* samples of the record, once finished */
     uint32_t skip;        /* samples to omit until the grid of epochs after a restart */
     uint8_t phase;        /* how far it is from the start: a window_phase_t of the core */
-    bool finished;        /* flush was called: positions from `end` on are mirrored */
 } davar_window_t;
 
 /** Boundaries that differences must not span, ascending. Fields are private.
@@ -80,9 +77,8 @@ typedef struct davar {
 #define DAVAR_NUMBER_OF_LARGEST_largest(samples) samples
 #define DAVAR_NUMBER_OF_TAUS_taus(count) count
 #define DAVAR_MEMORY_NUMBERS(type, W, w, K, m, T)                                                  \
-    DAVAR_ROUND8(DAVAR_MEMORY_##type(DAVAR_LARGER(W, (((W) - (w)) / 2U) + (2U * (m))), m, T, 4U) + \
+    DAVAR_ROUND8(DAVAR_MEMORY_##type(W, m, T, 4U) +                                                \
                  (((K) == 1) ? 0U : DAVAR_MEMORY_STRIDE_##type((W) - (w), T)))
-#define DAVAR_LARGER(a, b) (((a) > (b)) ? (a) : (b))
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
 #define DAVAR_STAGES_BYTES_Q15 ((size_t)96U + (6U * sizeof(void *)))
 #define DAVAR_STAGES_BYTES_Q31 ((size_t)168U + (6U * sizeof(void *)))
@@ -91,8 +87,7 @@ typedef struct davar {
 
 /** @{ */
 /** The formulas of DAVAR_MEMORY, for other settings, in bytes.
- * They hold for a result at every sample (stride 1), if every span fits the shortest window
- * (2 m_max <= shortest). For a stride above 1, add DAVAR_MEMORY_STRIDE_*. For DAVAR_ENGINE_GRID,
+ * They hold for a result at every sample (stride 1). For a stride above 1, add DAVAR_MEMORY_STRIDE_*. For DAVAR_ENGINE_GRID,
  * use DAVAR_MEMORY_GRID_*, for law glr with a stride above 1 DAVAR_MEMORY_GLR_*. Otherwise call
  * davar_memory_size_*. Every sample of the window and of the longest span takes 2 bytes (q15) or 4
  * (q31, f32). Source: DESIGN 6. */
@@ -119,33 +114,23 @@ typedef struct davar {
 /** @} */
 
 /** @cond */
-#define DAVAR_GRID_BYTES DAVAR_ROUND8((size_t)224U + (51U * sizeof(void *)))
-#define DAVAR_GRID_EDGES(window_max, window_min, stride)                                           \
-    ((size_t)1U +                                                                                  \
-     ((((window_min) != 0U) && (((window_max) / 2U % (stride)) != ((window_min) / 2U % (stride)))) \
-          ? 1U                                                                                     \
-          : 0U))
+#define DAVAR_GRID_BYTES DAVAR_ROUND8((size_t)92U + (25U * sizeof(void *)))
 #define DAVAR_GRID_TAILS(window_max, window_min, stride)                                           \
-    (((window_min) == 0U)                                                                          \
-         ? (size_t)1U                                                                              \
-         : (DAVAR_GRID_EDGES(window_max, window_min, stride) +                                     \
-            (((((window_max) % (stride)) != 0U) || (((window_min) % (stride)) != 0U)) ? 1U : 0U)))
-#define DAVAR_GRID_LAG(window_max, window_min)                                                     \
-    (((window_min) == 0U) ? 0U : (((window_max) - (window_min)) / 2U))
+    ((((window_min) == 0U) || (((window_max) % (stride)) == 0U) ? 1U : 2U) +                       \
+     ((((window_min) != 0U) && (((window_min) % (stride)) != 0U) &&                                \
+       (((window_min) % (stride)) != ((window_max) % (stride))))                                   \
+          ? (size_t)1U                                                                             \
+          : (size_t)0U))
 #define DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, sums, powers, dues)            \
     ((DAVAR_GRID_TAILS(window_max, window_min, stride) *                                           \
       (((((size_t)(window_max) / (stride)) + 2U) * ((sums) + (powers))) + (dues))) +               \
-     (DAVAR_GRID_EDGES(window_max, window_min, stride) *                                           \
-      ((((size_t)DAVAR_GRID_LAG(window_max, window_min) / (stride)) + 2U) * ((sums) + (powers)) +  \
-       ((((size_t)DAVAR_GRID_LAG(window_max, window_min) + (segment)) / (stride)) + 2U) *          \
-           (powers))))
+     ((size_t)2U * ((sums) + (powers))) + ((((size_t)(segment) / (stride)) + 2U) * (powers)))
 /** @endcond */
 
 /** @{ */
-/** The same for DAVAR_ENGINE_GRID (stride above 1), in both modes, in bytes.
- * window_min 0: a fixed window. With mirrored_end add 2 bytes (q15) or 4 (q31, f32) per sample of
- * window_max, rounded up to 8. The fewest records are needed where the stride divides half of both
- * lengths. Source: DESIGN 2.7. */
+/** The same for DAVAR_ENGINE_GRID (stride above 1), in bytes.
+ * window_min 0: a fixed window. The fewest records are needed where the stride divides both lengths.
+ * Source: DESIGN 2.7. */
 #define DAVAR_MEMORY_GRID_Q15(window_max, window_min, segment, stride, m_max, taus, gaps)          \
     (DAVAR_STAGES_BYTES_Q15 + DAVAR_SONG_BYTES + ((size_t)16U * (taus)) +                          \
      DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
@@ -163,14 +148,14 @@ typedef struct davar {
 /** @} */
 
 /** @cond */
-#define DAVAR_GLR_BYTES_Q15 ((size_t)1304U)
-#define DAVAR_GLR_BYTES_Q31 ((size_t)1304U + (2U * sizeof(void *)))
+#define DAVAR_GLR_BYTES_Q15 ((size_t)1032U)
+#define DAVAR_GLR_BYTES_Q31 ((size_t)1032U + (2U * sizeof(void *)))
 #define DAVAR_GLR_RECORDS(window_max, stride, block)                                               \
     (((((size_t)(window_max) + (stride)) / (block)) + 2U) + 2U)
 /** @endcond */
 
 /** @{ */
-/** The same for law glr in trailing mode with a stride above 1 and no moments (moments.segment 0),
+/** The same for law glr with a stride above 1 and no moments (moments.segment 0),
  * in bytes. Such a grid records at every block of `block` samples. Source: DESIGN 6. */
 #define DAVAR_MEMORY_GLR_Q15(window_max, stride, block, m_max, taus, gaps)                         \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \

@@ -25,15 +25,6 @@ typedef enum {
     DAVAR_LAW_RESUME /**< a saved state was read back: set every pointer again, keep the rest */
 } davar_law_start_t;
 
-/** Where the windows of a law can begin and end, in samples. */
-typedef struct {
-    /** every window begins this many samples, or a multiple of it, after position 0; 0: anywhere */
-    uint32_t block;
-    /** centred mode: from the epoch to the last sample of its window, at most; 0: mirrored ends
-     * (4.2) */
-    uint32_t half;
-} davar_law_shape_t;
-
 /** What a law reads while no push is at work, and reports afterwards. */
 typedef struct {
     uint64_t word[10]; /**< the law's own layout */
@@ -48,24 +39,23 @@ struct davar_law {
     bool wants_moments; /**< judge needs the moments: moments.segment must not be 0 */
     /** Checks the settings of the law. Returns DAVAR_OK, or the error that init returns. */
     davar_status_t (*check)(const davar_config_t *config, const struct davar_number *number);
-    /** Fills *shape. Null: zeros. */
-    void (*shape)(const davar_config_t *config, davar_law_shape_t *shape);
+    /** Returns the samples between two places where windows can begin: multiples of it, from
+     * position 0 on. Null: anywhere. */
+    uint32_t (*block)(const davar_config_t *config);
     /** Returns the size of `state` in bytes. */
     size_t (*bytes)(const davar_config_t *config);
     /** Prepares `state` and everything that points into it. */
     void (*start)(struct davar *davar, void *state, davar_law_start_t why);
-    /** Places the window of the epoch that is due: sets window.next_length and returns the samples
-     * between its end and the newest sample. Sets *early if no result may be reported yet. Null:
-     * the length that judge chose, the lag of the mode (4.2). */
-    uint32_t (*place)(struct davar *davar, void *state, bool *early);
+    /** On a grid, at an epoch that is due: sets window.next_length of its window. Null: the length
+     * that judge chose. */
+    void (*place)(struct davar *davar, void *state);
     /** Runs after an epoch: returns the flag `unstable` and sets window.next_length. `whole` is the
      * kurtosis of the window; null unless wants_moments is set and the window has at least
      * window.shortest samples. */
     bool (*judge)(struct davar *davar, void *state, const struct davar_rough *whole);
     /** For davar_take: copies from `state` under the sequence lock. It is repeated if a push
      * interrupts it. */
-    void (*read)(const struct davar *davar, const void *state, davar_result_t *result,
-                 davar_law_words_t *words);
+    void (*read)(const void *state, davar_result_t *result, davar_law_words_t *words);
     /** For davar_take: computes fields of *result from the copies. */
     void (*report)(const davar_config_t *config, double unit_per_count,
                    const davar_law_words_t *words, davar_result_t *result);

@@ -23,7 +23,7 @@
 #define DAVAR_Q31 1
 #endif
 
-/** DAVAR_ENGINE_GRID, and law glr with a stride above 1 or in centred mode. */
+/** DAVAR_ENGINE_GRID, and law glr with a stride above 1. */
 #ifndef DAVAR_GRID
 #define DAVAR_GRID 1
 #endif
@@ -32,11 +32,6 @@
  * above 0). */
 #ifndef DAVAR_LAWS
 #define DAVAR_LAWS 1
-#endif
-
-/** Centred windows with mirrored ends, and davar_flush. */
-#ifndef DAVAR_CENTRED
-#define DAVAR_CENTRED 1
 #endif
 
 /** Checks for bugs of the caller. The default is assert on an operating system and a trap on a bare

@@ -35,19 +35,15 @@ typedef enum {
     DAVAR_ERR_RATE = 5,         /**< rate_hz not a positive finite number */
     DAVAR_ERR_SCALE = 6,       /**< unit_per_count (f32: full_scale) not a positive finite number */
     DAVAR_ERR_SAMPLE_BITS = 7, /**< sample_bits outside 2..16 (q15) or 2..32 (q31) */
-    DAVAR_ERR_MODE = 8,        /**< window.mode not in davar_mode_t */
     DAVAR_ERR_LAW = 9,         /**< law of another number type */
     DAVAR_ERR_WINDOW_MAX = 10, /**< window.longest outside 4..65536 (q15) or 4..2^24 (q31, f32) */
     DAVAR_ERR_WINDOW_MIN = 11, /**< window.shortest outside 1..window.longest */
-    DAVAR_ERR_WINDOW_ODD = 12, /**< window.longest or window.shortest odd in centred mode */
     /** moments.segment not below window.shortest, or 0 with a law that needs moments */
     DAVAR_ERR_SEGMENT = 13,
     DAVAR_ERR_KURTOSIS = 14,     /**< kurtosis bounds not finite, negative, or low > high */
     DAVAR_ERR_CONTRIBUTION = 15, /**< contribution bounds not finite, negative, or low > high */
-    /** window.grow or window.shrink moves an edge backwards (centred: only 0 or 2) */
-    DAVAR_ERR_STEP = 16,
-    DAVAR_ERR_SHRINK = 17, /**< window.shrink * stride above 2^31 - 1 */
-    DAVAR_ERR_STRIDE = 18, /**< stride 0 or above 2^24 */
+    DAVAR_ERR_SHRINK = 17,       /**< window.shrink * stride above 2^31 - 1 */
+    DAVAR_ERR_STRIDE = 18,       /**< stride 0 or above 2^24 */
     /** stride above window.longest: samples between two windows would never count */
     DAVAR_ERR_STRIDE_LONG = 19,
     DAVAR_ERR_ENGINE = 20, /**< engine not in davar_engine_t */
@@ -65,18 +61,11 @@ typedef enum {
 /* A window law (davar/law.h). */
 typedef struct davar_law davar_law_t;
 
-/** Where the epoch is in its window. DESIGN (4.2). */
-typedef enum {
-    DAVAR_MODE_TRAILING = 0, /**< the newest sample: no latency */
-    /** the middle: latency longest / 2, ends mirrored. Law glr: 30 blocks, at most 300 samples */
-    DAVAR_MODE_CENTRED = 1
-} davar_mode_t;
-
 /** How a stride above 1 is computed: the same results at another cost (docs/COST.md). DESIGN (2.7),
  * (2.9). */
 typedef enum {
     /** as stride 1: sums follow both edges of the window, at the same cost for every sample. Law
-     * glr: the grid, for a stride above 1 and in centred mode */
+     * glr: the grid */
     DAVAR_ENGINE_AUTO = 0,
     /** running sums, recorded where an edge can be: fewer instructions for samples in blocks, more
      * for single ones; the memory falls as the stride rises */
@@ -97,16 +86,13 @@ typedef struct {
 
     /** The window, in samples. */
     struct {
-        davar_mode_t mode; /**< default trailing */
         uint32_t longest; /**< default 600. Longer: narrower intervals, slower to follow a change */
         uint32_t shortest; /**< default 400. Shorter: sharper in a disturbance, wider intervals */
-        uint32_t grow;     /**< growth per sample while stable; default 2 (trailing: at most 1) */
+        uint32_t grow;     /**< growth per sample while stable, 0 or 1 (above 1: as 1); default 1 */
         /** shrinkage per sample while unstable; default 2. Law glr: at least 64 */
         uint32_t shrink;
         /** gaps that a window stores; one more restarts it. Default 4. Law glr: shocks too */
         uint16_t gaps_max;
-        /** centred, grid: keep longest - 2 m_max more samples, which davar_flush needs */
-        bool mirrored_end;
     } window;
 
     /** Kurtosis and sliding contribution ([SONG18]), for the laws that use them and for the
@@ -161,7 +147,7 @@ typedef struct {
     .law = &davar_law_or,                                                                          \
     .window = {.longest = (longest_samples),                                                       \
                .shortest = (shortest_samples),                                                     \
-               .grow = 2U,                                                                         \
+               .grow = 1U,                                                                         \
                .shrink = 2U,                                                                       \
                .gaps_max = 4U},                                                                    \
     .moments = {.segment = (shortest_samples) / 4U,                                                \
@@ -304,9 +290,10 @@ typedef enum {
 
 /** The result of one epoch. */
 typedef struct {
-    uint64_t epoch; /**< sample index from 0: window centre (centred) or newest sample (trailing) */
+    uint64_t epoch;          /**< the newest sample of the window: its index from 0 */
     uint32_t window_samples; /**< length L of the window */
-    /** of these, mirror images of others in the window (4.2); they carry no information (5.13) */
+    /** of these, mirror images of others in the window, which carry no information (5.13). 0; a
+     * program that extends a record by its mirror image, as davar-sim does, sets it for davar_fit */
     uint32_t mirrored_samples;
     uint32_t gaps_in_window; /**< gaps inside this window */
     /** law glr: samples since the newest change, at the epoch; otherwise 0 */

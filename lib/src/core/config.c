@@ -51,15 +51,12 @@ static davar_status_t check_scale(const davar_config_t *config, const davar_numb
 
 static davar_status_t check_window(const davar_config_t *config, const davar_number_t *number)
 {
-    const bool odd =
-        ((config->window.longest % 2U) != 0U) || ((config->window.shortest % 2U) != 0U);
     if ((config->window.longest < 4U) || (config->window.longest > number->window_max)) {
         return DAVAR_ERR_WINDOW_MAX;
     }
-    if ((config->window.shortest == 0U) || (config->window.shortest > config->window.longest)) {
-        return DAVAR_ERR_WINDOW_MIN;
-    }
-    return (is_centred(config) && odd) ? DAVAR_ERR_WINDOW_ODD : DAVAR_OK;
+    const bool shortest_fits =
+        (config->window.shortest != 0U) && (config->window.shortest <= config->window.longest);
+    return shortest_fits ? DAVAR_OK : DAVAR_ERR_WINDOW_MIN;
 }
 
 static davar_status_t check_stationarity(const davar_config_t *config)
@@ -82,11 +79,6 @@ static davar_status_t check_stationarity(const davar_config_t *config)
     return DAVAR_OK;
 }
 
-static bool is_centred_step(uint32_t step)
-{
-    return (step == 0U) || (step == 2U);
-}
-
 static davar_status_t check_motion(const davar_config_t *config)
 {
     if ((config->stride == 0U) || (config->stride > STRIDE_MAX)) {
@@ -94,10 +86,6 @@ static davar_status_t check_motion(const davar_config_t *config)
     }
     if (config->stride > config->window.longest) {
         return DAVAR_ERR_STRIDE_LONG;
-    }
-    if (is_centred(config) &&
-        !(is_centred_step(config->window.grow) && is_centred_step(config->window.shrink))) {
-        return DAVAR_ERR_STEP;
     }
     if ((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_GRID) {
         return DAVAR_ERR_ENGINE;
@@ -143,9 +131,7 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
 static bool needs_grid(const davar_config_t *config)
 {
     const bool queue = (config->law != NULL) && (config->law->push != NULL);
-    const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
-    return ((config->stride > 1U) && (queue || (config->engine == DAVAR_ENGINE_GRID))) ||
-           (centred && queue);
+    return (config->stride > 1U) && (queue || (config->engine == DAVAR_ENGINE_GRID));
 }
 
 static bool is_built(const davar_config_t *config)
@@ -154,20 +140,10 @@ static bool is_built(const davar_config_t *config)
     if ((config->law != NULL) || (config->moments.segment != 0U)) {
         built &= DAVAR_LAWS;
     }
-    if (config->window.mode == DAVAR_MODE_CENTRED) {
-        built &= DAVAR_CENTRED;
-    }
     if (needs_grid(config)) {
         built &= DAVAR_GRID;
     }
     return built != 0U;
-}
-
-static davar_status_t check_mode(const davar_config_t *config)
-{
-    const bool known =
-        (config->window.mode == DAVAR_MODE_CENTRED) || (config->window.mode == DAVAR_MODE_TRAILING);
-    return known ? DAVAR_OK : DAVAR_ERR_MODE;
 }
 
 static davar_status_t check_law(const davar_config_t *config, const davar_number_t *number)
@@ -186,9 +162,6 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config,
         return DAVAR_ERR_BUILD;
     }
     davar_status_t status = check_scale(config, number, is_float);
-    if (status == DAVAR_OK) {
-        status = check_mode(config);
-    }
     if (status == DAVAR_OK) {
         status = check_window(config, number);
     }
@@ -219,18 +192,14 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_RATE] = "sample rate not a positive number in range",
         [DAVAR_ERR_SCALE] = "size of a count, or full scale, not a positive number in range",
         [DAVAR_ERR_SAMPLE_BITS] = "width of a count outside what the number type holds",
-        [DAVAR_ERR_MODE] = "window neither centred nor trailing",
         [DAVAR_ERR_LAW] = "law of another number type",
         [DAVAR_ERR_WINDOW_MAX] = "longest window below 4 samples, or too long for the number type",
         [DAVAR_ERR_WINDOW_MIN] = "shortest window 0, or above the longest",
-        [DAVAR_ERR_WINDOW_ODD] = "longest or shortest window odd in centred mode",
         [DAVAR_ERR_SEGMENT] =
             "short segment not below the shortest window, or 0 (allowed only for a "
             "fixed window and law glr)",
         [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
         [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
-        [DAVAR_ERR_STEP] =
-            "growth or shrinkage would move a window edge backwards (centred: 0 or 2)",
         [DAVAR_ERR_SHRINK] = "shrinkage above 2^31 samples per stride",
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
         [DAVAR_ERR_STRIDE_LONG] =
@@ -245,5 +214,6 @@ const char *davar_status_text(davar_status_t status)
             "longest window and cluster size too large for the exact sums of "
             "this number type",
     };
-    return ((size_t)status < COUNT_OF(text)) ? text[status] : "unknown status";
+    const bool known = ((size_t)status < COUNT_OF(text)) && (text[status] != NULL);
+    return known ? text[status] : "unknown status";
 }

@@ -148,17 +148,7 @@ bool davar_take(davar_t *davar, davar_result_t *result)
 DAVAR_RARE bool davar_flush(davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
-    const bool kept = !has_grid(config) || config->window.mirrored_end;
-    const davar_window_t *const window = &davar->window; /* `received` wraps long after the start */
-    const bool begun = window->finished || !at_start(window) ||
-                       (window->received >= (config->window.longest / 2U));
-    if (has_queue(config)) {
-        return config->law->flush(davar, davar->law_state);
-    }
-    if (!is_centred(config) || !kept || !begun) {
-        return false;
-    }
-    return is_wide(davar) ? davar_q31_flush(davar) : davar_q15_flush(davar);
+    return has_queue(config) && config->law->flush(davar, davar->law_state);
 }
 
 davar_health_t davar_health(const davar_t *davar)

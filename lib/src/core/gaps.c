@@ -3,44 +3,14 @@
 #include "core/window.h"
 #include "number/machine.h"
 
-/* Boundaries with their images, ascending:
- *
- *     -g3 -g2 -g1 | g1 g2 g3 | 2N-g3 2N-g2 2N-g1
- *
- * The left third exists while the window reaches into the mirrored start, the right third after the
- * end of the record. */
-static uint32_t images_count(const davar_gaps_t *gaps, const davar_window_t *window)
-{
-    const uint32_t thirds = 1U + (at_start(window) ? 1U : 0U) + (is_finished(window) ? 1U : 0U);
-    return thirds * gaps->count;
-}
-
-static uint32_t image_at(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t index)
-{
-    const uint32_t count = gaps->count;
-    uint32_t rest = index;
-    if (at_start(window)) {
-        if (rest < count) {
-            return 0U - gaps->position[count - 1U - rest];
-        }
-        rest -= count;
-    }
-    if (rest < count) {
-        return gaps->position[rest];
-    }
-    rest -= count;
-    return (2U * window->end) - gaps->position[count - 1U - rest];
-}
-
 /* Index of the first boundary after `position`. */
-DAVAR_RARE static uint32_t first_after(const davar_gaps_t *gaps, const davar_window_t *window,
-                                       uint32_t position)
+DAVAR_RARE static uint32_t first_after(const davar_gaps_t *gaps, uint32_t position)
 {
     uint32_t low = 0U;
-    uint32_t high = images_count(gaps, window);
+    uint32_t high = gaps->count;
     while (low < high) {
         const uint32_t middle = low + ((high - low) >> 1U);
-        if ((int32_t)(image_at(gaps, window, middle) - position) > 0) {
+        if ((int32_t)(gaps->position[middle] - position) > 0) {
             high = middle;
         } else {
             low = middle + 1U;
@@ -53,9 +23,6 @@ DAVAR_RARE void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *wind
 {
     const uint32_t oldest = window_head(window) - length;
     uint16_t gone = 0U;
-    if (at_start(window) || is_finished(window)) {
-        return;
-    }
     while ((gone < gaps->count) && ((int32_t)(gaps->position[gone] - oldest) <= 0)) {
         gone++;
     }
@@ -86,30 +53,18 @@ DAVAR_RARE bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window
     return true;
 }
 
-DAVAR_RARE void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end)
+DAVAR_RARE uint32_t davar_gaps_after(const davar_gaps_t *gaps, uint32_t position)
 {
-    if ((gaps->count > 0U) && (gaps->position[gaps->count - 1U] == end)) {
-        gaps->count--;
-    }
-}
-
-DAVAR_RARE uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window,
-                                     uint32_t position)
-{
-    const uint32_t index = first_after(gaps, window, position);
-    if (index == images_count(gaps, window)) {
-        return DAVAR_NO_GAP;
-    }
-    return image_at(gaps, window, index) - position;
+    const uint32_t index = first_after(gaps, position);
+    return (index == gaps->count) ? DAVAR_NO_GAP : (gaps->position[index] - position);
 }
 
 DAVAR_RARE uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window)
 {
-    const uint32_t count = images_count(gaps, window);
     const uint32_t tail = window_tail(window);
     uint32_t inside = 0U;
-    for (uint32_t i = first_after(gaps, window, tail); i < count; i++) {
-        if ((image_at(gaps, window, i) - tail) >= window->length) {
+    for (uint32_t i = first_after(gaps, tail); i < gaps->count; i++) {
+        if ((gaps->position[i] - tail) >= window->length) {
             break;
         }
         inside++;
@@ -122,14 +77,13 @@ DAVAR_RARE uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_wind
 DAVAR_RARE uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *window,
                                           uint32_t m)
 {
-    const uint32_t count = images_count(gaps, window);
     const uint32_t length = window->length;
     const uint32_t tail = window_tail(window);
     const uint32_t starts = length - (2U * m) + 1U;
     uint32_t counted_to = 0U;
     uint32_t lost = 0U;
-    for (uint32_t i = first_after(gaps, window, tail); i < count; i++) {
-        const uint32_t boundary = image_at(gaps, window, i) - tail;
+    for (uint32_t i = first_after(gaps, tail); i < gaps->count; i++) {
+        const uint32_t boundary = gaps->position[i] - tail;
         if (boundary >= length) {
             break;
         }

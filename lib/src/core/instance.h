@@ -31,16 +31,13 @@ extern const davar_number_t davar_number_q31;
  *   resume    after its memory has been read back: sets every pointer again
  * For a law with a queue:
  *   boundary  a gap that is not counted; false: no room for it, ignored
- *   epoch     an epoch without a sample; true: it completed a result
  *   flows     the next samples need no care: none is near a gap or the start */
 #define NUMBER_PIPELINE(type)                                                                      \
     size_t davar_##type##_memory_size(const davar_config_t *config);                               \
     void davar_##type##_start(davar_t *davar, void *memory);                                       \
     void davar_##type##_gap(davar_t *davar);                                                       \
-    bool davar_##type##_flush(davar_t *davar);                                                     \
     void davar_##type##_resume(davar_t *davar);                                                    \
     bool davar_##type##_boundary(davar_t *davar);                                                  \
-    bool davar_##type##_epoch(davar_t *davar);                                                     \
     bool davar_##type##_flows(const davar_t *davar);
 
 NUMBER_PIPELINE(q15)

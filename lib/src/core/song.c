@@ -220,10 +220,9 @@ static uint32_t longer(const davar_config_t *config, uint32_t length, bool filli
     if (length == config->window.longest) {
         return length;
     }
-    /* Trailing: the head moves by one per sample; faster growth would move the tail backwards. */
-    const uint32_t most = is_centred(config) ? 2U : 1U;
-    const uint32_t grow = (filling || (config->window.grow > most)) ? most : config->window.grow;
-    return smaller(length + (grow * config->stride), config->window.longest);
+    /* The head moves by one per sample; faster growth would move the tail backwards. */
+    const bool grows = filling || (config->window.grow > 0U);
+    return grows ? smaller(length + config->stride, config->window.longest) : length;
 }
 
 DAVAR_APART static bool is_unstable_exactly(const davar_t *davar, davar_song_rule_t rule)

@@ -19,17 +19,6 @@ static inline bool has_queue(const davar_config_t *config)
     return has_law(config) && (config->law->push != NULL);
 }
 
-/* Windows around the epoch, with mirrored ends unless the law has a queue (10.15). */
-static inline bool is_about(const davar_config_t *config)
-{
-    return DAVAR_CENTRED && (config->window.mode == DAVAR_MODE_CENTRED);
-}
-
-static inline bool is_centred(const davar_config_t *config)
-{
-    return is_about(config) && !has_queue(config);
-}
-
 static inline bool has_moments(const davar_config_t *config)
 {
     return DAVAR_LAWS && (config->moments.segment != 0U);
@@ -40,17 +29,14 @@ static inline bool has_moments(const davar_config_t *config)
 static inline bool has_grid(const davar_config_t *config)
 {
     const bool strides = (config->stride > 1U);
-    const bool chosen = strides && (config->engine == DAVAR_ENGINE_GRID);
-    return DAVAR_GRID && (chosen || (has_queue(config) && (strides || is_about(config))));
+    const bool chosen = (config->engine == DAVAR_ENGINE_GRID);
+    return DAVAR_GRID && strides && (chosen || has_queue(config));
 }
 
-static inline davar_law_shape_t law_shape(const davar_config_t *config)
+/* Samples between the places where windows of the law can begin; 0: anywhere. */
+static inline uint32_t law_block(const davar_config_t *config)
 {
-    davar_law_shape_t shape = {0U, 0U};
-    if (has_law(config) && (config->law->shape != NULL)) {
-        config->law->shape(config, &shape);
-    }
-    return shape;
+    return (has_law(config) && (config->law->block != NULL)) ? config->law->block(config) : 0U;
 }
 
 static inline uint32_t smaller(uint32_t a, uint32_t b)
@@ -82,21 +68,7 @@ static inline bool is_float(const davar_t *davar)
     return DAVAR_Q31 && davar->is_float;
 }
 
-/* The recording has ended, and the leading edge moves into its mirror image. This is not a phase: a
- * short recording ends while it is at its start. */
-static inline bool is_finished(const davar_window_t *window)
-{
-    return DAVAR_CENTRED && window->finished;
-}
-
 /* --- positions -------------------------------------------------------------------------------- */
-
-/* Samples after the window's end when an epoch completes, for a window of `length` samples (4.2).
- * Centred: the newest sample is half of window_max after the epoch, the end half of the window. */
-static inline uint32_t window_lag(const davar_config_t *config, uint32_t length)
-{
-    return is_centred(config) ? ((config->window.longest - length) >> 1U) : 0U;
-}
 
 /* The position after the last sample of the window. */
 static inline uint32_t window_head(const davar_window_t *window)
@@ -109,11 +81,10 @@ static inline uint32_t window_tail(const davar_window_t *window)
     return window->received - window->lag - window->length;
 }
 
-/* Counts `count` new samples; the window stays where it is. */
+/* Counts `count` new samples. */
 static inline void window_receive(davar_window_t *window, uint32_t count)
 {
     window->received += count;
-    window->lag += count;
     if (window->received < count) {
         window->origin += UINT64_C(1) << 32U;
     }
@@ -127,18 +98,13 @@ static inline uint64_t window_now(const davar_window_t *window)
 
 /* --- phases ----------------------------------------------------------------------------------- */
 
-/* How far a window is from the start of the stream (DESIGN 2.12):
+/* How far a window is from the start of the stream:
  *
- *   SKIPPING --+--> WARMING ---> MIRRORED --+--> SETTLING ---> RUNNING
- *              |                   ^        |
- *              +-------------------+        |
- *              +--> FILLING ----------------+
+ *   SKIPPING ---> FILLING ---> SETTLING ---> RUNNING
  */
 typedef enum {
     WINDOW_SKIPPING, /* after a restart: samples before the next epoch boundary are dropped */
-    WINDOW_WARMING,  /* centred, no grid: the window grows on both sides of sample 0 (2.6) */
-    WINDOW_MIRRORED, /* centred: the trailing edge is in the mirror image of the start */
-    WINDOW_FILLING,  /* trailing: the window holds all samples so far */
+    WINDOW_FILLING,  /* the window holds all samples so far */
     WINDOW_SETTLING, /* the window has left the start; the longest span has not */
     WINDOW_RUNNING,  /* nothing of the start is left */
     WINDOW_PHASES
@@ -147,16 +113,7 @@ typedef enum {
 /* True if the diagram has this transition. */
 static inline bool window_may_pass(window_phase_t from, window_phase_t to)
 {
-    static const uint8_t next[WINDOW_PHASES] = {
-        [WINDOW_SKIPPING] =
-            (1U << WINDOW_WARMING) | (1U << WINDOW_MIRRORED) | (1U << WINDOW_FILLING),
-        [WINDOW_WARMING] = 1U << WINDOW_MIRRORED,
-        [WINDOW_MIRRORED] = 1U << WINDOW_SETTLING,
-        [WINDOW_FILLING] = 1U << WINDOW_SETTLING,
-        [WINDOW_SETTLING] = 1U << WINDOW_RUNNING,
-        [WINDOW_RUNNING] = 0U,
-    };
-    return ((next[from] >> (unsigned)to) & 1U) != 0U;
+    return (to < WINDOW_PHASES) && ((unsigned)to == ((unsigned)from + 1U));
 }
 
 /* Writes the phase. Only the start of a stream writes it elsewhere. */
@@ -166,31 +123,10 @@ static inline void window_enter(davar_window_t *window, window_phase_t phase)
     window->phase = (uint8_t)phase;
 }
 
-/* The first phase of a stream, or after a restart. */
-static inline window_phase_t window_first_phase(const davar_config_t *config)
-{
-    if (!is_centred(config)) {
-        return WINDOW_FILLING;
-    }
-    return has_grid(config) ? WINDOW_MIRRORED : WINDOW_WARMING;
-}
-
-/* The trailing edge is before the first sample, in its mirror image. */
-static inline bool at_start(const davar_window_t *window)
-{
-    return DAVAR_CENTRED && (window->phase <= (uint8_t)WINDOW_MIRRORED);
-}
-
 /* Spans may reach before the first sample. */
 static inline bool is_starting(const davar_window_t *window)
 {
     return window->phase < (uint8_t)WINDOW_RUNNING;
-}
-
-/* Centred, no grid: the first window still grows on both sides (2.6). */
-static inline bool is_warming(const davar_window_t *window)
-{
-    return DAVAR_CENTRED && (window->phase == (uint8_t)WINDOW_WARMING);
 }
 
 static inline bool is_filling(const davar_window_t *window)
@@ -198,7 +134,7 @@ static inline bool is_filling(const davar_window_t *window)
     return window->phase == (uint8_t)WINDOW_FILLING;
 }
 
-/* Trailing windows fill until they are full, or until a law shrinks one. */
+/* Windows fill until they are full, or until a law shrinks one. */
 static inline void window_keep_filling(davar_window_t *window, const davar_config_t *config,
                                        bool unstable)
 {
@@ -207,7 +143,7 @@ static inline void window_keep_filling(davar_window_t *window, const davar_confi
     }
 }
 
-/* --- gaps: boundaries that no difference may span, and their mirror images -------------------- */
+/* --- gaps: boundaries that no difference may span --------------------------------------------- */
 
 /* Returned by davar_gaps_after when no boundary follows. */
 #define DAVAR_NO_GAP UINT32_MAX
@@ -221,13 +157,8 @@ void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_
  * nothing changed. O(gaps). */
 bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length);
 
-/* At the end of a record: forgets a boundary after the last sample. */
-void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end);
-
-/* Samples from `position` to the first boundary after it, mirror images included, or DAVAR_NO_GAP.
- * O(log gaps). */
-uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window,
-                          uint32_t position);
+/* Samples from `position` to the first boundary after it, or DAVAR_NO_GAP. O(log gaps). */
+uint32_t davar_gaps_after(const davar_gaps_t *gaps, uint32_t position);
 
 /* Boundaries inside [tail, head), between two of its samples. O(gaps). */
 uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window);

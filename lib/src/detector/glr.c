@@ -27,9 +27,6 @@ void davar_glr_reset(davar_glr_t *state)
     memset(state, 0, sizeof *state);
     davar_dispersion_start(&state->single);
     davar_dispersion_start(&state->of_8);
-    state->cuts = 1U; /* the start of the stream */
-    state->counts = 1U;
-    state->settled = 1U;
 }
 
 uint32_t davar_glr_dispersion(const davar_glr_t *state, uint32_t octave)
@@ -58,9 +55,6 @@ static void shorten(const davar_glr_t *state, const davar_glr_config_t *config,
 static void advance(davar_glr_t *state, const davar_glr_config_t *config,
                     const davar_spread_t *block)
 {
-    if (config->half != 0U) {
-        davar_glr_remember(state, block);
-    }
     spread_add(&state->now.sum, block);
     state->now.at++;
     const uint32_t at = state->now.at;
@@ -198,7 +192,6 @@ static void decide(davar_glr_t *state, const davar_glr_config_t *config, davar_g
         glr_place_copy(&state->cut, &state->alarm);
         event->is_cut = true;
     }
-    davar_glr_note(state, config, event->is_cut);
 }
 
 /* ---- blocks ---- */
@@ -236,7 +229,6 @@ void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_
     release(state, config, true, event);
     advance(state, config, &none);
     event->resolved++;
-    davar_glr_note(state, config, false);
 }
 
 /* b = 12 (K s2 - s1^2) + K nu: 12 K nu times the variance, plus that of rounding */
@@ -336,12 +328,6 @@ static uint32_t blocks_of(uint32_t samples, uint32_t block)
     return (samples > block) ? (samples / block) : 1U;
 }
 
-/* Blocks of half a centred window: 300 samples, as far as blocks are stored. */
-static uint32_t half_in_blocks(uint32_t block)
-{
-    return smaller(300U / block, GLR_HALF_MAX);
-}
-
 void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
 {
     const uint32_t nu = wish->block - 1U;
@@ -365,7 +351,6 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->bias = davar_divided(UINT32_C(1) << 16U, 3U * nu);
     config->near = blocks_of(150U, wish->block);
     config->far = blocks_of(600U, wish->block);
-    config->half = wish->is_centred ? half_in_blocks(wish->block) : 0U;
 }
 
 uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second)
@@ -425,8 +410,7 @@ static bool has_windows(const davar_config_t *config)
     const uint32_t block = config->glr.block;
     const uint32_t longest = config->window.longest;
     return ((longest / 8U) >= block) && (longest <= (GLR_LONGEST * block)) &&
-           fits_between_blocks(config) &&
-           (!is_about(config) || ((longest / 2U) >= (half_in_blocks(block) * block)));
+           fits_between_blocks(config);
 }
 
 DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
@@ -440,9 +424,7 @@ DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
                                                                                : DAVAR_ERR_TRACKING;
 }
 
-/* Centred windows have half a window of blocks on each side of the epoch (10.15). */
-void davar_glr_shape(const davar_config_t *config, davar_law_shape_t *shape)
+uint32_t davar_glr_block(const davar_config_t *config)
 {
-    shape->block = config->glr.block;
-    shape->half = is_about(config) ? (half_in_blocks(config->glr.block) * config->glr.block) : 0U;
+    return config->glr.block;
 }

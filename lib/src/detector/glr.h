@@ -42,11 +42,7 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 #define GLR_LONGEST 768U      /* blocks of a window: 3 * 2^8 */
 #define GLR_BLOCK_MIN 5U      /* samples of a block */
 #define GLR_BLOCK_MAX 64U     /* samples of a block */
-#define GLR_RECENT 64U        /* newest blocks that are stored one by one */
-#define GLR_CUTS 5U           /* stored cuts; the oldest is a bound */
 #define GLR_WHITEN_MAX 49152U /* |first| + |second|: 3, 14 digits */
-#define GLR_HALF_MAX                                                                               \
-    30U /* blocks of half a centred window: 2 * this + GLR_CUTS - 1 <= GLR_RECENT */
 
 /* Thresholds and constants. "n digits": n binary digits after the point. */
 typedef struct {
@@ -62,9 +58,8 @@ typedef struct {
     uint32_t step;      /* 1 / mean square step of ln b in Gaussian noise, 16 digits */
     uint32_t step_of_8; /* the same for sums of eight blocks */
     uint32_t bias;      /* 1 / (3 nu), 16 digits */
-    uint32_t near;      /* least blocks of a trailing window, once its cut is older: 150 samples */
+    uint32_t near;      /* least blocks of a window, once its cut is older: 150 samples */
     uint32_t far;       /* a window above this grows by the stricter rule, blocks: 600 samples */
-    uint32_t half;      /* blocks of half a centred window: 300 samples; 0: cuts are not stored */
 } davar_glr_config_t;
 
 /* A place in the stream and the running sum there. */
@@ -90,15 +85,6 @@ typedef struct {
     davar_glr_place_t cut;   /* from here to now: no cut; never older than `alarm` */
     davar_dispersion_t single;
     davar_dispersion_t of_8;
-    davar_glr_place_t
-        past[GLR_CUTS]; /* cuts, the oldest first; the start of the stream counts as one */
-    uint16_t
-        recent[GLR_RECENT]; /* block k at k % GLR_RECENT: 7 bits exponent, 9 mantissa; 0: dropped */
-    uint32_t counts;        /* bit i: cut i is a step, not part of a ramp */
-    uint32_t settled;       /* bit i: that verdict is final */
-    uint8_t cuts;
-    uint8_t turn;    /* the cut to classify next */
-    uint8_t seen;    /* blocks since the start, up to GLR_HALF_MAX */
     uint8_t pending; /* blocks that wait */
 } davar_glr_t;
 
@@ -122,7 +108,6 @@ typedef struct {
     uint32_t longest;             /* samples of a window, 8 to GLR_LONGEST blocks */
     uint32_t block;               /* K: 5..GLR_BLOCK_MAX samples; 10 or 25 were measured */
     uint32_t shock;               /* blocks, 0..GLR_SHOCK_MAX; 0: a shock is an ordinary change */
-    bool is_centred;              /* cuts are stored and classified */
 } davar_glr_wish_t;
 
 /* Computes thresholds and constants; every rate is a positive finite number. */
@@ -161,34 +146,12 @@ void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_
  * least 1, below 16; GAIN_DIGITS. */
 uint32_t davar_glr_dispersion(const davar_glr_t *state, uint32_t octave);
 
-/* --- windows: as long as the likelihood ratio finds one variance in them ---------------------- */
+/* --- the window: as long as the likelihood ratio finds one variance in it ---------------------- */
 
-/* Blocks [begin, end), modulo 2^32, as davar_glr_place_t counts them. */
-typedef struct {
-    uint32_t begin;
-    uint32_t end;
-    uint32_t blocks; /* accepted blocks in the window */
-    uint32_t after;  /* accepted blocks after its end */
-} davar_glr_window_t;
-
-/* The window that ends with the newest accepted block. At most ten tests, six with 600 blocks;
- * rarely a logarithm. */
-void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *config,
-                        davar_glr_window_t *window);
-
-/* The window around the place `age` blocks ago. False if the stream is shorter; the window is then
- * all of it. O(GLR_RECENT). */
-bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *config, uint32_t age,
-                       davar_glr_window_t *window);
-
-/* The age in blocks of the place that has this many accepted blocks after it, at most
- * GLR_RECENT. */
-uint32_t davar_glr_age_of(const davar_glr_t *state, uint32_t accepted);
-
-/* For glr.c. remember stores the next block, before `now` counts it. note runs after each block: it
- * stores a new cut and classifies one cut, each in its turn. */
-void davar_glr_remember(davar_glr_t *state, const davar_spread_t *block);
-void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool is_cut);
+/* Where the window begins that ends with the newest accepted block. At most ten tests, six with 600
+ * blocks; rarely a logarithm. */
+void davar_glr_begin(const davar_glr_t *state, const davar_glr_config_t *config,
+                     davar_glr_place_t *begin);
 
 /* --- the level since the last alarm (10.18) --------------------------------------------------- */
 
@@ -231,7 +194,7 @@ _Static_assert(sizeof(davar_glr_words_t) <= sizeof(davar_law_words_t), "words ar
 double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t unit);
 
 davar_status_t davar_glr_check(const davar_config_t *config);
-void davar_glr_shape(const davar_config_t *config, davar_law_shape_t *shape);
+uint32_t davar_glr_block(const davar_config_t *config);
 void davar_glr_report(const davar_config_t *config, double unit_per_count,
                       const davar_law_words_t *words, davar_result_t *result);
 

@@ -18,7 +18,6 @@ def defines(design: Design) -> list[str]:
         "Q31" if narrow else "Q15": 0,
         "GRID": int(design.engine == "grid"),
         "LAWS": int(design.law == "glr"),
-        "CENTRED": 0,
     }
     return [f"DAVAR_{name}={value}" for name, value in options.items()]
 
