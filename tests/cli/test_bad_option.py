@@ -104,6 +104,15 @@ def test_what_does_not_fit_together_is_rejected(path, words, wanted):
     assert_refused(sim(path, *given), *wanted.replace("|", " ").split(" "))
 
 
+@pytest.mark.parametrize("option", ("--taus", "--stride"))
+@pytest.mark.parametrize(
+    ("value", "why"),
+    (("1x", "not a whole number"), ("99999999999", "number too large"), ("-1", "not a whole")),
+)
+def test_the_reason_is_the_fault_of_the_number(path, option, value, why):
+    assert_refused(sim(path, option, value), f"{option}: {why}")
+
+
 def test_options_are_checked_before_the_recording(tmp_path):
     assert_refused(sim(tmp_path / "nothing.csv", "--window-max", "0"), "--window-max")
     assert_refused(sim("--frobnicate"), "--frobnicate")
