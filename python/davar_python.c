@@ -141,8 +141,8 @@ bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *ad
     for (size_t i = 0; (i < count) && (i < MODEL_MAX); i++) {
         run->model[i] = (davar_model_tau_t){m[i], adev_dps[i], tolerance[i]};
     }
-    if ((count > MODEL_MAX) ||
-        !davar_monitor_init(&run->monitor, run->model, (uint8_t)count, DAVAR_MONITOR_MEMORY)) {
+    if ((count > MODEL_MAX) || (davar_monitor_init(&run->monitor, run->model, (uint8_t)count,
+                                                   DAVAR_MONITOR_MEMORY) != DAVAR_MONITOR_OK)) {
         return sim_fail(
             &run->error,
             "--model-table: 1 to %u cluster sizes expected, each once, with deviations above 0 and "

@@ -35,8 +35,8 @@ bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine
         return sim_fail(error, "out of memory");
     }
     for (size_t c = 0; c < engine->count; c++) {
-        if (!davar_monitor_init(&watch->monitor[c], watch->table.tau, watch->table.count,
-                                DAVAR_MONITOR_MEMORY)) {
+        if (davar_monitor_init(&watch->monitor[c], watch->table.tau, watch->table.count,
+                               DAVAR_MONITOR_MEMORY) != DAVAR_MONITOR_OK) {
             return sim_fail(error, "--model-table: %s: not a valid table for the monitor",
                             options->model_table);
         }

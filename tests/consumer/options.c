@@ -229,7 +229,7 @@ static void run(char type, int number, bool automatic)
     const davar_status_t status = start(type, &config);
     davar_plan_init_white(&plan, config.taus, TAUS);
     if (!davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, 23U) ||
-        !davar_monitor_init(&monitor, model, 2U, DAVAR_MONITOR_MEMORY)) {
+        (davar_monitor_init(&monitor, model, 2U, DAVAR_MONITOR_MEMORY) != DAVAR_MONITOR_OK)) {
         fputs("options: the encoder or the monitor cannot be initialized\n", stderr);
         exit(1);
     }

@@ -27,7 +27,8 @@ int main(void)
     davar_average_init(&average, 4U);
     davar_torn_init(&torn);
     const davar_model_tau_t model = {.m = 1U, .adev_dps = 1.0};
-    const bool monitors = davar_monitor_init(&monitor, &model, 1U, DAVAR_MONITOR_MEMORY);
+    const bool monitors =
+        davar_monitor_init(&monitor, &model, 1U, DAVAR_MONITOR_MEMORY) == DAVAR_MONITOR_OK;
     davar_monitor_update(&monitor, &result, &misfit);
     printf("parts %s %s %s %d %d %d %d %u\n", davar_cascade_status_text(DAVAR_CASCADE_OK),
            davar_state_status_text(DAVAR_STATE_OK), davar_select_status_text(DAVAR_SELECT_OK),

@@ -360,7 +360,9 @@ static void start(bytes_t *bytes)
         model[t].relative_tolerance = 0.02 * (double)(byte(bytes) % 3U);
     }
     start_plan(bytes);
-    REQUIRE(davar_monitor_init(&monitor, model, config.tau_count, DAVAR_MONITOR_MEMORY));
+    const davar_monitor_status_t status =
+        davar_monitor_init(&monitor, model, config.tau_count, DAVAR_MONITOR_MEMORY);
+    REQUIRE(strcmp(davar_monitor_status_text(status), "ok") == 0);
     misfit = (davar_misfit_t){.health = (double)NAN, .fast = (double)NAN, .slow = (double)NAN};
     REQUIRE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U,
                                DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS |

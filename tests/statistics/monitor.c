@@ -103,7 +103,8 @@ static void start(const monitor_row_t *row, bool has_cascade, watch_t watches[FI
             watch->table[t] =
                 (davar_model_tau_t){taus[t], sqrt(gyro_noise_avar(&model, taus[t])), tolerance};
         }
-        require(davar_monitor_init(&watch->monitor, watch->table, count, DAVAR_MONITOR_MEMORY),
+        require(davar_monitor_init(&watch->monitor, watch->table, count, DAVAR_MONITOR_MEMORY) ==
+                    DAVAR_MONITOR_OK,
                 "monitor: init of the monitor");
     }
 }

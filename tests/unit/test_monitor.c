@@ -25,7 +25,7 @@ void setUp(void)
     set_tau(0, 1U, 1.0, 50.0);
     set_tau(1, 2U, 0.7, 40.0);
     set_tau(2, 4U, 0.5, 20.0);
-    TEST_ASSERT_TRUE(davar_monitor_init(&monitor, table, 3U, 4.0));
+    TEST_ASSERT_EQUAL(DAVAR_MONITOR_OK, davar_monitor_init(&monitor, table, 3U, 4.0));
 }
 
 void tearDown(void) {}
@@ -74,7 +74,7 @@ static void test_the_limit_is_the_stated_share_for_every_number_of_taus(void)
             set_tau(t, t + 1U, 1.3, 30.0);
         }
         result.tau_count = count;
-        TEST_ASSERT_TRUE(davar_monitor_init(&monitor, one, count, 1.0));
+        TEST_ASSERT_EQUAL(DAVAR_MONITOR_OK, davar_monitor_init(&monitor, one, count, 1.0));
         davar_monitor_update(&monitor, &result, &misfit);
         TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.005, count * tail(misfit.tau[0].deviation / misfit.fast));
     }
@@ -213,7 +213,7 @@ static void set_long(uint32_t span, double adev)
 static void start_long(void)
 {
     static const davar_model_tau_t one[1] = {{40U, 1.0, 0.0}};
-    TEST_ASSERT_TRUE(davar_monitor_init(&monitor, one, 1U, 4.0));
+    TEST_ASSERT_EQUAL(DAVAR_MONITOR_OK, davar_monitor_init(&monitor, one, 1U, 4.0));
     result.tau_count = 1U;
 }
 
@@ -255,27 +255,40 @@ static void test_a_stream_that_starts_again_is_a_new_window(void)
     TEST_ASSERT_TRUE(misfit.tau[0].mean_deviation > 0.4 * misfit.tau[0].deviation);
 }
 
-static void assert_refused(davar_model_tau_t entry, uint8_t count, double memory)
+static void assert_refused(davar_monitor_status_t status, davar_model_tau_t entry, uint8_t count,
+                           double memory)
 {
     davar_model_tau_t model[2] = {{7U, 1.0, 0.0}, {0}};
     model[1] = entry;
-    TEST_ASSERT_FALSE(davar_monitor_init(&monitor, model, count, memory));
+    TEST_ASSERT_EQUAL(status, davar_monitor_init(&monitor, model, count, memory));
+}
+
+static void test_every_status_has_its_own_words(void)
+{
+    for (int i = DAVAR_MONITOR_OK; i <= DAVAR_MONITOR_ERR_MEMORY; i++) {
+        for (int j = DAVAR_MONITOR_OK; j < i; j++) {
+            TEST_ASSERT_TRUE(strcmp(davar_monitor_status_text((davar_monitor_status_t)i),
+                                    davar_monitor_status_text((davar_monitor_status_t)j)) != 0);
+        }
+    }
+    TEST_ASSERT_EQUAL_STRING("unknown status",
+                             davar_monitor_status_text((davar_monitor_status_t)99));
 }
 
 static void test_an_impossible_table_is_rejected(void)
 {
     const double nan = (double)NAN;
     const double inf = (double)INFINITY;
-    assert_refused((davar_model_tau_t){8U, 0.0, 0.0}, 2U, 4.0);
-    assert_refused((davar_model_tau_t){8U, nan, 0.0}, 2U, 4.0);
-    assert_refused((davar_model_tau_t){8U, inf, 0.0}, 2U, 4.0);
-    assert_refused((davar_model_tau_t){8U, 1.0, -0.1}, 2U, 4.0);
-    assert_refused((davar_model_tau_t){8U, 1.0, inf}, 2U, 4.0);
-    assert_refused((davar_model_tau_t){7U, 1.0, 0.0}, 2U, 4.0);
-    assert_refused((davar_model_tau_t){8U, 1.0, 0.0}, 0U, 4.0);
-    assert_refused((davar_model_tau_t){8U, 1.0, 0.0}, 2U, 0.5);
-    assert_refused((davar_model_tau_t){8U, 1.0, 0.0}, 2U, nan);
-    assert_refused((davar_model_tau_t){8U, 1.0, 0.0}, 2U, inf);
+    assert_refused(DAVAR_MONITOR_ERR_ADEV, (davar_model_tau_t){8U, 0.0, 0.0}, 2U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_ADEV, (davar_model_tau_t){8U, nan, 0.0}, 2U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_ADEV, (davar_model_tau_t){8U, inf, 0.0}, 2U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_TOLERANCE, (davar_model_tau_t){8U, 1.0, -0.1}, 2U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_TOLERANCE, (davar_model_tau_t){8U, 1.0, inf}, 2U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_TWICE, (davar_model_tau_t){7U, 1.0, 0.0}, 2U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_EMPTY, (davar_model_tau_t){8U, 1.0, 0.0}, 0U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_MEMORY, (davar_model_tau_t){8U, 1.0, 0.0}, 2U, 0.5);
+    assert_refused(DAVAR_MONITOR_ERR_MEMORY, (davar_model_tau_t){8U, 1.0, 0.0}, 2U, nan);
+    assert_refused(DAVAR_MONITOR_ERR_MEMORY, (davar_model_tau_t){8U, 1.0, 0.0}, 2U, inf);
 }
 
 int main(void)
@@ -294,6 +307,7 @@ int main(void)
     RUN_TEST(test_a_size_of_a_cascade_that_grows_is_one_window);
     RUN_TEST(test_a_size_of_a_cascade_counts_what_it_looks_back_over);
     RUN_TEST(test_a_stream_that_starts_again_is_a_new_window);
+    RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_an_impossible_table_is_rejected);
     return UNITY_END();
 }

@@ -70,28 +70,47 @@ static const davar_model_tau_t *entry_of(const davar_model_tau_t *model, uint8_t
     return NULL;
 }
 
-static bool is_usable(const davar_model_tau_t *model, uint8_t count)
+static davar_monitor_status_t check_entry(const davar_model_tau_t *model, uint8_t i)
 {
-    for (uint8_t i = 0U; i < count; i++) {
-        const double adev = model[i].adev_dps;
-        const double tolerance = model[i].relative_tolerance;
-        if (!(adev > 0.0) || !isfinite(adev) || !(tolerance >= 0.0) || !isfinite(tolerance) ||
-            (entry_of(model, i, model[i].m) != NULL)) {
-            return false;
-        }
+    const double adev = model[i].adev_dps;
+    const double tolerance = model[i].relative_tolerance;
+    if (!(adev > 0.0) || !isfinite(adev)) {
+        return DAVAR_MONITOR_ERR_ADEV;
     }
-    return count > 0U;
+    if (!(tolerance >= 0.0) || !isfinite(tolerance)) {
+        return DAVAR_MONITOR_ERR_TOLERANCE;
+    }
+    return (entry_of(model, i, model[i].m) != NULL) ? DAVAR_MONITOR_ERR_TWICE : DAVAR_MONITOR_OK;
 }
 
-bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count,
-                        double memory)
+davar_monitor_status_t davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model,
+                                          uint8_t count, double memory)
 {
     DAVAR_ASSERT((monitor != NULL) && (model != NULL));
-    if (!is_usable(model, count) || !(memory >= 1.0) || !isfinite(memory)) {
-        return false;
+    davar_monitor_status_t status = (count > 0U) ? DAVAR_MONITOR_OK : DAVAR_MONITOR_ERR_EMPTY;
+    for (uint8_t i = 0U; (i < count) && (status == DAVAR_MONITOR_OK); i++) {
+        status = check_entry(model, i);
     }
-    *monitor = (davar_monitor_t){.model = model, .model_count = count, .memory = memory};
-    return true;
+    if ((status == DAVAR_MONITOR_OK) && (!(memory >= 1.0) || !isfinite(memory))) {
+        status = DAVAR_MONITOR_ERR_MEMORY;
+    }
+    if (status == DAVAR_MONITOR_OK) {
+        *monitor = (davar_monitor_t){.model = model, .model_count = count, .memory = memory};
+    }
+    return status;
+}
+
+const char *davar_monitor_status_text(davar_monitor_status_t status)
+{
+    static const char *const text[] = {
+        [DAVAR_MONITOR_OK] = "ok",
+        [DAVAR_MONITOR_ERR_EMPTY] = "no cluster size in the model",
+        [DAVAR_MONITOR_ERR_ADEV] = "an Allan deviation of the model not positive and finite",
+        [DAVAR_MONITOR_ERR_TOLERANCE] = "a tolerance of the model negative or not finite",
+        [DAVAR_MONITOR_ERR_TWICE] = "a cluster size of the model occurs twice",
+        [DAVAR_MONITOR_ERR_MEMORY] = "the mean must extend over at least one window",
+    };
+    return ((size_t)status < (sizeof text / sizeof text[0])) ? text[status] : "unknown status";
 }
 
 /* Samples since the previous result; infinite after a restart of the stream. */

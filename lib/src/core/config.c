@@ -196,8 +196,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_WINDOW_MAX] = "longest window below 4 samples, or too long for the number type",
         [DAVAR_ERR_WINDOW_MIN] = "shortest window 0, or above the longest",
         [DAVAR_ERR_SEGMENT] =
-            "short segment not below the shortest window, or 0 (allowed only for a "
-            "fixed window and law glr)",
+            "short segment not below the shortest window, or 0 (fixed window and law glr only)",
         [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
         [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
         [DAVAR_ERR_SHRINK] = "shrinkage above 2^31 samples per stride",
@@ -211,8 +210,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
         [DAVAR_ERR_TAU_LONG] = "twice the longest cluster size is above the longest window",
         [DAVAR_ERR_TAU_OVERFLOW] =
-            "longest window and cluster size too large for the exact sums of "
-            "this number type",
+            "longest window and cluster size too large for the exact sums of this number type",
     };
     const bool known = ((size_t)status < COUNT_OF(text)) && (text[status] != NULL);
     return known ? text[status] : "unknown status";

@@ -379,8 +379,9 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str], alon
         start=""
         if not slow
         else "        if ((status == DAVAR_OK) &&\n"
-        f"            (davar_cascade_init_{suffix}(&cascade[a], &slow, stages[a], sizeof stages[a]) !=\n"
-        "             DAVAR_CASCADE_OK)) {\n"
+        "            (DAVAR_CASCADE_OK !=\n"
+        f"             davar_cascade_init_{suffix}(&cascade[a], &slow, stages[a],\n"
+        "                                        sizeof stages[a]))) {\n"
         "            status = DAVAR_ERR_BUILD; /* the planner checked the settings */\n"
         "        }\n",
         push=push,

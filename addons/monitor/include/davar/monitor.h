@@ -17,6 +17,20 @@
 extern "C" {
 #endif
 
+/** Why davar_monitor_init failed: one code per cause, with a value that never changes. */
+typedef enum {
+    DAVAR_MONITOR_OK = 0,            /**< no error */
+    DAVAR_MONITOR_ERR_EMPTY = 1,     /**< no cluster size */
+    DAVAR_MONITOR_ERR_ADEV = 2,      /**< an adev_dps not positive and finite */
+    DAVAR_MONITOR_ERR_TOLERANCE = 3, /**< a relative_tolerance negative or not finite */
+    DAVAR_MONITOR_ERR_TWICE = 4,     /**< one m occurs twice */
+    DAVAR_MONITOR_ERR_MEMORY = 5     /**< memory below 1 window, or not finite */
+} davar_monitor_status_t;
+
+/** Describes a status in English.
+ * @return A text that is never null and must not be changed. Threads: any. Cost: O(1). */
+const char *davar_monitor_status_text(davar_monitor_status_t status);
+
 /** One cluster size of the error model. */
 typedef struct {
     uint32_t m;      /**< cluster size, samples */
@@ -83,13 +97,12 @@ typedef struct {
 /** Starts the monitor of one channel.
  * `model` holds `count` entries in any order and must outlive the monitor. `memory` is the number
  * of windows that the slow comparison averages, at least 1.
- * @return False, with *monitor unchanged, if the table is empty, an adev_dps is not positive and
- *         finite, a tolerance is negative or not finite, an m occurs twice, or memory is below 1.
+ * @return DAVAR_MONITOR_OK, or the first error found; on error nothing is written.
  *
  * Cost: O(count^2). */
 #define davar_monitor_init DAVAR_SIZED(davar_monitor_init)
-bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count,
-                        double memory);
+davar_monitor_status_t davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model,
+                                          uint8_t count, double memory);
 
 /** Compares the next result of the channel with the model and fills *misfit.
  * The result comes from davar_take, with or without the sizes of a cascade, and with or without a

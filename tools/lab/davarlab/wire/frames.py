@@ -1,5 +1,5 @@
-"""Frames of davar (addons/can/DESIGN.md) to results: checks every frame, counts what is wrong, joins frames
-to results.
+"""Frames of davar (addons/can/DESIGN.md) to results: checks every frame, counts what is wrong, and
+joins frames to results.
 
 Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
 """
