@@ -118,7 +118,7 @@ def takes_old_names(call: Callable[P, R]) -> Callable[P, R]:
                 "long_cluster: removed; use longest_tau_s to see slow changes of the noise"
             )
         if named.get("policy") is not None and named.get("law") is not None:
-            raise ValueError("law: policy is its old name; give one of them")
+            raise ValueError("law or policy: give one; policy is the old name of law")
         if "policy" in named:
             named["law"] = named.pop("policy")
         return call(*arguments, **named)

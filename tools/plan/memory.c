@@ -15,6 +15,9 @@ static size_t pointer_bytes;
 
 /* From here on, the macros take this size of a pointer. A macro that needs the size of another type
  * does not compile: that size has to come from a compiler for the core. */
+#ifdef __clang__
+#pragma clang diagnostic ignored "-Wkeyword-macro"
+#endif
 #define sizeof(type) _Generic((type){0}, void * : pointer_bytes)
 
 #define OF_TYPE(type)                                                                              \
