@@ -89,7 +89,7 @@ static bool start(job_file_t *file, uint32_t channel, davar_t *davar)
     return (cascade == NULL) ||
            (davar_curve_start(&file->job.curve, file->job.number, cascade,
                               memory + file->instance_words + CASCADE_WORDS,
-                              stages_words(file) * sizeof *memory) == DAVAR_OK);
+                              stages_words(file) * sizeof *memory) == DAVAR_CASCADE_OK);
 }
 
 int job_file_open(job_file_t *file, const char *path, davar_t *instances)
