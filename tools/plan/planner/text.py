@@ -96,8 +96,8 @@ void davar_setup_restart(void);
  * them to the counters of CAN and serial frames. */
 davar_health_t davar_setup_health(uint8_t axis);
 
-/* Returns the instance of an axis, or null if there is no such axis, for the other functions of
- * davar. davar_setup_take takes its results: each is there once. */
+/* Returns the instance of an axis, or null if there is no such axis. Other functions of davar need
+ * it. A result that davar_take takes from it is missing in davar_setup_take. */
 davar_t *davar_setup_instance(uint8_t axis);
 
 /* Returns the configuration of all instances: rate, stride, window and cluster sizes. The encoder
