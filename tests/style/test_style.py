@@ -32,7 +32,7 @@ MAY_INCLUDE = {
     "tests/proofs": "lib/include lib/src port/wire",
     "tests/target": "lib/include port/bare_metal port/include",
     "tests/port": "lib/include port/include port/linux port/node port/template tests/support",
-    "tests/property": "lib/include port/include host_sim tests/support",
+    "tests/property": "lib/include port/include port/wire host_sim tests/support",
     "tests/published": "lib/include port/include host_sim tests/support",
     "tests/bench": "lib/include port/include host_sim tests/support",
     "tests/fuzz": "lib/include port/include port/wire gateway host_sim tests/support "
