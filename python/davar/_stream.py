@@ -308,7 +308,7 @@ def dynamic(
         law: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its
-            newest sample ("trailing", the default with glr).
+            newest sample ("trailing", the default with glr, which has no other).
         window_max: longest window, samples. Default 600; glr: 600 blocks.
         window_min: shortest window, samples. Default 2/3 of the longest; glr: 2 blocks.
         segment: short segment of the contribution test, samples. Default 1/6 of the longest window;

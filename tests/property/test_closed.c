@@ -68,11 +68,10 @@ static const uint32_t others[] = {1U, 3U, 4U, 7U};
 
 static const row_t rows[] = {
     /* fixed: octaves, then other sizes; q15, q31; at a stride; with moments */
-    {NULL, octaves, RELEASE, 8U, 8U, 1U, SLIDING, 0U, 0U, 0U, 2U, BINARY, 2U, false},
+    {NULL, octaves, ALWAYS, 8U, 8U, 1U, SLIDING, 0U, 0U, 0U, 2U, BINARY, 2U, false},
     {NULL, others, RELEASE, 5U, 8U, 1U, SLIDING, 0U, 0U, 0U, 2U, BINARY, 2U, true},
     {NULL, octaves, ALWAYS, 8U, 8U, 3U, SLIDING, 0U, 0U, 0U, 1U, BINARY, 2U, false},
     {NULL, octaves, ALWAYS, 6U, 6U, 2U, SLIDING, 2U, 0U, 0U, 1U, BINARY, 2U, false},
-    {NULL, octaves, ALWAYS, 8U, 8U, 1U, SLIDING, 0U, 0U, 0U, 2U, BINARY, 2U, false},
     {NULL, others, RELEASE, 8U, 8U, 3U, SLIDING, 5U, 0U, 0U, 1U, BINARY, 2U, true},
     /* laws: any record of these samples */
     {OR, octaves, ALWAYS, 4U, 6U, 1U, SLIDING, 2U, 0U, 0U, 1U, BINARY, ANY, false},

@@ -284,7 +284,6 @@ def check_files(plan, words, folder):
         "Q31" if wishes.type == "int16" else "Q15": "0",
         "GRID": str(int(design.engine == "grid")),
         "LAWS": str(int(design.law == "glr")),
-        "CENTRED": "0",
     }
     cmake = (folder / "davar_setup.cmake").read_text()
     assert dict(re.findall(r"set\(DAVAR_(\w+) (\d+) CACHE", cmake)) == options
