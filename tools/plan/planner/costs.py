@@ -62,11 +62,11 @@ def memory_bytes(design: Design, sizes: dict[str, Any]) -> int:
     if design.engine == "slide":
         of_result = 8 + 2 * pointer + record * count if design.stride > 1 else 0
         return common + round8(sample * (design.window + 2 * largest + 1)) + of_result
-    of_grid = round8(224 + 51 * pointer) + 2 * round8(4 * count)
+    of_grid = round8(92 + 25 * pointer) + 2 * round8(4 * count)
     grid = common + round8(sample * (4 * largest + 127)) + of_grid
     if design.law == "glr":
         blocks = (design.window + design.stride) // BLOCK + 4
-        law = (1304 if narrow else 1304 + 2 * pointer) + round8(sample * 5 * BLOCK)
+        law = (1032 if narrow else 1032 + 2 * pointer) + round8(sample * 5 * BLOCK)
         return grid + blocks * record * count + law
     slots = design.window // design.stride + 2
     return grid + slots * (record * count + powers) + 2 * (record * count + powers) + 2 * powers
