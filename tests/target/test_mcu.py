@@ -1,5 +1,5 @@
-"""tools/davar-mcu: the same bytes as davar-sim --mode trailing, on every target; equal errors for bad
-options.
+"""tools/davar-mcu: the same bytes as davar-sim --mode trailing, on every target; equal errors for
+bad options.
 """
 
 import random
