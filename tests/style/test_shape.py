@@ -1,4 +1,4 @@
-"""How much there is to read: the figures of lib/DESIGN.md, and none may grow.
+"""How much there is to read before a change or a first result. None of it may grow.
 
 `python3 tests/style/test_shape.py` prints them.
 """
