@@ -545,9 +545,7 @@ size_t davar_python_slide(davar_python_t *run, const double *values, size_t coun
 
 void davar_python_health(const davar_python_t *run, uint32_t *counters)
 {
-    const davar_health_t health = (run->engine.centred != NULL)
-                                      ? centred_health(run->engine.centred[0])
-                                      : davar_health(run->engine.instances);
+    const davar_health_t health = engine_health_of(&run->engine, 0U);
     const uint32_t all[] = {health.gaps,       health.missing,  health.saturated,
                             health.not_finite, health.restarts, health.missed,
                             health.cuts,       health.alarms,   health.shocks};

@@ -231,12 +231,17 @@ void engine_add_health(davar_health_t *sum, const davar_health_t *one)
     sum->missed += one->missed;
 }
 
+davar_health_t engine_health_of(const engine_t *engine, size_t channel)
+{
+    return (engine->centred != NULL) ? centred_health(engine->centred[channel])
+                                     : davar_health(&engine->instances[channel]);
+}
+
 davar_health_t engine_health(const engine_t *engine)
 {
     davar_health_t sum = {0};
     for (size_t c = 0; c < engine->count; c++) {
-        const davar_health_t one = (engine->centred != NULL) ? centred_health(engine->centred[c])
-                                                             : davar_health(&engine->instances[c]);
+        const davar_health_t one = engine_health_of(engine, c);
         engine_add_health(&sum, &one);
     }
     return sum;

@@ -48,7 +48,10 @@ void engine_gap(const engine_t *engine, size_t c, uint32_t missing);
  * are not summed. */
 void engine_add_health(davar_health_t *sum, const davar_health_t *one);
 
-/* Input faults and missed results of all channels. */
+/* Input faults and missed results of one channel. */
+davar_health_t engine_health_of(const engine_t *engine, size_t channel);
+
+/* The same of all channels. */
 davar_health_t engine_health(const engine_t *engine);
 
 /* Allowed after a failed start. */

@@ -118,7 +118,7 @@ static bool send_frame(const wire_out_t *wire, const davar_frame_t *frame, sim_e
 
 static void take_health(wire_out_t *wire, size_t channel)
 {
-    const davar_health_t health = davar_health(&wire->engine->instances[channel]);
+    const davar_health_t health = engine_health_of(wire->engine, channel);
     davar_link_poll(wire->link);
     davar_link_health(wire->link, &wire->health);
     davar_can_health(&wire->health, &health);

@@ -107,7 +107,7 @@ def test_what_does_not_fit_together_is_rejected(path, words, wanted):
 @pytest.mark.parametrize("option", ("--taus", "--stride"))
 @pytest.mark.parametrize(
     ("value", "why"),
-    (("1x", "not a whole number"), ("99999999999", "number too large"), ("-1", "not a whole")),
+    (("1x", "not a whole number"), ("99999999999", "number too large")),
 )
 def test_the_reason_is_the_fault_of_the_number(path, option, value, why):
     assert_refused(sim(path, option, value), f"{option}: {why}")

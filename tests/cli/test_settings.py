@@ -41,8 +41,8 @@ def refused_centred(options):
     """The words of davar-sim about a setting that the library accepts; None: centred windows accept
     it too.
     """
-    if options["--policy"] == "glr":
-        return "not for --policy glr"
+    if options["--law"] == "glr":
+        return "not for --law glr"
     if int(options["--window-max"]) % 2 or int(options["--window-min"]) % 2:
         return "odd in centred mode"
     steps = {options["--grow"], options["--shrink"]}

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from davarlab.data import clock, events, observations, recording
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import improve, state
+from davarlab.diagnosis import fitting, improve
 from davarlab.errors import BadInput
 from davarlab.model import Model, Term
 
@@ -162,10 +162,10 @@ def test_a_record_that_moves_most_of_the_time_is_refused():
         rng, columns = np.random.default_rng(seed), still(seconds, seed)
         shaken(columns, start, seconds, 30, 0.2, rng)
         with pytest.raises(BadInput, match="not a recording at rest .*record again"):
-            state.start(Recording(columns, RATE, "r.csv"), model)
+            fitting.start(Recording(columns, RATE, "r.csv"), model)
     columns = still(200, 74)
     shaken(columns, 130, 200, 30, 0.2, np.random.default_rng(74))
-    state.start(Recording(columns, RATE, "r.csv"), model)
+    fitting.start(Recording(columns, RATE, "r.csv"), model)
 
 
 def test_noisy_sensors_at_rest_do_not_move():
@@ -178,7 +178,7 @@ def test_hand_poses_are_no_recording_at_rest():
     made = recording.read(REAL / POSES)
     terms = [Term("angle_random_walk", {WHITE: 2.0})]
     with pytest.raises(BadInput, match="moves in [56]. % of the recording"):
-        state.start(made, Model(made.rate_hz, "gyro_x_dps", terms))
+        fitting.start(made, Model(made.rate_hz, "gyro_x_dps", terms))
 
 
 def test_repeats_are_found_and_their_share_is_right():
@@ -227,7 +227,7 @@ def test_a_grid_with_a_wrong_rate_is_never_adequate():
         rate = factor * made.rate_hz
         other = replace(made, rate_hz=rate, clock=clock.Clock(rate), measured={})
         white = Model(rate, "gyro_x_dps", [Term("angle_random_walk", {WHITE: 1.0})])
-        judged = state.judged(state.start(other, white)).judgement
+        judged = fitting.judged(fitting.start(other, white)).judgement
         assert judged.adequate == adequate
 
 
@@ -301,7 +301,7 @@ def test_the_fit_names_them_and_gets_the_noise_right():
         columns[name][[2103, 5124, 8415, 11036]] += 256 * np.array([1, -1, 1, -1])
     made = Recording(in_units(columns), RATE)
     model = Model(RATE, "gyro_z_dps", [Term("angle_random_walk", {WHITE: 1.0})])
-    judged = state.judged(state.start(made, model))
+    judged = fitting.judged(fitting.start(made, model))
     assert [one.kind for one in judged.seen] == ["torn_reads"]
     assert judged.judgement.adequate
     assert judged.shocks.count == 0

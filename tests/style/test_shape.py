@@ -28,7 +28,7 @@ def face():
 
 
 def public_functions(names):
-    """The functions that these headers declare. A name with its number type counts once for each."""
+    """The functions that these headers declare, each number type's for itself."""
     declared = r"^(?!static|typedef)(?:DAVAR_NODISCARD )?[\w *]+?\b\*?(davar_\w+)\("
     return {one for name in names for one in re.findall(declared, text_of(name), re.MULTILINE)}
 
@@ -56,5 +56,5 @@ def test_there_is_no_more_to_read(name):
 
 
 if __name__ == "__main__":
-    for name, (today, most, goal) in SHAPE.items():
+    for name, (today, _, goal) in SHAPE.items():
         print(f"{name:<46} {today:6d}, goal {goal:5d}")

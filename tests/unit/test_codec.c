@@ -178,14 +178,14 @@ static void test_the_counters_of_an_instance_go_to_their_frames_and_leave_the_ot
         expected.count[own[i].item] = own[i].count;
     }
     davar_can_health(&health, &(davar_health_t){.gaps = 1U,
-                                                 .missing = 2U,
-                                                 .saturated = 3U,
-                                                 .not_finite = 4U,
-                                                 .restarts = 5U,
-                                                 .missed = 6U,
-                                                 .cuts = 7U,
-                                                 .alarms = 8U,
-                                                 .shocks = 9U});
+                                                .missing = 2U,
+                                                .saturated = 3U,
+                                                .not_finite = 4U,
+                                                .restarts = 5U,
+                                                .missed = 6U,
+                                                .cuts = 7U,
+                                                .alarms = 8U,
+                                                .shocks = 9U});
     TEST_ASSERT_EQUAL_MEMORY(&expected, &health, sizeof health);
 }
 

@@ -133,8 +133,7 @@ static davar_config_t config_of(davar_law_id_t id, uint32_t stride)
     config.window.longest = 600U;
     config.window.shortest =
         (id == DAVAR_LAW_ID_FIXED) ? 600U : ((id == DAVAR_LAW_ID_GLR) ? 64U : 128U);
-    config.moments.segment =
-        ((id == DAVAR_LAW_ID_FIXED) || (id == DAVAR_LAW_ID_GLR)) ? 0U : 60U;
+    config.moments.segment = ((id == DAVAR_LAW_ID_FIXED) || (id == DAVAR_LAW_ID_GLR)) ? 0U : 60U;
     config.law = davar_law_of_id(id, false);
     config.stride = stride;
     config.taus = taus;
