@@ -129,7 +129,8 @@ typedef struct davar_cascade {
  * The caller owns config and memory (8-byte aligned, DAVAR_CASCADE_MEMORY bytes). Both must outlive
  * the cascade, config unchanged.
  * @return DAVAR_CASCADE_OK, or the first error found; on error nothing is written:
- * - DAVAR_CASCADE_ERR_NULL, DAVAR_CASCADE_ERR_BUILD, DAVAR_CASCADE_ERR_RATE, DAVAR_CASCADE_ERR_SCALE: as davar_init_*
+ * - DAVAR_CASCADE_ERR_NULL, DAVAR_CASCADE_ERR_BUILD, DAVAR_CASCADE_ERR_RATE,
+ *   DAVAR_CASCADE_ERR_SCALE: as davar_init_*
  * - DAVAR_CASCADE_ERR_SHORTEST: shortest out of range or not a multiple of 4
  * - DAVAR_CASCADE_ERR_CLUSTERS: clusters out of range or not a power of two
  * - DAVAR_CASCADE_ERR_TAUS: tau_count out of range, or the longest cluster size m above 2^31
