@@ -302,7 +302,8 @@ static void through_the_dark(bytes_t *bytes)
     REQUIRE(strcmp(davar_state_status_text(status), "ok") == 0);
     REQUIRE(strcmp(davar_status_text(init(0U)), "ok") == 0);
     REQUIRE(davar_state_restore(&users[0].davar, &storage) == DAVAR_STATE_OK);
-    const davar_layout_t layout = davar_content_layout(&users[0].davar);
+    davar_layout_t layout;
+    davar_content_layout(&users[0].davar, &layout);
     davar_content_t content;
     REQUIRE(layout.bytes < davar_state_bytes(&users[0].davar));
     davar_content_read(&users[0].davar, &content);

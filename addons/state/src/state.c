@@ -44,14 +44,17 @@ DAVAR_RARE static uint32_t fingerprint(const davar_layout_t *layout)
 
 static davar_image_t image_of(const davar_t *davar, davar_content_t *content)
 {
-    const davar_layout_t layout = davar_content_layout(davar);
+    davar_layout_t layout;
+    davar_content_layout(davar, &layout);
     return (davar_image_t){fingerprint(&layout), content, sizeof *content, layout.memory,
                            layout.bytes};
 }
 
 DAVAR_RARE size_t davar_state_bytes(const davar_t *davar)
 {
-    return davar_image_bytes(sizeof(davar_content_t), davar_content_layout(davar).bytes);
+    davar_layout_t layout;
+    davar_content_layout(davar, &layout);
+    return davar_image_bytes(sizeof(davar_content_t), layout.bytes);
 }
 
 DAVAR_RARE davar_state_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage)

@@ -38,8 +38,8 @@ typedef struct {
     uint32_t alarms_seen;
 } davar_content_t;
 
-/** Returns where the memory of an initialised instance is and how it is laid out. Cost: O(1). */
-davar_layout_t davar_content_layout(const davar_t *davar);
+/** States where the memory of an initialised instance is and how it is laid out. Cost: O(1). */
+void davar_content_layout(const davar_t *davar, davar_layout_t *layout);
 
 /** Copies the fields; padding becomes zero. Cost: O(1). */
 void davar_content_read(const davar_t *davar, davar_content_t *content);

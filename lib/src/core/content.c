@@ -7,12 +7,14 @@
 
 #include <string.h>
 
-DAVAR_RARE davar_layout_t davar_content_layout(const davar_t *davar)
+DAVAR_RARE void davar_content_layout(const davar_t *davar, davar_layout_t *layout)
 {
-    const size_t bytes = is_wide(davar) ? davar_q31_memory_size(davar->config)
-                                        : davar_q15_memory_size(davar->config);
-    return (davar_layout_t){davar->config, davar->stages, bytes, davar->number->sum_bits,
-                            davar->is_float};
+    layout->config = davar->config;
+    layout->memory = davar->stages;
+    layout->bytes = is_wide(davar) ? davar_q31_memory_size(davar->config)
+                                   : davar_q15_memory_size(davar->config);
+    layout->sum_bits = davar->number->sum_bits;
+    layout->is_float = davar->is_float;
 }
 
 DAVAR_RARE void davar_content_read(const davar_t *davar, davar_content_t *content)
