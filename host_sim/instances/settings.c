@@ -156,7 +156,7 @@ static bool is_centred_step(uint32_t samples)
 static bool check_centred(const davar_config_t *config, sim_error_t *error)
 {
     if ((config->law != NULL) && (config->law->push != NULL)) {
-        return sim_fail(error, "--mode centred: not for --policy glr, whose windows end at the "
+        return sim_fail(error, "--mode centred: not for --law glr, whose windows end at the "
                                "newest sample; give --mode trailing, or another law");
     }
     if (((config->window.longest % 2U) != 0U) || ((config->window.shortest % 2U) != 0U)) {
