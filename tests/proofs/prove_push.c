@@ -2,15 +2,15 @@
  * any samples, read and write inside the instance, its memory and the samples, and nothing signed
  * overflows. Every sample has any value of its type. Gaps: any one place among the pushes, any
  * number missing; then two more, each GAP_APART pushes later (gaps_max 2, so the window restarts).
- * Bound: PUSHES pushes from the start, which turns the ring over; window 8, cluster sizes 1, 2
- * (octaves) or 1, 3; law fixed, or with ADAPTIVE 1 the window follows
- * kurtosis and contribution; a result every STRIDE samples, by engine auto or with GRID 1 on a grid. */
+ * Bound: PUSHES pushes from the start, which turn the ring of nine samples over twice; window 8,
+ * cluster sizes 1, 2 (octaves) or 1, 3; law fixed, or with ADAPTIVE 1 the window follows kurtosis
+ * and contribution; a result every STRIDE samples, by engine auto or with GRID 1 on a grid. */
 #include "davar/davar.h"
 
 #include "proof.h"
 
 #ifndef PUSHES
-#define PUSHES 14U
+#define PUSHES 18U
 #endif
 #ifndef GAPS /* places of the first gap: before push 0 .. GAPS; PUSHES: no gap */
 #define GAPS PUSHES
