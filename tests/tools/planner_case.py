@@ -89,6 +89,16 @@ def refused(text):
 
 
 @cache
+def smallest(text, option, figure):
+    """The smallest figure of any plan for the wishes. Below it there is none."""
+    least = planned(text)[figure]
+    while (done := command(f"{text} {option} {least - 1} --json")).status == 0:
+        assert json.loads(done.out)[figure] < least
+        least = json.loads(done.out)[figure]
+    return least
+
+
+@cache
 def plan_of(text):
     """The plan as an object."""
     built()

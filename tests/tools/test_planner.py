@@ -10,7 +10,18 @@ from dataclasses import replace
 
 import pytest
 from planner import BadOption, choice, costs, plan, programs, report, sensors, wishes
-from planner_case import EXAMPLE, ROOT, USUAL, WISHES, command, plan_of, planned, refused, run
+from planner_case import (
+    EXAMPLE,
+    ROOT,
+    USUAL,
+    WISHES,
+    command,
+    plan_of,
+    planned,
+    refused,
+    run,
+    smallest,
+)
 
 SLOW_CORE = "--rate 8000 --axes 3 --lsb 0.06 --bandwidth 2000 --core cortex-m0"
 
@@ -195,14 +206,14 @@ def test_no_plan_fills_the_clock_with_pushes():
 
 def test_a_limit_just_below_the_need_is_shown_with_digits_that_differ():
     words = "--rate 1000 --lsb 0.06 --bandwidth 250 --core cortex-m4f"
-    found = planned(f"{words} --arw-percent 9.4")
+    precise = f"{words} --arw-percent 9.4"
     best = float(
         re.search(r"gives (\S+) %", refused(f"{words} --arw-percent 0.5")["impossible"])[1]
     )
     for more in (
         f"--arw-percent {0.9999 * best}",
-        f"--arw-percent 9.4 --ram {found['ram_bytes'] - 1}",
-        f"--arw-percent 9.4 --flash {found['flash_bytes'] - 1}",
+        f"--arw-percent 9.4 --ram {smallest(precise, '--ram', 'ram_bytes') - 1}",
+        f"--arw-percent 9.4 --flash {smallest(precise, '--flash', 'flash_bytes') - 1}",
     ):
         wish, *_, need = map(
             float, re.findall(r"[0-9.]+", refused(f"{words} {more}")["impossible"])
