@@ -65,7 +65,8 @@ def test_the_whole_story(said, work):
         "-Wno-unused",
     ]
     header = work / "build/gyro_model.h"
-    done = subprocess.run([*command, f"-I{ROOT / 'lib/include'}", header], capture_output=True)
+    places = [f"-I{ROOT / place}" for place in ("lib/include", "addons/monitor/include")]
+    done = subprocess.run([*command, *places, header], capture_output=True)
     assert done.returncode == 0, done.stderr
     missing = (work / "build/missing.html").read_text(encoding="utf-8")
     assert "The model lacks sinusoid" in missing

@@ -228,7 +228,7 @@ def test_cmake_builds_it_with_the_options_of_the_plan(tmp_path):
         "cmake_minimum_required(VERSION 3.22)\nproject(app LANGUAGES C)\n"
         "include(davar_setup.cmake)\n"
         f"add_subdirectory({ROOT} davar)\nadd_executable(app main.c davar_setup.c)\n"
-        "target_link_libraries(app PRIVATE davar::davar)\n"
+        "target_link_libraries(app PRIVATE davar::davar davar::cascade)\n"
     )
     (tmp_path / "main.c").write_text(
         '#include "davar_setup.h"\n'

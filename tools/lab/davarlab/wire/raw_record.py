@@ -20,7 +20,7 @@ class RawRecorder:
         self.given, self.say, self.unrecorded, self.failing = Path(path), say, 0, False
         # Channel's number -> (stretch, Output) of its newest recording.
         self.outputs: dict[int, tuple[int, Output]] = {}
-        if not os.path.isdir(self.given.parent):
+        if not os.path.isdir(str(self.given.parent)):
             raise BadInput(f"--raw: {path}: No such file or directory")
 
     def add(self, number: int, channel: Channel, samples: Sequence[Sample]) -> None:
