@@ -255,10 +255,11 @@ static void test_a_stream_that_starts_again_is_a_new_window(void)
     TEST_ASSERT_TRUE(misfit.tau[0].mean_deviation > 0.4 * misfit.tau[0].deviation);
 }
 
+/* The entry is between two good ones. */
 static void assert_refused(davar_monitor_status_t status, davar_model_tau_t entry, uint8_t count,
                            double memory)
 {
-    davar_model_tau_t model[2] = {{7U, 1.0, 0.0}, {0}};
+    davar_model_tau_t model[3] = {{7U, 1.0, 0.0}, {0}, {9U, 1.0, 0.0}};
     model[1] = entry;
     TEST_ASSERT_EQUAL(status, davar_monitor_init(&monitor, model, count, memory));
 }
@@ -279,16 +280,16 @@ static void test_an_impossible_table_is_rejected(void)
 {
     const double nan = (double)NAN;
     const double inf = (double)INFINITY;
-    assert_refused(DAVAR_MONITOR_ERR_ADEV, (davar_model_tau_t){8U, 0.0, 0.0}, 2U, 4.0);
-    assert_refused(DAVAR_MONITOR_ERR_ADEV, (davar_model_tau_t){8U, nan, 0.0}, 2U, 4.0);
-    assert_refused(DAVAR_MONITOR_ERR_ADEV, (davar_model_tau_t){8U, inf, 0.0}, 2U, 4.0);
-    assert_refused(DAVAR_MONITOR_ERR_TOLERANCE, (davar_model_tau_t){8U, 1.0, -0.1}, 2U, 4.0);
-    assert_refused(DAVAR_MONITOR_ERR_TOLERANCE, (davar_model_tau_t){8U, 1.0, inf}, 2U, 4.0);
-    assert_refused(DAVAR_MONITOR_ERR_TWICE, (davar_model_tau_t){7U, 1.0, 0.0}, 2U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_ADEV, (davar_model_tau_t){8U, 0.0, 0.0}, 3U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_ADEV, (davar_model_tau_t){8U, nan, 0.0}, 3U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_ADEV, (davar_model_tau_t){8U, inf, 0.0}, 3U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_TOLERANCE, (davar_model_tau_t){8U, 1.0, -0.1}, 3U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_TOLERANCE, (davar_model_tau_t){8U, 1.0, inf}, 3U, 4.0);
+    assert_refused(DAVAR_MONITOR_ERR_TWICE, (davar_model_tau_t){7U, 1.0, 0.0}, 3U, 4.0);
     assert_refused(DAVAR_MONITOR_ERR_EMPTY, (davar_model_tau_t){8U, 1.0, 0.0}, 0U, 4.0);
-    assert_refused(DAVAR_MONITOR_ERR_MEMORY, (davar_model_tau_t){8U, 1.0, 0.0}, 2U, 0.5);
-    assert_refused(DAVAR_MONITOR_ERR_MEMORY, (davar_model_tau_t){8U, 1.0, 0.0}, 2U, nan);
-    assert_refused(DAVAR_MONITOR_ERR_MEMORY, (davar_model_tau_t){8U, 1.0, 0.0}, 2U, inf);
+    assert_refused(DAVAR_MONITOR_ERR_MEMORY, (davar_model_tau_t){8U, 1.0, 0.0}, 3U, 0.5);
+    assert_refused(DAVAR_MONITOR_ERR_MEMORY, (davar_model_tau_t){8U, 1.0, 0.0}, 3U, nan);
+    assert_refused(DAVAR_MONITOR_ERR_MEMORY, (davar_model_tau_t){8U, 1.0, 0.0}, 3U, inf);
 }
 
 int main(void)
