@@ -94,7 +94,11 @@ REFUSED = (
     ("cortex-m4f", "--lsb -1", None),
     ("cortex-m4f", "--lsb 0.01 --mode centred", "give --mode trailing"),
     ("z80", "", "found 'z80'"),
-    ("cortex-m0", "--lsb 0.01 --window-max 6000 --window-min 9 --segment 5", "too little memory"),
+    (
+        "cortex-m0",
+        "--lsb 0.01 --window-max 6000 --window-min 99 --segment 9 --taus 1,2,4",
+        "too little memory",
+    ),
     *(
         (
             "cortex-m0",
