@@ -13,7 +13,7 @@
 #include "davar/law.h"
 #include "number/absent.h"
 #include "number/quantum.h"
-#include "pipeline/type_q31.inc"
+#include "number/q31.inc"
 
 #include <math.h>
 #include <stdlib.h>
@@ -221,14 +221,14 @@ static void central_moments(const centred_t *centred, davar_central_t *whole,
 /* The flag f (3.4). With a fixed window it is for information. */
 static bool judge(const centred_t *centred)
 {
-    static const davar_song_rule_t rule[] = {SONG_OR, SONG_KURTOSIS, SONG_OR, SONG_AND};
+    static const davar_rule_t rule[] = {RULE_OR, RULE_KURTOSIS, RULE_OR, RULE_AND};
     davar_central_t whole;
     davar_central_t first;
     if (!has_moments(centred)) {
         return false;
     }
     central_moments(centred, &whole, &first);
-    return davar_song_unstable(centred->config, rule[davar_law_id(centred->config)], &whole,
+    return davar_moments_unstable(centred->config, rule[davar_law_id(centred->config)], &whole,
                                &first);
 }
 
@@ -430,8 +430,8 @@ bool centred_take(centred_t *centred, davar_result_t *result)
                                .dispersion = absent};
     if (has_moments(centred)) {
         central_moments(centred, &whole, &first);
-        result->kurtosis = davar_song_kurtosis(&whole);
-        result->contribution = davar_song_contribution(&whole, &first);
+        result->kurtosis = davar_kurtosis(&whole);
+        result->contribution = davar_contribution(&whole, &first);
     }
     fill_taus(centred, result);
     return true;

@@ -1,16 +1,16 @@
-/* Statement: one step of the sliding sums (lib/src/pipeline/slide.inc) gives, for each cluster size
+/* Statement: one step of the sliding sums (lib/src/core/slide.inc) gives, for each cluster size
  * m, the D of the next spans and the sum of the squares of every D between them, as computed anew
  * from the samples. Bound: none on the samples, the history or the number of steps before; 1 to 32
  * cluster sizes; m up to 1290 (q15), up to 2^23 (q31, -DWIDE=1). contract_slide.patch has the
  * assertions inside the functions. WP of Frama-C proves them with Z3 and CVC4. */
 #if WIDE
-#include "pipeline/type_q31.inc"
+#include "number/q31.inc"
 #define LARGEST 0x800000
 #define LONGEST 0x2000000
 #define JUMP 0x100000000 /* at most from one sample to another */
 #define VALUE(sum) value((sum).low, (sum).high)
 #else
-#include "pipeline/type_q15.inc"
+#include "number/q15.inc"
 #define LARGEST 1290
 #define LONGEST 70000
 #define JUMP 65535
@@ -18,7 +18,7 @@
 #endif
 #include "core/window.h"
 
-#include "pipeline/allan.inc"
+#include "core/allan.inc"
 
 /* --- definitions (DESIGN 1.1) ----------------------------------------------------------------- */
 
@@ -140,7 +140,7 @@ static inline uint64_t davar_multiply_i32(int32_t a, int32_t b);
         wrapped(VALUE(\old(*sum)) + wrapped(square(head) - square(tail))); */
 static inline void sum_slide(sum_t *sum, difference_t head, difference_t tail);
 
-#include "pipeline/slide.inc"
+#include "core/slide.inc"
 
 /* clang-format off */
 #define STEP                                                                                       \

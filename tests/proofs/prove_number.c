@@ -2,7 +2,7 @@
  * signed type, shifts by its width or more, or reads outside a table. Products are by parts, as on
  * a Cortex-M0, and doubles in integers, as on cores without a double unit. No bound: the complete
  * range of each argument, split into pieces where the code tests its size. */
-#include "detector/logarithm.h"
+#include "laws/logarithm.h"
 #include "number/scaled.h"
 
 #include "proof.h"

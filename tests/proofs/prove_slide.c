@@ -3,13 +3,13 @@
  * difference D any value of its definition, |D| <= m 65535, the sums of squares any 64 bits. The
  * statement therefore covers the first push and every later one. Bound: octaves 1 .. LARGEST and 1,
  * 3, 10, 30 .. LARGEST; init accepts no m above 1290 (2.4). */
-#include "pipeline/type_q15.inc"
+#include "number/q15.inc"
 
 #include "core/window.h"
 
-#include "pipeline/allan.inc"
+#include "core/allan.inc"
 
-#include "pipeline/slide.inc"
+#include "core/slide.inc"
 
 #include "proof.h"
 

@@ -37,7 +37,7 @@ PROOFS = {
     "slcan": Proof(("addons/can/src/slcan.c",)),
     "number": Proof(
         tuple(f"lib/src/number/{name}.c" for name in ("machine", "real", "scaled"))
-        + ("lib/src/detector/logarithm.c",)
+        + ("lib/src/laws/logarithm.c",)
     ),
     "slide": Proof((), 5000),
     "restore": Proof(

@@ -8,18 +8,18 @@ pytestmark = [pytest.mark.soak, pytest.mark.inputs("tests/proofs", "lib")]
 # File, text, the fault, the assertion that finds it.
 FAULTS = (
     (
-        "lib/src/pipeline/type_q15.inc",
+        "lib/src/number/q15.inc",
         "davar_multiply_i32(head - tail, head + tail)",
         "davar_multiply_i32(tail - head, head + tail)",
         "@ensures",
     ),
     (
-        "lib/src/pipeline/slide.inc",
+        "lib/src/core/slide.inc",
         "(2 * (difference_t)before[lag]) + *before",
         "(2 * (difference_t)before[lag]) + before[1]",
         "head",
     ),
-    ("lib/src/pipeline/slide.inc", "after = tail[span];", "after = tail[span - 1U];", "tail"),
+    ("lib/src/core/slide.inc", "after = tail[span];", "after = tail[span - 1U];", "tail"),
 )
 STEPS = 2_000_000  # three times as many as the right code needs
 

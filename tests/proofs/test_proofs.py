@@ -29,7 +29,7 @@ BARE = "if ((length != bare) && (length != bare + STAMP)) {"
 LEFT = "(left < sizeof part) ? left : sizeof part"
 RING = ("((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring")
 FULL = "gaps->count == gaps->capacity"
-SLIDE, PIPELINE = "lib/src/pipeline/slide.inc", "lib/src/pipeline"
+SLIDE, PIPELINE = "lib/src/core/slide.inc", "lib/src/pipeline"
 WIDTH = "typedef int%d_t difference_t"
 # Proof, file, original text, the fault, bounds that are enough to find it.
 FAULTS = (
@@ -37,7 +37,7 @@ FAULTS = (
     ("decode", "addons/can/src/decode.c", "wire->adev[t] =", "wire->adev[t + 1U] =", ()),
     ("slcan", "addons/can/src/slcan.c", BARE, "if (length > bare + STAMP) {", ()),
     ("slcan", "addons/can/src/slcan.c", "(length < HEAD)", "(length < HEAD - 1U)", ()),
-    ("number", "lib/src/detector/logarithm.c", ">> 26U) & 31U", ">> 26U) & 63U", ()),
+    ("number", "lib/src/laws/logarithm.c", ">> 26U) & 31U", ">> 26U) & 63U", ()),
     ("number", "lib/src/number/real.h", ">> (31U - zeros)", ">> (32U - zeros)", ()),
     ("slide", SLIDE, "*(head - span)", "*(head - span - 1U)", SIZES),
     ("slide", f"{PIPELINE}/type_q15.inc", WIDTH % 32, WIDTH % 16, SIZES),

@@ -36,12 +36,12 @@ def public_functions(names):
 # Name: (today's value, the most that this test allows, the goal).
 SHAPE = {
     "lines to read before a change of a push": (
-        lines_of([*c_files("lib/src/core/", "lib/src/pipeline/"), *CORE_HEADERS])
+        lines_of([*c_files("lib/src/core/"), *CORE_HEADERS])
         + lines_of(["lib/include/davar/law.h"]),
-        4740,
+        3660,
         3000,
     ),
-    "lines of lib": (lines_of(c_files("lib/")), 11500, 10500),
+    "lines of lib": (lines_of(c_files("lib/")), 11510, 10500),
     "lines of addons": (lines_of(c_files("addons/")), 4960, 4600),
     "lines of davar/davar.h and its includes": (lines_of(face()), 1105, 300),
     "functions that it declares": (len(public_functions(face())), 32, 25),

@@ -1,7 +1,7 @@
 /* davar tests - the cost of the detector of changes on this target, in instructions (exact under
  * -icount): its mean per sample, including the sums of the block, and its worst block. One line
  * "name value" per figure. */
-#include "detector/glr.h"
+#include "laws/glr.h"
 
 #include "board.h"
 

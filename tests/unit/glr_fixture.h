@@ -3,7 +3,7 @@
 #ifndef DAVAR_TESTS_GLR_FIXTURE_H
 #define DAVAR_TESTS_GLR_FIXTURE_H
 
-#include "detector/glr.h"
+#include "laws/glr.h"
 
 #include "random.h"
 #include "unity.h"

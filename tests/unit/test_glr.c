@@ -1,7 +1,7 @@
 /* davar tests - the detector of changes compared with its law, recomputed at every block from the
  * raw samples. */
-#include "detector/glr.h"
-#include "detector/scan.h"
+#include "laws/glr.h"
+#include "laws/scan.h"
 #include "number/real.h"
 
 #include "glr_fixture.h"

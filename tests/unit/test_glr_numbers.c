@@ -1,8 +1,8 @@
 /* davar tests - the numbers of the detector of changes: logarithm, gain, levels, dispersion,
  * thresholds and constants compared with their formulas, the counts of its state, and its windows
  * near gaps. */
-#include "detector/glr.h"
-#include "detector/scan.h"
+#include "laws/glr.h"
+#include "laws/scan.h"
 
 #include "glr_fixture.h"
 

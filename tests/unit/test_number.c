@@ -6,7 +6,7 @@
 #include "davar/fit.h"
 #include "number/real.h"
 #include "number/scaled.h"
-#include "pipeline/type_q31.inc"
+#include "number/q31.inc"
 
 #include "davar/davar.h"
 #include "random.h"

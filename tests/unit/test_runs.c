@@ -1,6 +1,6 @@
 /* davar tests - runs of int16 samples, processed as on large cores and as on small ones, compared
  * with one sample after the other. */
-#include "pipeline/type_q15.inc"
+#include "number/q15.inc"
 
 #include "davar/davar.h"
 #include "random.h"

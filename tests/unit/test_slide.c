@@ -1,15 +1,15 @@
 /* davar tests - the window moves by one sample: both methods (octaves, which share taps and have
  * hand-written instructions on some targets, and any cluster sizes) compared with the definition of
  * D and of the sum (1.1). */
-#include "pipeline/type_q15.inc"
+#include "number/q15.inc"
 
 #include "core/window.h"
 #include "random.h"
 #include "unity.h"
 
-#include "pipeline/allan.inc"
+#include "core/allan.inc"
 
-#include "pipeline/slide.inc"
+#include "core/slide.inc"
 
 #define TAUS 6U
 #define RING 300U

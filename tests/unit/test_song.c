@@ -1,8 +1,8 @@
 /* davar tests - the verdicts of the paper's law: in 32 bits compared with the exact ones and with K
  * and S in doubles, never wrong, and certain unless a bound is extremely close; and the exact ones
  * on the bounds. */
-#include "core/song.h"
-#include "pipeline/type_q15.inc"
+#include "laws/song.h"
+#include "number/q15.inc"
 
 #include "davar/davar.h"
 #include "random.h"
@@ -74,14 +74,14 @@ static void choose_moments(void)
     } while ((whole.exact.second.mantissa == 0U) || (first.exact.second.mantissa == 0U));
 }
 
-static davar_place_t verdict(davar_song_rule_t rule)
+static davar_place_t verdict(davar_rule_t rule)
 {
     davar_song_bounds_t bounds;
     davar_song_bounds(&bounds, &config);
-    const davar_place_t enough = (rule == SONG_AND) ? ROUGH_INSIDE : ROUGH_OUTSIDE;
+    const davar_place_t enough = (rule == RULE_AND) ? ROUGH_INSIDE : ROUGH_OUTSIDE;
     const davar_place_t kurtosis = davar_rough_kurtosis(&bounds, &whole.rough);
     const bool decides =
-        (kurtosis == ROUGH_UNSURE) || (kurtosis == enough) || (rule == SONG_KURTOSIS);
+        (kurtosis == ROUGH_UNSURE) || (kurtosis == enough) || (rule == RULE_KURTOSIS);
     return decides ? kurtosis : davar_rough_contribution(&bounds, &whole.rough, &first.rough);
 }
 
@@ -95,7 +95,7 @@ static bool choose_bound(double value, double *bound)
 }
 
 /* The place is that of the exact test; `must_know`: it is certain. */
-static void check(davar_song_rule_t rule, bool outside, bool must_know)
+static void check(davar_rule_t rule, bool outside, bool must_know)
 {
     const davar_place_t rough = verdict(rule);
     if (must_know) {
@@ -103,7 +103,7 @@ static void check(davar_song_rule_t rule, bool outside, bool must_know)
     }
     if (rough != ROUGH_UNSURE) {
         TEST_ASSERT_EQUAL(outside ? ROUGH_OUTSIDE : ROUGH_INSIDE, rough);
-        TEST_ASSERT_EQUAL(outside, davar_song_unstable(&config, rule, &whole.exact, &first.exact));
+        TEST_ASSERT_EQUAL(outside, davar_moments_unstable(&config, rule, &whole.exact, &first.exact));
     }
 }
 
@@ -116,14 +116,14 @@ static void test_kurtosis_against_one_bound_or_the_other(void)
 {
     for (uint32_t i = 0U; i < TRIALS; i++) {
         choose_moments();
-        const double kurtosis = davar_song_kurtosis(&whole.exact);
+        const double kurtosis = davar_kurtosis(&whole.exact);
         const bool upper = (i % 2U) == 0U;
         double bound;
         const bool far = choose_bound(kurtosis, &bound) && is_known(&whole) && (bound < 15.9) &&
                          (!upper || (bound > 0.001));
         config.moments.kurtosis_low = upper ? 0.0 : bound;
         config.moments.kurtosis_high = upper ? bound : 1e300;
-        check(SONG_KURTOSIS, upper ? (kurtosis > bound) : (kurtosis < bound),
+        check(RULE_KURTOSIS, upper ? (kurtosis > bound) : (kurtosis < bound),
               far && (upper || (kurtosis < 15.9)));
     }
 }
@@ -135,17 +135,17 @@ static void test_contribution_against_one_bound_or_the_other(void)
     config.moments.kurtosis_high = 1e300;
     for (uint32_t i = 0U; i < TRIALS; i++) {
         choose_moments();
-        const double contribution = davar_song_contribution(&whole.exact, &first.exact);
+        const double contribution = davar_contribution(&whole.exact, &first.exact);
         const bool upper = (i % 2U) == 0U;
         double bound;
         const bool far = choose_bound(contribution, &bound) && (contribution < 0.99) &&
                          (contribution > 1e-4) && (bound > 1e-4) && (bound < 0.99) &&
                          is_known(&whole) && is_known(&first) &&
-                         (davar_song_kurtosis(&whole.exact) < 15.9) &&
-                         (davar_song_kurtosis(&first.exact) < 15.9);
+                         (davar_kurtosis(&whole.exact) < 15.9) &&
+                         (davar_kurtosis(&first.exact) < 15.9);
         config.moments.contribution_low = upper ? 0.0 : bound;
         config.moments.contribution_high = upper ? bound : 3.9;
-        check(SONG_OR, upper ? (contribution > bound) : (contribution < bound), far);
+        check(RULE_OR, upper ? (contribution > bound) : (contribution < bound), far);
     }
 }
 
@@ -157,7 +157,7 @@ static void test_the_usual_bounds_are_nearly_always_decided(void)
         const uint32_t size = 20U + below(3000U);
         whole = any_moments(size, SAMPLES);
         first = any_moments(size, SAMPLES);
-        unsure += (verdict(SONG_OR) == ROUGH_UNSURE) ? 1U : 0U;
+        unsure += (verdict(RULE_OR) == ROUGH_UNSURE) ? 1U : 0U;
     }
     TEST_ASSERT_LESS_THAN_UINT32(TRIALS / 1000U, unsure);
 }
@@ -176,7 +176,7 @@ static void test_large_windows_and_samples_are_right_or_left_to_the_exact_way(vo
                 powers_add(&sums, (int16_t)(((i % 2U) == 0U) ? (int32_t)size : -(int32_t)size));
             }
             whole = moments_of(&sums, n);
-            const davar_place_t rough = verdict(SONG_KURTOSIS);
+            const davar_place_t rough = verdict(RULE_KURTOSIS);
             TEST_ASSERT_NOT_EQUAL(ROUGH_OUTSIDE, rough);
             known += (rough == ROUGH_INSIDE) ? 1U : 0U;
         }
@@ -187,16 +187,16 @@ static void test_large_windows_and_samples_are_right_or_left_to_the_exact_way(vo
 /* Kurtosis and contribution against bounds from 2^-1 to 2^-34 of the value away, on both sides. */
 static void check_bounds_near(void)
 {
-    const double kurtosis = davar_song_kurtosis(&whole.exact);
-    const double contribution = davar_song_contribution(&whole.exact, &first.exact);
+    const double kurtosis = davar_kurtosis(&whole.exact);
+    const double contribution = davar_contribution(&whole.exact, &first.exact);
     for (int32_t bits = 1; bits < 37; bits += 3) {
         for (int32_t side = -1; side < 2; side += 2) {
             config.moments.kurtosis_low = 0.0;
             config.moments.kurtosis_high = kurtosis * (1.0 + ldexp(side, -bits));
-            check(SONG_KURTOSIS, side < 0, false);
+            check(RULE_KURTOSIS, side < 0, false);
             config.moments.kurtosis_high = 1e300;
             config.moments.contribution_high = contribution * (1.0 + ldexp(side, -bits));
-            check(SONG_OR, (side < 0) && (contribution > 0.0), false);
+            check(RULE_OR, (side < 0) && (contribution > 0.0), false);
         }
     }
 }
@@ -262,12 +262,12 @@ static void test_without_variance_no_verdict_is_unstable(void)
     config.moments.kurtosis_low = 0.0;
     config.moments.kurtosis_high = 1e300;
     first = moments_of(&sums, 600U);
-    TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(SONG_OR));
+    TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(RULE_OR));
     whole = first;
-    TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(SONG_OR));
+    TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(RULE_OR));
     config.moments.kurtosis_low = 1.0;
     config.moments.kurtosis_high = 1.0;
-    TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(SONG_AND));
+    TEST_ASSERT_EQUAL(ROUGH_INSIDE, verdict(RULE_AND));
 }
 
 static void test_bounds_of_any_size(void)
@@ -279,14 +279,14 @@ static void test_bounds_of_any_size(void)
             const bool upper = (i % 2U) == 0U;
             config.moments.kurtosis_low = upper ? 0.0 : bound;
             config.moments.kurtosis_high = upper ? bound : 1e300;
-            const double kurtosis = davar_song_kurtosis(&whole.exact);
-            check(SONG_KURTOSIS, upper ? (kurtosis > bound) : (kurtosis < bound), false);
+            const double kurtosis = davar_kurtosis(&whole.exact);
+            check(RULE_KURTOSIS, upper ? (kurtosis > bound) : (kurtosis < bound), false);
             config.moments.kurtosis_low = 0.0;
             config.moments.kurtosis_high = 1e300;
             config.moments.contribution_low = upper ? 0.0 : bound;
             config.moments.contribution_high = upper ? bound : 1e300;
-            const double contribution = davar_song_contribution(&whole.exact, &first.exact);
-            check(SONG_OR, upper ? (contribution > bound) : (contribution < bound), false);
+            const double contribution = davar_contribution(&whole.exact, &first.exact);
+            check(RULE_OR, upper ? (contribution > bound) : (contribution < bound), false);
         }
     }
 }
@@ -316,7 +316,7 @@ static void test_kurtosis_of_two_values_whatever_their_mean_and_size(void)
             const davar_central_t central = central_of(sample, 64U);
             const double p = (double)upper / 64.0;
             const double expected = (1.0 / (p * (1.0 - p))) - 3.0;
-            TEST_ASSERT_DOUBLE_WITHIN(4e-15 * expected, expected, davar_song_kurtosis(&central));
+            TEST_ASSERT_DOUBLE_WITHIN(4e-15 * expected, expected, davar_kurtosis(&central));
         }
     }
 }
@@ -328,18 +328,18 @@ static void test_a_value_on_its_bound_is_inside(void)
     const davar_central_t all = central_of(halves, 4U);
     config.moments.kurtosis_low = 1.0;
     config.moments.kurtosis_high = 1.0;
-    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_KURTOSIS, &all, &all));
+    TEST_ASSERT_FALSE(davar_moments_unstable(&config, RULE_KURTOSIS, &all, &all));
     config.moments.kurtosis_low = nextafter(1.0, 2.0);
     config.moments.kurtosis_high = 2.0;
-    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &all, &all));
+    TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_KURTOSIS, &all, &all));
     config.moments.kurtosis_low = 0.0;
     config.moments.kurtosis_high = nextafter(1.0, 0.0);
-    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &all, &all));
+    TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_KURTOSIS, &all, &all));
     config.moments.kurtosis_high = 0.0;
-    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &all, &all));
+    TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_KURTOSIS, &all, &all));
     config.moments.kurtosis_low = -0.0;
     config.moments.kurtosis_high = 1.0;
-    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_KURTOSIS, &all, &all));
+    TEST_ASSERT_FALSE(davar_moments_unstable(&config, RULE_KURTOSIS, &all, &all));
 }
 
 /* K = 1 against Km = 7/3 (one in four of three): S = 4/3. Also subnormal and zero bounds. */
@@ -349,23 +349,23 @@ static void test_contribution_on_both_sides_of_its_bounds(void)
     const int16_t halves[4] = {-7, 7, -7, 7};
     const davar_central_t early = central_of(quarter, 8U);
     const davar_central_t all = central_of(halves, 4U);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-15, 4.0 / 3.0, davar_song_contribution(&all, &early));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, 4.0 / 3.0, davar_contribution(&all, &early));
     config.moments.kurtosis_low = 0.0;
     config.moments.contribution_high = 1.34;
-    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &all, &early));
+    TEST_ASSERT_FALSE(davar_moments_unstable(&config, RULE_OR, &all, &early));
     config.moments.contribution_high = 1.33;
-    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &all, &early));
+    TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_OR, &all, &early));
     config.moments.contribution_low = 1.34;
     config.moments.contribution_high = 2.0;
-    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &all, &early));
+    TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_OR, &all, &early));
     config.moments.contribution_low = 0.0;
     config.moments.contribution_high = 0.0;
-    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &all, &all)); /* S = 0 */
+    TEST_ASSERT_FALSE(davar_moments_unstable(&config, RULE_OR, &all, &all)); /* S = 0 */
     config.moments.contribution_low = -0.0;
     config.moments.contribution_high = 1.34;
-    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &all, &early));
+    TEST_ASSERT_FALSE(davar_moments_unstable(&config, RULE_OR, &all, &early));
     config.moments.contribution_high = 5e-324;
-    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &all, &early));
+    TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_OR, &all, &early));
 }
 
 static void test_each_rule_reads_its_own_flags(void)
@@ -376,22 +376,22 @@ static void test_each_rule_reads_its_own_flags(void)
     const davar_central_t flat = central_of(halves, 4U);
     config.moments.kurtosis_low = 0.0;
     const struct {
-        davar_song_rule_t rule;
+        davar_rule_t rule;
         bool kurtosis_only;
         bool contribution_only;
         bool both;
     } expected[] = {
-        {SONG_KURTOSIS, true, false, true},
-        {SONG_OR, true, true, true},
-        {SONG_AND, false, false, true},
+        {RULE_KURTOSIS, true, false, true},
+        {RULE_OR, true, true, true},
+        {RULE_AND, false, false, true},
     };
     for (unsigned i = 0U; i < 3U; i++) {
         TEST_ASSERT_EQUAL(expected[i].kurtosis_only,
-                          davar_song_unstable(&config, expected[i].rule, &peaked, &peaked));
+                          davar_moments_unstable(&config, expected[i].rule, &peaked, &peaked));
         TEST_ASSERT_EQUAL(expected[i].contribution_only,
-                          davar_song_unstable(&config, expected[i].rule, &flat, &peaked));
+                          davar_moments_unstable(&config, expected[i].rule, &flat, &peaked));
         TEST_ASSERT_EQUAL(expected[i].both,
-                          davar_song_unstable(&config, expected[i].rule, &peaked, &flat));
+                          davar_moments_unstable(&config, expected[i].rule, &peaked, &flat));
     }
 }
 
@@ -404,11 +404,11 @@ static void test_without_variance_nothing_is_defined_and_nothing_unstable(void)
     config.moments.kurtosis_low = 0.0;
     config.moments.contribution_low = 1.0;
     config.moments.contribution_high = 1.0;
-    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &none, &none));
-    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &some, &none));
-    TEST_ASSERT_TRUE(isnan(davar_song_kurtosis(&none)));
-    TEST_ASSERT_TRUE(isnan(davar_song_contribution(&some, &none)));
-    TEST_ASSERT_TRUE(isnan(davar_song_contribution(&none, &some)));
+    TEST_ASSERT_FALSE(davar_moments_unstable(&config, RULE_OR, &none, &none));
+    TEST_ASSERT_FALSE(davar_moments_unstable(&config, RULE_OR, &some, &none));
+    TEST_ASSERT_TRUE(isnan(davar_kurtosis(&none)));
+    TEST_ASSERT_TRUE(isnan(davar_contribution(&some, &none)));
+    TEST_ASSERT_TRUE(isnan(davar_contribution(&none, &some)));
 }
 
 /* The nearest double of K is within half its last bit: the neighbour above is above K, the one
@@ -429,12 +429,12 @@ static void test_the_next_double_is_on_the_other_side(void)
             const double under = nextafter(kurtosis, 0.0);
             config.moments.kurtosis_low = under;
             config.moments.kurtosis_high = above;
-            TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_KURTOSIS, &all, &all));
+            TEST_ASSERT_FALSE(davar_moments_unstable(&config, RULE_KURTOSIS, &all, &all));
             config.moments.kurtosis_high = under;
-            TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &all, &all));
+            TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_KURTOSIS, &all, &all));
             config.moments.kurtosis_low = above;
             config.moments.kurtosis_high = nextafter(above, 1e300);
-            TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &all, &all));
+            TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_KURTOSIS, &all, &all));
         }
     }
 }
@@ -465,14 +465,14 @@ static void test_contributions_hair_close_to_their_bounds(void)
             }
             config.moments.contribution_low = contribution - hair;
             config.moments.contribution_high = contribution + hair;
-            TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
+            TEST_ASSERT_FALSE(davar_moments_unstable(&config, RULE_OR, &part[0], &part[1]));
             config.moments.contribution_high = contribution - hair;
-            TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
+            TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_OR, &part[0], &part[1]));
             config.moments.contribution_low = contribution + hair;
             config.moments.contribution_high = contribution + (2.0 * hair);
-            TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
+            TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_OR, &part[0], &part[1]));
             TEST_ASSERT_DOUBLE_WITHIN(hair, contribution,
-                                      davar_song_contribution(&part[0], &part[1]));
+                                      davar_contribution(&part[0], &part[1]));
         }
     }
 }

@@ -1,7 +1,7 @@
 /* davar tests - whitening before the detector (10.16): law glr after a filter compared with
  * a detector of blocks that the test whitens itself, from the samples since the last gap. */
 #include "davar/davar.h"
-#include "detector/glr.h"
+#include "laws/glr.h"
 
 #include "random.h"
 #include "unity.h"

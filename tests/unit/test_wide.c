@@ -1,6 +1,6 @@
 /* davar tests - the moments of the widest counts in the longest window: nothing overflows, for any
  * mean. */
-#include "pipeline/type_q31.inc"
+#include "number/q31.inc"
 
 #include "unity.h"
 
@@ -19,7 +19,7 @@ static double kurtosis_of_two(int32_t lower, int32_t upper, uint32_t n, uint32_t
         powers_add(&sums, ((i % one_in) == 0U) ? upper : lower);
     }
     powers_central(&sums, n, &central);
-    return davar_song_kurtosis(&central);
+    return davar_kurtosis(&central);
 }
 
 static void test_rails_of_32_bits_in_a_window_of_2_to_the_24(void)
@@ -60,8 +60,8 @@ static void test_sums_between_two_cursors_wrap_unnoticed(void)
     powers_between(&between, &after, &before);
     powers_central(&between, 1200U, &central[0]);
     powers_central(&plain, 1200U, &central[1]);
-    TEST_ASSERT_EQUAL_DOUBLE(davar_song_kurtosis(&central[1]), davar_song_kurtosis(&central[0]));
-    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.8, davar_song_kurtosis(&central[0])); /* uniform */
+    TEST_ASSERT_EQUAL_DOUBLE(davar_kurtosis(&central[1]), davar_kurtosis(&central[0]));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.8, davar_kurtosis(&central[0])); /* uniform */
 }
 
 int main(void)

@@ -1,14 +1,14 @@
 /* davar tests - a stream so long that its 32-bit positions wrap continues correctly. */
-#include "pipeline/type_q15.inc"
+#include "number/q15.inc"
 
 #include "core/window.h"
 #include "davar/davar.h"
 #include "unity.h"
 
-#include "pipeline/allan.inc"
+#include "core/allan.inc"
 
 /* its queue is private; the library's own copy is not linked as well */
-#include "detector/glr_q15.c" /* NOLINT(bugprone-suspicious-include) */
+#include "laws/glr_q15.c" /* NOLINT(bugprone-suspicious-include) */
 
 #include <string.h>
 

@@ -39,7 +39,7 @@ SOURCES = [LIB / source for _, source in listed(LIB, "davar_room")]
 SOURCES += [ADDONS / name / source for name, source in listed(ADDONS, "davar_part")]
 STARTS = {
     number: [path for path in SOURCES if path.stem.endswith(number)] for number in TYPES
-}  # pipeline/q15.c, detector/glr_q15.c
+}  # core/q15.c, laws/glr_q15.c
 PER_TYPE = {*(LIB / "src").rglob("*.inc"), *STARTS["q15"], *STARTS["q31"]}
 
 

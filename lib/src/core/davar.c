@@ -1,5 +1,5 @@
 /* davar - the public functions: checks, then a call of the number type's pipeline
- * (pipeline/push.inc). Hazard: a push may interrupt davar_take (core/instance.h). */
+ * (core/push.inc). Hazard: a push may interrupt davar_take (core/instance.h). */
 #include "davar/davar.h"
 
 #include "core/instance.h"

@@ -8,7 +8,7 @@ from . import programs
 from .design import BLOCK, CASCADE_CLUSTERS, MEAN_WINDOW, Design, noise_counts
 
 FLOOR = 0.664  # deviation of bias instability B, over B: (1.2) of lib/DESIGN.md
-FILTERED = 1.25  # delays of law glr after a filter, at most, lib/src/detector/DESIGN.md
+FILTERED = 1.25  # delays of law glr after a filter, at most, lib/src/laws/DESIGN.md
 PRESENT_LEAST = 50.0  # percent of windows
 
 

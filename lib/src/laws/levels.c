@@ -1,7 +1,7 @@
 /* davar - what a result says of the noise in deg/s: the levels before and after a change (10.12),
  * and the level since the last alarm with its interval (10.18). */
 #include "core/window.h"
-#include "detector/glr.h"
+#include "laws/glr.h"
 #include "number/real.h"
 #include "number/scaled.h"
 

@@ -1,8 +1,8 @@
 /* davar - the pipeline of the number type q15. */
-#include "pipeline/type_q15.inc"
+#include "number/q15.inc"
 
+#include "core/pages.inc"
 #include "davar/davar.h"
-#include "pipeline/pages.inc"
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q15, "DAVAR_STAGES_BYTES_Q15 is too small");
 _Static_assert(sizeof(tau_t) <= 16U, "DAVAR_MEMORY_Q15 counts too little per tau");

@@ -3,7 +3,7 @@
 #ifndef DAVAR_SRC_SPREAD_H
 #define DAVAR_SRC_SPREAD_H
 
-#include "detector/logarithm.h"
+#include "laws/logarithm.h"
 
 /* The sum of b modulo 2^96 over a number of blocks, which are independent chi-squares in white
  * noise. A running sum wraps around, and the difference of two running sums is the sum between

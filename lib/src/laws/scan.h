@@ -3,7 +3,7 @@
 #ifndef DAVAR_SRC_SCAN_H
 #define DAVAR_SRC_SCAN_H
 
-#include "detector/glr.h"
+#include "laws/glr.h"
 
 /* The section that is split, with the quantities that all of its splits share. */
 typedef struct {

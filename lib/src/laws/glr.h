@@ -12,7 +12,7 @@
 #define DAVAR_SRC_GLR_H
 
 #include "davar/law.h"
-#include "detector/spread.h"
+#include "laws/spread.h"
 
 #define GAIN_DIGITS 12U /* binary, after the point, of a likelihood ratio and of its limits */
 

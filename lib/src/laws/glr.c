@@ -1,10 +1,10 @@
 /* davar - the detector: holds shocks back, adds blocks to the running sums, then scans for a
  * change. */
-#include "detector/glr.h"
+#include "laws/glr.h"
 
 #include "core/instance.h"
 #include "core/window.h"
-#include "detector/scan.h"
+#include "laws/scan.h"
 #include "number/real.h"
 #include "number/scaled.h"
 

@@ -1,6 +1,6 @@
 /* davar - the detector as a window law of the number type q15. */
 #include "core/instance.h"
-#include "detector/glr.h"
+#include "laws/glr.h"
 
 #define NUMBER(name) davar_q15_##name
 typedef int16_t sample_t;
@@ -48,6 +48,6 @@ static inline sample_t whitened(int32_t first, int32_t second, sample_t sample, 
 #define DETECTOR_NUMBER davar_number_q15
 #define DETECTOR_LAW davar_law_glr_q15
 
-#include "detector/glr_queue.inc"
+#include "laws/glr_queue.inc"
 
 _Static_assert(sizeof(glr_queue_t) <= DAVAR_GLR_BYTES_Q15, "DAVAR_GLR_BYTES_Q15 is too small");

@@ -1,6 +1,6 @@
 /* davar - the logarithm in integers: a table of 32 intervals, and three terms of the series in
  * each. */
-#include "detector/logarithm.h"
+#include "laws/logarithm.h"
 
 #define LN_2_Q24 11629080 /* relative error 1e-9 */
 

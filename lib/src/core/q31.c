@@ -1,8 +1,8 @@
 /* davar - the pipeline of the number type q31. */
-#include "pipeline/type_q31.inc"
+#include "number/q31.inc"
 
+#include "core/pages.inc"
 #include "davar/davar.h"
-#include "pipeline/pages.inc"
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");
 _Static_assert(sizeof(tau_t) <= 32U, "DAVAR_MEMORY_Q31 counts too little per tau");

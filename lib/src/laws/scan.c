@@ -1,5 +1,5 @@
 /* davar - the likelihood ratio of one variance against two. */
-#include "detector/scan.h"
+#include "laws/scan.h"
 
 #include "core/window.h"
 #include "number/real.h"

@@ -1,7 +1,7 @@
 /* davar - the window that follows from the newest cut: it grows towards the past while one variance
  * explains it, up to the cut. */
 #include "core/window.h"
-#include "detector/scan.h"
+#include "laws/scan.h"
 #include "number/real.h"
 
 #define NEAR_LIMIT (4U << GAIN_DIGITS) /* G / f of a short window with one variance, at most */
