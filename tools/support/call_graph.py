@@ -39,6 +39,16 @@ WRITES_NOTHING = re.compile(r"(?:c\.)?(?:cm[pn]|ts?t|teq|cb|b|st|s[bhwd](?:sp)?$
 OUTLIVES_NO_CALL = re.compile(r"r[0-3]|r12|ip|lr|[at]\d+|ra")
 
 
+def expanded(names: str) -> list[str]:
+    """The registers of a list such as "r4, r6-r8, lr"."""
+    found = []
+    for name in re.split(r", *", names):
+        first, _, last = name.strip().partition("-")
+        numbers = range(int(first[1:]), int(last[1:]) + 1) if last else ()
+        found += [f"{first[0]}{number}" for number in numbers] or [first]
+    return found
+
+
 class Registers:
     """Which registers hold a word loaded from a known offset of an object: how a function of a
     table is called.
@@ -62,7 +72,9 @@ class Registers:
                 if not OUTLIVES_NO_CALL.fullmatch(name)
             }
         elif re.match(r"ldm|ldrd|pop", operation):
-            self.offset.clear()
+            listed = operands.partition("{")[2].rstrip("}")  # ldrd has two instead
+            for name in expanded(listed) if listed else (first, *others[:1]):
+                self.offset[name] = None
         elif not WRITES_NOTHING.match(operation):
             self.offset[first] = None
 
@@ -94,12 +106,8 @@ LITERAL = re.compile(r"ldr\S*\s+(r\d+), \[pc.*@ \(([0-9a-f]+) ")
 
 
 def registers_of(names: str) -> int:
-    """Bytes of a list of registers, such as "r4, r6-r8, lr"."""
-    count = 0
-    for name in names.split(","):
-        first, _, last = name.strip().partition("-")
-        count += (int(last[1:]) - int(first[1:]) + 1) if last else 1
-    return count * (8 if names.strip().startswith("d") else 4)
+    """Bytes of a list of registers."""
+    return len(expanded(names)) * (8 if names.strip().startswith("d") else 4)
 
 
 def taken(line: str, literals: Mapping[str, int]) -> int:
@@ -121,6 +129,8 @@ def disassembly(target: str, image: Path) -> dict[str, Function]:
     registers = Registers()
     text = targets.tool(target, "objdump", "-d", "--no-show-raw-insn", image)
     words = dict(re.findall(r"^\s*([0-9a-f]+):\t\.word\s+0x([0-9a-f]+)", text, re.MULTILINE))
+    # the name beside an address may be that of a constant of the linker script
+    heads = dict(re.findall(r"^0*([0-9a-f]+) <(.+)>:$", text, re.MULTILINE))
     literals: dict[str, int] = {}  # register -> the last constant that it was loaded with
     for line in text.splitlines():
         head = re.match(r"^[0-9a-f]+ <(.+)>:$", line)
@@ -152,14 +162,14 @@ def disassembly(target: str, image: Path) -> dict[str, Function]:
             to_register = not re.search(r"<.+>", operands) and not returns
             if operation in ("bx", "blx", "jr", "c.jr", "jalr", "c.jalr") and to_register:
                 code[name].goals.add(registers.goal(operands))
-            for goal in re.findall(r"<([A-Za-z_][\w.$]*)>", operands):
-                code[name].goals.add(goal)
+            for address in re.findall(r"([0-9a-f]+) <[A-Za-z_][\w.$]*>", operands):
+                code[name].goals.update([heads[address]] if address in heads else [])
             registers.follow(operation, operands)
     return code
 
 
 def tables(target: str, image: Path) -> dict[str, dict[int, str]]:
-    """Name -> {offset: function} of each table: the window laws and the number types."""
+    """Name -> {offset: function} of each table: window laws, engines and number types."""
     found, functions, places = (
         dict[str, dict[int, str]](),
         dict[int, str](),
@@ -168,7 +178,7 @@ def tables(target: str, image: Path) -> dict[str, dict[int, str]]:
     thumb = 1 if targets.MACHINES[target]["core"] == "cortex_m" else 0  # bit 0 of a pointer
     for line in targets.tool(target, "nm", "-S", "--defined-only", image).splitlines():
         fields = line.split()
-        if len(fields) == 4 and re.match(r"davar_(law|number)_\w+$", fields[3]):
+        if len(fields) == 4 and re.match(r"davar_(law|engine|number)_\w+$", fields[3]):
             places[fields[3]] = (int(fields[0], 16), int(fields[1], 16))
         elif len(fields) == 4 and fields[2] in "tT":
             functions[int(fields[0], 16) | thumb] = fields[3]
@@ -205,11 +215,11 @@ def laws() -> list[str]:
 
 @functools.cache
 def called_tables(unit: str) -> frozenset[str]:
-    """The kinds of tables, "law" or "number", that a source file and its .inc files call through.
+    """The kinds of tables, such as "law", that a source file and its .inc files call through.
     The calls of headers do not count.
     """
     text = (targets.ROOT / unit).read_text(encoding="utf-8")
-    kinds = set(re.findall(r"(law|number)->\w+\(", text))
+    kinds = set(re.findall(r"(law|engine|number)->\w+\(", text))
     for part in re.findall(r'#include "(\S+\.inc)"', text):
         if (targets.ROOT / "lib/src" / part).exists():  # not a list of lib/include
             kinds |= called_tables(f"lib/src/{part}")
@@ -220,8 +230,10 @@ def reached(
     goals: Iterable[str | int], named: Mapping[str, Mapping[int, str]], unit: str
 ) -> Iterator[str]:
     """The functions of these goals. The pointer at an offset can be that of any table that the
-    source file calls through.
+    source file calls through. An image without tables of some kind never calls through one.
     """
+    kinds = called_tables(unit)
+    absent = kinds - {name.split("_")[1] for name in named}
     for goal in goals:
         if isinstance(goal, str):
             yield goal
@@ -229,9 +241,9 @@ def reached(
             at = [
                 functions[goal]
                 for name, functions in named.items()
-                if goal in functions and name.split("_")[1] in called_tables(unit)
+                if goal in functions and name.split("_")[1] in kinds
             ]
-            yield from at or [f"a pointer at offset {goal}"]
+            yield from at or ([] if absent else [f"a pointer at offset {goal}"])
 
 
 def unit_of(name: str, home: Mapping[str, str]) -> str | None:
