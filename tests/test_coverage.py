@@ -108,7 +108,7 @@ class Report:
 
 
 def constants_of(text, what, outcomes):
-    """The outcomes that a constant of the build decides (DAVAR_GRID): no test can turn them."""
+    """The outcomes that a constant of the build decides (DAVAR_LAWS): no test can turn them."""
     parts = [part.strip(" ()") for part in re.split(r"&&|\|\|", text)]
     fixed = [CONSTANT.fullmatch(part) is not None for part in parts]
     if what == "branch":
@@ -139,10 +139,10 @@ def test_every_outcome_was_seen(report, what):
 @pytest.mark.parametrize(
     ("text", "what", "outcomes", "constant"),
     [
-        ("DAVAR_GRID && a || (b > c)", "condition", 3, {0}),
+        ("DAVAR_LAWS && a || (b > c)", "condition", 3, {0}),
         ("!DAVAR_Q15 || a", "condition", 2, {0}),
         ("davar_is(DAVAR_Q15) || a", "condition", 2, set()),
-        ("DAVAR_GRID", "branch", 2, {0, 1}),
+        ("DAVAR_LAWS", "branch", 2, {0, 1}),
         ("(NUMBER_SAMPLE_BITS_MAX == 16U)", "branch", 2, {0, 1}),
         ("a", "branch", 2, set()),
     ],

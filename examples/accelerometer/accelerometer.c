@@ -38,7 +38,7 @@ davar_status_t accelerometer_start(void)
     config.window.shortest = WINDOW;
     config.moments.segment = 0;
     config.stride = STRIDE;
-    config.engine = DAVAR_ENGINE_GRID; /* least memory for short clusters and a long stride */
+    config.engine = &davar_engine_grid_q15; /* least memory for short clusters and a long stride */
     config.taus = taus;
     config.tau_count = TAUS;
     davar_plan_init_white(&plan, taus, TAUS); /* its low-pass is far above 100 Hz */

@@ -21,7 +21,9 @@ static const uint32_t taus[] = {1, 2, 4, 8, 16, 32, 64};
 
 volatile int16_t dma_buffer[2U * DMA_HALF];
 
-static uint64_t memory[DAVAR_ROUND8(DAVAR_MEMORY_GRID_Q15(600, 400, 100, 100, 64, TAUS, 4)) / 8];
+static uint64_t memory[DAVAR_MEMORY_GRID(Q15, longest(600), shortest(400), stride(100), largest(64),
+                                         taus(TAUS)) /
+                       8];
 static davar_plan_t plan;
 static davar_config_t config;
 static davar_t gyro;
@@ -35,7 +37,7 @@ davar_status_t dma_blocks_start(void)
     config.unit_per_count = 0.05;
     config.window.grow = 1;
     config.stride = 100;
-    config.engine = DAVAR_ENGINE_GRID; /* for samples in blocks (docs/COST.md) */
+    config.engine = &davar_engine_grid_q15; /* for samples in blocks (docs/COST.md) */
     config.taus = taus;
     config.tau_count = TAUS;
     /* Declare the low-pass of your gyro instead: davar_plan_init_filtered (davar/filter.h). */

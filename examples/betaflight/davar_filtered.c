@@ -29,9 +29,11 @@ static const uint32_t taus[] = {4, 8, 16, LONGEST};
 #define TAUS (sizeof taus / sizeof taus[0])
 
 static uint64_t memory[DAVAR_GYRO_AXES]
-                      [(DAVAR_MEMORY_GRID_Q15(WINDOW, 0, 0, STRIDE, LONGEST, TAUS, 4) + 7U) / 8U];
+                      [DAVAR_MEMORY_GRID(Q15, longest(WINDOW), shortest(WINDOW), stride(STRIDE),
+                                         largest(LONGEST), taus(TAUS)) /
+                       8U];
 static davar_config_t config = {.stride = STRIDE,
-                                .engine = DAVAR_ENGINE_GRID,
+                                .engine = &davar_engine_grid_q15,
                                 DAVAR_FIXED(WINDOW),
                                 .taus = taus,
                                 .tau_count = TAUS};

@@ -20,7 +20,9 @@ static const uint32_t taus[] = {1, 2, 4, 8, 16, 32, 64};
 #define TAUS (sizeof taus / sizeof taus[0])
 #define WINDOW 600U
 
-static uint64_t memory[DAVAR_MEMORY_Q15(WINDOW, 64, TAUS, 4) / 8];
+static uint64_t memory[DAVAR_MEMORY(Q15, longest(WINDOW), shortest(WINDOW), stride(1), largest(64),
+                                    taus(TAUS)) /
+                       8];
 static davar_config_t config;
 static davar_t gyro;
 

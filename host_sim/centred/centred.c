@@ -15,6 +15,8 @@
 #include "number/quantum.h"
 #include "number/q31.inc"
 
+#include "number/q31_moments.inc"
+
 #include <math.h>
 #include <stdlib.h>
 

@@ -51,11 +51,11 @@ static void configure(engine_t *engine, const settings_t *settings,
     engine->config.full_scale = quantisation->full_scale;
     engine->config.sample_bits = quantisation->sample_bits;
     engine->number = quantisation->number;
-    davar_law_retype(&engine->config, engine->number != DAVAR_PORT_Q15);
+    davar_retype(&engine->config, engine->number != DAVAR_PORT_Q15);
     if ((engine->number == DAVAR_PORT_Q15) &&
         (memory_size(DAVAR_PORT_Q15, &engine->config) == 0U)) {
         engine->number = DAVAR_PORT_Q31;
-        davar_law_retype(&engine->config, true);
+        davar_retype(&engine->config, true);
     }
 }
 

@@ -65,7 +65,7 @@ static void set_steps(settings_t *settings, const options_t *options)
     config->window.grow = either(&options->grow, settings->is_centred ? 2U : config->window.grow);
     config->window.shrink = either(&options->shrink, config->window.shrink);
     config->stride = either(&options->stride, config->stride);
-    config->engine = options->engine;
+    config->engine = davar_engine_of(options->uses_grid, true);
 }
 
 static void set_bounds(davar_config_t *config, const options_t *options)

@@ -165,7 +165,7 @@ static bool apply_engine(options_t *options, const char *text, sim_error_t *erro
     static const char *const WORDS[] = {"auto", "grid"};
     size_t choice = 0;
     const bool good = value_choice("engine", text, WORDS, 2, &choice, error);
-    options->engine = (davar_engine_t)choice;
+    options->uses_grid = (choice == 1U);
     return good;
 }
 

@@ -79,7 +79,7 @@ typedef struct {
     optional_u32_t grow;
     optional_u32_t shrink;
     optional_u32_t stride;
-    davar_engine_t engine;
+    bool uses_grid;
     optional_range_t kurtosis;
     optional_range_t contribution;
     double unstable_rate; /* 0: not given */

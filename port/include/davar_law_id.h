@@ -1,7 +1,7 @@
 /** @file
- * davar - the window laws by number, for programs whose user selects one.
+ * davar - window laws and engines by number, for programs whose user selects them.
  *
- * A file that includes this header links all laws. */
+ * A file that includes this header links all of them. */
 #ifndef DAVAR_LAW_ID_H
 #define DAVAR_LAW_ID_H
 
@@ -35,10 +35,18 @@ static inline const davar_law_t *davar_law_of_id(davar_law_id_t id, bool is_wide
     }
 }
 
-/** Sets the same law for the other number type in *config. */
-static inline void davar_law_retype(davar_config_t *config, bool is_wide)
+/** Returns the grid, or null if it is not wanted. */
+static inline const davar_engine_t *davar_engine_of(bool is_wanted, bool is_wide)
+{
+    const davar_engine_t *const grid = is_wide ? &davar_engine_grid_q31 : &davar_engine_grid_q15;
+    return is_wanted ? grid : NULL;
+}
+
+/** Sets the same law and engine for the other number type in *config. */
+static inline void davar_retype(davar_config_t *config, bool is_wide)
 {
     config->law = davar_law_of_id((davar_law_id_t)davar_law_id(config), is_wide);
+    config->engine = davar_engine_of(config->engine != NULL, is_wide);
 }
 
 #endif

@@ -27,13 +27,13 @@ static double double_of(uint64_t bits)
 #define WORD_OF_U16(value) (uint64_t)(value)
 #define WORD_OF_I16(value) (uint64_t)(value)
 #define WORD_OF_U8(value) (uint64_t)(value)
-#define WORD_OF_ENGINE(value) (uint64_t)(value)
+#define WORD_OF_ENGINE(value) (((value) != NULL) ? 1U : 0U)
 #define OF_WORD_F64(word) double_of(word)
 #define OF_WORD_U32(word) (uint32_t)(word)
 #define OF_WORD_U16(word) (uint16_t)(word)
 #define OF_WORD_I16(word) (int16_t)(word)
 #define OF_WORD_U8(word) (uint8_t)(word)
-#define OF_WORD_ENGINE(word) (davar_engine_t)(word)
+#define OF_WORD_ENGINE(word) davar_engine_of((word) != 0U, is_wide)
 
 void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
                       davar_port_number_t number, uint32_t channels, const davar_filter_t *filter,
@@ -47,8 +47,7 @@ void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
         (uint64_t)number,
         channels,
         davar_law_id(config),
-#define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
-    WORD_OF_##kind(config->member),
+#define FIELD(member, kind) WORD_OF_##kind(config->member),
 #include "davar/config_fields.inc"
         is_declared,
         bits_of(known->cutoff),
@@ -65,9 +64,9 @@ void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
 }
 
 /* Reads every field; returns the word after the last. */
-static const uint64_t *decode_fields(davar_config_t *config, const uint64_t *word)
+static const uint64_t *decode_fields(davar_config_t *config, const uint64_t *word, bool is_wide)
 {
-#define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
+#define FIELD(member, kind)                                                                        \
     config->member = OF_WORD_##kind(*word);                                                        \
     word++;
 #include "davar/config_fields.inc"
@@ -80,8 +79,9 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
     uint32_t taus[DAVAR_TAUS_MAX];
     job->number = (davar_port_number_t)words[1];
     job->channels = (uint32_t)words[2];
-    config->law = davar_law_of_id((davar_law_id_t)words[3], job->number != DAVAR_PORT_Q15);
-    const uint64_t *const filter = decode_fields(config, &words[4]);
+    const bool is_wide = (job->number != DAVAR_PORT_Q15);
+    config->law = davar_law_of_id((davar_law_id_t)words[3], is_wide);
+    const uint64_t *const filter = decode_fields(config, &words[4], is_wide);
     const uint64_t *const cascade_taus = filter + FILTER_WORDS;
     if ((words[0] != MAGIC) || ((cascade_taus + 1) != &words[DAVAR_JOB_SETTINGS]) ||
         (config->tau_count == 0U) || (*cascade_taus > DAVAR_TAUS_MAX) ||

@@ -124,7 +124,7 @@ static void test_gaps_in_an_interrupt_tear_no_result(void)
     config.window.gaps_max = 40U;
     for (unsigned i = 0U; i < 3U; i++) {
         config.stride = strides[i];
-        config.engine = (i == 2U) ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
+        config.engine = (i == 2U) ? NULL : &davar_engine_grid_q15;
         start(interrupt_with_gaps);
         for (uint32_t results = 0U; results < RESULTS;) {
             davar_result_t result;

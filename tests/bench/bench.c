@@ -221,7 +221,7 @@ static davar_config_t adaptive(uint32_t stride)
 static davar_config_t fine_grid(uint32_t window)
 {
     davar_config_t config = adaptive(4U);
-    config.engine = DAVAR_ENGINE_GRID;
+    config.engine = &davar_engine_grid_q15;
     config.window.longest = window;
     config.window.shortest = window / 2U;
     config.moments.segment = window / 8U;
@@ -241,13 +241,13 @@ int main(void)
     const davar_config_t every_sample = plain(600U, 8U);
     const davar_config_t chain = adaptive(1U);
     davar_config_t grid = adaptive(60U);
-    grid.engine = DAVAR_ENGINE_GRID;
+    grid.engine = &davar_engine_grid_q15;
     const davar_config_t short_window = plain(64U, 6U);
     const davar_config_t long_window = plain(65536U, 6U);
     davar_config_t block64 =
         plain(600U, 8U); /* only the newest result of a block; each push consumes the rest */
     block64.stride = 64U;
-    block64.engine = DAVAR_ENGINE_GRID;
+    block64.engine = &davar_engine_grid_q15;
     figure("block64_8_taus_ns_per_sample", median_of_runs(run_q15, &block64));
     figure("fixed_every_sample_8_taus_ns_per_sample", median_of_runs(run_q15, &every_sample));
     figure("float_every_sample_8_taus_ns_per_sample", median_of_runs(run_f32, &every_sample));

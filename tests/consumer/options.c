@@ -215,7 +215,9 @@ static davar_config_t configured(char type, int number, bool automatic)
         config.law = (type == 'q') ? &davar_law_glr_q15 : &davar_law_glr_q31;
     }
     config.stride = ((number & 2) != 0) || (number == 5) ? 20 : 1;
-    config.engine = automatic ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
+    const davar_engine_t *const grid =
+        (type == 'q') ? &davar_engine_grid_q15 : &davar_engine_grid_q31;
+    config.engine = automatic ? NULL : grid;
     config.taus = taus[number & 1];
     config.tau_count = TAUS;
     return config;

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from compiling import INCLUDE, ROOT, SOURCES, WARN, objects, run
 
-LEAN = ["-DDAVAR_Q31=0", "-DDAVAR_GRID=0", "-DDAVAR_LAWS=0"]
+LEAN = ["-DDAVAR_Q31=0", "-DDAVAR_LAWS=0"]
 GCC, CLANG, M0 = ("gcc",), ("clang-14",), ("arm-none-eabi-gcc", "-mcpu=cortex-m0")
 M4 = ("arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
 BUILDS = [

@@ -8,7 +8,7 @@ import pytest
 from compiling import INCLUDE, OPTIONS, PROGRAM_INCLUDE, ROOT, SOURCES, WARN, attempt, program, run
 
 FLAGS = [*WARN, "-O0", "-ffp-contract=off"]
-LEAN = ("GRID", "LAWS", "Q31")
+LEAN = ("LAWS", "Q31")
 SIZES = """#include "davar/davar.h"
 #include <stdio.h>
 int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t)); return 0; }
@@ -25,7 +25,6 @@ def features(way):
 # Features that a configuration of options.c needs.
 NEEDS = {
     "LAWS": lambda way: features(way) & 5,
-    "GRID": lambda way: (features(way) & 2 or way[1] == "5") and not way.endswith("a"),
     "Q15": lambda way: way[0] == "q",
     "Q31": lambda way: way[0] in "wf",
 }
@@ -61,7 +60,6 @@ def test_every_stream_has_gaps(whole):
 @pytest.mark.parametrize(
     "left_out",
     (
-        ("GRID",),
         ("LAWS",),
         ("Q15",),
         LEAN,

@@ -325,7 +325,7 @@ static void choose(bytes_t *bytes)
     config.moments.segment = between(bytes, 0U, config.window.shortest - 1U);
     config.window.shrink = between(bytes, 1U, 9U);
     config.stride = between(bytes, 1U, 40U);
-    config.engine = (davar_engine_t)between(bytes, 0U, 1U);
+    config.engine = davar_engine_of(between(bytes, 0U, 1U) != 0U, type != Q15);
     config.window.gaps_max = (uint16_t)between(bytes, 0U, 5U);
     config.glr.block = between(bytes, 5U, 12U);
     config.glr.shock_blocks = between(bytes, 0U, 2U);

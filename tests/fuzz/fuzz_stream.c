@@ -48,9 +48,10 @@ static void choose_config(trial_t *trial, bytes_t *bytes)
     config->stride = (config->stride > 35U) ? 1U : config->stride;
     config->stride =
         (config->stride < config->window.longest) ? config->stride : config->window.longest;
-    config->engine = (between(bytes, 0U, 1U) == 1U) ? DAVAR_ENGINE_AUTO : DAVAR_ENGINE_GRID;
+    const bool is_grid = (between(bytes, 0U, 1U) == 0U);
     config->window.gaps_max = (uint16_t)((2U * config->window.longest) + config->stride + 2U);
     trial->is_q31 = byte(bytes) % 2U != 0U;
+    config->engine = davar_engine_of(is_grid, trial->is_q31);
     uint32_t m = 0U;
     config->taus = trial->taus;
     config->tau_count = 0U;

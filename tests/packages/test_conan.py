@@ -47,10 +47,10 @@ def test_on_this_machine(conan, tree):
 
 
 def test_for_a_cortex_m4_with_less(conan, tmp_path):
-    less = ("-o", "davar/*:grid=False", "-o", "davar/*:laws=False")
+    less = ("-o", "davar/*:q31=False", "-o", "davar/*:laws=False")
     said = conan(*CREATE, "--profile:host", HERE / "cortex-m4.profile", *less)
     assert "Linking C executable consumer" in said
-    for name in ("GRID", "LAWS"):
+    for name in ("Q31", "LAWS"):
         assert re.search(rf"DAVAR_{name}\S*0", said)
     library = next((tmp_path / "conan").rglob("p/lib/libdavar.a"))
     assert "Tag_CPU_arch: v7E-M" in run("arm-none-eabi-readelf", "-A", library)

@@ -38,6 +38,6 @@ def test_zephyr_reads_it(tools, tmp_path):
 
     assert read("")[0]["DAVAR"] == "n"
     values, _ = read("CONFIG_DAVAR=y\nCONFIG_DAVAR_LAWS=n\nCONFIG_DAVAR_TAUS_MAX=8\n")
-    assert [values[f"DAVAR_{name}"] for name in ("LAWS", "TAUS_MAX", "GRID")] == ["n", "8", "y"]
+    assert [values[f"DAVAR_{name}"] for name in ("LAWS", "TAUS_MAX", "Q31")] == ["n", "8", "y"]
     _, warnings = read("CONFIG_DAVAR=y\nCONFIG_DAVAR_TAUS_MAX=33\n")
     assert any("33" in warning for warning in warnings)

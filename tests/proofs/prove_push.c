@@ -30,17 +30,15 @@
 #endif
 
 #if WIDE
-#define MEMORY DAVAR_MEMORY_Q31
-#define MEMORY_STRIDE DAVAR_MEMORY_STRIDE_Q31
-#define MEMORY_GRID DAVAR_MEMORY_GRID_Q31
+#define WORDS 2U
+#define ENGINE davar_engine_grid_q31
 #define INIT davar_init_q31
 typedef int32_t sample_t;
 #define ANY() any_i32(INT32_MIN, INT32_MAX)
 #define PUSH davar_push_until_result_q31
 #else
-#define MEMORY DAVAR_MEMORY_Q15
-#define MEMORY_STRIDE DAVAR_MEMORY_STRIDE_Q15
-#define MEMORY_GRID DAVAR_MEMORY_GRID_Q15
+#define WORDS 1U
+#define ENGINE davar_engine_grid_q15
 #define INIT davar_init_q15
 typedef int16_t sample_t;
 #define ANY() any_i32(INT16_MIN, INT16_MAX)
@@ -49,13 +47,15 @@ typedef int16_t sample_t;
 
 /* Not one word more: the macros count the bounds of a law that a fixed window has not. */
 #define UNUSED ((ADAPTIVE != 0) ? 0U : DAVAR_SONG_BYTES)
+#define LONGEST 8U
+#define SHORTEST (ADAPTIVE ? 6U : LONGEST)
+#define SEGMENT (ADAPTIVE ? 3U : 0U)
 #if GRID
-static uint64_t memory[(MEMORY_GRID(8U, 0U, 0U, STRIDE, 3U, 2U, 2U) - UNUSED) / 8U];
-#elif STRIDE > 1
-static uint64_t memory[(MEMORY(8U, 3U, 2U, 2U) + MEMORY_STRIDE(3U * ADAPTIVE, 2U) - UNUSED) / 8U];
+#define NEED DAVAR_MEMORY_ON_GRID(WORDS, LONGEST, SHORTEST, SEGMENT, STRIDE, 3U, 2U, 2U)
 #else
-static uint64_t memory[(MEMORY(8U, 3U, 2U, 2U) - UNUSED) / 8U];
+#define NEED DAVAR_MEMORY_SLIDING(WORDS, LONGEST, SEGMENT, STRIDE, 3U, 2U, 2U)
 #endif
+static uint64_t memory[(NEED - UNUSED) / 8U];
 static const uint32_t octaves[2] = {1U, 2U};
 static const uint32_t others[2] = {1U, 3U};
 
@@ -73,11 +73,11 @@ static void stream(const uint32_t *taus, uint32_t gap)
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.law = ADAPTIVE ? &davar_law_or : NULL;
-    config.window.longest = 8U;
-    config.window.shortest = ADAPTIVE ? 6U : 8U;
-    config.moments.segment = ADAPTIVE ? 3U : 0U;
+    config.window.longest = LONGEST;
+    config.window.shortest = SHORTEST;
+    config.moments.segment = SEGMENT;
     config.stride = STRIDE;
-    config.engine = GRID ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
+    config.engine = GRID ? &ENGINE : NULL;
     config.window.gaps_max = 2U;
     config.taus = taus;
     config.tau_count = 2U;

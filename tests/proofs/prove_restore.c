@@ -27,14 +27,14 @@ static bool write_nothing(void *context, size_t offset, const void *data, size_t
 
 #if WIDE
 #define INIT davar_init_q31
-#define MEMORY DAVAR_MEMORY_Q31
+#define WORDS 2U
 #else
 #define INIT davar_init_q15
-#define MEMORY DAVAR_MEMORY_Q15
+#define WORDS 1U
 #endif
 
 static davar_t davar;
-static uint64_t memory[MEMORY(8U, 2U, 2U, 4U) / 8U];
+static uint64_t memory[DAVAR_MEMORY_SLIDING(WORDS, 8U, 0U, 1U, 2U, 2U, 4U) / 8U];
 static const uint32_t taus[2] = {1U, 2U};
 
 void prove(void)

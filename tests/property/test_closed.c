@@ -3,6 +3,7 @@
  * no new state appears: then sequences of any length are covered. docs/PROOFS.md has the argument.
  *
  * `test_closed long` checks larger windows, for minutes. */
+#include "davar_law_id.h"
 #include "small_window.h"
 #include "states.h"
 
@@ -31,7 +32,7 @@ typedef struct {
     uint32_t shortest;
     uint32_t longest;
     uint32_t stride;
-    davar_engine_t engine;
+    bool grid;
     uint32_t segment;
     uint32_t push_most; /* after the zeros, at most; 0: any number */
     uint32_t zeros;     /* samples before the first state */
@@ -55,8 +56,8 @@ typedef struct {
 
 typedef enum { RESET, SAVE, GAP, LONG_GAP, BLOCK, LETTER } action_t;
 
-#define SLIDING DAVAR_ENGINE_AUTO
-#define GRID DAVAR_ENGINE_GRID
+#define SLIDING false
+#define GRID true
 #define KURTOSIS &davar_law_kurtosis
 #define OR &davar_law_or
 #define AND &davar_law_and
@@ -134,8 +135,7 @@ static state_key_t key_of(void)
     small.total %= config.stride;
     small.count = (small.count < most) ? small.count : most;
     small.restarts = 0U;
-    const uint32_t rest[] = {window->lag,
-                             window->length,
+    const uint32_t rest[] = {window->length,
                              window->next_length,
                              window->wait,
                              window->skip,
@@ -411,7 +411,7 @@ static void configure(void)
                                           .kurtosis_high = 2.2137,
                                           .contribution_high = 0.3137},
                               .stride = row->stride,
-                              .engine = row->engine,
+                              .engine = davar_engine_of(row->grid, row->wide),
                               .taus = row->taus};
     while ((config.tau_count < 4U) && ((2U * row->taus[config.tau_count]) <= row->longest)) {
         config.tau_count++;

@@ -139,7 +139,7 @@ static const char *context(const trial_t *trial, const reference_epoch_t *epoch,
              "[%lld, %lld)",
              what, trial->seed, (int)trial->number, (int)davar_law_id(c), c->window.shortest,
              c->window.longest, c->moments.segment, c->window.grow, c->window.shrink, c->stride,
-             (int)c->engine, (long long)trial->count, (long long)epoch->epoch,
+             (c->engine != NULL) ? 1 : 0, (long long)trial->count, (long long)epoch->epoch,
              (long long)epoch->tail, (long long)epoch->head);
     return message;
 }

@@ -16,7 +16,9 @@ static const double truth_1[DAVAR_COEFFICIENT_COUNT] = {[DAVAR_ANGLE_RANDOM_WALK
 static davar_plan_t plan;
 static davar_result_t result;
 static davar_t davar;
-static uint64_t memory[DAVAR_MEMORY_Q15(LONGEST, 2048U, 12U, 4U) / 8U];
+static uint64_t memory[DAVAR_MEMORY(Q15, longest(LONGEST), shortest(LONGEST), stride(1),
+                                    largest(2048U), taus(12U)) /
+                       8U];
 
 /* ---- sums of a fast gyro ---- */
 

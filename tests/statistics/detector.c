@@ -1,9 +1,9 @@
 /* The detector of changes: how often it alarms without a change, and its delay after one. Noise of
  * known kind through lib/src/laws; 100 Hz and sigma 20 counts. */
-#include "laws/glr.h"
 #include "filter_cases.h"
 #include "filtered_noise.h"
 #include "heavy_noise.h"
+#include "laws/glr.h"
 #include "statistics.h"
 
 #include <stdlib.h>

@@ -32,7 +32,7 @@ static void make_samples(void)
     }
 }
 
-static davar_engine_t engine = DAVAR_ENGINE_GRID;
+static const davar_engine_t *engine = &davar_engine_grid_q15;
 
 static void start(davar_law_id_t id, uint32_t stride)
 {
@@ -188,7 +188,7 @@ static void measure_blocks(void)
 
 /* A result every few samples, fixed window: the engine for it, pushed sample by sample and in
  * blocks of a stride. */
-static void measure_engine(davar_engine_t by, uint32_t stride, const char *const names[4])
+static void measure_engine(const davar_engine_t *by, uint32_t stride, const char *const names[4])
 {
     engine = by;
     start(DAVAR_LAW_ID_FIXED, stride);
@@ -196,7 +196,7 @@ static void measure_engine(davar_engine_t by, uint32_t stride, const char *const
     measure_single(names[0], names[1]);
     board_figure(names[2], (100U * push_blocks(stride, 60U)) / (60U * stride));
     board_figure(names[3], (uint32_t)(davar_memory_size_q15(&config) + sizeof davar));
-    engine = DAVAR_ENGINE_GRID;
+    engine = &davar_engine_grid_q15;
 }
 
 static void measure_engines(void)
@@ -211,11 +211,11 @@ static void measure_engines(void)
                                              "grid10_ram"};
     static const char *const grid_of_60[] = {"grid60_x100", "grid60_worst", "grid60_blocks_x100",
                                              "grid60_ram"};
-    measure_engine(DAVAR_ENGINE_AUTO, 2U, auto_of_2);
-    measure_engine(DAVAR_ENGINE_AUTO, 10U, auto_of_10);
-    measure_engine(DAVAR_ENGINE_AUTO, STRIDE, auto_of_60);
-    measure_engine(DAVAR_ENGINE_GRID, 10U, grid_of_10);
-    measure_engine(DAVAR_ENGINE_GRID, STRIDE, grid_of_60);
+    measure_engine(NULL, 2U, auto_of_2);
+    measure_engine(NULL, 10U, auto_of_10);
+    measure_engine(NULL, STRIDE, auto_of_60);
+    measure_engine(&davar_engine_grid_q15, 10U, grid_of_10);
+    measure_engine(&davar_engine_grid_q15, STRIDE, grid_of_60);
 }
 
 /* --- the default: adaptive window, steps of the noise, gaps --- */

@@ -4,9 +4,11 @@
 #include "compact.h"
 #include "core/arena.h"
 #include "davar/fit.h"
+#include "number/q31.inc"
 #include "number/real.h"
 #include "number/scaled.h"
-#include "number/q31.inc"
+
+#include "number/q31_moments.inc"
 
 #include "davar/davar.h"
 #include "random.h"

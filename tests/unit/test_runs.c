@@ -2,6 +2,8 @@
  * with one sample after the other. */
 #include "number/q15.inc"
 
+#include "number/q15_runs.inc"
+
 #include "davar/davar.h"
 #include "random.h"
 #include "unity.h"

@@ -4,6 +4,8 @@
 #include "laws/song.h"
 #include "number/q15.inc"
 
+#include "number/q15_moments.inc"
+
 #include "davar/davar.h"
 #include "random.h"
 #include "unity.h"
@@ -103,7 +105,8 @@ static void check(davar_rule_t rule, bool outside, bool must_know)
     }
     if (rough != ROUGH_UNSURE) {
         TEST_ASSERT_EQUAL(outside ? ROUGH_OUTSIDE : ROUGH_INSIDE, rough);
-        TEST_ASSERT_EQUAL(outside, davar_moments_unstable(&config, rule, &whole.exact, &first.exact));
+        TEST_ASSERT_EQUAL(outside,
+                          davar_moments_unstable(&config, rule, &whole.exact, &first.exact));
     }
 }
 
@@ -138,11 +141,10 @@ static void test_contribution_against_one_bound_or_the_other(void)
         const double contribution = davar_contribution(&whole.exact, &first.exact);
         const bool upper = (i % 2U) == 0U;
         double bound;
-        const bool far = choose_bound(contribution, &bound) && (contribution < 0.99) &&
-                         (contribution > 1e-4) && (bound > 1e-4) && (bound < 0.99) &&
-                         is_known(&whole) && is_known(&first) &&
-                         (davar_kurtosis(&whole.exact) < 15.9) &&
-                         (davar_kurtosis(&first.exact) < 15.9);
+        const bool far =
+            choose_bound(contribution, &bound) && (contribution < 0.99) && (contribution > 1e-4) &&
+            (bound > 1e-4) && (bound < 0.99) && is_known(&whole) && is_known(&first) &&
+            (davar_kurtosis(&whole.exact) < 15.9) && (davar_kurtosis(&first.exact) < 15.9);
         config.moments.contribution_low = upper ? 0.0 : bound;
         config.moments.contribution_high = upper ? bound : 3.9;
         check(RULE_OR, upper ? (contribution > bound) : (contribution < bound), far);
@@ -471,8 +473,7 @@ static void test_contributions_hair_close_to_their_bounds(void)
             config.moments.contribution_low = contribution + hair;
             config.moments.contribution_high = contribution + (2.0 * hair);
             TEST_ASSERT_TRUE(davar_moments_unstable(&config, RULE_OR, &part[0], &part[1]));
-            TEST_ASSERT_DOUBLE_WITHIN(hair, contribution,
-                                      davar_contribution(&part[0], &part[1]));
+            TEST_ASSERT_DOUBLE_WITHIN(hair, contribution, davar_contribution(&part[0], &part[1]));
         }
     }
 }

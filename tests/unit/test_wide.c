@@ -2,6 +2,8 @@
  * mean. */
 #include "number/q31.inc"
 
+#include "number/q31_moments.inc"
+
 #include "unity.h"
 
 #include <math.h>

@@ -1,13 +1,10 @@
 /* davar tests - a stream so long that its 32-bit positions wrap continues correctly. */
-#include "number/q15.inc"
-
-#include "core/window.h"
 #include "davar/davar.h"
 #include "unity.h"
 
-#include "core/allan.inc"
+/* their states are private; the library's own copies are not linked as well */
+#include "engines/grid_q15.c" /* NOLINT(bugprone-suspicious-include) */
 
-/* its queue is private; the library's own copy is not linked as well */
 #include "laws/glr_q15.c" /* NOLINT(bugprone-suspicious-include) */
 
 #include <string.h>
@@ -84,14 +81,13 @@ static void shift(davar_t *davar, uint32_t offset)
         queue->end += offset;
         shift_detector(&queue->detector, 0U - TURN);
     }
-    if (stages->grid != NULL) {
-        stages->grid->next += offset;
-        stages->grid->sum_next += offset;
-        for (unsigned i = 0U; i < RESIDUES_MAX; i++) {
-            shift_records(&stages->grid->tail[i], offset, stages->allan.count);
+    if (stages->engine != NULL) {
+        grid_t *const grid = stages->engine_state;
+        grid->next += offset;
+        grid->sum_next += offset;
+        for (unsigned i = 0U; i < grid->edges; i++) {
+            shift_records(&grid->edge[i], offset, stages->allan.count);
         }
-        shift_records(&stages->grid->head, offset, stages->allan.count);
-        shift_records(&stages->grid->middle, offset, stages->allan.count);
     }
 }
 
@@ -162,7 +158,7 @@ static void test_positions_wrap_unnoticed(void)
     for (uint32_t way = 0U; way < 3U; way++) {
         setUp();
         config.stride = (way == 0U) ? 1U : 7U;
-        config.engine = (way == 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
+        config.engine = (way == 2U) ? &davar_engine_grid_q15 : NULL;
         wrapped(90U); /* n = 490 = 3 * 130 + 100: a gap right on the wrap */
         wrapped(333U);
     }
@@ -258,7 +254,7 @@ static void test_an_old_gap_is_forgotten(void)
     static const uint32_t later[] = {0x7FFFFE00U, 0x80000000U, 0xFFFFFFFFU - 600U};
     for (unsigned i = 0U; i < 9U; i++) { /* at every sample, at a stride, on a grid */
         config.stride = (i % 3U == 0U) ? 1U : 7U;
-        config.engine = (i % 3U == 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_AUTO;
+        config.engine = (i % 3U == 2U) ? &davar_engine_grid_q15 : NULL;
         forgotten(100U, later[i / 3U]);
     }
 }
@@ -270,7 +266,7 @@ static void test_a_gap_next_to_the_start_is_forgotten(void)
     config.moments.segment = 0U;
     config.stride = 7U;
     forgotten(3U, 0x80000000U);
-    config.engine = DAVAR_ENGINE_GRID;
+    config.engine = &davar_engine_grid_q15;
     forgotten(3U, 0x80000000U);
 }
 

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ARGUMENTS 7U
+#define ARGUMENTS 4U
 
 static size_t pointer_bytes;
 
@@ -21,18 +21,19 @@ static size_t pointer_bytes;
 #define sizeof(type) _Generic((type){0}, void * : pointer_bytes)
 
 #define OF_TYPE(type)                                                                              \
-    {#type, DAVAR_MEMORY_##type(a[0], a[1], a[2], a[3])},                                          \
-        {"STRIDE_" #type, DAVAR_MEMORY_STRIDE_##type(a[0], a[1])},                                 \
-        {"GRID_" #type, DAVAR_MEMORY_GRID_##type(a[0], a[1], a[2], a[3], a[4], a[5], a[6])},       \
+    {#type,                                                                                        \
+     DAVAR_MEMORY(type, longest(a[0]), shortest(a[0]), stride(a[1]), largest(a[2]), taus(a[3]))},  \
+        {"GRID_" #type, DAVAR_MEMORY_GRID(type, longest(a[0]), shortest(a[0]), stride(a[1]),       \
+                                          largest(a[2]), taus(a[3]))},                             \
         {"GLR_" #type,                                                                             \
-         (a[2] == 0U) ? 0U : DAVAR_MEMORY_GLR_##type(a[0], a[1], a[2], a[3], a[4], a[5])},         \
+         DAVAR_MEMORY_GLR(type, longest(a[0]), stride(a[1]), largest(a[2]), taus(a[3]))},          \
         {"CASCADE_" #type, DAVAR_CASCADE_MEMORY(type, a[0])},
 
 /* Of the macro with this name, or 0. list: its arguments, joined by commas. */
 static size_t bytes_of(const char *name, const char *list)
 {
     /* The table has the values of all macros, so an argument of one must not stop another. */
-    uint32_t a[ARGUMENTS] = {1U, 1U, 1U, 1U, 1U, 1U, 1U};
+    uint32_t a[ARGUMENTS] = {1U, 1U, 1U, 1U};
     for (size_t i = 0U; (i < ARGUMENTS) && (*list != '\0'); i++) {
         char *end = NULL;
         a[i] = (uint32_t)strtoul(list, &end, 10);
@@ -51,16 +52,15 @@ static size_t bytes_of(const char *name, const char *list)
 
 int print_memory(int count, char *words[])
 {
-    size_t sum = 0U;
-    pointer_bytes = strtoul(words[0], NULL, 10);
-    for (int i = 1; (i + 1) < count; i += 2) {
-        const size_t bytes = bytes_of(words[i], words[i + 1]);
-        if (bytes == 0U) {
-            (void)fprintf(stderr, "davar-promise: no macro DAVAR_MEMORY_%s\n", words[i]);
-            return 2;
-        }
-        sum += bytes;
+    if (count != 3) {
+        return 2;
     }
-    (void)printf("bytes %zu\n", sum);
+    pointer_bytes = strtoul(words[0], NULL, 10);
+    const size_t bytes = bytes_of(words[1], words[2]);
+    if (bytes == 0U) {
+        (void)fprintf(stderr, "davar-promise: no macro for the memory of %s\n", words[1]);
+        return 2;
+    }
+    (void)printf("bytes %zu\n", bytes);
     return 0;
 }

@@ -2,9 +2,9 @@
 #ifndef MEMORY_H
 #define MEMORY_H
 
-/* Prints the sum of macros DAVAR_MEMORY_NAME and DAVAR_CASCADE_MEMORY as "bytes SUM".
- * words: the bytes of a pointer on that core, then pairs of a NAME and its arguments, joined by
- * commas. count: words. Returns the exit status. */
+/* Prints a macro DAVAR_MEMORY (Q15), DAVAR_MEMORY_GRID (GRID_Q15), DAVAR_MEMORY_GLR (GLR_Q15) or
+ * DAVAR_CASCADE_MEMORY (CASCADE_Q15) as "bytes N". words: the bytes of a pointer on that core, that
+ * name, and the arguments, joined by commas. count: words. Returns the exit status. */
 int print_memory(int count, char *words[]);
 
 #endif

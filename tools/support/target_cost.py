@@ -30,7 +30,6 @@ RECORD = targets.ROOT / "docs/cost.json"
 README = targets.ROOT / "README.md"
 COSTS = targets.ROOT / "docs/COST.md"
 LEAN = (
-    "-DDAVAR_GRID=0",
     "-DDAVAR_LAWS=0",
     "-DDAVAR_Q31=0",
     "-DDAVAR_TAUS_MAX=4",

@@ -17,7 +17,7 @@
 #define CHECK_U16(check, value) davar_image_check_u32(check, value)
 #define CHECK_I16(check, value) davar_image_check_u32(check, (uint32_t)(value))
 #define CHECK_U8(check, value) davar_image_check_u32(check, value)
-#define CHECK_ENGINE(check, value) davar_image_check_u32(check, (uint32_t)(value))
+#define CHECK_ENGINE(check, value) davar_image_check_u32(check, ((value) != NULL) ? 1U : 0U)
 
 /* Covers everything that an image depends on. Field by field, because padding is undefined. */
 DAVAR_RARE static uint32_t fingerprint(const davar_layout_t *layout)
@@ -36,8 +36,7 @@ DAVAR_RARE static uint32_t fingerprint(const davar_layout_t *layout)
     for (size_t i = 0U; i < (sizeof build / sizeof build[0]); i++) {
         check = davar_image_check_u32(check, build[i]);
     }
-#define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
-    check = CHECK_##kind(check, config->member);
+#define FIELD(member, kind) check = CHECK_##kind(check, config->member);
 #include "davar/config_fields.inc"
     return davar_image_check(check, config->taus, config->tau_count * sizeof config->taus[0]);
 }

@@ -13,7 +13,9 @@
 #define DEGREES 57.29577951F
 
 static const uint32_t taus[TAUS] = {1, 2, 4, 8, 16, 32, 64};
-static uint64_t memory[DAVAR_MEMORY_F32(WINDOW, 64, TAUS, 4) / 8];
+static uint64_t memory[DAVAR_MEMORY(F32, longest(WINDOW), shortest(WINDOW), stride(1), largest(64),
+                                    taus(TAUS)) /
+                       8];
 static davar_config_t config;
 static davar_plan_t plan;
 static davar_t gyro_z;

@@ -12,12 +12,11 @@ extern "C" {
 
 /** Which samples are in the window. Fields are private.
  * Positions count samples modulo 2^32 from the start (or the last restart). The window is
- * [received - lag - length, received - lag). DESIGN (4.2). */
+ * [received - length, received) (4.2). */
 typedef struct {
     /** @privatesection */
     uint64_t origin;      /* sample index of position 0 */
     uint32_t received;    /* samples in since the start: the position of the next one */
-    uint32_t lag;         /* on a grid: samples since the end of the window; otherwise 0 */
     uint32_t length;      /* of the window */
     uint32_t next_length; /* of the next window, as the law decided */
     uint32_t wait;        /* samples until the next epoch is complete */
@@ -58,120 +57,75 @@ typedef struct davar {
     bool in_gap;     /* f32: inside a run of NaN or inf */
 } davar_t;
 
-/** Bytes of memory for an instance configured by DAVAR_SONG or DAVAR_FIXED, as a constant.
+/** @{ */
+/** Bytes of memory for an instance, as a constant: configured by DAVAR_SONG or DAVAR_FIXED, the same
+ * on the grid (a stride above 1), or by DAVAR_GLR_* with a stride above 1.
  * The arguments are the settings by name, in this order; a wrong name or order does not compile.
  * ```c
  * static uint64_t memory[DAVAR_MEMORY(Q15, longest(600), shortest(400), stride(60),
  *                                     largest(128), taus(8)) / 8];
  * ```
  * type: Q15, Q31 or F32. largest: the largest cluster size. A fixed window has shortest equal to
- * longest, and no moments. For DAVAR_ENGINE_GRID, use DAVAR_MEMORY_GRID_*. Source: DESIGN 6. */
+ * longest. For other settings call davar_memory_size_*, which is exact. Source: DESIGN 6. */
 #define DAVAR_MEMORY(type, a_longest, a_shortest, a_stride, a_largest, a_taus)                     \
-    DAVAR_MEMORY_NUMBERS(type, DAVAR_NUMBER_OF_LONGEST_##a_longest,                                \
-                         DAVAR_NUMBER_OF_SHORTEST_##a_shortest, DAVAR_NUMBER_OF_STRIDE_##a_stride, \
-                         DAVAR_NUMBER_OF_LARGEST_##a_largest, DAVAR_NUMBER_OF_TAUS_##a_taus)
+    DAVAR_MEMORY_SLIDING(DAVAR_WORDS_##type, DAVAR_LONGEST_##a_longest,                            \
+                         DAVAR_SEGMENT(a_longest, a_shortest), DAVAR_STRIDE_##a_stride,            \
+                         DAVAR_LARGEST_##a_largest, DAVAR_TAUS_##a_taus, 4U)
+#define DAVAR_MEMORY_GRID(type, a_longest, a_shortest, a_stride, a_largest, a_taus)                \
+    DAVAR_MEMORY_ON_GRID(DAVAR_WORDS_##type, DAVAR_LONGEST_##a_longest,                            \
+                         DAVAR_SHORTEST_##a_shortest, DAVAR_SEGMENT(a_longest, a_shortest),        \
+                         DAVAR_STRIDE_##a_stride, DAVAR_LARGEST_##a_largest, DAVAR_TAUS_##a_taus,  \
+                         4U)
+#define DAVAR_MEMORY_GLR(type, a_longest, a_stride, a_largest, a_taus)                             \
+    DAVAR_MEMORY_OF_GLR(DAVAR_WORDS_##type, DAVAR_LONGEST_##a_longest, 10U,                        \
+                        DAVAR_LARGEST_##a_largest, DAVAR_TAUS_##a_taus, 4U)
+/** @} */
+
 /** @cond */
-#define DAVAR_NUMBER_OF_LONGEST_longest(samples) samples
-#define DAVAR_NUMBER_OF_SHORTEST_shortest(samples) samples
-#define DAVAR_NUMBER_OF_STRIDE_stride(samples) samples
-#define DAVAR_NUMBER_OF_LARGEST_largest(samples) samples
-#define DAVAR_NUMBER_OF_TAUS_taus(count) count
-#define DAVAR_MEMORY_NUMBERS(type, W, w, K, m, T)                                                  \
-    DAVAR_ROUND8(DAVAR_MEMORY_##type(W, m, T, 4U) +                                                \
-                 (((K) == 1) ? 0U : DAVAR_MEMORY_STRIDE_##type((W) - (w), T)))
+#define DAVAR_LONGEST_longest(samples) (samples)
+#define DAVAR_SHORTEST_shortest(samples) (samples)
+#define DAVAR_STRIDE_stride(samples) (samples)
+#define DAVAR_LARGEST_largest(samples) (samples)
+#define DAVAR_TAUS_taus(count) (count)
+#define DAVAR_SEGMENT(a_longest, a_shortest)                                                       \
+    ((DAVAR_LONGEST_##a_longest == DAVAR_SHORTEST_##a_shortest)                                    \
+         ? 0U                                                                                      \
+         : (DAVAR_SHORTEST_##a_shortest / 4U))
+
+/* n: the words of a sample, 2 bytes each. W: longest. w: shortest. S: segment, 0 without moments.
+ * K: stride. m: largest. T: taus. G: gaps. b: block. */
+#define DAVAR_WORDS_Q15 1U
+#define DAVAR_WORDS_Q31 2U
+#define DAVAR_WORDS_F32 2U
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES_Q15 ((size_t)96U + (6U * sizeof(void *)))
-#define DAVAR_STAGES_BYTES_Q31 ((size_t)168U + (6U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES(n) DAVAR_ROUND8((size_t)24U + (72U * (n)) + (7U * sizeof(void *)))
 #define DAVAR_SONG_BYTES 16U
+#define DAVAR_GRID_BYTES DAVAR_ROUND8((size_t)76U + (16U * sizeof(void *)))
+#define DAVAR_GLR_BYTES(n) DAVAR_ROUND8((size_t)1032U + (((n)-1U) * 2U * sizeof(void *)))
+#define DAVAR_SUMS(n, T) ((size_t)8U * (n) * (T))
+#define DAVAR_POWERS(n, S) ((((S) == 0U) ? (size_t)0U : (size_t)32U) * (n))
+#define DAVAR_DUES(T) (2U * DAVAR_ROUND8((size_t)4U * (T)))
+#define DAVAR_KEPT(n, S, K, T)                                                                     \
+    (((K) == 1U) ? 0U : (8U + (2U * sizeof(void *)) + DAVAR_SUMS(n, T) + (2U * DAVAR_POWERS(n, S))))
+#define DAVAR_COMMON(n, samples, S, K, T, G)                                                       \
+    (DAVAR_STAGES_BYTES(n) + ((size_t)16U * (n) * (T)) +                                           \
+     DAVAR_ROUND8((size_t)2U * (n) * (samples)) + DAVAR_ROUND8((size_t)4U * (G)) +                 \
+     DAVAR_KEPT(n, S, K, T))
+#define DAVAR_TAILS(W, w, K)                                                                       \
+    (1U + (((((W) % (K)) != 0U) && ((W) != (w))) ? (size_t)1U : (size_t)0U) +                      \
+     ((((w) % (K)) != 0U) && (((w) % (K)) != ((W) % (K))) ? (size_t)1U : (size_t)0U))
+#define DAVAR_MEMORY_SLIDING(n, W, S, K, m, T, G)                                                  \
+    (DAVAR_COMMON(n, (W) + (2U * (m)) + 1U, S, K, T, G) + DAVAR_SONG_BYTES)
+#define DAVAR_MEMORY_ON_GRID(n, W, w, S, K, m, T, G)                                               \
+    (DAVAR_COMMON(n, (4U * (m)) + 127U, S, K, T, G) + DAVAR_SONG_BYTES + DAVAR_GRID_BYTES +        \
+     (DAVAR_TAILS(W, w, K) *                                                                       \
+      ((((size_t)(W) / (K)) + 1U) * (DAVAR_SUMS(n, T) + DAVAR_POWERS(n, S)) + DAVAR_DUES(T))) +    \
+     ((((size_t)(S) / (K)) + 1U) * DAVAR_POWERS(n, S)))
+#define DAVAR_MEMORY_OF_GLR(n, W, b, m, T, G)                                                      \
+    (DAVAR_COMMON(n, (4U * (m)) + 127U, 0U, 2U, T, G) + DAVAR_GRID_BYTES +                         \
+     ((((size_t)(W) / (b)) + 1U) * DAVAR_SUMS(n, T)) + DAVAR_DUES(T) + DAVAR_GLR_BYTES(n) +        \
+     DAVAR_ROUND8((size_t)10U * (n) * (b)))
 /** @endcond */
-
-/** @{ */
-/** The formulas of DAVAR_MEMORY, for other settings, in bytes.
- * They hold for a result at every sample (stride 1). For a stride above 1, add DAVAR_MEMORY_STRIDE_*. For DAVAR_ENGINE_GRID,
- * use DAVAR_MEMORY_GRID_*, for law glr with a stride above 1 DAVAR_MEMORY_GLR_*. Otherwise call
- * davar_memory_size_*. Every sample of the window and of the longest span takes 2 bytes (q15) or 4
- * (q31, f32). Source: DESIGN 6. */
-#define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                            \
-    (DAVAR_STAGES_BYTES_Q15 + DAVAR_SONG_BYTES + ((size_t)16U * (taus)) +                          \
-     DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) +                             \
-     DAVAR_ROUND8((size_t)4U * (gaps)))
-#define DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)                                            \
-    (DAVAR_STAGES_BYTES_Q31 + DAVAR_SONG_BYTES + ((size_t)32U * (taus)) +                          \
-     DAVAR_ROUND8((size_t)4U * ((window_max) + (2U * (m_max)) + 1U)) +                             \
-     DAVAR_ROUND8((size_t)4U * (gaps)))
-#define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps)                                            \
-    DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)
-/** @} */
-
-/** @{ */
-/** What a stride above 1 adds to DAVAR_MEMORY_*, in bytes: the sums of the newest result and,
- * unless moments.segment is 0, its moments. Source: DESIGN 2.9. */
-#define DAVAR_MEMORY_STRIDE_Q15(segment, taus)                                                     \
-    ((size_t)8U + (2U * sizeof(void *)) + ((size_t)8U * (taus)) + (((segment) == 0U) ? 0U : 64U))
-#define DAVAR_MEMORY_STRIDE_Q31(segment, taus)                                                     \
-    ((size_t)8U + (2U * sizeof(void *)) + ((size_t)16U * (taus)) + (((segment) == 0U) ? 0U : 128U))
-#define DAVAR_MEMORY_STRIDE_F32(segment, taus) DAVAR_MEMORY_STRIDE_Q31(segment, taus)
-/** @} */
-
-/** @cond */
-#define DAVAR_GRID_BYTES DAVAR_ROUND8((size_t)92U + (25U * sizeof(void *)))
-#define DAVAR_GRID_TAILS(window_max, window_min, stride)                                           \
-    ((((window_min) == 0U) || (((window_max) % (stride)) == 0U) ? 1U : 2U) +                       \
-     ((((window_min) != 0U) && (((window_min) % (stride)) != 0U) &&                                \
-       (((window_min) % (stride)) != ((window_max) % (stride))))                                   \
-          ? (size_t)1U                                                                             \
-          : (size_t)0U))
-#define DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, sums, powers, dues)            \
-    ((DAVAR_GRID_TAILS(window_max, window_min, stride) *                                           \
-      (((((size_t)(window_max) / (stride)) + 2U) * ((sums) + (powers))) + (dues))) +               \
-     ((size_t)2U * ((sums) + (powers))) + ((((size_t)(segment) / (stride)) + 2U) * (powers)))
-/** @endcond */
-
-/** @{ */
-/** The same for DAVAR_ENGINE_GRID (stride above 1), in bytes.
- * window_min 0: a fixed window. The fewest records are needed where the stride divides both lengths.
- * Source: DESIGN 2.7. */
-#define DAVAR_MEMORY_GRID_Q15(window_max, window_min, segment, stride, m_max, taus, gaps)          \
-    (DAVAR_STAGES_BYTES_Q15 + DAVAR_SONG_BYTES + ((size_t)16U * (taus)) +                          \
-     DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
-     DAVAR_GRID_BYTES +                                                                            \
-     DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)8U * (taus), 32U,         \
-                        2U * DAVAR_ROUND8((size_t)4U * (taus))))
-#define DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)          \
-    (DAVAR_STAGES_BYTES_Q31 + DAVAR_SONG_BYTES + ((size_t)32U * (taus)) +                          \
-     DAVAR_ROUND8((size_t)4U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
-     DAVAR_GRID_BYTES +                                                                            \
-     DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)16U * (taus), 64U,        \
-                        2U * DAVAR_ROUND8((size_t)4U * (taus))))
-#define DAVAR_MEMORY_GRID_F32(window_max, window_min, segment, stride, m_max, taus, gaps)          \
-    DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)
-/** @} */
-
-/** @cond */
-#define DAVAR_GLR_BYTES_Q15 ((size_t)1032U)
-#define DAVAR_GLR_BYTES_Q31 ((size_t)1032U + (2U * sizeof(void *)))
-#define DAVAR_GLR_RECORDS(window_max, stride, block)                                               \
-    (((((size_t)(window_max) + (stride)) / (block)) + 2U) + 2U)
-/** @endcond */
-
-/** @{ */
-/** The same for law glr with a stride above 1 and no moments (moments.segment 0),
- * in bytes. Such a grid records at every block of `block` samples. Source: DESIGN 6. */
-#define DAVAR_MEMORY_GLR_Q15(window_max, stride, block, m_max, taus, gaps)                         \
-    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
-     DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
-     DAVAR_GRID_BYTES + (2U * DAVAR_ROUND8((size_t)4U * (taus))) +                                 \
-     (DAVAR_GLR_RECORDS(window_max, stride, block) * (size_t)8U * (taus)) + DAVAR_GLR_BYTES_Q15 +  \
-     DAVAR_ROUND8((size_t)2U * 5U * (block)))
-#define DAVAR_MEMORY_GLR_Q31(window_max, stride, block, m_max, taus, gaps)                         \
-    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                             \
-     DAVAR_ROUND8((size_t)4U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
-     DAVAR_GRID_BYTES + (2U * DAVAR_ROUND8((size_t)4U * (taus))) +                                 \
-     (DAVAR_GLR_RECORDS(window_max, stride, block) * (size_t)16U * (taus)) + DAVAR_GLR_BYTES_Q31 + \
-     DAVAR_ROUND8((size_t)4U * 5U * (block)))
-#define DAVAR_MEMORY_GLR_F32(window_max, stride, block, m_max, taus, gaps)                         \
-    DAVAR_MEMORY_GLR_Q31(window_max, stride, block, m_max, taus, gaps)
-/** @} */
 
 #ifdef __cplusplus
 }

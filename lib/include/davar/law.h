@@ -37,6 +37,9 @@ typedef struct {
 struct davar_law {
     uint8_t id; /**< in saved states and jobs; 0 is the fixed window, 1 to 4 are davar's own */
     bool wants_moments; /**< judge needs the moments: moments.segment must not be 0 */
+    /** The engine for a stride above 1, where the configuration names none. Null: sums follow both
+     * edges. */
+    const davar_engine_t *engine;
     /** Checks the settings of the law. Returns DAVAR_OK, or the error that init returns. */
     davar_status_t (*check)(const davar_config_t *config, const struct davar_number *number);
     /** Returns the samples between two places where windows can begin: multiples of it, from

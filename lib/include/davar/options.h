@@ -1,7 +1,7 @@
 /** @file
  * davar - options of a build.
  *
- * Every feature is on by default. -DDAVAR_GRID=0 removes one; define it for the library and for
+ * Every feature is on by default. -DDAVAR_LAWS=0 removes one; define it for the library and for
  * every source that includes a header of davar. A removed feature takes no flash, and init rejects
  * a configuration that needs it (DAVAR_ERR_BUILD). The other results keep their bits. */
 #ifndef DAVAR_OPTIONS_H
@@ -21,11 +21,6 @@
 /** Number types _q31 and _f32: int32 counts and floats. */
 #ifndef DAVAR_Q31
 #define DAVAR_Q31 1
-#endif
-
-/** DAVAR_ENGINE_GRID, and law glr with a stride above 1. */
-#ifndef DAVAR_GRID
-#define DAVAR_GRID 1
 #endif
 
 /** Windows whose length a law decides (davar/law.h); kurtosis and contribution (segment

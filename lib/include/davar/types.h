@@ -46,7 +46,8 @@ typedef enum {
     DAVAR_ERR_STRIDE = 18,       /**< stride 0 or above 2^24 */
     /** stride above window.longest: samples between two windows would never count */
     DAVAR_ERR_STRIDE_LONG = 19,
-    DAVAR_ERR_ENGINE = 20, /**< engine not in davar_engine_t */
+    DAVAR_ERR_ENGINE =
+        20, /**< engine of another number type, or none for law glr and a stride above 1 */
     /** law glr: a setting of glr out of range (davar_config_t.glr), or window.longest below 8 or
      * above 768 blocks, or no window of whole blocks between shortest and longest */
     DAVAR_ERR_TRACKING = 21,
@@ -61,16 +62,17 @@ typedef enum {
 /* A window law (davar/law.h). */
 typedef struct davar_law davar_law_t;
 
-/** How a stride above 1 is computed: the same results at another cost (docs/COST.md). DESIGN (2.7),
- * (2.9). */
-typedef enum {
-    /** as stride 1: sums follow both edges of the window, at the same cost for every sample. Law
-     * glr: the grid */
-    DAVAR_ENGINE_AUTO = 0,
-    /** running sums, recorded where an edge can be: fewer instructions for samples in blocks, more
-     * for single ones; the memory falls as the stride rises */
-    DAVAR_ENGINE_GRID = 1
-} davar_engine_t;
+/* An engine: how a stride above 1 is computed. */
+typedef struct davar_engine davar_engine_t;
+
+/** @{ */
+/** The grid: running sums, recorded where an edge of a window can be (2.7). The results are the same
+ * as without an engine: fewer instructions for samples in blocks, more for single ones, and memory
+ * that falls as the stride rises (docs/COST.md). Q15 is for int16 counts, Q31 for int32 counts and
+ * floats. */
+extern const davar_engine_t davar_engine_grid_q15;
+extern const davar_engine_t davar_engine_grid_q31;
+/** @} */
 
 /** Settings. They may be const in flash and must outlive the instance. Start from
  * davar_default_config, or from an initialiser with DAVAR_SONG, DAVAR_FIXED or DAVAR_GLR_Q15. */
@@ -129,10 +131,13 @@ typedef struct {
         double whiten_tolerance;
     } glr;
 
-    uint32_t stride;       /**< samples from one result to the next, 1 to longest; default 1 */
-    davar_engine_t engine; /**< how a stride above 1 is computed; default automatic */
-    const uint32_t *taus;  /**< cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
-    uint8_t tau_count;     /**< 1 to DAVAR_TAUS_MAX */
+    uint32_t stride; /**< samples from one result to the next, 1 to longest; default 1 */
+    /** for a stride above 1. Null, the default: sums follow both edges of the window (2.9), at the
+     * same cost for every sample. Law glr names the grid itself. An engine that nobody names is not
+     * linked */
+    const davar_engine_t *engine;
+    const uint32_t *taus; /**< cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
+    uint8_t tau_count;    /**< 1 to DAVAR_TAUS_MAX */
 } davar_config_t;
 
 /** Windows of up to `longest` samples that A-DAVAR ([SONG18]) shrinks to `shortest`; part of an

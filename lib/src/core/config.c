@@ -2,15 +2,19 @@
  * The order is that of davar_status_t. */
 #include "davar/davar.h"
 
+#include "core/engine.h"
 #include "core/instance.h"
 #include "core/window.h"
 #include "number/quantum.h"
 #include "number/real.h"
 
 const davar_config_t davar_default_config = {
-    .law = &davar_law_or,
-#define FIELD(member, kind, low, high, usual, status, option, unit, help) .member = (usual),
-#include "davar/config_fields.inc"
+    DAVAR_SONG(600, 400),
+    .stride = 1U,
+    .glr = {.false_alarms_per_hour = 0.01,
+            .cut_interval_s = 300.0,
+            .block = 10U,
+            .shock_blocks = 2U},
 };
 
 /* Keeps every sum of a window length and a step inside 32 bits. */
@@ -79,7 +83,7 @@ static davar_status_t check_stationarity(const davar_config_t *config)
     return DAVAR_OK;
 }
 
-static davar_status_t check_motion(const davar_config_t *config)
+static davar_status_t check_motion(const davar_config_t *config, const davar_number_t *number)
 {
     if ((config->stride == 0U) || (config->stride > STRIDE_MAX)) {
         return DAVAR_ERR_STRIDE;
@@ -87,7 +91,7 @@ static davar_status_t check_motion(const davar_config_t *config)
     if (config->stride > config->window.longest) {
         return DAVAR_ERR_STRIDE_LONG;
     }
-    if ((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_GRID) {
+    if ((config->engine != NULL) && (config->engine->number != number)) {
         return DAVAR_ERR_ENGINE;
     }
     const bool too_far = ((uint64_t)config->window.shrink * config->stride) > (uint64_t)INT32_MAX;
@@ -127,23 +131,10 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
 }
 
-/* Reads the configuration alone: has_queue() and has_grid() are false if a feature is not built. */
-static bool needs_grid(const davar_config_t *config)
-{
-    const bool queue = (config->law != NULL) && (config->law->push != NULL);
-    return (config->stride > 1U) && (queue || (config->engine == DAVAR_ENGINE_GRID));
-}
-
 static bool is_built(const davar_config_t *config)
 {
-    uint32_t built = 1U;
-    if ((config->law != NULL) || (config->moments.segment != 0U)) {
-        built &= DAVAR_LAWS;
-    }
-    if (needs_grid(config)) {
-        built &= DAVAR_GRID;
-    }
-    return built != 0U;
+    const bool needs_laws = (config->law != NULL) || (config->moments.segment != 0U);
+    return DAVAR_LAWS || !needs_laws;
 }
 
 static davar_status_t check_law(const davar_config_t *config, const davar_number_t *number)
@@ -169,7 +160,7 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config,
         status = check_stationarity(config);
     }
     if (status == DAVAR_OK) {
-        status = check_motion(config);
+        status = check_motion(config, number);
     }
     if (status == DAVAR_OK) {
         status = check_law(config, number);
@@ -203,7 +194,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
         [DAVAR_ERR_STRIDE_LONG] =
             "stride above the longest window: samples between two windows would never count",
-        [DAVAR_ERR_ENGINE] = "engine unknown",
+        [DAVAR_ERR_ENGINE] = "engine of another number type",
         [DAVAR_ERR_TRACKING] = "law glr: block, shock, window, stride or rate out of range",
         [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than this build has room for",
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",

@@ -21,7 +21,7 @@ DAVAR_RARE static uint32_t first_after(const davar_gaps_t *gaps, uint32_t positi
 
 DAVAR_RARE void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length)
 {
-    const uint32_t oldest = window_head(window) - length;
+    const uint32_t oldest = window->received - length;
     uint16_t gone = 0U;
     while ((gone < gaps->count) && ((int32_t)(gaps->position[gone] - oldest) <= 0)) {
         gone++;
@@ -59,12 +59,11 @@ DAVAR_RARE uint32_t davar_gaps_after(const davar_gaps_t *gaps, uint32_t position
     return (index == gaps->count) ? DAVAR_NO_GAP : (gaps->position[index] - position);
 }
 
-DAVAR_RARE uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window)
+DAVAR_RARE uint32_t davar_gaps_inside(const davar_gaps_t *gaps, uint32_t tail, uint32_t length)
 {
-    const uint32_t tail = window_tail(window);
     uint32_t inside = 0U;
     for (uint32_t i = first_after(gaps, tail); i < gaps->count; i++) {
-        if ((gaps->position[i] - tail) >= window->length) {
+        if ((gaps->position[i] - tail) >= length) {
             break;
         }
         inside++;
@@ -74,11 +73,9 @@ DAVAR_RARE uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_wind
 
 /* In distances from the tail: a boundary at g is inside the spans that start at g - 2m + 1 .. g -
  * 1. */
-DAVAR_RARE uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *window,
+DAVAR_RARE uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, uint32_t tail, uint32_t length,
                                           uint32_t m)
 {
-    const uint32_t length = window->length;
-    const uint32_t tail = window_tail(window);
     const uint32_t starts = length - (2U * m) + 1U;
     uint32_t counted_to = 0U;
     uint32_t lost = 0U;

@@ -1,13 +1,13 @@
 /* davar - the pipeline of the number type q15. */
 #include "number/q15.inc"
 
+#include "number/q15_moments.inc"
+
 #include "core/pages.inc"
 #include "davar/davar.h"
 
-_Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q15, "DAVAR_STAGES_BYTES_Q15 is too small");
-_Static_assert(sizeof(tau_t) <= 16U, "DAVAR_MEMORY_Q15 counts too little per tau");
-
-_Static_assert(sizeof(grid_t) <= DAVAR_GRID_BYTES, "DAVAR_GRID_BYTES is too small");
+_Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES(1U), "DAVAR_STAGES_BYTES is too small");
+_Static_assert(sizeof(tau_t) <= 16U, "DAVAR_MEMORY counts too little per tau");
 
 const davar_number_t davar_number_q15 = PIPELINE_NUMBER(false);
 

@@ -1,13 +1,13 @@
 /* davar - the pipeline of the number type q31. */
 #include "number/q31.inc"
 
+#include "number/q31_moments.inc"
+
 #include "core/pages.inc"
 #include "davar/davar.h"
 
-_Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");
-_Static_assert(sizeof(tau_t) <= 32U, "DAVAR_MEMORY_Q31 counts too little per tau");
-
-_Static_assert(sizeof(grid_t) <= DAVAR_GRID_BYTES, "DAVAR_GRID_BYTES is too small");
+_Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES(2U), "DAVAR_STAGES_BYTES is too small");
+_Static_assert(sizeof(tau_t) <= 32U, "DAVAR_MEMORY counts too little per tau");
 
 const davar_number_t davar_number_q31 = PIPELINE_NUMBER(true);
 

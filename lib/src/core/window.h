@@ -24,13 +24,12 @@ static inline bool has_moments(const davar_config_t *config)
     return DAVAR_LAWS && (config->moments.segment != 0U);
 }
 
-/* Results come from records on a grid (2.7), because the user chose it or because a law with a
- * queue may need an earlier edge of the window again. */
-static inline bool has_grid(const davar_config_t *config)
+/* The engine of a stride above 1; null: sums follow both edges. */
+static inline const davar_engine_t *engine_of(const davar_config_t *config)
 {
-    const bool strides = (config->stride > 1U);
-    const bool chosen = (config->engine == DAVAR_ENGINE_GRID);
-    return DAVAR_GRID && strides && (chosen || has_queue(config));
+    const davar_engine_t *const chosen =
+        ((config->engine != NULL) || !has_law(config)) ? config->engine : config->law->engine;
+    return (config->stride > 1U) ? chosen : NULL;
 }
 
 /* Samples between the places where windows of the law can begin; 0: anywhere. */
@@ -70,15 +69,10 @@ static inline bool is_float(const davar_t *davar)
 
 /* --- positions -------------------------------------------------------------------------------- */
 
-/* The position after the last sample of the window. */
-static inline uint32_t window_head(const davar_window_t *window)
-{
-    return window->received - window->lag;
-}
-
+/* The position of the oldest sample of the window. */
 static inline uint32_t window_tail(const davar_window_t *window)
 {
-    return window->received - window->lag - window->length;
+    return window->received - window->length;
 }
 
 /* Counts `count` new samples. */
@@ -161,9 +155,10 @@ bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window, uint32_t 
 uint32_t davar_gaps_after(const davar_gaps_t *gaps, uint32_t position);
 
 /* Boundaries inside [tail, head), between two of its samples. O(gaps). */
-uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window);
+uint32_t davar_gaps_inside(const davar_gaps_t *gaps, uint32_t tail, uint32_t length);
 
 /* How many of the spans of 2 m samples inside [tail, head) contain a boundary (1.5). O(gaps). */
-uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m);
+uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, uint32_t tail, uint32_t length,
+                               uint32_t m);
 
 #endif

@@ -383,7 +383,8 @@ static bool fits_between_blocks(const davar_config_t *config)
     const uint32_t block = config->glr.block;
     const uint32_t lost =
         ((config->stride % block) == 0U) ? (config->window.longest % block) : (block - 1U);
-    return !has_grid(config) || ((config->window.longest - lost) >= config->window.shortest);
+    return (engine_of(config) == NULL) ||
+           ((config->window.longest - lost) >= config->window.shortest);
 }
 
 static uint32_t size_of(int32_t share)

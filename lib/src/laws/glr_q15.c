@@ -46,8 +46,9 @@ static inline sample_t whitened(int32_t first, int32_t second, sample_t sample, 
 }
 
 #define DETECTOR_NUMBER davar_number_q15
+#define DETECTOR_ENGINE davar_engine_grid_q15
 #define DETECTOR_LAW davar_law_glr_q15
 
 #include "laws/glr_queue.inc"
 
-_Static_assert(sizeof(glr_queue_t) <= DAVAR_GLR_BYTES_Q15, "DAVAR_GLR_BYTES_Q15 is too small");
+_Static_assert(sizeof(glr_queue_t) <= DAVAR_GLR_BYTES(1U), "DAVAR_GLR_BYTES is too small");

@@ -48,8 +48,9 @@ static inline sample_t whitened(int32_t first, int32_t second, sample_t sample, 
 }
 
 #define DETECTOR_NUMBER davar_number_q31
+#define DETECTOR_ENGINE davar_engine_grid_q31
 #define DETECTOR_LAW davar_law_glr_q31
 
 #include "laws/glr_queue.inc"
 
-_Static_assert(sizeof(glr_queue_t) <= DAVAR_GLR_BYTES_Q31, "DAVAR_GLR_BYTES_Q31 is too small");
+_Static_assert(sizeof(glr_queue_t) <= DAVAR_GLR_BYTES(2U), "DAVAR_GLR_BYTES is too small");

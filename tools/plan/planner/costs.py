@@ -57,11 +57,11 @@ def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
     """Exact: the memory is that of the library's macros, the sizes of types are those of the core's
     compiler. other: what the C library adds."""
     axes, pointer, (base, of_tau) = design.wishes.axes, sizes["pointer"], sizes["result"]
-    total: int = axes * (round8(programs.memory(pointer, design.memory)) + sizes["instance"])
+    total: int = axes * (round8(programs.memory(pointer, *design.memory)) + sizes["instance"])
     total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other
     if design.cascade_taus:
-        stages = [(f"CASCADE_{NUMBER[design.wishes.type]}", (design.cascade_taus,))]
-        total += axes * (programs.memory(pointer, stages) + sizes["cascade"])
+        name = f"CASCADE_{NUMBER[design.wishes.type]}"
+        total += axes * (programs.memory(pointer, name, (design.cascade_taus,)) + sizes["cascade"])
     return total
 
 

@@ -70,16 +70,13 @@ class Design:
         return (self.window + self.stride) / self.wishes.rate_hz
 
     @property
-    def memory(self) -> list[tuple[str, tuple[int, ...]]]:
-        """The memory of an instance: names of macros DAVAR_MEMORY_, each with its arguments."""
-        kind, count, stride = NUMBER[self.wishes.type], len(self.taus), self.stride
-        tail = (self.taus[-1], count, GAPS)
-        if self.law == "glr":
-            return [(f"GLR_{kind}", (self.window, stride, BLOCK, *tail))]
-        if self.engine == "grid":
-            return [(f"GRID_{kind}", (self.window, 0, 0, stride, *tail))]
-        every_sample = (kind, (self.window, *tail))
-        return [every_sample] if stride == 1 else [every_sample, (f"STRIDE_{kind}", (0, count))]
+    def memory(self) -> tuple[str, tuple[int, ...]]:
+        """The memory of an instance: its macro (Q15: DAVAR_MEMORY, GRID_Q15: DAVAR_MEMORY_GRID) and
+        the arguments.
+        """
+        number = NUMBER[self.wishes.type]
+        by = "GLR_" if self.law == "glr" else "GRID_" if self.engine == "grid" else ""
+        return by + number, (self.window, self.stride, self.taus[-1], len(self.taus))
 
     @property
     def kind(self) -> str:

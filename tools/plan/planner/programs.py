@@ -53,10 +53,9 @@ def library() -> dict[str, str]:
         return {name: Path(folder, name).read_text("utf-8") for name in ("davar.h", "davar.c")}
 
 
-def memory(pointer: int, terms: Sequence[tuple[str, Sequence[int]]]) -> int:
-    """Bytes of the library's macros. pointer: bytes of one on the core; terms: Design.memory."""
-    words = [word for name, arguments in terms for word in (name, _list(arguments))]
-    return int(_promised("memory", str(pointer), *words)["bytes"])
+def memory(pointer: int, name: str, arguments: Sequence[int]) -> int:
+    """Bytes of a macro of the library, as in Design.memory. pointer: bytes of one on the core."""
+    return int(_promised("memory", str(pointer), name, _list(arguments))["bytes"])
 
 
 def passed_samples(bandwidth: str, rate_hz: float) -> int:

@@ -16,7 +16,6 @@ def defines(design: Design) -> list[str]:
     options = {
         "TAUS_MAX": design.taus_max,
         "Q31" if narrow else "Q15": 0,
-        "GRID": int(design.engine == "grid"),
         "LAWS": int(design.law == "glr"),
     }
     return [f"DAVAR_{name}={value}" for name, value in options.items()]
@@ -47,8 +46,13 @@ def _window(design: Design, whitening: Sequence[str]) -> list[str]:
 
 
 def _memory(design: Design) -> str:
-    terms = [f"DAVAR_MEMORY_{name}({', '.join(map(str, of))})" for name, of in design.memory]
-    return " +\n    ".join(terms)
+    of_law, _, number = design.memory[0].rpartition("_")
+    window, stride, largest, taus = design.memory[1]
+    settings = {"longest": window, "shortest": window, "stride": stride, "largest": largest}
+    if design.law == "glr":
+        del settings["shortest"]
+    named = ", ".join(f"{name}({value})" for name, value in {**settings, "taus": taus}.items())
+    return f"DAVAR_MEMORY{'_' * bool(of_law)}{of_law}({number}, {named})"
 
 
 HEADER = """/* {title}
@@ -186,7 +190,8 @@ static const davar_config_t config = {{
     .taus = taus,
     .tau_count = {count},
 }};
-static uint64_t memory[DAVAR_SETUP_AXES][({memory} + 7U) / 8U];
+static uint64_t memory[DAVAR_SETUP_AXES]
+                      [{memory} / 8U];
 static davar_t gyro[DAVAR_SETUP_AXES];
 {cascade}
 davar_status_t davar_setup_start(void)
@@ -359,7 +364,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str], alon
         rate=rate,
         scale=scale,
         stride=design.stride,
-        engine="\n    .engine = DAVAR_ENGINE_GRID,"
+        engine="\n    .engine = &davar_engine_grid_" + ("q15" if design.wishes.type == "int16" else "q31") + ","
         if (design.engine, design.law) == ("grid", "fixed")
         else "",
         window="\n    ".join(_window(design, whitening)),
