@@ -12,7 +12,6 @@
 #define SAMPLES 9000U
 #define STEP 5000U
 #define TAUS 5U
-#define NO_TIME UINT32_MAX
 
 typedef enum { Q15, Q31, F32 } type_t;
 
@@ -97,74 +96,42 @@ static size_t push(type_t type, uint32_t n, size_t count)
                          : davar_push_until_result_f32(&davar, rate, most);
 }
 
-typedef struct {
-    uint32_t results;
-    uint32_t alarms;
-    uint32_t alarm_at;
-    uint32_t cut_at;   /* the change, from the alarm */
-    uint32_t shortest; /* window after the alarm */
-    uint64_t last;     /* epoch */
-} story_t;
-
-/* Pushes samples [from, to), `block` at a time, and looks at every result. */
-static story_t run(type_t type, uint32_t from, uint32_t to, uint32_t block)
-{
-    story_t story = {0U, 0U, NO_TIME, NO_TIME, UINT32_MAX, 0U};
-    for (uint32_t n = from; n < to;) {
-        n += (uint32_t)push(type, n, ((to - n) < block) ? (to - n) : block);
-        if (davar_take(&davar, &result)) {
-            TEST_ASSERT_LESS_THAN_UINT64(n, result.epoch);
-            TEST_ASSERT_TRUE((story.results == 0U) || (result.epoch > story.last));
-            TEST_ASSERT_EQUAL_UINT64(0U, (result.epoch + 1U) % config.stride);
-            TEST_ASSERT_TRUE(result.dispersion >= 1.0);
-            story.last = result.epoch;
-            story.results++;
-            if (result.alarm) {
-                story.alarms++;
-                story.alarm_at = (uint32_t)result.epoch;
-                story.cut_at = (uint32_t)result.epoch - result.cut_age_samples;
-            }
-            if ((story.alarms > 0U) && (result.window_samples < story.shortest)) {
-                story.shortest = result.window_samples;
-            }
-        }
-    }
-    return story;
-}
-
 /* --- tests --- */
 
 /* A step of 1.8 is detected within two seconds, and soon the window has no older samples. */
 static void check_step(type_t type, uint32_t stride, uint32_t block)
 {
+    uint32_t shortest = UINT32_MAX; /* window after the alarm */
+    uint32_t alarms = 0U;
     config.stride = stride;
     init(type);
-    const story_t story = run(type, 0U, SAMPLES, block);
-    TEST_ASSERT_EQUAL_UINT32(1U, story.alarms);
-    TEST_ASSERT_GREATER_THAN_UINT32(STEP, story.alarm_at);
-    TEST_ASSERT_LESS_THAN_UINT32(STEP + 200U, story.alarm_at);
-    TEST_ASSERT_LESS_THAN_UINT32(450U, story.shortest);
-    TEST_ASSERT_GREATER_THAN_UINT32((SAMPLES / stride) - (80U / stride) - 3U, story.results);
-    const davar_health_t health = davar_health(&davar);
-    TEST_ASSERT_EQUAL_UINT32(1U, health.alarms);
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(1U, health.cuts);
-    TEST_ASSERT_EQUAL_UINT32(0U, health.missed + health.gaps + health.restarts);
-    TEST_ASSERT_UINT32_WITHIN(60U, STEP, story.cut_at);
-    TEST_ASSERT_LESS_OR_EQUAL_UINT32(1200U, result.window_samples);
+    for (uint32_t n = 0U; n < SAMPLES;) {
+        n += (uint32_t)push(type, n, ((SAMPLES - n) < block) ? (SAMPLES - n) : block);
+        if (!davar_take(&davar, &result)) {
+            continue;
+        }
+        TEST_ASSERT_TRUE(result.dispersion >= 1.0);
+        if (result.alarm) {
+            alarms++;
+            TEST_ASSERT_UINT32_WITHIN(100U, STEP + 101U, (uint32_t)result.epoch);
+            TEST_ASSERT_UINT32_WITHIN(60U, STEP, (uint32_t)result.epoch - result.cut_age_samples);
+        }
+        if ((alarms > 0U) && (result.window_samples < shortest)) {
+            shortest = result.window_samples;
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(1U, alarms);
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).alarms);
+    TEST_ASSERT_LESS_THAN_UINT32(450U, shortest);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
 }
 
 static void test_a_step_is_reported_and_the_window_begins_after_it(void)
 {
-    check_step(Q15, 1U, 1U);
     check_step(Q15, 1U, 64U);
-    check_step(Q15, 10U, 1U);
-    check_step(Q15, 10U, 64U);
-    check_step(Q15, 7U, 13U);
     check_step(Q15, 60U, 64U);
-    check_step(Q31, 1U, 1U);
     check_step(Q31, 10U, 64U);
     check_step(F32, 1U, 1U);
-    check_step(F32, 10U, 64U);
     config.window.shrink = 5000U;
     check_step(Q15, 1U, 1U);
 }
@@ -194,64 +161,39 @@ static void test_a_change_reported_before_the_window_reaches_it_is_not_old(void)
     TEST_ASSERT_GREATER_THAN_UINT32(0U, ahead);
 }
 
-/* A gap completes no result. Samples accepted before it continue with the samples after it, and
- * each result can be taken. */
-static void check_every_result_can_be_taken(uint32_t stride, uint32_t shock_blocks)
+/* Pushes the first `count` samples, `block` at a time; returns the number of results. */
+static uint32_t run(type_t type, uint32_t count, uint32_t block)
 {
     uint32_t results = 0U;
-    config.stride = stride;
-    config.glr.shock_blocks = shock_blocks;
-    config.window.gaps_max = 400U;
-    init(Q15);
-    for (uint32_t n = 0U; n < SAMPLES; n++) {
-        if ((n > 0U) && ((n % 47U) == 0U)) {
-            davar_gap(&davar, 1U);
-            TEST_ASSERT_FALSE(davar_take(&davar, &result));
-        }
-        (void)push(Q15, n, 1U);
+    init(type);
+    for (uint32_t n = 0U; n < count;) {
+        n += (uint32_t)push(type, n, ((count - n) < block) ? (count - n) : block);
         results += davar_take(&davar, &result) ? 1U : 0U;
-    }
-    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
-    /* of 47 samples about seven are in the block with the gap */
-    TEST_ASSERT_GREATER_THAN_UINT32(SAMPLES / stride * 3U / 5U, results);
-}
-
-static void test_every_result_near_gaps_can_be_taken(void)
-{
-    for (uint32_t shock_blocks = 0U; shock_blocks <= 2U; shock_blocks++) {
-        check_every_result_can_be_taken(1U, shock_blocks);
-        check_every_result_can_be_taken(3U, shock_blocks);
-        check_every_result_can_be_taken(10U, shock_blocks);
-    }
-}
-
-static uint32_t flush_all(void)
-{
-    uint32_t results = 0U;
-    for (; davar_flush(&davar); results++) {
-        TEST_ASSERT_TRUE(davar_take(&davar, &result));
     }
     return results;
 }
 
-/* A record that ends within a block; one shorter than a block; a result at every sample. */
+/* A record that ends within a block; one shorter than the shortest window; a result at every
+ * sample. */
 static void test_a_flush_passes_the_samples_in_the_queue(void)
 {
-    make_stream(5U, STEP, 8.0);
-    config.stride = 5U;
-    init(Q15);
-    (void)run(Q15, 0U, 4009U, 64U);
-    TEST_ASSERT_GREATER_THAN_UINT32(0U, flush_all());
-    TEST_ASSERT_EQUAL_UINT64(4004U, result.epoch);
-    init(Q15);
-    TEST_ASSERT_EQUAL_UINT32(0U, run(Q15, 0U, 9U, 64U).results);
-    TEST_ASSERT_EQUAL_UINT32(0U, flush_all()); /* shorter than the shortest window */
-    config.stride = 1U;
-    init(Q15);
-    const uint32_t results = run(Q15, 0U, 1004U, 64U).results;
-    TEST_ASSERT_GREATER_THAN_UINT32(0U, flush_all());
-    TEST_ASSERT_LESS_THAN_UINT32(1004U, results);
-    TEST_ASSERT_EQUAL_UINT64(1003U, result.epoch);
+    static const struct {
+        uint32_t stride;
+        uint32_t count;
+        uint64_t last;
+    } cases[] = {{5U, 4009U, 4004U}, {5U, 9U, 0U}, {1U, 1004U, 1003U}};
+    for (size_t i = 0U; i < sizeof cases / sizeof cases[0]; i++) {
+        uint32_t flushed = 0U;
+        config.stride = cases[i].stride;
+        TEST_ASSERT_LESS_THAN_UINT32(1004U, run(Q15, cases[i].count, 64U));
+        for (; davar_flush(&davar); flushed++) {
+            TEST_ASSERT_TRUE(davar_take(&davar, &result));
+        }
+        TEST_ASSERT_EQUAL(cases[i].last > 0U, flushed > 0U);
+        if (flushed > 0U) {
+            TEST_ASSERT_EQUAL_UINT64(cases[i].last, result.epoch);
+        }
+    }
 }
 
 /* An alarm that was not taken is in the next result that is taken. */
@@ -273,19 +215,6 @@ static void test_an_alarm_waits_to_be_taken(void)
     TEST_ASSERT_FALSE(result.alarm);
 }
 
-static void test_kurtosis_is_kept_on_request(void)
-{
-    config.moments.segment = 10U;
-    init(Q15);
-    (void)run(Q15, 0U, 4000U, 1U);
-    TEST_ASSERT_DOUBLE_WITHIN(0.6, 2.9, result.kurtosis);
-    TEST_ASSERT_FALSE(result.unstable);
-    config.moments.segment = 0U;
-    init(Q15);
-    (void)run(Q15, 0U, 4000U, 1U);
-    TEST_ASSERT_TRUE(isnan(result.kurtosis));
-}
-
 /* Each is counted once, for any block length. */
 static void test_saturated_samples_are_counted_once(void)
 {
@@ -297,8 +226,7 @@ static void test_saturated_samples_are_counted_once(void)
     config.stride = 10U;
     for (unsigned t = 0U; t < 2U; t++) {
         for (uint32_t block = 1U; block <= 64U; block += 21U) {
-            init(types[t]);
-            (void)run(types[t], 0U, 4000U, block);
+            (void)run(types[t], 4000U, block);
             TEST_ASSERT_EQUAL_UINT32(300U, davar_health(&davar).saturated);
         }
     }
@@ -317,71 +245,54 @@ static void test_a_cut_is_unstable(void)
             TEST_ASSERT_LESS_OR_EQUAL_UINT32(SAMPLES, result.cut_age_samples);
         }
         TEST_ASSERT_EQUAL_UINT32(davar_health(&davar).cuts, unstable);
+        TEST_ASSERT_EQUAL(segment == 0U, isnan(result.kurtosis));
     }
 }
 
-static void refused(void)
+/* 79 samples are less than eight blocks, and 7690 more than 768. With the two shortest windows that
+ * are refused, windows begin between two blocks. */
+static void test_each_setting_outside_its_range_is_refused(void)
 {
-    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory, sizeof memory));
-    setUp();
-}
-
-static void test_errors_of_init(void)
-{
-    config.glr.block = 4U, refused();
-    config.glr.block = 65U, refused();
-    config.glr.shock_blocks = 3U, refused();
-    config.window.longest = 79U, refused();
-    config.stride = 1201U;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STRIDE_LONG,
-                      davar_init_q15(&davar, &config, memory, sizeof memory));
-    setUp();
-    config.stride = 7U, config.window.shortest = 1192U,
-    refused(); /* its windows begin between two blocks */
-    config.stride = 7U, config.window.shortest = 1191U;
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
-    setUp();
-    config.stride = 20U, config.window.longest = 1205U, config.window.shortest = 1201U, refused();
-    config.stride = 20U, config.window.longest = 1205U, config.window.shortest = 1200U;
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
-    setUp();
-    config.window.longest = 7690U, refused();
-    config.window.longest = 7680U; /* 768 blocks of 10 */
-    TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_q15(&config));
-    setUp();
-    config.glr.false_alarms_per_hour = 0.0, refused();
-    config.glr.cut_interval_s = -1.0, refused();
-    static const double ends[2] = {1e-9, 1e9};
-    for (unsigned i = 0U; i < 2U; i++) {
-        const double beyond = (i == 0U) ? 0.0 : 1e10;
-        config.glr.false_alarms_per_hour = ends[i], config.glr.cut_interval_s = ends[1U - i];
-        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
-        setUp();
-        config.glr.false_alarms_per_hour = nextafter(ends[i], beyond), refused();
-        config.glr.cut_interval_s = nextafter(ends[i], beyond), refused();
+    static const struct {
+        uint32_t block;
+        uint32_t shock_blocks;
+        uint32_t longest;
+        uint32_t shortest;
+        uint32_t stride;
+        double alarms;
+        double cuts;
+        davar_status_t status;
+    } cases[] = {
+        {4U, 2U, 1200U, 20U, 1U, 1.0, 1.0, DAVAR_ERR_TRACKING},
+        {65U, 2U, 1200U, 20U, 1U, 1.0, 1.0, DAVAR_ERR_TRACKING},
+        {10U, 3U, 1200U, 20U, 1U, 1.0, 1.0, DAVAR_ERR_TRACKING},
+        {10U, 2U, 79U, 20U, 1U, 1.0, 1.0, DAVAR_ERR_TRACKING},
+        {10U, 2U, 7690U, 20U, 1U, 1.0, 1.0, DAVAR_ERR_TRACKING},
+        {10U, 2U, 7680U, 20U, 1U, 1.0, 1.0, DAVAR_OK},
+        {10U, 2U, 1200U, 20U, 1201U, 1.0, 1.0, DAVAR_ERR_STRIDE_LONG},
+        {10U, 2U, 1200U, 1192U, 7U, 1.0, 1.0, DAVAR_ERR_TRACKING},
+        {10U, 2U, 1200U, 1191U, 7U, 1.0, 1.0, DAVAR_OK},
+        {10U, 2U, 1205U, 1201U, 20U, 1.0, 1.0, DAVAR_ERR_TRACKING},
+        {10U, 2U, 1205U, 1200U, 20U, 1.0, 1.0, DAVAR_OK},
+        {10U, 2U, 1200U, 20U, 1U, 1e-9, 1e9, DAVAR_OK},
+        {10U, 2U, 1200U, 20U, 1U, 1e9, 1e-9, DAVAR_OK},
+        {10U, 2U, 1200U, 20U, 1U, 0.0, 1.0, DAVAR_ERR_TRACKING},
+        {10U, 2U, 1200U, 20U, 1U, 1.0, -1.0, DAVAR_ERR_TRACKING},
+        {10U, 2U, 1200U, 20U, 1U, 0.9999999e-9, 1.0, DAVAR_ERR_TRACKING},
+        {10U, 2U, 1200U, 20U, 1U, 1.0000001e9, 1.0, DAVAR_ERR_TRACKING},
+        {10U, 2U, 1200U, 20U, 1U, 1.0, 0.9999999e-9, DAVAR_ERR_TRACKING},
+        {10U, 2U, 1200U, 20U, 1U, 1.0, 1.0000001e9, DAVAR_ERR_TRACKING},
+    };
+    for (size_t i = 0U; i < sizeof cases / sizeof cases[0]; i++) {
+        config.glr.block = cases[i].block;
+        config.glr.shock_blocks = cases[i].shock_blocks;
+        config.window.longest = cases[i].longest;
+        config.window.shortest = cases[i].shortest;
+        config.stride = cases[i].stride;
+        config.glr.false_alarms_per_hour = cases[i].alarms;
+        config.glr.cut_interval_s = cases[i].cuts;
+        TEST_ASSERT_EQUAL(cases[i].status, davar_init_q15(&davar, &config, memory, sizeof memory));
     }
-}
-
-/* After a reset there has been no alarm. */
-static void test_a_reset_takes_no_alarm_along(void)
-{
-    init(Q15);
-    uint32_t n = 0U;
-    for (; davar_health(&davar).alarms == 0U; n++) {
-        davar_push_q15(&davar, &stream[n], 1U);
-    }
-    while (davar_take(&davar, &result)) {
-    }
-    for (uint32_t more = 0U; more < 64U; more++) {
-        davar_push_q15(&davar, &stream[n + more], 1U);
-    }
-    davar_reset(&davar);
-    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).alarms);
-    for (n = 0U; !davar_take(&davar, &result); n++) {
-        davar_push_q15(&davar, &stream[n], 1U);
-    }
-    TEST_ASSERT_FALSE(result.alarm);
-    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed); /* nor results that were not taken */
 }
 
 int main(void)
@@ -389,13 +300,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_step_is_reported_and_the_window_begins_after_it);
     RUN_TEST(test_a_change_reported_before_the_window_reaches_it_is_not_old);
-    RUN_TEST(test_every_result_near_gaps_can_be_taken);
     RUN_TEST(test_a_flush_passes_the_samples_in_the_queue);
     RUN_TEST(test_an_alarm_waits_to_be_taken);
-    RUN_TEST(test_kurtosis_is_kept_on_request);
     RUN_TEST(test_saturated_samples_are_counted_once);
     RUN_TEST(test_a_cut_is_unstable);
-    RUN_TEST(test_errors_of_init);
-    RUN_TEST(test_a_reset_takes_no_alarm_along);
+    RUN_TEST(test_each_setting_outside_its_range_is_refused);
     return UNITY_END();
 }
