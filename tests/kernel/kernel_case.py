@@ -123,7 +123,9 @@ class SerialCan:
         """
         while select.select([self.master], [], [], 0.01)[0]:
             self.text += os.read(self.master, 65536)
-        self.text = take(self.text, receiver)
+        *lines, self.text = self.text.split(b"\r")
+        for line in lines:
+            receiver.push(int(line[1:4], 16), bytes.fromhex(line[5:].decode()))
 
     def close(self):
         os.close(self.slave)

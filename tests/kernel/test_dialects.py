@@ -67,8 +67,8 @@ class Dialects(KernelCase):
         interface, rows = self.vcan(), sim_csv()
         found = self.collected(interface, self.replay(f"cyphal:{interface}"))
         shapes = Counter((one, len(data), fd) for one, data, fd in found)
-        assert len(rows) == shapes.pop((342783076, 64, True))
-        assert {(343758180, 8, False)} == set(shapes)  # uavcan.node.Heartbeat
+        assert len(rows) == shapes.pop((0x146E7464, 64, True))
+        assert {(0x147D5564, 8, False)} == set(shapes)  # uavcan.node.Heartbeat
 
     def test_davarlab_live_reads_both_and_survives_a_bus_that_goes(self):
         for dialect in ("dronecan", "cyphal"):

@@ -153,7 +153,7 @@ class Readme(KernelCase):
         assert [row["epoch"] for row in wanted] == [row["epoch"] for row in recorded]
         for one, other in zip(wanted, recorded):
             for name in ("time_s", "arw_deg_per_sqrt_h", "adev_1", "adev_64"):
-                assert near(float(other[name]), float(one[name]), 1e-07), (name, one, other)
+                assert near(float(other[name]), float(one[name]), 1e-7), (name, one, other)
 
     def test_a_recording_on_a_serial_line(self):
         ours, its = pty.openpty()
