@@ -73,8 +73,8 @@ static const crew_t equal[] = {{2U, 1U, 10000.0F, 0.0005F, 2.0},
 /* At the default rate: a single switch fails. Mismatch of scale and time, within the tolerances,
  * makes gyros of equal noise look different. */
 static const crew_t rides[] = {{0U, 1U, 1.0F, 0.0005F, 1.0},
-                               {3U, 3U, 1.0F, 0.0005F, 1.0},
-                               {3U, 3U, 1.0F, 0.0012F, 1.0},
+                               {0U, 3U, 1.0F, 0.0005F, 1.0},
+                               {0U, 3U, 1.0F, 0.0012F, 1.0},
                                {2U, 3U, 1.0F, 0.0012F, 1.0}};
 
 typedef struct {
