@@ -59,7 +59,7 @@ static void run_sums(const void *of, unsigned trials, uint64_t seed)
     uint32_t m[DAVAR_TAUS_MAX];
     known.uncertainty = 0.0;
     memset(scores, 0, sizeof scores);
-    expect_window(&result, SUMS_WINDOW, m, davar_taus_octave(SUMS_WINDOW, m, DAVAR_TAUS_MAX));
+    expect_window(SUMS_WINDOW, m, davar_taus_octave(SUMS_WINDOW, m, DAVAR_TAUS_MAX));
     davar_plan_init_filtered(&plan, m, result.tau_count, &known);
     autocovariance_of(&fast, &noise);
     filtered_noise_start(&source, &fast, seed);

@@ -189,23 +189,22 @@ gyro_noise_t noise_of(const char *text)
     return noise;
 }
 
-void expect_window(davar_result_t *result, uint32_t window, const uint32_t m[], uint8_t count)
+void expect_window(uint32_t window, const uint32_t m[], uint8_t count)
 {
-    *result = (davar_result_t){.window_samples = window, .tau_count = count};
-    result->kurtosis = 0.0;
+    result = (davar_result_t){.window_samples = window, .tau_count = count};
     for (uint8_t t = 0U; t < count; t++) {
-        result->tau[t].m = m[t];
-        result->tau[t].differences = window + 1U - (2U * m[t]);
+        result.tau[t].m = m[t];
+        result.tau[t].differences = window + 1U - (2U * m[t]);
     }
 }
 
-void score_add(score_t *score, const davar_result_t *result, const double truth[],
+void score_add(score_t *score, const davar_result_t *found, const double truth[],
                const double adev[])
 {
-    const davar_coefficient_t *const arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    const davar_coefficient_t *const arw = &found->coefficient[DAVAR_ANGLE_RANDOM_WALK];
     bool extra = false;
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        const davar_coefficient_t *const c = &result->coefficient[k];
+        const davar_coefficient_t *const c = &found->coefficient[k];
         const bool holds = (!c->present || (truth[k] >= c->low)) && (truth[k] <= c->high);
         score->held[k] += holds ? 1.0 : 0.0;
         score->given[k] += c->present ? 1.0 : 0.0;
@@ -213,7 +212,7 @@ void score_add(score_t *score, const davar_result_t *result, const double truth[
         extra = extra || (c->present && !(truth[k] > 0.0));
     }
     score->extra += extra ? 1.0 : 0.0;
-    score->withheld += (result->noise == DAVAR_NOISE_FILTERED) ? 1.0 : 0.0;
+    score->withheld += (found->noise == DAVAR_NOISE_FILTERED) ? 1.0 : 0.0;
     if (arw->present) {
         const double error = (arw->value / truth[DAVAR_ANGLE_RANDOM_WALK]) - 1.0;
         score->error[0] += error;
@@ -224,12 +223,12 @@ void score_add(score_t *score, const davar_result_t *result, const double truth[
             (arw->present && (arw->low > 0.0)) ? (arw->high / arw->low) : (double)INFINITY;
     }
     score->windows += 1.0;
-    for (int t = 0; (adev != NULL) && (t < result->tau_count); t++) {
-        const davar_adev_t *const tau = &result->tau[t];
+    for (int t = 0; (adev != NULL) && (t < found->tau_count); t++) {
+        const davar_adev_t *const tau = &found->tau[t];
         if ((tau->differences > 0U) && isfinite(tau->high)) {
             score->taken[t] += 1.0;
             score->adev[t] += contains(tau->low, tau->high, adev[t]) ? 1.0 : 0.0;
-            score->is_long[t] = (9U * tau->m) > result->window_samples;
+            score->is_long[t] = (9U * tau->m) > found->window_samples;
         }
     }
 }

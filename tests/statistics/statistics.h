@@ -83,7 +83,7 @@ typedef struct {
 bool contains(double low, double high, double truth);
 
 /* adev: the true Allan deviations, or NULL. */
-void score_add(score_t *score, const davar_result_t *result, const double truth[],
+void score_add(score_t *score, const davar_result_t *found, const double truth[],
                const double adev[]);
 
 /* Reports the score: ADEV and, above a ninth of the window, `long`; statements that hold for N and
@@ -97,8 +97,8 @@ void truth_of(const gyro_noise_t *noise, double truth[]);
 /* Of a text such as "N 1 K 0.02": the terms Q, N, B, K and R, and F, the cutoff of one pole. */
 gyro_noise_t noise_of(const char *text);
 
-/* Prepares *result for sizes m[] of a window without gaps. */
-void expect_window(davar_result_t *result, uint32_t window, const uint32_t m[], uint8_t count);
+/* Prepares `result` for sizes m[] of a window without gaps. */
+void expect_window(uint32_t window, const uint32_t m[], uint8_t count);
 
 int ascending(const void *a, const void *b);
 

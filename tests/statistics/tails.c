@@ -343,7 +343,7 @@ static void score_windows(const learned_row_t *row, const davar_filter_t *filter
     const double unit = scatter / 10.0;
     const double truth[DAVAR_COEFFICIENT_COUNT] = {[DAVAR_ANGLE_RANDOM_WALK] =
                                                        sqrt(1.0 + (after * after)) * 60.0 / unit};
-    expect_window(&result, WINDOW, m, davar_taus_octave(WINDOW, m, DAVAR_TAUS_MAX));
+    expect_window(WINDOW, m, davar_taus_octave(WINDOW, m, DAVAR_TAUS_MAX));
     result.unit_per_count = 1.0;
     davar_plan_init_filtered(&plan, m, result.tau_count, filter);
     for (uint32_t w = 0U; w < WINDOWS; w++) {

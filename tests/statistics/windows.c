@@ -91,7 +91,7 @@ static void run_coverage(const void *of, unsigned trials, uint64_t seed)
     double adev[DAVAR_TAUS_MAX];
     random_t random = random_seeded(seed);
     score = (score_t){0};
-    expect_window(&result, row->window, m, sizes_of(row, m));
+    expect_window(row->window, m, sizes_of(row, m));
     davar_plan_init_white(&plan, m, result.tau_count);
     truth_of(&noise, truth);
     for (int t = 0; t < result.tau_count; t++) {
@@ -264,7 +264,7 @@ static void run_filtered(const case_t *row, uint32_t window, bool is_declared, u
     bool used[VIEWS];
     uint32_t m[DAVAR_TAUS_MAX];
     filtered_noise_start(&source, &row->filter, seed);
-    expect_window(&result, window, m, davar_taus_octave(window, m, DAVAR_TAUS_MAX));
+    expect_window(window, m, davar_taus_octave(window, m, DAVAR_TAUS_MAX));
     autocovariance_of(&row->filter, &of_noise);
     for (size_t v = 0U; v < VIEWS; v++) {
         used[v] = applies(&views[v], &row->filter, window, is_declared);
