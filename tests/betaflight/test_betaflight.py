@@ -115,35 +115,35 @@ class Steady(unittest.TestCase):
 
     def test_arw_over_msp_is_within_2_percent_rms(self):
         msp = self.msp[int(FULL_S / POLL_S) :, :3] / 1e3
-        self.assertTrue((msp > 0).mean() > 0.98)
+        assert (msp > 0).mean() > 0.98
         for axis in range(3):
             error = msp[msp[:, axis] > 0, axis] / ARW[axis] - 1
-            self.assertLess(np.sqrt(np.mean(error**2)), 0.02)
+            assert np.sqrt(np.mean(error**2)) < 0.02
 
     def test_arw_over_mavlink_is_within_2_percent_rms_and_in_its_interval(self):
         for axis in range(3):
             value, low, high = self.interval("ARW", axis, FULL_S)
-            self.assertGreater(len(value), 3 * self.SECONDS)
-            self.assertLess(np.sqrt(np.mean((value / ARW[axis] - 1) ** 2)), 0.02)
+            assert len(value) > 3 * self.SECONDS
+            assert np.sqrt(np.mean((value / ARW[axis] - 1) ** 2)) < 0.02
             # 95 % of 680 independent windows, less three standard errors
-            self.assertGreater(np.mean((low <= ARW[axis]) & (ARW[axis] <= high)), 0.925)
+            assert np.mean((low <= ARW[axis]) & (ARW[axis] <= high)) > 0.925
 
     def test_filtered_arw_is_that_of_the_gyro_before_the_filters(self):
         means = []
         for axis in range(3):
             value, low, high = self.interval("ARWF", axis, FULL_FILTERED_S)
-            self.assertGreater(len(value), 2 * self.SECONDS)
+            assert len(value) > 2 * self.SECONDS
             means.append(np.mean(value / ARW[axis]) - 1)
             # 95 % of 74 independent windows, less three standard errors
-            self.assertGreater(np.mean((low <= ARW[axis]) & (ARW[axis] <= high)), 0.87)
+            assert np.mean((low <= ARW[axis]) & (ARW[axis] <= high)) > 0.87
         # three standard errors of the mean of 3 x 74 independent windows
-        self.assertLess(abs(np.mean(means)), 0.005)
+        assert abs(np.mean(means)) < 0.005
 
     def test_no_sample_is_lost(self):
         """A result of 888 samples each, in every poll."""
         expected = (np.arange(len(self.msp)) * POLL - 7104) // 888 + 1
         late = np.maximum(expected, 0) - self.msp[:, RESULTS]
-        self.assertTrue(np.all((late == 0) | (late == 1)), late)
+        assert np.all((late == 0) | (late == 1)), late
 
 
 class Doubled(unittest.TestCase):
@@ -161,22 +161,22 @@ class Doubled(unittest.TestCase):
         # the poll of index i is i * POLL_S after the doubling
         shown = np.array([polls[int(1.1 / POLL_S), :3] / 1e3 for polls in self.ups(msp)])
         known = shown > 0  # one window in 60 is reported as mixed, with -1
-        self.assertGreater(known.mean(), 0.8)
-        self.assertTrue(np.all((shown > 0.9 * 2 * ARW) | ~known), shown / ARW)
+        assert known.mean() > 0.8
+        assert np.all((shown > 0.9 * 2 * ARW) | ~known), shown / ARW
 
     def test_an_alarm_within_half_a_second(self):
         msp, _ = flight("alarm", 13, doublings(self.COUNT))
         for polls in self.ups(msp):
             raised = polls[int(0.5 / POLL_S), ALARMS] - polls[0, ALARMS]
-            self.assertEqual(raised, 3)  # one of each axis
+            assert raised == 3  # one of each axis
 
 
 class OtherRate(unittest.TestCase):
     def test_a_plan_for_another_sample_rate_gives_no_value(self):
         msp, mavlink = flight("other-rate", 16, steady(4))
         since = msp[int(1 / POLL_S) :]  # before the first call of the task, debug is 0
-        self.assertTrue(np.all(since[:, :6] == -1) and np.all(since[:, 6:] == 0), since)
-        self.assertEqual(list(mavlink), ["ARW_ALARMS"])
+        assert np.all(since[:, :6] == -1) and np.all(since[:, 6:] == 0), since
+        assert list(mavlink) == ["ARW_ALARMS"]
 
 
 class Motors(unittest.TestCase):
@@ -194,13 +194,13 @@ class Motors(unittest.TestCase):
             )
             outputs.append(motors.read_bytes())
         values = np.frombuffer(outputs[0], np.float32).reshape(-1, 4)
-        self.assertEqual(len(values), 2 * STEP_S * RATE_HZ)
-        self.assertGreater(values[3 * RATE_HZ :].std(axis=0).min(), 0.1)
-        self.assertEqual(outputs[0], outputs[1])
-        self.assertEqual(outputs[0], outputs[2])
+        assert len(values) == 2 * STEP_S * RATE_HZ
+        assert values[3 * RATE_HZ :].std(axis=0).min() > 0.1
+        assert outputs[0] == outputs[1]
+        assert outputs[0] == outputs[2]
 
 
 class Flash(unittest.TestCase):
     def test_the_sensor_takes_less_than_16_kib_of_an_stm32f405(self):
         """It counts parts of libgcc that the firmware has anyway; `firmware.py image` does not."""
-        self.assertLess(firmware.added_flash(), 16 * 1024)
+        assert firmware.added_flash() < 16 * 1024

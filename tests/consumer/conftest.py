@@ -1,6 +1,5 @@
 """The library in one file, which takes one compilation instead of sixty."""
 
-import shutil
 import sys
 
 import c_library
@@ -14,9 +13,7 @@ def one_file(tmp_path_factory):
     folder = tmp_path_factory.mktemp("one")
     compiling.run(sys.executable, compiling.ROOT / "tools/support/amalgamate.py", folder)
     (folder / "davar").mkdir()
-    for header in (path for place in c_library.PUBLIC for path in (place / "davar").iterdir()):
-        if header.suffix == ".h":  # a program that includes it gets the single file
-            (folder / "davar" / header.name).write_text('#include "../davar.h"\n')
-        else:  # the list of fields, which a suite expands
-            shutil.copy(header, folder / "davar")
+    for header in (path for place in c_library.PUBLIC for path in (place / "davar").glob("*.h")):
+        # a program that includes it gets the single file
+        (folder / "davar" / header.name).write_text('#include "../davar.h"\n')
     return folder

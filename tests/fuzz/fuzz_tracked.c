@@ -4,12 +4,16 @@
  * configuration stores so few gaps that windows restart or shocks are merged, every result is
  * within its bounds. */
 #include "accepted.h"
+#include "davar/state.h"
 #include "digest.h"
+#include "fuzzing.h"
 
 #include <math.h>
 
 #define MEMORY_WORDS 8192
-#include "pair.h"
+#define SLOT ((size_t)8 * MEMORY_WORDS)
+#include "cells.h"
+
 #define TAUS 4U
 
 static const uint32_t taus[4][TAUS] = {
@@ -18,6 +22,10 @@ static davar_config_t config;
 static bool is_q31;
 static accepted_t accepted;
 static uint32_t random_bits;
+/* Two instances: a save and a restore change over to the other. */
+static davar_t instances[2];
+static uint64_t memory[2][MEMORY_WORDS];
+static unsigned current;
 
 static void choose_config(bytes_t *bytes)
 {
@@ -71,6 +79,23 @@ static void choose_more(bytes_t *bytes)
     }
 }
 
+static davar_status_t start(unsigned which)
+{
+    davar_t *const davar = &instances[which];
+    memset(memory[which], 0xA5, sizeof memory[which]);
+    return is_q31 ? davar_init_q31(davar, &config, memory[which], sizeof memory[which])
+                  : davar_init_q15(davar, &config, memory[which], sizeof memory[which]);
+}
+
+static void change_over(void)
+{
+    REQUIRE(davar_state_save(&instances[current], &storage) == DAVAR_STATE_OK);
+    REQUIRE(start(1U - current) == DAVAR_OK);
+    current = 1U - current;
+    REQUIRE(davar_state_restore(&instances[current], &storage) == DAVAR_STATE_OK);
+    memset(memory[1U - current], 0x5A, sizeof memory[0]); /* nothing of it may be read */
+}
+
 static void check(const davar_result_t *result)
 {
     REQUIRE((result->window_samples >= config.window.shortest) &&
@@ -109,8 +134,10 @@ static void push(int32_t given, bool is_left)
 {
     const int32_t limit = is_q31 ? 0x7FFFFF : INT16_MAX;
     const int32_t sample = (given > limit) ? limit : ((given < -limit) ? -limit : given);
+    const int16_t narrow = (int16_t)sample;
     accepted_hear(&accepted, sample);
-    (void)push_until(is_q31, &sample, 1U);
+    REQUIRE((is_q31 ? davar_push_until_result_q31(&instances[current], &sample, 1U)
+                    : davar_push_until_result_q15(&instances[current], &narrow, 1U)) == 1U);
     if (!is_left) {
         take();
     }
@@ -155,7 +182,7 @@ static void run_stretch(bytes_t *bytes)
         1 << (((what >> 3U) % 16U) + (is_q31 ? 4U : 0U)); /* up to full scale and above */
     const uint8_t kind = what % 8U;
     if (kind == 0U) {
-        change_over(&config, is_q31);
+        change_over();
     } else if (kind == 1U) {
         gap(length);
     } else if (kind == 4U) {
@@ -185,7 +212,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     choose_config(&bytes);
     choose_more(&bytes);
     random_bits = 1U;
-    if (!start_first(&config, is_q31)) {
+    current = 0U;
+    memset(cells, 0xFF, sizeof cells);
+    if (start(current) != DAVAR_OK) {
         return 0;
     }
     accepted_start(&accepted, &config);

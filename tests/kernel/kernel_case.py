@@ -220,8 +220,8 @@ class KernelCase(unittest.TestCase):
             check=False,
             stdin=subprocess.DEVNULL,
         )
-        self.assertEqual((2, ""), (done.returncode, done.stdout))
-        self.assertEqual(1, done.stderr.count("\n"), done.stderr)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.count("\n") == 1, done.stderr
         return done.stderr
 
     @staticmethod
@@ -250,7 +250,7 @@ class KernelCase(unittest.TestCase):
             node.stdin.close()
             node.stdin = None
         _, errors = node.communicate(timeout=20)
-        self.assertEqual(0, node.returncode, errors)
+        assert node.returncode == 0, errors
         words = errors.strip().splitlines()[-1].removeprefix("davar-node: ").split(", ")
         return {word.split(" ", 1)[1]: int(word.split(" ", 1)[0]) for word in words}
 

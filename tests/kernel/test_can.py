@@ -33,17 +33,15 @@ class Values(KernelCase):
             check=True,
         )
         found, wanted = stop_listening(), sim_csv()
-        self.assertEqual(0, receiver.faults.total(), receiver.faults)
-        self.assertEqual([int(row["epoch"]) for row in wanted], [result.epoch for result in found])
+        assert receiver.faults.total() == 0, receiver.faults
+        assert [int(row["epoch"]) for row in wanted] == [result.epoch for result in found]
         for row, result in zip(wanted, found):
             if row["arw_deg_per_sqrt_h"]:
-                self.assertTrue(
-                    near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"]))
-                )
-            self.assertEqual(int(row["window_samples"]), result.values["window_samples"])
-            self.assertEqual(int(row["unstable"]), result.values["unstable"])
+                assert near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"]))
+            assert int(row["window_samples"]) == result.values["window_samples"]
+            assert int(row["unstable"]) == result.values["unstable"]
             for index, m in enumerate((1, 2, 4, 8, 16, 32, 64) if content != "summary" else ()):
-                self.assertTrue(near(result.adev[index], float(row[f"adev_{m}"])), (row, result))
+                assert near(result.adev[index], float(row[f"adev_{m}"])), (row, result)
 
     def test_the_values_on_the_bus_are_those_of_the_csv(self):
         self.check("full")
@@ -58,7 +56,7 @@ class Values(KernelCase):
         subprocess.run(
             [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"], check=True
         )
-        self.assertIn(" 5D8##5", dump.communicate(timeout=20)[0])
+        assert " 5D8##5" in dump.communicate(timeout=20)[0]
 
 
 class Link(KernelCase):
@@ -79,10 +77,10 @@ class Link(KernelCase):
                 if interface:
                     self.vcan(**interface)
                 told = self.refused(SIM, *REPLAY, "--out", out, *more)
-                self.assertEqual(f"davar-sim: --out: {out}: {why}\n", told)
+                assert f"davar-sim: --out: {out}: {why}\n" == told
                 if not more:
                     told = self.refused(*node, "--out", out)
-                    self.assertEqual(f"davar-node: --out: {out}: {why}\n", told)
+                    assert f"davar-node: --out: {out}: {why}\n" == told
                 if interface:
                     shell("ip", "link", "del", "vcan0")
 
@@ -106,15 +104,15 @@ class Link(KernelCase):
         told = self.last_words(node)
         found = stop_listening()
         health = receiver.channels[0].health
-        self.assertEqual((1, 1), (told["link lost"], told["link restored"]))
-        self.assertGreater(told["frames dropped"], 100)
-        self.assertEqual(told["frames dropped"], health["FramesDropped"])
+        assert (told["link lost"], told["link restored"]) == (1, 1)
+        assert told["frames dropped"] > 100
+        assert told["frames dropped"] == health["FramesDropped"]
         state = receiver.sequences[0x5D1]
-        self.assertEqual(
-            told["results"] - len(found),
-            state.missing + receiver.faults.missing_results + receiver.faults.incomplete_results,
+        assert (
+            told["results"] - len(found)
+            == state.missing + receiver.faults.missing_results + receiver.faults.incomplete_results
         )
-        self.assertEqual(2500, told["samples"])
+        assert told["samples"] == 2500
 
     def test_a_node_may_start_before_its_interface(self):
         node = self.node("--out", "can:vcan0", "--wait")
@@ -127,8 +125,8 @@ class Link(KernelCase):
         wait_for(lambda: receiver.faults.good > 50, "frames")
         told = self.last_words(node)
         stop_listening()
-        self.assertEqual(1, told["link restored"])
-        self.assertGreater(told["frames dropped"], 50)
+        assert told["link restored"] == 1
+        assert told["frames dropped"] > 50
 
 
 class Bus(KernelCase):
@@ -137,7 +135,7 @@ class Bus(KernelCase):
         self.addCleanup(line.close)
         sim = self.start(SIM, *REPLAY, "--out", f"can:{line.name}")
         settle()
-        self.assertIsNone(sim.poll(), "the simulator should wait for room")
+        assert sim.poll() is None, "the simulator should wait for room"
         receiver, text = wire.Receiver(), b""
         os.set_blocking(line.master, False)
         while sim.poll() is None or text.count(b"\r"):
@@ -147,10 +145,10 @@ class Bus(KernelCase):
                 settle(0.001)
             text = take(text, receiver)
         settle()
-        self.assertEqual(0, sim.returncode)
-        self.assertEqual(0, receiver.faults.total(), receiver.faults)
-        self.assertGreater(receiver.channels[0].health["SendRetries"], 0)
-        self.assertGreater(receiver.faults.good, 1000)
+        assert sim.returncode == 0
+        assert receiver.faults.total() == 0, receiver.faults
+        assert receiver.channels[0].health["SendRetries"] > 0
+        assert receiver.faults.good > 1000
 
     def test_error_passive_and_bus_off_are_counted(self):
         line = SerialCan()
@@ -163,12 +161,10 @@ class Bus(KernelCase):
         self.feed(node, 2000)
         settle()
         told = self.last_words(node)
-        self.assertEqual((2, 1), (told["error passive"], told["bus off"]), told)
-        self.assertEqual(2000, told["samples"])
-        self.assertEqual(
-            told["frames dropped"],
-            told["results"] * 16 + 19,
-            "all, with what the queue held at the end",
+        assert (told["error passive"], told["bus off"]) == (2, 1), told
+        assert told["samples"] == 2000
+        assert told["frames dropped"] == told["results"] * 16 + 19, (
+            "all, with what the queue held at the end"
         )
 
     def count_frames(self, line, receiver, seconds=0.5):
@@ -195,13 +191,11 @@ class Bus(KernelCase):
         settle()
         line.hear(receiver)
         self.feed(node, 5000, first=1)
-        self.assertEqual(
-            0, self.count_frames(line, receiver), "nothing is given to a bus that is off"
-        )
+        assert self.count_frames(line, receiver) == 0, "nothing is given to a bus that is off"
         line.say(
             b"sa000000\r"
         )  # the controller has recovered; the interface has not been restarted
-        self.assertEqual(0, self.count_frames(line, receiver))
+        assert self.count_frames(line, receiver) == 0
         shell("ip", "link", "set", line.name, "down")
         settle()
         shell("ip", "link", "set", line.name, "up")
@@ -218,14 +212,12 @@ class Bus(KernelCase):
         node.stdin = None
         self.count_frames(line, receiver, 2)
         told = self.last_words(node)
-        self.assertEqual(
-            (1, 1, 1), (told["bus off"], told["link lost"], told["link restored"]), told
-        )
-        self.assertEqual(7000, told["samples"])
-        self.assertEqual(told["frames dropped"], receiver.channels[0].health["FramesDropped"])
-        self.assertGreater(told["frames dropped"], 1000)
-        self.assertEqual(1, receiver.channels[0].health["BusOff"])
-        self.assertEqual(0, receiver.faults.corrupted, receiver.faults)
+        assert (told["bus off"], told["link lost"], told["link restored"]) == (1, 1, 1), told
+        assert told["samples"] == 7000
+        assert told["frames dropped"] == receiver.channels[0].health["FramesDropped"]
+        assert told["frames dropped"] > 1000
+        assert receiver.channels[0].health["BusOff"] == 1
+        assert receiver.faults.corrupted == 0, receiver.faults
 
     def test_a_controller_that_restarts_itself_loses_no_queued_frame(self):
         """Sends from another socket the error frames of a controller with restart-ms."""
@@ -240,12 +232,12 @@ class Bus(KernelCase):
         settle()
         self.feed(node, 500, first=1)
         settle()
-        self.assertEqual(before, receiver.faults.good)
+        assert before == receiver.faults.good
         shell("cansend", interface, "20000100#0000000000000000")  # restarted
         wait_for(lambda: receiver.faults.good > before + 100, "frames after the restart")
         told = self.last_words(node)
         results = stop_listening()
-        self.assertEqual((1, 1), (told["bus off"], told["link restored"]), told)
-        self.assertNotIn("frames dropped", told)
-        self.assertEqual(told["results"], len(results))
-        self.assertEqual(0, receiver.faults.total(), receiver.faults)
+        assert (told["bus off"], told["link restored"]) == (1, 1), told
+        assert "frames dropped" not in told
+        assert told["results"] == len(results)
+        assert receiver.faults.total() == 0, receiver.faults

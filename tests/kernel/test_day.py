@@ -101,7 +101,7 @@ class Day(KernelCase):
             list(map(int, line.split()))
             for line in self.hours.read_text(encoding="ascii").splitlines()
         ]
-        self.assertGreaterEqual(len(hours), HOURS - 1)
+        assert len(hours) >= HOURS - 1
         for number, (blocks, objects, rss, files) in enumerate(hours, 1):
             print(
                 f"hour {number:2}: {blocks} blocks, {objects} objects, {rss} KiB, "
@@ -118,7 +118,7 @@ class Day(KernelCase):
                 later,
                 (BLOCKS, BLOCKS, RSS_KIB, 0),
             ):
-                self.assertLessEqual(after - before, most, (what, hours))
+                assert after - before <= most, (what, hours)
 
     def test_a_day_of_results_is_recorded_completely_in_constant_memory(self):
         interface, record = self.vcan(), self.folder / "arw.csv"
@@ -133,9 +133,9 @@ class Day(KernelCase):
         told = live.stderr.read()
         print(told, flush=True)
         self.check_memory()
-        self.assertEqual(0, live.returncode, told)
+        assert live.returncode == 0, told
         keys = [(stretch, int(row["epoch"])) for stretch, of in enumerate(wanted, 1) for row in of]
-        self.assertEqual(keys, self.shown)
+        assert keys == self.shown
         print(f"{len(keys)} results", flush=True)
         sent = int(
             Path(f"/sys/class/net/{interface}/statistics/tx_packets").read_text(encoding="ascii")
@@ -146,18 +146,16 @@ class Day(KernelCase):
                 r"(\d+) ([a-z ]+)", told.split("received: ")[1].splitlines()[0]
             )
         }
-        self.assertEqual(
-            {"good": sent, "restarts": RUNS - 1},
-            {name: count for name, count in counted.items() if count},
-        )
+        assert {"good": sent, "restarts": RUNS - 1} == {
+            name: count for name, count in counted.items() if count
+        }
         # the guest's memory cannot hold all rows together
         with open(record, encoding="utf-8") as file:
             for row, key, given in itertools.zip_longest(
                 csv.DictReader(file), keys, (one for of in wanted for one in of)
             ):
-                self.assertEqual(key, self.key(row))
+                assert key == self.key(row)
                 if given.get("arw_deg_per_sqrt_h"):
-                    self.assertTrue(
-                        near(float(row["arw_deg_per_sqrt_h"]), float(given["arw_deg_per_sqrt_h"])),
-                        (row, given),
-                    )
+                    assert near(
+                        float(row["arw_deg_per_sqrt_h"]), float(given["arw_deg_per_sqrt_h"])
+                    ), (row, given)

@@ -34,10 +34,10 @@ class Gpio(KernelCase):
             self.chip.edge()
         settle()
         told = self.stop(node)
-        self.assertEqual(100, told["samples"])
-        self.assertEqual(0, told.get("edges lost", 0))
-        self.assertEqual(told["results"], len(stop_listening()))
-        self.assertEqual(0, receiver.faults.total())
+        assert told["samples"] == 100
+        assert told.get("edges lost", 0) == 0
+        assert told["results"] == len(stop_listening())
+        assert receiver.faults.total() == 0
 
     def test_edges_faster_than_anybody_reads_are_a_counted_gap(self):
         """The kernel stores 16 edges of a line; the node is stopped for 60 of them."""
@@ -53,9 +53,9 @@ class Gpio(KernelCase):
         self.chip.edge()
         settle()
         told = self.stop(node)
-        self.assertGreaterEqual(told["edges lost"], 40)
-        self.assertGreaterEqual(told["gaps"], 1)
-        self.assertGreaterEqual(told["missing samples"], told["edges lost"])
+        assert told["edges lost"] >= 40
+        assert told["gaps"] >= 1
+        assert told["missing samples"] >= told["edges lost"]
 
     def test_the_alarm_rises_when_the_noise_becomes_unstable_and_falls_again(self):
         quiet = [(7 * n * n + 3 * n) % 11 - 5 for n in range(200)]
@@ -67,9 +67,9 @@ class Gpio(KernelCase):
             self.chip.edge()
             seen.append(self.chip.alarm())
         told = self.stop(node)
-        self.assertIn(True, seen[80:140], told)
-        self.assertGreaterEqual(told["alarms"], 1)
-        self.assertFalse(self.chip.alarm(), "low again at the end")
+        assert True in seen[80:140], told
+        assert told["alarms"] >= 1
+        assert not self.chip.alarm(), "low again at the end"
 
     def test_a_value_file_is_read_at_each_edge(self):
         value = self.folder / "in_anglvel_z_raw"
@@ -78,21 +78,21 @@ class Gpio(KernelCase):
         for _ in range(30):
             self.chip.edge()
         settle()
-        self.assertEqual(30, self.stop(node)["samples"])
+        assert self.stop(node)["samples"] == 30
 
     def rejected(self, *options):
         source = ("--source", "-", "--rate", "100", "--lsb", "1", "--out", f"can:{self.interface}")
         return self.refused(NODE, *source, *options)
 
     def test_a_chip_or_line_that_does_not_exist_is_reported(self):
-        self.assertIn("no gpio chip 'gpiochip77'", self.rejected("--edges", "gpiochip77:0"))
-        self.assertIn(f"{self.chip.name}:8: ", self.rejected("--edges", f"{self.chip.name}:8"))
-        self.assertIn("CHIP:LINE expected", self.rejected("--alarm", "five"))
+        assert "no gpio chip 'gpiochip77'" in self.rejected("--edges", "gpiochip77:0")
+        assert f"{self.chip.name}:8: " in self.rejected("--edges", f"{self.chip.name}:8")
+        assert "CHIP:LINE expected" in self.rejected("--alarm", "five")
 
     def test_a_busy_line_is_reported(self):
         holder = self.start("gpiomon", self.chip.name, EDGE)
         settle()
-        self.assertIn(
-            "busy: another program holds it", self.rejected("--edges", f"{self.chip.name}:{EDGE}")
+        assert "busy: another program holds it" in self.rejected(
+            "--edges", f"{self.chip.name}:{EDGE}"
         )
         holder.kill()

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import tty
 
+import pytest
 from davarlab import errors
 from davarlab.wire import frames as wire
 from davarlab.wire import source
@@ -61,21 +62,20 @@ class Live(KernelCase):
         wait_for(lambda: listeners(interface) == 1, "the new interface")
         self.send(f"can:{interface}")
         shown, told = self.finish(live)
-        self.assertEqual((0, 3 * RESULTS), (live.returncode, len(shown)), told)
-        self.assertEqual(2, told.count("davarlab live: can:vcan0: lost ("), told)
-        self.assertEqual(2, told.count("davarlab live: can:vcan0: reconnected\n"), told)
-        self.assertIn("2 link lost, 2 link restored", told)
-        self.assertEqual(3 * RESULTS, len(self.epochs(record)))
-        self.assertEqual(
-            2,
+        assert (live.returncode, len(shown)) == (0, 3 * RESULTS), told
+        assert told.count("davarlab live: can:vcan0: lost (") == 2, told
+        assert told.count("davarlab live: can:vcan0: reconnected\n") == 2, told
+        assert "2 link lost, 2 link restored" in told
+        assert len(self.epochs(record)) == 3 * RESULTS
+        assert (
             told.count(
                 "channel 0: the sender has been restarted: a new section begins with epoch 99\n"
-            ),
-            told,
-        )
+            )
+            == 2
+        ), told
         with open(record, encoding="utf-8") as file:
             keys = [(row["stretch"], row["epoch"]) for row in csv.DictReader(file)]
-        self.assertEqual((3, 3 * RESULTS), (len({stretch for stretch, _ in keys}), len(set(keys))))
+        assert (len({stretch for stretch, _ in keys}), len(set(keys))) == (3, 3 * RESULTS)
 
     def test_a_serial_peer_that_returns_with_the_same_name(self):
         name = self.folder / "board"
@@ -98,13 +98,13 @@ class Live(KernelCase):
                 os.close(end)
             ends = plug() if again else ()
         shown, told = self.finish(live)
-        self.assertEqual(170 // 18, len(shown), told)
-        self.assertIn("1 incomplete results", told)  # interrupted in the middle
-        self.assertEqual(2, told.count("board: lost (the device is gone)"), told)
-        self.assertIn(
-            "received: 170 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing,", told
+        assert len(shown) == 170 // 18, told
+        assert "1 incomplete results" in told  # interrupted in the middle
+        assert told.count("board: lost (the device is gone)") == 2, told
+        assert (
+            "received: 170 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing," in told
         )
-        self.assertIn("2 link lost, 1 link restored", told)
+        assert "2 link lost, 1 link restored" in told
 
     def text(self):
         """The bytes that davar-sim writes on a serial line, frame by frame."""
@@ -123,8 +123,8 @@ class Live(KernelCase):
         sim = self.start(SIM, *REPLAY, "--out", "slcan:pty")
         live = self.live(f"slcan:{self.pty_of(sim)}")
         shown, told = live.communicate(timeout=60)
-        self.assertEqual((0, RESULTS), (live.returncode, len(shown.splitlines())), told)
-        self.assertIn("1 link lost, 0 link restored", told)
+        assert (live.returncode, len(shown.splitlines())) == (0, RESULTS), told
+        assert "1 link lost, 0 link restored" in told
 
     def test_killed_in_the_middle_it_leaves_complete_rows(self):
         interface, record = self.vcan(), str(self.folder / "arw.csv")
@@ -135,10 +135,10 @@ class Live(KernelCase):
         live.kill()
         sim.kill()
         wanted, found = sim_csv(), self.epochs(record)
-        self.assertGreaterEqual(len(found), 30)
-        self.assertEqual([int(row["epoch"]) for row in wanted[: len(found)]], found)
+        assert len(found) >= 30
+        assert [int(row["epoch"]) for row in wanted[: len(found)]] == found
         with open(record, encoding="utf-8") as file:
-            self.assertEqual([*wanted[0]][-7:], file.readline().strip().split(",")[-7:])
+            assert [*wanted[0]][-7:] == file.readline().strip().split(",")[-7:]
 
     def test_a_source_that_cannot_be_opened_is_reported(self):
         self.vcan(up=False)
@@ -147,5 +147,5 @@ class Live(KernelCase):
             "can:vcan0": "Network is down",
             "can:": "expected, found 'can:'",
         }.items():
-            with self.assertRaisesRegex(errors.BadInput, why):
+            with pytest.raises(errors.BadInput, match=why):
                 source.Source(where, wire.Faults(), print)

@@ -98,19 +98,19 @@ class Readme(KernelCase):
         return process.shown.read(), process.said.read()
 
     def test_every_command_is_one_of_these_tests(self):
-        self.assertEqual(6, len(COMMANDS))
+        assert len(COMMANDS) == 6
 
     def test_two_receivers_and_two_senders_on_a_bus(self):
         chip = Chip(lines=32)
         self.addCleanup(chip.close)
-        self.assertEqual("gpiochip0", chip.name)
+        assert chip.name == "gpiochip0"
         shell("bash", "-c", command("ip link add"))
         self.addCleanup(shell, "ip", "link", "del", "vcan0")
         decoder = self.terminal(command("candump", "cantools"))
         live = self.terminal(command("davarlab live"))
         wait_for(lambda: listeners("vcan0") == 2, "two receivers")
         sender = self.terminal(command("davar-sim", "can:vcan0"))
-        self.assertEqual(0, sender.wait(), self.printed(sender))
+        assert sender.wait() == 0, self.printed(sender)
         results = self.gateway(chip)
         settle()
         decoded, complaints = self.hang_up(decoder)
@@ -126,7 +126,7 @@ class Readme(KernelCase):
         for _ in range(EDGES):
             chip.edge(EDGE_LINE)
         _, errors = self.hang_up(node)
-        self.assertRegex(errors, rf"^davar-node: {EDGES} samples, \d+ results")
+        assert re.search(rf"^davar-node: {EDGES} samples, \d+ results", errors)
         return int(re.search(r"(\d+) results", errors)[1])
 
     def check_decoded(self, text, complaints):
@@ -137,25 +137,23 @@ class Readme(KernelCase):
             "DAVAR_Adev(",
             "HealthIndex: Alarms",
         ):
-            self.assertIn(word, text, complaints)
+            assert word in text, complaints
 
     def check_live(self, shown, told, results):
-        self.assertEqual(RESULTS, shown.count("channel 0  epoch"), shown + told)
-        self.assertEqual(results, shown.count("channel 1  epoch"), shown + told)
-        self.assertGreater(results, 2)
-        self.assertRegex(
-            told, r"received: \d+ good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing"
+        assert shown.count("channel 0  epoch") == RESULTS, shown + told
+        assert results == shown.count("channel 1  epoch"), shown + told
+        assert results > 2
+        assert re.search(
+            r"received: \d+ good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing", told
         )
         with open(ROOT / "build/arw.csv", encoding="utf-8") as file:
             recorded = [row for row in csv.DictReader(file) if row["channel"] == "0"]
         done = subprocess.run(SIM_CSV, cwd=ROOT, text=True, stdout=subprocess.PIPE, check=True)
         wanted = list(csv.DictReader(done.stdout.splitlines()))
-        self.assertEqual([row["epoch"] for row in wanted], [row["epoch"] for row in recorded])
+        assert [row["epoch"] for row in wanted] == [row["epoch"] for row in recorded]
         for one, other in zip(wanted, recorded):
             for name in ("time_s", "arw_deg_per_sqrt_h", "adev_1", "adev_64"):
-                self.assertTrue(
-                    near(float(other[name]), float(one[name]), 1e-7), (name, one, other)
-                )
+                assert near(float(other[name]), float(one[name]), 1e-7), (name, one, other)
 
     def test_a_recording_on_a_serial_line(self):
         ours, its = pty.openpty()
@@ -171,5 +169,5 @@ class Readme(KernelCase):
             with contextlib.suppress(BlockingIOError):
                 text = take(text + os.read(ours, 65536), receiver)
         os.close(its)
-        self.assertEqual((0, 0), (sender.returncode, receiver.faults.total()), receiver.faults)
-        self.assertEqual(RESULTS * (3 + 7 + 5 + 3) + 19, receiver.faults.good)
+        assert (sender.returncode, receiver.faults.total()) == (0, 0), receiver.faults
+        assert receiver.faults.good == RESULTS * (3 + 7 + 5 + 3) + 19

@@ -20,14 +20,12 @@ class Serial(KernelCase):
         receiver, stop_listening = self.listen("slcan0")
         sim.wait(timeout=60)
         found, wanted = {result.epoch: result for result in stop_listening()}, sim_csv()
-        self.assertEqual(0, receiver.faults.total(), receiver.faults)
-        self.assertGreater(len(found), 20)
+        assert receiver.faults.total() == 0, receiver.faults
+        assert len(found) > 20
         for row in wanted:
             result = found.get(int(row["epoch"]))
             if result and row["arw_deg_per_sqrt_h"]:
-                self.assertTrue(
-                    near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"]))
-                )
+                assert near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"]))
 
     def test_a_slow_reader_gets_every_frame(self):
         """The pty accepts some hundred bytes at a time, so every write is short."""
@@ -40,8 +38,8 @@ class Serial(KernelCase):
         except OSError:
             pass  # the other end is closed
         os.close(descriptor)
-        self.assertEqual((0, 0), (sim.wait(timeout=10), receiver.faults.total()), receiver.faults)
-        self.assertEqual(60 * 18 + 19, receiver.faults.good)
+        assert (sim.wait(timeout=10), receiver.faults.total()) == (0, 0), receiver.faults
+        assert receiver.faults.good == 60 * 18 + 19
 
     def test_a_peer_that_disconnects_and_returns(self):
         node = self.node("--out", "slcan:pty")
@@ -63,11 +61,9 @@ class Serial(KernelCase):
         take(os.read(second, 100000), receiver)
         told = self.last_words(node)
         os.close(second)
-        self.assertEqual(
-            (1, 1, 2300), (told["link lost"], told["link restored"], told["samples"]), told
-        )
-        self.assertGreater(told["frames dropped"], 0)
-        self.assertGreater(receiver.faults.missing, 0)
+        assert (told["link lost"], told["link restored"], told["samples"]) == (1, 1, 2300), told
+        assert told["frames dropped"] > 0
+        assert receiver.faults.missing > 0
 
     def test_noise_on_the_line_is_counted_and_an_slcan_host_is_no_noise(self):
         node = self.node("--out", "slcan:pty")
@@ -80,4 +76,4 @@ class Serial(KernelCase):
         settle()
         told = self.last_words(node)
         os.close(descriptor)
-        self.assertEqual(60, told["noise bytes"])
+        assert told["noise bytes"] == 60

@@ -13,12 +13,6 @@
 #define LONGEST 6000U
 
 static const double truth_1[DAVAR_COEFFICIENT_COUNT] = {[DAVAR_ANGLE_RANDOM_WALK] = 60.0};
-static davar_plan_t plan;
-static davar_result_t result;
-static davar_t davar;
-static uint64_t memory[DAVAR_MEMORY(Q15, longest(LONGEST), shortest(LONGEST), stride(1),
-                                    largest(2048U), taus(12U)) /
-                       8U];
 
 /* ---- sums of a fast gyro ---- */
 
@@ -63,10 +57,9 @@ static void run_sums(const void *of, unsigned trials, uint64_t seed)
     const davar_filter_t fast = {.cutoff = row->filter.cutoff / length, .poles = row->filter.poles};
     davar_filter_t known = row->filter;
     uint32_t m[DAVAR_TAUS_MAX];
-    char label[64];
     known.uncertainty = 0.0;
     memset(scores, 0, sizeof scores);
-    expect_window(&result, SUMS_WINDOW, m, davar_taus_octave(SUMS_WINDOW, m, DAVAR_TAUS_MAX));
+    expect_window(SUMS_WINDOW, m, davar_taus_octave(SUMS_WINDOW, m, DAVAR_TAUS_MAX));
     davar_plan_init_filtered(&plan, m, result.tau_count, &known);
     autocovariance_of(&fast, &noise);
     filtered_noise_start(&source, &fast, seed);
@@ -84,14 +77,14 @@ static void run_sums(const void *of, unsigned trials, uint64_t seed)
         }
     }
     for (size_t s = 0U; s < SUM_SIGMAS; s++) {
-        (void)snprintf(label, sizeof label, "%s, sigma %g", row->name, sum_sigmas[s]);
-        score_report(&scores[s], 1.0, label,
+        label("%s, sigma %g", row->name, sum_sigmas[s]);
+        score_report(&scores[s], 1.0,
                      (sum_sigmas[s] < 3.0) ? "N.within? 95:98.5, bias -1:1"
                                            : "N.given 99:, N.within 95:97.5, bias -1:1, rms :3.6");
     }
 }
 
-const group_t group_sums = {"filtered-sums", ROWS(sums), run_sums, 20260734U, 0U, 91.5, 2000U, 0U};
+const experiment_t filtered_sums_experiment = {ROWS(sums), run_sums};
 
 /* ---- noise rounded to counts ---- */
 
@@ -119,50 +112,23 @@ static const double sigmas[SIGMAS] = {0.0,  0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.5,
 #define ROUNDING_UNIT 0.01
 #define WALK_STEP 3.0 /* counts */
 
-static davar_config_t config;
-
-static void start_rounding(uint32_t window)
-{
-    static uint32_t taus[12];
-    config = davar_default_config;
-    config.rate_hz = ROUNDING_HZ;
-    config.unit_per_count = ROUNDING_UNIT;
-    config.law = NULL;
-    config.window.longest = window;
-    config.window.shortest = window;
-    config.moments.segment = 0U;
-    config.taus = taus;
-    config.tau_count = davar_taus_octave(window, taus, 12U);
-    davar_plan_init_white(&plan, taus, config.tau_count);
-    require(davar_init_q15(&davar, &config, memory, sizeof memory) == DAVAR_OK, "rounding: init");
-}
-
 /* The mean in counts at each sample, and white noise of variance 1. */
 static void make_counts(const rounding_t *row, random_t *random, double mean[], double noise[])
 {
     const double start = random_uniform(random);
     const double drift =
         (row->mean == DRIFTING) ? (4.0 * random_uniform(random) / row->window) : 0.0;
-    double walk = 0.0;
+    const double first[] = {[ANYWHERE] = start,
+                            [ON_A_COUNT] = 0.0,
+                            [BETWEEN] = 0.5,
+                            [DRIFTING] = start,
+                            [WALKING] = 0.0};
+    const double step = (row->mean == WALKING) ? WALK_STEP : 0.0;
+    double walk = first[row->mean];
     for (uint32_t i = 0U; i < row->window; i++) {
         noise[i] = random_gauss(random);
-        walk += WALK_STEP * noise[i];
-        switch (row->mean) {
-        case ON_A_COUNT:
-            mean[i] = 0.0;
-            break;
-        case BETWEEN:
-            mean[i] = 0.5;
-            break;
-        case WALKING:
-            mean[i] = walk;
-            break;
-        case ANYWHERE:
-        case DRIFTING:
-        default:
-            mean[i] = start + (drift * i);
-            break;
-        }
+        walk += step * noise[i];
+        mean[i] = walk + (drift * i);
     }
 }
 
@@ -210,11 +176,14 @@ static void run_rounding(const void *of, unsigned trials, uint64_t seed)
     static double noise[LONGEST];
     const rounding_t *const row = of;
     const unsigned windows = (row->window < LONGEST) ? trials : ((trials + 2U) / 3U);
-    char label[64];
     random_t random = random_seeded(seed);
     const size_t count = (row->mean == WALKING) ? 1U : SIGMAS;
     memset(scores, 0, sizeof scores);
-    start_rounding(row->window);
+    configure(NULL, row->window, row->window, 1U);
+    config.rate_hz = ROUNDING_HZ;
+    config.unit_per_count = ROUNDING_UNIT;
+    davar_plan_init_white(&plan, config.taus, config.tau_count);
+    START(q15);
     for (unsigned i = 0U; i < windows; i++) {
         make_counts(row, &random, mean, noise);
         for (size_t s = 0U; s < count; s++) {
@@ -223,18 +192,16 @@ static void run_rounding(const void *of, unsigned trials, uint64_t seed)
         }
     }
     for (size_t s = 0U; s < count; s++) {
-        (void)snprintf(label, sizeof label, "%s, L %u, sigma %g", row->name, (unsigned)row->window,
-                       sigmas[s]);
-        score_report(&scores[s][0], 1.0, label,
+        label("%s, L %u, sigma %g", row->name, (unsigned)row->window, sigmas[s]);
+        score_report(&scores[s][0], 1.0,
                      (row->mean == WALKING) ? "K.given 93:, others 95:"
                                             : rounding_holds(sigmas[s]));
         share("white", scores[s][1].held[DAVAR_ANGLE_RANDOM_WALK], windows);
-        report(label, (row->mean == WALKING) ? NULL : "white 95:");
+        report((row->mean == WALKING) ? NULL : "white 95:");
     }
 }
 
-const group_t group_rounding = {"rounding", ROWS(rounding), run_rounding, 20180805U,
-                                0U,         90.0,           1000U,        0U};
+const experiment_t rounding_experiment = {ROWS(rounding), run_rounding};
 
 /* ---- near the ends of a record, where a centred window contains part of it twice ---- */
 
@@ -280,14 +247,13 @@ static void run_mirrored(const void *of, unsigned trials, uint64_t seed)
     static double noise[RECORD];
     static int16_t sample[RECORD];
     double adev[MIRRORED_TAUS];
-    char label[32];
     random_t random = random_seeded(seed);
     (void)of;
     memset(scores, 0, sizeof scores);
-    config = davar_default_config;
-    config.rate_hz = 1.0;
+    configure(NULL, 600U, 600U, 1U);
+    config.window = davar_default_config.window;
+    config.moments = davar_default_config.moments;
     config.unit_per_count = COUNT;
-    config.law = NULL;
     config.taus = mirrored_taus;
     config.tau_count = MIRRORED_TAUS;
     davar_plan_init_white(&plan, mirrored_taus, MIRRORED_TAUS);
@@ -302,10 +268,10 @@ static void run_mirrored(const void *of, unsigned trials, uint64_t seed)
         score_record(scores, sample, adev);
     }
     for (unsigned p = 0U; p < PLACES; p++) {
-        (void)snprintf(label, sizeof label, "epoch %u", (unsigned)places[p]);
-        score_report(&scores[p], 1.0, label,
+        label("epoch %u", (unsigned)places[p]);
+        score_report(&scores[p], 1.0,
                      "ADEV 94.4:97, long? 94.4:97, N.given 99:, N.within 95:97, bias -0.7:0.7");
     }
 }
 
-const group_t group_mirrored = {"mirrored", ROWS(mirrored), run_mirrored, 7U, 0U, 92.0, 3000U, 0U};
+const experiment_t mirrored_experiment = {ROWS(mirrored), run_mirrored};

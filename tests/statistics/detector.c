@@ -25,14 +25,20 @@ typedef struct {
     int32_t sum;
     uint64_t squares;
     uint32_t count;
+    /* of a whole record */
+    uint64_t samples; /* that it gets */
+    double sigma;     /* counts */
+    double alarms;
+    double cuts;
+    double dispersion; /* sum over blocks */
 } detector_t;
 
 /* assumed: the filter for whitening, or NULL. */
 static void start(detector_t *detector, const davar_filter_t *assumed, double rate_hz,
-                  double per_hour)
+                  double per_hour, double sigma)
 {
     const davar_glr_wish_t wish = {rate_hz, per_hour, 300.0, 6000U, BLOCK, 2U};
-    davar_config_t config = davar_default_config;
+    config = davar_default_config;
     memset(detector, 0, sizeof *detector);
     if (assumed != NULL) {
         davar_whiten(&config, assumed);
@@ -43,17 +49,13 @@ static void start(detector_t *detector, const davar_filter_t *assumed, double ra
     davar_glr_reset(&detector->state);
     detector->first = config.glr.whiten_first;
     detector->second = config.glr.whiten_second;
+    detector->sigma = sigma;
 }
 
-/* In counts. */
-static int32_t sample_of(double number)
+/* A number in counts. True at the end of a block, which has an event. */
+static bool push(detector_t *d, double number)
 {
-    return (int32_t)fmax(-32768.0, fmin(32767.0, floor(number + 0.5)));
-}
-
-/* True at the end of a block, which has an event. */
-static bool push(detector_t *d, int32_t sample)
-{
+    const int32_t sample = (int32_t)fmax(-32768.0, fmin(32767.0, floor(number + 0.5)));
     d->before = d->has_past ? d->before : sample;
     d->earlier = d->has_past ? d->earlier : sample;
     d->has_past = true;
@@ -74,93 +76,93 @@ static bool push(detector_t *d, int32_t sample)
     return true;
 }
 
-/* ---- noise of every kind ---- */
+/* ---- noise of any kind, or after a filter ---- */
 
-static double half(source_t *source)
+static const noise_kind_t *kind; /* NULL: after a filter */
+static source_t source;
+static filtered_noise_t filtered;
+
+static double next(double size)
 {
-    return noise_gauss(source) * 0.5 / SIGMA;
+    return (kind != NULL) ? (size * kind->next(&source)) : filtered_noise_next(&filtered, size);
 }
 
-static const noise_kind_t half_kind = {"half", half};
-
-static const noise_kind_t *kind_of(const char *name)
+/* The part of a count at which the noise lies. */
+static double any_mean(void)
 {
-    for (size_t i = 0U; i < NOISE_KINDS; i++) {
-        if (strcmp(name, noise_kinds[i].name) == 0) {
-            return &noise_kinds[i];
-        }
-    }
-    return &half_kind;
+    return (kind != NULL) ? 0.0 : random_uniform(&filtered.random);
 }
 
-typedef struct {
-    double alarms;
-    double cuts;
-    double dispersion;
-} counted_t;
-
-/* Two detectors in the same noise. */
-static void count_alarms(const noise_kind_t *kind, double hours, const double per_hour[2],
-                         uint64_t seed, counted_t counted[2])
+/* Detectors in the same noise. */
+static void watch(detector_t detectors[], size_t count)
 {
-    static detector_t detectors[2];
-    source_t source = source_seeded(seed);
-    const uint64_t samples = (uint64_t)(hours * 3600.0 * RATE_HZ);
-    const int count = (per_hour[1] > 0.0) ? 2 : 1;
-    for (int d = 0; d < count; d++) {
-        start(&detectors[d], NULL, RATE_HZ, per_hour[d]);
-        counted[d] = (counted_t){0.0, 0.0, 0.0};
+    const double mean = any_mean();
+    uint64_t most = 0U;
+    for (size_t d = 0U; d < count; d++) {
+        most = (detectors[d].samples > most) ? detectors[d].samples : most;
     }
-    for (uint64_t i = 0U; i < samples; i++) {
-        const int32_t sample = sample_of(SIGMA * kind->next(&source));
-        for (int d = 0; d < count; d++) {
-            if (push(&detectors[d], sample)) {
-                const davar_glr_event_t *const event = &detectors[d].event;
-                counted[d].alarms += event->is_alarm ? 1.0 : 0.0;
-                counted[d].cuts += event->is_cut ? 1.0 : 0.0;
-                counted[d].dispersion +=
-                    davar_glr_dispersion(&detectors[d].state, GLR_TYPICAL) / 4096.0;
+    for (uint64_t i = 0U; i < most; i++) {
+        const double now = next(1.0);
+        for (size_t d = 0U; d < count; d++) {
+            detector_t *const one = &detectors[d];
+            if ((i < one->samples) && push(one, mean + (one->sigma * now))) {
+                one->alarms += one->event.is_alarm ? 1.0 : 0.0;
+                one->cuts += one->event.is_cut ? 1.0 : 0.0;
+                one->dispersion += davar_glr_dispersion(&one->state, GLR_TYPICAL) / 4096.0;
             }
         }
     }
-    const uint64_t blocks = samples / BLOCK;
-    for (int d = 0; d < count; d++) {
-        counted[d].dispersion /= (double)blocks;
-    }
 }
 
-#define QUIET 12000U     /* samples before a step */
-#define PATIENCE 100000U /* samples after it */
-#define STEPS 800U
+typedef struct {
+    uint32_t count;
+    uint32_t quiet;    /* samples before a step */
+    uint32_t patience; /* samples after it */
+    double per_hour;
+    double sigma; /* counts */
+} steps_t;
 
-/* Seconds from the step to the alarm, or PATIENCE without an alarm. */
-static double delay_of(source_t *source, const noise_kind_t *kind, double ratio)
+/* Seconds from a step to the alarm: the median, and of nine in ten. */
+static double median_delay(const steps_t *steps, const davar_filter_t *assumed, double ratio,
+                           double *nine)
 {
     static detector_t detector;
-    start(&detector, NULL, RATE_HZ, 0.01);
-    const uint32_t quiet = QUIET + (uint32_t)(random_next(&source->random) % 5120U);
-    for (uint32_t i = 0U; i < quiet; i++) {
-        (void)push(&detector, sample_of(SIGMA * kind->next(source)));
-    }
-    for (uint32_t i = 1U; i < PATIENCE; i++) {
-        if (push(&detector, sample_of(SIGMA * ratio * kind->next(source))) &&
-            detector.event.is_alarm) {
-            return (double)i / RATE_HZ;
+    static double delays[800];
+    random_t *const random = (kind != NULL) ? &source.random : &filtered.random;
+    for (uint32_t t = 0U; t < steps->count; t++) {
+        start(&detector, assumed, RATE_HZ, steps->per_hour, steps->sigma);
+        const double mean = any_mean();
+        const uint32_t quiet = steps->quiet + (uint32_t)(random_next(random) % 5120U);
+        for (uint32_t i = 0U; i < quiet; i++) {
+            (void)push(&detector, mean + (steps->sigma * next(1.0)));
         }
+        uint32_t i = 1U;
+        while ((i < steps->patience) &&
+               !(push(&detector, mean + (steps->sigma * next(ratio))) && detector.event.is_alarm)) {
+            i++;
+        }
+        delays[t] = (double)i / RATE_HZ;
     }
-    return (double)PATIENCE / RATE_HZ;
+    qsort(delays, steps->count, sizeof delays[0], ascending);
+    *nine = delays[(steps->count * 9U) / 10U];
+    return delays[steps->count / 2U];
 }
 
-static double delays[STEPS];
+/* ---- noise of every kind ---- */
 
-static double median_delay(const noise_kind_t *kind, double ratio, uint64_t seed)
+static double half(source_t *gauss)
 {
-    source_t source = source_seeded(seed + 1U);
-    for (uint32_t i = 0U; i < STEPS; i++) {
-        delays[i] = delay_of(&source, kind, ratio);
+    return noise_gauss(gauss) * 0.5 / SIGMA;
+}
+
+static void start_kind(const char *name, uint64_t seed)
+{
+    static const noise_kind_t half_kind = {"half", half};
+    kind = &half_kind;
+    for (size_t i = 0U; i < NOISE_KINDS; i++) {
+        kind = (strcmp(name, noise_kinds[i].name) == 0) ? &noise_kinds[i] : kind;
     }
-    qsort(delays, STEPS, sizeof delays[0], ascending);
-    return delays[STEPS / 2U];
+    source = source_seeded(seed);
 }
 
 /* A row of the table of rates, in which `trials` are hours. Alarms over the stated ones, at 0.1 and
@@ -184,58 +186,64 @@ static const rates_row_t rates_rows[] = {
     {"half", "0.1/h :0.4, 1/h :0.5", NULL},
 };
 
+static void count_hours(detector_t *detector, double hours, double per_hour)
+{
+    start(detector, NULL, RATE_HZ, per_hour, SIGMA);
+    detector->samples = (uint64_t)(hours * 3600.0 * RATE_HZ);
+}
+
 static void run_rates(const void *of, unsigned trials, uint64_t seed)
 {
-    static const double per_hour[2] = {0.1, 1.0};
+    static const steps_t steps = {800U, 12000U, 100000U, 0.01, SIGMA};
+    static detector_t detectors[2];
     const rates_row_t *const row = of;
-    const noise_kind_t *const kind = kind_of(row->name);
-    counted_t counted[2];
-    count_alarms(kind, trials, per_hour, seed, counted);
-    rate("0.1/h", counted[0].alarms, 0.1 * trials);
-    rate("1/h", counted[1].alarms, trials);
-    value("cuts", counted[0].cuts / trials, 0.1);
-    value("f", counted[0].dispersion, 0.0);
-    report(row->name, row->holds);
+    double nine;
+    count_hours(&detectors[0], trials, 0.1);
+    count_hours(&detectors[1], trials, 1.0);
+    start_kind(row->name, seed);
+    watch(detectors, 2U);
+    rate("0.1/h", detectors[0].alarms, 0.1 * trials);
+    rate("1/h", detectors[1].alarms, trials);
+    value("cuts", detectors[0].cuts / trials, 0.1);
+    value("f", detectors[0].dispersion * BLOCK / (double)detectors[0].samples, 0.0);
+    label("%s", row->name);
+    report(row->holds);
     if (row->in_time != NULL) {
-        value("x1.5", median_delay(kind, 1.5, seed), 0.0);
-        value("x2", median_delay(kind, 2.0, seed), 0.0);
-        report(row->name, row->in_time);
+        for (size_t i = 0U; i < 2U; i++) {
+            start_kind(row->name, seed + 1U);
+            value((i == 0U) ? "x1.5" : "x2",
+                  median_delay(&steps, NULL, (i == 0U) ? 1.5 : 2.0, &nine), 0.0);
+        }
+        report(row->in_time);
     }
 }
 
-const group_t group_rates = {
-    "rates", rates_rows, sizeof rates_rows[0], 4U, run_rates, 1U, 240U, 0.0, 0U, 0U};
-const group_t group_rates_other = {"rates-other",
-                                   &rates_rows[4],
-                                   sizeof rates_rows[0],
-                                   COUNT_OF(rates_rows) - 4U,
-                                   run_rates,
-                                   1U,
-                                   240U,
-                                   0.0,
-                                   0U,
-                                   0U};
+#define OFTEN 4U /* rows that tools/test runs */
+const experiment_t rates_experiment = {rates_rows, sizeof rates_rows[0], OFTEN, run_rates};
+const experiment_t rates_other_experiment = {&rates_rows[OFTEN], sizeof rates_rows[0],
+                                             COUNT_OF(rates_rows) - OFTEN, run_rates};
 
 /* The kinds with the most alarms, at a low rate. */
-static const char *const rare_rows[] = {"student5 and student3"};
+static const char *const rare_rows[] = {"student5, student3"};
 
 static void run_rare(const void *of, unsigned trials, uint64_t seed)
 {
     static const char *const names[] = {"student5", "student3"};
-    static const double per_hour[2] = {0.02, 0.0};
-    counted_t counted[2];
+    static detector_t detector;
     double all = 0.0;
-    (void)of;
     for (size_t i = 0U; i < COUNT_OF(names); i++) {
-        count_alarms(kind_of(names[i]), trials, per_hour, seed, counted);
-        rate("0.02/h", counted[0].alarms, 0.02 * trials);
-        all += counted[0].alarms;
+        count_hours(&detector, trials, 0.02);
+        start_kind(names[i], seed);
+        watch(&detector, 1U);
+        rate("0.02/h", detector.alarms, 0.02 * trials);
+        all += detector.alarms;
     }
     rate("both", all, 0.04 * trials);
-    report("student5, student3", "0.02/h 0.6:1.1, both 0.7:1.05");
+    label("%s", *(const char *const *)of);
+    report("0.02/h 0.6:1.1, both 0.7:1.05");
 }
 
-const group_t group_rare = {"rates-rare", ROWS(rare_rows), run_rare, 1U, 700U, 0.0, 0U, 0U};
+const experiment_t rates_rare_experiment = {ROWS(rare_rows), run_rare};
 
 /* ---- after a filter, whitened (10.16) ---- */
 
@@ -256,98 +264,71 @@ static const setting_t settings[] = {{"100Hz", 100.0, 1.0, 150.0, 1.0},
                                      {"high", 100.0, 1.0, 150.0, 1.2}};
 #define SETTINGS COUNT_OF(settings)
 
-static filtered_noise_t noise;
-
-#define FILTERED_STEPS 200U
-#define STEP_QUIET 4000U
-#define STEP_PATIENCE 6000U
-
-/* Seconds from a change of 1.5 to the alarm at 100 Hz and one false alarm in 2 h: the median. */
-static double step_delay(const davar_filter_t *filter, const davar_filter_t *assumed, double sigma,
-                         uint64_t seed, double *nine)
+static void start_filter(const davar_filter_t *filter, uint64_t seed)
 {
-    static detector_t detector;
-    filtered_noise_start(&noise, filter, seed + 1U);
-    for (uint32_t t = 0U; t < FILTERED_STEPS; t++) {
-        start(&detector, assumed, 100.0, 0.5);
-        const double mean = random_uniform(&noise.random);
-        const uint32_t quiet = STEP_QUIET + (uint32_t)(random_next(&noise.random) % 5120U);
-        for (uint32_t i = 0U; i < quiet; i++) {
-            (void)push(&detector, sample_of(mean + (sigma * filtered_noise_next(&noise, 1.0))));
-        }
-        uint32_t i = 1U;
-        while ((i < STEP_PATIENCE) &&
-               !(push(&detector, sample_of(mean + (sigma * filtered_noise_next(&noise, 1.5)))) &&
-                 detector.event.is_alarm)) {
-            i++;
-        }
-        delays[t] = (double)i / 100.0;
-    }
-    qsort(delays, FILTERED_STEPS, sizeof delays[0], ascending);
-    *nine = delays[(FILTERED_STEPS * 9U) / 10U];
-    return delays[FILTERED_STEPS / 2U];
+    kind = NULL;
+    filtered_noise_start(&filtered, filter, seed);
 }
 
-/* The settings hear the same noise. `trials`: hours at 100 Hz. Returns the alarms that came over the
- * stated ones, of the first three. */
-static void count_whitened(const davar_filter_t *filter, unsigned trials, uint64_t seed)
+/* `trials`: hours at 100 Hz. Reports alarms over the stated ones; of `all`: of the first three. */
+static void count_whitened(const davar_filter_t *filter, size_t used, unsigned trials,
+                           uint64_t seed)
 {
     static detector_t detectors[SETTINGS];
-    double count[SETTINGS] = {0.0};
     double stated[SETTINGS];
-    uint64_t samples[SETTINGS];
-    uint64_t most = 0U;
-    const size_t used = (filter->poles > 0U) ? SETTINGS : 3U;
-    filtered_noise_start(&noise, filter, seed);
+    start_filter(filter, seed);
     for (size_t s = 0U; s < used; s++) {
         const double hours = settings[s].hours * trials / 150.0;
         davar_filter_t assumed = *filter;
         assumed.cutoff *= settings[s].wrong;
-        start(&detectors[s], &assumed, settings[s].rate_hz, settings[s].per_hour);
+        start(&detectors[s], &assumed, settings[s].rate_hz, settings[s].per_hour, LSB_PER_SIGMA);
         stated[s] = hours * settings[s].per_hour;
-        samples[s] = (uint64_t)(hours * 3600.0 * settings[s].rate_hz);
-        most = (samples[s] > most) ? samples[s] : most;
+        detectors[s].samples = (uint64_t)(hours * 3600.0 * settings[s].rate_hz);
     }
-    const double mean = random_uniform(&noise.random); /* a part of a count */
-    for (uint64_t i = 0U; i < most; i++) {
-        const int32_t sample = sample_of(mean + (LSB_PER_SIGMA * filtered_noise_next(&noise, 1.0)));
-        for (size_t s = 0U; s < used; s++) {
-            if ((i < samples[s]) && push(&detectors[s], sample)) {
-                count[s] += detectors[s].event.is_alarm ? 1.0 : 0.0;
-            }
-        }
-    }
+    watch(detectors, used);
     for (size_t s = 0U; s < used; s++) {
-        rate(settings[s].name, count[s], stated[s]);
+        rate(settings[s].name, detectors[s].alarms, stated[s]);
     }
-    rate("all", count[0] + count[1] + count[2], stated[0] + stated[1] + stated[2]);
+    rate("all", detectors[0].alarms + detectors[1].alarms + detectors[2].alarms,
+         stated[0] + stated[1] + stated[2]);
+}
+
+/* Seconds from a change of 1.5 to the alarm at 100 Hz and one false alarm in 2 h. */
+static double step_delay(const davar_filter_t *filter, const davar_filter_t *assumed, uint64_t seed,
+                         double *nine)
+{
+    static const steps_t steps = {200U, 4000U, 6000U, 0.5, LSB_PER_SIGMA};
+    start_filter(filter, seed + 1U);
+    return median_delay(&steps, assumed, 1.5, nine);
 }
 
 static void run_whitened(const void *of, unsigned trials, uint64_t seed)
 {
     const case_t *const row = of;
+    const size_t used = (row->filter.poles > 0U) ? SETTINGS : 3U;
     double nine[2];
-    count_whitened(&row->filter, trials, seed);
-    report(
-        row->name,
-        "100Hz 0.9:1.25, 1kHz 0.9:1.25, 8kHz 0.9:1.25, all 0.9:1.25, low? 0.9:1.3, high? 0.9:1.3");
-    const double whitened = step_delay(&row->filter, &row->filter, LSB_PER_SIGMA, seed, &nine[0]);
-    const double plain = step_delay(&row->filter, NULL, LSB_PER_SIGMA, seed, &nine[1]);
+    count_whitened(&row->filter, used, trials, seed);
+    label("%s", row->name);
+    report("100Hz 0.9:1.25, 1kHz 0.9:1.25, 8kHz 0.9:1.25, all 0.9:1.25, low? 0.9:1.3, "
+           "high? 0.9:1.3");
+    const double whitened = step_delay(&row->filter, &row->filter, seed, &nine[0]);
+    const double plain = step_delay(&row->filter, NULL, seed, &nine[1]);
     value("delay", whitened, 0.0);
     value("nine", nine[0], 0.0);
     value("plain", plain, 0.0);
     value("plain.nine", nine[1], 0.0);
     value("ratio", whitened / plain, 0.0); /* three standard errors of two medians: 0.27 */
-    report(row->name, "delay 0.6:1.2, nine 1:2.1, ratio :1.3");
-    for (size_t s = 3U; (row->filter.poles > 0U) && (s < SETTINGS); s++) {
+    report("delay 0.6:1.2, nine 1:2.1, ratio :1.3");
+    for (size_t s = 3U; s < used; s++) {
         davar_filter_t assumed = row->filter;
         assumed.cutoff *= settings[s].wrong;
-        value("delay", step_delay(&row->filter, &assumed, LSB_PER_SIGMA, seed, nine), 0.0);
-        report(settings[s].name, "delay 0.6:1.2");
+        value("delay", step_delay(&row->filter, &assumed, seed, nine), 0.0);
+        label("%s", settings[s].name);
+        report("delay 0.6:1.2");
     }
 }
 
-const group_t group_whitened = {"whitened", ROWS(cases), run_whitened, 1U, 70U, 0.0, 150U, 0U};
+const experiment_t whitened_experiment = {ROWS(cases), run_whitened};
 
 /* Coarse counts: the rate becomes 0. In between, correlation that whitening leaves is hidden from the
  * dispersion: the average of 8 has up to twice the stated alarms. */
@@ -362,37 +343,25 @@ static const coarse_t coarse_rows[] = {
     {"2 poles 0.05", "10 :0.4, 3 :0.1, 1 :0.1", NARROW_CASE},
     {"2 poles 0.1", "10 0.6:1.25, 3 :0.2, 1 :0.1", LESS_NARROW_CASE},
     {"average of 8", "10 0.8:1.5, 3 1.2:2, 1 :0.1", 9U}};
-static const struct {
-    const char *name;
-    double sigma; /* counts */
-} coarse_sigmas[] = {{"10", 10.0}, {"3", 3.0}, {"1", 1.0}, {"0.5", 0.5}, {"0.3", 0.3}};
-#define COARSE_SIGMAS COUNT_OF(coarse_sigmas)
 
 static void run_coarse(const void *of, unsigned trials, uint64_t seed)
 {
-    static detector_t detectors[COARSE_SIGMAS];
+    static const double sigmas[] = {10.0, 3.0, 1.0, 0.5, 0.3}; /* counts */
+    static const char *const names[] = {"10", "3", "1", "0.5", "0.3"};
+    static detector_t detectors[COUNT_OF(sigmas)];
     const coarse_t *const row = of;
     const davar_filter_t *const filter = &cases[row->filter].filter;
-    const uint64_t samples = UINT64_C(360000) * trials;
-    double count[COARSE_SIGMAS] = {0.0};
-    filtered_noise_start(&noise, filter, seed);
-    for (size_t s = 0U; s < COARSE_SIGMAS; s++) {
-        start(&detectors[s], filter, 100.0, 1.0);
+    start_filter(filter, seed);
+    for (size_t s = 0U; s < COUNT_OF(sigmas); s++) {
+        start(&detectors[s], filter, RATE_HZ, 1.0, sigmas[s]);
+        detectors[s].samples = UINT64_C(360000) * trials;
     }
-    const double mean = random_uniform(&noise.random);
-    for (uint64_t i = 0U; i < samples; i++) {
-        const double now = filtered_noise_next(&noise, 1.0);
-        for (size_t s = 0U; s < COARSE_SIGMAS; s++) {
-            if (push(&detectors[s], sample_of(mean + (coarse_sigmas[s].sigma * now)))) {
-                count[s] += detectors[s].event.is_alarm ? 1.0 : 0.0;
-            }
-        }
+    watch(detectors, COUNT_OF(sigmas));
+    for (size_t s = 0U; s < COUNT_OF(sigmas); s++) {
+        rate(names[s], detectors[s].alarms, trials);
     }
-    for (size_t s = 0U; s < COARSE_SIGMAS; s++) {
-        rate(coarse_sigmas[s].name, count[s], trials);
-    }
-    report(row->name, row->holds);
+    label("%s", row->name);
+    report(row->holds);
 }
 
-const group_t group_coarse = {
-    "whitened-coarse", ROWS(coarse_rows), run_coarse, 1U, 40U, 0.0, 0U, 0U};
+const experiment_t whitened_coarse_experiment = {ROWS(coarse_rows), run_coarse};

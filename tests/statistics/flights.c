@@ -8,7 +8,7 @@
 #define MINUTES_20 12000U /* blocks */
 #define AHEAD 20U         /* blocks; a switch that a change overtook within 2 s is not wrong */
 
-static davar_select_config_t config;
+static davar_select_config_t flown;
 static davar_select_t selection;
 static davar_select_gyro_t gyro[DAVAR_SELECT_GYROS];
 static davar_select_pair_t pair[DAVAR_SELECT_PAIRS(DAVAR_SELECT_GYROS)];
@@ -17,19 +17,19 @@ static flight_t flight;
 static float square[DAVAR_SELECT_GYROS]; /* of the newest block */
 static uint64_t next_seed;
 
-static void configure(uint8_t gyros, uint8_t axes, float errors_per_1000_h)
+static void choose(uint8_t gyros, uint8_t axes, float errors_per_1000_h)
 {
-    config = (davar_select_config_t){
+    flown = (davar_select_config_t){
         .gyros = gyros, .axes = axes, .block = BLOCK, .rate_hz = 100.0F, DAVAR_SELECT_DEFAULTS};
     if (errors_per_1000_h > 0.0F) {
-        config.errors_per_1000_h = errors_per_1000_h;
+        flown.errors_per_1000_h = errors_per_1000_h;
     }
 }
 
 static void take_off(flight_noise_t kind)
 {
-    require(davar_select_init(&selection, &config, gyro, pair) == DAVAR_SELECT_OK, "flights: init");
-    flight_start(&flight, next_seed, &config, kind);
+    require(davar_select_init(&selection, &flown, gyro, pair) == DAVAR_SELECT_OK, "flights: init");
+    flight_start(&flight, next_seed, &flown, kind);
     next_seed++;
 }
 
@@ -38,17 +38,17 @@ static void fly(uint32_t stuck, uint32_t absent)
 {
     static float rates[DAVAR_SELECT_GYROS * DAVAR_SELECT_AXES];
     float before[DAVAR_SELECT_GYROS * DAVAR_SELECT_AXES];
-    for (uint32_t k = 0U; k < config.block; k++) {
+    for (uint32_t k = 0U; k < flown.block; k++) {
         memcpy(before, rates, sizeof before);
         flight_sample(&flight, rates);
-        for (uint32_t i = 0U; i < (uint32_t)config.gyros * config.axes; i++) {
-            rates[i] = (((stuck >> (i / config.axes)) & 1U) != 0U) ? before[i] : rates[i];
-            rates[i] = (((absent >> (i / config.axes)) & 1U) != 0U) ? NAN : rates[i];
+        for (uint32_t i = 0U; i < (uint32_t)flown.gyros * flown.axes; i++) {
+            rates[i] = (((stuck >> (i / flown.axes)) & 1U) != 0U) ? before[i] : rates[i];
+            rates[i] = (((absent >> (i / flown.axes)) & 1U) != 0U) ? NAN : rates[i];
         }
         const bool full = davar_select_add(&selection, rates);
-        require(full == (k + 1U == config.block), "flights: a block");
+        require(full == (k + 1U == flown.block), "flights: a block");
     }
-    for (uint32_t i = 0U; i < config.gyros; i++) {
+    for (uint32_t i = 0U; i < flown.gyros; i++) {
         square[i] = gyro[i].square[0] + gyro[i].square[1] + gyro[i].square[2];
     }
     davar_select_update(&selection, &verdict);
@@ -57,73 +57,52 @@ static void fly(uint32_t stuck, uint32_t absent)
 /* ---- between gyros of equal noise ---- */
 
 typedef struct {
-    const char *name;
-    flight_noise_t kind;
-    uint8_t gyros;
+    uint8_t gyros; /* 0: as the movement states */
     uint8_t axes;
-    float stated; /* wrong switches per 1000 h */
-    double hours; /* of a trial, which is a third of an hour */
-    double shake;
-    double vibration;
-    double tone;     /* at 23 Hz */
+    float stated;    /* wrong switches per 1000 h */
     float tolerance; /* of time, s */
-} ride_t;
+    double hours;    /* of a trial, which is a third of an hour */
+} crew_t;
 
 /* A high stated rate makes short flights a strict test. */
-#define EQUAL(name, kind)                                                                          \
-    {name, kind, 2U, 1U, 10000.0F, 2.0, 0.0, 0.0, 0.0, 0.0005F},                                   \
-        {name, kind, 4U, 1U, 10000.0F, 1.0, 0.0, 0.0, 0.0, 0.0005F},                               \
-    {                                                                                              \
-        name, kind, 3U, 3U, 10000.0F, 1.0, 0.0, 0.0, 0.0, 0.0005F                                  \
-    }
-#define RARELY(name, kind)                                                                         \
-    {                                                                                              \
-        name, kind, 2U, 1U, 100.0F, 20.0, 0.0, 0.0, 0.0, 0.0005F                                   \
-    }
-
-static const ride_t equal[] = {
-    EQUAL("Gauss", NOISE_GAUSS),
-    EQUAL("Laplace", NOISE_LAPLACE),
-    EQUAL("Student t5", NOISE_STUDENT_5),
-    EQUAL("AR(1) 0.7", NOISE_MARKOV),
-    EQUAL("steps AR(1) 0.7", NOISE_MARKOV_STEP),
-    EQUAL("each sample three times", NOISE_HELD),
-    RARELY("Gauss", NOISE_GAUSS),
-    RARELY("Laplace", NOISE_LAPLACE),
-    RARELY("Student t5", NOISE_STUDENT_5),
-    RARELY("AR(1) 0.7", NOISE_MARKOV),
-    RARELY("steps AR(1) 0.7", NOISE_MARKOV_STEP),
-    RARELY("each sample three times", NOISE_HELD),
-};
+static const crew_t equal[] = {{2U, 1U, 10000.0F, 0.0005F, 2.0},
+                               {4U, 1U, 10000.0F, 0.0005F, 1.0},
+                               {3U, 3U, 10000.0F, 0.0005F, 1.0},
+                               {2U, 1U, 100.0F, 0.0005F, 20.0}};
 
 /* At the default rate: a single switch fails. Mismatch of scale and time, within the tolerances,
  * makes gyros of equal noise look different. */
-#define RIDE(name, gyros, ...)                                                                     \
-    {                                                                                              \
-        name, NOISE_GAUSS, gyros, 1U, 1.0F, 1.0, __VA_ARGS__, 0.0005F                              \
-    }
-#define MORE_RIDES(name, gyros, ...)                                                               \
-    {name, NOISE_GAUSS, gyros, 3U, 1.0F, 1.0, __VA_ARGS__, 0.0005F},                               \
-        {name, NOISE_GAUSS, gyros, 3U, 1.0F, 1.0, __VA_ARGS__, 0.0012F},                           \
-    {                                                                                              \
-        name, NOISE_GAUSS, 2U, 3U, 1.0F, 1.0, __VA_ARGS__, 0.0012F                                 \
-    }
+static const crew_t rides[] = {{0U, 1U, 1.0F, 0.0005F, 1.0},
+                               {0U, 3U, 1.0F, 0.0005F, 1.0},
+                               {0U, 3U, 1.0F, 0.0012F, 1.0},
+                               {2U, 3U, 1.0F, 0.0012F, 1.0}};
 
-static const ride_t rides[] = {
-    RIDE("shake 150", 3U, 150.0, 0.0, 0.0),
-    RIDE("shake 600", 4U, 600.0, 0.0, 0.0),
-    RIDE("shake 1500", 3U, 1500.0, 0.0, 0.0),
-    RIDE("vibration", 4U, 0.0, 5.0, 0.0),
-    RIDE("tone 0.3", 3U, 0.0, 0.0, 0.3),
-    RIDE("tone 1", 4U, 0.0, 0.0, 1.0),
-    RIDE("tone 5", 3U, 0.0, 0.0, 5.0),
-    MORE_RIDES("shake 150", 3U, 150.0, 0.0, 0.0),
-    MORE_RIDES("shake 600", 4U, 600.0, 0.0, 0.0),
-    MORE_RIDES("shake 1500", 3U, 1500.0, 0.0, 0.0),
-    MORE_RIDES("vibration", 4U, 0.0, 5.0, 0.0),
-    MORE_RIDES("tone 0.3", 3U, 0.0, 0.0, 0.3),
-    MORE_RIDES("tone 1", 4U, 0.0, 0.0, 1.0),
-    MORE_RIDES("tone 5", 3U, 0.0, 0.0, 5.0),
+typedef struct {
+    const char *name;
+    flight_noise_t kind;
+    uint8_t gyros;
+    double shake;
+    double vibration;
+    double tone; /* at 23 Hz */
+} ride_t;
+
+static const ride_t kinds[] = {
+    {"Gauss", NOISE_GAUSS, 0U, 0.0, 0.0, 0.0},
+    {"Laplace", NOISE_LAPLACE, 0U, 0.0, 0.0, 0.0},
+    {"Student t5", NOISE_STUDENT_5, 0U, 0.0, 0.0, 0.0},
+    {"AR(1) 0.7", NOISE_MARKOV, 0U, 0.0, 0.0, 0.0},
+    {"steps AR(1) 0.7", NOISE_MARKOV_STEP, 0U, 0.0, 0.0, 0.0},
+    {"each sample three times", NOISE_HELD, 0U, 0.0, 0.0, 0.0},
+};
+
+static const ride_t movements[] = {
+    {"shake 150", NOISE_GAUSS, 3U, 150.0, 0.0, 0.0},
+    {"shake 600", NOISE_GAUSS, 4U, 600.0, 0.0, 0.0},
+    {"shake 1500", NOISE_GAUSS, 3U, 1500.0, 0.0, 0.0},
+    {"vibration", NOISE_GAUSS, 4U, 0.0, 5.0, 0.0},
+    {"tone 0.3", NOISE_GAUSS, 3U, 0.0, 0.0, 0.3},
+    {"tone 1", NOISE_GAUSS, 4U, 0.0, 0.0, 1.0},
+    {"tone 5", NOISE_GAUSS, 3U, 0.0, 0.0, 5.0},
 };
 
 typedef struct {
@@ -150,8 +129,8 @@ static void ride_once(const ride_t *ride, counted_t *counted)
         counted->switches += verdict.switched ? 1U : 0U;
         counted->hidden += verdict.hidden ? 1U : 0U;
         alarm = verdict.disagree;
-        for (uint32_t i = 0U; i < ride->gyros; i++) {
-            fused += (double)verdict.weight[i] * (double)verdict.weight[i] * ride->gyros;
+        for (uint32_t i = 0U; i < flown.gyros; i++) {
+            fused += (double)verdict.weight[i] * (double)verdict.weight[i] * flown.gyros;
             alarm = alarm || (verdict.fault[i] != 0U);
         }
         counted->excess += (fused > 0.0) ? (sqrt(fused) - 1.0) : 0.0;
@@ -160,38 +139,46 @@ static void ride_once(const ride_t *ride, counted_t *counted)
 }
 
 /* Switches and alarms over the stated ones. Where means wander, alarms are right. */
-static void run_rides(const void *of, unsigned trials, uint64_t seed)
+static void fly_rides(const crew_t *crew, const ride_t *ride, unsigned trials, const char *holds)
 {
-    const ride_t *const ride = of;
-    const bool is_equal = (ride->shake + ride->vibration + ride->tone) <= 0.0;
-    const uint32_t count = (uint32_t)lround(trials * ride->hours);
-    const double stated = 0.001 * (double)ride->stated * count / 3.0;
+    const uint32_t count = (uint32_t)lround(trials * crew->hours);
+    const double stated = 0.001 * (double)crew->stated * count / 3.0;
     const double percent = 100.0 / (12000.0 * count);
     counted_t counted = {0U, 0U, 0U, 0.0};
-    char label[80];
-    next_seed = seed;
-    configure(ride->gyros, ride->axes, ride->stated);
-    config.time_tolerance_s = ride->tolerance;
+    choose((crew->gyros > 0U) ? crew->gyros : ride->gyros, crew->axes, crew->stated);
+    flown.time_tolerance_s = crew->tolerance;
     for (uint32_t f = 0U; f < count; f++) {
         ride_once(ride, &counted);
     }
     value("hours", count / 3.0, 0.0);
-    value("stated", (double)ride->stated, 0.0);
+    value("stated", (double)crew->stated, 0.0);
     value("switches", counted.switches / stated, 0.0);
     value("alarms", counted.alarms / stated, 0.0);
     value("fused", percent * counted.excess, 0.0);
     value("hidden", percent * counted.hidden, 0.0);
-    (void)snprintf(label, sizeof label, "%s, %u gyros, %u axes", ride->name, ride->gyros,
-                   ride->axes);
-    report(label,
-           is_equal ? ((ride->kind == NOISE_MARKOV_STEP) ? "switches :1" : "switches :1, alarms :1")
-                    : "switches :0, alarms :0, fused :2");
+    label("%s, %u gyros, %u axes", ride->name, flown.gyros, flown.axes);
+    report(holds);
 }
 
-const group_t group_switches = {
-    "flights-equal", ROWS(equal), run_rides, UINT64_C(0x6A70C0DE), 9U, 0.0, 30U, 6U};
-const group_t group_rides = {
-    "flights-rides", ROWS(rides), run_rides, UINT64_C(0x6A70C1DE), 3U, 0.0, 30U, 21U};
+static void run_equal(const void *crew, unsigned trials, uint64_t seed)
+{
+    for (size_t i = 0U; i < COUNT_OF(kinds); i++) {
+        next_seed = seed;
+        fly_rides(crew, &kinds[i], trials,
+                  (kinds[i].kind == NOISE_MARKOV_STEP) ? "switches :1" : "switches :1, alarms :1");
+    }
+}
+
+static void run_rides(const void *crew, unsigned trials, uint64_t seed)
+{
+    for (size_t i = 0U; i < COUNT_OF(movements); i++) {
+        next_seed = seed;
+        fly_rides(crew, &movements[i], trials, "switches :0, alarms :0, fused :2");
+    }
+}
+
+const experiment_t flights_equal_experiment = {ROWS(equal), run_equal};
+const experiment_t flights_rides_experiment = {ROWS(rides), run_rides};
 
 /* ---- the time until a chosen gyro whose noise grows is left ---- */
 
@@ -221,9 +208,8 @@ static void run_delays(const void *of, unsigned trials, uint64_t seed)
     const louder_t *const row = of;
     const uint32_t count = trials / row->part;
     double sum = 0.0;
-    char label[64];
     next_seed = seed;
-    configure(row->gyros, row->axes, 1.0F);
+    choose(row->gyros, row->axes, 1.0F);
     for (uint32_t f = 0U; f < count; f++) {
         uint32_t blocks = 0U;
         take_off(NOISE_GAUSS);
@@ -240,12 +226,11 @@ static void run_delays(const void *of, unsigned trials, uint64_t seed)
         sum += 0.1 * blocks;
     }
     value("mean", sum / count, 0.0);
-    (void)snprintf(label, sizeof label, "%s, %u gyros, %u axes", row->name, row->gyros, row->axes);
-    report(label, row->holds);
+    label("%s, %u gyros, %u axes", row->name, row->gyros, row->axes);
+    report(row->holds);
 }
 
-const group_t group_delays = {
-    "flights-delays", ROWS(louder), run_delays, UINT64_C(0x6A70C2DE), 400U, 0.0, 0U, 0U};
+const experiment_t flights_delays_experiment = {ROWS(louder), run_delays};
 
 /* ---- fused noise, and simple rules ---- */
 
@@ -309,7 +294,7 @@ static void apply_rules(rules_t *rules, uint32_t t, tally_t *tally)
     uint32_t least = rules->least;
     uint32_t smooth = rules->smooth;
     double totals[DAVAR_SELECT_GYROS] = {0.0};
-    for (uint32_t i = 0U; i < config.gyros; i++) {
+    for (uint32_t i = 0U; i < flown.gyros; i++) {
         rules->totals[t % BLOCK][i] = square[i];
         const double noise = sqrt((double)square[i]);
         rules->average[i] += (noise - rules->average[i]) * ((t == 0U) ? 1.0 : 0.05);
@@ -317,7 +302,7 @@ static void apply_rules(rules_t *rules, uint32_t t, tally_t *tally)
             totals[i] += (double)rules->totals[k][i];
         }
     }
-    for (uint32_t i = 0U; i < config.gyros; i++) {
+    for (uint32_t i = 0U; i < flown.gyros; i++) {
         least = (totals[i] < totals[least]) ? i : least;
         smooth = ((rules->average[i] < 0.9 * rules->average[rules->smooth]) &&
                   (rules->average[i] < rules->average[smooth]))
@@ -342,8 +327,8 @@ static void rate_block(const rules_t *rules, tally_t *tally)
     double equal_weights = 0.0;
     double fused = 0.0;
     double best = 1e9;
-    const double n = config.gyros;
-    for (uint32_t i = 0U; i < config.gyros; i++) {
+    const double n = flown.gyros;
+    for (uint32_t i = 0U; i < flown.gyros; i++) {
         const double own = flight.own[i] * flight.own[i];
         inverse += 1.0 / own;
         equal_weights += own / (n * n);
@@ -385,15 +370,15 @@ static void change(scene_t scene, double ratio, double motion, double now, doubl
     static const double vibrations[] = {0.0, 1.0, 2.0, 5.0};
     static uint32_t loud;
     if ((scene == STEPS) && (now >= due[0])) {
-        flight.own[loud % config.gyros] = 1.0;
-        loud = (loud + 1U + pick(config.gyros - 1U)) % config.gyros;
+        flight.own[loud % flown.gyros] = 1.0;
+        loud = (loud + 1U + pick(flown.gyros - 1U)) % flown.gyros;
         flight.own[loud] = ratio;
         due[0] = now + 12.0 + wait_of(20.0);
     }
-    for (uint32_t i = 0U; (scene == CONSTANT) && (i < config.gyros); i++) {
+    for (uint32_t i = 0U; (scene == CONSTANT) && (i < flown.gyros); i++) {
         flight.own[i] = (i == 0U) ? 1.0 : ratio;
     }
-    for (uint32_t i = 0U; (scene == REGIMES) && (i < config.gyros); i++) {
+    for (uint32_t i = 0U; (scene == REGIMES) && (i < flown.gyros); i++) {
         if (now >= due[i]) {
             flight.own[i] = levels[pick(5U)];
             due[i] = now + wait_of(30.0);
@@ -413,9 +398,8 @@ static void run_fused(const void *of, unsigned trials, uint64_t seed)
 {
     const scene_row_t *const row = of;
     tally_t tally = {0};
-    char label[80];
     next_seed = seed;
-    configure(row->gyros, row->axes, 1.0F);
+    choose(row->gyros, row->axes, 1.0F);
     for (unsigned f = 0U; f < trials; f++) {
         rules_t rules = {.least = 0U};
         double due[6] = {5.0, 0.0, 0.0, 0.0, 0.0, 0.0};
@@ -442,12 +426,11 @@ static void run_fused(const void *of, unsigned trials, uint64_t seed)
     value("switches", tally.average_switches / hours, 0.0);
     value("least", percent * tally.least, 0.0);
     value("switches", tally.least_switches / hours, 0.0);
-    (void)snprintf(label, sizeof label, "%s, %u gyros, %u axes", row->name, row->gyros, row->axes);
-    report(label, row->holds);
+    label("%s, %u gyros, %u axes", row->name, row->gyros, row->axes);
+    report(row->holds);
 }
 
-const group_t group_fused = {
-    "flights-fused", ROWS(scenes), run_fused, UINT64_C(0x6A70C3DE), 6U, 0.0, 30U, 0U};
+const experiment_t flights_fused_experiment = {ROWS(scenes), run_fused};
 
 /* ---- faults ---- */
 
@@ -487,73 +470,70 @@ typedef struct {
 static uint32_t named_gyros(uint8_t bits)
 {
     uint32_t named = 0U;
-    for (uint32_t i = 0U; i < config.gyros; i++) {
+    for (uint32_t i = 0U; i < flown.gyros; i++) {
         named |= ((verdict.fault[i] & bits) != 0U) ? (1U << i) : 0U;
     }
     return named;
 }
 
 /* One flight, in which the gyro of bit `bad` has a fault from block `start` on. */
-static void fly_with_fault(const fault_row_t *row, found_t *result)
+static void fly_with_fault(const fault_row_t *row, found_t *all)
 {
     static const uint8_t bits[] = {DAVAR_SELECT_STUCK, DAVAR_SELECT_ABSENT, DAVAR_SELECT_MEAN,
                                    DAVAR_SELECT_NOISE};
     double due[6] = {0.0};
     take_off(NOISE_GAUSS);
-    const uint32_t which = pick(config.gyros);
+    const uint32_t which = pick(flown.gyros);
     const uint32_t bad = 1U << which;
     const uint32_t start = 2000U + pick(1000U);
     uint32_t found = 0U;
     for (uint32_t t = 0U; (t < start + 600U) && (found == 0U); t++) {
         const bool on = (t >= start);
         change(REGIMES, 1.0, row->motion, 0.1 * t, due);
-        for (uint32_t i = 0U; on && (i < config.gyros) && (row->fault == NOISE); i++) {
+        for (uint32_t i = 0U; on && (i < flown.gyros) && (row->fault == NOISE); i++) {
             flight.own[i] = (i == which) ? row->size : 1.0;
         }
         flight.bias[which][0] += ((t == start) && (row->fault == MEAN)) ? row->size : 0.0;
         fly((on && (row->fault == STUCK)) ? bad : 0U, (on && (row->fault == DROPOUT)) ? bad : 0U);
         const uint32_t named = named_gyros(bits[row->fault]);
         const bool seen = (named != 0U) || ((row->fault == MEAN) && verdict.disagree);
-        const bool enough = (row->fault == MEAN) && (config.gyros > 2U) ? (named != 0U) : seen;
-        result->false_alarms += (seen && !on) ? 1.0 : 0.0;
+        const bool enough = (row->fault == MEAN) && (flown.gyros > 2U) ? (named != 0U) : seen;
+        all->false_alarms += (seen && !on) ? 1.0 : 0.0;
         if (enough && on) {
-            const bool stays = (row->fault != NOISE) && (config.gyros > 2U);
+            const bool stays = (row->fault != NOISE) && (flown.gyros > 2U);
             found = t + 1U - start;
-            result->named += (named == bad) ? 1.0 : 0.0;
-            result->other += ((named & ~bad) != 0U) ? 1.0 : 0.0;
-            result->chosen += (stays && (verdict.chosen == which)) ? 1.0 : 0.0;
+            all->named += (named == bad) ? 1.0 : 0.0;
+            all->other += ((named & ~bad) != 0U) ? 1.0 : 0.0;
+            all->chosen += (stays && (verdict.chosen == which)) ? 1.0 : 0.0;
         }
     }
-    result->found += (found > 0U) ? 1.0 : 0.0;
-    result->delay_s += 0.1 * found;
+    all->found += (found > 0U) ? 1.0 : 0.0;
+    all->delay_s += 0.1 * found;
 }
 
 static void run_faults(const void *of, unsigned trials, uint64_t seed)
 {
     const fault_row_t *const row = of;
     for (uint8_t gyros = 2U; gyros <= 4U; gyros++) {
-        found_t result = {.found = 0.0};
-        char label[64];
+        found_t all = {.found = 0.0};
         next_seed = seed;
-        configure(gyros, 1U, 1.0F);
+        choose(gyros, 1U, 1.0F);
         for (unsigned f = 0U; f < trials; f++) {
-            fly_with_fault(row, &result);
+            fly_with_fault(row, &all);
         }
-        share("found", result.found, trials);
-        value("delay", result.delay_s / result.found, 0.0);
-        value("named", 100.0 * result.named / trials, 0.0);
-        value("other", result.other, 0.0);
-        value("chosen", result.chosen, 0.0);
-        value("false", result.false_alarms, 0.0);
-        (void)snprintf(label, sizeof label, "%s, motion %.1f, %u gyros", row->name, row->motion,
-                       gyros);
-        report(label, row->holds);
+        share("found", all.found, trials);
+        value("delay", all.delay_s / all.found, 0.0);
+        value("named", 100.0 * all.named / trials, 0.0);
+        value("other", all.other, 0.0);
+        value("chosen", all.chosen, 0.0);
+        value("false", all.false_alarms, 0.0);
+        label("%s, motion %.1f, %u gyros", row->name, row->motion, gyros);
+        report(row->holds);
         if ((row->fault == NOISE) && (row->size > 5.0) && (gyros > 2U)) {
-            value("named", 100.0 * result.named / trials, 0.0);
-            report(label, "named 100:");
+            value("named", 100.0 * all.named / trials, 0.0);
+            report("named 100:");
         }
     }
 }
 
-const group_t group_faults = {
-    "flights-faults", ROWS(fault_rows), run_faults, UINT64_C(0x6A70C4DE), 24U, 0.0, 60U, 0U};
+const experiment_t flights_faults_experiment = {ROWS(fault_rows), run_faults};

@@ -6,12 +6,6 @@
 
 #include <string.h>
 
-static davar_t davar;
-static davar_plan_t plan;
-static davar_result_t result;
-static davar_config_t config;
-static uint64_t memory[131072];
-
 /* ---- by the time since a step ---- */
 
 #define SIGMA 20.0
@@ -73,21 +67,12 @@ typedef struct {
 
 static void start_tracked(const tracked_t *row)
 {
-    static const uint32_t taus[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U, 256U};
-    config = davar_default_config;
+    configure(&davar_law_glr_q15, 20U, 6000U, row->stride);
     config.rate_hz = row->rate_hz;
-    config.unit_per_count = 1.0;
-    config.law = &davar_law_glr_q15;
-    config.window.longest = 6000U;
-    config.window.shortest = 20U;
-    config.moments.segment = 0U;
-    config.window.grow = 1U;
-    config.stride = row->stride;
     config.window.gaps_max = 64U;
-    config.taus = taus;
-    config.tau_count = COUNT_OF(taus);
-    davar_plan_init_white(&plan, taus, config.tau_count);
-    require(davar_init_q15(&davar, &config, memory, sizeof memory) == DAVAR_OK, "tracked: init");
+    config.tau_count = 9U; /* to 256 samples */
+    davar_plan_init_white(&plan, config.taus, config.tau_count);
+    START(q15);
 }
 
 static double sigma_at(const tracked_t *row, uint64_t i)
@@ -130,7 +115,8 @@ static void report_tracked(const tracked_t *row, const bin_t bins[BINS])
     value("found", 100.0 * bins[3].marked / bins[3].all, 0.0);
     value("offered", 100.0 * bins[3].offered / bins[3].all, 0.0);
     value("late", 100.0 * bins[4].marked / bins[4].all, 0.0);
-    report(row->name, row->holds);
+    label("%s", row->name);
+    report(row->holds);
 }
 
 static void run_tracked(const void *of, unsigned trials, uint64_t seed)
@@ -149,7 +135,7 @@ static void run_tracked(const void *of, unsigned trials, uint64_t seed)
     report_tracked(row, bins);
 }
 
-const group_t group_tracked = {"tracked", ROWS(tracked), run_tracked, 0U, 600U, 0.0, 0U, 0U};
+const experiment_t tracked_experiment = {ROWS(tracked), run_tracked};
 
 /* ---- three terms ---- */
 
@@ -267,20 +253,11 @@ static void judge_terms(term_t terms[TERMS], const signal_t *signal)
 static void run_law(const signal_t *signal, const law_t *law, const int32_t samples[RECORD],
                     term_t terms[TERMS], term_t pooled[TERMS])
 {
-    static uint32_t taus[DAVAR_TAUS_MAX];
-    config = davar_default_config;
+    configure(law->law, law->shortest, law->longest, law->stride);
     config.rate_hz = RATE_HZ;
-    config.unit_per_count = 1.0;
-    config.law = law->law;
-    config.stride = law->stride;
-    config.window.longest = law->longest;
-    config.window.shortest = law->shortest;
-    config.window.grow = 1U;
     config.moments.segment = (law->law == &davar_law_or) ? (law->shortest / 4U) : 0U;
-    config.taus = taus;
-    config.tau_count = davar_taus_octave(law->longest, taus, DAVAR_TAUS_MAX);
-    davar_plan_init_white(&plan, taus, config.tau_count);
-    require(davar_init_q31(&davar, &config, memory, sizeof memory) == DAVAR_OK, "terms: init");
+    davar_plan_init_white(&plan, config.taus, config.tau_count);
+    START(q31);
     for (size_t i = 0U; i < RECORD; i += 100U) {
         davar_push_q31(&davar, &samples[i], 100U);
         if (davar_take(&davar, &result) && (result.window_samples >= law->shortest)) {
@@ -297,14 +274,13 @@ static void report_terms(const char *signal, const law_t *law, const term_t term
     static const char *const names[TERMS][3] = {{"ARW.error", "ARW.given", "ARW.held"},
                                                 {"BI.error", "BI.given", "BI.held"},
                                                 {"RRW.error", "RRW.given", "RRW.held"}};
-    char label[64];
     for (size_t t = 0U; t < TERMS; t++) {
         value(names[t][0], 100.0 * terms[t].error / terms[t].present, 0.0);
         value(names[t][1], 100.0 * terms[t].present / terms[t].results, 0.0);
         share(names[t][2], terms[t].held, terms[t].whole);
     }
-    (void)snprintf(label, sizeof label, "%s, %s", signal, law->name);
-    report(label, holds);
+    label("%s, %s", signal, law->name);
+    report(holds);
 }
 
 static const char *const terms_rows[] = {"signals"};
@@ -333,7 +309,7 @@ static void run_terms(const void *of, unsigned trials, uint64_t seed)
     }
 }
 
-const group_t group_terms = {"terms", ROWS(terms_rows), run_terms, 1U, 8U, 0.0, 20U, 0U};
+const experiment_t terms_experiment = {ROWS(terms_rows), run_terms};
 
 /* ---- the level since the last alarm ---- */
 
@@ -345,53 +321,45 @@ typedef struct {
     const char *name;
     const char *holds;
     double (*next)(source_t *source);
-    davar_filter_t filter; /* declared */
-    double counts;         /* per standard deviation of the noise before it */
+    const davar_filter_t *filter; /* declared */
+    double counts;                /* per standard deviation of the noise before it */
     uint32_t minutes;
-    double (*level)(uint32_t sample); /* null: 1 */
-    uint32_t gap_every;               /* samples from one gap to the next; 0: none */
+    double step;        /* the level goes up by it and down every four minutes */
+    double rise;        /* of the level in an hour */
+    uint32_t gap_every; /* samples from one gap to the next; 0: none */
 } steady_t;
 
 #define WITHHELD "present :1"
 #define QUIET "present 97:, contained 96:, 10min "
 #define TAILED "present 92:, contained 96:, 10min "
-#define PLAIN                                                                                      \
-    {                                                                                              \
-        .poles = 0U                                                                                \
-    }
-#define ONE_POLE                                                                                   \
-    {                                                                                              \
-        .cutoff = 0.1, .poles = 1U                                                                 \
-    }
-#define TWO_POLES                                                                                  \
-    {                                                                                              \
-        .cutoff = 0.1, .poles = 2U                                                                 \
-    }
-#define NARROW                                                                                     \
-    {                                                                                              \
-        .cutoff = 0.05, .poles = 2U                                                                \
-    }
+static const davar_filter_t plain = {.poles = 0U};
+static const davar_filter_t one_pole = {.cutoff = 0.1, .poles = 1U};
+static const davar_filter_t two_poles = {.cutoff = 0.1, .poles = 2U};
+static const davar_filter_t narrow = {.cutoff = 0.05, .poles = 2U};
 
 /* An hour each, days in the tables; of heavy tails the minutes in which the dispersion is learned. */
 static const steady_t steady[] = {
-    {"gauss", QUIET "1.0205:1.024", noise_gauss, PLAIN, 100.0, 60U, NULL, 0U},
-    {"uniform", QUIET "1.0195:1.023", noise_uniform, PLAIN, 100.0, 60U, NULL, 0U},
-    {"laplace", TAILED "1.037:1.045", noise_laplace, PLAIN, 100.0, 60U, NULL, 0U},
-    {"student5", TAILED "1.045:1.057", noise_student5, PLAIN, 100.0, 60U, NULL, 0U},
-    {"student4", "contained 95:, present :15", noise_student4, PLAIN, 100.0, 25U, NULL, 0U},
-    {"student3", WITHHELD, noise_student3, PLAIN, 100.0, 25U, NULL, 0U},
-    {"mixed", WITHHELD, noise_mixed, PLAIN, 100.0, 25U, NULL, 0U},
-    {"rare10", WITHHELD, noise_rare10, PLAIN, 100.0, 25U, NULL, 0U},
-    {"rare20", "contained 95:, present :1.5", noise_rare20, PLAIN, 100.0, 25U, NULL, 0U},
-    {"one pole at 0.1", QUIET "1.0205:1.024", noise_gauss, ONE_POLE, 100.0, 60U, NULL, 0U},
-    {"one pole at 0.1, 5 counts", QUIET "1.042:1.05", noise_gauss, ONE_POLE, 5.0, 60U, NULL, 0U},
-    {"two poles at 0.1", QUIET "1.0205:1.024", noise_gauss, TWO_POLES, 100.0, 60U, NULL, 0U},
-    {"two poles at 0.05, 1000 counts", QUIET "1.021:1.0255", noise_gauss, NARROW, 1000.0, 60U, NULL,
+    {"gauss", QUIET "1.0205:1.024", noise_gauss, &plain, 100.0, 60U, 0.0, 0.0, 0U},
+    {"uniform", QUIET "1.0195:1.023", noise_uniform, &plain, 100.0, 60U, 0.0, 0.0, 0U},
+    {"laplace", TAILED "1.037:1.045", noise_laplace, &plain, 100.0, 60U, 0.0, 0.0, 0U},
+    {"student5", TAILED "1.045:1.057", noise_student5, &plain, 100.0, 60U, 0.0, 0.0, 0U},
+    {"student4", "contained 95:, present :15", noise_student4, &plain, 100.0, 25U, 0.0, 0.0, 0U},
+    {"student3", WITHHELD, noise_student3, &plain, 100.0, 25U, 0.0, 0.0, 0U},
+    {"mixed", WITHHELD, noise_mixed, &plain, 100.0, 25U, 0.0, 0.0, 0U},
+    {"rare10", WITHHELD, noise_rare10, &plain, 100.0, 25U, 0.0, 0.0, 0U},
+    {"rare20", "contained 95:, present :1.5", noise_rare20, &plain, 100.0, 25U, 0.0, 0.0, 0U},
+    {"one pole at 0.1", QUIET "1.0205:1.024", noise_gauss, &one_pole, 100.0, 60U, 0.0, 0.0, 0U},
+    {"one pole at 0.1, 5 counts", QUIET "1.042:1.05", noise_gauss, &one_pole, 5.0, 60U, 0.0, 0.0,
      0U},
-    {"two poles at 0.05, 50 counts", QUIET "1.034:1.04", noise_gauss, NARROW, 50.0, 60U, NULL, 0U},
-    {"two poles at 0.05, 15 counts", QUIET "1.2:1.235", noise_gauss, NARROW, 15.0, 60U, NULL, 0U},
-    {"5 counts", QUIET "1.0205:1.024", noise_gauss, PLAIN, 5.0, 60U, NULL, 0U},
-    {"0.75 counts", QUIET "1.025:1.029", noise_gauss, PLAIN, 0.75, 60U, NULL, 0U},
+    {"two poles at 0.1", QUIET "1.0205:1.024", noise_gauss, &two_poles, 100.0, 60U, 0.0, 0.0, 0U},
+    {"two poles at 0.05, 1000 counts", QUIET "1.021:1.0255", noise_gauss, &narrow, 1000.0, 60U, 0.0,
+     0.0, 0U},
+    {"two poles at 0.05, 50 counts", QUIET "1.034:1.04", noise_gauss, &narrow, 50.0, 60U, 0.0, 0.0,
+     0U},
+    {"two poles at 0.05, 15 counts", QUIET "1.2:1.235", noise_gauss, &narrow, 15.0, 60U, 0.0, 0.0,
+     0U},
+    {"5 counts", QUIET "1.0205:1.024", noise_gauss, &plain, 5.0, 60U, 0.0, 0.0, 0U},
+    {"0.75 counts", QUIET "1.025:1.029", noise_gauss, &plain, 0.75, 60U, 0.0, 0.0, 0U},
 };
 
 /* What a record showed, at each result from the first with an interval on. */
@@ -406,22 +374,15 @@ typedef struct {
 
 static void start_steady(const steady_t *row)
 {
-    static const uint32_t taus[] = {1U, 2U, 4U};
-    config = davar_default_config;
-    config.law = &davar_law_glr_q15;
-    config.window.longest = 6000U;
-    config.window.shortest = 20U;
-    config.moments.segment = 0U;
+    configure(&davar_law_glr_q15, 20U, 6000U, SECOND);
     config.rate_hz = RATE_HZ;
     config.unit_per_count = 1.0 / row->counts;
-    config.stride = SECOND;
-    config.taus = taus;
     config.tau_count = 3U;
-    if (row->filter.poles > 0U) {
-        davar_whiten(&config, &row->filter);
+    if (row->filter->poles > 0U) {
+        davar_whiten(&config, row->filter);
     }
-    require(davar_init_q15(&davar, &config, memory, sizeof memory) == DAVAR_OK, "steady: init");
-    davar_plan_init_filtered(&plan, taus, 3U, &row->filter);
+    START(q15);
+    davar_plan_init_filtered(&plan, config.taus, 3U, row->filter);
 }
 
 static void note(shown_t *shown, double truth, uint64_t before, uint32_t second)
@@ -440,18 +401,24 @@ static void note(shown_t *shown, double truth, uint64_t before, uint32_t second)
     shown->width[(second <= 600U) ? 0 : 1] = now->high / now->low;
 }
 
+static double level_at(const steady_t *row, uint32_t sample)
+{
+    const bool is_up = ((sample / (4U * MINUTE)) % 2U) != 0U;
+    return 1.0 + (is_up ? row->step : 0.0) + (row->rise * sample / (60.0 * MINUTE));
+}
+
 static shown_t show(const steady_t *row, uint32_t samples, uint64_t seed)
 {
     source_t source = source_seeded(seed);
-    low_pass_t state = low_pass_of(&row->filter, 1.0);
+    low_pass_t state = low_pass_of(row->filter, 1.0);
     shown_t shown = {.results = 0.0};
     uint64_t before = 0U;
     start_steady(row);
     const double gain = sqrt((double)plan.sample);
     for (uint32_t i = 0U; i < samples; i++) {
-        const double level = (row->level == NULL) ? 1.0 : row->level(i);
+        const double level = level_at(row, i);
         double x = level * row->next(&source);
-        if (row->filter.poles > 0U) {
+        if (row->filter->poles > 0U) {
             x = gain * low_pass_advance(&state, 0.0, x, level * row->next(&source));
         }
         const double counts = floor((row->counts * x) + 0.5);
@@ -495,7 +462,8 @@ static void report_steady(const steady_t *row, uint32_t minutes, unsigned trials
     value("farthest", 100.0 * all.worst, 0.0);
     value("alarms", all.alarms / hours, 0.0);
     value("restarts", all.restarts / hours, 0.0);
-    report(row->name, row->holds);
+    label("%s", row->name);
+    report(row->holds);
 }
 
 static void run_steady(const void *of, unsigned trials, uint64_t seed)
@@ -512,60 +480,22 @@ static void run_days(const void *of, unsigned trials, uint64_t seed)
                   seed);
 }
 
-const group_t group_steady = {"steady", ROWS(steady), run_steady, 20261128U, 40U, 0.0, 0U, 0U};
-const group_t group_days = {"steady-days", ROWS(steady),         run_days, 7U, 2U, 0.0,
-                            100U,          COUNT_OF(steady) - 1U};
+const experiment_t steady_experiment = {ROWS(steady), run_steady};
+const experiment_t steady_days_experiment = {ROWS(steady), run_days};
 
 /* ---- noise that changes ---- */
-
-/* Up and down every four minutes. */
-static double steps_of(uint32_t sample, double ratio)
-{
-    return (((sample / (4U * MINUTE)) % 2U) == 0U) ? 1.0 : ratio;
-}
-
-static double quarter(uint32_t sample)
-{
-    return steps_of(sample, 1.25);
-}
-
-static double half(uint32_t sample)
-{
-    return steps_of(sample, 1.5);
-}
-
-static double twice(uint32_t sample)
-{
-    return steps_of(sample, 2.0);
-}
-
-static double thrice(uint32_t sample)
-{
-    return steps_of(sample, 3.0);
-}
-
-static double rising(uint32_t sample)
-{
-    return 1.0 + (0.1 * sample / (60.0 * MINUTE));
-}
 
 /* `missed`: until the alarm. In slowly rising noise new sections begin without one. The gaps of one
  * sample are in half a block before each place where the parts are compared. */
 static const steady_t changing[] = {
-    {"x1.25", "missed 1.5:3, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, quarter, 0U},
-    {"x1.5", "missed 0.5:1.2, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, half, 0U},
-    {"x2", "missed 0.18:0.7, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, twice, 0U},
-    {"x3", "missed 0.13:0.5, restarts :0.2", noise_gauss, PLAIN, 100.0, 360U, thrice, 0U},
-    {"+10 % per hour", "farthest :3.6, restarts 1.2:2.2", noise_gauss, PLAIN, 100.0, 360U, rising,
-     0U},
-    {"+10 % per hour, with gaps", "farthest :3.6, restarts 1.2:2.2", noise_gauss, PLAIN, 100.0,
-     360U, rising, 635U},
+    {"x1.25", "missed 1.5:3, restarts :0.2", noise_gauss, &plain, 100.0, 360U, 0.25, 0.0, 0U},
+    {"x1.5", "missed 0.5:1.2, restarts :0.2", noise_gauss, &plain, 100.0, 360U, 0.5, 0.0, 0U},
+    {"x2", "missed 0.18:0.7, restarts :0.2", noise_gauss, &plain, 100.0, 360U, 1.0, 0.0, 0U},
+    {"x3", "missed 0.13:0.5, restarts :0.2", noise_gauss, &plain, 100.0, 360U, 2.0, 0.0, 0U},
+    {"+10 % per hour", "farthest :3.6, restarts 1.2:2.2", noise_gauss, &plain, 100.0, 360U, 0.0,
+     0.1, 0U},
+    {"+10 % per hour, with gaps", "farthest :3.6, restarts 1.2:2.2", noise_gauss, &plain, 100.0,
+     360U, 0.0, 0.1, 635U},
 };
 
-static void run_changing(const void *of, unsigned trials, uint64_t seed)
-{
-    report_steady(of, 360U, trials, seed);
-}
-
-const group_t group_changing = {
-    "steady-changing", ROWS(changing), run_changing, 20261128U, 3U, 0.0, 100U, 0U};
+const experiment_t steady_changing_experiment = {ROWS(changing), run_steady};

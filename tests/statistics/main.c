@@ -3,26 +3,29 @@
  *
  *   davar-statistics NAME                          as a test: status 1 if a limit is missed
  *   davar-statistics table NAME [TRIALS [SEED]]    with the trials of the documents; also of all
- *                                                  experiments called NAME-...
+ *                                                  experiments called NAME_...
  *
  * Without arguments it lists the names. */
 #include "statistics.h"
 
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const group_t *const groups[] = {
-    &group_coverage,    &group_filtered,        &group_undeclared,
-    &group_sums,        &group_rounding,        &group_mirrored,
-    &group_tails,       &group_learned,         &group_tails_of_laws,
-    &group_cascade,     &group_curve,           &group_levels,
-    &group_resolved,    &group_monitor,         &group_rates,
-    &group_rates_other, &group_monitor_cascade, &group_rare,
-    &group_whitened,    &group_coarse,          &group_unstable,
-    &group_tracked,     &group_terms,           &group_steady,
-    &group_days,        &group_changing,        &group_switches,
-    &group_rides,       &group_delays,          &group_fused,
-    &group_faults};
+typedef struct {
+    const char *name;
+    const experiment_t *experiment;
+    uint64_t seed;
+    unsigned trials;
+    double bad;
+    unsigned table_trials;
+    size_t long_rows;
+} row_t;
+
+static const row_t experiments[] = {
+#define EXPERIMENT(name, gear, ...) {#name, &name##_experiment, __VA_ARGS__},
+#include "experiments.inc"
+};
 
 typedef enum { SHARE, RATE, VALUE } figure_kind_t;
 
@@ -37,7 +40,9 @@ static figure_t figures[96];
 static size_t figure_count;
 static unsigned missed;
 
-unsigned trials_of(double good, double bad)
+/* Trials after which a share of `bad` percent is told from one of `good`, with STANDARD_ERRORS on
+ * either side of the limit between them. */
+static unsigned trials_of(double good, double bad)
 {
     const double scatter = sqrt(good * (100.0 - good)) + sqrt(bad * (100.0 - bad));
     return (unsigned)ceil(pow(STANDARD_ERRORS * scatter / (good - bad), 2.0));
@@ -89,8 +94,18 @@ static double slack(const figure_t *figure, double limit)
     }
 }
 
+static char title[96];
+
+void label(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(title, sizeof title, format, arguments);
+    va_end(arguments);
+}
+
 /* One limit, such as "N 94:97". */
-static void judge(const char *label, const char *limit)
+static void judge(const char *limit)
 {
     char name[16];
     char range[32];
@@ -112,16 +127,16 @@ static void judge(const char *label, const char *limit)
             (one->number >= (low - slack(one, low))) && (one->number <= (high + slack(one, high)));
         if (!good && !(may_lack && (one->trials < 30.0))) {
             missed++;
-            fprintf(stderr, "%s: %s is %.4g, expected %s\n", label, name, one->number, range);
+            fprintf(stderr, "%s: %s is %.4g, expected %s\n", title, name, one->number, range);
         }
     }
     require((found > 0U) || may_lack, limit);
 }
 
-void report(const char *label, const char *holds)
+void report(const char *holds)
 {
     const char *before = "";
-    printf("| %s |", label);
+    printf("| %s |", title);
     for (size_t i = 0U; i < figure_count; i++) {
         if (strcmp(before, figures[i].name) != 0) {
             before = figures[i].name;
@@ -133,7 +148,7 @@ void report(const char *label, const char *holds)
     (void)fflush(stdout);
     for (const char *at = holds; (at != NULL) && (*at != '\0');) {
         const char *const comma = strchr(at, ',');
-        judge(label, at);
+        judge(at);
         at = (comma == NULL) ? NULL : (comma + 1);
     }
     figure_count = 0U;
@@ -174,23 +189,22 @@ gyro_noise_t noise_of(const char *text)
     return noise;
 }
 
-void expect_window(davar_result_t *result, uint32_t window, const uint32_t m[], uint8_t count)
+void expect_window(uint32_t window, const uint32_t m[], uint8_t count)
 {
-    *result = (davar_result_t){.window_samples = window, .tau_count = count};
-    result->kurtosis = 0.0;
+    result = (davar_result_t){.window_samples = window, .tau_count = count};
     for (uint8_t t = 0U; t < count; t++) {
-        result->tau[t].m = m[t];
-        result->tau[t].differences = window + 1U - (2U * m[t]);
+        result.tau[t].m = m[t];
+        result.tau[t].differences = window + 1U - (2U * m[t]);
     }
 }
 
-void score_add(score_t *score, const davar_result_t *result, const double truth[],
+void score_add(score_t *score, const davar_result_t *found, const double truth[],
                const double adev[])
 {
-    const davar_coefficient_t *const arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    const davar_coefficient_t *const arw = &found->coefficient[DAVAR_ANGLE_RANDOM_WALK];
     bool extra = false;
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        const davar_coefficient_t *const c = &result->coefficient[k];
+        const davar_coefficient_t *const c = &found->coefficient[k];
         const bool holds = (!c->present || (truth[k] >= c->low)) && (truth[k] <= c->high);
         score->held[k] += holds ? 1.0 : 0.0;
         score->given[k] += c->present ? 1.0 : 0.0;
@@ -198,7 +212,7 @@ void score_add(score_t *score, const davar_result_t *result, const double truth[
         extra = extra || (c->present && !(truth[k] > 0.0));
     }
     score->extra += extra ? 1.0 : 0.0;
-    score->withheld += (result->noise == DAVAR_NOISE_FILTERED) ? 1.0 : 0.0;
+    score->withheld += (found->noise == DAVAR_NOISE_FILTERED) ? 1.0 : 0.0;
     if (arw->present) {
         const double error = (arw->value / truth[DAVAR_ANGLE_RANDOM_WALK]) - 1.0;
         score->error[0] += error;
@@ -209,17 +223,17 @@ void score_add(score_t *score, const davar_result_t *result, const double truth[
             (arw->present && (arw->low > 0.0)) ? (arw->high / arw->low) : (double)INFINITY;
     }
     score->windows += 1.0;
-    for (int t = 0; (adev != NULL) && (t < result->tau_count); t++) {
-        const davar_adev_t *const tau = &result->tau[t];
+    for (int t = 0; (adev != NULL) && (t < found->tau_count); t++) {
+        const davar_adev_t *const tau = &found->tau[t];
         if ((tau->differences > 0U) && isfinite(tau->high)) {
             score->taken[t] += 1.0;
             score->adev[t] += contains(tau->low, tau->high, adev[t]) ? 1.0 : 0.0;
-            score->is_long[t] = (9U * tau->m) > result->window_samples;
+            score->is_long[t] = (9U * tau->m) > found->window_samples;
         }
     }
 }
 
-void score_report(const score_t *score, double bound, const char *label, const char *holds)
+void score_report(const score_t *score, double bound, const char *holds)
 {
     static const char *const names[] = {"Q.given", "N.given", "B.given", "K.given", "R.given"};
     static double width[WIDTHS];
@@ -246,56 +260,70 @@ void score_report(const score_t *score, double bound, const char *label, const c
     }
     qsort(width, widths, sizeof width[0], ascending);
     value("width", width[widths / 2U], 0.0);
-    report(label, holds);
+    report(holds);
+}
+
+/* ---- the instance ---- */
+
+davar_config_t config;
+davar_t davar;
+davar_plan_t plan;
+davar_result_t result;
+uint64_t memory[131072];
+
+void configure(const davar_law_t *law, uint32_t shortest, uint32_t longest, uint32_t stride)
+{
+    static uint32_t taus[DAVAR_TAUS_MAX];
+    config = davar_default_config;
+    config.rate_hz = 1.0;
+    config.unit_per_count = 1.0;
+    config.law = law;
+    config.window.shortest = shortest;
+    config.window.longest = longest;
+    config.window.grow = 1U;
+    config.moments.segment = 0U;
+    config.stride = stride;
+    config.taus = taus;
+    config.tau_count = davar_taus_octave(longest, taus, DAVAR_TAUS_MAX);
 }
 
 /* ---- the command line ---- */
 
-static void run_group(const group_t *group, bool is_table, unsigned trials, uint64_t seed)
+static void run(const row_t *one, bool is_table, unsigned trials, const char *seed)
 {
-    const unsigned own = (group->trials > 0U) ? group->trials : trials_of(95.0, group->bad);
-    const unsigned of_table = (group->table_trials > 0U) ? group->table_trials : own;
-    const char *const rows = group->rows;
+    const experiment_t *const experiment = one->experiment;
+    const unsigned own = (one->trials > 0U) ? one->trials : trials_of(95.0, one->bad);
+    const unsigned of_table = (one->table_trials > 0U) ? one->table_trials : own;
     const unsigned used = (trials > 0U) ? trials : (is_table ? of_table : own);
-    printf("%s, %u trials, seed %llu\n", group->name, used, (unsigned long long)seed);
-    for (size_t i = 0U; i < group->count - (is_table ? 0U : group->long_rows); i++) {
-        group->run(rows + (i * group->row_size), used, seed);
+    const uint64_t first = (seed != NULL) ? strtoull(seed, NULL, 10) : one->seed;
+    const char *const rows = experiment->rows;
+    printf("%s, %u trials, seed %llu\n", one->name, used, (unsigned long long)first);
+    for (size_t i = 0U; i < experiment->count - (is_table ? 0U : one->long_rows); i++) {
+        experiment->run(rows + (i * experiment->row_size), used, first);
     }
-}
-
-/* Of the experiments called `name`, or also those that begin with it and a hyphen; returns how
- * many. */
-static size_t run_groups(const char *name, bool is_table, unsigned trials, const char *seed)
-{
-    const size_t length = strlen(name);
-    size_t found = 0U;
-    for (size_t i = 0U; i < COUNT_OF(groups); i++) {
-        const group_t *const group = groups[i];
-        const bool is_part = is_table && (group->name[length] == '-');
-        if ((strncmp(group->name, name, length) == 0) &&
-            ((group->name[length] == '\0') || is_part)) {
-            run_group(group, is_table, trials,
-                      (seed != NULL) ? strtoull(seed, NULL, 10) : group->seed);
-            found++;
-        }
-    }
-    return found;
 }
 
 int main(int argc, char **argv)
 {
-    const char *const verb = (argc > 1) ? argv[1] : "";
-    const bool is_table = (strcmp(verb, "table") == 0) && (argc > 2);
-    if (is_table || (argc == 2)) {
-        const unsigned trials = (argc > 3) ? (unsigned)strtoul(argv[3], NULL, 10) : 0U;
-        if (run_groups(argv[is_table ? 2 : 1], is_table, trials, (argc > 4) ? argv[4] : NULL) >
-            0U) {
-            return (missed > 0U) ? 1 : 0;
+    const bool is_table = (argc > 2) && (strcmp(argv[1], "table") == 0);
+    const char *const name = is_table ? argv[2] : ((argc == 2) ? argv[1] : "?");
+    const unsigned trials = (argc > 3) ? (unsigned)strtoul(argv[3], NULL, 10) : 0U;
+    bool found = false;
+    for (size_t i = 0U; i < COUNT_OF(experiments); i++) {
+        const size_t length = strlen(name);
+        const char end =
+            (strncmp(experiments[i].name, name, length) == 0) ? experiments[i].name[length] : '?';
+        if ((end == '\0') || (is_table && (end == '_'))) {
+            run(&experiments[i], is_table, trials, (argc > 4) ? argv[4] : NULL);
+            found = true;
         }
     }
+    if (found) {
+        return (missed > 0U) ? 1 : 0;
+    }
     fputs("usage: davar-statistics NAME | table NAME [TRIALS [SEED]]\nNAME:", stderr);
-    for (size_t i = 0U; i < COUNT_OF(groups); i++) {
-        fprintf(stderr, " %s", groups[i]->name);
+    for (size_t i = 0U; i < COUNT_OF(experiments); i++) {
+        fprintf(stderr, " %s", experiments[i].name);
     }
     fputs("\n", stderr);
     return 2;

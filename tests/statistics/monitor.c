@@ -64,11 +64,7 @@ typedef struct {
 
 static const uint32_t taus[TAUS + LONG_TAUS] = {1,   2,   4,   8,    16,   32,  64,
                                                 128, 256, 512, 1024, 2048, 4096};
-static davar_t davar;
 static davar_cascade_t cascade;
-static davar_plan_t plan;
-static davar_result_t result;
-static uint64_t memory[1 << 14];
 
 static void start(const monitor_row_t *row, bool has_cascade, watch_t watches[FITS])
 {
@@ -78,21 +74,15 @@ static void start(const monitor_row_t *row, bool has_cascade, watch_t watches[FI
                                                        .tau_count = LONG_TAUS,
                                                        .clusters = 8U};
     static uint64_t long_memory[DAVAR_CASCADE_MEMORY(F32, LONG_TAUS) / 8U];
-    static davar_config_t config;
     const gyro_noise_t model = noise_of((row->model != NULL) ? row->model : row->truth);
     const double tolerance = (row->model != NULL) ? 0.02 : 0.0;
     const uint8_t count = has_cascade ? (TAUS + LONG_TAUS) : TAUS;
-    config = davar_default_config;
-    config.rate_hz = 1.0;
+    configure(NULL, WINDOW, WINDOW, row->stride);
     config.full_scale = 65536.0;
-    config.law = NULL;
-    config.window.longest = WINDOW;
-    config.window.shortest = WINDOW;
-    config.window.grow = 1U;
-    config.stride = row->stride;
+    config.moments = davar_default_config.moments;
     config.taus = taus;
     config.tau_count = TAUS;
-    require(davar_init_f32(&davar, &config, memory, sizeof memory) == DAVAR_OK, "monitor: init");
+    START(f32);
     require(davar_cascade_init_f32(&cascade, &long_config, long_memory, sizeof long_memory) ==
                 DAVAR_CASCADE_OK,
             "monitor: init of the cascade");
@@ -169,7 +159,6 @@ static void watch_all(const monitor_row_t *row, bool has_cascade, unsigned trial
     static const char *const names[FITS] = {"", ", white fit", ", no fit"};
     static watch_t watches[FITS];
     const unsigned windows = (row->model != NULL) ? (trials / 6U) : trials;
-    char label[80];
     random_t random = random_seeded(seed);
     for (int f = 0; f < (int)FITS; f++) {
         watches[f] = (watch_t){.results = 0.0};
@@ -185,10 +174,9 @@ static void watch_all(const monitor_row_t *row, bool has_cascade, unsigned trial
             share("fast", watch->fast / alike, watch->results / alike);
             share("slow", watch->slow / slower, watch->results / slower);
             share("health", watch->health / slower, watch->results / slower);
-            (void)snprintf(label, sizeof label, "%s for %s, stride %u%s", row->truth,
-                           (row->model != NULL) ? row->model : "itself", (unsigned)row->stride,
-                           names[f]);
-            report(label, row->holds[f]);
+            label("%s for %s, stride %u%s", row->truth,
+                  (row->model != NULL) ? row->model : "itself", (unsigned)row->stride, names[f]);
+            report(row->holds[f]);
         }
     }
 }
@@ -203,9 +191,8 @@ static void run_monitor_cascade(const void *row, unsigned trials, uint64_t seed)
     watch_all(row, true, trials, seed);
 }
 
-const group_t group_monitor = {"alarms", ROWS(monitored), run_monitor, 2024U, 12000U, 0.0, 0U, 0U};
-const group_t group_monitor_cascade = {
-    "alarms-cascade", ROWS(with_cascade), run_monitor_cascade, 2024U, 40000U, 0.0, 60000U, 0U};
+const experiment_t alarms_experiment = {ROWS(monitored), run_monitor};
+const experiment_t alarms_cascade_experiment = {ROWS(with_cascade), run_monitor_cascade};
 
 /* ---- unstable windows ---- */
 
@@ -216,23 +203,14 @@ static filtered_noise_t noise;
 static void start_law(const davar_filter_t *filter, const davar_law_t *law, uint32_t shortest,
                       uint32_t longest, double stated)
 {
-    static const uint32_t one[] = {1U};
-    static davar_config_t config;
-    config = davar_default_config;
-    config.law = law;
+    configure(law, shortest, longest, (shortest == longest) ? longest : 1U);
     config.rate_hz = 100.0;
-    config.unit_per_count = 1.0;
-    config.window.longest = longest;
-    config.window.shortest = shortest;
-    config.window.grow = 1U;
     config.moments.segment = 100U;
-    config.stride = (shortest == longest) ? longest : 1U;
-    config.taus = one;
     config.tau_count = 1U;
     if (stated > 0.0) {
         davar_bound_unstable_rate(&config, stated, filter);
     }
-    require(davar_init_q31(&davar, &config, memory, sizeof memory) == DAVAR_OK, "unstable: init");
+    START(q31);
 }
 
 /* Unstable ones of so many windows. shortest = longest: of windows of this length that do not
@@ -295,18 +273,18 @@ static void run_white(const davar_filter_t *filter, unsigned trials, uint64_t se
     } laws[] = {{"kurtosis", &davar_law_kurtosis, "10% 7.5:11.5, 3% 2:3.6, 0.3% 0.1:0.4"},
                 {"or", &davar_law_or, "10% 7.5:11, 3% 2:3.3, 0.3% 0.1:0.4"},
                 {"and", &davar_law_and, "10% :11, 3% :3, 0.3% :0.3"}};
-    char label[32];
     for (size_t i = 0U; i < COUNT_OF(steps); i++) {
         share("stated", noticed(steps[i].ratio, 0.01, seed), UNSTABLE_TRIALS);
         share("paper", noticed(steps[i].ratio, 0.0, seed), UNSTABLE_TRIALS);
-        (void)snprintf(label, sizeof label, "noticed x%.1f", steps[i].ratio);
-        report(label, steps[i].holds);
+        label("noticed x%.1f", steps[i].ratio);
+        report(steps[i].holds);
     }
     for (size_t l = 0U; l < COUNT_OF(laws); l++) {
         share("10%", unstable(filter, laws[l].law, 600U, 600U, 0.1, trials, seed), trials);
         share("3%", unstable(filter, laws[l].law, 600U, 600U, 0.03, trials, seed), trials);
         share("0.3%", unstable(filter, laws[l].law, 600U, 600U, 0.003, trials, seed), trials);
-        report(laws[l].name, laws[l].holds);
+        label("%s", laws[l].name);
+        report(laws[l].holds);
     }
 }
 
@@ -321,10 +299,11 @@ static void run_unstable(const void *of, unsigned trials, uint64_t seed)
     share("2000", unstable(filter, law, 2000U, 2000U, 0.01, trials, seed), trials);
     share("paper", unstable(filter, law, 400U, 400U, 0.0, trials, seed), trials);
     value("loop", 100.0 * unstable(filter, law, 400U, 600U, 0.01, loop, seed) / loop, 0.0);
-    report(row->name, "400 0.4:0.85, 600 0.6:1.2, 2000 0.8:1.4, paper 18:60, loop :0.5");
+    label("%s", row->name);
+    report("400 0.4:0.85, 600 0.6:1.2, 2000 0.8:1.4, paper 18:60, loop :0.5");
     if (row == &cases[WHITE_CASE]) {
         run_white(filter, trials, seed);
     }
 }
 
-const group_t group_unstable = {"unstable", ROWS(cases), run_unstable, 1U, 6000U, 0.0, 0U, 0U};
+const experiment_t unstable_experiment = {ROWS(cases), run_unstable};

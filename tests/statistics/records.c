@@ -5,10 +5,7 @@
 
 #include <string.h>
 
-static davar_t davar;
 static davar_cascade_t cascade;
-static davar_result_t result;
-static uint64_t memory[2048];
 static uint64_t cascade_memory[DAVAR_CASCADE_MEMORY(Q31, DAVAR_CASCADE_TAUS_MAX) / 8U];
 
 /* ---- sizes of a cascade ---- */
@@ -71,25 +68,23 @@ static void push_hops(const cascade_row_t *row, random_t *random, const double r
 
 static void run_cascade(const void *of, unsigned trials, uint64_t seed)
 {
-    static davar_cascade_config_t config; /* the cascade keeps its address */
-    static davar_plan_t plan;
+    static davar_cascade_config_t settings; /* the cascade keeps its address */
     static score_t score;
     static double rate[HOPS_MAX];
     const cascade_row_t *const row = of;
     const gyro_noise_t noise = noise_of(row->noise);
-    char label[64];
     double adev[DAVAR_CASCADE_TAUS_MAX];
     double clusters[DAVAR_CASCADE_TAUS_MAX] = {0.0};
     double truth[DAVAR_COEFFICIENT_COUNT] = {0.0};
     uint32_t sizes[DAVAR_CASCADE_TAUS_MAX];
     random_t random = random_seeded(seed);
-    config = (davar_cascade_config_t){.rate_hz = 1.0,
-                                      .unit_per_count = 1.0 / HOP_COUNTS,
-                                      .shortest = 4U * HOP,
-                                      .tau_count = row->tau_count,
-                                      .clusters = row->clusters};
+    settings = (davar_cascade_config_t){.rate_hz = 1.0,
+                                        .unit_per_count = 1.0 / HOP_COUNTS,
+                                        .shortest = 4U * HOP,
+                                        .tau_count = row->tau_count,
+                                        .clusters = row->clusters};
     for (uint32_t t = 0U; t < row->tau_count; t++) {
-        sizes[t] = config.shortest << t;
+        sizes[t] = settings.shortest << t;
         adev[t] = sqrt(gyro_noise_avar(&noise, 4U << t));
     }
     score = (score_t){0};
@@ -97,13 +92,13 @@ static void run_cascade(const void *of, unsigned trials, uint64_t seed)
     for (unsigned i = 0U; i < trials; i++) {
         const uint32_t hops = row->hops - (uint32_t)(random_next(&random) % (row->hops / 4U));
         gyro_noise_fill(&noise, &random, rate, hops);
-        require(davar_cascade_init_q31(&cascade, &config, cascade_memory, sizeof cascade_memory) ==
-                    DAVAR_CASCADE_OK,
+        require(davar_cascade_init_q31(&cascade, &settings, cascade_memory,
+                                       sizeof cascade_memory) == DAVAR_CASCADE_OK,
                 "cascade: init");
         push_hops(row, &random, rate, hops);
         result = (davar_result_t){0};
         require(davar_cascade_append(&cascade, &result), "cascade: append");
-        davar_fit(&plan, config.rate_hz, &result);
+        davar_fit(&plan, settings.rate_hz, &result);
         score_add(&score, &result, truth, adev);
         for (uint32_t t = 0U; t < row->tau_count; t++) {
             const davar_adev_t *const tau = &result.tau[t];
@@ -115,13 +110,12 @@ static void run_cascade(const void *of, unsigned trials, uint64_t seed)
     for (uint32_t t = 0U; t < row->tau_count; t++) {
         score.is_long[t] = clusters[t] < (10.0 * score.taken[t]);
     }
-    (void)snprintf(label, sizeof label, "%s, %u hops, C %u%s", row->noise, (unsigned)row->hops,
-                   row->clusters, (row->gap_every > 0U) ? ", gaps" : "");
-    score_report(&score, 1.0, label, row->holds);
+    label("%s, %u hops, C %u%s", row->noise, (unsigned)row->hops, row->clusters,
+          (row->gap_every > 0U) ? ", gaps" : "");
+    score_report(&score, 1.0, row->holds);
 }
 
-const group_t group_cascade = {"cascade", ROWS(cascades), run_cascade, 20180773U,
-                               0U,        92.0,           4000U,       0U};
+const experiment_t cascade_experiment = {ROWS(cascades), run_cascade};
 
 /* ---- the curve of window and cascade ---- */
 
@@ -248,13 +242,6 @@ static davar_plan_t curve_plan[PLANS];
 
 static void start_curve(void)
 {
-    static const davar_config_t window_config = {.rate_hz = 1.0,
-                                                 .unit_per_count = 1.0 / CURVE_COUNTS,
-                                                 .sample_bits = 32U,
-                                                 DAVAR_FIXED(WINDOW),
-                                                 .stride = WINDOW,
-                                                 .taus = curve_taus,
-                                                 .tau_count = SHORT_TAUS};
     static const davar_cascade_config_t cascade_config = {.rate_hz = 1.0,
                                                           .unit_per_count = 1.0 / CURVE_COUNTS,
                                                           .shortest = 64U,
@@ -264,8 +251,11 @@ static void start_curve(void)
     davar_plan_init_white(&curve_plan[IS_WHITE], curve_taus, TAUS);
     davar_plan_init(&curve_plan[UNDECLARED], curve_taus, TAUS);
     davar_plan_init_filtered(&curve_plan[ONE_POLE], curve_taus, TAUS, &filter);
-    require(davar_init_q31(&davar, &window_config, memory, sizeof memory) == DAVAR_OK,
-            "curve: init of the window");
+    configure(NULL, WINDOW, WINDOW, WINDOW);
+    config.unit_per_count = 1.0 / CURVE_COUNTS;
+    config.taus = curve_taus;
+    config.tau_count = SHORT_TAUS;
+    START(q31);
     require(davar_cascade_init_q31(&cascade, &cascade_config, cascade_memory,
                                    sizeof cascade_memory) == DAVAR_CASCADE_OK,
             "curve: init of the cascade");
@@ -312,14 +302,14 @@ static void run_curve(const void *of, unsigned trials, uint64_t seed)
     for (unsigned i = 0U; i < trials; i++) {
         score_curves(row, &steady, 1U, &score, &random);
     }
-    score_report(&score, 1.0, row->name, row->holds);
+    label("%s", row->name);
+    score_report(&score, 1.0, row->holds);
 }
 
 static void run_levels(const void *of, unsigned trials, uint64_t seed)
 {
     static score_t scores[COUNT_OF(levels)];
     const curve_t *const row = of;
-    char label[64];
     random_t random = random_seeded(seed);
     start_curve();
     memset(scores, 0, sizeof scores);
@@ -327,14 +317,13 @@ static void run_levels(const void *of, unsigned trials, uint64_t seed)
         score_curves(row, levels, COUNT_OF(levels), scores, &random);
     }
     for (size_t l = 0U; l < COUNT_OF(levels); l++) {
-        (void)snprintf(label, sizeof label, "%s, %s", levels[l].name, row->name);
-        score_report(&scores[l], 1.0, label, levels[l].holds[row - changing]);
+        label("%s, %s", levels[l].name, row->name);
+        score_report(&scores[l], 1.0, levels[l].holds[row - changing]);
     }
 }
 
-const group_t group_curve = {"curve", ROWS(curves), run_curve, 340811U, 0U, 88.0, 1000U, 0U};
-const group_t group_levels = {"curve-levels", ROWS(changing), run_levels, 340811U, 0U,
-                              89.0,           1000U,          0U};
+const experiment_t curve_experiment = {ROWS(curves), run_curve};
+const experiment_t curve_levels_experiment = {ROWS(changing), run_levels};
 
 /* ---- the time until B and K are resolved ---- */
 
@@ -426,16 +415,14 @@ static const unsigned check_min[CHECKS] = {4U,    5U,    6U,    8U,    10U,   13
 static double resolved[CHECKS];
 static double true_in[CHECKS];
 
-static void watch(const gyro_t *gyro, const davar_plan_t *plans, uint64_t seed)
+static void watch(const gyro_t *gyro, uint64_t seed)
 {
-    static davar_plan_t plan;
     const davar_coefficient_kind_t kind =
         (gyro->k > 0.0) ? DAVAR_RATE_RANDOM_WALK : DAVAR_BIAS_INSTABILITY;
     const double truth = (gyro->k > 0.0) ? gyro->k : gyro->b;
     rest_t rest = start_rest(gyro, seed);
     int16_t counts[SECOND];
     unsigned minute = 0U;
-    plan = *plans;
     davar_reset(&davar);
     davar_cascade_reset(&cascade);
     for (unsigned i = 0U; (i < CHECKS) && (check_min[i] <= gyro->most_min); i++) {
@@ -476,29 +463,26 @@ static void run_resolved(const void *of, unsigned trials, uint64_t seed)
                                                        .tau_count = DAY_TAUS,
                                                        .clusters = 32U};
     static uint32_t sizes[FIRST_TAUS + DAY_TAUS];
-    static davar_config_t config;
-    static davar_plan_t plan;
+    static davar_plan_t fresh;
     const gyro_t *const gyro = of;
-    char label[64];
     memset(resolved, 0, sizeof resolved);
     memset(true_in, 0, sizeof true_in);
     for (uint32_t t = 0U; t < COUNT_OF(sizes); t++) {
         sizes[t] = 1U << t;
     }
-    config = (davar_config_t){.rate_hz = RATE_HZ,
-                              .unit_per_count = LSB,
-                              .sample_bits = 16U,
-                              DAVAR_FIXED(MINUTE),
-                              .stride = MINUTE,
-                              .taus = sizes,
-                              .tau_count = FIRST_TAUS};
-    davar_plan_init_white(&plan, sizes, COUNT_OF(sizes));
-    require(davar_init_q15(&davar, &config, memory, sizeof memory) == DAVAR_OK, "resolved: init");
+    configure(NULL, MINUTE, MINUTE, MINUTE);
+    config.rate_hz = RATE_HZ;
+    config.unit_per_count = LSB;
+    config.taus = sizes;
+    config.tau_count = FIRST_TAUS;
+    davar_plan_init_white(&fresh, sizes, COUNT_OF(sizes));
+    START(q15);
     require(davar_cascade_init_q15(&cascade, &long_config, cascade_memory, sizeof cascade_memory) ==
                 DAVAR_CASCADE_OK,
             "resolved: init of the cascade");
     for (unsigned n = 0U; n < trials; n++) {
-        watch(gyro, &plan, seed + n);
+        plan = fresh;
+        watch(gyro, seed + n);
     }
     const unsigned half = trials / 2U;
     const unsigned nine = (trials * 9U) / 10U;
@@ -507,9 +491,8 @@ static void run_resolved(const void *of, unsigned trials, uint64_t seed)
     for (unsigned i = 0U; (i < CHECKS) && (check_min[i] <= gyro->most_min); i++) {
         share("holds", true_in[i], trials);
     }
-    (void)snprintf(label, sizeof label, "%s, N %.2g, B %.2g, K %.2g", gyro->name, gyro->n, gyro->b,
-                   gyro->k);
-    report(label, gyro->holds);
+    label("%s, N %.2g, B %.2g, K %.2g", gyro->name, gyro->n, gyro->b, gyro->k);
+    report(gyro->holds);
 }
 
-const group_t group_resolved = {"resolved", ROWS(gyros), run_resolved, 1000U, 120U, 0.0, 200U, 4U};
+const experiment_t resolved_experiment = {ROWS(gyros), run_resolved};

@@ -12,61 +12,37 @@
 
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 
-/* An experiment: one simulation for each row of its table. */
+/* One simulation for each row of a table. */
 typedef struct {
-    const char *name;
     const void *rows;
     size_t row_size;
     size_t count;
     void (*run)(const void *row, unsigned trials, uint64_t seed);
-    uint64_t seed;
-    unsigned trials;       /* of a row, as a test; 0: those that tell 95 % from `bad` */
-    double bad;            /* percent */
-    unsigned table_trials; /* of the tables in the documents; 0: as many */
-    size_t long_rows;      /* the last ones, which only the tables have */
-} group_t;
+} experiment_t;
 
 #define ROWS(rows) rows, sizeof(rows)[0], COUNT_OF(rows)
 
-extern const group_t group_coverage;
-extern const group_t group_filtered;
-extern const group_t group_undeclared;
-extern const group_t group_sums;
-extern const group_t group_rounding;
-extern const group_t group_mirrored;
-extern const group_t group_tails;
-extern const group_t group_tails_of_laws;
-extern const group_t group_learned;
-extern const group_t group_cascade;
-extern const group_t group_curve;
-extern const group_t group_levels;
-extern const group_t group_resolved;
-extern const group_t group_monitor;
-extern const group_t group_monitor_cascade;
-extern const group_t group_rates;
-extern const group_t group_rates_other;
-extern const group_t group_rare;
-extern const group_t group_whitened;
-extern const group_t group_coarse;
-extern const group_t group_unstable;
-extern const group_t group_tracked;
-extern const group_t group_terms;
-extern const group_t group_steady;
-extern const group_t group_days;
-extern const group_t group_changing;
-extern const group_t group_switches;
-extern const group_t group_rides;
-extern const group_t group_delays;
-extern const group_t group_fused;
-extern const group_t group_faults;
+#define EXPERIMENT(name, ...) extern const experiment_t name##_experiment;
+#include "experiments.inc"
+#undef EXPERIMENT
+
+/* ---- the instance that every experiment starts anew ---- */
+
+extern davar_config_t config;
+extern davar_t davar;
+extern davar_plan_t plan;
+extern davar_result_t result;
+extern uint64_t memory[131072];
+
+/* Octaves for the longest window at 1 Hz, a unit per count, and windows without moments. */
+void configure(const davar_law_t *law, uint32_t shortest, uint32_t longest, uint32_t stride);
+
+#define START(type)                                                                                \
+    require(davar_init_##type(&davar, &config, memory, sizeof memory) == DAVAR_OK, "init")
 
 /* ---- figures ---- */
 
 #define STANDARD_ERRORS 3.0 /* of a figure, beyond a limit */
-
-/* Trials after which a share of `bad` percent is told from one of `good`, with STANDARD_ERRORS on
- * either side of the limit between them. */
-unsigned trials_of(double good, double bad);
 
 /* A share in percent of `trials` independent ones. */
 void share(const char *name, double hits, double trials);
@@ -75,10 +51,13 @@ void rate(const char *name, double events, double stated);
 /* Any number with its standard error. */
 void value(const char *name, double number, double error);
 
+/* Names the next reports. */
+__attribute__((format(printf, 1, 2))) void label(const char *format, ...);
+
 /* Prints the figures since the last report. `holds` has limits of some of them: "N 94:97, extra :3".
  * Each figure of this name must be within, or outside by at most three standard errors. After
  * `?` the figure may have too few trials to be judged ("N? 94:"). */
-void report(const char *label, const char *holds);
+void report(const char *holds);
 
 /* Ends the program. */
 void require(bool is_met, const char *what);
@@ -104,13 +83,13 @@ typedef struct {
 bool contains(double low, double high, double truth);
 
 /* adev: the true Allan deviations, or NULL. */
-void score_add(score_t *score, const davar_result_t *result, const double truth[],
+void score_add(score_t *score, const davar_result_t *found, const double truth[],
                const double adev[]);
 
 /* Reports the score: ADEV and, above a ninth of the window, `long`; statements that hold for N and
  * for the `others`; N.given, Q.given and so on; N.within; extra; withheld; bias of N in percent; its
  * rms in units of `bound` percent; width (median). */
-void score_report(const score_t *score, double bound, const char *label, const char *holds);
+void score_report(const score_t *score, double bound, const char *holds);
 
 /* In the units of the coefficients, at 1 Hz. */
 void truth_of(const gyro_noise_t *noise, double truth[]);
@@ -118,8 +97,8 @@ void truth_of(const gyro_noise_t *noise, double truth[]);
 /* Of a text such as "N 1 K 0.02": the terms Q, N, B, K and R, and F, the cutoff of one pole. */
 gyro_noise_t noise_of(const char *text);
 
-/* Prepares *result for sizes m[] of a window without gaps. */
-void expect_window(davar_result_t *result, uint32_t window, const uint32_t m[], uint8_t count);
+/* Prepares `result` for sizes m[] of a window without gaps. */
+void expect_window(uint32_t window, const uint32_t m[], uint8_t count);
 
 int ascending(const void *a, const void *b);
 

@@ -13,29 +13,9 @@ static const davar_filter_t no_filter = {.poles = 0U};
 static const davar_filter_t low_pass = {.cutoff = 0.1, .poles = 2U};
 static const double truth_1[DAVAR_COEFFICIENT_COUNT] = {[DAVAR_ANGLE_RANDOM_WALK] = 60.0};
 
-static davar_t davar;
-static davar_plan_t plan;
-static davar_result_t result;
-static davar_config_t config;
-static uint32_t taus[DAVAR_TAUS_MAX];
 static autocovariance_t of_noise;
-static uint64_t memory[16384];
 
 #define COUNTS 100.0 /* per standard deviation of the noise */
-
-static void configure(uint32_t window, bool has_kurtosis)
-{
-    config = davar_default_config;
-    config.law = NULL;
-    config.window.longest = window;
-    config.window.shortest = window;
-    config.moments.segment = has_kurtosis ? 100U : 0U;
-    config.stride = window;
-    config.rate_hz = 1.0;
-    config.unit_per_count = 1.0 / COUNTS;
-    config.taus = taus;
-    config.tau_count = davar_taus_octave(window, taus, DAVAR_TAUS_MAX);
-}
 
 /* Of noise of N = 1 with the autocovariance of_noise. */
 static double adev_of(uint32_t m)
@@ -50,11 +30,12 @@ static double adev_of(uint32_t m)
 
 static void start(const davar_filter_t *filter, double adev[])
 {
-    require(davar_init_q31(&davar, &config, memory, sizeof memory) == DAVAR_OK, "tails: init");
-    davar_plan_init_filtered(&plan, taus, config.tau_count, filter);
+    config.unit_per_count = 1.0 / COUNTS;
+    START(q31);
+    davar_plan_init_filtered(&plan, config.taus, config.tau_count, filter);
     autocovariance_of(filter, &of_noise);
     for (int t = 0; t < config.tau_count; t++) {
-        adev[t] = adev_of(taus[t]);
+        adev[t] = adev_of(config.taus[t]);
     }
 }
 
@@ -96,9 +77,9 @@ static void run_fixed(const noise_kind_t *kind, bool is_filtered, uint32_t windo
     source_t source = source_seeded(seed + window);
     low_pass_t state = low_pass_of(filter, 1.0);
     double adev[DAVAR_TAUS_MAX];
-    char label[64];
     score = (score_t){0};
-    configure(window, has_kurtosis);
+    configure(NULL, window, window, window);
+    config.moments.segment = has_kurtosis ? 100U : 0U;
     start(filter, adev);
     for (unsigned i = 0U; i < trials; i++) {
         for (uint32_t k = 0U; k < window; k++) {
@@ -109,14 +90,14 @@ static void run_fixed(const noise_kind_t *kind, bool is_filtered, uint32_t windo
         davar_fit(&plan, config.rate_hz, &result);
         score_add(&score, &result, truth_1, adev);
     }
-    (void)snprintf(label, sizeof label, "%s%s, L %u%s", kind->name, is_filtered ? ", low-pass" : "",
-                   (unsigned)window, has_kurtosis ? "" : ", no kurtosis");
-    score_report(&score, 1.0, label, tails_hold[kind - noise_kinds][is_filtered ? 1 : 0]);
+    label("%s%s, L %u%s", kind->name, is_filtered ? ", low-pass" : "", (unsigned)window,
+          has_kurtosis ? "" : ", no kurtosis");
+    score_report(&score, 1.0, tails_hold[kind - noise_kinds][is_filtered ? 1 : 0]);
     if ((window == 600U) && !is_filtered) {
         static const char *const widths[NOISE_WHITE_KINDS] = {
             "width 1.155:1.18", "width 1.155:1.18", "width 1.33:1.41",
             "width 1.33:1.42",  "width 1.9:2.4",    "width 2:2.35"};
-        score_report(&score, 1.0, label, widths[kind - noise_kinds]);
+        score_report(&score, 1.0, widths[kind - noise_kinds]);
     }
 }
 
@@ -132,9 +113,8 @@ static void run_tails(const void *of, unsigned trials, uint64_t seed)
     }
 }
 
-const group_t group_tails = {
-    "tails", noise_kinds, sizeof noise_kinds[0], NOISE_WHITE_KINDS, run_tails, 20261127U, 0U, 91.0,
-    1500U,   0U};
+const experiment_t tails_experiment = {noise_kinds, sizeof noise_kinds[0], NOISE_WHITE_KINDS,
+                                       run_tails};
 
 /* ---- windows that a law chooses ---- */
 
@@ -167,15 +147,10 @@ static void run_chosen(const noise_kind_t *kind, const chosen_t *one, unsigned t
     source_t source = source_seeded(seed);
     low_pass_t state = low_pass_of(filter, 1.0);
     double adev[DAVAR_TAUS_MAX];
-    char label[64];
     score = (score_t){0};
-    configure(600U, false);
-    config.law = one->law;
-    config.window.longest = one->longest;
-    config.window.shortest = one->shortest;
+    configure(one->law, one->shortest, one->longest, 100U);
+    config.tau_count = 7U; /* to 64 samples */
     config.moments.segment = one->segment;
-    config.window.grow = 1U;
-    config.stride = 100U;
     config.rate_hz = 100.0;
     if (one->law == &davar_law_glr_q31) {
         davar_whiten(&config, filter);
@@ -190,13 +165,13 @@ static void run_chosen(const noise_kind_t *kind, const chosen_t *one, unsigned t
             score_add(&score, &result, truth_1, adev);
         }
     }
-    (void)snprintf(label, sizeof label, "%s, %s", kind->name, one->name);
+    label("%s, %s", kind->name, one->name);
     share("old", score.windows, trials);
-    score_report(&score, 1.0, label, "old 90:");
+    score_report(&score, 1.0, "old 90:");
     share("N", score.held[DAVAR_ANGLE_RANDOM_WALK], score.windows);
     share("N.given", score.given[DAVAR_ANGLE_RANDOM_WALK], score.windows);
     value("bias", 100.0 * score.error[0] / score.given[DAVAR_ANGLE_RANDOM_WALK], 0.1);
-    report(label, holds[kind - noise_kinds]);
+    report(holds[kind - noise_kinds]);
 }
 
 static void run_tails_of_laws(const void *of, unsigned trials, uint64_t seed)
@@ -206,16 +181,8 @@ static void run_tails_of_laws(const void *of, unsigned trials, uint64_t seed)
     }
 }
 
-const group_t group_tails_of_laws = {"tails-laws",
-                                     noise_kinds,
-                                     sizeof noise_kinds[0],
-                                     NOISE_WHITE_KINDS,
-                                     run_tails_of_laws,
-                                     20261127U,
-                                     0U,
-                                     90.0,
-                                     1500U,
-                                     0U};
+const experiment_t tails_laws_experiment = {noise_kinds, sizeof noise_kinds[0], NOISE_WHITE_KINDS,
+                                            run_tails_of_laws};
 
 /* ---- the learned filter ---- */
 
@@ -376,7 +343,7 @@ static void score_windows(const learned_row_t *row, const davar_filter_t *filter
     const double unit = scatter / 10.0;
     const double truth[DAVAR_COEFFICIENT_COUNT] = {[DAVAR_ANGLE_RANDOM_WALK] =
                                                        sqrt(1.0 + (after * after)) * 60.0 / unit};
-    expect_window(&result, WINDOW, m, davar_taus_octave(WINDOW, m, DAVAR_TAUS_MAX));
+    expect_window(WINDOW, m, davar_taus_octave(WINDOW, m, DAVAR_TAUS_MAX));
     result.unit_per_count = 1.0;
     davar_plan_init_filtered(&plan, m, result.tau_count, filter);
     for (uint32_t w = 0U; w < WINDOWS; w++) {
@@ -396,7 +363,6 @@ static double learn_beside(const learned_row_t *row, const beside_t *with, unsig
     static score_t score;
     double known = 0.0;
     double rejected = 0.0;
-    char label[64];
     score = (score_t){0};
     rng = random_seeded(seed);
     const double scatter = scatter_of_a_sample(row);
@@ -423,8 +389,8 @@ static double learn_beside(const learned_row_t *row, const beside_t *with, unsig
     share("N.given", given, score.windows);
     share("N.within", within, given);
     value("wrong", 100.0 * (given - within) / ((double)trials * WINDOWS), 0.0);
-    (void)snprintf(label, sizeof label, "%s, %s", row->name, with->name);
-    report(label, is_common ? "N.within 94:, wrong :8" : "wrong :8");
+    label("%s, %s", row->name, with->name);
+    report(is_common ? "N.within 94:, wrong :8" : "wrong :8");
     return rejected;
 }
 
@@ -439,8 +405,8 @@ static void run_learned(const void *of, unsigned trials, uint64_t seed)
         (void)learn_beside(row, &beside[b], trials, seed);
     }
     share("rejected", rejected, trials);
-    report(row->name, "rejected :2");
+    label("%s", row->name);
+    report("rejected :2");
 }
 
-const group_t group_learned = {"learned", ROWS(learned_rows), run_learned, 33033U, 16U, 0.0, 40U,
-                               0U};
+const experiment_t learned_experiment = {ROWS(learned_rows), run_learned};

@@ -12,8 +12,6 @@
 
 #define LONGEST 6000U
 
-static davar_plan_t plan;
-static davar_result_t result;
 static double samples[LONGEST];
 
 static void observe(uint32_t window)
@@ -91,10 +89,9 @@ static void run_coverage(const void *of, unsigned trials, uint64_t seed)
     uint32_t m[DAVAR_TAUS_MAX] = {0U};
     double truth[DAVAR_COEFFICIENT_COUNT];
     double adev[DAVAR_TAUS_MAX];
-    char label[64];
     random_t random = random_seeded(seed);
     score = (score_t){0};
-    expect_window(&result, row->window, m, sizes_of(row, m));
+    expect_window(row->window, m, sizes_of(row, m));
     davar_plan_init_white(&plan, m, result.tau_count);
     truth_of(&noise, truth);
     for (int t = 0; t < result.tau_count; t++) {
@@ -106,13 +103,12 @@ static void run_coverage(const void *of, unsigned trials, uint64_t seed)
         davar_fit(&plan, 1.0, &result);
         score_add(&score, &result, truth, adev);
     }
-    (void)snprintf(label, sizeof label, "%s, L %u, %u taus to %u", row->noise,
-                   (unsigned)row->window, result.tau_count, (unsigned)row->last);
-    score_report(&score, 1.0, label, row->holds);
+    label("%s, L %u, %u taus to %u", row->noise, (unsigned)row->window, result.tau_count,
+          (unsigned)row->last);
+    score_report(&score, 1.0, row->holds);
 }
 
-const group_t group_coverage = {"coverage", ROWS(coverage), run_coverage, 20180773U,
-                                0U,         92.0,           4000U,        0U};
+const experiment_t coverage_experiment = {ROWS(coverage), run_coverage};
 
 /* ---- after a filter ---- */
 
@@ -267,9 +263,8 @@ static void run_filtered(const case_t *row, uint32_t window, bool is_declared, u
     static double noise[LONGEST];
     bool used[VIEWS];
     uint32_t m[DAVAR_TAUS_MAX];
-    char label[80];
     filtered_noise_start(&source, &row->filter, seed);
-    expect_window(&result, window, m, davar_taus_octave(window, m, DAVAR_TAUS_MAX));
+    expect_window(window, m, davar_taus_octave(window, m, DAVAR_TAUS_MAX));
     autocovariance_of(&row->filter, &of_noise);
     for (size_t v = 0U; v < VIEWS; v++) {
         used[v] = applies(&views[v], &row->filter, window, is_declared);
@@ -304,9 +299,8 @@ static void run_filtered(const case_t *row, uint32_t window, bool is_declared, u
     }
     for (size_t v = 0U; v < VIEWS; v++) {
         if (used[v]) {
-            (void)snprintf(label, sizeof label, "%s, L %u, %s", row->name, (unsigned)window,
-                           views[v].name);
-            score_report(&scores[v], bound(window, sqrt(of_noise.r[0]) / views[v].sigma), label,
+            label("%s, L %u, %s", row->name, (unsigned)window, views[v].name);
+            score_report(&scores[v], bound(window, sqrt(of_noise.r[0]) / views[v].sigma),
                          views[v].holds);
         }
     }
@@ -335,7 +329,5 @@ static void run_undeclared(const void *row, unsigned trials, uint64_t seed)
     run_three(row, false, trials, seed);
 }
 
-const group_t group_filtered = {"filtered", ROWS(cases), run_declared, 20260733U,
-                                0U,         91.5,        2000U,        0U};
-const group_t group_undeclared = {
-    "filtered-undeclared", ROWS(wide), run_undeclared, 20260733U, 0U, 91.5, 2000U, 0U};
+const experiment_t filtered_experiment = {ROWS(cases), run_declared};
+const experiment_t filtered_undeclared_experiment = {ROWS(wide), run_undeclared};

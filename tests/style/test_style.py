@@ -76,7 +76,7 @@ MARKS = tuple(
 
 # The rooms: which others each may include, besides itself. The entry functions lie beside them. Of
 # lib/src, filter and fit include public headers and number alone, and fit also filter. So does each
-# part of addons (tests/consumer/test_rooms.py builds each of them without the rest).
+# part of addons.
 SIM_ROOMS = (
     *("common", "options", "recording", "learning", "centred"),
     *("instances", "output", "replay"),

@@ -56,9 +56,19 @@ class Registers:
 
     def __init__(self) -> None:
         self.offset: dict[str, int | None] = {}
+        self.at: dict[str, dict[str, int | None]] = {}  # where a branch goes -> what it takes along
+        self.ended = False  # by a jump: the next instruction is reached by a branch
+
+    def arrive(self, address: str) -> None:
+        if self.ended and address in self.at:
+            self.offset = dict(self.at[address])
+        self.ended = False
 
     def follow(self, operation: str, operands: str) -> None:
         """One instruction, in the order of the code."""
+        self.ended = bool(re.match(r"(b(\.[nw])?|bx|j|c\.jr?|ret)$", operation) or "pc}" in operands)
+        if branch := re.search(r"([0-9a-f]+) <[^>]+\+0x[0-9a-f]+>$", operands):
+            self.at.setdefault(branch.group(1), dict(self.offset))
         loaded = ADDRESS.match(operands)
         first, *others = re.findall(r"[A-Za-z]\w*", operands.split("@")[0]) or [""]
         if LOAD.match(operation) and loaded:
@@ -139,9 +149,10 @@ def disassembly(target: str, image: Path) -> dict[str, Function]:
             code.setdefault(name, Function(set(), set(), 0))
             registers, frame = Registers(), 0
             continue
-        body = re.match(r"^\s*[0-9a-f]+:\t(\S+)\s*(.*)$", line)
+        body = re.match(r"^\s*([0-9a-f]+):\t(\S+)\s*(.*)$", line)
         if body and name:
-            operation, operands = body.groups()
+            address, operation, operands = body.groups()
+            registers.arrive(address)
             instruction = f"{operation} {operands}"
             if loaded := LITERAL.match(instruction):
                 literals[loaded.group(1)] = int(words.get(loaded.group(2), "0"), 16)

@@ -43,7 +43,6 @@ TIMES = "8"  # as many examples as in tools/test, drawn at random
 HANG_S = "1800"
 # The longest input of each fuzz target.
 LONGEST = {
-    "stream": 400,
     "tracked": 160,
     "calls": 400,
     "fits": 600,

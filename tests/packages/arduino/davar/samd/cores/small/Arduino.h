@@ -5,21 +5,54 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 void setup();
 void loop();
 uint32_t micros();
 void delay(uint32_t milliseconds);
 
-class HardwareSerial {
-  public:
-    void begin(unsigned long baud);
-    void print(const char *text);
-    void print(unsigned long number);
-    void print(double number, int digits);
-    void println(const char *text);
-    void println(unsigned long number);
+struct HardwareSerial {
+    void begin(unsigned long) {}
+    void print(const char *text)
+    {
+        printf("%s", text);
+    }
+    void print(unsigned long number)
+    {
+        printf("%lu", number);
+    }
+    void print(double number, int digits)
+    {
+        printf("%.*f", digits, number);
+    }
+    void println(const char *text)
+    {
+        printf("%s\n", text);
+    }
+    void println(unsigned long number)
+    {
+        printf("%lu\n", number);
+    }
 };
 extern HardwareSerial Serial;
+
+/* I2C, with one sensor on the bus. */
+class TwoWire {
+  public:
+    void begin() {}
+    void setClock(uint32_t) {}
+    void beginTransmission(uint8_t address);
+    size_t write(uint8_t value);
+    uint8_t endTransmission(bool stop = true);
+    uint8_t requestFrom(uint8_t address, uint8_t count);
+    int available();
+    int read();
+
+  private:
+    uint8_t address_, out_[32], in_[32];
+    uint8_t out_count_, in_count_, in_next_;
+};
+extern TwoWire Wire;
 
 #endif

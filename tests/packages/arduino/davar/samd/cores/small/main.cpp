@@ -1,9 +1,7 @@
 /* Time, serial port, I2C and main of the small core. argv: sensor (mpu6050, lsm6ds, none), seconds
  * to run; optionally the second at which the processor is busy, and for how long. */
 #include "Arduino.h"
-#include "Wire.h"
 #include "sensor.h"
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -37,31 +35,7 @@ void delay(uint32_t milliseconds)
 }
 
 HardwareSerial Serial;
-void HardwareSerial::begin(unsigned long) {}
-void HardwareSerial::print(const char *text)
-{
-    fputs(text, stdout);
-}
-void HardwareSerial::print(unsigned long number)
-{
-    printf("%lu", number);
-}
-void HardwareSerial::print(double number, int digits)
-{
-    printf("%.*f", digits, number);
-}
-void HardwareSerial::println(const char *text)
-{
-    puts(text);
-}
-void HardwareSerial::println(unsigned long number)
-{
-    printf("%lu\n", number);
-}
-
 TwoWire Wire;
-void TwoWire::begin() {}
-void TwoWire::setClock(uint32_t) {}
 
 void TwoWire::beginTransmission(uint8_t address)
 {
@@ -81,11 +55,11 @@ size_t TwoWire::write(uint8_t value)
 uint8_t TwoWire::endTransmission(bool)
 {
     pass(23U * (1U + out_count_)); /* nine bits at 400 kHz */
-    if (sensor == NULL || !sensor->answers(address_)) {
+    if (sensor == NULL || sensor->address != address_) {
         return 2; /* no acknowledge */
     }
     for (uint8_t i = 1; i < out_count_; i++) {
-        sensor->write((uint8_t)(out_[0] + i - 1), out_[i]);
+        sensor->write((out_[0] + i - 1) & 0x7F, out_[i]);
     }
     return 0;
 }
@@ -94,12 +68,12 @@ uint8_t TwoWire::requestFrom(uint8_t address, uint8_t count)
 {
     in_count_ = in_next_ = 0;
     pass(23U * (1U + count));
-    if (sensor == NULL || !sensor->answers(address) || count > sizeof in_) {
+    if (sensor == NULL || sensor->address != address || count > sizeof in_) {
         return 0;
     }
     for (uint8_t reg = out_[0]; in_count_ < count;
          reg = (uint8_t)(reg + (sensor->stays(reg) ? 0 : 1))) {
-        in_[in_count_++] = sensor->read(reg);
+        in_[in_count_++] = sensor->read(reg & 0x7F);
     }
     return count;
 }
@@ -116,8 +90,8 @@ int TwoWire::read()
 int main(int argc, char **argv)
 {
     const char *name = (argc > 1) ? argv[1] : "mpu6050";
-    sensor = (strcmp(name, "mpu6050") == 0)  ? mpu6050()
-             : (strcmp(name, "lsm6ds") == 0) ? lsm6ds()
+    sensor = (strcmp(name, "mpu6050") == 0)  ? mpu6050
+             : (strcmp(name, "lsm6ds") == 0) ? lsm6ds
                                              : NULL;
     if (argc > 2) {
         end_us = 1000000U * strtoull(argv[2], NULL, 10);

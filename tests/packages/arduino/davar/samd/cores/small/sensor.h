@@ -5,18 +5,34 @@
 
 #include <stdint.h>
 
-class Sensor {
-  public:
-    virtual bool answers(uint8_t address) = 0;
-    virtual uint8_t read(uint8_t address) = 0;
-    virtual void write(uint8_t address, uint8_t value) = 0;
-    virtual bool stays(uint8_t address) = 0; /* true if the register address does not increment */
-    virtual void pass(uint64_t now_us) = 0;  /* up to this time */
-};
-Sensor *mpu6050();
-Sensor *lsm6ds();
+struct Sensor {
+    uint8_t address;
+    uint8_t value[128];
+    double next_us;
 
-/* The next sample at this rate, in counts. bandwidth_hz: -3 dB. */
-int16_t noise_count(double rate_hz, double bandwidth_hz, double counts_per_dps);
+    virtual uint8_t read(uint8_t at)
+    {
+        return value[at];
+    }
+    virtual void write(uint8_t at, uint8_t byte)
+    {
+        value[at] = byte;
+    }
+    virtual bool stays(uint8_t at) = 0; /* true if the register address does not increment */
+    virtual double rate_hz() = 0;       /* 0: asleep */
+    virtual void sample() = 0;
+
+    void pass(uint64_t now_us)
+    {
+        if (!(rate_hz() > 0.0)) {
+            next_us = (double)now_us;
+        }
+        for (; next_us < (double)now_us; next_us += 1e6 / rate_hz()) {
+            sample();
+        }
+    }
+};
+extern Sensor *const mpu6050;
+extern Sensor *const lsm6ds;
 
 #endif
