@@ -19,7 +19,7 @@ struct option_row {
     const char *name;
     const char *argument; /* as --help shows it; null: the option takes no value */
     option_read_t *read;
-    size_t offset;    /* of what it sets in the program's values */
+    size_t offset;    /* in the program's values, of the member that it sets */
     const char *help; /* lines of --help; null: none */
 };
 
