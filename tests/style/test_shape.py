@@ -38,12 +38,12 @@ SHAPE = {
     "lines to read before a change of a push": (
         lines_of([*c_files("lib/src/core/"), *CORE_HEADERS])
         + lines_of(["lib/include/davar/law.h"]),
-        3660,
+        3025,
         3000,
     ),
-    "lines of lib": (lines_of(c_files("lib/")), 11510, 10500),
+    "lines of lib": (lines_of(c_files("lib/")), 11440, 10500),
     "lines of addons": (lines_of(c_files("addons/")), 4960, 4600),
-    "lines of davar/davar.h and its includes": (lines_of(face()), 1105, 300),
+    "lines of davar/davar.h and its includes": (lines_of(face()), 1065, 300),
     "functions that it declares": (len(public_functions(face())), 32, 25),
 }
 

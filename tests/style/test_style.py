@@ -87,6 +87,7 @@ ROOMS = {
         "number": set(),
         "filter": {"number"},
         "core": {"number"},
+        "engines": {"number", "core"},
         "laws": {"number", "core"},
         "fit": {"number", "filter"},
     },
@@ -94,7 +95,7 @@ ROOMS = {
 }
 # The parts: which others each may include.
 PARTS_USE = {"can": {"monitor"}, "state": {"cascade"}}
-STORIES_MAX = {"lib/src": 18, "host_sim": 12}  # of a room: a header and its source are one
+STORIES_MAX = {"lib/src": 17, "host_sim": 12}  # of a room: a header and its source are one
 
 
 # --- includes ---
@@ -339,7 +340,7 @@ def test_every_fuzz_target_has_inputs():
     names = "\n".join(listed())
     targets = re.findall(r"^tests/fuzz/fuzz_(\w+)\.c$", names, re.MULTILINE)
     archives = re.findall(r"^tests/fuzz/corpus/(\w+)\.tar\.gz$", names, re.MULTILINE)
-    assert len(targets) == 10
+    assert len(targets) == 9
     assert sorted(targets) == sorted(archives)
 
 

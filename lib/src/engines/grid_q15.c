@@ -4,6 +4,7 @@
 #include "number/q15_runs.inc"
 
 #include "core/engine.h"
+#include "core/instance.h"
 #include "core/window.h"
 
 #define GRID_NUMBER davar_number_q15

@@ -1,4 +1,4 @@
-/* davar - the boundaries of gaps that a window stores.
+/* davar - the gaps that a window stores: boundaries that no difference spans.
  * Hazard: positions wrap modulo 2^32, so only distances are compared, never positions. */
 #include "core/window.h"
 #include "number/machine.h"
