@@ -99,30 +99,6 @@ static void test_a_waiting_result_survives(void)
     }
 }
 
-/* Leaves bytes on the stack for the variables of the next call. */
-static void dirty_stack(int byte)
-{
-    volatile unsigned char bytes[4096];
-    for (size_t i = 0U; i < sizeof bytes; i++) {
-        bytes[i] = (unsigned char)byte;
-    }
-}
-
-/* The padding of the image has no bytes of an earlier call. */
-static void test_the_same_state_has_the_same_image(void)
-{
-    static unsigned char image[sizeof cells];
-    init(Q15, &original, 0U);
-    feed(0U, 500U);
-    dirty_stack(0x5A);
-    save();
-    memcpy(image, cells, sizeof image);
-    memset(cells, 0xFF, sizeof cells);
-    dirty_stack(0xA5);
-    save();
-    TEST_ASSERT_EQUAL_MEMORY(image, cells, sizeof image);
-}
-
 /* In the middle of a run of floats that are not numbers: still one gap. */
 static void test_a_gap_that_continues_survives(void)
 {
@@ -134,30 +110,6 @@ static void test_a_gap_that_continues_survives(void)
     davar_push_f32(&restored, &none, 1U);
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&restored).gaps);
     TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&restored).missing);
-}
-
-/* A finished record stays finished, and its results continue. */
-static void test_a_finished_record_survives(void)
-{
-    uint32_t results = 0U;
-    config.law = &davar_law_glr_q15;
-    config.moments.segment = 0U;
-    config.window.longest = 80U;
-    init(Q15, &original, 0U);
-    feed(0U, 105U);
-    TEST_ASSERT_TRUE(davar_flush(&original));
-    save();
-    restore(Q15);
-    while (davar_flush(&original)) {
-        davar_result_t result[2];
-        memset(result, 0, sizeof result);
-        TEST_ASSERT_TRUE(davar_flush(&restored));
-        TEST_ASSERT_TRUE(take_fitted(&original, &result[0]) && take_fitted(&restored, &result[1]));
-        TEST_ASSERT_EQUAL_MEMORY(&result[0], &result[1], sizeof result[0]);
-        results++;
-    }
-    TEST_ASSERT_FALSE(davar_flush(&restored));
-    TEST_ASSERT_GREATER_THAN_UINT32(2U, results);
 }
 
 /* ---- foreign images ---- */
@@ -292,18 +244,6 @@ static void test_an_image_of_another_size_or_byte_order_is_foreign(void)
     }
 }
 
-/* Hundreds of saves: the slots alternate, and the newest image wins. */
-static void test_saves_take_turns(void)
-{
-    init(Q15, &original, 0U);
-    feed(0U, 50U);
-    for (uint32_t n = 50U; n < 300U; n++) {
-        feed(n, n + 1U);
-        save();
-        TEST_ASSERT_EQUAL_UINT64(n + 2U - 1U, restored_epoch());
-    }
-}
-
 /* ---- faults of the storage ---- */
 
 /* `restored` just after init, byte for byte. */
@@ -329,24 +269,6 @@ static void save_twice(void)
     save_after(Q15, 100U);
     feed(100U, 150U);
     save();
-}
-
-static void test_power_lost_at_any_byte_of_a_save_leaves_the_image_before(void)
-{
-    static unsigned char before[sizeof cells];
-    save_twice();
-    feed(150U, 200U);
-    memcpy(before, cells, sizeof cells);
-    for (size_t bytes = 0U; bytes < davar_state_bytes(&original); bytes++) {
-        memcpy(cells, before, sizeof cells);
-        budget = bytes;
-        TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE, davar_state_save(&original, &storage));
-        TEST_ASSERT_EQUAL_UINT64(151U - 1U, restored_epoch());
-    }
-    memcpy(cells, before, sizeof cells);
-    budget = davar_state_bytes(&original);
-    save();
-    TEST_ASSERT_EQUAL_UINT64(201U - 1U, restored_epoch());
 }
 
 static void test_a_single_damaged_byte_is_found(void)
@@ -503,15 +425,11 @@ int main(void)
     RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
     RUN_TEST(test_a_waiting_result_survives);
-    RUN_TEST(test_the_same_state_has_the_same_image);
     RUN_TEST(test_a_gap_that_continues_survives);
-    RUN_TEST(test_a_finished_record_survives);
     RUN_TEST(test_an_image_of_another_number_type_is_foreign);
     RUN_TEST(test_one_bit_of_the_configuration_makes_an_image_foreign);
     RUN_TEST(test_storage_that_is_too_small_is_rejected);
     RUN_TEST(test_an_image_of_another_size_or_byte_order_is_foreign);
-    RUN_TEST(test_saves_take_turns);
-    RUN_TEST(test_power_lost_at_any_byte_of_a_save_leaves_the_image_before);
     RUN_TEST(test_a_single_damaged_byte_is_found);
     RUN_TEST(test_storage_that_fails_at_any_read_is_survived);
     RUN_TEST(test_a_second_reading_that_differs_is_rejected);

@@ -107,24 +107,6 @@ static void test_the_digest_is_fnv_1a(void)
     TEST_ASSERT_EQUAL_HEX32(0xBF9CF968U, davar_frame_digest(&frame));
 }
 
-/* A result may begin while frames of the one before are left: each of its own is sent. */
-static void test_a_result_that_begins_early_is_complete(void)
-{
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_ADEV));
-    for (uint32_t sent = 0U; sent < 9U; sent++) {
-        uint32_t frames = 0U;
-        davar_encoder_begin(&encoder, &result, &health);
-        for (uint32_t i = 0U; i < sent; i++) {
-            TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
-        }
-        davar_encoder_begin(&encoder, &result, &health);
-        while ((frames < 20U) && davar_encoder_next(&encoder, &frame)) {
-            frames++;
-        }
-        TEST_ASSERT_EQUAL_UINT32(9U, frames);
-    }
-}
-
 static void test_identifiers_beyond_eleven_bits_are_rejected(void)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, 0x7F0U, 0U, 0U));
@@ -187,80 +169,6 @@ static void test_the_counters_of_an_instance_go_to_their_frames_and_leave_the_ot
                                                 .alarms = 8U,
                                                 .shocks = 9U});
     TEST_ASSERT_EQUAL_MEMORY(&expected, &health, sizeof health);
-}
-
-static void test_the_last_frames_send_every_counter(void)
-{
-    uint32_t told = 0U;
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 2U, 3U));
-    davar_encoder_finish(&encoder, &health);
-    while (davar_encoder_next(&encoder, &frame)) {
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
-        TEST_ASSERT_EQUAL(2, wire.channel);
-        told |= 1U << wire.index;
-    }
-    TEST_ASSERT_EQUAL_HEX32((1U << DAVAR_HEALTH_COUNT) - 1U, told);
-}
-
-/* The content of the frames of DAVAR_Monitor: deviation of each tau, then health and the tau that
- * decides it. */
-static void read_monitor(const davar_misfit_t *misfit, float *deviations, float *number,
-                         uint8_t *worst)
-{
-    size_t next = 0;
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_MONITOR));
-    davar_encoder_monitor(&encoder, misfit);
-    davar_encoder_begin(&encoder, &result, &health);
-    while (davar_encoder_next(&encoder, &frame)) {
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
-        if ((wire.message == DAVAR_MESSAGE_MONITOR) && (wire.index < DAVAR_MONITOR_HEALTH)) {
-            TEST_ASSERT_EQUAL(next, wire.index);
-            deviations[next++] = wire.value;
-        } else if (wire.message == DAVAR_MESSAGE_MONITOR) {
-            *number = wire.value;
-            *worst = wire.worst;
-        }
-    }
-    TEST_ASSERT_EQUAL(misfit->tau_count, next);
-}
-
-static void test_a_misfit_goes_over_the_wire_and_only_with_its_content(void)
-{
-    davar_misfit_t misfit = {
-        .health = 1.25, .worst = 2, .tau_count = 3, .tau = {{.deviation = -0.5}}};
-    float deviations[3] = {0.0F};
-    float health_number = 0.0F;
-    uint8_t worst = 0U;
-    misfit.tau[1].deviation = (double)NAN;
-    misfit.tau[2].deviation = 4.5;
-    read_monitor(&misfit, deviations, &health_number, &worst);
-    TEST_ASSERT_EQUAL_FLOAT(-0.5F, deviations[0]);
-    TEST_ASSERT_TRUE(isnan(deviations[1]));
-    TEST_ASSERT_EQUAL_FLOAT(4.5F, deviations[2]);
-    TEST_ASSERT_EQUAL_FLOAT(1.25F, health_number);
-    TEST_ASSERT_EQUAL(2, worst);
-    misfit.worst = 3U;
-    misfit.health = (double)NAN;
-    read_monitor(&misfit, deviations, &health_number, &worst);
-    TEST_ASSERT_EQUAL(DAVAR_MONITOR_NO_TAU, worst);
-    TEST_ASSERT_TRUE(isnan(health_number));
-    TEST_ASSERT_EQUAL(6, count_frames(DAVAR_SEND_MONITOR, 3U));
-}
-
-static void test_extreme_values_saturate_and_absent_ones_are_nan(void)
-{
-    result.kurtosis = 1e9;
-    result.window_samples = UINT32_MAX;
-    result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value = (double)NAN;
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_FD));
-    davar_encoder_begin(&encoder, &result, &health);
-    TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
-    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
-    TEST_ASSERT_EQUAL(0x7FFFF, wire.window_samples);
-    TEST_ASSERT_EQUAL_FLOAT(65.534F, wire.kurtosis);
-    TEST_ASSERT_TRUE(isnan(wire.contribution) && isnan(wire.value) &&
-                     isnan(wire.relative_uncertainty));
-    TEST_ASSERT_TRUE(isnan(wire.adev[3])); /* three taus only */
 }
 
 static void seal(void)
@@ -516,13 +424,9 @@ int main(void)
     RUN_TEST(test_the_content_decides_how_many_frames_a_result_has);
     RUN_TEST(test_the_end_binds_the_frames_of_a_result);
     RUN_TEST(test_the_digest_is_fnv_1a);
-    RUN_TEST(test_a_result_that_begins_early_is_complete);
     RUN_TEST(test_identifiers_beyond_eleven_bits_are_rejected);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);
     RUN_TEST(test_the_counters_of_an_instance_go_to_their_frames_and_leave_the_others);
-    RUN_TEST(test_the_last_frames_send_every_counter);
-    RUN_TEST(test_a_misfit_goes_over_the_wire_and_only_with_its_content);
-    RUN_TEST(test_extreme_values_saturate_and_absent_ones_are_nan);
     RUN_TEST(test_a_foreign_frame_is_reported);
     RUN_TEST(test_impossible_values_are_rejected_and_absent_ones_are_not);
     RUN_TEST(test_a_zero_stride_cluster_or_window_is_rejected);
