@@ -113,17 +113,6 @@ static void test_settings_out_of_range_are_refused(void)
     TEST_ASSERT_EQUAL_MEMORY(&before, &selection, sizeof before);
 }
 
-static void test_every_status_has_its_own_words(void)
-{
-    for (int i = DAVAR_SELECT_OK; i <= DAVAR_SELECT_ERR_TOLERANCE; i++) {
-        for (int j = DAVAR_SELECT_OK; j < i; j++) {
-            TEST_ASSERT_TRUE(strcmp(davar_select_status_text((davar_select_status_t)i),
-                                    davar_select_status_text((davar_select_status_t)j)) != 0);
-        }
-    }
-    TEST_ASSERT_EQUAL_STRING("unknown status", davar_select_status_text((davar_select_status_t)99));
-}
-
 static void test_the_quieter_gyro_is_chosen_and_weighs_more(void)
 {
     for (uint8_t gyros = 2U; gyros <= GYROS; gyros++) {
@@ -353,7 +342,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_settings_out_of_range_are_refused);
-    RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_the_quieter_gyro_is_chosen_and_weighs_more);
     RUN_TEST(test_common_motion_cancels_with_three_gyros_and_hides_the_noise_of_two);
     RUN_TEST(test_violent_motion_hides_the_noise_of_any_number_of_gyros);
