@@ -185,74 +185,6 @@ static void test_large_windows_and_samples_are_right_or_left_to_the_exact_way(vo
     TEST_ASSERT_GREATER_THAN_UINT32(100U, known);
 }
 
-/* Kurtosis and contribution against bounds from 2^-1 to 2^-34 of the value away, on both sides. */
-static void check_bounds_near(void)
-{
-    const double kurtosis = davar_kurtosis(&whole.exact);
-    const double contribution = davar_contribution(&whole.exact, &first.exact);
-    for (int32_t bits = 1; bits < 37; bits += 3) {
-        for (int32_t side = -1; side < 2; side += 2) {
-            config.moments.kurtosis_low = 0.0;
-            config.moments.kurtosis_high = kurtosis * (1.0 + ldexp(side, -bits));
-            check(RULE_KURTOSIS, side < 0, false);
-            config.moments.kurtosis_high = 1e300;
-            config.moments.contribution_high = contribution * (1.0 + ldexp(side, -bits));
-            check(RULE_OR, (side < 0) && (contribution > 0.0), false);
-        }
-    }
-}
-
-/* Every window of 3 to WINDOW samples from 0 to VALUES - 1 (the order changes no sum), times a
- * scale, above a mean; its first part lacks the newest sample. */
-#define WINDOW 6U
-#define VALUES 4U
-
-static void check_windows(const uint32_t *sample, uint32_t n)
-{
-    static const int32_t scale[] = {1, 37, 8191};
-    static const int32_t mean[] = {0, -32768};
-    for (uint32_t i = 0U; i < 6U; i++) {
-        powers_t sums = {0};
-        for (uint32_t k = 0U; k < n; k++) {
-            first = moments_of(&sums, (k == 0U) ? 1U : k);
-            powers_add(&sums, (int16_t)(mean[i % 2U] + (scale[i / 2U] * (int32_t)sample[k])));
-        }
-        whole = moments_of(&sums, n);
-        if ((whole.exact.second.mantissa != 0U) && (first.exact.second.mantissa != 0U)) {
-            check_bounds_near();
-        }
-    }
-}
-
-/* The next ascending list of n values. False: there is none. */
-static bool ascend(uint32_t *sample, uint32_t n)
-{
-    uint32_t k = n;
-    while ((k > 0U) && (sample[k - 1U] == (VALUES - 1U))) {
-        k--;
-    }
-    if (k == 0U) {
-        return false;
-    }
-    const uint32_t next = sample[k - 1U] + 1U;
-    for (uint32_t i = k - 1U; i < n; i++) {
-        sample[i] = next;
-    }
-    return true;
-}
-
-static void test_every_short_window_of_few_values(void)
-{
-    for (uint32_t n = 3U; n <= WINDOW; n++) {
-        uint32_t sample[WINDOW] = {0U};
-        do { /* the newest sample has any value, the others ascend */
-            for (sample[n - 1U] = 0U; sample[n - 1U] < VALUES; sample[n - 1U]++) {
-                check_windows(sample, n);
-            }
-        } while (ascend(sample, n - 1U));
-    }
-}
-
 static davar_central_t central_of(const int16_t *sample, uint32_t n)
 {
     powers_t sums = {0};
@@ -412,7 +344,6 @@ int main(void)
     RUN_TEST(test_contribution_against_one_bound_or_the_other);
     RUN_TEST(test_the_usual_bounds_are_nearly_always_decided);
     RUN_TEST(test_large_windows_and_samples_are_right_or_left_to_the_exact_way);
-    RUN_TEST(test_every_short_window_of_few_values);
     RUN_TEST(test_kurtosis_of_two_values_whatever_their_mean_and_size);
     RUN_TEST(test_a_value_on_its_bound_or_undefined_is_inside);
     RUN_TEST(test_the_next_double_is_on_the_other_side);
