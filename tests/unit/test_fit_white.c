@@ -290,11 +290,6 @@ static bool any_window(random_t *random)
 
 /* ---- the tests ---- */
 
-static void assert_near(double expected, double actual, double relative)
-{
-    TEST_ASSERT_DOUBLE_WITHIN(relative * expected, expected, actual);
-}
-
 static void assert_reported(const expected_t *e)
 {
     bool is_at_step;
