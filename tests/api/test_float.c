@@ -138,33 +138,6 @@ static void test_beyond_full_scale_saturates_and_counts(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).saturated); /* and stays there */
 }
 
-/* A value above full scale counts as full scale with its own sign. */
-static void test_larger_values_are_full_scale_of_their_sign(void)
-{
-    static davar_t both[2];
-    davar_result_t results[2];
-    uint32_t compared = 0U;
-    for (unsigned k = 0U; k < 2U; k++) {
-        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&both[k], &config, memory[k], sizeof memory[k]));
-    }
-    random_t random = random_seeded(8U);
-    for (uint32_t i = 0U; i < 1500U; i++) {
-        const float inside = (float)(random_next(&random) % 1000U);
-        const float sign = ((random_next(&random) % 2U) == 0U) ? 1.0F : -1.0F;
-        const bool is_beyond = (random_next(&random) % 4U) == 0U;
-        const float rates[2] = {is_beyond ? (sign * (2000.0F + inside)) : inside,
-                                is_beyond ? (sign * 2000.0F) : inside};
-        davar_push_f32(&both[0], &rates[0], 1U);
-        davar_push_f32(&both[1], &rates[1], 1U);
-        if (davar_take(&both[0], &results[0]) && davar_take(&both[1], &results[1])) {
-            TEST_ASSERT_EQUAL_DOUBLE(results[1].tau[0].adev, results[0].tau[0].adev);
-            TEST_ASSERT_EQUAL_DOUBLE(results[1].kurtosis, results[0].kurtosis);
-            compared++;
-        }
-    }
-    TEST_ASSERT_GREATER_THAN_UINT32(500U, compared);
-}
-
 /* At every full scale, the conversion to counts rounds halves away from zero. */
 static void test_rounding_at_the_input(void)
 {
@@ -270,7 +243,6 @@ int main(void)
     RUN_TEST(test_a_quiet_sensor_keeps_its_kurtosis);
     RUN_TEST(test_not_a_number_and_infinity_are_gaps);
     RUN_TEST(test_beyond_full_scale_saturates_and_counts);
-    RUN_TEST(test_larger_values_are_full_scale_of_their_sign);
     RUN_TEST(test_rounding_at_the_input);
     RUN_TEST(test_blocks_equal_samples_one_by_one);
     return UNITY_END();

@@ -1,5 +1,9 @@
 /* davar tests - the requirements and errors of init. */
 #include "davar_law_id.h"
+#include "davar/cascade.h"
+#include "davar/monitor.h"
+#include "davar/select.h"
+#include "davar/state.h"
 #include "stream_fixture.h"
 
 #include <math.h>
@@ -152,22 +156,56 @@ static void test_memory_never_shrinks_as_windows_grow(void)
     TEST_ASSERT_GREATER_THAN_size_t(4200000000U, before);
 }
 
-/* The codes of centred windows, which the library had. No other error may get them. */
-static bool is_retired(int code)
+static const char *of_davar(int i)
 {
-    return (code == 8) || (code == 12) || (code == 16);
+    return davar_status_text((davar_status_t)i);
 }
 
+static const char *of_cascade(int i)
+{
+    return davar_cascade_status_text((davar_cascade_status_t)i);
+}
+
+static const char *of_monitor(int i)
+{
+    return davar_monitor_status_text((davar_monitor_status_t)i);
+}
+
+static const char *of_select(int i)
+{
+    return davar_select_status_text((davar_select_status_t)i);
+}
+
+static const char *of_state(int i)
+{
+    return davar_state_status_text((davar_state_status_t)i);
+}
+
+/* 8, 12 and 16 were the codes of centred windows. No other error may get them. */
 static void test_every_status_has_its_own_words(void)
 {
-    for (int i = DAVAR_OK; i <= DAVAR_ERR_TAU_OVERFLOW; i++) {
-        const char *const words = davar_status_text((davar_status_t)i);
-        TEST_ASSERT_EQUAL(is_retired(i), strcmp("unknown status", words) == 0);
-        for (int j = DAVAR_OK; (j < i) && !is_retired(i); j++) {
-            TEST_ASSERT_TRUE(strcmp(words, davar_status_text((davar_status_t)j)) != 0);
+    static const struct {
+        const char *(*words)(int);
+        int last;
+        uint32_t retired;
+    } kinds[] = {
+        {of_davar, DAVAR_ERR_TAU_OVERFLOW, 0x11100U},
+        {of_cascade, DAVAR_CASCADE_ERR_MEMORY_ALIGN, 0U},
+        {of_monitor, DAVAR_MONITOR_ERR_MEMORY, 0U},
+        {of_select, DAVAR_SELECT_ERR_TOLERANCE, 0U},
+        {of_state, DAVAR_STATE_ERR_FOREIGN, 0U},
+    };
+    for (size_t k = 0U; k < sizeof kinds / sizeof kinds[0]; k++) {
+        for (int i = 0; i <= kinds[k].last; i++) {
+            const bool is_retired = ((kinds[k].retired >> (unsigned)i) & 1U) != 0U;
+            const char *const words = kinds[k].words(i);
+            TEST_ASSERT_EQUAL(is_retired, strcmp("unknown status", words) == 0);
+            for (int j = 0; (j < i) && !is_retired; j++) {
+                TEST_ASSERT_TRUE(strcmp(words, kinds[k].words(j)) != 0);
+            }
         }
+        TEST_ASSERT_EQUAL_STRING("unknown status", kinds[k].words(99));
     }
-    TEST_ASSERT_EQUAL_STRING("unknown status", davar_status_text((davar_status_t)99));
 }
 
 /* A stride above 1 adds a copy of the sums and of the moments, whatever the stride. */
@@ -441,8 +479,8 @@ int main(void)
     RUN_TEST(test_the_memory_macro_of_glr_is_enough_and_no_more);
     RUN_TEST(test_exactly_the_required_memory_is_never_exceeded);
     RUN_TEST(test_the_last_cluster_that_cannot_overflow);
-    RUN_TEST(test_the_named_memory_macro_is_enough);
     RUN_TEST(test_a_law_needs_a_function_judge_only);
     RUN_TEST(test_a_law_places_every_epoch_of_a_grid);
+    RUN_TEST(test_the_named_memory_macro_is_enough);
     return UNITY_END();
 }

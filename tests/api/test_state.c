@@ -72,57 +72,6 @@ static void test_a_restored_stream_continues_bit_for_bit(void)
     }
 }
 
-/* The restored instance can take a result of before: the copy of its sums, or the records of the
- * grid, are in the image. */
-static void test_a_waiting_result_survives(void)
-{
-    static const davar_engine_t *const engines[] = {NULL, &davar_engine_grid_q15};
-    for (uint32_t i = 0U; i < 2U; i++) {
-        davar_result_t expected = {0};
-        davar_result_t actual = {0};
-        config.stride = 20U;
-        config.engine = engines[i];
-        init(Q15, &original, 0U);
-        for (uint32_t n = 0U; !original.ready || (n % 20U != 7U) || !original.unstable; n++) {
-            TEST_ASSERT_LESS_THAN_UINT32(10000U, n);
-            const int16_t sample =
-                (int16_t)(((n * 31U) % 17U) * (((n / 50U) % 2U == 0U) ? 1U : 9U));
-            davar_push_q15(&original, &sample, 1U);
-        }
-        save();
-        TEST_ASSERT_TRUE(take_fitted(&original, &expected));
-        memset(memory[0], 0x5A, sizeof memory[0]); /* nothing of it may be read */
-        restore(Q15);
-        TEST_ASSERT_TRUE(take_fitted(&restored, &actual));
-        TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof expected);
-        TEST_ASSERT_TRUE(actual.unstable);
-    }
-}
-
-/* Leaves bytes on the stack for the variables of the next call. */
-static void dirty_stack(int byte)
-{
-    volatile unsigned char bytes[4096];
-    for (size_t i = 0U; i < sizeof bytes; i++) {
-        bytes[i] = (unsigned char)byte;
-    }
-}
-
-/* The padding of the image has no bytes of an earlier call. */
-static void test_the_same_state_has_the_same_image(void)
-{
-    static unsigned char image[sizeof cells];
-    init(Q15, &original, 0U);
-    feed(0U, 500U);
-    dirty_stack(0x5A);
-    save();
-    memcpy(image, cells, sizeof image);
-    memset(cells, 0xFF, sizeof cells);
-    dirty_stack(0xA5);
-    save();
-    TEST_ASSERT_EQUAL_MEMORY(image, cells, sizeof image);
-}
-
 /* In the middle of a run of floats that are not numbers: still one gap. */
 static void test_a_gap_that_continues_survives(void)
 {
@@ -134,30 +83,6 @@ static void test_a_gap_that_continues_survives(void)
     davar_push_f32(&restored, &none, 1U);
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&restored).gaps);
     TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&restored).missing);
-}
-
-/* A finished record stays finished, and its results continue. */
-static void test_a_finished_record_survives(void)
-{
-    uint32_t results = 0U;
-    config.law = &davar_law_glr_q15;
-    config.moments.segment = 0U;
-    config.window.longest = 80U;
-    init(Q15, &original, 0U);
-    feed(0U, 105U);
-    TEST_ASSERT_TRUE(davar_flush(&original));
-    save();
-    restore(Q15);
-    while (davar_flush(&original)) {
-        davar_result_t result[2];
-        memset(result, 0, sizeof result);
-        TEST_ASSERT_TRUE(davar_flush(&restored));
-        TEST_ASSERT_TRUE(take_fitted(&original, &result[0]) && take_fitted(&restored, &result[1]));
-        TEST_ASSERT_EQUAL_MEMORY(&result[0], &result[1], sizeof result[0]);
-        results++;
-    }
-    TEST_ASSERT_FALSE(davar_flush(&restored));
-    TEST_ASSERT_GREATER_THAN_UINT32(2U, results);
 }
 
 /* ---- foreign images ---- */
@@ -297,18 +222,6 @@ static void test_an_image_of_another_size_or_byte_order_is_foreign(void)
     }
 }
 
-/* Hundreds of saves: the slots alternate, and the newest image wins. */
-static void test_saves_take_turns(void)
-{
-    init(Q15, &original, 0U);
-    feed(0U, 50U);
-    for (uint32_t n = 50U; n < 300U; n++) {
-        feed(n, n + 1U);
-        save();
-        TEST_ASSERT_EQUAL_UINT64(n + 2U - 1U, restored_epoch());
-    }
-}
-
 /* ---- faults of the storage ---- */
 
 /* `restored` just after init, byte for byte. */
@@ -326,32 +239,6 @@ static void is_as_after_init(void)
 {
     TEST_ASSERT_EQUAL_MEMORY(&fresh, &restored, sizeof fresh);
     TEST_ASSERT_EQUAL_MEMORY(fresh_memory, memory[1], sizeof fresh_memory);
-}
-
-/* Both slots hold an image: of 100 samples, and, the newer, of 150. */
-static void save_twice(void)
-{
-    save_after(Q15, 100U);
-    feed(100U, 150U);
-    save();
-}
-
-static void test_power_lost_at_any_byte_of_a_save_leaves_the_image_before(void)
-{
-    static unsigned char before[sizeof cells];
-    save_twice();
-    feed(150U, 200U);
-    memcpy(before, cells, sizeof cells);
-    for (size_t bytes = 0U; bytes < davar_state_bytes(&original); bytes++) {
-        memcpy(cells, before, sizeof cells);
-        budget = bytes;
-        TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE, davar_state_save(&original, &storage));
-        TEST_ASSERT_EQUAL_UINT64(151U - 1U, restored_epoch());
-    }
-    memcpy(cells, before, sizeof cells);
-    budget = davar_state_bytes(&original);
-    save();
-    TEST_ASSERT_EQUAL_UINT64(201U - 1U, restored_epoch());
 }
 
 static void test_a_single_damaged_byte_is_found(void)
@@ -446,18 +333,6 @@ static void test_a_second_reading_that_differs_is_rejected(void)
     }
 }
 
-static void test_the_other_slot_steps_in_for_a_reading_that_differs(void)
-{
-    save_twice();
-    const size_t bytes = davar_state_bytes(&original);
-    for (size_t offset = SLOT + HEADER_BYTES; offset < (SLOT + bytes); offset++) {
-        davar_result_t result;
-        TEST_ASSERT_EQUAL(DAVAR_STATE_OK, restore_unsteadily(offset, (unsigned)(offset % 8U)));
-        TEST_ASSERT_TRUE(step(Q15, &restored, 0U, &result));
-        TEST_ASSERT_EQUAL_UINT64(101U - 1U, result.epoch);
-    }
-}
-
 /* Flash that lost its power in the middle of a page never answers a read of that page. */
 static unsigned dead_slot;
 
@@ -491,36 +366,18 @@ static void test_a_slot_that_cannot_be_read_costs_only_itself(void)
     save();
 }
 
-static void test_every_status_has_its_own_words(void)
-{
-    for (int i = DAVAR_STATE_OK; i <= DAVAR_STATE_ERR_FOREIGN; i++) {
-        for (int j = DAVAR_STATE_OK; j < i; j++) {
-            TEST_ASSERT_TRUE(strcmp(davar_state_status_text((davar_state_status_t)i),
-                                    davar_state_status_text((davar_state_status_t)j)) != 0);
-        }
-    }
-    TEST_ASSERT_EQUAL_STRING("unknown status", davar_state_status_text((davar_state_status_t)99));
-}
-
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
-    RUN_TEST(test_a_waiting_result_survives);
-    RUN_TEST(test_the_same_state_has_the_same_image);
     RUN_TEST(test_a_gap_that_continues_survives);
-    RUN_TEST(test_a_finished_record_survives);
     RUN_TEST(test_an_image_of_another_number_type_is_foreign);
     RUN_TEST(test_one_bit_of_the_configuration_makes_an_image_foreign);
     RUN_TEST(test_storage_that_is_too_small_is_rejected);
     RUN_TEST(test_an_image_of_another_size_or_byte_order_is_foreign);
-    RUN_TEST(test_saves_take_turns);
-    RUN_TEST(test_power_lost_at_any_byte_of_a_save_leaves_the_image_before);
     RUN_TEST(test_a_single_damaged_byte_is_found);
     RUN_TEST(test_storage_that_fails_at_any_read_is_survived);
     RUN_TEST(test_a_second_reading_that_differs_is_rejected);
-    RUN_TEST(test_the_other_slot_steps_in_for_a_reading_that_differs);
     RUN_TEST(test_a_slot_that_cannot_be_read_costs_only_itself);
     return UNITY_END();
 }

@@ -128,75 +128,9 @@ static void test_every_epoch_equals_brute_force_for_random_configurations_and_ch
     run_seeds(&trial, run_random);
 }
 
-#define SMALL_WINDOW 9U
-#define SMALL_STRIDE 10U
-
-static void run_small(trial_t *trial)
-{
-    random_t random = random_seeded(trial->seed);
-    choose_few_samples(&random, trial);
-    run_trial(trial, &random);
-    trial->seed++;
-}
-
-/* With every law of the paper's law, stride and engine. */
-static void run_small_window(trial_t *trial)
-{
-    davar_config_t *const config = &trial->config;
-    const uint32_t longest =
-        (SMALL_STRIDE < config->window.longest) ? SMALL_STRIDE : config->window.longest;
-    for (uint32_t each = 0U; each < (8U * longest); each++) {
-        config->law = davar_law_of_id((davar_law_id_t)(each % 4U), false);
-        if ((config->law != NULL) && (config->moments.segment == 0U)) {
-            continue;
-        }
-        config->engine = davar_engine_of(((each / 4U) % 2U) == 0U, trial->number != NUMBER_Q15);
-        config->stride = 1U + (each / 8U);
-        run_small(trial);
-    }
-}
-
-static void run_small_windows(trial_t *trial)
-{
-    davar_config_t *const config = &trial->config;
-    for (config->window.longest = 4U; config->window.longest <= SMALL_WINDOW;
-         config->window.longest++) {
-        for (config->window.shortest = 2U; config->window.shortest <= config->window.longest;
-             config->window.shortest++) {
-            for (config->moments.segment = 0U; config->moments.segment < config->window.shortest;
-                 config->moments.segment++) {
-                run_small_window(trial);
-            }
-        }
-    }
-}
-
-static void test_every_epoch_equals_brute_force_for_small_configurations_one_by_one(void)
-{
-    static trial_t trial;
-    trial.config = davar_default_config;
-    trial.config.rate_hz = 100.0;
-    trial.config.unit_per_count = 1.0;
-    trial.config.window.shrink = 1U;
-    trial.config.window.gaps_max = (2U * SMALL_WINDOW) + SMALL_STRIDE + 2U;
-    trial.config.moments.contribution_high = 0.16; /* not a round value, as in choose_rest */
-    trial.config.moments.kurtosis_low = 1.5137;
-    trial.config.moments.kurtosis_high = 4.0137;
-    trial.config.taus = trial.taus;
-    trial.config.tau_count = 2U;
-    trial.taus[0] = 1U;
-    trial.taus[1] = 2U;
-    trial.number = NUMBER_Q15;
-    trial.seed = 1U;
-    run_small_windows(&trial);
-}
-
 int main(void)
 {
     UNITY_BEGIN();
-    if (getenv("DAVAR_TEST_SEED") == NULL) { /* a seed is one of the random trials */
-        RUN_TEST(test_every_epoch_equals_brute_force_for_small_configurations_one_by_one);
-    }
     RUN_TEST(test_every_epoch_equals_brute_force_for_random_configurations_and_chunks);
     return UNITY_END();
 }

@@ -53,6 +53,11 @@ static inline void set_model(const double a[])
     }
 }
 
+static inline void assert_near(double expected, double actual, double relative)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(relative * fabs(expected), expected, actual);
+}
+
 static inline const davar_coefficient_t *term(davar_coefficient_kind_t kind)
 {
     return &result.coefficient[kind];

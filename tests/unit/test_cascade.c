@@ -253,28 +253,15 @@ static void run_all(type_t type, uint32_t count, uint32_t gap_every)
     }
 }
 
-static void test_sums_of_int16(void)
-{
-    run_all(Q15, SAMPLES, 0U);
-}
-
-static void test_sums_of_int32_at_full_scale(void)
-{
-    run_all(Q31, SAMPLES, 0U);
-}
-
-static void test_sums_of_floats(void)
-{
-    run_all(F32, SAMPLES / 4U, 0U);
-}
-
-static void test_gaps_from_rare_to_dense(void)
+static void test_sums_of_every_type_and_of_gaps_from_none_to_dense(void)
 {
     static const uint32_t every[] = {100000U, 5000U, 700U, 100U};
-    for (size_t i = 0U; i < (sizeof every / sizeof every[0]); i++) {
-        run_all(Q15, SAMPLES / 8U, every[i]);
-        run_all(Q31, SAMPLES / 8U, every[i]);
-        run_all(F32, SAMPLES / 16U, every[i]);
+    for (type_t type = Q15; type <= F32; type++) {
+        const uint32_t count = (type == F32) ? (SAMPLES / 4U) : SAMPLES;
+        run_all(type, count, 0U);
+        for (size_t i = 0U; i < (sizeof every / sizeof every[0]); i++) {
+            run_all(type, count / 8U, every[i]);
+        }
     }
 }
 
@@ -396,10 +383,7 @@ static void test_flushes_change_nothing_that_follows(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_sums_of_int16);
-    RUN_TEST(test_sums_of_int32_at_full_scale);
-    RUN_TEST(test_sums_of_floats);
-    RUN_TEST(test_gaps_from_rare_to_dense);
+    RUN_TEST(test_sums_of_every_type_and_of_gaps_from_none_to_dense);
     RUN_TEST(test_every_memory_cluster_size_and_number_of_sizes);
     RUN_TEST(test_running_sum_and_hop_numbers_wrap);
     RUN_TEST(test_hops_since_a_gap_saturate);
