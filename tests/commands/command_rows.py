@@ -48,7 +48,7 @@ ROWS = (
     Row(r"python3 -B tests/proofs/(proving\.py push|contracts\.py slide) .*", PROOFS),
     Row(r"python3 -B tests/proofs/loops\.py", "tests/proofs/test_loops.py"),
     Row(r"time python3 -B tests/proofs/proving\.py NAME", soak=True, replaced=("NAME", "slcan")),
-    Row(r".*fuzz-stream-crash-SHA1", "needs an input that shows a fault"),
+    Row(r".*fuzz-tracked-crash-SHA1", "needs an input that shows a fault"),
     Row(r"cmake --preset fuzz .*|tests/fuzz/corpus\.py merge .*", soak=True),
     Row(r"mkdir -p build/found .*", soak=True, ready="INITED", status=72),  # that of libFuzzer
     Row(r"tools/soak --only .*", soak=True, replaced=("0.01", "0.002")),

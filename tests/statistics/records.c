@@ -142,6 +142,12 @@ typedef struct {
 static const uint32_t curve_taus[TAUS] = {1U,   2U,   4U,    8U,    16U,   32U,   64U,    128U,
                                           256U, 512U, 1024U, 2048U, 4096U, 8192U, 16384U, 32768U};
 
+static double constant(double at)
+{
+    (void)at;
+    return 1.0;
+}
+
 static double louder(double at)
 {
     return (at < 0.98) ? 1.0 : 1.5;
@@ -192,12 +198,12 @@ typedef struct {
     const char *holds[2]; /* without and with flicker */
 } level_t;
 
-static const level_t steady = {"", NULL, {NULL, NULL}};
+static const level_t same = {"", constant, {NULL, NULL}};
 static const level_t levels[] = {
-    {"x 1.5", louder, {LEVEL ":2.5", B_LEVEL}},
-    {"x 0.3", quieter, {LEVEL ":3", B_LEVEL}},
-    {"burst x 10", burst, {LEVEL ":6", B_LEVEL}}, /* a limit of (11.9) */
-    {"swell", swell, {LEVEL ":3", B_LEVEL}},
+    {"x 1.5, ", louder, {LEVEL ":2.5", B_LEVEL}},
+    {"x 0.3, ", quieter, {LEVEL ":3", B_LEVEL}},
+    {"burst x 10, ", burst, {LEVEL ":6", B_LEVEL}}, /* a limit of (11.9) */
+    {"swell, ", swell, {LEVEL ":3", B_LEVEL}},
 };
 static const curve_t changing[] = {
     {"white", "N 1", 27600U, 0U, false, IS_WHITE, NULL},
@@ -210,7 +216,7 @@ static void observe_curve(const curve_t *row, const level_t *level, const double
     davar_reset(&davar);
     davar_cascade_reset(&cascade);
     for (uint32_t i = 0U; i < row->samples; i++) {
-        const double size = (level->level != NULL) ? level->level((double)i / row->samples) : 1.0;
+        const double size = level->level((double)i / row->samples);
         const int32_t count = (int32_t)lround(CURVE_COUNTS * (rest[i] + (size * white[i])));
         if ((row->gap_every > 0U) && ((random_next(random) % row->gap_every) == 0U)) {
             davar_gap(&davar, 1U);
@@ -232,7 +238,7 @@ static double level_of_window(const curve_t *row, const level_t *level)
 {
     double sum = 0.0;
     for (uint32_t i = row->samples - WINDOW; i < row->samples; i++) {
-        const double now = (level->level != NULL) ? level->level((double)i / row->samples) : 1.0;
+        const double now = level->level((double)i / row->samples);
         sum += now * now;
     }
     return sqrt(sum / WINDOW);
@@ -267,7 +273,7 @@ static void score_curves(const curve_t *row, const level_t *of, size_t count, sc
 {
     static double white[SAMPLES_MAX];
     static double rest[SAMPLES_MAX];
-    const bool changes = (of->level != NULL);
+    const bool changes = (of != &same);
     const gyro_noise_t noise = noise_of(row->noise);
     const gyro_noise_t only = {.white = noise.white};
     gyro_noise_t other = noise;
@@ -292,34 +298,31 @@ static void score_curves(const curve_t *row, const level_t *of, size_t count, sc
     }
 }
 
-static void run_curve(const void *of, unsigned trials, uint64_t seed)
-{
-    static score_t score;
-    const curve_t *const row = of;
-    random_t random = random_seeded(seed);
-    start_curve();
-    score = (score_t){0};
-    for (unsigned i = 0U; i < trials; i++) {
-        score_curves(row, &steady, 1U, &score, &random);
-    }
-    label("%s", row->name);
-    score_report(&score, 1.0, row->holds);
-}
-
-static void run_levels(const void *of, unsigned trials, uint64_t seed)
+static void run_at(const curve_t *row, const level_t *of, size_t count, unsigned trials,
+                   uint64_t seed)
 {
     static score_t scores[COUNT_OF(levels)];
-    const curve_t *const row = of;
     random_t random = random_seeded(seed);
     start_curve();
     memset(scores, 0, sizeof scores);
     for (unsigned i = 0U; i < trials; i++) {
-        score_curves(row, levels, COUNT_OF(levels), scores, &random);
+        score_curves(row, of, count, scores, &random);
     }
-    for (size_t l = 0U; l < COUNT_OF(levels); l++) {
-        label("%s, %s", levels[l].name, row->name);
-        score_report(&scores[l], 1.0, levels[l].holds[row - changing]);
+    for (size_t l = 0U; l < count; l++) {
+        label("%s%s", of[l].name, row->name);
+        score_report(&scores[l], 1.0,
+                     (row->holds != NULL) ? row->holds : of[l].holds[row - changing]);
     }
+}
+
+static void run_curve(const void *row, unsigned trials, uint64_t seed)
+{
+    run_at(row, &same, 1U, trials, seed);
+}
+
+static void run_levels(const void *row, unsigned trials, uint64_t seed)
+{
+    run_at(row, levels, COUNT_OF(levels), trials, seed);
 }
 
 const experiment_t curve_experiment = {ROWS(curves), run_curve};

@@ -92,29 +92,6 @@ def test_the_check_of_the_path_finds_a_division_in_any_function_of_a_law(
         assert call_graph.offences(target, image, PUSH, GAPS) == expected
 
 
-@pytest.mark.parametrize("target", [REFERENCE])
-@pytest.mark.parametrize("goal", ("davar_push_q15", "a pointer"))
-def test_no_bound_of_the_stack_without_an_end_or_a_goal(goal, target, image, monkeypatch):
-    code = call_graph.disassembly(target, image)
-    step = code["push_steps"]
-    worse = code | {"push_steps": step._replace(goals=step.goals | {goal})}
-    monkeypatch.setattr(call_graph, "disassembly", lambda *_: worse)
-    with pytest.raises(targets.TargetError, match=f"push_steps > {goal}"):
-        call_graph.stack(target, image, ("davar_push_q15",))
-
-
-@pytest.mark.parametrize("target", [REFERENCE])
-def test_the_check_of_the_path_objects_to_other_pointers_and_absent_laws(
-    target, image, monkeypatch
-):
-    laws = dict.fromkeys(call_graph.tables(target, image), {})
-    del laws["davar_law_or"]
-    monkeypatch.setattr(call_graph, "tables", lambda *_: laws)
-    found = call_graph.offences(target, image, PUSH, GAPS)
-    assert f"{target}: davar_law_or does not exist" in found
-    assert any("a pointer at offset" in line for line in found)
-
-
 @pytest.mark.parametrize(
     "line, taken",
     (
