@@ -110,6 +110,21 @@ static void test_every_epoch_equals_brute_force_for_random_configurations_and_ch
     run_seeds(&trial, run_random);
 }
 
+#define SMALL_COUNT 60
+
+/* Quiet and loud sections, at times a gap. */
+static void choose_few_samples(random_t *random, trial_t *trial)
+{
+    int32_t loud = 1;
+    const bool with_gaps = (random_next(random) % 4U) == 0U;
+    trial->count = SMALL_COUNT;
+    for (int64_t i = 0; i < trial->count; i++) {
+        loud = ((random_next(random) % 12U) == 0U) ? (1001 - loud) : loud;
+        trial->sample[i] = loud * ((int32_t)between(random, 0U, 8U) - 4);
+        trial->gap_before[i] = with_gaps && ((random_next(random) % 20U) == 0U);
+    }
+}
+
 static void run_small(trial_t *trial)
 {
     random_t random = random_seeded(trial->seed);

@@ -102,21 +102,6 @@ static void choose_samples(random_t *random, trial_t *trial)
     }
 }
 
-#define SMALL_COUNT 60
-
-/* Quiet and loud sections, at times a gap. */
-static void choose_few_samples(random_t *random, trial_t *trial)
-{
-    int32_t loud = 1;
-    const bool with_gaps = (random_next(random) % 4U) == 0U;
-    trial->count = SMALL_COUNT;
-    for (int64_t i = 0; i < trial->count; i++) {
-        loud = ((random_next(random) % 12U) == 0U) ? (1001 - loud) : loud;
-        trial->sample[i] = loud * ((int32_t)between(random, 0U, 8U) - 4);
-        trial->gap_before[i] = with_gaps && ((random_next(random) % 20U) == 0U);
-    }
-}
-
 /* Where a run of at most `most` samples from sample i on ends, at the next gap at the latest. */
 static int64_t end_of_run(const trial_t *trial, int64_t i, uint32_t most)
 {

@@ -5,6 +5,8 @@
 #include "core/arena.h"
 #include "davar/fit.h"
 #include "number/q31.inc"
+
+#include "number/q31_moments.inc"
 #include "number/real.h"
 #include "number/scaled.h"
 
