@@ -1,7 +1,6 @@
 /* davar-node - command line. */
 #include "settings.h"
 
-#include "davar/law.h"
 
 #include <string.h>
 

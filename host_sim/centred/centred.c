@@ -10,10 +10,11 @@
  * come. */
 #include "centred/centred.h"
 
-#include "davar/law.h"
+#include "davar/content.h"
+
 #include "number/absent.h"
-#include "number/quantum.h"
 #include "number/q31.inc"
+#include "number/quantum.h"
 
 #include "number/q31_moments.inc"
 
@@ -231,7 +232,7 @@ static bool judge(const centred_t *centred)
     }
     central_moments(centred, &whole, &first);
     return davar_moments_unstable(centred->config, rule[davar_law_id(centred->config)], &whole,
-                               &first);
+                                  &first);
 }
 
 /* The length of the next window. Neither edge moves backwards. */

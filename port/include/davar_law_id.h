@@ -5,9 +5,9 @@
 #ifndef DAVAR_LAW_ID_H
 #define DAVAR_LAW_ID_H
 
-#include "davar/law.h"
+#include "davar/content.h"
 
-/** The ids of the laws (davar/law.h). */
+/** The ids of the laws (davar/content.h). */
 typedef enum {
     DAVAR_LAW_ID_FIXED = 0,    /**< no law: the window keeps its length */
     DAVAR_LAW_ID_KURTOSIS = 1, /**< davar_law_kurtosis */

@@ -381,74 +381,6 @@ static void check_named(size_t bytes, uint32_t longest, uint32_t shortest, uint3
     TEST_ASSERT_EQUAL_size_t(0U, bytes % 8U);
 }
 
-/* Windows of the shortest and of the longest length in turn, by moves of one sample. */
-static bool judge_in_turn(davar_t *instance, void *state, const struct davar_rough *moments)
-{
-    const uint32_t length = instance->window.length;
-    const uint32_t wanted =
-        ((instance->produced / 40U) % 2U == 0U) ? config.window.longest : config.window.shortest;
-    TEST_ASSERT_NULL(state);
-    TEST_ASSERT_NULL(moments);
-    instance->window.next_length =
-        (length < wanted) ? (length + 1U) : ((length > wanted) ? (length - 1U) : length);
-    return length == config.window.shortest;
-}
-
-static void test_a_law_needs_a_function_judge_only(void)
-{
-    static const davar_law_t law = {.id = 9U, .judge = judge_in_turn};
-    config.law = &law;
-    config.moments.segment = 0U;
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
-    uint32_t shortest = UINT32_MAX;
-    for (uint32_t i = 0U; i < 400U; i++) {
-        const int16_t sample = (int16_t)((i * 7919U) % 1000U);
-        davar_push_q15(&davar, &sample, 1U);
-        if (davar_take(&davar, &result) && (result.window_samples < shortest)) {
-            shortest = result.window_samples;
-            TEST_ASSERT_EQUAL(shortest == config.window.shortest, result.unstable);
-        }
-    }
-    TEST_ASSERT_EQUAL_UINT32(config.window.shortest, shortest);
-}
-
-static uint32_t placed;
-
-static void place_in_turn(davar_t *instance, void *state)
-{
-    TEST_ASSERT_NULL(state);
-    TEST_ASSERT_GREATER_THAN_UINT32(0U, instance->window.next_length);
-    placed++;
-}
-
-static bool judge_grown(davar_t *instance, void *state, const struct davar_rough *moments)
-{
-    TEST_ASSERT_NULL(state);
-    TEST_ASSERT_NULL(moments);
-    const uint32_t length = instance->window.length;
-    instance->window.next_length = length + ((length < config.window.longest) ? 2U : 0U);
-    return false;
-}
-
-static void test_a_law_places_every_epoch_of_a_grid(void)
-{
-    static const davar_law_t law = {.id = 9U, .place = place_in_turn, .judge = judge_grown};
-    config.law = &law;
-    config.stride = 2U;
-    config.engine = &davar_engine_grid_q15;
-    config.window.shortest = config.window.longest / 2U;
-    config.moments.segment = 0U;
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
-    placed = 0U;
-    for (uint32_t i = 1U; i <= 400U; i++) {
-        const int16_t sample = (int16_t)((i * 7919U) % 1000U);
-        davar_push_q15(&davar, &sample, 1U);
-        TEST_ASSERT_EQUAL_UINT32(i / 2U, placed);
-        const bool due = (i >= config.window.shortest) && ((i % 2U) == 0U);
-        TEST_ASSERT_EQUAL(due, davar_take(&davar, &result));
-    }
-}
-
 static void test_the_named_memory_macro_is_enough(void)
 {
     static const uint32_t octaves[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
@@ -479,8 +411,6 @@ int main(void)
     RUN_TEST(test_the_memory_macro_of_glr_is_enough_and_no_more);
     RUN_TEST(test_exactly_the_required_memory_is_never_exceeded);
     RUN_TEST(test_the_last_cluster_that_cannot_overflow);
-    RUN_TEST(test_a_law_needs_a_function_judge_only);
-    RUN_TEST(test_a_law_places_every_epoch_of_a_grid);
     RUN_TEST(test_the_named_memory_macro_is_enough);
     return UNITY_END();
 }

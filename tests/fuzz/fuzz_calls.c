@@ -166,7 +166,7 @@ static void push_whole(davar_t *davar, const block_t *block, size_t from, size_t
  * old, and with law glr less than the samples that may wait. */
 static void check_epoch(void)
 {
-    const uint64_t late = ((config.law != NULL) && (config.law->push != NULL))
+    const uint64_t late = (davar_law_id(&config) == (uint8_t)DAVAR_LAW_ID_GLR)
                               ? ((config.glr.shock_blocks + 3U) * config.glr.block)
                               : 0U;
     REQUIRE((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed));

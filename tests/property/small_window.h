@@ -3,8 +3,6 @@
 #ifndef DAVAR_TESTS_SMALL_WINDOW_H
 #define DAVAR_TESTS_SMALL_WINDOW_H
 
-#include "davar/law.h"
-
 #include <math.h>
 #include <string.h>
 

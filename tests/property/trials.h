@@ -3,7 +3,7 @@
 #ifndef DAVAR_TESTS_TRIALS_H
 #define DAVAR_TESTS_TRIALS_H
 
-#include "davar/law.h"
+#include "davar/content.h"
 #include "random.h"
 #include "reference.h"
 #include "unity.h"

@@ -36,8 +36,7 @@ def public_functions(names):
 # Name: (today's value, the most that this test allows, the goal).
 SHAPE = {
     "lines to read before a change of a push": (
-        lines_of([*c_files("lib/src/core/"), *CORE_HEADERS])
-        + lines_of(["lib/include/davar/law.h"]),
+        lines_of([*c_files("lib/src/core/"), *CORE_HEADERS]),
         3025,
         3000,
     ),

@@ -95,7 +95,7 @@ ROOMS = {
 }
 # The parts: which others each may include.
 PARTS_USE = {"can": {"monitor"}, "state": {"cascade"}}
-STORIES_MAX = {"lib/src": 17, "host_sim": 12}  # of a room: a header and its source are one
+STORIES_MAX = {"lib/src": 18, "host_sim": 12}  # of a room: a header and its source are one
 
 
 # --- includes ---

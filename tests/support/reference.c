@@ -1,7 +1,6 @@
 /* davar tests - brute force. */
 #include "reference.h"
 
-#include "davar/law.h"
 
 #include <math.h>
 

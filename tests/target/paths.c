@@ -5,7 +5,6 @@
 
 #include "davar/cascade.h"
 #include "davar/davar.h"
-#include "davar/law.h"
 
 int main(void)
 {

@@ -1,7 +1,6 @@
 /* davar tests - frames: cases that tests/wire does not reach without Python, and rejected
  * values. */
 #include "davar/can_decode.h"
-#include "davar/law.h"
 #include "davar/slcan.h"
 #include "unity.h"
 

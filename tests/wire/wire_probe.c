@@ -5,7 +5,6 @@
  *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): frames
  */
 #include "davar/can.h"
-#include "davar/law.h"
 #include "davar/slcan.h"
 #include "random.h"
 

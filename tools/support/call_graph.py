@@ -220,7 +220,7 @@ def tables(target: str, image: Path) -> dict[str, dict[int, str]]:
 
 def laws() -> list[str]:
     """The names of the window laws that davar has."""
-    header = (targets.ROOT / "lib/include/davar/law.h").read_text(encoding="utf-8")
+    header = (targets.ROOT / "lib/include/davar/types.h").read_text(encoding="utf-8")
     return re.findall(r"^extern const davar_law_t (\w+);", header, re.MULTILINE)
 
 

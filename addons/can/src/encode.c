@@ -1,12 +1,13 @@
 /* davar - encodes results as frames. A table has one row per message, in the order on the wire. */
 #include "davar/can.h"
-#include "davar/law.h"
 
+#include "davar/content.h"
 #include "frame_layout.h"
 #include "number/real.h"
 
 #include <math.h>
 
+#define LAW_GLR 4U
 #define COUNTER_MASK 15U
 /* The highest raw values of an uncertainty of ARW are absent, beyond and the reasons why ARW is
  * absent (davar_noise_t); some are spare. */
@@ -295,8 +296,7 @@ static uint8_t count_fd(const davar_encoder_t *encoder)
 
 static uint8_t count_change(const davar_encoder_t *encoder)
 {
-    const davar_law_t *const law = encoder->config->law;
-    if ((law == NULL) || (law->report == NULL)) {
+    if (davar_law_id(encoder->config) != LAW_GLR) {
         return 0U;
     }
     return sends(encoder, DAVAR_SEND_ADEV | DAVAR_SEND_FD) ? (uint8_t)DAVAR_CHANGE_COUNT : 1U;

@@ -38,6 +38,10 @@ typedef struct {
     uint32_t alarms_seen;
 } davar_content_t;
 
+/** Returns the id of the configured law: 0 for the fixed window, 1 to 3 for kurtosis, or and and, 4
+ * for glr. It never changes. Cost: O(1). */
+uint8_t davar_law_id(const davar_config_t *config);
+
 /** States where the memory of an initialised instance is and how it is laid out. Cost: O(1). */
 void davar_content_layout(const davar_t *davar, davar_layout_t *layout);
 

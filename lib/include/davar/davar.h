@@ -22,7 +22,6 @@
 
 #include "davar/fit.h"
 #include "davar/instance.h"
-#include "davar/law.h"
 #include "davar/types.h"
 #include "davar/version.h"
 

@@ -1,6 +1,6 @@
 /** @file
  * davar - filter: what is between the noise of a gyro and the samples that davar gets, for the fit
- * (davar/fit.h) and for the window laws (davar/law.h).
+ * (davar/fit.h) and for the window laws.
  *
  * Arithmetic: IEEE double with + - * / and sqrt only, so every target computes the same bits. No
  * function allocates memory, blocks or reads a clock.

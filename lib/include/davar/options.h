@@ -23,7 +23,7 @@
 #define DAVAR_Q31 1
 #endif
 
-/** Windows whose length a law decides (davar/law.h); kurtosis and contribution (segment
+/** Windows whose length a law decides; kurtosis and contribution (segment
  * above 0). */
 #ifndef DAVAR_LAWS
 #define DAVAR_LAWS 1

@@ -59,8 +59,21 @@ typedef enum {
     DAVAR_ERR_TAU_OVERFLOW = 26
 } davar_status_t;
 
-/* A window law (davar/law.h). */
+/* A window law: what decides how long the window is. One that no configuration names is not linked. */
 typedef struct davar_law davar_law_t;
+
+/** Kurtosis alone ("DAVAR-K"). As the next two, after [SONG18] section 4: the window shrinks while
+ * kurtosis or sliding contribution leave their bounds, and grows otherwise (4.1). */
+extern const davar_law_t davar_law_kurtosis;
+extern const davar_law_t davar_law_or;  /**< Kurtosis OR contribution: A-DAVAR of [SONG18]. */
+extern const davar_law_t davar_law_and; /**< Kurtosis AND contribution. */
+
+/** @{ */
+/** A likelihood ratio: the window begins where the noise last changed (10). Q15 is for
+ * davar_init_q15, Q31 for davar_init_q31 and davar_init_f32. */
+extern const davar_law_t davar_law_glr_q15;
+extern const davar_law_t davar_law_glr_q31;
+/** @} */
 
 /* An engine: how a stride above 1 is computed. */
 typedef struct davar_engine davar_engine_t;

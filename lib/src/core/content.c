@@ -7,6 +7,11 @@
 
 #include <string.h>
 
+uint8_t davar_law_id(const davar_config_t *config)
+{
+    return (config->law == NULL) ? (uint8_t)0U : config->law->id;
+}
+
 DAVAR_RARE void davar_content_layout(const davar_t *davar, davar_layout_t *layout)
 {
     layout->config = davar->config;

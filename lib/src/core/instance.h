@@ -4,7 +4,8 @@
 #define DAVAR_SRC_INSTANCE_H
 
 #include "davar/instance.h"
-#include "davar/law.h"
+
+#include "core/law.h"
 
 #include "number/machine.h"
 #include "number/sequence.h"

@@ -6,7 +6,8 @@
 #define DAVAR_SRC_WINDOW_H
 
 #include "davar/instance.h"
-#include "davar/law.h"
+
+#include "core/law.h"
 
 static inline bool has_law(const davar_config_t *config)
 {

@@ -1,8 +1,8 @@
 /* davar - the settings of the window laws that depend on the filter, DESIGN (4.3) (10.16). */
-#include "davar/law.h"
+#include "davar/content.h"
 #include "filter/spectrum.h"
 
-/* Laws of davar/law.h with one criterion, and with two that must agree. */
+/* Laws with one criterion, and with two that must agree. */
 #define LAW_KURTOSIS 1U
 #define LAW_AND 3U
 

@@ -11,7 +11,7 @@
 #ifndef DAVAR_SRC_GLR_H
 #define DAVAR_SRC_GLR_H
 
-#include "davar/law.h"
+#include "core/law.h"
 #include "laws/spread.h"
 
 #define GAIN_DIGITS 12U /* binary, after the point, of a likelihood ratio and of its limits */
