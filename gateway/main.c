@@ -415,12 +415,14 @@ static int work(gateway_t *gateway, int argc, char **argv)
 {
     sim_error_t error = {{0}};
     const command_status_t status = settings_parse(&gateway->settings, argc, argv, &error);
-    if (status == COMMAND_SHOWN) {
-        return 0;
-    }
-    if ((status == COMMAND_BAD) || !start(gateway, &error)) {
+    const bool good = (status == COMMAND_RUN) ? start(gateway, &error)
+                                              : command_show(&settings_command, status, &error);
+    if (!good) {
         (void)fprintf(stderr, "davar-node: %s\n", error.text);
         return 2;
+    }
+    if (status != COMMAND_RUN) {
+        return 0;
     }
     run(gateway);
     take_health(gateway);

@@ -137,11 +137,11 @@ static const char AFTER[] =
 static const option_t *const LISTS[] = {SOURCE,    setup_law, setup_window, RESULTS,
                                         setup_glr, OUTPUT,    NULL};
 
-static const command_t COMMAND = {.name = "davar-node",
-                                  .before = BEFORE,
-                                  .after = AFTER,
-                                  .lists = LISTS,
-                                  .read_word = refuse_word};
+const command_t settings_command = {.name = "davar-node",
+                                    .before = BEFORE,
+                                    .after = AFTER,
+                                    .lists = LISTS,
+                                    .read_word = refuse_word};
 
 /* An option that not every kind of output has. */
 static bool check_kind(const node_settings_t *settings, sim_error_t *error)
@@ -248,7 +248,7 @@ command_status_t settings_parse(node_settings_t *settings, int argc, char **argv
                                 sim_error_t *error)
 {
     *settings = (node_settings_t){.setup = SETUP_USUAL, .alarm_off_s = 1.0, .bits = 24U};
-    const command_status_t status = command_read(&COMMAND, settings, argc, argv, error);
+    const command_status_t status = command_read(&settings_command, settings, argc, argv, error);
     const bool good =
         (status != COMMAND_RUN) ||
         (check(settings, error) && fill_output(settings, error) && configure(settings, error));

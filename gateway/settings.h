@@ -27,6 +27,9 @@ typedef struct {
     davar_curve_t curve;
 } node_settings_t;
 
+/* The table of all options. */
+extern const command_t settings_command;
+
 /* Reads the command line. COMMAND_BAD: the message names the option. */
 command_status_t settings_parse(node_settings_t *settings, int argc, char **argv,
                                 sim_error_t *error);

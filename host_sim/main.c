@@ -30,8 +30,8 @@ static bool run(int argc, char **argv, sim_error_t *error)
 {
     options_t options;
     const command_status_t status = options_parse(&options, argc, argv, error);
-    const bool good =
-        (status == COMMAND_SHOWN) || ((status == COMMAND_RUN) && simulate(&options, error));
+    const bool good = (status == COMMAND_RUN) ? simulate(&options, error)
+                                              : command_show(&options_command, status, error);
     options_free(&options);
     return good;
 }

@@ -87,12 +87,10 @@ static bool read_bits(const option_t *option, const char *text, void *place, sim
 
 static bool read_mode(const option_t *option, const char *text, void *place, sim_error_t *error)
 {
-    static const option_t MODE = {.name = "mode",
-                                  .argument = "trailing|centred"}; /* window_mode_t */
+    const option_t in_order = {.name = option->name, .argument = "trailing|centred"};
     options_t *const options = place;
-    (void)option;
     options->mode_given = true;
-    return read_choice(&MODE, text, &options->mode, error);
+    return read_choice(&in_order, text, &options->mode, error);
 }
 
 static bool read_out(const option_t *option, const char *text, void *place, sim_error_t *error)

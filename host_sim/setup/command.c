@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <getopt.h>
+#include <stdio.h>
 #include <string.h>
 
 #define OPTIONS_MAX 64U
@@ -82,17 +83,17 @@ static void print_help(const command_t *command)
     (void)printf("  --help, --version\n%s", command->after);
 }
 
-static command_status_t show(const reader_t *reader, const option_t *option)
+bool command_show(const command_t *command, command_status_t status, sim_error_t *error)
 {
-    if (option == &SHOWN[0]) {
-        print_help(reader->command);
+    if (status == COMMAND_HELP) {
+        print_help(command);
+    } else if (status == COMMAND_VERSION) {
+        (void)printf("%s %d.%d.%d\n", command->name, DAVAR_VERSION_MAJOR, DAVAR_VERSION_MINOR,
+                     DAVAR_VERSION_PATCH);
     } else {
-        (void)printf("%s %d.%d.%d\n", reader->command->name, DAVAR_VERSION_MAJOR,
-                     DAVAR_VERSION_MINOR, DAVAR_VERSION_PATCH);
+        return false;
     }
-    const bool good =
-        (fflush(stdout) == 0) || sim_fail(reader->error, "standard output: %s", strerror(errno));
-    return good ? COMMAND_SHOWN : COMMAND_BAD;
+    return (fflush(stdout) == 0) || sim_fail(error, "standard output: %s", strerror(errno));
 }
 
 /* getopt identifies an unknown short option by its character and all others by their position. */
@@ -125,7 +126,7 @@ static command_status_t take(reader_t *reader, int code, char **argv)
     } else if (code >= CODE_FIRST) {
         reader->last = reader->options[code - CODE_FIRST];
         if (reader->last->read == NULL) {
-            return show(reader, reader->last);
+            return (reader->last == &SHOWN[0]) ? COMMAND_HELP : COMMAND_VERSION;
         }
         good = apply(reader, reader->last, optarg);
     } else if (code == ':') {

@@ -4,8 +4,6 @@
 
 #include "setup/option.h"
 
-#include <stdio.h>
-
 typedef struct {
     const char *name;   /* of the program */
     const char *before; /* text of the help before the options, and after them */
@@ -18,13 +16,17 @@ typedef struct {
 typedef enum {
     COMMAND_BAD = -1,
     COMMAND_RUN = 0,
-    COMMAND_SHOWN, /* --help or --version, which every program has: printed */
+    COMMAND_HELP, /* these two options: every program has them, and they end the command line */
+    COMMAND_VERSION,
 } command_status_t;
 
 /* Reads the command line into `values`, which keeps pointers into argv. COMMAND_BAD: the message
  * names the option. */
 command_status_t command_read(const command_t *command, void *values, int argc, char **argv,
                               sim_error_t *error);
+
+/* Prints what --help or --version stands for. False: another status, or standard output failed. */
+bool command_show(const command_t *command, command_status_t status, sim_error_t *error);
 
 /* Reads one option by its name. */
 bool command_set(const command_t *command, void *values, const char *name, const char *text,

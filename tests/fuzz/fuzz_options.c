@@ -90,7 +90,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     case COMMAND_RUN:
         configure(&options);
         break;
-    case COMMAND_SHOWN:
+    case COMMAND_HELP:
+    case COMMAND_VERSION:
     default:
         break;
     }
