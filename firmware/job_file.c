@@ -117,7 +117,6 @@ int job_file_open(job_file_t *file, const char *path, davar_t *instances)
             return JOB_REFUSED;
         }
     }
-    davar_bandwidth_plan(&file->plan, job->curve.taus, job->curve.tau_count,
-                         job->declared ? &job->filter : NULL);
+    davar_curve_plan(&job->curve, &file->plan, job->declared ? &job->filter : NULL);
     return JOB_DONE;
 }

@@ -86,7 +86,7 @@ static void send_raw(gateway_t *gateway)
 {
     davar_frame_t frame;
     gateway->index += gateway->owed;
-    if (gateway->settings.raw &&
+    if (gateway->settings.setup.raw &&
         davar_encoder_raw(&gateway->encoder, gateway->index, gateway->count, &frame)) {
         outbox_put(&gateway->outbox, &frame);
         outbox_flush(&gateway->outbox);
@@ -125,7 +125,7 @@ static davar_port_read_t hand_out_tested(gateway_t *gateway, davar_port_block_t 
 static davar_port_read_t take_sample(gateway_t *gateway, davar_port_block_t *block)
 {
     send_raw(gateway);
-    const davar_port_read_t answer = gateway->settings.skips_torn
+    const davar_port_read_t answer = gateway->settings.setup.skips_torn
                                          ? hand_out_tested(gateway, block)
                                          : hand_out(gateway, &gateway->count, gateway->owed, block);
     gateway->owed = 0;
@@ -176,7 +176,7 @@ static void take_health(gateway_t *gateway)
 static void update_alarm(gateway_t *gateway, const davar_result_t *result)
 {
     const bool before = gateway->alarm.high;
-    const bool tracks = (gateway->settings.config.law == &davar_law_glr_q31);
+    const bool tracks = (gateway->settings.setup.law == DAVAR_LAW_ID_GLR);
     const bool now =
         alarm_step(&gateway->alarm, result->epoch, tracks ? result->alarm : result->unstable);
     if (now && !before) {
@@ -212,66 +212,58 @@ static davar_port_send_t send_result(void *context, size_t channel, const davar_
     return DAVAR_PORT_SEND_DONE;
 }
 
-/* Puts the option before a message of the port. Returns false. */
-static bool fail_option(const char *option, char *why)
+static bool open_pins(gateway_t *gateway, sim_error_t *error)
 {
-    char message[WHY_BYTES];
-    (void)snprintf(message, sizeof message, "%s: %s", option, why);
-    memcpy(why, message, sizeof message);
-    return false;
-}
-
-static bool open_pins(gateway_t *gateway, char *why)
-{
-    const node_settings_t *settings = &gateway->settings;
+    const node_settings_t *const settings = &gateway->settings;
     const uint64_t period_ns = (uint64_t)(1e9 / settings->config.rate_hz);
-    if (settings->edges != NULL) {
-        gateway->edges = gpio_edges_open(settings->edges, period_ns, why, WHY_BYTES);
-    }
-    if (settings->alarm != NULL) {
-        gateway->pin = ((settings->edges == NULL) || (gateway->edges != NULL))
-                           ? gpio_output_open(settings->alarm, why, WHY_BYTES)
-                           : NULL;
-    }
+    char why[WHY_BYTES] = "";
     gateway->alarm.on_samples = (uint64_t)(settings->alarm_on_s * settings->config.rate_hz);
     gateway->alarm.off_samples = (uint64_t)(settings->alarm_off_s * settings->config.rate_hz);
-    if ((settings->edges != NULL) && (gateway->edges == NULL)) {
-        return fail_option("--edges", why);
+    if (settings->edges != NULL) {
+        gateway->edges = gpio_edges_open(settings->edges, period_ns, why, sizeof why);
+        if (gateway->edges == NULL) {
+            return sim_fail(error, "--edges: %s", why);
+        }
     }
-    return (settings->alarm == NULL) || (gateway->pin != NULL) || fail_option("--alarm", why);
+    if (settings->alarm != NULL) {
+        gateway->pin = gpio_output_open(settings->alarm, why, sizeof why);
+    }
+    return (settings->alarm == NULL) || (gateway->pin != NULL) ||
+           sim_fail(error, "--alarm: %s", why);
 }
 
-static bool start_encoder(gateway_t *gateway, char *why)
+static bool start_encoder(gateway_t *gateway, sim_error_t *error)
 {
-    const node_settings_t *settings = &gateway->settings;
+    const node_settings_t *const settings = &gateway->settings;
+    const setup_t *const setup = &settings->setup;
     if (settings->dialect != NULL) { /* settings_parse has checked the address */
         return davar_telemetry_init(&gateway->telemetry, settings->dialect, &settings->address,
                                     settings->config.rate_hz);
     }
-    if (!davar_encoder_init(&gateway->encoder, &settings->config, (uint16_t)settings->base,
+    if (!davar_encoder_init(&gateway->encoder, &settings->config, (uint16_t)setup->can_base,
                             (uint8_t)settings->channel,
-                            (uint8_t)(settings->content | (settings->raw ? DAVAR_SEND_RAW : 0U)))) {
-        (void)snprintf(why, WHY_BYTES, "--base: channel %u does not fit into 11-bit identifiers",
-                       settings->channel);
-        return false;
+                            (uint8_t)(setup->can_content | (setup->raw ? DAVAR_SEND_RAW : 0U)))) {
+        return sim_fail(error, "--base: channel %u does not fit into 11-bit identifiers",
+                        settings->channel);
     }
     davar_encoder_session(&gateway->encoder, davar_link_session());
     return true;
 }
 
-static bool open_link(gateway_t *gateway, char *why)
+static bool open_link(gateway_t *gateway, sim_error_t *error)
 {
-    const node_settings_t *settings = &gateway->settings;
+    const node_settings_t *const settings = &gateway->settings;
     const davar_link_options_t wanted = {.where = settings->out,
-                                         .fd = (settings->content & DAVAR_SEND_FD) != 0U,
-                                         .baud = settings->baud,
+                                         .fd = (settings->setup.can_content & DAVAR_SEND_FD) != 0U,
+                                         .baud = settings->setup.baud,
                                          .wait = settings->wait};
-    if (!start_encoder(gateway, why)) {
+    char why[WHY_BYTES] = "";
+    if (!start_encoder(gateway, error)) {
         return false;
     }
-    gateway->outbox.link = davar_link_open(&wanted, why, WHY_BYTES);
+    gateway->outbox.link = davar_link_open(&wanted, why, sizeof why);
     if (gateway->outbox.link == NULL) {
-        return fail_option("--out", why);
+        return sim_fail(error, "--out: %s", why);
     }
     const char *const name = davar_link_name(gateway->outbox.link);
     if (strstr(settings->out, name) == NULL) { /* a pty, which has got its name now */
@@ -281,46 +273,42 @@ static bool open_link(gateway_t *gateway, char *why)
     return true;
 }
 
-static bool start_library(gateway_t *gateway, char *why)
+static bool start_library(gateway_t *gateway, sim_error_t *error)
 {
-    const davar_curve_t *const curve = &gateway->settings.curve;
-    const size_t bytes = davar_memory_size_q31(&gateway->settings.config);
+    const node_settings_t *const settings = &gateway->settings;
+    const davar_curve_t *const curve = &settings->curve;
+    const size_t bytes = davar_memory_size_q31(&settings->config);
     const size_t own_bytes = (bytes + 7U) & ~(size_t)7U;
     const size_t cascade_bytes = davar_curve_bytes(curve, DAVAR_PORT_Q31);
     char *const memory = calloc(1U, own_bytes + cascade_bytes);
     gateway->memory = memory;
     const davar_status_t status =
-        (memory == NULL)
-            ? DAVAR_ERR_MEMORY_SIZE
-            : davar_init_q31(&gateway->davar, &gateway->settings.config, memory, bytes);
+        (memory == NULL) ? DAVAR_ERR_MEMORY_SIZE
+                         : davar_init_q31(&gateway->davar, &settings->config, memory, bytes);
+    if (status != DAVAR_OK) {
+        return setup_fail(status, false, error);
+    }
     davar_cascade_status_t cascade = DAVAR_CASCADE_OK;
-    if ((status == DAVAR_OK) && (cascade_bytes > 0U)) {
+    if (cascade_bytes > 0U) {
         gateway->channel.cascade = &gateway->cascade;
         cascade = davar_curve_start(curve, DAVAR_PORT_Q31, &gateway->cascade, memory + own_bytes,
                                     cascade_bytes);
     }
-    (void)snprintf(why, WHY_BYTES, "%s",
-                   (cascade == DAVAR_CASCADE_OK) ? davar_status_text(status)
-                                                 : davar_cascade_status_text(cascade));
-    const bool starts = (status == DAVAR_OK) && (cascade == DAVAR_CASCADE_OK);
-    if (starts) {
-        davar_bandwidth_plan(&gateway->plan, curve->taus, curve->tau_count,
-                             gateway->settings.declares_filter ? &gateway->settings.filter : NULL);
-    }
-    return starts;
+    davar_curve_plan(curve, &gateway->plan,
+                     settings->setup.declares_filter ? &settings->filter : NULL);
+    return (cascade == DAVAR_CASCADE_OK) ||
+           sim_fail(error, "--longest-tau: %s", davar_cascade_status_text(cascade));
 }
 
-static bool start(gateway_t *gateway, char *why)
+static bool start(gateway_t *gateway, sim_error_t *error)
 {
     if (!source_open(&gateway->source, gateway->settings.source)) {
-        (void)snprintf(why, WHY_BYTES, "--source: %s: %s", gateway->settings.source,
-                       strerror(errno));
-        return false;
+        return sim_fail(error, "--source: %s: %s", gateway->settings.source, strerror(errno));
     }
     davar_torn_init(&gateway->torn);
     gateway->channel = (davar_node_channel_t){
         .davar = &gateway->davar, .number = DAVAR_PORT_Q31, .plan = &gateway->plan};
-    return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
+    return start_library(gateway, error) && open_pins(gateway, error) && open_link(gateway, error);
 }
 
 /* Sends what is due, and keeps the link alive. */
@@ -425,14 +413,15 @@ static void finish(gateway_t *gateway)
 
 static int work(gateway_t *gateway, int argc, char **argv)
 {
-    char why[WHY_BYTES] = "";
-    if (!settings_parse(&gateway->settings, argc, argv, why, sizeof why) ||
-        (!gateway->settings.help && !start(gateway, why))) {
-        (void)fprintf(stderr, "davar-node: %s\n", why);
+    sim_error_t error = {{0}};
+    const command_status_t status = settings_parse(&gateway->settings, argc, argv, &error);
+    const bool good = (status == COMMAND_RUN) ? start(gateway, &error)
+                                              : command_show(&settings_command, status, &error);
+    if (!good) {
+        (void)fprintf(stderr, "davar-node: %s\n", error.text);
         return 2;
     }
-    if (gateway->settings.help) {
-        settings_help();
+    if (status != COMMAND_RUN) {
         return 0;
     }
     run(gateway);

@@ -1,7 +1,6 @@
 /* davar-sim - runs recorded data through the library: command line in, exit status out. */
 #include "common/stop.h"
 #include "options/options.h"
-#include "options/usage.h"
 #include "simulate.h"
 
 #include <errno.h>
@@ -27,30 +26,12 @@ static bool check_streams(sim_error_t *error)
     return true;
 }
 
-static bool print_text(void (*print)(FILE *file), sim_error_t *error)
-{
-    print(stdout);
-    return (fflush(stdout) == 0) || sim_fail(error, "standard output: %s", strerror(errno));
-}
-
 static bool run(int argc, char **argv, sim_error_t *error)
 {
     options_t options;
-    bool good = false;
-    switch (options_parse(&options, argc, argv, error)) {
-    case OPTIONS_HELP:
-        good = print_text(usage_print, error);
-        break;
-    case OPTIONS_VERSION:
-        good = print_text(version_print, error);
-        break;
-    case OPTIONS_RUN:
-        good = simulate(&options, error);
-        break;
-    case OPTIONS_BAD:
-    default:
-        break;
-    }
+    const command_status_t status = options_parse(&options, argc, argv, error);
+    const bool good = (status == COMMAND_RUN) ? simulate(&options, error)
+                                              : command_show(&options_command, status, error);
     options_free(&options);
     return good;
 }

@@ -60,7 +60,7 @@ static bool load(run_t *run, sim_error_t *error)
     }
     run->quantisation = quantise_plan(options, &run->recording.extent);
     return timing_find(&run->timing, &run->recording, options, error) &&
-           (!options->skips_torn || skip_torn(run, error)) &&
+           (!options->setup.skips_torn || skip_torn(run, error)) &&
            (!options->learns_filter ||
             learn_channels(run->learned, &run->recording, &run->timing, options, error)) &&
            engine_start(&run->engine, &run->settings, &run->quantisation, &run->timing,
@@ -116,7 +116,7 @@ static bool finish(run_t *run, sim_error_t *error)
     }
     report_counters(&run->health);
     report_coarse(run->output.coarse, run->output.rows);
-    if (run->options->longest_tau_s > 0.0) {
+    if (run->options->setup.longest_tau_s > 0.0) {
         report_unreached(run->engine.curve.taus, run->engine.curve.tau_count, run->output.reached);
     }
     report_filtered(run->output.filtered, run->output.rows, run->engine.declared != NULL);
@@ -131,7 +131,7 @@ static bool work(run_t *run, sim_error_t *error)
     }
     progress_clear(&run->progress);
     report_notes(run->options, &run->recording, &run->timing, &run->quantisation);
-    if (run->options->skips_torn) {
+    if (run->options->setup.skips_torn) {
         report_torn(&run->recording.selection, run->torn);
     }
     if (run->options->learns_filter) {

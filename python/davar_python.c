@@ -7,8 +7,7 @@
 #include "davar/torn.h"
 #include "instances/engine.h"
 #include "instances/settings.h"
-#include "options/option_table.h"
-#include "options/value.h"
+#include "options/options.h"
 #include "output/fields.h"
 #include "recording/quantise.h"
 #include "slide.h"
@@ -51,8 +50,7 @@ davar_python_t *davar_python_new(void)
 {
     davar_python_t *run = calloc(1U, sizeof *run);
     if (run != NULL) {
-        run->options.law = DAVAR_LAW_ID_OR;
-        run->options.mode = MODE_CENTRED;
+        run->options = options_usual;
         run->fit_every = 1U;
     }
     return run;
@@ -74,23 +72,11 @@ const char *davar_python_error(const davar_python_t *run)
 
 bool davar_python_option(davar_python_t *run, const char *name, const char *text)
 {
-    if (strcmp(name, "details") == 0) {
-        run->options.details = true;
-        return true;
+    static const option_t FIT_EVERY = {.name = "fit-every"};
+    if (strcmp(name, FIT_EVERY.name) == 0) {
+        return read_whole(&FIT_EVERY, text, &run->fit_every, &run->error);
     }
-    if (strcmp(name, "skip-torn-reads") == 0) {
-        run->options.skips_torn = true;
-        return true;
-    }
-    if (strcmp(name, "fit-every") == 0) {
-        return value_u32(name, text, &run->fit_every, &run->error);
-    }
-    for (const option_entry_t *entry = OPTION_TABLE; entry->name != NULL; entry++) {
-        if ((strcmp(entry->name, name) == 0) && (entry->apply != NULL)) {
-            return entry->apply(&run->options, text, &run->error);
-        }
-    }
-    return sim_fail(&run->error, "--%s: no such option", name);
+    return command_set(&options_command, &run->options, name, text, &run->error);
 }
 
 bool davar_python_configure(davar_python_t *run, uint64_t *needed)

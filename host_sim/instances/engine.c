@@ -69,14 +69,11 @@ static bool declare(engine_t *engine, const learned_t *learned, const options_t 
                sim_fail(error, "--bandwidth auto: a device takes one filter for all columns; give "
                                "one --column, or the filter");
     }
-    if (!options->declares_filter) {
+    if (!options->setup.declares_filter) {
         return true;
     }
     engine->declared = &engine->filter;
-    return davar_bandwidth_at(&options->bandwidth, engine->config.rate_hz, &engine->filter) ||
-           sim_fail(error,
-                    "--bandwidth: expected " DAVAR_BANDWIDTH_RANGE " (here %g Hz), found %g Hz",
-                    engine->config.rate_hz, options->bandwidth.hz);
+    return setup_filter(&options->setup, engine->config.rate_hz, &engine->filter, error);
 }
 
 static const davar_filter_t *filter_of(const engine_t *engine, const learned_t *learned,
@@ -86,30 +83,6 @@ static const davar_filter_t *filter_of(const engine_t *engine, const learned_t *
         return engine->declared;
     }
     return learn_knows(&learned[channel]) ? &learned[channel].filter : NULL;
-}
-
-/* Extends the cluster sizes to --longest-tau. */
-static bool extend(engine_t *engine, const options_t *options, sim_error_t *error)
-{
-    char why[256];
-    if (!(options->longest_tau_s > 0.0)) {
-        davar_curve_make(&engine->curve, &engine->config, 0U);
-        return true;
-    }
-    return davar_curve_reach(&engine->curve, &engine->config, engine->number,
-                             options->longest_tau_s, why, sizeof why) ||
-           sim_fail(error, "--longest-tau: %s", why);
-}
-
-/* Sets what follows from the filter: the settings of the window laws, and the plan. */
-static void adapt(filtered_t *filtered, const davar_curve_t *curve, const davar_filter_t *filter,
-                  const options_t *options)
-{
-    davar_bandwidth_whiten(&filtered->config, filter);
-    if (options->unstable_rate > 0.0) {
-        davar_bound_unstable_rate(&filtered->config, options->unstable_rate, filter);
-    }
-    davar_bandwidth_plan(&filtered->plan, curve->taus, curve->tau_count, filter);
 }
 
 static bool fail_memory(const engine_t *engine, sim_error_t *error)
@@ -154,7 +127,8 @@ static bool start(engine_t *engine, size_t c, const davar_filter_t *filter, size
     uint64_t *const memory = engine->memory + c * words;
     const bool has_cascade = (words > own_words);
     filtered->config = engine->config;
-    adapt(filtered, &engine->curve, filter, options);
+    setup_adapt(&options->setup, &filtered->config, filter);
+    davar_curve_plan(&engine->curve, &filtered->plan, filter);
     engine->channels[c] =
         (davar_node_channel_t){.davar = &engine->instances[c],
                                .number = engine->number,
@@ -162,7 +136,7 @@ static bool start(engine_t *engine, size_t c, const davar_filter_t *filter, size
                                .plan = &filtered->plan};
     const davar_status_t status = start_instance(engine, c, memory, own_words);
     if (status != DAVAR_OK) {
-        return settings_fail(status, options, error);
+        return setup_fail(status, options->arith == ARITH_FLOAT, error);
     }
     const davar_cascade_status_t cascade =
         has_cascade ? davar_curve_start(&engine->curve, engine->number, &engine->cascades[c],
@@ -184,7 +158,8 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
 {
     *engine = (engine_t){.count = count};
     configure(engine, settings, quantisation, timing);
-    if (!declare(engine, learned, options, error) || !extend(engine, options, error)) {
+    if (!declare(engine, learned, options, error) ||
+        !setup_curve(&options->setup, &engine->config, engine->number, &engine->curve, error)) {
         return false;
     }
     const bool is_centred = settings->is_centred;

@@ -2,7 +2,6 @@
 #ifndef SETTINGS_H
 #define SETTINGS_H
 
-#include "davar/types.h"
 #include "options/options.h"
 
 /* The configuration and the arrays it points to: do not copy or move it. */
@@ -19,9 +18,6 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
 /* Checks with the library, before the recording is read, that it accepts the configuration. False:
  * the message names the option. */
 bool settings_check(const settings_t *settings, const options_t *options, sim_error_t *error);
-
-/* Reports an error of the library as "--option: cause". Returns false. */
-bool settings_fail(davar_status_t status, const options_t *options, sim_error_t *error);
 
 /* The fewest samples that give one epoch. */
 uint64_t settings_samples_needed(const settings_t *settings);

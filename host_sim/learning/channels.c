@@ -52,7 +52,7 @@ static bool read_segments(spectrum_t *spectrum, const recording_t *recording,
 bool learn_channels(learned_t *learned, const recording_t *recording, const timing_t *timing,
                     const options_t *options, sim_error_t *error)
 {
-    const bool counted = (options->arith == ARITH_FIXED) && (options->lsb > 0.0);
+    const bool counted = (options->arith == ARITH_FIXED) && (options->setup.lsb > 0.0);
     const size_t width = recording->selection.count;
     double *rows = malloc(sizeof(double) * SPECTRUM_SEGMENT * width);
     spectrum_t spectrum = {0};

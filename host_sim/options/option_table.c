@@ -1,12 +1,13 @@
-/* davar-sim - option handlers, in the order of the help text. */
-#include "options/option_table.h"
-
-#include "options/value.h"
+/* davar-sim - the options that davar-node has not, or has with another help text. The help is the
+ * manual. */
+#include "options/options.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#define TAUS_WANTED_DEFAULT 12U
+#define AT(member) offsetof(options_t, member)
+
+const options_t options_usual = {.setup = SETUP_USUAL, .mode = MODE_CENTRED};
 
 static bool add_column(options_t *options, const char *name, size_t length, sim_error_t *error)
 {
@@ -27,12 +28,13 @@ static bool add_column(options_t *options, const char *name, size_t length, sim_
     return true;
 }
 
-bool option_add_columns(options_t *options, const char *text, sim_error_t *error)
+static bool read_columns(const option_t *option, const char *text, void *place, sim_error_t *error)
 {
+    (void)option;
     const char *name = text;
     for (;;) {
         const size_t length = strcspn(name, ",");
-        if (!add_column(options, name, length, error)) {
+        if (!add_column(place, name, length, error)) {
             return false;
         }
         if (name[length] == '\0') {
@@ -42,216 +44,61 @@ bool option_add_columns(options_t *options, const char *text, sim_error_t *error
     }
 }
 
-static bool apply_rate(options_t *options, const char *text, sim_error_t *error)
+/* REC, or after REC one more column of "--column NAME". */
+static bool read_word(void *values, const option_t *last, const char *word, sim_error_t *error)
 {
-    return value_positive("rate", text, &options->rate_hz, error);
-}
-
-static bool apply_bandwidth(options_t *options, const char *text, sim_error_t *error)
-{
-    options->learns_filter = (strcmp(text, "auto") == 0);
-    options->declares_filter =
-        !options->learns_filter && davar_bandwidth_read(text, &options->bandwidth);
-    return options->learns_filter || options->declares_filter ||
-           sim_fail(error, "--bandwidth: expected " DAVAR_BANDWIDTH_FORMS ", or auto, found '%s'",
-                    text);
-}
-
-static bool apply_gap(options_t *options, const char *text, sim_error_t *error)
-{
-    if (!value_positive("gap", text, &options->gap_factor, error)) {
-        return false;
-    }
-    return (options->gap_factor > 1.0) ||
-           sim_fail(error, "--gap: must be above 1, found '%s'", text);
-}
-
-static bool apply_arith(options_t *options, const char *text, sim_error_t *error)
-{
-    static const char *const WORDS[] = {"fixed", "float"};
-    size_t choice = 0;
-    const bool good = value_choice("arith", text, WORDS, 2, &choice, error);
-    options->arith = (arith_t)choice;
-    return good;
-}
-
-static bool apply_lsb(options_t *options, const char *text, sim_error_t *error)
-{
-    return value_positive("lsb", text, &options->lsb, error);
-}
-
-static bool apply_bits(options_t *options, const char *text, sim_error_t *error)
-{
-    static const char *const WORDS[] = {"16", "24", "32"};
-    size_t choice = 0;
-    const bool good = value_choice("bits", text, WORDS, 3, &choice, error);
-    options->bits = 16U + 8U * (uint32_t)choice;
-    return good;
-}
-
-static bool apply_full_scale(options_t *options, const char *text, sim_error_t *error)
-{
-    return value_positive("full-scale", text, &options->full_scale, error);
-}
-
-static bool apply_law(options_t *options, const char *text, sim_error_t *error)
-{
-    static const char *const WORDS[] = {"fixed", "kurtosis", "or", "and", "glr"};
-    size_t choice = 0;
-    const bool good = value_choice("law", text, WORDS, 5, &choice, error);
-    options->law = (davar_law_id_t)choice;
-    return good;
-}
-
-static bool apply_false_alarms(options_t *options, const char *text, sim_error_t *error)
-{
-    return value_positive("false-alarms-per-hour", text, &options->false_alarms_per_hour, error);
-}
-
-static bool apply_cut_interval(options_t *options, const char *text, sim_error_t *error)
-{
-    return value_positive("cut-interval", text, &options->cut_interval_s, error);
-}
-
-static bool apply_mode(options_t *options, const char *text, sim_error_t *error)
-{
-    options->mode_given = true;
-    static const char *const WORDS[] = {"trailing", "centred"}; /* in the order of window_mode_t */
-    size_t choice = 0;
-    const bool good = value_choice("mode", text, WORDS, 2, &choice, error);
-    options->mode = (window_mode_t)choice;
-    return good;
-}
-
-static bool apply_count(const char *option, const char *text, optional_u32_t *count,
-                        sim_error_t *error)
-{
-    count->given = true;
-    return value_u32(option, text, &count->value, error);
-}
-
-static bool apply_window_max(options_t *options, const char *text, sim_error_t *error)
-{
-    return apply_count("window-max", text, &options->window_max, error);
-}
-
-static bool apply_window_min(options_t *options, const char *text, sim_error_t *error)
-{
-    return apply_count("window-min", text, &options->window_min, error);
-}
-
-static bool apply_segment(options_t *options, const char *text, sim_error_t *error)
-{
-    return apply_count("segment", text, &options->segment, error);
-}
-
-static bool apply_grow(options_t *options, const char *text, sim_error_t *error)
-{
-    return apply_count("grow", text, &options->grow, error);
-}
-
-static bool apply_shrink(options_t *options, const char *text, sim_error_t *error)
-{
-    return apply_count("shrink", text, &options->shrink, error);
-}
-
-static bool apply_stride(options_t *options, const char *text, sim_error_t *error)
-{
-    return apply_count("stride", text, &options->stride, error);
-}
-
-static bool apply_engine(options_t *options, const char *text, sim_error_t *error)
-{
-    static const char *const WORDS[] = {"auto", "grid"};
-    size_t choice = 0;
-    const bool good = value_choice("engine", text, WORDS, 2, &choice, error);
-    options->engine = (davar_engine_t)choice;
-    return good;
-}
-
-static bool apply_shock_blocks(options_t *options, const char *text, sim_error_t *error)
-{
-    return apply_count("shock-blocks", text, &options->shock_blocks, error);
-}
-
-static bool refuse_long_cluster(options_t *options, const char *text, sim_error_t *error)
-{
-    (void)options;
-    (void)text;
-    return sim_fail(error,
-                    "--long-cluster: removed; use --longest-tau to see slow changes of the noise");
-}
-
-static bool apply_block(options_t *options, const char *text, sim_error_t *error)
-{
-    return apply_count("block", text, &options->block, error);
-}
-
-static bool apply_kurtosis(options_t *options, const char *text, sim_error_t *error)
-{
-    options->kurtosis.given = true;
-    return value_range("kurtosis", text, &options->kurtosis.low, &options->kurtosis.high, error);
-}
-
-static bool apply_contribution(options_t *options, const char *text, sim_error_t *error)
-{
-    options->contribution.given = true;
-    return value_range("contribution", text, &options->contribution.low,
-                       &options->contribution.high, error);
-}
-
-static bool apply_unstable_rate(options_t *options, const char *text, sim_error_t *error)
-{
-    if (!value_positive("unstable-rate", text, &options->unstable_rate, error)) {
-        return false;
-    }
-    return ((options->unstable_rate >= 1e-4) && (options->unstable_rate <= 0.1)) ||
-           sim_fail(error, "--unstable-rate: a share from 0.0001 to 0.1 expected, found '%s'",
-                    text);
-}
-
-static bool apply_geometric(options_t *options, const char *text, sim_error_t *error)
-{
-    options->taus_kind = TAUS_GEOMETRIC;
-    options->taus_wanted = TAUS_WANTED_DEFAULT;
-    if ((*text == ':') && !value_u32("taus", text + 1, &options->taus_wanted, error)) {
-        return false;
-    }
-    if ((options->taus_wanted == 0U) || (options->taus_wanted > DAVAR_TAUS_MAX)) {
-        return sim_fail(error,
-                        "--taus: geometric:N with N from 1 to %u expected, found 'geometric%s'",
-                        DAVAR_TAUS_MAX, text);
-    }
-    return true;
-}
-
-static bool apply_taus(options_t *options, const char *text, sim_error_t *error)
-{
-    const size_t word = sizeof "geometric" - 1U;
-    if (strcmp(text, "octave") == 0) {
-        options->taus_kind = TAUS_OCTAVE;
+    options_t *const options = values;
+    if (options->recording == NULL) {
+        options->recording = word;
         return true;
     }
-    if ((strncmp(text, "geometric", word) == 0) && ((text[word] == '\0') || (text[word] == ':'))) {
-        return apply_geometric(options, text + word, error);
+    if ((last != NULL) && (last->read == read_columns)) {
+        return read_columns(last, word, options, error);
     }
-    if ((text[0] < '0') || (text[0] > '9')) {
-        return sim_fail(error, "--taus: octave, geometric[:N] or N,N,... expected, found '%s'",
-                        text);
-    }
-    options->taus_kind = TAUS_LIST;
-    return value_u32_list("taus", text, options->taus, DAVAR_TAUS_MAX, &options->tau_count, error);
+    return sim_fail(error, "unexpected argument '%s' (one recording only; see --help)", word);
 }
 
-static bool apply_longest_tau(options_t *options, const char *text, sim_error_t *error)
+static bool read_filter(const option_t *option, const char *text, void *place, sim_error_t *error)
 {
-    return value_positive("longest-tau", text, &options->longest_tau_s, error);
+    options_t *const options = place;
+    setup_t *const setup = &options->setup;
+    (void)option;
+    options->learns_filter = (strcmp(text, "auto") == 0);
+    setup->declares_filter = !options->learns_filter && bandwidth_read(text, &setup->bandwidth);
+    return options->learns_filter || setup->declares_filter ||
+           sim_fail(error, "--bandwidth: expected " BANDWIDTH_FORMS ", or auto, found '%s'", text);
 }
 
-static bool apply_out(options_t *options, const char *text, sim_error_t *error)
+static bool read_gap(const option_t *option, const char *text, void *place, sim_error_t *error)
+{
+    return read_positive(option, text, place, error) &&
+           ((*(const double *)place > 1.0) ||
+            sim_fail(error, "--gap: must be above 1, found '%s'", text));
+}
+
+static bool read_bits(const option_t *option, const char *text, void *place, sim_error_t *error)
+{
+    uint32_t *const bits = place;
+    unsigned choice = 0;
+    const bool good = read_choice(option, text, &choice, error);
+    *bits = 16U + 8U * choice;
+    return good;
+}
+
+static bool read_mode(const option_t *option, const char *text, void *place, sim_error_t *error)
+{
+    const option_t in_order = {.name = option->name, .argument = "trailing|centred"};
+    options_t *const options = place;
+    options->mode_given = true;
+    return read_choice(&in_order, text, &options->mode, error);
+}
+
+static bool read_out(const option_t *option, const char *text, void *place, sim_error_t *error)
 {
     static const char *const WORDS[] = {"csv", "jsonl"};
     static const char *const LINKS[] = {"can:", "slcan:", "mavlink:", "dronecan:", "cyphal:"};
+    options_t *const options = place;
+    (void)option;
     for (size_t i = 0; i < sizeof LINKS / sizeof LINKS[0]; i++) {
         if (strncmp(text, LINKS[i], strlen(LINKS[i])) == 0) {
             options->out = OUT_LINK;
@@ -271,118 +118,143 @@ static bool apply_out(options_t *options, const char *text, sim_error_t *error)
                     text);
 }
 
-static bool apply_can_base(options_t *options, const char *text, sim_error_t *error)
+static bool read_name(const option_t *option, const char *text, void *place, sim_error_t *error)
 {
-    char *end = NULL;
-    const unsigned long value = strtoul(text, &end, 16);
-    const size_t prefix = ((text[0] == '0') && ((text[1] == 'x') || (text[1] == 'X'))) ? 2U : 0U;
-    const bool digits = (strspn(text + prefix, "0123456789abcdefABCDEF") == strlen(text + prefix));
-    if (!digits || (text[prefix] == '\0') || (value > DAVAR_CAN_LAST_ID)) {
-        return sim_fail(
-            error, "--can-base: a hexadecimal identifier up to 7F0 expected, found '%s'", text);
-    }
-    options->can_base = (uint32_t)value;
-    options->frames_only = "can-base";
-    return true;
+    return (text[0] != '\0') ? read_text(option, text, place, error)
+                             : sim_fail(error, "--%s: needs a %s", option->name,
+                                        (option->argument[0] == 'F') ? "file name" : "command");
 }
 
-static bool apply_can_content(options_t *options, const char *text, sim_error_t *error)
+static bool read_pace(const option_t *option, const char *text, void *place, sim_error_t *error)
 {
-    static const char *const WORDS[] = {"summary", "full", "intervals", "fd"};
-    static const uint32_t CONTENT[] = {
-        0U, DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
-        DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS, DAVAR_SEND_FD};
-    size_t choice = 0;
-    const bool good = value_choice("can-content", text, WORDS, 4, &choice, error);
-    options->can_content = CONTENT[choice];
-    options->frames_only = "can-content";
-    return good;
-}
-
-static bool apply_model_table(options_t *options, const char *text, sim_error_t *error)
-{
-    options->model_table = text;
-    return (text[0] != '\0') || sim_fail(error, "--model-table: needs a file name");
-}
-
-static bool apply_device(options_t *options, const char *text, sim_error_t *error)
-{
-    options->device = text;
-    return (text[0] != '\0') || sim_fail(error, "--device: needs a command");
-}
-
-static bool apply_baud(options_t *options, const char *text, sim_error_t *error)
-{
-    return value_u32("baud", text, &options->baud, error);
-}
-
-static bool apply_pace(options_t *options, const char *text, sim_error_t *error)
-{
-    if (strcmp(text, "max") == 0) {
-        options->pace = 0.0;
+    double *const pace = place;
+    if ((strcmp(text, "max") == 0) || (strcmp(text, "realtime") == 0)) {
+        *pace = (text[0] == 'm') ? 0.0 : 1.0;
         return true;
     }
-    if (strcmp(text, "realtime") == 0) {
-        options->pace = 1.0;
-        return true;
-    }
-    if (!value_positive("pace", text, &options->pace, error)) {
-        return sim_fail(error, "--pace: max, realtime or a number above zero expected, found '%s'",
-                        text);
-    }
-    return true;
+    return read_positive(option, text, pace, error) ||
+           sim_fail(error, "--pace: max, realtime or a number above zero expected, found '%s'",
+                    text);
 }
 
-static bool apply_progress(options_t *options, const char *text, sim_error_t *error)
-{
-    static const char *const WORDS[] = {"auto", "always", "never"};
-    size_t choice = 0;
-    const bool good = value_choice("progress", text, WORDS, 3, &choice, error);
-    options->progress = (show_t)choice;
-    return good;
-}
-
-const option_entry_t OPTION_TABLE[] = {
-    {"column", option_add_columns},
-    {"rate", apply_rate},
-    {"bandwidth", apply_bandwidth},
-    {"gap", apply_gap},
-    {"skip-torn-reads", NULL},
-    {"arith", apply_arith},
-    {"lsb", apply_lsb},
-    {"bits", apply_bits},
-    {"full-scale", apply_full_scale},
-    {"law", apply_law},
-    {"policy", apply_law}, /* in older scripts */
-    {"false-alarms-per-hour", apply_false_alarms},
-    {"cut-interval", apply_cut_interval},
-    {"shock-blocks", apply_shock_blocks},
-    {"block", apply_block},
-    {"long-cluster", refuse_long_cluster},
-    {"mode", apply_mode},
-    {"window-max", apply_window_max},
-    {"window-min", apply_window_min},
-    {"segment", apply_segment},
-    {"kurtosis", apply_kurtosis},
-    {"contribution", apply_contribution},
-    {"unstable-rate", apply_unstable_rate},
-    {"grow", apply_grow},
-    {"shrink", apply_shrink},
-    {"taus", apply_taus},
-    {"longest-tau", apply_longest_tau},
-    {"stride", apply_stride},
-    {"engine", apply_engine},
-    {"out", apply_out},
-    {"can-base", apply_can_base},
-    {"can-content", apply_can_content},
-    {"raw", NULL},
-    {"baud", apply_baud},
-    {"model-table", apply_model_table},
-    {"device", apply_device},
-    {"details", NULL},
-    {"pace", apply_pace},
-    {"progress", apply_progress},
-    {"help", NULL},
-    {"version", NULL},
-    {NULL, NULL},
+static const option_t RECORDING[] = {
+    {.help = "Recording"},
+    {"column", "NAME ...", read_columns, 0,
+     "columns to process: repeat the option, or separate names by\n"
+     "commas; after REC also by spaces (default: the first column\n"
+     "named gyro_*, otherwise the only one that is not time_s)"},
+    {"rate", "HZ", read_positive, AT(setup.rate_hz),
+     "sample rate (default: from the median time step)"},
+    {"bandwidth", "FILTER", read_filter, 0,
+     "what the gyro's noise passed before it was recorded (default:\n"
+     "unknown; the fit then withholds its result where the short\n"
+     "cluster sizes read low):\n"
+     "HZ[:ORDER[:PERCENT]]: a low-pass of 1 or 2 poles (default 2),\n"
+     "-3 dB at HZ, known to PERCENT (default 10)\n"
+     "average[ORDER]:N: ORDER (default 1) moving averages of N samples,\n"
+     "together at most 1024\n"
+     "cic[ORDER]:N: the same, keeping every N-th sample\n"
+     "sum:N: sums of N counts (davar_average of the library)\n"
+     "HZ+average:N: a low-pass, then one of these; none: no filter\n"
+     "auto: learned for each column from the whole recording, which\n"
+     "needs 4352 samples at rest; standard error reports the result"},
+    {"gap", "FACTOR", read_gap, AT(gap_factor),
+     "a time step longer than FACTOR sample periods is a gap (default\n"
+     "1.5; off with --rate)"},
+    {"skip-torn-reads", NULL, read_flag, AT(setup.skips_torn),
+     "skip rows with a torn register read: a single sample that\n"
+     "jumps by a power of two in counts and back. Each makes a gap.\n"
+     "Standard error has their number (needs --lsb)"},
+    {.help = "Arithmetic"},
+    {"arith", "fixed|float", read_choice, AT(arith),
+     "integer counts, or float32 samples (default fixed)"},
+    {"lsb", "UNIT_PER_COUNT", read_positive, AT(setup.lsb),
+     "size of a count in deg/s, or in the unit of the column (default:\n"
+     "the smallest power of two with which the recording fits 32 bits)"},
+    {"bits", "16|24|32", read_bits, AT(bits),
+     "width of a count; a larger value is an error (default 24; needs\n"
+     "--lsb)"},
+    {"full-scale", "DPS", read_positive, AT(full_scale),
+     "with --arith float: larger samples saturate (default: a power of\n"
+     "two that covers the recording)"},
+    {0},
 };
+
+static const option_t MODE[] = {
+    {"mode", "centred|trailing", read_mode, 0,
+     "the epoch is the centre of the window, or its newest sample\n"
+     "(default centred; glr, --device: always trailing)"},
+    {0},
+};
+
+static const option_t REACH[] = {
+    {"longest-tau", "S", read_positive, AT(setup.longest_tau_s),
+     "further octaves of cluster sizes, up to S seconds, beyond the\n"
+     "window: columns adev_M, and coefficients of the whole curve. Each\n"
+     "size remembers its last 34 to 66 clusters before the newest\n"
+     "sample, in centred mode too"},
+    {0},
+};
+
+static const option_t OUTPUT[] = {
+    {.help = "Output"},
+    {"stride", "K", read_count, AT(setup.stride), "one result every K samples (default 1)"},
+    {"engine", "auto|grid", read_choice, AT(setup.engine),
+     "algorithm for strides: equal results, different cost"},
+    {"out", "csv|jsonl|can:IFACE|slcan:PATH", read_out, 0,
+     "format (default csv), or a CAN interface or tty\n"
+     "for frames; slcan:pty creates a pty and prints its name\n"
+     "  --out mavlink:udp:HOST:PORT|mavlink:serial:PATH|dronecan:IFACE|cyphal:IFACE\n"
+     "messages of an autopilot (docs/DIALECTS.md)"},
+    {"can-base", "HEX", setup_read_base, 0,
+     "CAN identifier of the first channel (default 5D0); each further\n"
+     "channel adds hexadecimal 10"},
+    {"can-content", "summary|full|intervals|fd", setup_read_content, 0,
+     "\n"
+     "frames of a result: 6 frames, all values (default), also limits,\n"
+     "one CAN FD frame"},
+    {"raw", NULL, setup_read_raw, 0, "also send frames of the samples, for davarlab live --raw"},
+    {"baud", "N", read_whole, AT(setup.baud), "baud rate of the serial line (default: unchanged)"},
+    {"model-table", "FILE", read_name, AT(model_table),
+     "compare each result with an error model (davarlab export MODEL\n"
+     "-o FILE.csv). Adds the columns model_health (above 1: the model\n"
+     "does not fit) and model_deviation_M, or frames DAVAR_Monitor"},
+    {"device", "COMMAND", read_name, AT(device),
+     "run on a device: COMMAND JOB RESULTS (see port/job/davar_job.h\n"
+     "and tools/davar-mcu)"},
+    {"details", NULL, read_flag, AT(details),
+     "more columns: intervals of ADEVs and coefficients, difference counts,\n"
+     "gaps, coarse, upper bounds of absent coefficients"},
+    {"pace", "max|realtime|X", read_pace, AT(pace),
+     "speed as a multiple of real time (default max)"},
+    {"progress", "auto|always|never", read_choice, AT(progress),
+     "progress on standard error (default auto: on a terminal)"},
+    {0},
+};
+
+static const char BEFORE[] =
+    "usage: davar-sim REC [options]\n"
+    "\n"
+    "Runs a recorded gyro signal through the davar library. For each window it prints the angle\n"
+    "random walk (ARW) and related values. The arithmetic is the same as on a microcontroller.\n"
+    "\n"
+    "REC: CSV, plain or gzip; '-' is standard input. Optional '# key: value' lines, a header\n"
+    "row, then numbers. Columns are named <quantity>_<unit>: time_s, gyro_x_dps, gyro_y_rad_s,\n"
+    "gyro_z_counts, temp_degC, ...\n";
+
+static const char AFTER[] =
+    "\n"
+    "If the window cannot support a value, its field is empty (null in jsonl).\n"
+    "Exit status: 0 done, 2 bad recording or option (one line on standard error).\n"
+    "\n"
+    "Examples\n"
+    "  davar-sim flight.csv.gz --lsb 0.05 --stride 100 > arw.csv\n"
+    "  davar-sim flight.csv --column gyro_x_dps gyro_y_dps --law fixed --window-max 6000 --out "
+    "jsonl\n"
+    "  zcat flight.csv.gz | davar-sim - --rate 99.3 --mode trailing --pace realtime\n";
+
+static const option_t *const LISTS[] = {RECORDING, setup_law, MODE,   setup_window,
+                                        REACH,     setup_glr, OUTPUT, NULL};
+
+const command_t options_command = {
+    .name = "davar-sim", .before = BEFORE, .after = AFTER, .lists = LISTS, .read_word = read_word};

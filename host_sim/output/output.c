@@ -10,13 +10,13 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
 {
     output->format = options->out;
     output->selection = selection;
-    output->raw = options->raw;
+    output->raw = options->setup.raw;
     output->flush_rows = (options->pace > 0.0);
     output->rows = 0;
     const fields_setup_t setup = {.taus = engine->curve.taus,
                                   .tau_count = engine->curve.tau_count,
                                   .monitored = (options->model_table != NULL),
-                                  .tracked = (options->law == DAVAR_LAW_ID_GLR),
+                                  .tracked = (options->setup.law == DAVAR_LAW_ID_GLR),
                                   .details = options->details};
     fields_make(&output->fields, &setup);
     return watch_open(&output->watch, options, engine, error) &&

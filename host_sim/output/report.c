@@ -25,7 +25,7 @@ static void note_units(const selection_t *selection)
 
 static void note_scale(const options_t *options, const quantisation_t *quantisation)
 {
-    if ((options->arith == ARITH_FIXED) && !(options->lsb > 0.0)) {
+    if ((options->arith == ARITH_FIXED) && !(options->setup.lsb > 0.0)) {
         (void)fprintf(stderr, "davar-sim: note: no --lsb: using counts of 2^%d = %.9g\n",
                       (int)lround(log2(quantisation->unit_per_count)),
                       quantisation->unit_per_count);
@@ -66,16 +66,16 @@ static void note_unused(const char *option, const char *why)
 static void note_unused_options(const options_t *options, const selection_t *selection)
 {
     const bool is_float = (options->arith == ARITH_FLOAT);
-    if (is_float && (options->lsb > 0.0) && !any_counts(selection)) {
+    if (is_float && (options->setup.lsb > 0.0) && !any_counts(selection)) {
         note_unused("lsb", "--arith float uses the values unchanged");
     }
-    if ((options->bits > 0U) && (is_float || !(options->lsb > 0.0))) {
+    if ((options->bits > 0U) && (is_float || !(options->setup.lsb > 0.0))) {
         note_unused("bits",
                     is_float ? "--arith float has no counts" : "without --lsb counts have 32 bits");
     }
-    if ((options->law != DAVAR_LAW_ID_GLR) &&
-        ((options->false_alarms_per_hour > 0.0) || (options->cut_interval_s > 0.0) ||
-         options->block.given || options->shock_blocks.given)) {
+    if ((options->setup.law != DAVAR_LAW_ID_GLR) &&
+        ((options->setup.false_alarms_per_hour > 0.0) || (options->setup.cut_interval_s > 0.0) ||
+         options->setup.block.given || options->setup.shock_blocks.given)) {
         note_unused("false-alarms-per-hour, --cut-interval, --block or --shock-blocks",
                     "only --law glr uses it");
     }
@@ -119,7 +119,7 @@ void report_notes(const options_t *options, const recording_t *recording, const 
 {
     note_units(&recording->selection);
     note_scale(options, quantisation);
-    if (!(options->lsb > 0.0)) {
+    if (!(options->setup.lsb > 0.0)) {
         note_coarse(&recording->extent, quantisation);
     }
     note_unused_options(options, &recording->selection);

@@ -18,16 +18,17 @@ static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_
     }
     const uint8_t session = davar_link_session();
     for (size_t c = 0; c < wire->engine->count; c++) {
-        const bool fits = (c <= UINT8_MAX) &&
-                          davar_encoder_init(&wire->encoder[c], &wire->engine->config,
-                                             (uint16_t)options->can_base, (uint8_t)c,
-                                             (uint8_t)(options->can_content | DAVAR_SEND_MONITOR |
-                                                       (options->raw ? DAVAR_SEND_RAW : 0U)));
+        const bool fits =
+            (c <= UINT8_MAX) &&
+            davar_encoder_init(&wire->encoder[c], &wire->engine->config,
+                               (uint16_t)options->setup.can_base, (uint8_t)c,
+                               (uint8_t)(options->setup.can_content | DAVAR_SEND_MONITOR |
+                                         (options->setup.raw ? DAVAR_SEND_RAW : 0U)));
         if (!fits) {
             return sim_fail(
                 error,
                 "--can-base: channel %zu of %zu does not fit into the 11-bit identifiers from 0x%X",
-                c, wire->engine->count, options->can_base);
+                c, wire->engine->count, options->setup.can_base);
         }
         davar_encoder_session(&wire->encoder[c], session);
     }
@@ -59,8 +60,8 @@ bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *e
 {
     char why[512];
     const davar_link_options_t wanted = {.where = options->link,
-                                         .fd = (options->can_content & DAVAR_SEND_FD) != 0U,
-                                         .baud = options->baud};
+                                         .fd = (options->setup.can_content & DAVAR_SEND_FD) != 0U,
+                                         .baud = options->setup.baud};
     *wire = (wire_out_t){.engine = engine};
     davar_telemetry_address_t address;
     const bool is_dialect = (davar_link_dialect(options->link, 0U, &address) != NULL);

@@ -15,7 +15,7 @@ static const char *admit_count(const options_t *options, unit_t unit, double val
     const uint32_t bits = (options->bits > 0U) ? options->bits : BITS_DEFAULT;
     const double limit = (double)(UINT64_C(1) << (bits - 1U));
     const double count =
-        (unit == UNIT_COUNTS) ? value : round(value * unit_factor(unit) / options->lsb);
+        (unit == UNIT_COUNTS) ? value : round(value * unit_factor(unit) / options->setup.lsb);
     const bool inside = (count >= -limit) && (count <= limit - 1.0);
     const double whole = inside ? (double)(int32_t)count : round(count);
     if ((unit == UNIT_COUNTS) && (fabs(value - whole) > 0.0)) {
@@ -30,7 +30,7 @@ static const char *admit_count(const options_t *options, unit_t unit, double val
 
 static const char *admit_rate(const options_t *options, unit_t unit, double value, double *admitted)
 {
-    const double rate = value * ((unit == UNIT_COUNTS) ? options->lsb : unit_factor(unit));
+    const double rate = value * ((unit == UNIT_COUNTS) ? options->setup.lsb : unit_factor(unit));
     const double limit = (options->arith == ARITH_FLOAT) ? (double)FLT_MAX : DBL_MAX;
     if (fabs(rate) > limit) {
         return "value outside the range of the arithmetic (--arith)";
@@ -41,7 +41,7 @@ static const char *admit_rate(const options_t *options, unit_t unit, double valu
 
 const char *quantise_admit(const options_t *options, unit_t unit, double value, double *admitted)
 {
-    const bool counted = (options->arith == ARITH_FIXED) && (options->lsb > 0.0);
+    const bool counted = (options->arith == ARITH_FIXED) && (options->setup.lsb > 0.0);
     return counted ? admit_count(options, unit, value, admitted)
                    : admit_rate(options, unit, value, admitted);
 }
@@ -74,7 +74,7 @@ static quantisation_t plan_counts(const options_t *options, const extent_t *exte
     const uint32_t bits = (options->bits > 0U) ? options->bits : BITS_DEFAULT;
     const bool narrow = fits_q15(bits, extent);
     return (quantisation_t){.number = narrow ? DAVAR_PORT_Q15 : DAVAR_PORT_Q31,
-                            .unit_per_count = options->lsb,
+                            .unit_per_count = options->setup.lsb,
                             .full_scale = 1.0,
                             .sample_bits = (uint8_t)(narrow ? 16U : bits),
                             .step = 1.0};
@@ -110,5 +110,5 @@ quantisation_t quantise_plan(const options_t *options, const extent_t *extent)
     if (options->arith == ARITH_FLOAT) {
         return plan_float(options, extent);
     }
-    return (options->lsb > 0.0) ? plan_counts(options, extent) : plan_finest(extent);
+    return (options->setup.lsb > 0.0) ? plan_counts(options, extent) : plan_finest(extent);
 }

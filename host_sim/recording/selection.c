@@ -10,7 +10,7 @@ static bool add(selection_t *selection, const header_t *header, size_t column,
 {
     const char *name = header->name[column];
     const unit_t unit = unit_of(name);
-    if ((unit == UNIT_COUNTS) && !(options->lsb > 0.0)) {
+    if ((unit == UNIT_COUNTS) && !(options->setup.lsb > 0.0)) {
         return sim_fail(error, "%s: column %s: counts need --lsb (deg/s per count)",
                         options->recording, name);
     }
@@ -80,7 +80,7 @@ bool selection_make(selection_t *selection, const header_t *header, const option
             return false;
         }
     }
-    if ((selection->time == HEADER_NONE) && !(options->rate_hz > 0.0)) {
+    if ((selection->time == HEADER_NONE) && !(options->setup.rate_hz > 0.0)) {
         return sim_fail(error, "%s: no column time_s: the sample rate is unknown; give --rate",
                         options->recording);
     }

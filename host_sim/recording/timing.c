@@ -91,8 +91,8 @@ static bool find_gaps(timing_t *timing, const recording_t *recording, sim_error_
 bool timing_find(timing_t *timing, const recording_t *recording, const options_t *options,
                  sim_error_t *error)
 {
-    const bool given = (options->rate_hz > 0.0);
-    *timing = (timing_t){.rate_hz = options->rate_hz, .steps = recording->rows - 1U};
+    const bool given = (options->setup.rate_hz > 0.0);
+    *timing = (timing_t){.rate_hz = options->setup.rate_hz, .steps = recording->rows - 1U};
     if (!given && !rate_from_stamps(timing, recording, options, error)) {
         return false;
     }

@@ -1,15 +1,14 @@
 /** @file
- * davar - the cluster sizes of a result, for programs with an option --longest-tau: those of the
- * window, then those of a cascade.
+ * davar - the cluster sizes of a result, for a program that can have a cascade: those of the
+ * window, then those of the cascade.
  *
  * A file that calls davar_curve_start links the cascade. */
 #ifndef DAVAR_CURVE_H
 #define DAVAR_CURVE_H
 
 #include "davar/cascade.h"
+#include "davar/fit.h"
 #include "davar_port.h"
-
-#include <stdio.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -17,10 +16,6 @@ extern "C" {
 
 /** What each size of the cascade remembers (davar_cascade_config_t.clusters). */
 #define DAVAR_CURVE_CLUSTERS 32U
-
-/** A rate that follows from time stamps differs in its last digits from the nominal one. A size
- * that is longer by this factor is not too long. */
-#define DAVAR_CURVE_REACHES (1.0 + 1e-6)
 
 /** The cluster sizes of a result. */
 typedef struct {
@@ -85,63 +80,15 @@ static inline davar_cascade_status_t davar_curve_start(const davar_curve_t *curv
     }
 }
 
-/** The largest number of sizes of a cascade in addition to the window's; 0: no cascade fits. */
-static inline uint8_t davar_curve_most(const davar_config_t *config, davar_port_number_t number)
+/** Prepares the plan of a fit for these sizes. filter null: nothing is known about a filter. */
+static inline void davar_curve_plan(const davar_curve_t *curve, davar_plan_t *plan,
+                                    const davar_filter_t *filter)
 {
-    uint8_t most = 0U;
-    for (uint8_t n = 1U; (config->tau_count + n) <= DAVAR_TAUS_MAX; n++) {
-        davar_curve_t curve;
-        davar_cascade_t probe;
-        uint64_t no_memory[1] = {0U};
-        davar_curve_make(&curve, config, n); /* init checks the memory after everything else */
-        if (davar_curve_start(&curve, number, &probe, no_memory, 0U) !=
-            DAVAR_CASCADE_ERR_MEMORY_SIZE) {
-            break;
-        }
-        most = n;
-    }
-    return most;
-}
-
-/** Sets the sizes of the window and every octave of a cascade up to longest_s seconds.
- * @return False, with the reason for a user in `why`, if the cascade would have no size, or more
- * than it can have. */
-static inline bool davar_curve_reach(davar_curve_t *curve, const davar_config_t *config,
-                                     davar_port_number_t number, double longest_s, char *why,
-                                     size_t size)
-{
-    davar_curve_make(curve, config, 0U);
-    const uint32_t last = config->taus[config->tau_count - 1U];
-    const double first_s = (double)curve->cascade.shortest / config->rate_hz;
-    const uint8_t most = davar_curve_most(config, number);
-    uint8_t count = 0U;
-    double next_s = first_s;
-    while ((count <= most) && (next_s <= longest_s * DAVAR_CURVE_REACHES)) {
-        next_s *= 2.0;
-        count++;
-    }
-    if ((most == 0U) && (config->tau_count == DAVAR_TAUS_MAX)) {
-        (void)snprintf(why, size, "at most %d cluster sizes of the window expected, found %u",
-                       DAVAR_TAUS_MAX - 1, config->tau_count);
-    } else if (most == 0U) {
-        (void)snprintf(why, size,
-                       "a largest cluster size of the window up to 131070 samples expected, found "
-                       "%u",
-                       (unsigned)last);
-    } else if ((count == 0U) || (count > most)) {
-        double beyond_s = first_s;
-        for (uint8_t n = 0U; n < most; n++) {
-            beyond_s *= 2.0;
-        }
-        (void)snprintf(why, size,
-                       "from %.9g s to less than %.9g s expected at %.9g Hz after a window with "
-                       "cluster sizes up to %u samples, found %.9g s",
-                       first_s, beyond_s, config->rate_hz, (unsigned)last, longest_s);
+    if (filter == NULL) {
+        davar_plan_init(plan, curve->taus, curve->tau_count);
     } else {
-        davar_curve_make(curve, config, count);
-        return true;
+        davar_plan_init_filtered(plan, curve->taus, curve->tau_count, filter);
     }
-    return false;
 }
 
 /** Pushes `count` samples from samples[from] on to the cascade. */

@@ -10,7 +10,6 @@
 #define DAVAR_JOB_H
 
 #include "davar/davar.h"
-#include "davar_bandwidth.h"
 #include "davar_curve.h"
 #include "davar_law_id.h"
 #include "davar_port.h"

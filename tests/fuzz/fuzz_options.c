@@ -30,15 +30,17 @@ static void check_ranges(const options_t *options)
 {
     REQUIRE(options->recording != NULL);
     REQUIRE((options->column_count <= OPTIONS_COLUMNS_MAX) &&
-            (options->tau_count <= DAVAR_TAUS_MAX));
-    REQUIRE(is_positive_or_absent(options->rate_hz) && is_positive_or_absent(options->lsb) &&
+            (options->setup.tau_count <= DAVAR_TAUS_MAX));
+    REQUIRE(is_positive_or_absent(options->setup.rate_hz) &&
+            is_positive_or_absent(options->setup.lsb) &&
             is_positive_or_absent(options->full_scale) && is_positive_or_absent(options->pace) &&
-            is_positive_or_absent(options->false_alarms_per_hour));
+            is_positive_or_absent(options->setup.false_alarms_per_hour));
     REQUIRE((options->gap_factor > 1.0) || !(options->gap_factor > 0.0));
-    REQUIRE((options->law >= DAVAR_LAW_ID_FIXED) && (options->law <= DAVAR_LAW_ID_GLR));
-    REQUIRE(!options->kurtosis.given || (options->kurtosis.low <= options->kurtosis.high));
-    REQUIRE(!options->contribution.given ||
-            (options->contribution.low <= options->contribution.high));
+    REQUIRE((options->setup.law >= DAVAR_LAW_ID_FIXED) && (options->setup.law <= DAVAR_LAW_ID_GLR));
+    REQUIRE(!options->setup.kurtosis.given ||
+            (options->setup.kurtosis.low <= options->setup.kurtosis.high));
+    REQUIRE(!options->setup.contribution.given ||
+            (options->setup.contribution.low <= options->setup.contribution.high));
 }
 
 /* Runs davar-sim up to the point where it reads the recording. */
@@ -82,14 +84,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     sim_error_t error = {{0}};
     optind = 0; /* getopt restarts, even inside a word */
     switch (options_parse(&options, count, words, &error)) {
-    case OPTIONS_BAD:
+    case COMMAND_BAD:
         check_message(&error);
         break;
-    case OPTIONS_RUN:
+    case COMMAND_RUN:
         configure(&options);
         break;
-    case OPTIONS_HELP:
-    case OPTIONS_VERSION:
+    case COMMAND_HELP:
+    case COMMAND_VERSION:
     default:
         break;
     }

@@ -33,8 +33,10 @@ def test_struct_page_and_options_have_every_field_of_the_list():
     assert len(found) > 20
     assert sorted(set(found) - NOT_LISTED) == sorted(listed_fields())
     assert len(found) == len(set(found))
-    page, usage = text_of("docs/FIRMWARE.md"), text_of("host_sim/options/usage.c")
+    page = text_of("docs/FIRMWARE.md")
+    tables = "setup/setup_options", "options/option_table"
+    options = "".join(text_of(f"host_sim/{name}.c") for name in tables)
     for member, columns in listed_fields().items():
         option = columns[5].strip('"')
         assert f"`{member}`" in page
-        assert not option or f"--{option}" in usage
+        assert not option or f'{{"{option}", ' in options

@@ -35,7 +35,7 @@ MAY_INCLUDE = {
     "port/node": "public port/include",
     "port/": "port/include public",
     "firmware": "public port/include port/node port/job port/bare_metal",
-    "gateway": "public port/include port/node port/linux",
+    "gateway": "public port/include port/node port/linux host_sim",
     "host_sim/centred": "public lib/src port/include host_sim",  # the library's arithmetic
     "host_sim": "public port/include port/node port/job host_sim",
     "tests/unit": "public addons/src lib/src port/include port/node host_sim tests/support",
@@ -49,7 +49,7 @@ MAY_INCLUDE = {
     "tests/fuzz": "public port/include gateway host_sim tests/support tests/tracking",
     "tests/statistics": "host_sim public lib/src tests/support",
     "tests/": "public port/include port/node tests/support",
-    "tools/": "public port/include",
+    "tools/": "public host_sim",
     "python": "public port/include host_sim",
 }
 LIB_SYSTEM_HEADERS = {
@@ -78,9 +78,10 @@ MARKS = tuple(
 # lib/src, filter and fit include public headers and number alone, and fit also filter. So does each
 # part of addons (tests/consumer/test_rooms.py builds each of them without the rest).
 SIM_ROOMS = (
-    *("common", "options", "recording", "learning", "centred"),
+    *("common", "setup", "options", "recording", "learning", "centred"),
     *("instances", "output", "replay"),
 )
+SHARED_ROOMS = {"common", "setup"}  # of host_sim, for davar-node and the planner
 ROOMS = {
     "lib/src": {
         "number": set(),
@@ -117,6 +118,15 @@ def test_rooms_import_one_way_and_have_few_stories(house):
     assert wrong == []
     assert set(stories) == set(rooms)
     assert {room: n for room, n in stories.items() if len(n) > STORIES_MAX[house]} == {}
+
+
+def test_other_programs_use_of_davar_sim_what_is_for_all():
+    wrong = []
+    for name in c_files("gateway/", "tools/"):
+        for target in filter(None, (resolve(name, included) for included in includes(name))):
+            if target.startswith("host_sim/") and target.split("/")[1] not in SHARED_ROOMS:
+                wrong.append(f"{name} includes {target}")
+    assert wrong == []
 
 
 def test_a_part_includes_only_public_headers_and_number():

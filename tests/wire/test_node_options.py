@@ -16,7 +16,13 @@ REFUSED = {
     "--lsb": "0 -1 nan x",
     "--bits": "1 33 x -8 4294967312",
     "--bandwidth": "'' x 0.01 -1",
-    "--law": "and ''",
+    "--law": "none ''",
+    "--kurtosis": "3:2 2 x",
+    "--contribution": "1:0",
+    "--unstable-rate": "0 1",
+    "--taus": "0,1 2,1 1,301 fourier",
+    "--shrink": "2147483648 -1",
+    "--engine": "grids",
     "--window-max": "0 3 4294967296 -600 6e2 100000000",
     "--window-min": "0 601 x",
     "--segment": "0 400 5000 1.5",
@@ -40,6 +46,9 @@ LONG = "no interface has such a long name"
 TOGETHER = {
     "--bogus": "unknown option '--bogus'",
     "-x": "unknown option '-x'",
+    "--raw=1": "--raw: takes no value",
+    "--law glr --block 4": "--law glr: ",
+    "--unstable-rate 0.01 --kurtosis 2:4": "--unstable-rate: sets the ranges of --kurtosis",
     "--long-cluster 80": "--long-cluster: removed; use --longest-tau",
     "more": "unexpected argument 'more'",
     **{f"--out {out}": f"--out: can:IFACE, slcan:PATH, {FORMS} '{out}'"
@@ -97,14 +106,14 @@ def assert_refused(wanted, *options):
 def test_a_bad_or_missing_value_is_rejected_and_its_option_named(option):
     for value in REFUSED[option].split():
         assert_refused(f"{option}: ", *GOOD, option, "" if value == "''" else value)
-    assert_refused(f"no value for '{option}'", *GOOD, option)
+    assert_refused(f"{option}: needs a value", *GOOD, option)
 
 
 def test_what_does_not_fit_together_is_rejected():
     for words, wanted in TOGETHER.items():
         assert_refused(wanted, *GOOD, *words.split())
     for option in ("--out", "--edges", "--alarm"):
-        assert_refused(f"no value for '{option}'", *GOOD, option)
+        assert_refused(f"{option}: needs a value", *GOOD, option)
 
 
 def test_what_is_at_the_limit_is_accepted():
@@ -116,7 +125,7 @@ def test_required_options():
     assert_refused("--source: required")
     assert_refused("--out: required", "--source", "-")
     for missing, rest in (("--rate", ("--lsb", "1")), ("--lsb", ("--rate", "1"))):
-        assert_refused(f"{missing}: ", "--source", "-", "--out", "slcan:pty", *rest)
+        assert_refused(f"{missing}: required", "--source", "-", "--out", "slcan:pty", *rest)
 
 
 def test_help_states_that_a_process_has_one_channel():
@@ -125,3 +134,4 @@ def test_help_states_that_a_process_has_one_channel():
     assert "One process handles one channel" in done.stdout
     assert "policy" not in done.stdout
     assert max(map(len, done.stdout.splitlines())) <= 100
+    assert re.fullmatch(r"davar-node \d+\.\d+\.\d+\n", node("--version").stdout)

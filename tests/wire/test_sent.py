@@ -174,6 +174,9 @@ DEFAULT = ("--window-max", 600, "--window-min", 400, "--segment", 100, "--stride
 GLR = ("--law", "glr", "--window-max", 6000, "--window-min", 20, "--segment", 0, "--stride", 100)
 FREQUENT = (*GLR, "--cut-interval", 2, "--false-alarms-per-hour", 1)
 CUTOFF = ("--bandwidth", "20:1:5")
+WINDOW = ("--law", "and", "--window-max", 80, "--window-min", 40, "--segment", 9, "--taus", "1,3,9")
+WINDOW += ("--grow", 3, "--shrink", 5, "--stride", 20, "--engine", "grid")
+BOUNDS = ("--kurtosis", "2.3:3.5", "--contribution", "0:0.2")
 NODES = {
     "default": ((), DEFAULT, LONG),
     "small": (SMALL, SMALL, OCTAVES),
@@ -183,6 +186,13 @@ NODES = {
         (1, 2, 4, 8),
     ),
     "filter": (CUTOFF, (*DEFAULT, *CUTOFF), LONG),
+    "window": 2 * ((*WINDOW, *BOUNDS),) + ((1, 3, 9),),
+    "unstable rate": 2 * ((*WINDOW, "--unstable-rate", 0.05),) + ((1, 3, 9),),
+    "longest window": (
+        ("--window-max", 60),
+        ("--window-max", 60, "--window-min", 40, "--segment", 10, "--stride", 60),
+        (1, 2, 4),
+    ),
     "longest tau": (
         (*SMALL, "--longest-tau", 1.3),
         (*SMALL, "--longest-tau", 1.3),

@@ -1,11 +1,12 @@
 /* davar-plan - writes the plan of a fit for a list of cluster sizes and a filter as C. The library
  * itself computes the plan. */
 #include "davar/davar.h"
-#include "davar_bandwidth.h"
+#include "setup/bandwidth.h"
 
 #include <ctype.h>
 #include <errno.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -181,7 +182,7 @@ typedef struct {
     const char *long_taus; /* null: none */
     const char *name;
     const char *filter; /* null: undeclared */
-    davar_bandwidth_t bandwidth;
+    bandwidth_t bandwidth;
     double rate_hz; /* 0: not given */
 } request_t;
 
@@ -204,9 +205,9 @@ static int read_option(request_t *request, const char *option, const char *value
     }
     if (strcmp(option, "--bandwidth") == 0) {
         request->filter = value;
-        return davar_bandwidth_read(value, &request->bandwidth)
+        return bandwidth_read(value, &request->bandwidth)
                    ? 0
-                   : reject(option, "expected " DAVAR_BANDWIDTH_FORMS, value);
+                   : reject(option, "expected " BANDWIDTH_FORMS, value);
     }
     if (strcmp(option, "--rate") == 0) {
         request->rate_hz = strtod(value, &end);
@@ -269,8 +270,8 @@ static int make_plan(request_t *request, davar_plan_t *plan, davar_filter_t *fil
         return reject("--rate", "required with a low-pass in --bandwidth (see --help)", "");
     }
     const double rate_hz = (request->rate_hz > 0.0) ? request->rate_hz : 1.0;
-    if (!davar_bandwidth_at(&request->bandwidth, rate_hz, filter)) {
-        return reject("--bandwidth", "expected " DAVAR_BANDWIDTH_RANGE, request->filter);
+    if (!bandwidth_at(&request->bandwidth, rate_hz, filter)) {
+        return reject("--bandwidth", "expected " BANDWIDTH_RANGE, request->filter);
     }
     davar_plan_init_filtered(plan, request->taus, request->sizes, filter);
     return 0;

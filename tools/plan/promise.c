@@ -14,8 +14,8 @@
  * "name value". Exit status: 2 for an argument that the library rejects, with one line on standard
  * error. */
 #include "davar/davar.h"
-#include "davar_bandwidth.h"
 #include "memory.h"
+#include "setup/bandwidth.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -220,14 +220,14 @@ static uint8_t read_taus(const char *text, uint32_t taus[])
 /* Returns 0, or the exit status of an error. */
 static int read_filter(const char *text, double rate_hz, davar_filter_t *filter)
 {
-    davar_bandwidth_t bandwidth;
+    bandwidth_t bandwidth;
     char why[400];
-    const bool good = davar_bandwidth_read(text, &bandwidth);
-    if (good && davar_bandwidth_at(&bandwidth, rate_hz, filter)) {
+    const bool good = bandwidth_read(text, &bandwidth);
+    if (good && bandwidth_at(&bandwidth, rate_hz, filter)) {
         return 0;
     }
     (void)snprintf(why, sizeof why, "expected %s, found '%s'",
-                   good ? DAVAR_BANDWIDTH_RANGE : DAVAR_BANDWIDTH_FORMS, text);
+                   good ? BANDWIDTH_RANGE : BANDWIDTH_FORMS, text);
     return reject("--bandwidth", why);
 }
 

@@ -469,7 +469,7 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
 
 
 def fields(found: Declared) -> list[str]:
-    """The members of davar_filter_t, computed as davar_bandwidth.h does from `bandwidth`."""
+    """The members of davar_filter_t, computed as davar-sim does from `bandwidth`."""
     low = [
         f".cutoff = {found.hz!r} / {found.rate_hz!r}, /* Hz over the sample rate */",
         f".uncertainty = 0.01 * {found.percent!r},",
