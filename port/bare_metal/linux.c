@@ -3,13 +3,13 @@
 #include "board.h"
 
 #include <fcntl.h>
-#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 void board_text(const char *text)
 {
-    (void)fputs(text, stdout);
+    (void)board_write(STDOUT_FILENO, text, strlen(text));
 }
 
 int board_open(const char *path, bool for_writing)

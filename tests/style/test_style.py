@@ -129,6 +129,12 @@ def test_other_programs_use_of_davar_sim_what_is_for_all():
     assert wrong == []
 
 
+def test_images_of_boards_include_no_stdio():
+    names = [name for name in c_files("firmware/", "port/") if "/linux/" not in name]
+    kept = [name for name in names if not name.startswith("port/none/")]
+    assert [name for name in kept if "stdio.h" in includes(name)] == []
+
+
 def test_a_part_includes_only_public_headers_and_number():
     wrong = []
     for name in c_files("addons/"):
