@@ -1,7 +1,6 @@
 /* davar-node - command line. */
 #include "settings.h"
 
-
 #include <string.h>
 
 #define ALARM_S_MAX 1e6

@@ -1,9 +1,9 @@
 /* davar tests - the requirements and errors of init. */
-#include "davar_law_id.h"
 #include "davar/cascade.h"
 #include "davar/monitor.h"
 #include "davar/select.h"
 #include "davar/state.h"
+#include "davar_law_id.h"
 #include "stream_fixture.h"
 
 #include <math.h>

@@ -135,18 +135,12 @@ static state_key_t key_of(void)
     small.total %= config.stride;
     small.count = (small.count < most) ? small.count : most;
     small.restarts = 0U;
-    const uint32_t rest[] = {window->length,
-                             window->next_length,
-                             window->wait,
-                             window->skip,
-                             window->phase,
-                             gaps->count,
-                             now.davar.ready,
-                             now.davar.produced != now.davar.seen,
-                             now.davar.unstable,
-                             now.davar.accepts,
-                             now.nonzero,
-                             (row->push_most > 0U) ? now.pushes : 0U};
+    const uint32_t rest[] = {window->length,     window->next_length,
+                             window->wait,       window->skip,
+                             window->phase,      gaps->count,
+                             now.davar.ready,    now.davar.produced != now.davar.seen,
+                             now.davar.unstable, now.davar.accepts,
+                             now.nonzero,        (row->push_most > 0U) ? now.pushes : 0U};
     state_key_t key = {{1U, 2U}};
     key_add(&key, word, bytes);
     key_add(&key, &small, sizeof small);

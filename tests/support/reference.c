@@ -1,7 +1,6 @@
 /* davar tests - brute force. */
 #include "reference.h"
 
-
 #include <math.h>
 
 static int64_t reflected(const reference_record_t *record, int64_t position)

@@ -29,7 +29,7 @@ davar_status_t SUFFIXED(davar_init)(davar_t *davar, const davar_config_t *with, 
     const int axis = axis_of(davar);
     (void)printf("init %d %d %zu %.17g %.17g %.17g %" PRIu32 " %d", axis, at == memory[axis], bytes,
                  with->rate_hz, with->unit_per_count, with->full_scale, with->stride,
-                 (int)with->engine);
+                 (with->engine != NULL) ? 1 : 0);
     (void)printf(" %" PRIu32 " %" PRIu32 " %u %.17g %" PRIu32 " %" PRIu32 " %u\n",
                  with->window.longest, with->window.shortest, (unsigned)with->window.gaps_max,
                  with->glr.false_alarms_per_hour, (uint32_t)with->glr.block,
@@ -140,8 +140,17 @@ void davar_chi_square_interval(double edf, double *low, double *high)
 }
 #endif
 
+struct davar_law {
+    int unused;
+};
 const davar_law_t davar_law_glr_q15;
 const davar_law_t davar_law_glr_q31;
+
+struct davar_engine {
+    int unused;
+};
+const davar_engine_t davar_engine_grid_q15;
+const davar_engine_t davar_engine_grid_q31;
 
 int main(int argc, char *argv[])
 {

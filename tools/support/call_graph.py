@@ -66,7 +66,9 @@ class Registers:
 
     def follow(self, operation: str, operands: str) -> None:
         """One instruction, in the order of the code."""
-        self.ended = bool(re.match(r"(b(\.[nw])?|bx|j|c\.jr?|ret)$", operation) or "pc}" in operands)
+        self.ended = bool(
+            re.match(r"(b(\.[nw])?|bx|j|c\.jr?|ret)$", operation) or "pc}" in operands
+        )
         if branch := re.search(r"([0-9a-f]+) <[^>]+\+0x[0-9a-f]+>$", operands):
             self.at.setdefault(branch.group(1), dict(self.offset))
         loaded = ADDRESS.match(operands)

@@ -45,6 +45,13 @@ def _window(design: Design, whitening: Sequence[str]) -> list[str]:
     ]
 
 
+def _engine(design: Design) -> str:
+    if (design.engine, design.law) != ("grid", "fixed"):
+        return ""
+    number = "q15" if design.wishes.type == "int16" else "q31"
+    return f"\n    .engine = &davar_engine_grid_{number},"
+
+
 def _memory(design: Design) -> str:
     of_law, _, number = design.memory[0].rpartition("_")
     window, stride, largest, taus = design.memory[1]
@@ -364,9 +371,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str], alon
         rate=rate,
         scale=scale,
         stride=design.stride,
-        engine="\n    .engine = &davar_engine_grid_" + ("q15" if design.wishes.type == "int16" else "q31") + ","
-        if (design.engine, design.law) == ("grid", "fixed")
-        else "",
+        engine=_engine(design),
         window="\n    ".join(_window(design, whitening)),
         count=len(design.taus),
         memory=_memory(design),
