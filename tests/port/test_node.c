@@ -338,7 +338,7 @@ static void test_a_channel_out_of_step_does_not_disturb_the_others(void)
 static void test_a_grid_ends_properly(void)
 {
     config.stride = 4U;
-    config.engine = &davar_engine_grid_q15;
+    config.engine = &davar_engine_grid_q31;
     run_plain();
     TEST_ASSERT_EQUAL_UINT64(7U, fake.sent[0].result.epoch);
     TEST_ASSERT_EQUAL_UINT64(SAMPLES - 3U, fake.sent[fake.sent_count - 1U].result.epoch);

@@ -132,14 +132,20 @@ def header(seen: set[Path]) -> str:
     )
 
 
-def typed_once(start: Path, number: str, seen: set[Path]) -> str:
-    """The files that one source compiles with its number type, with the type appended to each name.
+def typed_once(number: str, seen: set[Path]) -> str:
+    """The files that are compiled with this number type, with the type appended to each name.
     `seen` collects the files that both types share.
     """
-    own = PER_TYPE & all_needed(start)
+    starts = STARTS[number]
+    own = PER_TYPE & set().union(*map(all_needed, starts))
     found, tags = (set().union(*each) for each in zip(*(names(path.read_text()) for path in own)))
-    text = flat(
-        start, seen, lambda path, text: typed(text, found, tags, number) if path in own else text
+    text = "".join(
+        flat(
+            start,
+            seen,
+            lambda path, text: typed(text, found, tags, number) if path in own else text,
+        )
+        for start in starts
     )
     seen -= own
     return text
@@ -147,9 +153,7 @@ def typed_once(start: Path, number: str, seen: set[Path]) -> str:
 
 def source(seen: set[Path]) -> str:
     """davar.c: one pipeline after the other, then the rest."""
-    text = "".join(
-        typed_once(start, number, seen) for number, starts in STARTS.items() for start in starts
-    )
+    text = "".join(typed_once(number, seen) for number in STARTS)
     seen |= PER_TYPE
     text += "".join(flat(path, seen) for path in SOURCES)
     return (
