@@ -112,30 +112,11 @@ def test_the_deviations_are_allantools_own_of_the_means_over_a_hop():
     assert compared == 4
 
 
-def here(chunks):
-    """The newest row of davar.dynamic, as text, with the options of the week."""
-    found = davar.dynamic(
-        np.concatenate(chunks),
-        week.RATE_HZ,
-        lsb=week.LSB_DPS,
-        longest_tau_s=600,
-        engine="grid",
-        segment=0,
-        **WINDOW
-        | {"clusters": [1, 2, 4, 8, 16, 32, 64], "bits": 16, "stride": week.WINDOW}
-        | {"window_max": week.WINDOW, "window_min": week.WINDOW},
-    )
-    last = {name: float(column[-1]) for name, column in found.items()}
-    return {name: "" if np.isnan(value) else repr(value) for name, value in last.items()}
-
-
-@pytest.mark.parametrize(
-    "run",
-    (here, pytest.param(lambda x: week.on_board(x, "cortex-m0", 600), marks=pytest.mark.soak)),
-)
-def test_an_hour_agrees_with_allantools_and_with_the_simulated_noise(run):
+@pytest.mark.soak
+def test_an_hour_agrees_with_allantools_and_with_the_simulated_noise():
+    """On the emulated Cortex-M0 of docs/FIRMWARE.md."""
     chunks = list(week.counts_of(HOUR, 41))
-    row = run(chunks)
+    row = week.on_board(chunks, "cortex-m0", 600)
     lines = week.compare(row, np.concatenate(chunks))
     assert len(lines) == 7 + 9
     assert lines[-1]["tau_s"] == pytest.approx(327.68)

@@ -1,12 +1,10 @@
 """examples/ros2 with the message classes of rosbags, which come from ROS 2's own definitions: the
-covariance of known noise, what is unknown, gaps, and messages that survive serialization. rclpy is
-a stand-in that delivers them.
+covariance of known noise, what is unknown, gaps, and messages that survive serialization.
 """
 
 import importlib.util
 import math
 import sys
-import types
 from unittest import mock
 
 import numpy as np
@@ -124,62 +122,3 @@ def test_diagnostics_survive_serialization(node):
         names = (f"arw_{end}deg_per_sqrt_h" for end in ("low_", "", "high_"))
         low, arw, high = (values[name] for name in names)
         assert low < arw < high
-
-
-class StandIn:
-    """A node whose spin delivers messages."""
-
-    def __init__(self, name):
-        self.values, self.published, self.timers = {}, {}, []
-
-    def declare_parameter(self, name, value):
-        self.values.setdefault(name, value)
-
-    def get_parameter(self, name):
-        return types.SimpleNamespace(value=self.values[name])
-
-    def create_publisher(self, kind, topic, qos):
-        return types.SimpleNamespace(publish=self.published.setdefault(topic, []).append)
-
-    def create_subscription(self, kind, topic, call, qos):
-        self.call = call
-
-    def create_timer(self, period_s, call):
-        self.timers.append(call)
-
-    def get_clock(self):
-        stamp = message("builtin_interfaces/msg/Time", sec=1, nanosec=2)
-        return types.SimpleNamespace(now=lambda: types.SimpleNamespace(to_msg=lambda: stamp))
-
-    def destroy_node(self):
-        pass
-
-
-def test_the_node_publishes_what_it_receives(example):
-    nodes = []
-
-    def spin(node):
-        nodes.append(node)
-        for number, rates in enumerate(noise(4, 300)):
-            node.call(imu(number, rates))
-        node.timers[0]()
-
-    def array(status):
-        header = message("std_msgs/msg/Header", stamp=None, frame_id="")
-        return message("diagnostic_msgs/msg/DiagnosticArray", header=header, status=status)
-
-    rclpy, messages = mock.MagicMock(), mock.MagicMock()
-    rclpy.spin, rclpy.node.Node = spin, StandIn
-    for name in ("DiagnosticStatus", "KeyValue"):
-        setattr(messages, name, STORE.types[f"diagnostic_msgs/msg/{name}"])
-    messages.DiagnosticArray, messages.Imu = array, STORE.types["sensor_msgs/msg/Imu"]
-    modules = {"rclpy": rclpy, "rclpy.node": rclpy.node, "rclpy.qos": rclpy.qos}
-    for name in ("diagnostic_msgs", "sensor_msgs"):
-        modules |= {name: mock.MagicMock(), f"{name}.msg": messages}
-    with mock.patch.dict(sys.modules, modules):
-        example.main()
-    (node,) = nodes
-    assert len(node.published["imu/data"]) == 300
-    (diagnostics,) = node.published["/diagnostics"]
-    assert len(diagnostics.status) == 3
-    assert again(diagnostics, "diagnostic_msgs/msg/DiagnosticArray") == diagnostics
