@@ -1,6 +1,7 @@
 /* davar tests - the node loop with a port that stalls and fails: results are complete and in order,
  * whatever the port does. */
 #include "davar/cascade.h"
+#include "davar_law_id.h"
 #include "davar_node.h"
 #include "random.h"
 #include "unity.h"
@@ -54,6 +55,7 @@ static uint64_t memory[CHANNELS][1024];
 static davar_t instance[CHANNELS];
 static davar_node_channel_t channel[CHANNELS];
 static davar_config_t config;
+static davar_config_t wide; /* the same for q31 and f32 */
 static davar_node_t node;
 static fake_t fake;
 static fake_t plain; /* the run for comparison */
@@ -150,8 +152,10 @@ static void restart(size_t channels, script_t script)
 static void start(size_t channels, script_t script)
 {
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&instance[0], &config, memory[0], sizeof memory[0]));
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&instance[1], &config, memory[1], sizeof memory[1]));
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&instance[2], &config, memory[2], sizeof memory[2]));
+    wide = config;
+    davar_retype(&wide, true);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&instance[1], &wide, memory[1], sizeof memory[1]));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&instance[2], &wide, memory[2], sizeof memory[2]));
     restart(channels, script);
 }
 
@@ -338,7 +342,7 @@ static void test_a_channel_out_of_step_does_not_disturb_the_others(void)
 static void test_a_grid_ends_properly(void)
 {
     config.stride = 4U;
-    config.engine = &davar_engine_grid_q31;
+    config.engine = &davar_engine_grid_q15;
     run_plain();
     TEST_ASSERT_EQUAL_UINT64(7U, fake.sent[0].result.epoch);
     TEST_ASSERT_EQUAL_UINT64(SAMPLES - 3U, fake.sent[fake.sent_count - 1U].result.epoch);
