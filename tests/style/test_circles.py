@@ -1,11 +1,12 @@
-"""No module of tools/ imports itself by way of others, so that each can be read after what it
-imports. An import counts in a function, and for the type checker only.
+"""No module of tools/ imports itself by way of others, and no source of lib/ calls itself by way
+of others, so that each can be read after what it uses. An import counts in a function, and for the
+type checker only.
 """
 
 import re
 from pathlib import Path
 
-from c_text import ROOT
+from c_text import ROOT, bare, c_files, text_of
 
 BASES = ("tools/lab", "tools/plan", "tools/support")  # what Python finds packages in
 # The three forms of an import; the names of the second may stand in brackets, on several lines.
@@ -65,10 +66,29 @@ def circles(edges):
         left = kept
 
 
+def calls(names):
+    """{file: the files with functions that it calls}, of C files."""
+    texts = {name: bare(text_of(name)) for name in names}
+    defined = re.compile(r"^(?!static)[A-Za-z][\w *]*?\b(davar_\w+)\([^;{]*\)\s*\{", re.MULTILINE)
+    home = {one: name for name, text in texts.items() for one in defined.findall(text)}
+    return {
+        name: {home[one] for one in re.findall(r"\b(davar_\w+)\(", text) if one in home} - {name}
+        for name, text in texts.items()
+    }
+
+
 def test_no_module_of_tools_imports_itself_by_way_of_others():
     edges = graph(ROOT / "tools", [ROOT / base for base in BASES])
     assert sum(map(len, edges.values())) > 500  # it sees the imports
     assert [str(one.relative_to(ROOT)) for one in circles(edges)] == []
+
+
+def test_no_source_of_the_library_calls_itself_by_way_of_others():
+    edges = calls(
+        [name for name in c_files("lib/src/", "addons/") if name.endswith((".c", ".inc"))]
+    )
+    assert sum(map(len, edges.values())) > 60
+    assert circles(edges) == []
 
 
 def test_a_circle_is_found_wherever_its_imports_are(tmp_path):

@@ -105,38 +105,10 @@ DAVAR_RARE double davar_hop_edf(davar_coefficient_kind_t noise, uint32_t differe
 
 /* --- for every noise --- */
 
-static double edf_of(const davar_result_t *result, const davar_adev_t *tau,
-                     davar_coefficient_kind_t noise)
-{
-    return davar_hops(tau) ? davar_hop_edf(noise, tau->differences, tau->hops)
-                           : davar_edf(noise, tau->m, result->window_samples);
-}
-
-DAVAR_RARE double davar_fit_kept(const davar_result_t *result, const davar_adev_t *tau)
-{
-    if (davar_hops(tau)) {
-        return 1.0;
-    }
-    const double all = (double)(result->window_samples + 1U - (2U * tau->m));
-    return (double)tau->differences / all * davar_scaled_to_double(davar_fit_evidence(result));
-}
-
 DAVAR_RARE double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window)
 {
     DAVAR_ASSERT((m >= 1U) && (window / 2U >= m));
     return davar_noise_edf(noise, (double)m, (double)window - 2.0 * (double)m + 1.0);
-}
-
-DAVAR_RARE double davar_edf_least(const davar_result_t *result, uint8_t t)
-{
-    const davar_adev_t *const tau = &result->tau[t];
-    DAVAR_ASSERT((t < result->tau_count) && (tau->differences > 0U));
-    double least = edf_of(result, tau, DAVAR_QUANTIZATION);
-    for (int kind = DAVAR_ANGLE_RANDOM_WALK; kind <= DAVAR_RATE_RANDOM_WALK; kind++) {
-        const double edf = edf_of(result, tau, (davar_coefficient_kind_t)kind);
-        least = (edf < least) ? edf : least;
-    }
-    return at_least(1.0, least * davar_fit_kept(result, tau));
 }
 
 /* The kernel of the long size has three jumps, +1 -2 +1. The triangle of the short one covers each

@@ -123,6 +123,37 @@ scaled_t davar_fit_evidence(const davar_result_t *result)
     return is_chosen(result) ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
 }
 
+/* --- the degrees of freedom of a size, whatever the noise --- */
+
+static double edf_of(const davar_result_t *result, const davar_adev_t *tau,
+                     davar_coefficient_kind_t noise)
+{
+    return davar_hops(tau) ? davar_hop_edf(noise, tau->differences, tau->hops)
+                           : davar_edf(noise, tau->m, result->window_samples);
+}
+
+DAVAR_RARE double davar_fit_kept(const davar_result_t *result, const davar_adev_t *tau)
+{
+    if (davar_hops(tau)) {
+        return 1.0;
+    }
+    const double all = (double)(result->window_samples + 1U - (2U * tau->m));
+    return (double)tau->differences / all * davar_scaled_to_double(davar_fit_evidence(result));
+}
+
+DAVAR_RARE double davar_edf_least(const davar_result_t *result, uint8_t t)
+{
+    const davar_adev_t *const tau = &result->tau[t];
+    DAVAR_ASSERT((t < result->tau_count) && (tau->differences > 0U));
+    double least = edf_of(result, tau, DAVAR_QUANTIZATION);
+    for (int kind = DAVAR_ANGLE_RANDOM_WALK; kind <= DAVAR_RATE_RANDOM_WALK; kind++) {
+        const double edf = edf_of(result, tau, (davar_coefficient_kind_t)kind);
+        least = (edf < least) ? edf : least;
+    }
+    least *= davar_fit_kept(result, tau);
+    return (least > 1.0) ? least : 1.0;
+}
+
 /* --- heavy tails (5.19) --- */
 
 #define SLOPE 5U                                 /* kappa is k (1 + 5 k standard errors) */

@@ -11,14 +11,11 @@
 #include <math.h>
 #include <string.h>
 
-#define ONE (UINT32_C(1) << GAIN_DIGITS)
-#define MOST_F ((16U * ONE) - 1U)
-#define MEMORY 11U              /* the dispersion forgets over 2^11 blocks */
-#define MEMORY_OF_8 8U          /* and over 2^8 sums of eight */
-#define BODY (ONE + (ONE / 4U)) /* above this phi, few blocks have a larger f than many (10.3) */
-#define ENOUGH 100U             /* degrees of freedom of a mean that a shock is compared with */
-#define OVER_FLOOR 4U           /* no shocks below this multiple of the variance of rounding */
-#define CALM 543U               /* a shock ends with a block below 2.12 means (widened); 8 digits */
+#define MEMORY 11U     /* the dispersion forgets over 2^11 blocks */
+#define MEMORY_OF_8 8U /* and over 2^8 sums of eight */
+#define ENOUGH 100U    /* degrees of freedom of a mean that a shock is compared with */
+#define OVER_FLOOR 4U  /* no shocks below this multiple of the variance of rounding */
+#define CALM 543U      /* a shock ends with a block below 2.12 means (widened); 8 digits */
 
 static const davar_spread_t none = {0U, 0U, 0U};
 
@@ -27,18 +24,6 @@ void davar_glr_reset(davar_glr_t *state)
     memset(state, 0, sizeof *state);
     davar_dispersion_start(&state->single);
     davar_dispersion_start(&state->of_8);
-}
-
-uint32_t davar_glr_dispersion(const davar_glr_t *state, uint32_t octave)
-{
-    const uint32_t larger =
-        (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
-    const uint32_t phi = larger >> (24U - GAIN_DIGITS);
-    if (phi <= ONE) {
-        return ONE;
-    }
-    const uint32_t heavy = (phi > BODY) ? (phi - BODY) : 0U;
-    return smaller(phi + ((phi - ONE + heavy) / 8U) + ((4U * heavy) >> octave), MOST_F);
 }
 
 /* A place that is too old moves to the next record of the coarsest octave. */
@@ -74,7 +59,7 @@ static void advance(davar_glr_t *state, const davar_glr_config_t *config,
 static uint32_t widened(const davar_glr_t *state, uint32_t factor)
 {
     const uint32_t f = davar_glr_dispersion(state, GLR_TYPICAL); /* 1 to below 16 */
-    const uint32_t half = (f >= (4U * ONE)) ? 1U : 0U;
+    const uint32_t half = (f >= (4U * F_ONE)) ? 1U : 0U;
     const uint32_t root =
         davar_root_of_mantissa_by_integers(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
     return 256U + (((factor - 256U) * root) >> 8U);
@@ -249,54 +234,6 @@ void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, in
     const davar_u128_t b = davar_u128_add(davar_u128_scale(spread, 12U), floor); /* below 2^96 */
     const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
     davar_glr_push(state, config, &block, event);
-}
-
-/* --- dispersion ------------------------------------------------------------------------------- */
-
-#define PHI_ONE (UINT32_C(1) << 24U)
-#define LEAST (PHI_ONE / 4U) /* large enough for phi to move in spite of CUT */
-#define MOST (PHI_ONE * 14U)
-#define CUT 9U /* a step weighs at most this many phi */
-#define BEGIN 15U
-
-void davar_dispersion_start(davar_dispersion_t *dispersion)
-{
-    dispersion->phi = PHI_ONE;
-    dispersion->before = 0;
-    dispersion->count = 0U;
-}
-
-/* step^2 unit, at most 9 phi */
-static uint32_t square_of(int32_t step, uint32_t unit, uint32_t phi)
-{
-    const uint32_t size =
-        ((step < 0) ? (0U - (uint32_t)step) : (uint32_t)step) >> 12U; /* 12 digits */
-    const uint32_t most = CUT * phi;
-    if (size > UINT16_MAX) {
-        return most;
-    }
-    const uint64_t square = davar_multiply_u32(size * size, unit) >> 16U;
-    return (square < most) ? (uint32_t)square : most;
-}
-
-void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, uint32_t unit,
-                            uint32_t memory)
-{
-    const int32_t step = logarithm - dispersion->before;
-    dispersion->before = logarithm;
-    if (dispersion->count == 0U) {
-        dispersion->count = 1U;
-        return;
-    }
-    const uint32_t phi = dispersion->phi;
-    const uint32_t square = square_of(step, unit, phi);
-    const uint32_t distance = (square > phi) ? (square - phi) : (phi - square);
-    const uint32_t n = dispersion->count + BEGIN;
-    const bool forgets = ((n >> memory) != 0U);
-    const uint32_t move = forgets ? (distance >> memory) : davar_divided(distance, n);
-    const uint32_t moved = (square > phi) ? (phi + move) : (phi - move);
-    dispersion->phi = (moved < LEAST) ? LEAST : smaller(moved, MOST);
-    dispersion->count += forgets ? 0U : 1U;
 }
 
 /* --- thresholds ------------------------------------------------------------------------------- */

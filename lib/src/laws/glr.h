@@ -15,6 +15,7 @@
 #include "laws/spread.h"
 
 #define GAIN_DIGITS 12U /* binary, after the point, of a likelihood ratio and of its limits */
+#define F_ONE (UINT32_C(1) << GAIN_DIGITS)
 
 /* --- dispersion ------------------------------------------------------------------------------- */
 

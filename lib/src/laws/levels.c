@@ -86,8 +86,6 @@ bool davar_steady_is_known(const davar_steady_sums_t *steady, const davar_glr_t 
 
 /* --- for a result ----------------------------------------------------------------------------- */
 
-#define F_ONE (UINT32_C(1) << GAIN_DIGITS)
-
 double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t unit)
 {
     const davar_spread_t rounding = {davar_multiply_u32(floor, sum->blocks), 0U, 0U};
