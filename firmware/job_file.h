@@ -3,6 +3,7 @@
 #define JOB_FILE_H
 
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar_job.h"
 
 #ifdef DAVAR_SMALL     /* 16 kB of RAM */

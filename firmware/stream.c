@@ -10,6 +10,7 @@
 #include "board.h"
 #include "job_file.h"
 
+#include "davar/fit.h"
 #include "davar/slcan.h"
 
 #include <stdlib.h>

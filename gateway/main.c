@@ -1,6 +1,7 @@
 /* davar-node - the Linux gateway: data-ready edge -> count -> library -> packets -> CAN, serial
  * line or UDP, and an alarm pin. */
 #include "alarm.h"
+#include "davar/fit.h"
 #include "davar/torn.h"
 #include "davar_node.h"
 #include "gpio.h"

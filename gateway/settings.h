@@ -2,6 +2,7 @@
 #ifndef NODE_SETTINGS_H
 #define NODE_SETTINGS_H
 
+#include "davar/filter.h"
 #include "davar_link.h"
 #include "setup/setup.h"
 

@@ -3,6 +3,7 @@
 #include "davar_python.h"
 
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar/monitor.h"
 #include "davar/torn.h"
 #include "instances/engine.h"

@@ -3,6 +3,7 @@
  * in integers. Then the library's fit, as for any window. */
 #include "bits.h"
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar_python.h"
 #include "vectors.h"
 

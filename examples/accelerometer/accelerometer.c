@@ -10,6 +10,7 @@
 #include "accelerometer.h"
 
 #include "davar/davar.h"
+#include "davar/fit.h"
 
 #define RATE_HZ 200.0
 #define MPS2_PER_COUNT (9.80665 / 16384.0) /* +-2 g in 16 bits */

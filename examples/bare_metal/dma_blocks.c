@@ -15,6 +15,7 @@
  * time. The test simulates the DMA with a timer interrupt on an emulated Cortex-M4F, because that
  * board has no DMA with a sensor. */
 #include "dma_blocks.h"
+#include "davar/fit.h"
 
 static const uint32_t taus[] = {1, 2, 4, 8, 16, 32, 64};
 #define TAUS (sizeof taus / sizeof taus[0])

@@ -8,6 +8,7 @@
 #ifdef DAVAR_GYRO_FILTERED
 
 #include "davar_filtered.h"
+#include "davar/fit.h"
 
 #include <math.h>
 

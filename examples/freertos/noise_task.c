@@ -11,6 +11,7 @@
  * scheduler. Fill noise_report. The fit needs 2 kB of stack (docs/COST.md), so the task has 4 kB.
  * Its priority must be below that of flight-critical tasks. */
 #include "noise_task.h"
+#include "davar/fit.h"
 
 #include "FreeRTOS.h"
 #include "queue.h"

@@ -6,6 +6,7 @@
  *
  * Prints the rms attitude error and the consistency, one line for each phase and assumption. */
 #include "attitude.h"
+#include "davar/fit.h"
 
 #include <davar/davar.h>
 #include <davar/fit.h>

@@ -1,5 +1,6 @@
 /* davar-sim - instances. */
 #include "instances/engine.h"
+#include "davar/filter.h"
 
 #include "davar_law_id.h"
 

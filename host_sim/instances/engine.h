@@ -4,6 +4,7 @@
 #define ENGINE_H
 
 #include "centred/centred.h"
+#include "davar/fit.h"
 #include "davar_curve.h"
 #include "davar_node.h"
 #include "instances/settings.h"

@@ -1,6 +1,7 @@
 /* davar-sim - learning the filter: the most likely one of a family for the median spectrum, and
  * whether others explain it as well. */
 #include "learning/learn.h"
+#include "davar/filter.h"
 #include "learning/whittle.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* davar-sim - Whittle's likelihood of a spectrum for one filter. */
 #include "learning/whittle.h"
+#include "davar/filter.h"
 
 #include <math.h>
 #include <string.h>

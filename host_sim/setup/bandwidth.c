@@ -1,5 +1,6 @@
 /* davar programs - the text of a filter. */
 #include "setup/bandwidth.h"
+#include "davar/filter.h"
 
 #include <math.h>
 #include <stdint.h>

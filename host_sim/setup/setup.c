@@ -3,6 +3,7 @@
 #include "setup/setup.h"
 
 #include "davar/davar.h"
+#include "davar/fit.h"
 
 #include <math.h>
 

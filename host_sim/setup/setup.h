@@ -4,6 +4,7 @@
 #define SETUP_H
 
 #include "davar/can.h"
+#include "davar/filter.h"
 #include "davar_curve.h"
 #include "davar_law_id.h"
 #include "setup/bandwidth.h"

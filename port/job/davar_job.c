@@ -1,5 +1,6 @@
 /* davar - converts jobs and results to words and back, one field per word. */
 #include "davar_job.h"
+#include "davar/filter.h"
 
 #include <string.h>
 

@@ -10,6 +10,7 @@
 #define DAVAR_JOB_H
 
 #include "davar/davar.h"
+#include "davar/filter.h"
 #include "davar_curve.h"
 #include "davar_law_id.h"
 #include "davar_port.h"

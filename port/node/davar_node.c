@@ -1,6 +1,7 @@
 /* davar - the node loop. One rule keeps channels in step: the channel that is furthest behind is
  * next, and of equal ones the lower one. */
 #include "davar_node.h"
+#include "davar/fit.h"
 
 #include <assert.h>
 

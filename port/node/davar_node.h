@@ -8,6 +8,7 @@
 
 #include "davar/cascade.h"
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar_port.h"
 
 #ifdef __cplusplus

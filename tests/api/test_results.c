@@ -1,5 +1,6 @@
 /* davar tests - the counters of a stream, its longest clusters, and the series of cluster sizes. */
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "stream_fixture.h"
 #include "unity.h"
 

@@ -4,6 +4,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "davar/davar.h"
+#include "davar/fit.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -5,6 +5,7 @@
  *   davar-laws [HOURS [SEED]]     HOURS of each signal (default 1) */
 #include "centred/centred.h"
 #include "davar/davar.h"
+#include "davar/fit.h"
 
 #include "random.h"
 

@@ -45,6 +45,7 @@ coefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"
 max = 1000.0
 """
 APP = """#include "davar/davar.h"
+#include "davar/fit.h"
 void _exit(int status) { (void)status; for (;;) {} }
 int main(void) { return (int)davar_health((const davar_t *)0x20000000).gaps; }
 """

@@ -1,5 +1,6 @@
 /* The smallest user of the installed library: pushes a constant rate and expects a result without
  * noise. */
+#include "davar/fit.h"
 #include <davar/davar.h>
 #include <stdio.h>
 

@@ -4,6 +4,7 @@
 #include "davar/can.h"
 #include "davar/cascade.h"
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar/monitor.h"
 #include "digest.h"
 

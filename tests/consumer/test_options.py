@@ -10,6 +10,7 @@ from compiling import INCLUDE, OPTIONS, PROGRAM_INCLUDE, ROOT, SOURCES, WARN, at
 FLAGS = [*WARN, "-O0", "-ffp-contract=off"]
 LEAN = ("LAWS", "Q31")
 SIZES = """#include "davar/davar.h"
+#include "davar/fit.h"
 #include <stdio.h>
 int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t)); return 0; }
 """

@@ -5,6 +5,7 @@
 #include "davar/can_decode.h"
 #include "davar/content.h"
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar/monitor.h"
 #include "davar/state.h"
 #include "davar_law_id.h"

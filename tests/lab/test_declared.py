@@ -26,6 +26,7 @@ LOW = '[[effect]]\nkind = "low_pass"\ncutoff_hz = {}\nresponse = "{}"\norder = {
 MEAN = '[[effect]]\nkind = "moving_average"\nsamples = {}\n'
 FIRMWARE = """
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "f.h"
 #include <stdio.h>
 static const davar_config_t config = {

@@ -1,6 +1,7 @@
 /* davar tests - the node loop with a port that stalls and fails: results are complete and in order,
  * whatever the port does. */
 #include "davar/cascade.h"
+#include "davar/fit.h"
 #include "davar_law_id.h"
 #include "davar_node.h"
 #include "random.h"

@@ -3,6 +3,7 @@
  * and spreads beside the paper's one run. The paper's windows are centred, as in davar-sim. */
 #include "centred/centred.h"
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "random.h"
 #include "unity.h"
 

@@ -3,6 +3,7 @@
 #include "autocovariance.h"
 #include "centred/centred.h"
 #include "davar/average.h"
+#include "davar/fit.h"
 #include "filter_cases.h"
 #include "filtered_noise.h"
 #include "observed.h"

@@ -1,5 +1,6 @@
 /* The detector of changes: how often it alarms without a change, and its delay after one. Noise of
  * known kind through lib/src/laws; 100 Hz and sigma 20 counts. */
+#include "davar/filter.h"
 #include "filter_cases.h"
 #include "filtered_noise.h"
 #include "heavy_noise.h"

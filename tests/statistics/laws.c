@@ -1,5 +1,6 @@
 /* Intervals in windows that a law chooses while the noise changes: of the angle random walk (10.14,
  * 10.15), of three terms together, and of the level since the last alarm (10.18). */
+#include "davar/fit.h"
 #include "heavy_noise.h"
 #include "low_pass.h"
 #include "statistics.h"

@@ -6,6 +6,7 @@
  *                                                  experiments called NAME_...
  *
  * Without arguments it lists the names. */
+#include "davar/fit.h"
 #include "statistics.h"
 
 #include <stdarg.h>

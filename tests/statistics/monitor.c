@@ -1,6 +1,7 @@
 /* False alarms and power of the monitor (9.6): noise with a known Allan variance through the whole
  * library, with and without a cascade; and how often a law calls unchanged noise unstable (4.3). */
 #include "davar/monitor.h"
+#include "davar/fit.h"
 
 #include "davar/cascade.h"
 #include "filter_cases.h"

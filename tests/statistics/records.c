@@ -1,6 +1,7 @@
 /* Whole recordings through a window and a cascade: the intervals of the cascade's sizes (11.8), the
  * fit of the curve (5.18), and how long a gyro must rest until it resolves B and K. */
 #include "davar/cascade.h"
+#include "davar/fit.h"
 #include "statistics.h"
 
 #include <string.h>

@@ -1,6 +1,7 @@
 /* Noise with light and heavy tails through the library (5.19), in windows of fixed length and in
  * those that a law chooses; and the filter that davar-sim learns from a recording. */
 #include "autocovariance.h"
+#include "davar/fit.h"
 #include "heavy_noise.h"
 #include "learning/learn.h"
 #include "low_pass.h"

@@ -2,6 +2,7 @@
  * in coarse counts (5.15) and near the ends of a record. */
 #include "autocovariance.h"
 #include "davar/average.h"
+#include "davar/fit.h"
 #include "filter_cases.h"
 #include "filtered_noise.h"
 #include "low_pass.h"

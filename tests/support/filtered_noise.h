@@ -3,6 +3,7 @@
 #define DAVAR_TESTS_FILTERED_NOISE_H
 
 #include "autocovariance.h"
+#include "davar/filter.h"
 #include "low_pass.h"
 #include "random.h"
 

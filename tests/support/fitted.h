@@ -3,6 +3,7 @@
 #define DAVAR_TESTS_FITTED_H
 
 #include "davar/davar.h"
+#include "davar/fit.h"
 
 static inline bool take_fitted(davar_t *davar, davar_result_t *result)
 {

@@ -2,6 +2,7 @@
  * -icount), and in bytes of stack and RAM. One line "name value" per figure;
  * tools/support/targets.py reads them. */
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar_law_id.h"
 
 #include "measuring.h"

@@ -4,6 +4,7 @@
  * gaps, flush, reset, the saved state, the monitor and frames; 5 also law glr. */
 #include "davar/can.h"
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar/state.h"
 
 #define TAUS 4U

@@ -5,6 +5,7 @@
 
 #include "davar/cascade.h"
 #include "davar/davar.h"
+#include "davar/fit.h"
 
 int main(void)
 {

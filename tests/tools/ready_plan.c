@@ -2,6 +2,7 @@
  * gives the same results. TAUS: cluster sizes. MAKE: makes the plan `made`. Without MAKE, uses the
  * written one alone. Prints how many of 1960 results are the same, and whether some are white. */
 #include "davar/davar.h"
+#include "davar/fit.h"
 
 #include <math.h>
 #include <stdio.h>

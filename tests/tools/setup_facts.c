@@ -4,6 +4,7 @@
  *   setup_facts COUNT BLOCK
  *
  * Pushes COUNT samples of every axis in blocks of BLOCK. Sample i of axis a is 100 a + i. */
+#include "davar/fit.h"
 #include "davar_setup.c"
 
 #include <inttypes.h>

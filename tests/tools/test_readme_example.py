@@ -131,7 +131,7 @@ def test_the_examples_compile_without_a_warning(tmp_path):
     assert "no_such_field" in complaints(tmp_path, whole.replace(".stride", ".no_such_field"))
     for path in ALONE + HEADERS:
         for block in blocks(path):
-            text = f'#include "davar/davar.h"\n{block}'
+            text = f'#include "davar/davar.h"\n#include "davar/fit.h"\n{block}'
             assert complaints(tmp_path, text, "-Wno-unused-variable") == "", path.name
 
 

@@ -1,6 +1,7 @@
 /* One function between Python and the library: a whole recording in, Allan deviations of windows on
  * a grid out. Built with lib/'s own sources, so the numbers are those of the device. */
 #include "davar/davar.h"
+#include "davar/fit.h"
 
 #include <math.h>
 #include <stdlib.h>

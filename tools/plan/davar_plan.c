@@ -1,6 +1,7 @@
 /* davar-plan - writes the plan of a fit for a list of cluster sizes and a filter as C. The library
  * itself computes the plan. */
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "setup/bandwidth.h"
 
 #include <ctype.h>

@@ -14,6 +14,7 @@
  * "name value". Exit status: 2 for an argument that the library rejects, with one line on standard
  * error. */
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "memory.h"
 #include "setup/bandwidth.h"
 

@@ -180,7 +180,8 @@ def lay_out(name: str, folder: Path, values: Mapping[str, str]) -> None:
             else:
                 copy(path, place)
     if name == "arduino":  # Arduino's library finder searches only src, not its subfolders
-        (folder / "src/davar.h").write_text('#include "davar/davar.h"\n', encoding="utf-8")
+        both = '#include "davar/davar.h"\n#include "davar/fit.h"\n'
+        (folder / "src/davar.h").write_text(both, encoding="utf-8")
 
 
 def members(folder: Path) -> list[tuple[str, Path]]:

@@ -358,8 +358,9 @@ def worst_on_a_grid(core: str, type: str, table: Any, sizes: Any) -> float:
 
 
 SIZES = """
-#include "davar/davar.h"
 #include "davar/cascade.h"
+#include "davar/davar.h"
+#include "davar/fit.h"
 char size_instance[sizeof(davar_t)];
 char size_cascade[sizeof(davar_cascade_t)];
 char size_result[sizeof(davar_result_t)];

@@ -1,6 +1,7 @@
 /* davar example - a simulated gyro at 100 samples per second. It has white noise with an angle
  * random walk of 0.3 deg/sqrt(h), and three times that from the 60th second onward. Prints the
  * results of davar once per second, and the time when it reports the change. */
+#include "davar/fit.h"
 #include <davar/davar.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,7 @@
 /* davar example - the angle random walk of a gyro's z axis, once per second, for any gyro with a
  * Zephyr driver and a data-ready trigger. The trigger's thread pushes and main takes, as an
  * instance allows. */
+#include "davar/fit.h"
 #include <davar/davar.h>
 #include <zephyr/device.h>
 #include <zephyr/drivers/sensor.h>

@@ -6,7 +6,7 @@
  * ```
  *
  * Each step is a separate call: what a program does not call is not linked, and options.h
- * disables more.
+ * disables more. The fit, and with it the angle random walk, is in davar/fit.h.
  *
  * Number types: _q15 (int16 counts), _q31 (int32 counts, 24 significant bits by default) and _f32
  * (floats, each rounded once on entry). A result equals a fresh computation of its window, bit for
@@ -20,7 +20,6 @@
 #ifndef DAVAR_DAVAR_H
 #define DAVAR_DAVAR_H
 
-#include "davar/fit.h"
 #include "davar/instance.h"
 #include "davar/types.h"
 #include "davar/version.h"

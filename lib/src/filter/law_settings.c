@@ -1,5 +1,6 @@
 /* davar - the settings of the window laws that depend on the filter, DESIGN (4.3) (10.16). */
 #include "davar/content.h"
+#include "davar/filter.h"
 #include "filter/spectrum.h"
 
 /* Laws with one criterion, and with two that must agree. */

@@ -1,5 +1,6 @@
 /* davar - the spectrum after a filter. */
 #include "filter/spectrum.h"
+#include "davar/filter.h"
 
 /* Frequencies from 0 to half the sample rate, a power of two. */
 #define POINTS_LEAST 64U

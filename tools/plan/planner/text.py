@@ -68,7 +68,7 @@ HEADER = """/* {title}
 #ifndef DAVAR_SETUP_H
 #define DAVAR_SETUP_H
 
-#include "{davar}"
+{davar}
 
 #if {conditions}
 #error "{wrong}"
@@ -165,7 +165,7 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
     return HEADER.format(
         title=title,
         about="\n".join(f" * {line}".rstrip() for line in about),
-        davar="davar.h" if alone else "davar/davar.h",
+        davar='#include "davar.h"' if alone else '#include "davar/davar.h"\n#include "davar/fit.h"',
         conditions=" || \\\n    ".join(lines),
         wrong="this is another davar.h, or -DDAVAR_ options contradict it"
         if alone
