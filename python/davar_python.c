@@ -179,7 +179,7 @@ static void add_segments(spectrum_t *spectrum, const double *values, size_t coun
 bool davar_python_learn(davar_python_t *run, const double *values, size_t count, const size_t *ends,
                         double rate_hz, char *option, size_t size)
 {
-    const bool counted = (run->options.arith == ARITH_FIXED) && (run->options.lsb > 0.0);
+    const bool counted = (run->options.arith == ARITH_FIXED) && (run->options.setup.lsb > 0.0);
     spectrum_t spectrum = {0};
     if (!spectrum_open(&spectrum)) {
         return sim_fail(&run->error, "out of memory");
