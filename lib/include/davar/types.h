@@ -59,7 +59,7 @@ typedef enum {
     DAVAR_ERR_TAU_OVERFLOW = 26
 } davar_status_t;
 
-/* A window law: what decides how long the window is. One that no configuration names is not linked. */
+/** A window law: what decides how long the window is. One that no configuration names is not linked. */
 typedef struct davar_law davar_law_t;
 
 /** Kurtosis alone ("DAVAR-K"). As the next two, after [SONG18] section 4: the window shrinks while
@@ -75,7 +75,7 @@ extern const davar_law_t davar_law_glr_q15;
 extern const davar_law_t davar_law_glr_q31;
 /** @} */
 
-/* An engine: how a stride above 1 is computed. */
+/** An engine: how a stride above 1 is computed. */
 typedef struct davar_engine davar_engine_t;
 
 /** @{ */
