@@ -6,14 +6,9 @@
 #include "davar/fit.h"
 #include "filter_cases.h"
 #include "filtered_noise.h"
-#include "observed.h"
 #include "statistics.h"
 
 #include <string.h>
-
-#define LONGEST 6000U
-
-static const double truth_1[DAVAR_COEFFICIENT_COUNT] = {[DAVAR_ANGLE_RANDOM_WALK] = 60.0};
 
 /* ---- sums of a fast gyro ---- */
 
@@ -33,7 +28,6 @@ static void observe_sums(const double rate[], uint16_t length, double size, doub
                          double count)
 {
     static double samples[SUMS_WINDOW];
-    static double phase[SUMS_WINDOW + 1U];
     davar_average_t average;
     uint32_t n = 0U;
     davar_average_init(&average, length);
@@ -44,7 +38,7 @@ static void observe_sums(const double rate[], uint16_t length, double size, doub
             n++;
         }
     }
-    observe_window(samples, SUMS_WINDOW, phase, &result);
+    observe(samples, SUMS_WINDOW);
 }
 
 static void run_sums(const void *of, unsigned trials, uint64_t seed)

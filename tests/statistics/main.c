@@ -190,6 +190,30 @@ gyro_noise_t noise_of(const char *text)
     return noise;
 }
 
+const double truth_1[DAVAR_COEFFICIENT_COUNT] = {[DAVAR_ANGLE_RANDOM_WALK] = 60.0};
+
+void observe(const double samples[], uint32_t window)
+{
+    static double phase[LONGEST + 1U];
+    double mean = 0.0;
+    for (uint32_t i = 0U; i < window; i++) {
+        mean += samples[i] / window;
+    }
+    phase[0] = 0.0;
+    for (uint32_t i = 0U; i < window; i++) {
+        phase[i + 1U] = phase[i] + samples[i] - mean;
+    }
+    for (int t = 0; t < result.tau_count; t++) {
+        const uint32_t m = result.tau[t].m;
+        double sum = 0.0;
+        for (uint32_t i = 0U; i + (2U * m) <= window; i++) {
+            const double d = phase[i + (2U * m)] - (2.0 * phase[i + m]) + phase[i];
+            sum += d * d;
+        }
+        result.tau[t].adev = sqrt(sum / (2.0 * m * m * result.tau[t].differences));
+    }
+}
+
 void expect_window(uint32_t window, const uint32_t m[], uint8_t count)
 {
     result = (davar_result_t){.window_samples = window, .tau_count = count};

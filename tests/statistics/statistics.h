@@ -64,6 +64,7 @@ void require(bool is_met, const char *what);
 
 /* ---- the score of windows ---- */
 
+#define LONGEST 6000U /* window */
 #define WIDTHS 4096U
 
 typedef struct {
@@ -96,6 +97,12 @@ void truth_of(const gyro_noise_t *noise, double truth[]);
 
 /* Of a text such as "N 1 K 0.02": the terms Q, N, B, K and R, and F, the cutoff of one pole. */
 gyro_noise_t noise_of(const char *text);
+
+/* Of white noise of N = 1. */
+extern const double truth_1[DAVAR_COEFFICIENT_COUNT];
+
+/* Fills the Allan deviations of `result` by brute force. */
+void observe(const double samples[], uint32_t window);
 
 /* Prepares `result` for sizes m[] of a window without gaps. */
 void expect_window(uint32_t window, const uint32_t m[], uint8_t count);

@@ -5,14 +5,12 @@
 #include "heavy_noise.h"
 #include "learning/learn.h"
 #include "low_pass.h"
-#include "observed.h"
 #include "statistics.h"
 
 #include <string.h>
 
 static const davar_filter_t no_filter = {.poles = 0U};
 static const davar_filter_t low_pass = {.cutoff = 0.1, .poles = 2U};
-static const double truth_1[DAVAR_COEFFICIENT_COUNT] = {[DAVAR_ANGLE_RANDOM_WALK] = 60.0};
 
 static autocovariance_t of_noise;
 
@@ -338,7 +336,6 @@ static learned_t learn_recording(void)
 static void score_windows(const learned_row_t *row, const davar_filter_t *filter, double scatter,
                           score_t *score)
 {
-    static double phase[WINDOW + 1U];
     uint32_t m[DAVAR_TAUS_MAX];
     const double after = row->after * scatter;
     const double unit = scatter / 10.0;
@@ -351,7 +348,7 @@ static void score_windows(const learned_row_t *row, const davar_filter_t *filter
         make_noise(row, WINDOW + TAPS, &beside[0]);
         memmove(samples, samples + TAPS, WINDOW * sizeof samples[0]);
         finish(WINDOW, after, unit);
-        observe_window(samples, WINDOW, phase, &result);
+        observe(samples, WINDOW);
         davar_fit(&plan, 1.0, &result);
         score_add(score, &result, truth, NULL);
     }

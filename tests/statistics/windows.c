@@ -6,20 +6,11 @@
 #include "filter_cases.h"
 #include "filtered_noise.h"
 #include "low_pass.h"
-#include "observed.h"
 #include "statistics.h"
 
 #include <string.h>
 
-#define LONGEST 6000U
-
 static double samples[LONGEST];
-
-static void observe(uint32_t window)
-{
-    static double phase[LONGEST + 1U];
-    observe_window(samples, window, phase, &result);
-}
 
 /* ---- white noise and mixtures ---- */
 
@@ -100,7 +91,7 @@ static void run_coverage(const void *of, unsigned trials, uint64_t seed)
     }
     for (unsigned i = 0U; i < trials; i++) {
         gyro_noise_fill(&noise, &random, samples, row->window);
-        observe(row->window);
+        observe(samples, row->window);
         davar_fit(&plan, 1.0, &result);
         score_add(&score, &result, truth, adev);
     }
@@ -254,8 +245,6 @@ static void init_plan(davar_plan_t *one, knowledge_t knowledge, const davar_filt
     }
 }
 
-static const double truth_1[DAVAR_COEFFICIENT_COUNT] = {[DAVAR_ANGLE_RANDOM_WALK] = 60.0};
-
 static void run_filtered(const case_t *row, uint32_t window, bool is_declared, unsigned trials,
                          uint64_t seed)
 {
@@ -292,7 +281,7 @@ static void run_filtered(const case_t *row, uint32_t window, bool is_declared, u
                     (size > 0.0) ? size * passed[drifts[view->drift].kind][n] : 0.0;
                 samples[n] = count * round(((noise[n] + drift) / count) + mean);
             }
-            observe(window);
+            observe(samples, window);
             result.unit_per_count = count;
             davar_fit(&plans[v], 1.0, &result);
             score_add(&scores[v], &result, truth_1, NULL);
