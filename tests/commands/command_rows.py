@@ -36,7 +36,7 @@ ROWS = (
     Row(r"(\w+=\S+ )?(nice )?tools/test\b(?! --list).*", "it would run this test again"),
     Row(r"ctest -R .*|(build/release/tests/)?davar-statistics .*|build/release/tests/.*", RELEASE),
     Row(r"tools/soak|tools/davar-mutants .*|tools/davarlab nulls .*", HOURS),
-    Row(r"tests/lab/benchmark\w*\.py .*|.* tests/workbench/benchmark_page\.py 3", HOURS),
+    Row(r".* tests/workbench/benchmark_page\.py 3", HOURS),
     Row(r".* tests/lab/benchmark_real\.py .*", "needs recordings that are not in the project"),
     Row(r"tools/davar-bench --(targets|setups|csv)\b.*", "measures for many minutes"),
     Row(r"tools/davar-bench --(pages|tracking)", soak=True),

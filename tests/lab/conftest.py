@@ -1,7 +1,3 @@
-"""Fixtures of the lab's tests. A scenario is made and analysed once a session."""
-
-import functools
-
 import pytest
 
 
@@ -11,10 +7,3 @@ def lab(tmp_path):
     from lab_bench import Lab
 
     return Lab(tmp_path)
-
-
-@pytest.fixture(scope="session")
-def analysed():
-    from lab_scenarios import SCENARIOS, Analysed
-
-    return functools.cache(lambda name: Analysed(SCENARIOS[name]))

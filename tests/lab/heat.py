@@ -34,14 +34,21 @@ def walk(count, rng):
 
 
 def temperature(how, t, rng):
-    if how == "cycles":
-        return 25 + 2 * np.sin(2 * np.pi * 4 * t / t[-1] + rng.uniform(0, 6))
-    if how == "cycle":
-        return 25 + 2 * np.sin(2 * np.pi * t / t[-1] + rng.uniform(0, 6))
-    if how == "warm":
-        return 20 + 6 * (1 - np.exp(-t / 600))
+    cycles = {"cycles": 4, "cycle": 1}
+    if how in cycles:
+        return 25 + 2 * np.sin(2 * np.pi * cycles[how] * t / t[-1] + rng.uniform(0, 6))
     x = walk(len(t), rng)
     return 25 + 3 * x / np.abs(x).max()
+
+
+def noise(t, rng):
+    """ARW 0.3 deg/sqrt(h)."""
+    return 0.3 / 60 * np.sqrt(RATE) * rng.standard_normal(len(t))
+
+
+def flicker(t, rng):
+    """Bias instability 5 deg/h."""
+    return flicker_fft(len(t), 5 / 3600, rng, 4)
 
 
 def course(case, heat, t, rng):
@@ -51,14 +58,10 @@ def course(case, heat, t, rng):
         volts *= 0.05 / volts.std()
         return 0.15 * volts, {"supply_V": 5 + volts + 0.002 * rng.standard_normal(len(t))}
     if case == "leak":
-        other = (
-            0.05 * np.sin(2 * np.pi * t / 300)
-            + 0.035 * rng.standard_normal(len(t))
-            + flicker_fft(len(t), 5 / 3600, rng, 4)
-        )
+        slow = 0.05 * np.sin(2 * np.pi * t / 300)
+        other = slow + 0.035 * rng.standard_normal(len(t)) + flicker(t, rng)
         return 0.1 * other, {"gyro_x_dps": other}
     known = {
-        "plain": lambda: 0.012 * heat,
         "lag": lambda: 0.012 * late(heat, 60),
         "hysteresis": lambda: 0.012 * loop(heat, 1.0),
         "square": lambda: 0.004 * (heat - 25) ** 2,
@@ -72,13 +75,13 @@ def make(case, how, seed, seconds=3600):
     rng = np.random.default_rng([seed, 31])
     t = np.arange(int(seconds * RATE)) / RATE
     heat = temperature(how, t, rng)
-    white = 0.3 / 60 * np.sqrt(RATE) * rng.standard_normal(len(t))
+    white = noise(t, rng)
     if case == "noise":
         white *= np.exp(0.05 * (heat - heat.mean()))
     more, columns = course(case, heat, t, rng)
     return {
         "time_s": t,
-        "gyro_z_dps": white + flicker_fft(len(t), 5 / 3600, rng, 4) + more + 0.1,
+        "gyro_z_dps": white + flicker(t, rng) + more + 0.1,
         "temp_degC": heat + 0.02 * rng.standard_normal(len(t)),
     } | columns
 
@@ -87,26 +90,17 @@ def accelerometers(seed, seconds=3600):
     """Columns with a true sensitivity of 0.5 deg/s/g along x, and with a cause behind both sensors
     instead, felt by the gyro later.
     """
-    rng = np.random.default_rng([seed, 32])
-    t = np.arange(int(seconds * RATE)) / RATE
-    tilt = {axis: walk(len(t), rng) for axis in "xyz"}
-    cause = walk(len(t), rng)
-    noise = 0.3 / 60 * np.sqrt(RATE) * rng.standard_normal(len(t)) + flicker_fft(
-        len(t), 5 / 3600, rng, 4
-    )
-    logged = {
-        axis: 0.01 * x / x.std() + 0.002 * rng.standard_normal(len(t)) for axis, x in tilt.items()
-    }
-    hidden = {
-        axis: 0.01 * cause / cause.std() + 0.001 * x / x.std() + 0.002 * rng.standard_normal(len(t))
-        for axis, x in tilt.items()
-    }
-    true = {"time_s": t, "gyro_z_dps": noise + 0.5 * 0.01 * tilt["x"] / tilt["x"].std()}
-    false = {"time_s": t, "gyro_z_dps": noise + 5 * 0.01 * late(cause, 30) / cause.std()}
-    return (
-        true | {f"accel_{axis}_g": x for axis, x in logged.items()},
-        false | {f"accel_{axis}_g": x for axis, x in hidden.items()},
-    )
+    rng, t = np.random.default_rng([seed, 32]), np.arange(int(seconds * RATE)) / RATE
+    tilt = [walk(len(t), rng) for _ in "xyz"]
+    tilt, cause = [x / x.std() for x in tilt], walk(len(t), rng)
+    gyro, cause = noise(t, rng) + flicker(t, rng), cause / cause.std()
+    true = {"time_s": t, "gyro_z_dps": gyro + 0.5 * 0.01 * tilt[0]}
+    false = {"time_s": t, "gyro_z_dps": gyro + 5 * 0.01 * late(cause, 30)}
+    for columns, shared in ((true, None), (false, cause)):
+        for axis, own in zip("xyz", tilt):
+            felt = 0.01 * own if shared is None else 0.01 * shared + 0.001 * own
+            columns[f"accel_{axis}_g"] = felt + 0.002 * rng.standard_normal(len(t))
+    return true, false
 
 
 SECONDS = 1800  # of what follows
@@ -133,17 +127,11 @@ def tilted(seed, size):
 def shaken(seed, level, noise=0.0, bias=0.0):
     """Three bursts of white vibration along x. noise: deg/s per g rms; bias: deg/s/g^2."""
     found, rng = still(seed)
-    t = found["time_s"]
-    on = sum(
-        ((t > start * SECONDS) & (t < (start + 0.08) * SECONDS)).astype(float)
-        for start in (0.15, 0.45, 0.8)
-    )
+    t = found["time_s"] / SECONDS
+    on = sum(((t > start) & (t < start + 0.08)).astype(float) for start in (0.15, 0.45, 0.8))
     found["accel_x_g"] = found["accel_x_g"] + level * on * rng.standard_normal(len(t))
-    found["gyro_z_dps"] = (
-        found["gyro_z_dps"]
-        + noise * level * on * rng.standard_normal(len(t))
-        + bias * level**2 * on
-    )
+    felt = noise * level * on * rng.standard_normal(len(t)) + bias * level**2 * on
+    found["gyro_z_dps"] = found["gyro_z_dps"] + felt
     return found
 
 
