@@ -7,8 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
-import traceback
 from pathlib import Path
 from unittest import mock
 
@@ -64,27 +62,3 @@ def said(*arguments, statuses=(0,)):
     done = run(*arguments, "--json")
     assert done.returncode in statuses, done.stderr
     return json.loads(done.stdout)
-
-
-def out_of_time(*_):
-    raise TimeoutError("out of time")
-
-
-def ask(arguments, limit_s=900):
-    """(JSON or None, exit status or None, error, seconds), for a benchmark: it counts crashes."""
-    begin = time.perf_counter()
-    with undone(signal.SIGALRM):
-        signal.signal(signal.SIGALRM, out_of_time)
-        signal.alarm(limit_s)
-        try:
-            done = run(*arguments, "--json")
-            found, status = json.loads(done.stdout) if done.stdout else None, done.returncode
-            last = (done.stderr.strip().splitlines() or [""])[-1]
-            wrong = "" if found else f"status {status}: {last}"
-        except Exception as why:
-            place = traceback.extract_tb(why.__traceback__)[-1]
-            found, status = None, None
-            wrong = f"{type(why).__name__}: {why} ({place.name}:{place.lineno})"
-        finally:
-            signal.alarm(0)
-    return found, status, wrong, time.perf_counter() - begin

@@ -1,11 +1,12 @@
 """How often the verdict is right: every effect, pairs, none, and effects outside the table, over
-many seeds.
+many seeds. `tools/davarlab benchmark`.
 
 Sizes: a scenario's parameters are drawn per seed around a size that stands clearly above the
 baseline's Allan deviation ("visible"); "hard" takes 0.4 of the amplitude.
 """
 
 import time
+from collections import Counter
 from multiprocessing import Pool
 
 import elsewhere
@@ -15,6 +16,7 @@ from davarlab import simulate
 from davarlab.diagnosis import diagnose, improve
 from davarlab.errors import BadInput
 from davarlab.model import Model, Term
+from lab_bench import terms
 
 RATE_HZ, COLUMN = 50.0, "gyro_z_dps"
 HARD = 0.4
@@ -83,24 +85,21 @@ OUTSIDE = {"sweeping tone": sweep, "breathing noise": breathing_noise, "square w
 
 def scenarios(size):
     """name -> kinds in it; names of effects outside the table have none."""
-    single = {kind: [kind] for kind in SIZES}
-    pairs = {" + ".join(pair): list(pair) for pair in PAIRS} if size == "visible" else {}
-    return {
-        "none": [],
-        **single,
-        **pairs,
-        **(dict.fromkeys(OUTSIDE) if size == "visible" else {}),
-    }
+    found = {"none": [], **{kind: [kind] for kind in SIZES}}
+    if size == "visible":
+        found |= {" + ".join(pair): list(pair) for pair in PAIRS} | dict.fromkeys(OUTSIDE)
+    return found
+
+
+def base_of(rng):
+    return terms(rng.uniform(0.2, 0.4), rng.uniform(2, 8))
 
 
 def one(job):
     """One recording: what was in it and what was said."""
     name, kinds, size, seed = job
     rng = np.random.default_rng([seed, sum(map(ord, name))])
-    base = [
-        Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": rng.uniform(0.2, 0.4)}),
-        Term("bias_instability", {"coefficient_deg_per_h": rng.uniform(2, 8)}),
-    ]
+    base = base_of(rng)
     hidden = [Term(kind, drawn(kind, rng, HARD if size == "hard" else 1.0)) for kind in kinds or []]
     recording = simulate.make(base + hidden, RATE_HZ, COLUMN, seed=int(rng.integers(1 << 31)))
     if kinds is None:
@@ -109,69 +108,55 @@ def one(job):
     found = diagnose.diagnose(recording, Model(RATE_HZ, COLUMN, base))
     spent = time.perf_counter() - begin
     result = improve.improved(recording, Model(RATE_HZ, COLUMN, base), found)
-    truth = {
-        (t.kind, k): v
-        for t in base + hidden
-        for k, v in t.parameters.items()
-        if not isinstance(v, str)
+    named = sorted(result.added) == sorted(kinds or [])
+    right = {
+        "outside": result.verdict == "unknown",
+        "clean": result.verdict == "none",
+        "known": named and result.verdict in (kinds or []),
     }
-    covered = {}
-    if kinds is not None and sorted(result.added) == sorted(kinds):
-        for term, entry in zip(result.model.terms, result.estimates):
-            for key, e in entry.items():
-                if (term.kind, key) in truth and e.low is not None:
-                    covered[f"{term.kind}.{key}"] = bool(e.low <= truth[term.kind, key] <= e.high)
-    last = result.steps[-1]
+    of = "outside" if kinds is None else "known" if kinds else "clean"
     return {
         "name": name,
         "seed": seed,
-        "kinds": kinds,
-        "verdict": result.verdict,
-        "added": result.added,
-        "first": found.ranking[0].kind,
+        "of": of,
+        "right": right[of],
+        "said": result.verdict
+        if result.verdict in ("unknown", "none")
+        else " + ".join(result.added),
+        "first": found.ranking[0].kind in (kinds or []),
+        "all_named": set(kinds or []) <= set(result.added),
         "p_value": result.judgement.p_value,
-        "given_p": result.steps[0].p_value,
-        "covered": covered,
+        "covered": covered(result, base + hidden) if named and kinds is not None else {},
         "seconds": spent,
-        "before": result.steps[0].error,
-        "after": last.error,
-        "floor": last.error_floor,
+        "over_floor": result.steps[-1].error / result.steps[-1].error_floor,
         "oracle_gain": oracle.gain(hidden[0], base, recording) if len(hidden) == 1 else None,
-        "alternatives": [one.kind for one in found.alternatives],
-        "tests": {k: v for k, v in found.states[-1].adequacy.tests.items() if v < 0.01},
     }
 
 
-def right(row):
-    if row["kinds"] is None:
-        return row["verdict"] == "unknown"
-    if not row["kinds"]:
-        return row["verdict"] == "none"
-    return row["verdict"] in row["kinds"] and sorted(row["added"]) == sorted(row["kinds"])
+def covered(result, true):
+    """kind.parameter -> is its true value in the interval."""
+    truth = {(t.kind, name): value for t in true for name, value in t.parameters.items()}
+    return {
+        f"{term.kind}.{name}": bool(e.low <= truth[term.kind, name] <= e.high)
+        for term, entry in zip(result.model.terms, result.estimates)
+        for name, e in entry.items()
+        if e.low is not None and (term.kind, name) in truth
+    }
 
 
 def run(seeds, size, only, jobs, progress):
-    unknown = set(only.split(",") if only else []) - set(scenarios(size))
-    if unknown:
-        raise BadInput(
-            f"--only: no scenario {min(unknown)!r} of size {size} (there are: "
-            f"{', '.join(scenarios(size))})"
-        )
-    chosen = {
-        name: kinds
-        for name, kinds in scenarios(size).items()
-        if not only or name in only.split(",")
-    }
-    work = [(name, kinds, size, seed) for name, kinds in chosen.items() for seed in seeds]
+    there = scenarios(size)
+    chosen = only.split(",") if only else list(there)
+    if unknown := set(chosen) - set(there):
+        names = ", ".join(there)
+        raise BadInput(f"--only: no scenario {min(unknown)!r} of size {size} (there are: {names})")
+    work = [(name, there[name], size, seed) for name in there if name in chosen for seed in seeds]
     rows = []
     with Pool(min(jobs, len(work))) as pool:
         for row in pool.imap(one, work):
             rows.append(row)
-            if not right(row):
-                progress(
-                    f"{row['name']} {row['seed']}: {row['verdict']} {row['added']} first "
-                    f"{row['first']} p {row['p_value']:.2g} {row['tests']}"
-                )
+            if not row["right"]:
+                progress(f"{row['name']} {row['seed']}: {row['said']} p {row['p_value']:.2g}")
             if len(rows) % max(1, len(seeds)) == 0:
                 progress(f"{len(rows)} of {len(work)}")
     return summary(rows, seeds, size)
@@ -183,90 +168,59 @@ def share(values):
 
 
 def summary(rows, seeds, size):
-    known = [row for row in rows if row["kinds"]]
-    outside = [row for row in rows if row["kinds"] is None]
-    clean = [row for row in rows if row["kinds"] == []]
-    covered, pooled = {}, []
+    of = {
+        kind: [row for row in rows if row["of"] == kind] for kind in ("known", "clean", "outside")
+    }
+    inside, confusion = {}, {}
     for row in rows:
+        confusion.setdefault(row["name"], Counter())[row["said"]] += 1
         for key, value in row["covered"].items():
-            covered.setdefault(key, []).append(value)
-            pooled.append(value)
-    solved = [row["after"] / row["floor"] for row in known if right(row)]
-    confusion = {}
-    for row in rows:
-        entry = confusion.setdefault(row["name"], {})
-        said = (
-            " + ".join(row["added"])
-            if row["verdict"] not in ("unknown", "none")
-            else row["verdict"]
-        )
-        entry[said] = entry.get(said, 0) + 1
+            inside.setdefault(key, []).append(value)
+    solved = [row["over_floor"] for row in of["known"] if row["right"]]
+    measured = [row for row in rows if row["oracle_gain"] is not None]
+    detectable = [row for row in measured if row["oracle_gain"] > oracle.CALLABLE]
+    by_oracle = {
+        name: {
+            "gain_median": float(
+                np.median([row["oracle_gain"] for row in measured if row["name"] == name])
+            ),
+            "callable": sum(row["name"] == name for row in detectable),
+            "named": sum(row["name"] == name and row["all_named"] for row in detectable),
+        }
+        for name in dict.fromkeys(row["name"] for row in measured)
+    }
     return {
         "size": size,
         "seeds": len(seeds),
-        "whole_right": share(right(r) for r in known),
-        "first_right": share(r["first"] in r["kinds"] for r in known),
-        "clean_kept": share(right(r) for r in clean),
-        "outside_unknown": share(right(r) for r in outside),
+        "whole_right": share(row["right"] for row in of["known"]),
+        "first_right": share(row["first"] for row in of["known"]),
+        "clean_kept": share(row["right"] for row in of["clean"]),
+        "outside_unknown": share(row["right"] for row in of["outside"]),
         "true_models_rejected_at_5_percent": share(
-            r["p_value"] < 0.05 for r in rows if right(r) and r["kinds"] is not None
+            row["p_value"] < 0.05 for row in of["known"] + of["clean"] if row["right"]
         ),
-        "coverage": share(pooled),
-        "coverage_by_parameter": {k: [share(v), len(v)] for k, v in sorted(covered.items())},
-        "callable_named": share(
-            set(r["kinds"]) <= set(r["added"])
-            for r in rows
-            if (r["oracle_gain"] or 0) > oracle.CALLABLE
-        ),
-        "oracle": against_oracle(rows),
+        "coverage": share(sum(inside.values(), [])),
+        "coverage_by_parameter": {k: [share(v), len(v)] for k, v in sorted(inside.items())},
+        "callable_named": share(row["all_named"] for row in detectable),
+        "oracle": by_oracle,
         "error_over_floor_median": float(np.median(solved)) if solved else None,
         "error_over_floor_95": float(np.percentile(solved, 95)) if solved else None,
-        "seconds_median": float(np.median([r["seconds"] for r in rows])),
-        "seconds_worst": float(max(r["seconds"] for r in rows)),
+        "seconds_median": float(np.median([row["seconds"] for row in rows])),
+        "seconds_worst": float(max(row["seconds"] for row in rows)),
         "confusion": confusion,
     }
 
 
-def against_oracle(rows):
-    """Per scenario with one effect: median gain of the oracle, recordings that it can call, those
-    of them that were named.
-    """
-    found = {}
-    for name in dict.fromkeys(row["name"] for row in rows if row["oracle_gain"] is not None):
-        gains = [
-            (row["oracle_gain"], set(row["kinds"]) <= set(row["added"]))
-            for row in rows
-            if row["name"] == name
-        ]
-        called = [named for gain, named in gains if gain > oracle.CALLABLE]
-        found[name] = {
-            "gain_median": float(np.median([gain for gain, _ in gains])),
-            "callable": len(called),
-            "named": sum(called),
-        }
-    return found
-
-
 def text(s):
-    lines = [f"size {s['size']}, {s['seeds']} seeds"]
-    lines += [f"{key:<36}{value:.3f}" for key, value in s.items() if isinstance(value, float)]
-    lines += [
-        "",
-        "an oracle that knows noise and shape: median gain in log-likelihood, recordings that it "
-        f"can call (above {oracle.CALLABLE:.1f}), of them named",
-    ]
-    lines += [
-        f"  {name:<34}{one['gain_median']:>10.1f}{one['callable']:>4}{one['named']:>4}"
-        for name, one in s["oracle"].items()
-    ]
-    lines += ["", "in the recording: what was said (count)"]
-    lines += [
-        f"  {name}: "
-        + ", ".join(f"{said} {n}" for said, n in sorted(entry.items(), key=lambda i: -i[1]))
-        for name, entry in s["confusion"].items()
-    ]
-    lines += ["", "coverage of 95 % intervals"]
-    lines += [
-        f"  {key:<60}{value:.2f} of {n}" for key, (value, n) in s["coverage_by_parameter"].items()
-    ]
-    return "\n".join(lines)
+    yield f"size {s['size']}, {s['seeds']} seeds"
+    yield from (f"{key:<36}{value:.3f}" for key, value in s.items() if isinstance(value, float))
+    yield "\nan oracle that knows noise and shape: median gain in log-likelihood, recordings that"
+    yield f"it can detect (above {oracle.CALLABLE:.1f}), of them named"
+    for name, one in s["oracle"].items():
+        yield f"  {name:<34}{one['gain_median']:>10.1f}{one['callable']:>4}{one['named']:>4}"
+    yield "\nin the recording: what was said (count)"
+    for name, counts in s["confusion"].items():
+        yield f"  {name}: " + ", ".join(f"{said} {n}" for said, n in counts.most_common())
+    yield "\ncoverage of 95 % intervals"
+    for key, (value, n) in s["coverage_by_parameter"].items():
+        yield f"  {key:<60}{value:.2f} of {n}"

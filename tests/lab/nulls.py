@@ -1,6 +1,6 @@
 """What chance alone does on recordings of an accepted model: gains of the candidates, the tries
 (thresholds.TRIES) that they come to (DESIGN 4), and how often a true model is called inadequate
-(DESIGN 7).
+(DESIGN 7). `tools/davarlab nulls`.
 
 Parametric bootstrap: the benchmark's clean recordings (noise and bias instability drawn per seed,
 decoy columns), every candidate tried.
@@ -8,13 +8,13 @@ decoy columns), every candidate tried.
 
 from multiprocessing import Pool
 
-import benchmark_effects
 import numpy as np
+from benchmark_effects import COLUMN, RATE_HZ, base_of
 from davarlab import simulate
 from davarlab.data.recording import MINIMUM_SAMPLES
 from davarlab.diagnosis import fitting, search
 from davarlab.errors import BadInput
-from davarlab.model import Model, Term
+from davarlab.model import Model
 from davarlab.thresholds import TRIES
 from scipy import stats
 
@@ -28,23 +28,12 @@ def one(job):
     """
     seed, seconds, tried = job
     rng = np.random.default_rng([seed, 40961])
-    base = [
-        Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": rng.uniform(0.2, 0.4)}),
-        Term("bias_instability", {"coefficient_deg_per_h": rng.uniform(2, 8)}),
-    ]
-    recording = simulate.make(
-        base,
-        benchmark_effects.RATE_HZ,
-        benchmark_effects.COLUMN,
-        seed=int(rng.integers(1 << 31)),
-        duration_s=seconds,
-    )
-    state = fitting.start(
-        recording, Model(benchmark_effects.RATE_HZ, benchmark_effects.COLUMN, base)
-    )
-    gains = {c.kind: max(c.gain, 0.0) for c in reversed(search.ranking(state))} if tried else {}
+    base = base_of(rng)
+    made = simulate.make(base, RATE_HZ, COLUMN, seed=int(rng.integers(1 << 31)), duration_s=seconds)
+    state, gains = fitting.start(made, Model(RATE_HZ, COLUMN, base)), {}
     if tried:
-        gains["sinusoid"] -= np.log(recording.samples)  # its own law: p = TRIALS n exp(-gain)
+        gains = {c.kind: max(c.gain, 0.0) for c in reversed(search.ranking(state))}
+        gains["sinusoid"] -= np.log(made.samples)  # its own law: p = TRIALS n exp(-gain)
     found = fitting.judged(state).adequacy
     return gains, {**found.tests, "whole model": found.p_value}
 
@@ -63,21 +52,15 @@ def tries(kind, gains):
 
 
 def run(count, first, seconds, tried, jobs, progress):
-    if seconds * benchmark_effects.RATE_HZ < MINIMUM_SAMPLES:
-        raise BadInput(
-            f"--seconds: {seconds:g}; at least "
-            f"{MINIMUM_SAMPLES / benchmark_effects.RATE_HZ:g} are needed"
-        )
+    least = MINIMUM_SAMPLES / RATE_HZ
+    if seconds < least:
+        raise BadInput(f"--seconds: {seconds:g}; at least {least:g} are needed")
     rows = []
     with Pool(min(jobs, count)) as pool:
         for row in pool.imap(one, [(seed, seconds, tried) for seed in range(first, first + count)]):
             rows.append(row)
             if len(rows) % 20 == 0:
                 progress(f"{len(rows)} of {count}")
-    return summary(rows)
-
-
-def summary(rows):
     found, chances = {}, [row[1] for row in rows]
     for kind in rows[0][0]:
         gains = np.array([row[0][kind] for row in rows])
@@ -98,23 +81,12 @@ def summary(rows):
 
 
 def text(result):
-    lines = [
-        f"{result['recordings']} recordings of true models: share rejected at",
-        " " * 26 + "".join(f"{100 * level:>7g} %" for level in result["levels"]),
-    ]
-    lines += [
-        f"{name:<26}" + "".join(f"{100 * share:>9.1f}" for share in shares)
-        for name, shares in result["rejected"].items()
-    ]
-    if not result["candidates"]:
-        return "\n".join(lines)
-    lines += [
-        "",
-        f"{'':<26}{'trials':>10}{'+-':>9}{'in use':>9}{'95 %':>8}{'99 %':>8}{'largest':>9}",
-    ]
-    lines += [
-        f"{kind:<26}{e['trials']:>10.3g}{e['standard_error']:>9.2g}{e['in_use']:>9.3g}{e['gain_95']:>8.2f}{e['gain_99']:>8.2f}"
-        f"{e['largest']:>9.2f}"
-        for kind, e in result["candidates"].items()
-    ]
-    return "\n".join(lines)
+    yield f"{result['recordings']} recordings of true models: share rejected at"
+    yield " " * 26 + "".join(f"{100 * level:>7g} %" for level in result["levels"])
+    for name, shares in result["rejected"].items():
+        yield f"{name:<26}" + "".join(f"{100 * share:>9.1f}" for share in shares)
+    if result["candidates"]:
+        yield f"\n{'':<26}{'trials':>10}{'+-':>9}{'in use':>9}{'95 %':>8}{'99 %':>8}{'largest':>9}"
+    for kind, e in result["candidates"].items():
+        numbers = f"{e['trials']:>10.3g}{e['standard_error']:>9.2g}{e['in_use']:>9.3g}"
+        yield f"{kind:<26}{numbers}{e['gain_95']:>8.2f}{e['gain_99']:>8.2f}{e['largest']:>9.2f}"

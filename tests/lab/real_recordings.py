@@ -1,40 +1,30 @@
-"""The recordings of other people's sensors that benchmark_real.py asks davarlab about: which
-stretch and why, what an expert sees, and which words of davarlab that makes right or plainly wrong.
-Plain values; their README is the source.
+"""The recordings of other people's sensors that benchmark_real.py asks davarlab about: what an
+expert sees, and which words of davarlab that makes right or plainly wrong. Their README is the
+source. Whole recordings, but of Xsens its first 48 s: the rests after that last 2 to 10 s.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-SLOW = {
-    "rate_random_walk",
-    "gauss_markov",
-    "rate_ramp",
-    "bias_step",
-}  # wander whose cause was not logged
+SLOW = {"rate_random_walk", "gauss_markov", "rate_ramp", "bias_step"}  # its cause was not logged
 LINES = {"narrow_band", "sinusoid", "intermittent_line"}
 MEMORY = {"low_pass", "moving_average"}
 WARMTH = {"temperature", "temperature_squared", "temperature_hysteresis", "warm_up"}
+MOVED, LOST, JITTER = {"motion"}, {"lost_samples"}, {"jitter"}
+KNOCKED = {"motion", "outliers", "shocks"}
 # Nobody shook, warmed, tilted or wired these sensors: a cause that is named so was made up.
 MADE_UP = {
-    "g_sensitivity",
-    "vibration_noise",
-    "vibration_rectification",
-    "telegraph_noise",
-    "follows",
-    "temperature_rate",
-    *WARMTH,
-    "temperature_noise",
+    *("g_sensitivity", "vibration_noise", "vibration_rectification", "telegraph_noise"),
+    *("follows", "temperature_rate", *WARMTH, "temperature_noise"),
 }
 
 
 @dataclass
 class Real:
     file: str
-    why: str  # this stretch
     sees: dict  # axis -> what an expert sees ("" for every axis)
     must: dict  # axis -> groups: of each, one must be named or observed ("" for every axis)
     accepts: set
-    wrong: set = field(default_factory=lambda: MADE_UP | {"noise_step"})
+    wrong: frozenset = frozenset({*MADE_UP, "noise_step"})
     first_s: float | None = None  # the stretch: from the start for so long
     events: tuple = ()  # (start_s, stop_s) that the plain reading leaves out, from the README
     apart_s: float | None = None  # a longer step between samples is a gap for the plain reading
@@ -48,7 +38,6 @@ class Real:
 RECORDINGS = {
     "ADIS16405 run 1": Real(
         "adis16405_run1_static.csv.gz",
-        "whole: at rest throughout, its knocks are small",
         {
             "": "filtered (slope -0.31 at m = 1..2), slow bias, small knocks",
             "z": "line at 20 to 21 Hz, 1 Hz wide, drifting",
@@ -58,56 +47,46 @@ RECORDINGS = {
     ),
     "ADIS16405 run 4": Real(
         "adis16405_run4_knocks.csv.gz",
-        "whole: knocks and the tilt are to be found",
         {
             "": "knocks, a tilt of 0.4 degree from 3555 to 3990 s, filtered",
             "z": "the same, and the line at 20 Hz",
         },
-        {
-            "": (MEMORY, {"motion", "outliers", "shocks"}),
-            "z": ({"narrow_band"}, {"motion", "outliers", "shocks"}),
-        },
+        {"": (MEMORY, KNOCKED), "z": ({"narrow_band"}, KNOCKED)},
         SLOW | LINES | MEMORY | {"shocks"},
         events=((107, 128), (3335, 3337), (3555, 3993), (4039, 4060), (5145, 5168), (9636, 9639)),
     ),
     "MPU-6050 ramp": Real(
         "mpu6050_temp_ramp_gaps.csv.gz",
-        "whole: bursts of 51 samples, half of the time missing",
         {
             "": "gaps, warming by 18 degC, counts of about one sigma",
             "y": "0.028 deg/s per degC; gaps; counts of about one sigma",
         },
-        {"": ({"lost_samples"},), "y": ({"temperature"}, {"lost_samples"})},
+        {"": (LOST,), "y": ({"temperature"}, LOST)},
         SLOW | WARMTH | {"temperature_noise"},
         MADE_UP - WARMTH - {"temperature_noise"},
         apart_s=0.5,
     ),
     "MPU-6050 11 min": Real(
         "mpu6050_static_11min_jitter.csv.gz",
-        "whole: at rest; stamps are of the arrival, the clock is even",
         {
             "": "line near 20 Hz, stamps jitter",
             "x": "lines near 20 Hz, slow drift, stamps jitter",
             "z": "line at 31.4 Hz, stamps jitter",
         },
-        {"": ({"narrow_band", "sinusoid"}, {"jitter"})},
+        {"": ({"narrow_band", "sinusoid"}, JITTER)},
         SLOW | LINES | {"warm_up"},
         MADE_UP - {"warm_up"} | {"noise_step"},
         even=True,
     ),
     "LSM9DS1 bench": Real(
         "sensehat_lsm9ds1_bench_3days.csv.gz",
-        "whole: the jolt, the turn and the gap are to be found",
         {
             "": "library subtracts a bias; jolt, turn, gap",
-            "y": (
-                "noise falls from 0.084 to 0.030 deg/s as it warms; bias "
-                "subtracted; jolt, turn, gap"
-            ),
+            "y": "the same; noise falls from 0.084 to 0.030 deg/s as it warms",
         },
         {
-            "": ({"high_pass"}, {"motion", "outliers"}, {"lost_samples"}),
-            "y": ({"temperature_noise"}, {"motion", "outliers"}, {"lost_samples"}),
+            "": ({"high_pass"}, {"motion", "outliers"}, LOST),
+            "y": ({"temperature_noise"}, {"motion", "outliers"}, LOST),
         },
         {"high_pass", "rate_random_walk", "temperature_noise"},
         MADE_UP - {"temperature_noise"},
@@ -116,27 +95,24 @@ RECORDINGS = {
     ),
     "LSM9DS1 orbit": Real(
         "sensehat_lsm9ds1_iss_3h.csv.gz",
-        "whole: floats at rest; truly uneven steps",
         {
             "": "flicker, a slow cycle of the orbit, uneven steps",
             "x": "cycle of about 92 min, 0.036 deg/s, beside flicker; uneven steps",
         },
-        {"": ({"jitter"},), "x": (LINES | {"gauss_markov"}, {"jitter"})},
+        {"": (JITTER,), "x": (LINES | {"gauss_markov"}, JITTER)},
         SLOW | LINES,
         even=True,
     ),
     "MIMU 20 poses": Real(
         "mimu4444_20poses_exp1_imu1.csv.gz",
-        "whole: turns and the violent end are to be found",
         {"": "20 rests with turns between, up to clipping; white below 6 to 16 lines"},
-        {"": ({"motion"}, {"narrow_band"})},
+        {"": (MOVED, {"narrow_band"})},
         SLOW | LINES,
         MADE_UP | {"noise_step", "shocks", "low_pass"},
         turns=True,
     ),
     "Xsens 48 s": Real(
         "xsens_mti_hand_poses.csv.gz",
-        "its first 48 s, at rest: the rests after that last 2 to 10 s",
         {"": "white of about 2 deg/sqrt(h), band-limited (slope -0.40 at m = 1..2)"},
         {"": (MEMORY,)},
         SLOW | LINES | MEMORY,
@@ -144,21 +120,19 @@ RECORDINGS = {
     ),
     "LSM6DS33 turntable": Real(
         "rimu_lsm_40deg_steps.csv.gz",
-        "whole: nine turns are to be found",
         {"": "nine turns; low-passed well below half the rate"},
-        {"": ({"motion"}, MEMORY)},
+        {"": (MOVED, MEMORY)},
         SLOW | LINES | MEMORY,
         MADE_UP | {"noise_step", "shocks"},
         turns=True,
     ),
     "BNO055 turntable": Real(
         "rimu_bno055_40deg_steps.csv.gz",
-        "whole: nine turns are to be found",
         {
             "": "nine turns; bias subtracted, counts of 0.8 sigma; hump at 0.76 Hz",
             "z": "nine turns; bias subtracted, counts of 0.8 sigma",
         },
-        {"": ({"motion"}, {"narrow_band"}), "z": ({"motion"},)},
+        {"": (MOVED, {"narrow_band"}), "z": (MOVED,)},
         SLOW | LINES | {"high_pass"},
         MADE_UP | {"noise_step", "shocks"},
         turns=True,
@@ -169,15 +143,9 @@ RECORDINGS = {
 def judgement(real, axis, named, observed):
     """(agrees: yes, partly or no; the kinds that are plainly wrong; why not)."""
     wrong = sorted(set(named) & real.wrong)
-    lacking = [
-        " or ".join(sorted(group))
-        for group in real.of(real.must, axis)
-        if not group & (set(named) | set(observed))
-    ]
+    must = real.of(real.must, axis)
+    lacking = [" or ".join(sorted(group)) for group in must if not group & {*named, *observed}]
     strange = sorted(set(named) - real.accepts - real.wrong)
-    why = (
-        [f"{kind}: wrong" for kind in wrong]
-        + [f"no {group}" for group in lacking]
-        + [f"{kind}: not seen by an expert" for kind in strange]
-    )
+    why = [f"{kind}: wrong" for kind in wrong] + [f"no {group}" for group in lacking]
+    why += [f"{kind}: not seen by an expert" for kind in strange]
     return "no" if wrong else "partly" if why else "yes", wrong, why

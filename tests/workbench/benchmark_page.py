@@ -1,4 +1,4 @@
-"""How the workbench feels: a real browser on 360 000 and on 1 000 000 samples (one call of
+"""How the workbench feels: a real browser on 360 000 samples (one call of
 tools/test --only workbench makes the environment):
 
 build/venv-test/bin/python tests/workbench/benchmark_page.py [REPEATS]
@@ -13,8 +13,7 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).resolve().parents[2] / "tools/lab"))
 sys.path.append(str(Path(__file__).resolve().parents[2] / "tools/plan"))
 from playwright.sync_api import expect, sync_playwright
-from recordings_made import FIRST
-from visiting import Started, Tabs, effects, ranked, run, tab
+from visiting import Started, Tabs, effects, ranked, tab
 
 GOALS = {
     "first curve after the file is there, s": 3.0,
@@ -26,9 +25,6 @@ GOALS = {
     "a candidate added, s": 1.0,
     "cell to its samples, ms": 300.0,
     "slider to plan, ms": 100.0,
-    "10^6 samples: slider to curve, ms": 16.0,
-    "10^6 samples: release to last chart, ms": 300.0,
-    "10^6 samples: record drawn, ms": 300.0,
 }
 SLIDE = """async (input) => {
   const frame = () => new Promise((done) => requestAnimationFrame(() => {
@@ -70,9 +66,6 @@ UNTIL = """async () => {{
 BACK = "document.getElementById('back')"
 QUIET = "document.getElementById('panel-fit').getAttribute('aria-busy') === 'false'"
 SLIDER = "[data-kind=angle_random_walk] input[type=range]"
-RELEASE = (
-    f"document.querySelector('{SLIDER}').dispatchEvent(new Event('change', {{bubbles: true}}))"
-)
 # Until the charts below are drawn too: what a person does next does not wait for them.
 REST_MS = 3000
 
@@ -121,31 +114,14 @@ def one_visit(page, folder):
     yield statistics.median(answer for one in sliders for answer in one.evaluate(PLAN))
 
 
-def long_visit(page):
-    """The charts of a record of 1 000 000 samples."""
-    expect(page.locator("#to-held-out")).to_be_visible()
-    page.wait_for_timeout(REST_MS)
-    yield statistics.median(page.locator(SLIDER).evaluate(SLIDE))
-    yield until(page, RELEASE, f"{BACK} && {QUIET}")
-    record = "document.querySelector('#map .record')"
-    yield until(page, "document.getElementById('tab-where').click()", record)
-
-
-def both(browser, folder):
-    """The figures of one visit to each recording, in the order of GOALS."""
-    scenario, tabs, benches = folder / "long.toml", Tabs(browser), []
-    text = FIRST.format(rate=100.0, column="gyro_z_dps")
-    scenario.write_text(text + "[simulate]\nseed = 3\nduration_s = 10000\n")
-    assert run("simulate", scenario, "-o", folder / "long.csv").returncode == 0
+def visited(browser, folder):
+    """The figures of one visit, in the order of GOALS."""
+    tabs, bench = Tabs(browser), Started(folder, folder / "state")
     try:
-        benches.append(Started(folder, folder / "state"))
-        found = list(one_visit(tabs.open(benches[0], 1400, 1000), folder))
-        benches.append(Started(folder, folder / "state", "long.csv"))
-        return found + list(long_visit(tabs.open(benches[1], 1400, 1000)))
+        return list(one_visit(tabs.open(bench, 1400, 1000), folder))
     finally:
         tabs.close()
-        for bench in benches:
-            bench.stop()
+        bench.stop()
 
 
 def main(repeats):
@@ -156,7 +132,7 @@ def main(repeats):
         )
         for _ in range(repeats):
             with tempfile.TemporaryDirectory() as folder:
-                rows.append(both(browser, Path(folder)))
+                rows.append(visited(browser, Path(folder)))
         browser.close()
     print("| what | median | worst | goal |\n|---|---|---|---|")
     for (name, goal), values in zip(GOALS.items(), zip(*rows), strict=True):

@@ -30,7 +30,7 @@ def run_benchmark(options: argparse.Namespace) -> int:
         options.jobs,
         progress,
     )
-    emit(options, result, benchmark.text(result))
+    emit(options, result, "\n".join(benchmark.text(result)))
     return 0
 
 
@@ -45,7 +45,7 @@ def run_nulls(options: argparse.Namespace) -> int:
         options.jobs,
         progress,
     )
-    emit(options, result, nulls.text(result))
+    emit(options, result, "\n".join(nulls.text(result)))
     return 0
 
 
