@@ -3,104 +3,66 @@ takes (path style, no signatures checked).
 """
 
 import contextlib
+import functools
 import hashlib
 import threading
-from email.utils import formatdate
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from urllib.parse import parse_qs, unquote, urlsplit
-from xml.sax.saxutils import escape
+from urllib.parse import parse_qs, urlsplit
+
+OBJECT = (
+    "<Contents><Key>{}</Key><LastModified>2026-01-05T00:00:00.000Z</LastModified>"
+    "<ETag>&quot;{}&quot;</ETag><Size>{}</Size><StorageClass>STANDARD</StorageClass></Contents>"
+)
+LISTING = (
+    '<?xml version="1.0"?><ListBucketResult xmlns="http://s3.amazonaws.com/doc/2006-03-01/">'
+    "<Name>{}</Name><Prefix>{}</Prefix><KeyCount>{}</KeyCount><MaxKeys>1000</MaxKeys>"
+    "<IsTruncated>false</IsTruncated>{}</ListBucketResult>"
+)
 
 
-class Handler(BaseHTTPRequestHandler):
+def digest(path):
+    return hashlib.md5(path.read_bytes()).hexdigest()
+
+
+class Handler(SimpleHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
     def log_message(self, *_):
         pass
 
-    def answer(self, status, body, **headers):
-        self.send_response(status)
-        for name, value in {"Content-Length": len(body), **headers}.items():
-            self.send_header(name.replace("_", "-"), str(value))
-        self.end_headers()
-        if self.command == "GET":
-            self.wfile.write(body)
+    def end_headers(self):
+        if (path := Path(self.translate_path(self.path))).is_file():
+            self.send_header("ETag", f'"{digest(path)}"')
+        super().end_headers()
 
     def do_GET(self):
-        asked = urlsplit(self.path)
-        query, path = (
-            parse_qs(asked.query),
-            Path(self.server.folder, unquote(asked.path).strip("/")),
-        )
+        query, path = parse_qs(urlsplit(self.path).query), Path(self.translate_path(self.path))
         if "list-type" in query:
-            return self.answer(
-                200,
-                self.listing(path, query.get("prefix", [""])[0]),
-                Content_Type="application/xml",
-            )
-        if path.is_dir():
-            links = "".join(
-                f'<a href="{escape(one.name)}">{escape(one.name)}</a>\n'
-                for one in sorted(path.iterdir())
-            )
-            return self.answer(200, f"<html>{links}</html>".encode(), Content_Type="text/html")
-        if not path.is_file():
-            return self.answer(404, b"")
-        body = path.read_bytes()
-        tells = {
-            "ETag": self.tag(body),
-            "Last_Modified": formatdate(path.stat().st_mtime, usegmt=True),
-            "Accept_Ranges": "bytes",
-        }
+            return self.listed(path, query.get("prefix", [""])[0])
         with self.server.lock:
-            self.server.fetched += [path.name] if self.command == "GET" else []
-        if "Range" in self.headers:
-            first, last = self.headers["Range"].removeprefix("bytes=").split("-")
-            part = body[int(first) : int(last) + 1 if last else None]
-            return self.answer(
-                206,
-                part,
-                Content_Range=f"bytes {first}-{int(first) + len(part) - 1}/{len(body)}",
-                **tells,
-            )
-        return self.answer(200, body, **tells)
+            self.server.fetched.append(path.name)
+        return super().do_GET()
 
-    do_HEAD = do_GET
-
-    @staticmethod
-    def tag(body):
-        return f'"{hashlib.md5(body).hexdigest()}"'
-
-    def listing(self, bucket, prefix):
+    def listed(self, bucket, prefix):
         files = [path for path in sorted(bucket.iterdir()) if path.name.startswith(prefix)]
-        rows = "".join(
-            f"<Contents><Key>{escape(path.name)}</Key><LastModified>2026-01-05T00:00:00.000Z</LastModified><ETag>{escape(self.tag(path.read_bytes()))}</ETag>"
-            f"<Size>{path.stat().st_size}</Size><StorageClass>STANDARD</StorageClass></Contents>"
-            for path in files
-        )
-        return (
-            '<?xml version="1.0"?>'
-            '<ListBucketResult xmlns="http://s3.amazonaws.com/doc/2006-03-01/">'
-            f"<Name>{bucket.name}</Name><Prefix>{escape(prefix)}</Prefix>"
-            f"<KeyCount>{len(files)}</KeyCount><MaxKeys>1000</MaxKeys><IsTruncated>false</IsTruncated>{rows}</ListBucketResult>"
-        ).encode()
+        rows = [OBJECT.format(one.name, digest(one), one.stat().st_size) for one in files]
+        body = LISTING.format(bucket.name, prefix, len(rows), "".join(rows)).encode()
+        self.send_response(200)
+        self.send_header("Content-Type", "application/xml")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
 
 
 @contextlib.contextmanager
 def serving(folder):
-    """Serves the files below a folder; yields the server: `port`, and `fetched`, the names of files
-    that were got.
+    """Serves the files below a folder; yields the server: `server_port`, and `fetched`, the names
+    of files that were got.
     """
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    server.folder, server.fetched, server.lock, server.port = (
-        folder,
-        [],
-        threading.Lock(),
-        server.server_address[1],
-    )
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    try:
+    handler = functools.partial(Handler, directory=folder)
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        server.fetched, server.lock = [], threading.Lock()
+        threading.Thread(target=server.serve_forever, daemon=True).start()
         yield server
-    finally:
         server.shutdown()
-        server.server_close()

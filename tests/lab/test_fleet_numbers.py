@@ -84,20 +84,20 @@ def test_the_value_that_95_of_100_units_fail_from():
 def test_one_group_in_a_hundred_of_normal_values_has_one():
     rng = np.random.default_rng(77)
     for count in (8, 30, 250):
-        limit = population.threshold(count)
-        found = sum(
-            np.max(np.abs(x - np.median(x))) > limit * 1.4826 * np.median(np.abs(x - np.median(x)))
-            for x in rng.standard_normal((4000, count))
-        )
+        x = rng.standard_normal((4000, count))
+        off = np.abs(x - np.median(x, axis=1, keepdims=True))
+        most = population.threshold(count) * 1.4826 * np.median(off, axis=1)
+        found = np.sum(off.max(axis=1) > most)
         # both the threshold (4000 draws) and this count scatter: sqrt(2) of one
         assert abs(found - 40) < 4 * math.sqrt(2 * 40), count
 
 
 def test_a_unit_with_a_tenth_more_noise_is_found():
     noise = np.append(0.3 * np.exp(0.01 * np.random.default_rng(3).standard_normal(50)), 0.33)
+    row = {"batch": "", "axis": "z", "outlier": []}
     units = [
-        {"file": str(place), "batch": "", "axis": "z", "outlier": [], "coefficients": coefficients}
-        for place, coefficients in enumerate({"x": [v, v * 0.99, v / 0.99]} for v in noise)
+        {**row, "file": str(place), "coefficients": {"x": [v, v * 0.99, v / 0.99]}}
+        for place, v in enumerate(noise)
     ]
     assert [one["file"] for one in population.summary(units, "z", "", "x")["outliers"]] == ["50"]
 
@@ -138,30 +138,28 @@ def test_a_shift_of_one_kind_is_named_and_p_is_that_of_a_permutation_test():
     assert abs(found - reference) <= 4 * math.sqrt(2 * reference / 20000)
 
 
+def batches(own, null):
+    """Rows of a batch B with these gains and of an A with some of the null."""
+    kinds = ("temperature", "temperature_hysteresis", "gauss_markov")
+    for place, gain in enumerate(np.vstack([own, null[:20]])):
+        batch = "B" if place < len(own) else "A"
+        row = {"file": str(place), "axis": "z", "batch": batch, "gains": dict(zip(kinds, gain))}
+        yield row | ({"chance": dict(zip(kinds, null[place]))} if place < len(null) else {})
+
+
 def test_of_two_kinds_that_gain_alike_the_simpler_is_named_whichever_falls_below_the_threshold():
     """Gains of a coefficient of temperature and of its hysteresis differ by a little noise: p
     of the one is below 1 % and of the other above.
     """
-    named, kinds = [], ("temperature", "temperature_hysteresis", "gauss_markov")
+    named = []
     for seed in range(120):
         rng = np.random.default_rng(seed)
-        own, null = gains(rng, 40, 1), gains(rng, 60, 1)
         own, null = (
-            np.hstack([x, x + rng.normal(0, 0.2, x.shape), rng.chisquare(1, x.shape) / 2])
-            for x in (own + 0.36, null)
+            np.hstack([x, x + rng.normal(0, 0.2, x.shape), gains(rng, *x.shape)])
+            for x in (gains(rng, 40, 1) + 0.36, gains(rng, 60, 1))
         )
-        rows = [
-            {
-                "file": str(place),
-                "axis": "z",
-                "batch": "B" if place < len(own) else "A",
-                "gains": dict(zip(kinds, row)),
-                **({"chance": dict(zip(kinds, null[place]))} if place < len(null) else {}),
-            }
-            for place, row in enumerate(np.vstack([own, null[:20]]))
-        ]
         with mock.patch.object(population, "PERMUTATIONS", 4000):
-            found = population.hidden_effects(rows)
+            found = population.hidden_effects(list(batches(own, null)))
         said = {one["kind"]: one for one in found if one["batch"] == "B"}
         if any(one["found"] for one in said.values()):
             (one,) = (one for one in said.values() if one["named"])
